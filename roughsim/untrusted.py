@@ -1,13 +1,12 @@
 """Files from elsewhere are checked before they are read: links, declared sizes, pickles, and damage.
 
-An HDF5 file can name other files (external links, external and virtual datasets), hold objects that Python would have
-to build, and declare shapes that no memory holds. roughsim writes none of that, so a file with it is refused, and the
-message names the object.
+An HDF5 file can name other files (external links, external and virtual datasets), and declare shapes that no memory
+holds. Such a file is refused, and the message names the object.
 
-64 zeroed bytes in the header of an HDF5 file make the library loop in C, where no signal handler of Python runs. So old
-and foreign files are opened in a child process: a library that hangs or crashes there ends only the child. One child
+64 zeroed bytes in the header of an HDF5 file make the library loop in C, where no signal handler of Python runs. So
+files of instruments are opened in a child process: a library that hangs or crashes there ends only the child. One child
 serves all calls of a process; the first call starts it. It is no `multiprocessing` child, which would run the caller's
-script again.
+script again. Members of a run are opened in this process: their seal excludes damage, but not a forger.
 """
 
 import atexit
@@ -49,25 +48,22 @@ def regular_file(path: Path) -> Path:
     return path
 
 
-def check_hdf5(file: Any, path: Path, *, numbers_only: bool = True) -> None:
+def _check_hdf5(file: Any, path: Path) -> None:
     """Raise a RecordError if an open HDF5 file leads elsewhere or declares more than half of the available memory.
 
-    No dataset is read. With `numbers_only`, as in files of roughsim, text, records and soft links are refused too;
-    instruments write them. `path` names the file in the message.
+    No dataset is read. `path` names the file in the message.
     """
-    from h5py import h5d, h5t
+    from h5py import h5d
 
     declared = 0.0
-    for name, dataset in _datasets(file, path, numbers_only):
-        properties, kind = dataset.get_create_plist(), dataset.get_type()
+    for name, dataset in _datasets(file, path):
+        properties = dataset.get_create_plist()
         if properties.get_external_count():
             raise RecordError(f"{path}: {name} is an external dataset, stored in another file; nothing was read")
         if properties.get_layout() == h5d.VIRTUAL:
             raise RecordError(f"{path}: {name} is a virtual dataset, made of other files; nothing was read")
-        if numbers_only and kind.get_class() not in (h5t.INTEGER, h5t.FLOAT):
-            raise RecordError(f"{path}: {name} holds objects, not plain numbers; nothing was read")
         # many datasets that fit one by one may not fit together; an empty dataset has no shape, a scalar the shape ()
-        declared += 0.0 if dataset.shape is None else float(prod(dataset.shape)) * float(kind.get_size())
+        declared += 0.0 if dataset.shape is None else float(prod(dataset.shape)) * float(dataset.get_type().get_size())
         if exceeds(declared, 0.5):
             raise RecordError(
                 f"{path}: {name} declares the shape {dataset.shape}; with it the file would need "
@@ -75,22 +71,22 @@ def check_hdf5(file: Any, path: Path, *, numbers_only: bool = True) -> None:
             )
 
 
-def _datasets(file: Any, path: Path, hard_links_only: bool) -> Iterator[tuple[str, Any]]:
+def _datasets(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
     """Yield name and identifier of every dataset, each once, following hard links only."""
     from h5py import h5d, h5g, h5l, h5o
 
-    refused = {h5l.TYPE_SOFT: "a soft link", h5l.TYPE_EXTERNAL: "an external link, which leads to another file"}
     visited, groups = set(), [("", file.id)]
     while groups:
         parent, group = groups.pop()
         for key in group:
             name = f"{parent}/{plain(key.decode(errors='replace'))[:80]}"
             link = group.links.get_info(key).type
-            if link == h5l.TYPE_SOFT and not hard_links_only:
+            if link == h5l.TYPE_SOFT:
                 continue  # the object that it leads to in this file has a hard link too
             if link != h5l.TYPE_HARD:
-                kind, rule = refused.get(link, "a link of an unknown kind"), "only what lies in the file itself is read"
-                raise RecordError(f"{path}: {name} is {kind}; {rule}, and nothing was read")
+                elsewhere = link == h5l.TYPE_EXTERNAL
+                kind = "an external link, which leads to another file" if elsewhere else "a link of an unknown kind"
+                raise RecordError(f"{path}: {name} is {kind}; nothing was read")
             address = h5o.get_info(group, key).addr
             if address in visited:  # hard links may form a cycle
                 continue
@@ -134,7 +130,7 @@ def check_measured_file(file: Path, path: Path | None = None) -> None:
     """Raise a RecordError if the file of an instrument leads to other files, runs code, or unpacks beyond memory.
 
     Other programs will read it. Refused are: no regular file, more than an eighth of memory, a zip whose entries
-    unpack to more than half of memory, a pickle, and an HDF5 file that `check_hdf5` refuses or the library cannot read.
+    unpack to more than half of memory, a pickle, and an HDF5 file that `_check_hdf5` refuses or the library cannot read.
     `path` is the name in messages, where `file` is a copy.
     """
     path = path or file
@@ -170,7 +166,7 @@ def _read_all(source: Path, path: Path) -> None:
             item[()]
 
     with h5py.File(source, "r", locking=False) as file:
-        check_hdf5(file, path, numbers_only=False)
+        _check_hdf5(file, path)
         file.visititems(read)
 
 

@@ -69,7 +69,7 @@ def at_work(run: Run) -> str | None:
 
 def reported_observables(run: Run) -> list[str]:
     """Return the observables of the targets and the flash temperature; none before the first sound member."""
-    return list(dict.fromkeys((*run.until, "flash_temperature"))) if run.sound(run.realizations) else []
+    return list(dict.fromkeys((*run.until, "flash_temperature"))) if run.independent else []
 
 
 def losses(run: Run) -> list[str]:
@@ -123,7 +123,7 @@ def realizations_needed(run: Run) -> int:
 def round_text(run: Run) -> str:
     """Return the round in progress, how many of its members are there, and the errors after the last one."""
     wanted = run.rounds.wanted
-    there = sum(min(run.available(level), count) for level, count in enumerate(wanted))
+    there = sum(min(run.members.available[level], count) for level, count in enumerate(wanted))
     return f"round {run.rounds.number + 1}: {there} of {sum(wanted)} members{errors_text(run)}"
 
 
@@ -140,7 +140,7 @@ def seconds_left(run: Run) -> float | None:
     left = 0.0
     for level, count in enumerate(needed(run)):
         mean = seconds[level].mean() if len(seconds[level]) else works[level] * pace
-        left += max(count - run.available(level), 0) * float(mean)
+        left += max(count - run.members.available[level], 0) * float(mean)
     return left
 
 

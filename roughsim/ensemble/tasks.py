@@ -173,7 +173,7 @@ class Tasks:
         spans = {}
         sizes = {}
         for level, about in enumerate(self.runs[0].numerics.levels):
-            first = min((active.run.available(level) for active, _ in wanted), default=0)
+            first = min((active.run.members.available[level] for active, _ in wanted), default=0)
             last = max((counts[level] for _, counts in wanted), default=0)
             spans[level] = range(first, last)
             sizes[level] = len(spans[level]) if ahead else about.shape[0] * about.shape[1]
@@ -203,7 +203,7 @@ class Tasks:
             run = active.run
             before = len(run.members)
             if assignment is not None:
-                run.take(assignment.level, assignment.index)
+                run.members.take(assignment.level, assignment.index)
             run.refresh()
             if self.observer is not None and len(run.members) != before:
                 self.observer(run)

@@ -21,6 +21,7 @@ from roughsim.surface import topography
 
 ENDINGS = (".h5", ".hdf5", ".nc")
 MANTISSA = 23  # explicit bits of a float32
+GZIP = 4  # level at which fields are packed
 
 
 def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
@@ -114,12 +115,16 @@ class DeferringFile(FileIO):
 
 
 def write_run(file: Any, run: Run, bits: int | None) -> None:
-    """Fill an HDF5 file with a run: answers, members, and what viewers draw."""
-    root, members, group = list(answers(run)), run.arrays(), file.create_group("members")
+    """Fill an HDF5 file with a run: answers, members, and the default plots of viewers."""
+    from roughsim.store.hdf5 import write_arrays  # loads h5py
+
+    root = list(answers(run))
+    members = [_rounded(array, bits) for array in run.arrays()]
+    group = file.create_group("members")
     file.attrs.update(attributes_of(run) | {"README": readme(run), "NX_class": "NXroot", "default": "entry"})
     file.attrs.update(realizations=run.realizations, failed=run.failed)
-    write_arrays(file, root, bits)
-    write_arrays(group, members, bits)
+    write_arrays(file, root)
+    write_arrays(group, members, GZIP)
     entry = file.create_group("entry")
     entry.attrs.update(NX_class="NXentry", default="flash_temperature")
     draw_answer(file, entry, root, run.column(None))
@@ -131,35 +136,10 @@ def write_run(file: Any, run: Run, bits: int | None) -> None:
                 shown[name] = group[name]
 
 
-def write_arrays(group: Any, arrays: list[Labelled], bits: int | None) -> None:
-    """Write arrays into a group, with those of their axes as dimension scales.
-
-    Kept fields go file after file with one in memory at a time, rounded to `bits`.
-    """
-    checked: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
-    for name, axes, data, attributes in arrays:  # an axis comes before all that refers to it
-        if isinstance(data, Stored):
-            options = {"chunks": (1, *(min(n, 256) for n in data.shape[1:])), "compression_opts": 4, **checked}
-            dataset = group.create_dataset(name, data.shape, data.dtype, **options)
-            for row, values in enumerate(data):
-                dataset[row] = values if bits is None else rounded(values, bits)
-            dataset.attrs["interpretation"] = "image"
-            if bits is not None:  # netCDF's own word for such rounding
-                dataset.attrs["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(bits)
-        elif data.dtype.kind == "U":
-            dataset = group.create_dataset(name, data=data.tolist())
-        else:
-            dataset = group.create_dataset(name, data=data, **(checked if data.size else {}))
-        dataset.attrs.update(attributes)
-        if axes == (name,):
-            dataset.make_scale(name)
-            continue
-        for number, axis in enumerate(axes):
-            dataset.dims[number].attach_scale(group[axis])
-
-
 def draw_answer(file: Any, entry: Any, root: list[Labelled], column: str) -> None:
     """Let viewers draw T_flash of a column over the speed, with its error, beside both theories."""
+    from roughsim.store.hdf5 import write_arrays
+
     tables = {array.name: array.data for array in root}  # not read from the file: a full disk has taken nothing
     columns = tables["column"].tolist()
     curves = dict(zip(columns, tables["flash_temperature"], strict=True))
@@ -168,7 +148,20 @@ def draw_answer(file: Any, entry: Any, root: list[Labelled], column: str) -> Non
     group = entry.create_group("flash_temperature")
     group.attrs.update(NX_class="NXdata", signal=column, auxiliary_signals=beside, axes=["speed"])
     group["speed"] = file["speed"]
-    write_arrays(group, [Labelled(name, ("speed",), values, {"units": "K"}) for name, values in curves.items()], None)
+    write_arrays(group, [Labelled(name, ("speed",), values, {"units": "K"}) for name, values in curves.items()])
+
+
+def _rounded(array: Labelled, bits: int | None) -> Labelled:
+    """Return a kept field of which `bits` explicit mantissa bits stay, and other arrays as they are."""
+    if not isinstance(array.data, Stored):
+        return array
+    attributes = {**array.attributes, "interpretation": "image"}
+    if bits is None:
+        return array._replace(attributes=attributes)
+    attributes["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(bits)  # netCDF's own word for such rounding
+    read = array.data.read
+    data = Stored(array.data.indices, lambda index: rounded(read(index), bits), array.data.shape[1:])
+    return array._replace(data=data, attributes=attributes)
 
 
 def rounded(values: NDArray[np.float32], bits: int) -> NDArray[np.float32]:

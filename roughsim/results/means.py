@@ -1,23 +1,28 @@
-"""`Means`: an opened run folder. It says which members count, and what they say in the mean."""
+"""`Means`: the members of a run folder that count, and the means over them with their errors."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from roughsim.estimate.cell_size import size_error_of_sum
-from roughsim.estimate.errors import Estimate, estimate
+from roughsim.estimate.correlation import correlation_of
+from roughsim.estimate.errors import SOURCES, Estimate, estimate
 from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import Values, notes_of, values_of
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
+from roughsim.estimate.sliding import OF_MARCH, sliding_estimate, with_background
 from roughsim.grid import Array
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import AXIS, NUMBERS, OBSERVABLES
 from roughsim.prediction.scans import scan_part
 from roughsim.results.members import Damaged, Members, identity_of
-from roughsim.results.share import NOTE, at_other_speed, has_own_share, times_share
+from roughsim.results.share import NOTE, at_other_speed, has_own_share, times_share, with_warming
 from roughsim.scene import Scene
-from roughsim.scene.numerics import Numerics
+from roughsim.scene.numerics import SLIDING, Numerics
 from roughsim.sliding.path import coarser_grid
+from roughsim.store.member_files import member_path, read_member
 
 
 class Means:
@@ -26,11 +31,11 @@ class Means:
     Attributes
     ----------
     folder : Path
-        Where it is.
+        Its path.
     scene : Scene
-        What was computed.
+        The physics.
     numerics : Numerics
-        How accurately.
+        Levels, cell and tolerances.
     seed : int
         Of all random streams.
     until : dict of str to float
@@ -43,12 +48,13 @@ class Means:
     reasons : list of [str, str, str]
         Choice, value and reason of everything that the plan chose; empty if the numerics were given.
     members : Members
-        What was read, by level and index, without fields.
+        The members that were read, by level and index, without fields.
     damaged : dict of (int, int) to str
         Level and index of files that cannot be used, and why; empty unless opened with ``damaged="skip"``.
     """
 
     drawn = True  # whether the surfaces are drawn from C(q); else they are a map, which ends with its own waves
+    sources: Mapping[str, str] = SOURCES  # the parts of an error, in words
 
     def __init__(self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics, treatment: Damaged):
         self.folder, self.scene, self.numerics = folder, scene, numerics
@@ -60,11 +66,10 @@ class Means:
         self.members = Members(folder, numerics, scene.speeds, identity_of(description), treatment)
         self.damaged = self.members.damaged
         self._lowest = [numerics.of_column(column)[0] for column in numerics.columns]  # levels
-        # results that follow from members, which never change once they are read
+        # a member never changes once it is read: tables of many of them, and results that are asked for again and again
         self._pairs: dict[tuple[str, Counts], list[Pair]] = {}
         self._values: dict[tuple[str, str, bool, Counts], Values] = {}
         self._verdicts: dict[tuple[Any, ...], Verdict] = {}
-        self._rounds: dict[tuple[Any, ...], Rounds] = {}  # the last ones: they are asked for again and again
 
     def refresh(self) -> None:
         """Read the members that have come since, of each level up to the first gap.
@@ -73,21 +78,10 @@ class Means:
         """
         self.members.refresh(self.max_realizations)
 
-    def take(self, level: int, index: int) -> bool:
-        """Read one member now, also beyond a gap; False if its file is missing. Errors as `refresh`."""
-        return self.members.take(level, index)
-
-    def available(self, level: int) -> int:
-        """Return how many members of a level are there without a gap."""
-        return self.members.available[level]
-
     @property
     def rounds(self) -> Rounds:
-        """How far the run is, by the members that are there and the targets."""
-        key = *self.members.available, self.max_realizations, *self.until.items()
-        if key not in self._rounds:
-            self._rounds = {key: replay(self.numerics, self.max_realizations, self.members.available, self._judged)}
-        return self._rounds[key]
+        """Its progress, by the members that are there and the targets."""
+        return replay(self.numerics, self.max_realizations, self.members.available, self._judged)
 
     @property
     def counts(self) -> Counts:
@@ -118,7 +112,8 @@ class Means:
     @property
     def failed(self) -> int:
         """How many of the members of single contacts that count did not converge."""
-        failed = {(level, i) for level in self.numerics.single for i in self.members.failed(level, self.counts[level])}
+        counts = self.counts
+        failed = {(level, i) for level in self.numerics.single for i in self.members.failed(level, counts[level])}
         return len(failed - set(self.damaged))
 
     @property
@@ -126,14 +121,6 @@ class Means:
         """Whether there is a sound member of the column sliding."""
         march = self.numerics.march
         return march is not None and bool(self.members.sound(march, self.counts[march]))
-
-    @property
-    def coarsening(self) -> float:
-        """Pixel of the coarser grid of the marches over that of their own; 1 where there is no coarser one."""
-        level = self.numerics.march or 0
-        grid = self.numerics.grid(level)
-        coarser = coarser_grid(grid, self.numerics.levels[level].q_max)
-        return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]
 
     @property
     def versions(self) -> dict[str, str]:
@@ -148,17 +135,14 @@ class Means:
 
     @property
     def extent(self) -> str:
-        """How much was computed, in words."""
+        """The number of realizations, in words."""
         return f"{self.realizations} realizations"
 
     @property
     def independent(self) -> int:
         """How many sound members of the lowest level show the scatter, in the column that has the fewest."""
-        return min(len(self.members.sound(level, self.counts[level])) for level in self._lowest)
-
-    def sound(self, count: int) -> list[int]:
-        """Return the indices below `count` at which the lowest level of the main column is sound."""
-        return self.members.sound(self._lowest[-1], count)
+        counts = self.counts
+        return min(len(self.members.sound(level, counts[level])) for level in self._lowest)
 
     def kept(self, level: int, name: str = "pressure") -> list[int]:
         """Return the sound members of a level that count and store the field of this name, or what gives it."""
@@ -213,7 +197,12 @@ class Means:
             )
         return self._values[key]
 
-    def share_values(self, column: str | None = None, counts: Counts | None = None) -> Values | Array:
+    def reported(self, observable: str, column: str | None = None, counts: Counts | None = None) -> Values:
+        """Return `values` as they are reported: temperatures with their share of the heat."""
+        values = self.values(observable, column, counts=counts)
+        return times_share(values, self._share(column, counts)) if OBSERVABLES[observable].heated else values
+
+    def _share(self, column: str | None, counts: Counts | None = None) -> Values | Array:
         """Return the share of the heat that the temperatures of a column are reported with, per speed.
 
         Under the rules "mean" and "total" it is that of the column's own contacts. Else it is the one that the scene
@@ -223,8 +212,8 @@ class Means:
         return self.values("heat_partition", column, counts=counts) if own else self.heat_partition
 
     def share(self, column: str | None = None) -> Array:
-        """Return the mean of `share_values`, (speeds,)."""
-        share = self.share_values(column)
+        """Return the share of the heat, (speeds,), that the temperatures of a column are reported with."""
+        share = self._share(column)
         return share.mean if isinstance(share, Values) else share
 
     def shares(self) -> dict[str, Array]:
@@ -238,48 +227,127 @@ class Means:
             return float(self.share(column)[self.scene.speeds.index(speed)])
         return at_other_speed(self.scene, speed, self.heat_partition, self.share(column))
 
-    def reported(self, observable: str, column: str | None = None, counts: Counts | None = None) -> Values:
-        """Return `values` as they are reported: temperatures with their share of the heat."""
-        values = self.values(observable, column, counts=counts)
-        return times_share(values, self.share_values(column, counts)) if OBSERVABLES[observable].heated else values
-
     def size_error(self, observable: str, column: str, values: Values) -> Array:
         """Return the relative error by the finite cell, over speeds or of one entry."""
         parts = self.numerics.parts(column)
         return size_error_of_sum(self.scene, self.numerics.lengths, parts, observable, column, values.from_part)
 
+    def estimate(self, observable: str, column: str | None = None) -> Estimate:
+        """Return the mean of an observable with its errors.
+
+        Parameters
+        ----------
+        observable : str
+            One of the observables of `roughsim.observables.catalogue.OBSERVABLES`.
+        column : {"smoothed", "capped", "elastic", "sliding"}, optional
+            Left out: capped where there is a hardness, else elastic.
+
+        Returns
+        -------
+        Estimate
+            Arrays over speed, or of one entry. Temperatures are those of the heat share used (`share`), whose errors
+            they include; in the column sliding, of the share that its own heat takes.
+
+        ValueError if there is no such observable or column, or no realization yet.
+        """
+        if column == SLIDING:
+            single = self._estimate(observable, all_heat=True)
+            result = sliding_estimate(observable, single, self._marched(), self._coarsening())
+        else:
+            result = self._estimate(observable, column)
+        speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
+        return replace(result, speeds=speeds, sources=self.sources)
+
+    def estimates(self, column: str | None = None) -> dict[str, Estimate]:
+        """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""
+        names = OF_MARCH if column == SLIDING else OBSERVABLES
+        return {name: self.estimate(name, column) for name in names}
+
     def _estimate(
-        self, observable: str, column: str | None, share: Values | Array, counts: Counts | None = None
+        self, observable: str, column: str | None = None, counts: Counts | None = None, *, all_heat: bool = False
     ) -> Estimate:
-        """Return the estimate of single contacts, with a share of the heat."""
-        name, values = self.column(column), self.values(observable, column, counts=counts)
+        """Return the estimate of single contacts, with `all_heat` in the moving body or with the share of a column."""
+        name = self.column(column)
+        values = self.values(observable, name, counts=counts)
+        record = OBSERVABLES[observable]
         notes = notes_of(self.scene, self.numerics, name, observable, values)
         factors: tuple[str, ...] = (observable,)
-        if OBSERVABLES[observable].heated:
-            values = times_share(values, share)
-            if isinstance(share, Values):
-                notes, factors = (*notes, NOTE), (*factors, "heat_partition")
+        if record.heated and not all_heat:
+            values = self.reported(observable, name, counts)
+            if has_own_share(self.scene):
+                notes, factors = (*notes, NOTE), (observable, "heat_partition")
         return estimate(
             observable,
             values,
             notes,
             size=self.size_error(observable, name, values),
-            solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
+            solver=record.solver_share * self.numerics.tolerance,
             scan=scan_part(self.scene, *factors) if self.scanned else None,
         )
 
     def _judged(self, counts: Counts) -> Verdict:
-        """Return what so many members of each level say; remembered, as each round is judged again and again."""
+        """Return the verdict on so many members of each level; each round is judged again and again."""
         key = counts, self.max_realizations, *self.until.items()
         if key in self._verdicts:
             return self._verdicts[key]
 
         def totals(observable: str, column: str, counts: Counts) -> tuple[Values, Estimate]:
-            found = self._estimate(observable, column, self.share_values(column, counts), counts)
-            return self.reported(observable, column, counts), found
+            return self.reported(observable, column, counts), self._estimate(observable, column, counts)
 
         if all(self.members.sound(level, counts[level]) for level in self._lowest):
             verdict = judge(self.numerics, self.until, self.max_realizations, counts, totals)
         else:
             verdict = Verdict(False, None, counts, "no contact of its lowest level has converged", {})
         return self._verdicts.setdefault(key, verdict)
+
+    def contact_temperature(self, column: str, warming: Array) -> Estimate:
+        """Return T₀ + T_flash of a column over speed; `warming` is T₀ with all the heat, K, not that of marches."""
+        flash = self.estimate("flash_temperature", column)
+        if column == SLIDING:
+            return with_background(flash, self._marched()["sliding_background"])
+        own = has_own_share(self.scene)
+        return with_warming(flash, self.estimate("heat_partition", column) if own else self.heat_partition, warming)
+
+    def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
+        """Return g_σ(r) at the highest cut-off of a column and its standard error, Pa².
+
+        `distance` is r, m, one-dimensional; ValueError beyond half the diagonal of the cell.
+        """
+        pairs = self.pairs(column)
+        reach = pairs[0].sample.reach
+        if distance.max(initial=0.0) > reach * (1 + 1e-12):
+            raise ValueError(
+                f"distance = {distance.max():.4g} m exceeds half the diagonal of the cell, {reach:.4g} m; ask for "
+                "shorter distances"
+            )
+        return correlation_of(pairs, distance)[:2]
+
+    def curves(self) -> dict[str, Array]:
+        """Return the curves of the column sliding over the `slid_distance`, m; ValueError without a sound member.
+
+        Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
+        """
+        level, indices = self._marches()
+        rows = [read_member(member_path(self.folder, level, index)).curves for index in indices]
+        return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}
+
+    def _marches(self) -> tuple[int, list[int]]:
+        """Return the level of marches, and which of those that count are sound; ValueError if there is none."""
+        level = self.numerics.march
+        if level is None:
+            raise ValueError(f'{self.folder} has no column "sliding": its scene has history = "frozen"')
+        if sound := self.members.sound(level, self.counts[level]):
+            return level, sound
+        raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
+
+    def _marched(self) -> dict[str, Array]:
+        """Return the numbers of the marches that count, (members, speeds); errors as `_marches`."""
+        level, indices = self._marches()
+        return {name: self.members.numbers(level, name, indices) for name, n in NUMBERS.items() if n.of_march}
+
+    def _coarsening(self) -> float:
+        """Return the pixel of the coarser grid of the marches over that of their own; 1 without a coarser one."""
+        level = self._marches()[0]
+        grid = self.numerics.grid(level)
+        coarser = coarser_grid(grid, self.numerics.levels[level].q_max)
+        return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]

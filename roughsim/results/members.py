@@ -29,7 +29,8 @@ from roughsim.store.member_files import (
     read_member,
 )
 
-KNOWN = ("residual", "iterations", "seconds", "versions", "written")  # of the provenance of a member
+KNOWN = {"residual", "iterations", "seconds", "versions", "written"}  # in the provenance of every member
+OF_RUN = {"scene", "numerics"}  # in the provenance of every member, too, and the same in all
 Key = tuple[int, int]  # level and index
 Damaged = Literal["refuse", "skip", "redo"]
 
@@ -87,15 +88,15 @@ class Members(dict[Key, Member]):
             self[key] = Member(level, index, failure=str(error), provenance={"seconds": {}})
             return True
         self.damaged.pop(key, None)
-        known = {name: member.provenance[name] for name in KNOWN}
-        self[key] = replace(member, curves={}, fields={}, provenance=known)
+        own = {name: value for name, value in member.provenance.items() if name not in OF_RUN}
+        self[key] = replace(member, curves={}, fields={}, provenance=own)
         return True
 
     def _checked(self, path: Path) -> Member:
         """Read a file and check that it is of this run; errors as `take`."""
         member = read_member(path, with_fields=self._treatment == "redo")
         provenance, grid = member.provenance, self.numerics.grid(member.level)
-        if not set(KNOWN) <= set(provenance) or identity_of(provenance) != self._identity:
+        if not {*provenance} >= KNOWN or identity_of(provenance) != self._identity:
             raise damaged(path, "is of another run: its scene, seed or numerics differ")
         if member.failure:
             return member

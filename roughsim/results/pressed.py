@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from roughsim.estimate.levels import Values
 from roughsim.estimate.rounds import Counts, Rounds, Verdict
 from roughsim.grid import Array
 from roughsim.results.run import Run
-from roughsim.store.member_files import member_path, read_member
+from roughsim.store.member_files import member_path
 
 NOTE = (
     "the value is that of the map itself, without waves shorter than it shows; n counts its four quarters, which show "
@@ -38,6 +38,14 @@ OVERSHOOT = "overshoot"  # key beside it: share of the load where waves stand fa
 SOME_LOAD = 0.01  # beyond it the bandwidth error is unknown; without spikes the share is below 1e-4
 
 
+class Directions(NamedTuple):
+    """T_flash of one contact by the direction of sliding."""
+
+    angles: dict[str, float]  # radians
+    over_mean: dict[str, Array]  # T_flash over its mean over all directions, (speeds,)
+    over_twin: Array | None  # T_flash over that of the Gaussian twin, (speeds,), of the map alone
+
+
 class Quarters(Run):
     """The run of the four quarters of one map: realizations 0 … 3."""
 
@@ -47,8 +55,8 @@ class Quarters(Run):
     @property
     def rounds(self) -> Rounds:
         """The only round: all members."""
-        levels = range(len(self.numerics.levels))
-        wanted, there = (self.pressed,) * len(levels), tuple(min(self.pressed, self.available(i)) for i in levels)
+        wanted = (self.pressed,) * len(self.numerics.levels)
+        there = tuple(min(self.pressed, count) for count in self.members.available)
         verdict = Verdict(False, None, wanted, "all of the map is there", {}) if there == wanted else None
         return Rounds(there, wanted, 0, verdict)
 
@@ -104,25 +112,23 @@ class Pressed(Quarters):
 
     @property
     def angles(self) -> dict[str, float]:
-        """Directions of sliding in which T_flash is known, radians: along and across the lay, and the one asked for.
+        """Directions of sliding in which T_flash is known, radians: along and across the lay of the map, and "asked".
 
-        None where the map or a quarter was computed by an older version, or did not converge.
+        Empty while the map or a quarter is missing.
         """
-        found: dict[str, float] = self._directions(self, 0).get("angles", {})
-        whole = all(self._directions(self.quarters, k).get("angles") == found for k in range(4))
-        return {name: found[name] for name in ("along", "across", "asked") if whole and name in found}
+        whole, parts = _by_direction(self, 0), [_by_direction(self.quarters, part) for part in range(4)]
+        return {} if whole is None or None in parts else whole.angles
 
     @property
     def over_twin(self) -> Array | None:
-        """T_flash of the map over that of its Gaussian twin, (speeds,); None in a run of an older version."""
-        found: Array | None = self._directions(self, 0).get("over_twin")
-        return found
+        """T_flash of the map over that of its Gaussian twin, (speeds,); None while the map is missing."""
+        found = _by_direction(self, 0)
+        return None if found is None else found.over_twin
 
     @property
     def overshoot(self) -> float:
-        """Share of the load where the waves of the map stand far above its points around; NaN by an older version."""
-        found = self._of_last_level(self, 0).get(OVERSHOOT, np.nan)
-        return float(found) if isinstance(found, (int, float)) else np.nan
+        """Share of the load where the waves of the map stand far above its points around; NaN while it is missing."""
+        return float(_of_last_level(self, 0).get(OVERSHOOT, np.nan))
 
     def in_direction(self, name: str, column: str | None = None) -> Estimate:
         """Return T_flash in one of the directions `angles`: its mean over directions, times their ratio in the contact.
@@ -130,8 +136,9 @@ class Pressed(Quarters):
         The scatter of the ratio is that of the four quarters, and the difference of their mean from the map an error of
         its size. LookupError if the direction was not computed.
         """
-        over = self._directions(self, 0)["over_mean"][name]
-        rows = np.stack([self._directions(self.quarters, k)["over_mean"][name] for k in range(4)])
+        members = [_by_direction(self, 0), *(_by_direction(self.quarters, part) for part in range(4))]
+        over, *parts = (found.over_mean[name] for found in members if found is not None)
+        rows = np.stack(parts)
         mean = self.estimate("flash_temperature", column)
         error, freedom = spread(1.0 + SHARED * (rows / rows.mean(axis=0) - 1.0))
         budget = {part: values * over for part, values in mean.budget.items()}
@@ -146,39 +153,33 @@ class Pressed(Quarters):
             notes=(*mean.notes, IN_DIRECTION),
         )
 
-    def _of_last_level(self, run: Run, index: int) -> Mapping[str, Any]:
-        """What a member of the last level says of its making; nothing if it is missing or has failed."""
-        level = len(run.numerics.levels) - 1
-        if (level, index) not in run.members or run.members[level, index].failure:
-            return {}
-        return read_member(member_path(run.folder, level, index)).provenance
-
-    def _directions(self, run: Run, index: int) -> dict[str, Any]:
-        """What a member of the last level says of directions; nothing if it is missing or of an older version."""
-        path = member_path(run.folder, len(run.numerics.levels) - 1, index)
-        speeds = (len(self.scene.speeds),)
-        stored = self._of_last_level(run, index).get(DIRECTIONS)
-        if stored is None:
-            return {}
-        try:
-            found: dict[str, Any] = {"angles": {str(name): float(angle) for name, angle in stored["angles"].items()}}
-            found["over_mean"] = {name: np.array(stored["over_mean"][name], np.float64) for name in found["angles"]}
-            curves = [*found["over_mean"].values()]
-            if "over_twin" in stored:
-                curves.append(found.setdefault("over_twin", np.array(stored["over_twin"], np.float64)))
-        except (TypeError, ValueError, LookupError, AttributeError) as error:
-            raise RecordError(
-                f"{path} has directions that no press writes ({error}); press into a new folder"
-            ) from error
-        if any(curve.shape != speeds for curve in curves):
-            raise RecordError(f"{path} has directions of other speeds than the run; press into a new folder")
-        return found
-
     def _estimate(
-        self, observable: str, column: str | None, share: Values | Array, counts: Counts | None = None
+        self, observable: str, column: str | None = None, counts: Counts | None = None, *, all_heat: bool = False
     ) -> Estimate:
-        """Return the estimate of the map, which says what its errors are of."""
-        result = super()._estimate(observable, column, share, counts)
+        """Return the estimate of the map, with the meaning of its errors."""
+        result = super()._estimate(observable, column, counts, all_heat=all_heat)
         if self.overshoot > SOME_LOAD:
             result = replace(result, budget={**result.budget, "bandwidth": np.full_like(result.mean, np.nan)})
         return replace(result, notes=(*result.notes, NOTE))
+
+
+def _of_last_level(run: Run, index: int) -> dict[str, Any]:
+    """Return the provenance of a member of the last level; empty if it is missing or has failed."""
+    member = run.members.get((len(run.numerics.levels) - 1, index))
+    return {} if member is None or member.failure else member.provenance
+
+
+def _by_direction(run: Run, index: int) -> Directions | None:
+    """Return T_flash of a member of the last level by direction; None if it is missing, RecordError if it is forged."""
+    about = _of_last_level(run, index)
+    if DIRECTIONS not in about:
+        return None
+    stored, speeds = about[DIRECTIONS], len(run.scene.speeds)
+    try:
+        angles = {str(name): float(angle) for name, angle in stored["angles"].items()}
+        over_mean = {name: np.reshape(np.array(stored["over_mean"][name], float), speeds) for name in angles}
+        twin = np.reshape(np.array(stored["over_twin"], float), speeds) if "over_twin" in stored else None
+    except (TypeError, ValueError, LookupError, AttributeError) as error:
+        path = member_path(run.folder, len(run.numerics.levels) - 1, index)
+        raise RecordError(f"{path} has directions that no press writes ({error}); press into a new folder") from error
+    return Directions(angles, over_mean, twin)

@@ -1,8 +1,7 @@
-"""`Run`: an opened run folder with its rounds, values, estimates, fields and arrays."""
+"""`Run`: an opened run folder with its means, fields and arrays."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from copy import copy
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,19 +9,13 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.errors import RecordError
-from roughsim.estimate.correlation import correlation_of
-from roughsim.estimate.errors import SOURCES, Estimate
-from roughsim.estimate.sliding import OF_MARCH, sliding_estimate, with_background
-from roughsim.grid import Array, Grid
-from roughsim.observables.catalogue import AXIS, NUMBERS, OBSERVABLES
+from roughsim.grid import Grid
 from roughsim.results import arrays
 from roughsim.results.arrays import Labelled
 from roughsim.results.means import Means
-from roughsim.results.share import has_own_share, with_warming
-from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
-from roughsim.store.member_files import member_path, read_field, read_member
+from roughsim.store.member_files import member_path, read_field
 
 Field = NDArray[np.float32]
 
@@ -32,97 +25,6 @@ class Run(Means):
 
     Its attributes are those of `Means`.
     """
-
-    sources: Mapping[str, str] = SOURCES  # what each part of an error is, in words
-
-    def estimate(self, observable: str, column: str | None = None) -> Estimate:
-        """Return the mean of an observable with its errors.
-
-        Parameters
-        ----------
-        observable : str
-            One of the observables of `roughsim.observables.catalogue.OBSERVABLES`.
-        column : {"smoothed", "capped", "elastic", "sliding"}, optional
-            Left out: capped where there is a hardness, else elastic.
-
-        Returns
-        -------
-        Estimate
-            Arrays over speed, or of one entry. Temperatures are those of the heat share used (`share`), whose errors
-            they include; in the column sliding, of the share that its own heat takes.
-
-        ValueError if there is no such observable or column, or no realization yet.
-        """
-        if column == SLIDING:
-            single = self._estimate(observable, None, np.ones_like(self.heat_partition))
-            result = sliding_estimate(observable, single, self._marched(), self.coarsening)
-        else:
-            result = self._estimate(observable, column, self.share_values(column))
-        speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
-        return replace(result, speeds=speeds, sources=self.sources)
-
-    def estimates(self, column: str | None = None) -> dict[str, Estimate]:
-        """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""
-        names = OF_MARCH if column == SLIDING else OBSERVABLES
-        return {name: self.estimate(name, column) for name in names}
-
-    def contact_temperature(self, column: str, warming: Array) -> Estimate:
-        """Return T₀ + T_flash of a column over speed; `warming` is T₀ with all the heat, K, not that of marches."""
-        flash = self.estimate("flash_temperature", column)
-        if column == SLIDING:
-            return with_background(flash, self._marched()["sliding_background"])
-        own = has_own_share(self.scene)
-        return with_warming(flash, self.estimate("heat_partition", column) if own else self.heat_partition, warming)
-
-    def curves(self) -> dict[str, Array]:
-        """Return what members of the column sliding stored over the `slid_distance`, m; ValueError without such one.
-
-        Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
-        """
-        level, indices = self._marches()
-        rows = [read_member(member_path(self.folder, level, index)).curves for index in indices]
-        return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}
-
-    def _marches(self) -> tuple[int, list[int]]:
-        """Return the level of marches, and which of those that count are sound; ValueError if there is none."""
-        level = self.numerics.march
-        if level is None:
-            raise ValueError(f'{self.folder} has no column "sliding": its scene has history = "frozen"')
-        if sound := self.members.sound(level, self.counts[level]):
-            return level, sound
-        raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
-
-    def _marched(self) -> dict[str, Array]:
-        """Return the numbers of the marches that count, (members, speeds); errors as `_marches`."""
-        level, indices = self._marches()
-        return {name: self.members.numbers(level, name, indices) for name, n in NUMBERS.items() if n.of_march}
-
-    def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
-        """Return g_σ(r) at the highest cut-off of a column and its standard error, Pa².
-
-        `distance` is r, m, one-dimensional; ValueError beyond half the diagonal of the cell.
-        """
-        pairs = self.pairs(column)
-        reach = pairs[0].sample.reach
-        if distance.max(initial=0.0) > reach * (1 + 1e-12):
-            raise ValueError(
-                f"distance = {distance.max():.4g} m exceeds half the diagonal of the cell, {reach:.4g} m; ask for "
-                "shorter distances"
-            )
-        return correlation_of(pairs, distance)[:2]
-
-    def not_kept(self, level: int, index: int | None = None) -> ValueError:
-        """Return the error that says how to get the fields of a realization, or, without an index, of any."""
-        if index is not None and (level, index) in self.damaged:
-            return RecordError(self.damaged[level, index])
-        missing = "has kept no fields" if index is None else f"has not kept the fields of realization {index}"
-        index = index or 0
-        if not self.drawn:
-            advice = f"press the map in a new folder with --set numerics.keep_fields={index + 1}"
-        else:
-            call = f"rs.realize(run.scene, run.numerics, seed={self.seed}, level={level}, index={index})"
-            advice = f"run the scene in a new folder with --keep-fields {index + 1}, or recompute one: {call}"
-        return ValueError(f"{self.folder} {missing} at level {level}; {advice}")
 
     def fields(
         self, name: str, column: str | None = None, *, speed: float | None = None, direction: float = 0.0
@@ -161,12 +63,13 @@ class Run(Means):
     def field(self, level: int, index: int, name: str, *, speed: float | None = None, direction: float = 0.0) -> Field:
         """Return one field of one kept realization; name, speed and direction as in `fields`."""
         arrays.check_field(name, speed)
-        path, grid = member_path(self.folder, level, index), self.numerics.grid(level)
+        path = member_path(self.folder, level, index)
         if speed is None:
             return read_field(path, name)
         flux = read_field(path, "pressure")
         flux *= np.float32(prediction.heat_per_pressure(self.scene, speed))
         column = self.numerics.levels[level].column
+        grid = self.numerics.grid(level)
         return flux if name == "heat_flux" else self.temperature(flux, grid, speed, direction, column)
 
     def temperature(
@@ -190,6 +93,19 @@ class Run(Means):
         )
         temperature *= np.float32(self.heat_share(speed, column))
         return temperature
+
+    def not_kept(self, level: int, index: int | None = None) -> ValueError:
+        """Return the error that says how to get the fields of a realization, or, without an index, of any."""
+        if index is not None and (level, index) in self.damaged:
+            return RecordError(self.damaged[level, index])
+        missing = "has kept no fields" if index is None else f"has not kept the fields of realization {index}"
+        index = index or 0
+        if not self.drawn:
+            advice = f"press the map in a new folder with --set numerics.keep_fields={index + 1}"
+        else:
+            call = f"rs.realize(run.scene, run.numerics, seed={self.seed}, level={level}, index={index})"
+            advice = f"run the scene in a new folder with --keep-fields {index + 1}, or recompute one: {call}"
+        return ValueError(f"{self.folder} {missing} at level {level}; {advice}")
 
     def _repr_html_(self) -> str:
         """The state of the run and its flash temperature in each column, for notebooks."""

@@ -167,16 +167,16 @@ def _check_seal(path: Path, content: bytes) -> None:
 
 def _fill(file: Any, member: Member) -> None:
     """Store a member in a new HDF5 file."""
-    from roughsim.store.hdf5 import add_array, describe
+    from roughsim.store.hdf5 import write_arrays
 
     header = {name: getattr(member, name) for name in ("level", "index", "failure", "lengths", "speeds", "provenance")}
     header |= {name: list(getattr(member, name)) for name in ("numbers", "curves", "fields")}
-    describe(file.id, "header", json.dumps({"format_version": FORMAT, **header}))
-    stored: dict[str, Any] = {}
+    file.attrs["header"] = json.dumps({"format_version": FORMAT, **header})
+    labelled = []
     for name, values in _arrays_of(member):
         kind = KINDS[name]
-        axes = [] if kind.axes == (name,) else [stored[axis] for axis in kind.axes]
-        stored[name] = add_array(file.id, name, values, kind.unit, axes)
+        labelled.append((name, kind.axes, values, {"units": kind.unit} if kind.unit else {}))
+    write_arrays(file, labelled)
     if member.fields:
         _show(file, list(member.fields))
 
@@ -250,10 +250,12 @@ def _member_of(path: Path, header: dict[str, Any], array: Callable[[str], Any], 
 
     Who forges a header can forge its seal too.
     """
-    level, index, failure, provenance = (header[name] for name in ("level", "index", "failure", "provenance"))
-    speeds, (length_x, length_y) = tuple(float(speed) for speed in header["speeds"]), header["lengths"]
-    if type(level) is not int or type(index) is not int or f"{member_name(level, index)}.h5" != path.name:
-        raise ValueError(f"it holds level {level!r}, index {index!r}, not what its name says")
+    level, index = (int(number) for number in path.stem[1:].split("-"))
+    if [header["level"], header["index"]] != [level, index]:
+        raise ValueError(f"it holds level {header['level']!r}, index {header['index']!r}, not what its name says")
+    failure, provenance = header["failure"], header["provenance"]
+    speeds = tuple(float(speed) for speed in header["speeds"])
+    length_x, length_y = header["lengths"]
     moments = list(_moments(header["numbers"], len(speeds), array)) if header["numbers"] else []
     if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(moments):
         raise ValueError("its header is none that a writer of this format makes")

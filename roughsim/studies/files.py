@@ -71,12 +71,11 @@ def _parquet(study: StudyResults) -> bytes:
 
 def _hdf5(study: StudyResults) -> memoryview:
     """Return the arrays of a study as an HDF5 file with dimension scales, which is netCDF-4."""
-    from roughsim.results.export import write_arrays
-    from roughsim.store.hdf5 import hdf5_bytes  # loads h5py
+    from roughsim.store.hdf5 import hdf5_bytes, write_arrays  # loads h5py
 
     def fill(file: Any) -> None:
         file.attrs.update(_attributes(study))
-        write_arrays(file, list(_arrays(study)), None)
+        write_arrays(file, _arrays(study))
 
     return hdf5_bytes(fill)
 

@@ -263,14 +263,6 @@ def test_a_run_that_draws_from_a_map_with_spikes_does_not_know_its_error(tmp_pat
     assert "roughsim press" in table
 
 
-def test_a_map_that_an_older_version_pressed_is_compared_without_directions(monkeypatch, tmp_path):
-    monkeypatch.setattr(press_module, "by_direction", lambda *_, **__: None)
-    old = pressed(tmp_path / "old", grooved(seed=3))
-    assert old.angles == {}
-    assert old.over_twin is None
-    assert not {row.observable for row in rs.compare(old).rows} & {"flash_temperature_along", "map_over_gaussian_twin"}
-
-
 @pytest.mark.parametrize("forged", [{}, {"angles": 3}, {"angles": {"along": 0.1}, "over_mean": {"along": [1.0]}}])
 def test_forged_directions_are_refused_by_the_name_of_their_file(monkeypatch, tmp_path, forged):
     monkeypatch.setattr(press_module, "by_direction", lambda *_, **__: forged)

@@ -236,7 +236,11 @@ def test_a_damaged_file_is_named_and_the_others_are_shown(copy, kept_run):
         rs.open_run(copy)
     run = rs.open_run(copy, damaged="skip")
     assert list(run.damaged) == [(1, 1)]
-    assert (run.realizations, run.failed, run.sound(3)) == (3, 0, [0, 2])  # damaged is not "did not converge"
+    assert (run.realizations, run.failed, run.members.sound(0, 3)) == (
+        3,
+        0,
+        [0, 2],
+    )  # damaged is not "did not converge"
     words = Reader(page(run)).words
     assert "Damaged files, left out" in words
     assert "L1-000001.h5 is damaged" in words

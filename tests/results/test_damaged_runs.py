@@ -35,7 +35,7 @@ def test_members_that_cannot_be_read_now_are_an_error_and_stay_where_they_are(fo
         rs.run(whole.scene, folder, max_realizations=COUNT + 1)  # goes on with nothing, redoes nothing
     monkeypatch.undo()
     assert {path.name: path.read_bytes() for path in (folder / "realizations").iterdir()} == before
-    assert rs.open_run(folder).available(0) == COUNT
+    assert rs.open_run(folder).members.available[0] == COUNT
 
 
 @pytest.mark.parametrize("name", ["heights", "pressure"])
@@ -64,7 +64,7 @@ def test_a_damaged_member_that_is_skipped_counts_as_failed_until_the_run_is_open
     path.write_bytes(sound[:-100])
     run = rs.open_run(folder, damaged="skip")
     assert list(run.damaged) == [(1, 4)]
-    assert (run.failed, run.available(1)) == (0, whole.available(1))  # its contact converged
+    assert (run.failed, run.members.available[1]) == (0, whole.members.available[1])  # its contact converged
     assert 4 not in run.pairs()[1].sample.rows
     path.write_bytes(sound)
     run.refresh()

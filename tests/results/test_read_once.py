@@ -59,14 +59,14 @@ def test_members_beyond_a_gap_or_a_round_do_not_count(folder, whole):
     one = read_member(member_path(folder, 1, 0))
     write_member(folder, replace(one, index=whole.counts[1]))  # computed ahead
     run = rs.open_run(folder)
-    assert run.available(1) == whole.counts[1] + 1
+    assert run.members.available[1] == whole.counts[1] + 1
     assert (run.counts, bits(run)) == (whole.counts, bits(whole))
     member_path(folder, 0, 4).unlink()
     run = rs.open_run(folder)
     assert run.counts == (4, 6)  # what is there of the first round
-    assert run.take(0, 5)
+    assert run.members.take(0, 5)
     run.refresh()
-    assert (run.available(0), run.counts) == (4, (4, 6))
+    assert (run.members.available[0], run.counts) == (4, (4, 6))
 
 
 def test_the_first_members_of_each_level_are_pairs_by_themselves(whole):
