@@ -130,8 +130,8 @@ def check_measured_file(file: Path, path: Path | None = None) -> None:
     """Raise a RecordError if the file of an instrument leads to other files, runs code, or unpacks beyond memory.
 
     Other programs will read it. Refused are: no regular file, more than an eighth of memory, a zip whose entries
-    unpack to more than half of memory, a pickle, and an HDF5 file that `_check_hdf5` refuses or the library cannot read.
-    `path` is the name in messages, where `file` is a copy.
+    unpack to more than half of memory, a pickle, and an HDF5 file that leads elsewhere, declares too much, or cannot be
+    read. `path` is the name in messages, where `file` is a copy.
     """
     path = path or file
     size = regular_file(file).stat().st_size

@@ -156,13 +156,14 @@ def fields(run: Means, level: int, kept: list[int], read: Callable[..., Array]) 
 
 def attributes_of(run: Means) -> dict[str, Any]:
     """Return title, scene, numerics, seed and versions of a run, as files and datasets carry them."""
+    versions = next(iter(run.members.values())).provenance["versions"]  # of the packages that computed the first member
     return {
         "title": run.scene.title or run.folder.resolve().name,
-        "source": f"roughsim {run.versions['roughsim']}",
+        "source": f"roughsim {versions['roughsim']}",
         "scene": run.scene.to_toml(),
         "numerics": json.dumps(run.numerics.to_dict()),
         "seed": run.seed,
-        "versions": json.dumps(run.versions),
+        "versions": json.dumps(versions),
     }
 
 

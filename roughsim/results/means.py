@@ -123,12 +123,6 @@ class Means:
         return march is not None and bool(self.members.sound(march, self.counts[march]))
 
     @property
-    def versions(self) -> dict[str, str]:
-        """Versions of the packages that computed the first member, by name."""
-        known: dict[str, str] = next(iter(self.members.values())).provenance["versions"]
-        return known
-
-    @property
     def scanned(self) -> bool:
         """Whether the surfaces are drawn from a C(q) that was measured on maps."""
         return self.drawn and self.scene.scanned
