@@ -1,10 +1,15 @@
-"""Set the law for contact that yields beside contacts: the map of validity, and points drawn before the law was final.
+"""Set the calibrated law beside contacts: those on a grid, and points drawn before the law was final.
 
     python experiments/yielding.py [--toy] [-o FOLDER]
 
 Prints measured against predicted T_flash at the Péclet numbers .001, 1 and 1000, the variance g_σ(0), the curve g_σ(r)
-down to a tenth of it, and the areas in contact and yielded; draws measured/theory for the paper's form, the law and its
-two limits, and the errors of the law at the fresh points.
+down to a tenth of it, and the areas in contact and yielded; for elastic contacts T′, D_flash and d_flash too. Draws
+measured/theory for the paper's form, the law and its two limits, and the errors of the law at the fresh points.
+
+The contacts on a grid are in reference/contacts.json. C(q) has H = "hurst", q_r/q_min = "plateau" and C ~
+q^-"low_exponent" below q_r. Of elastic contacts h′ = 1, q_max = "bandwidth" and σ₀ = "load". Of contacts that yield
+C(1) = "level", q_y = "yields", q_max = "depth" q_y, without end where it is null, σ₀/σ_P = "share", σ_P = "hardness".
+Units are those of `Case`; every quantity has its value and its relative error, 95 %.
 
 The limits: "walls", where finer roughness does not yield (c = 0, so |σ_q|² = (E*q/2)² C A_el with Persson's diffusion
 between both walls), and "bearing", where it alone yields (E* → ∞, so that the pressure is σ_P on the highest points).
@@ -17,30 +22,29 @@ C(q): continued to finer ones, at distances that only the last two grids resolve
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yielding_points
+from contacts.members import spectrum_of
 from matplotlib.figure import Figure
 from script import Command
-from validity_map.capped import CappedPoint
-from validity_map.members import spectrum_of
 
-from roughsim.comparison.validity_map import read_validity
 from theory import flash, persson, plasticity
 from theory.walls import between
 from theory.yielding import ERROR_BANDS, YieldingSpectrum
 
+ON_GRID = Path(__file__).parent / "reference" / "contacts.json"
 SEEN = {"A": 22, "B": 16, "C": 28}  # numbers up to these
 CERTAIN = 0.03  # the largest relative error of g_σ(r), measured, at which it is compared
 SHOWN = (0.001, 1.0, 1000.0)  # Péclet numbers
+PER_SPEED = ("flash_temperature", "flash_gradient", "flash_width", "slope_length")
 STIFF = 1e5  # times E*: the bearing limit
 FAR = 1e5  # q_max/q_r that stands for roughness without end
-GAMMA = 0.45
 BAND = ERROR_BANDS["flash_temperature"]
 
 
@@ -55,7 +59,7 @@ class Case:
     hardness: float
     temperature: Any  # ⟨Tσ⟩ at SHOWN
     error: Any  # relative, 95 %, total
-    record: dict[str, Any]  # of the point, empty for those of the map
+    record: dict[str, Any]  # of the point, empty for those on the grid
 
     @property
     def solid(self) -> dict[str, float]:
@@ -63,27 +67,40 @@ class Case:
         return {"effective_modulus": 1.0, "nominal_pressure": self.load, "penetration_hardness": self.hardness}
 
 
-def of_map(every: int = 1) -> list[Case]:
-    """Return the points of the shipped map that have a hardness; measured is what the map holds times the theory."""
-    table, cases = read_validity()["capped"], []
-    at = [table.quantities.index(("flash_temperature", pe)) for pe in SHOWN]
-    for place, value, error in list(zip(table.place, table.value, table.error, strict=True))[::every]:
-        share, yields, hurst, plateau, low, depth = map(float, place)
-        point = CappedPoint(share, yields, hurst, plateau, low)
-        whole = point.spectrum if depth == inf else point.spectrum.truncated(q_max=depth * yields)
-        load = point.pressures["nominal_pressure"]
-        paper = heat(load, spectrum=plasticity.smoothed_spectrum(whole, **point.pressures), effective_modulus=1.0)
-        spectrum = spectrum_like(whole, hurst, plateau, low) if depth == inf else whole
-        name = f"{share:g} {yields:.2g} {hurst:g} {plateau:g} {depth:g}"
-        group = "map, q_max → ∞" if depth == inf else "map, q_max finite"
-        cases.append(Case(name, group, spectrum, load, point.hardness, value[at] * paper, error[at], {}))
+def of_grid(every: int = 1) -> list[Case]:
+    """Return the contacts on the grid that yield."""
+    cases = []
+    for row in json.loads(ON_GRID.read_text())["yielding"][::every]:
+        endless = row["depth"] is None
+        end = FAR if endless else row["depth"] * row["yields"]
+        whole = spectrum_of(row["hurst"], row["plateau"], end, row["low_exponent"])
+        spectrum = whole.scaled(row["level"] / float(whole(np.array(1.0))))
+        measured = row["flash_temperature"]
+        value, error = np.array(measured["value"]), np.array(measured["error"])
+        group = "grid, q_max → ∞" if endless else "grid, q_max finite"
+        name = f"{row['share']:g} {row['yields']:.2g} {row['hurst']:g}"
+        cases.append(Case(name, group, spectrum, row["share"] * row["hardness"], row["hardness"], value, error, {}))
     return cases
 
 
-def spectrum_like(spectrum: Any, hurst: float, plateau: float, low: float) -> Any:
-    """Return a spectrum with the level of this one that goes on to FAR."""
-    far = spectrum_of(hurst, plateau, FAR, low)
-    return far.scaled(float(spectrum(np.array(1.0)) / far(np.array(1.0))))
+def elastic_report(every: int = 1) -> str:
+    """Return mean, rms and largest departure of the law from elastic contacts, by quantity."""
+    departures: dict[str, list[Any]] = {}
+    for row in json.loads(ON_GRID.read_text())["elastic"][::every]:
+        spectrum = spectrum_of(row["hurst"], row["plateau"], row["bandwidth"], row["low_exponent"])
+        stress = persson.calibrated_spectrum(spectrum, effective_modulus=1.0, nominal_pressure=row["load"])
+        predicted = {name: heat(row["load"], name, stress_spectrum=stress) for name in PER_SPEED}
+        predicted["pressure_variance"] = persson.pressure_correlation(0.0, stress_spectrum=stress)
+        predicted["correlation_radius_50"] = persson.correlation_radius(0.5, stress_spectrum=stress)
+        predicted["contact_fraction"] = stress.contact_fraction
+        for name, value in predicted.items():
+            departures.setdefault(name, []).append(np.log(np.abs(value) / row[name]["value"]))
+    lines = ["law over measured in elastic contacts, ln, %: mean, rms, largest"]
+    for name, values in departures.items():
+        percent = 100 * np.array(values)
+        rms = np.sqrt((percent**2).mean())
+        lines.append(f"{name:24}{percent.mean():8.1f}{rms:8.1f}{np.abs(percent).max():8.1f}")
+    return "\n".join(lines)
 
 
 def seen(name: str) -> bool:
@@ -104,10 +121,10 @@ def of_points() -> list[Case]:
     return cases
 
 
-def heat(load: float, **spectrum: Any) -> Any:
-    """Return ⟨Tσ⟩ at SHOWN."""
+def heat(load: float, name: str = "flash_temperature", **spectrum: Any) -> Any:
+    """Return ⟨Tσ⟩, or another quantity of `theory.flash`, at SHOWN."""
     unit = {"conductivity": 1.0, "diffusivity": 1.0, "friction_coefficient": load, "nominal_pressure": load}
-    return flash.flash_temperature(np.array(SHOWN), **unit, **spectrum)
+    return getattr(flash, name)(np.array(SHOWN), **unit, **spectrum)
 
 
 @dataclass(frozen=True)
@@ -248,13 +265,14 @@ def draw(cases: list[Case], errors: dict[str, Any], folder: Path) -> None:
 
 
 def main() -> None:
-    command = Command(__file__, __doc__, "every 20th point of the map")
+    command = Command(__file__, __doc__, "every 20th contact on the grid")
     options = command.parse()
-    cases = [*of_map(20 if options.toy else 1), *of_points()]
+    every = 20 if options.toy else 1
+    cases = [*of_grid(every), *of_points()]
     if options.toy:
         cases = cases[::4]
     errors = departures(cases)
-    text = report(cases, errors)
+    text = report(cases, errors) + "\n\n" + elastic_report(every)
     print(text)
     (options.output / "yielding.txt").write_text(text + "\n")
     draw(cases, errors, options.output)

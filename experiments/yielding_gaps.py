@@ -12,7 +12,7 @@ P   Self-affine C(q) with plateaus of 1, 2 and 4 octaves, H of .3 and .6, that e
 L   Self-affine C(q) of which little has yielded, A_pl/A ≤ .1.
 
 `--solve` solves what is not there yet into reference/yielding_gaps, a file for each contact, on grids of up to 2048
-points along a side, as validity_map/yielding.py says. The table sets the law beside them: ln of T_flash at the Péclet
+points along a side, as contacts/ladder.py says. The table sets the law beside them: ln of T_flash at the Péclet
 numbers .001, 1 and 1000, g_σ(0), the largest departure of g_σ(r) over g_σ(0), and both areas, all in percent; "refused"
 is what `plasticity.stress_spectrum` says.
 """
@@ -29,9 +29,9 @@ from typing import Any
 
 import numpy as np
 import yielding_points
+from contacts import ladder
 from matplotlib.figure import Figure
 from script import Command
-from validity_map import yielding
 
 import roughsim as rs
 from theory import flash, persson, plasticity
@@ -146,9 +146,9 @@ def effort(contact: Contact) -> float:
 def solve(contact: Contact, seed: int, pixels: float, side: int) -> dict[str, Any]:
     """Solve one contact."""
     start = time.process_time()
-    large, rungs = yielding.ladder(contact, pixels, side)
+    large, rungs = ladder.ladder(contact, pixels, side)
     stream = [seed, ord(contact.kind), int(contact.name[1:])]
-    result = yielding.values(rungs, yielding.measure(contact, large, rungs, stream))
+    result = ladder.values(rungs, ladder.measure(contact, large, rungs, stream))
     return {"name": contact.name, "seconds": time.process_time() - start} | result
 
 
@@ -225,7 +225,7 @@ def main() -> None:
                 if not (options.solve or options.toy):
                     continue
                 record = solve(contact, seed, *((1e4, 1024) if options.toy else (effort(contact), SIDE)))
-                path.write_text(json.dumps(yielding_points._short(record), separators=(",", ":")) + "\n")
+                path.write_text(json.dumps(yielding_points.short(record), separators=(",", ":")) + "\n")
             record = json.loads(path.read_text())
             print(line(contact, record), flush=True)
             rows.append((contact, row(contact, record)))

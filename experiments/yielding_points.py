@@ -5,8 +5,8 @@
 The first list was drawn before the law had any form; the later ones, numbers from A15, B07, C13, from A21, B14, C24,
 and from A23, B17, C29 on, when it had a form that seemed final, the last one that of today. All were committed before
 any was solved. Contact is elastic and perfectly plastic, 0 ≤ p ≤ σ_P, with H in 0.3 … 1, σ₀/σ_P in 0.005 … 0.6 and
-q_r/q_min, the plateau of C(q), in 1 … 16. Let q_y be, as in the map of validity, where roughness must be seen up to for
-1 % of the contact to stay elastic, by the theory. Kind A has yielded altogether under roughness without end, q_y/q_r in
+q_r/q_min, the plateau of C(q), in 1 … 16. Let q_y be the wavenumber up to which roughness must be seen for 1 % of
+the contact to stay elastic, by the theory. Kind A has yielded altogether under roughness without end, q_y/q_r in
 0.25 … 8. Kind B has yielded too, and C(q) ends at q_max = 1 … 10 q_y. Kind C has yielded in part where C(q) ends, at
 q_max/q_r in 1 … 32. Its hardness aims at A_pl/A in 0.1 … 0.9; that of the first list was corrected once, after pilots
 of a few members that looked at this share alone.
@@ -16,7 +16,7 @@ in random order. Only q_r/q_min, and q_y/q_r of kind B, are drawn until a grid h
 q_y or q_max, and q_max is not below q_r. `--draw` writes the list anew.
 
 `--solve` solves what is not there yet, the kinds in turn and the quick ones first, into reference/yielding_measured: a
-file for each contact, written whole. `measured()` reads them; validity_map/yielding.py says how they were solved. Units
+file for each contact, written whole. `measured()` reads them; contacts/ladder.py says how they were solved. Units
 are those of `Contact`, with μ = κ = D = 1: a speed is the Péclet number v/(D q_r), and "flash_temperature" is ⟨Tσ⟩, so
 that theory.flash gives it with friction_coefficient = nominal_pressure. Every quantity has "value" and relative errors:
 "error" is the total one (95 %), made of "standard_error" (68 %), "ladder" (what cut-offs or pixels leave open) and
@@ -35,10 +35,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from contacts import ladder
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 from script import Command
-from validity_map import yielding
 
 import roughsim as rs
 from theory import plasticity
@@ -205,37 +205,37 @@ def in_turn(contacts: list[Contact]) -> list[Contact]:
     order = []
     for kind in KINDS:
         some = [contact for contact in contacts if contact.kind == kind]
-        some.sort(key=lambda contact: sum(rung.side**2 * rung.members for rung in yielding.ladder(contact)[1]))
+        some.sort(key=lambda contact: sum(rung.side**2 * rung.members for rung in ladder.ladder(contact)[1]))
         order += [((rank + 0.5) / len(some), contact.name, contact) for rank, contact in enumerate(some)]
     return [contact for *_, contact in sorted(order)]
 
 
 def solve(contact: Contact, folder: Path, *, toy: bool = False) -> dict[str, Any]:
     """Solve one contact, with more members until its error is small enough, and store it whole."""
-    start, effort = time.process_time(), yielding.EFFORT
+    start, effort = time.process_time(), ladder.EFFORT
     stream = [SEED, ord(contact.kind), int(contact.name[1:])]
     while True:
-        large, rungs = yielding.ladder(contact, *((1e4, 1024) if toy else (effort,)))
-        result = yielding.values(rungs, yielding.measure(contact, large, rungs, stream))
+        large, rungs = ladder.ladder(contact, *((1e4, 1024) if toy else (effort,)))
+        result = ladder.values(rungs, ladder.measure(contact, large, rungs, stream))
         error, scatter = (np.array(result["flash_temperature"][key]) for key in ("error", "standard_error"))
-        if toy or effort > yielding.EFFORT or ((error <= TARGET) | (2 * scatter < 0.7 * error)).all():
+        if toy or effort > ladder.EFFORT or ((error <= TARGET) | (2 * scatter < 0.7 * error)).all():
             break
         effort *= 3.0
     record = {"name": contact.name, "seconds": time.process_time() - start}
     record |= {"large": asdict(large), "rungs": [asdict(rung) for rung in rungs]} | result
-    text = json.dumps(_short(record), separators=(",", ":")) + "\n"
+    text = json.dumps(short(record), separators=(",", ":")) + "\n"
     temporary = folder / f"{contact.name}.tmp"
     temporary.write_text(text)
     temporary.replace(folder / f"{contact.name}.json")
     return record
 
 
-def _short(entry: Any) -> Any:
+def short(entry: Any) -> Any:
     """Return a record with all its numbers to five digits."""
     if isinstance(entry, dict):
-        return {key: _short(value) for key, value in entry.items()}
+        return {key: short(value) for key, value in entry.items()}
     if isinstance(entry, list):
-        return [_short(value) for value in entry]
+        return [short(value) for value in entry]
     return _rounded(entry, 5) if isinstance(entry, float) else entry
 
 

@@ -87,7 +87,7 @@ TESTS = {
         "estimate/test_total_errors.py"
     ),
     "roughsim/show/table.py": "show/test_units.py show/test_table.py",
-    "roughsim/comparison/trust.py": "comparison/test_trust.py comparison/test_validity_page.py",
+    "roughsim/comparison/trust.py": "comparison/test_trust.py",
     "roughsim/planning/levels.py": "planning/test_ladders.py",
     "roughsim/planning/plan.py": "planning/test_plan.py",
     "roughsim/scene/numerics.py": "scene/test_numerics.py",

@@ -3,12 +3,12 @@
 from dataclasses import asdict
 from math import inf, nan, pi, sqrt
 
+import law_cases  # noqa: F401  (finds the folder of the script)
 import numpy as np
 import pytest
-import validity_cases  # noqa: F401  (finds the folder of the script)
 import yielding_points
+from contacts import ladder
 from scipy.special import j0
-from validity_map import yielding
 
 from roughsim.surface.modes import mode_variance
 from theory import flash, persson, plasticity
@@ -58,9 +58,9 @@ def test_the_law_takes_every_contact_that_it_was_compared_with(contact):
 def test_full_contact_is_exact():
     # p = σ₀ + F⁻¹[E* q h_q/2]: with fixed amplitudes every member has |σ_q|² = (q/2)² |h_q|², mode by mode
     contact = yielding_points.Contact("C99", 0.7, 0.5, 2.0, 3.0, nan, nan, 400.0)
-    large, rungs = yielding.ladder(contact, 1e4, 256)
+    large, rungs = ladder.ladder(contact, 1e4, 256)
     for rung in [large, rungs[1]]:
-        values = dict(zip(yielding.COLUMNS, yielding.members_of(contact, rung, [1]).T, strict=False))
+        values = dict(zip(ladder.COLUMNS, ladder.members_of(contact, rung, [1]).T, strict=False))
         q = rung.grid.wavenumbers
         stress = mode_variance(contact.spectrum(), rung.grid) * (q / 2) ** 2 * rung.grid.multiplicity
         waves = q > 0
@@ -70,10 +70,10 @@ def test_full_contact_is_exact():
         assert values["flash_temperature-1"] == pytest.approx(2 / pi * (stress[waves] / q[waves]) @ even, rel=1e-3)
         assert values["contact_fraction"] == pytest.approx(1.0)
         assert values["yielded_fraction"] == pytest.approx(0.0)
-        correlation = yielding.members_of(contact, rung, [1])[0, len(yielding.COLUMNS) + 20]  # r = 0.48/q_r
-        assert correlation == pytest.approx((stress * j0(q * yielding.DISTANCES[20])).sum(), rel=2e-3)
-    levels = [yielding.members_of(contact, rung, [1]) for rung in rungs[:2]]
-    spectrum = yielding._spectrum(yielding.Solved(rungs[:2], levels, levels[0]))
+        correlation = ladder.members_of(contact, rung, [1])[0, len(ladder.COLUMNS) + 20]  # r = 0.48/q_r
+        assert correlation == pytest.approx((stress * j0(q * ladder.DISTANCES[20])).sum(), rel=2e-3)
+    levels = [ladder.members_of(contact, rung, [1]) for rung in rungs[:2]]
+    spectrum = ladder.finest_spectrum(ladder.Solved(rungs[:2], levels, levels[0]))
     q, density = np.array(spectrum["q"]), np.array(spectrum["value"])
     inner = (q > 1.2) & (q < 2.4)  # away from the kink and the end of C(q); bands are a third of an octave wide
     assert inner.sum() >= 3
@@ -86,13 +86,13 @@ def test_a_ladder_ends_at_its_limit_and_takes_over_what_a_large_cell_changes():
     common = rng.normal(0.0, 0.01, (256, 1))
     levels = [(1 + 0.5**k) * (1 + common[: 256 >> k]) for k in range(5)]
     large = 2.2 * (1 + rng.normal(0.0, 0.01, (64, 1)))
-    rungs = [yielding.Rung(3.0, 2**k, 8.0, level.size) for k, level in enumerate(levels)]
-    result = yielding.Solved(rungs, levels, large).value(0)
+    rungs = [ladder.Rung(3.0, 2**k, 8.0, level.size) for k, level in enumerate(levels)]
+    result = ladder.Solved(rungs, levels, large).value(0)
     assert result["value"] == pytest.approx(1.1, rel=result["error"])
     assert result["standard_error"] == pytest.approx(0.01 / sqrt(64), rel=0.3)  # the large cell is all that scatters
     assert result["error"] < 0.05
     assert result["bias"] == pytest.approx(0.5**4, rel=0.01)
-    assert result["size"] == pytest.approx(yielding.SIZE_DOUBT * np.log(1.1), rel=0.1)
+    assert result["size"] == pytest.approx(ladder.SIZE_DOUBT * np.log(1.1), rel=0.1)
 
 
 def test_what_is_measured_covers_the_kinds_and_is_small():

@@ -26,7 +26,7 @@ with k = ⟨ψψ′⟩ and m = ⟨zψ′⟩ = ⟨ψz′⟩. By Stein's rule ⟨x
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import log, pi, sqrt
+from math import isinf, log, pi, sqrt
 
 import numpy as np
 import scipy
@@ -37,7 +37,7 @@ from scipy.fft import fht
 from theory.arguments import Array, Spectrum, breaks_of, density, real_array
 from theory.persson import calibrated_spectrum, half_variance
 from theory.walls import MODES, SWITCH, area_fractions, half_variance_of
-from theory.yielding import YieldingSpectrum, stress_spectrum
+from theory.yielding import stress_spectrum
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # i, j of ⟨F w_i F′ w′_j⟩, which is symmetric
 _STEPS = 48  # of F
@@ -201,12 +201,12 @@ def clipped_field(
     """
     solid = {"effective_modulus": effective_modulus, "nominal_pressure": nominal_pressure}
     if penetration_hardness is None:
-        stress: Spectrum = calibrated_spectrum(spectrum, **solid)
+        stress = calibrated_spectrum(spectrum, **solid)
     else:
         stress = stress_spectrum(spectrum, **solid, penetration_hardness=penetration_hardness)
     distance, correlation, variance = _correlation(stress)
-    most = penetration_hardness
-    if most is None or not isinstance(stress, YieldingSpectrum):
+    most = stress.penetration_hardness
+    if isinf(most):
         full = float(half_variance(breaks_of(spectrum)[-1], spectrum, effective_modulus=effective_modulus))
         most = float(nominal_pressure) + _FAR * sqrt(2 * full)
     levels, heights = _steps(nominal_pressure / most, variance / most**2)

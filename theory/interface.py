@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import ceil, log, pi, sqrt
+from math import ceil, isinf, log, pi, sqrt
 
 import numpy as np
 import scipy
@@ -58,8 +58,10 @@ class Diffusion:
 
 
 def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float, *, step: float = STEP) -> Diffusion:
-    """Solve both equations for checked numbers: C(q) in m⁴, E*, σ₀ and σ_P in Pa; σ_P may be beyond all pressures."""
+    """Solve both equations for checked numbers: C(q) in m⁴, E*, σ₀ and σ_P in Pa; σ_P = ∞ is elastic contact."""
     wavenumber, variance, spread = _shells(spectrum, modulus, step)
+    if isinf(hardness):
+        pressure = min(pressure, UNREACHED * spread)  # contact is full: more load changes no stress but the mean
     highest = min(hardness, pressure + UNREACHED * spread)
     start = float(ndtri(pressure / highest))
     below, above = ceil((start + FURTHEST) / SPACING), ceil((FURTHEST - start) / SPACING)

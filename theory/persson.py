@@ -12,10 +12,24 @@ from numpy.typing import ArrayLike
 
 from theory import quadrature
 from theory.arguments import Array, Spectrum, breaks_of, density, not_negative_array, positive, real_array
+from theory.full_contact import half_variance, half_variance_table
 from theory.hankel import first_crossing, hankel_transform
 
 if TYPE_CHECKING:
-    from theory.calibrated import CalibratedSpectrum
+    from theory.yielding import YieldingSpectrum
+
+__all__ = [
+    "StressDensity",
+    "calibrated_spectrum",
+    "contact_probability",
+    "correlation_radius",
+    "effective_modulus",
+    "half_variance",
+    "pressure_correlation",
+    "stress_density",
+    "stress_weight",
+    "wang_mueser",
+]
 
 Weight = float | Callable[[Array, Array], Array]
 
@@ -53,35 +67,6 @@ def effective_modulus(youngs_modulus: ArrayLike, poisson_ratio: ArrayLike) -> fl
     if not possible.all():
         raise ValueError(f"poisson_ratio = {ratio[~possible].flat[0]:.6g} must lie above −1 and be at most 0.5")
     return float(np.sum((1 - ratio**2) / modulus) ** -1.0)
-
-
-def half_variance(q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float) -> Array:
-    """Half the variance of the pressure in full contact from the roughness up to `q`.
-
-    G(q) = (π/4) E*² ∫ q³ C dq from q_min to q.
-
-    Parameters
-    ----------
-    q : array_like
-        Wavenumbers ≥ 0 of any shape, rad/m: below q_min G = 0, beyond q_max it stays.
-    spectrum : callable
-        C(q), m⁴, with `breaks`.
-    effective_modulus : float
-        E*, Pa, > 0.
-
-    Returns
-    -------
-    ndarray
-        G in Pa², the shape of `q`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If an argument is not real, finite and of the right sign.
-    """
-    wavenumber = not_negative_array("q", q, "rad/m")
-    modulus = positive("effective_modulus", effective_modulus, "Pa")
-    return np.asarray(pi / 4 * modulus**2 * half_variance_table(spectrum)(wavenumber))
 
 
 def contact_probability(
@@ -188,10 +173,10 @@ def correlation_radius(
     return first_crossing(stress.panels, stress.values, level)
 
 
-def calibrated_spectrum(
-    spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float
-) -> "CalibratedSpectrum":
+def calibrated_spectrum(spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float) -> "YieldingSpectrum":
     """Stress spectrum of elastic contact, calibrated to boundary-element contacts, as an alternative to the paper's W.
+
+    It is the law of `plasticity.stress_spectrum` in the limit σ_P → ∞.
 
     Pass it as `stress_spectrum` to `pressure_correlation`, `correlation_radius` and every function of `flash`.
 
@@ -204,22 +189,18 @@ def calibrated_spectrum(
 
     Returns
     -------
-    CalibratedSpectrum
-        |σ_q|² in Pa² m², with `breaks` beyond both ends of C(q); see `theory.calibrated`.
+    YieldingSpectrum
+        |σ_q|² in Pa² m², with `breaks` beyond both ends of C(q).
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not real, finite and of the right sign, or the contact lies outside the calibrated range.
+        If an argument is not real, finite and of the right sign, or the contact lies outside the range that was
+        compared with boundary-element contacts.
     """
-    from theory.calibrated import calibrated
+    from theory.yielding import elastic_spectrum
 
-    return calibrated(spectrum, effective_modulus, nominal_pressure)
-
-
-def half_variance_table(spectrum: Spectrum) -> quadrature.Primitive:
-    """Return ∫ q³ C dq from the first break, dimensionless, as a function of q."""
-    return quadrature.primitive(lambda q, place: q**3 * density(spectrum, q, place), breaks_of(spectrum))
+    return elastic_spectrum(spectrum, effective_modulus, nominal_pressure)
 
 
 def probability(half_variance: Array, pressure: float) -> Array:

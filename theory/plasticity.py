@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, breaks_of, density, not_negative_array, positive
-from theory.persson import half_variance_table
+from theory.full_contact import half_variance_table
 from theory.quadrature import Primitive
 from theory.walls import (
     IMAGES,

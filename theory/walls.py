@@ -22,7 +22,7 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, breaks_of, not_negative_array, positive, real_array
-from theory.persson import half_variance_table
+from theory.full_contact import half_variance_table
 
 SWITCH = 0.2  # g: below, images; above, modes: four of the former and five of the latter reach rounding on either side
 IMAGES, MODES = 7, 6

@@ -43,7 +43,7 @@ def theory(
     scene: SceneName,
     changes: Set = None,
     as_json: Json = False,
-    trust: Annotated[bool, Option("--trust", help="Say how far the theory is off for this scene.")] = False,
+    trust: Annotated[bool, Option("--trust", help="Print the error of the theory for this scene.")] = False,
 ) -> None:
     """Print what the analytic theory expects of a scene."""
     from roughsim.comparison.tables import theory_dict, theory_table, trust_table

@@ -1,1 +1,1 @@
-"""Theory beside simulation: the comparison, the slope of the stress spectrum, and how far the theory can be trusted."""
+"""Theory beside simulation: the comparison, the slope of the stress spectrum, and the error of the theory."""

@@ -1,4 +1,4 @@
-"""Theory, its trust and comparisons as tables for people, and the theory as JSON values for programs."""
+"""Tables of the theory, of its error and of the error budget of a run; the theory as JSON values."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -78,23 +78,24 @@ def calibrated_note(scene: Scene) -> str:
 
 
 def trust_table(known: Trust) -> Table:
-    """Return how far the theory is known to be off, a row per observable; off the map only the reason."""
-    title = "How far the theory is off"
+    """Return the error of the theory, a row per observable."""
+    title = "Error of the theory"
     if not known.judgements:
-        return Table([Column("")], [[f"unknown, off the map: {known.where}"]], title)
-    where = {"map": "Place on the map", "calibrated": "By the calibrated stress spectrum"}[known.source]
+        return Table([Column("")], [[f"not known: {known.where}"]], title)
     speeds = sorted({j.speed for j in known.judgements if j.speed is not None})
     rows: list[Row] = []
-    for name in dict.fromkeys(j.observable for j in known.judgements):
-        words = {j.speed: str(j) for j in known.judgements if j.observable == name}
-        # what has no speed stands in the first column
-        cells = [words[None], *[""] * len(speeds[1:])] if None in words else [words.get(v, "") for v in speeds]
-        rows.append([name, *cells])
+    for name, observable in OBSERVABLES.items():
+        errors = {j.speed: str(j) for j in known.judgements if j.observable == name}
+        if not errors:
+            rows.append([name, *["not known"] * max(len(speeds), 1)])
+        elif observable.per_speed:
+            rows.append([name, *(errors.get(speed, "") for speed in speeds)])
+        else:  # in the first column
+            rows.append([name, errors[None], *[""] * len(speeds[1:])])
     notes = [
         f"high, low: of the theory against {known.against}.",
-        f"{where}: {known.where}.",
-        *(f"{speed:g} m/s is off the map: {why}." for speed, why in known.off),
-        "± total error, 95 %; for steady sliding, all heat in the body, the scene's gamma.",
+        *(f"{speed:g} m/s: not known, {reason}." for speed, reason in known.off),
+        "± error band of the calibrated stress spectrum; for steady sliding, all heat in the body, the scene's gamma.",
     ]
     headings = [f"{speed:g} m/s" for speed in speeds] or [""]
     return Table([Column("observable"), *(Column(x, number=True) for x in headings)], rows, title, notes)

@@ -1,20 +1,19 @@
-"""The calibrated law of the stress spectrum for a scene, beside the paper's weight: what it gives, and how well."""
+"""The calibrated law of the stress spectrum for a scene, beside the paper's weight: its values and its error bands."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from math import isinf
 
 import theory
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.bodies import load_arguments, pressure_arguments
 from roughsim.scene import Scene
-from theory import calibrated as elastic
-from theory import yielding
+from theory.yielding import ELASTIC_BANDS, ERROR_BANDS, YieldingSpectrum
 
-# what the law for contact that yields was compared in; g_σ(r) of contacts is rarely known down to a tenth of g_σ(0)
-OF_YIELDING = (
+# observables in which contacts that yield were compared; their g_σ(r) is rarely known down to a tenth of g_σ(0)
+_OF_YIELDING = (
     *("flash_temperature", "contact_fraction", "plastic_fraction"),
     *("pressure_variance", "correlation_radius_50"),
 )
@@ -22,26 +21,26 @@ OF_YIELDING = (
 
 @dataclass(frozen=True, slots=True)
 class Calibrated:
-    """The calibrated law of the stress spectrum for a scene: what it gives over the whole C(q), and how well."""
+    """The calibrated law of the stress spectrum for a scene, over the whole C(q)."""
 
-    stress_spectrum: Any  # |σ_q|²(q), Pa² m²; None where the scene lies outside
-    observables: tuple[str, ...]  # that it gives: those that were compared with contacts
-    errors: dict[str, float]  # relative error bands, by the observables that have one; T_flash is the first
-    range: str  # "inside", or what of the scene lies outside the range that was compared
+    stress_spectrum: YieldingSpectrum | None  # |σ_q|²(q), Pa² m²; None where the scene lies outside its range
+    observables: tuple[str, ...]  # observables by the law
+    errors: dict[str, float]  # relative error bands by observable; T_flash is the first
+    range: str  # "inside", or the number of the scene that lies outside, with the range that was compared
 
 
 @lru_cache(maxsize=64)
 def calibrated(scene: Scene) -> Calibrated:
-    """Return the law for contact that yields where there is a hardness, else that of elastic contact."""
-    errors = elastic.ERROR_BANDS if scene.elastic else yielding.ERROR_BANDS
+    """Return the calibrated law of a scene: that of elastic contact where there is no hardness."""
+    errors = ELASTIC_BANDS if scene.elastic else ERROR_BANDS
     try:
         if scene.elastic:
-            law: Any = theory.persson.calibrated_spectrum(scene.spectrum, **load_arguments(scene))
+            law = theory.persson.calibrated_spectrum(scene.spectrum, **load_arguments(scene))
         else:
             law = theory.plasticity.stress_spectrum(scene.spectrum, **pressure_arguments(scene))
-        theory.persson.stress_density(stress_spectrum=law)  # remembered; here it shows whether integrals converge
+        theory.persson.stress_density(stress_spectrum=law)  # kept for all quantities; refuses integrals without limit
     except (ValueError, theory.quadrature.QuadratureError) as error:
         return Calibrated(None, (), errors, str(error).split(";")[0])
-    if isinstance(law, yielding.YieldingSpectrum):
-        return Calibrated(law, OF_YIELDING, errors, "inside")
-    return Calibrated(law, tuple(OBSERVABLES), elastic.ERROR_BANDS, "inside")
+    if isinf(law.penetration_hardness):
+        return Calibrated(law, tuple(OBSERVABLES), ELASTIC_BANDS, "inside")
+    return Calibrated(law, _OF_YIELDING, ERROR_BANDS, "inside")

@@ -1,1 +1,1 @@
-"""Files that are whole or absent: the disk, members, claims, and the map of the theory's validity. No physics."""
+"""Files that are whole or absent: the disk, members, and claims. No physics."""

@@ -1,12 +1,12 @@
 """Contacts that yield, one by one: members on a ladder of cut-offs or of pixels, and all that is reported, with errors.
 
-Roughness without end is cut at q_c = 4, 8, 16 … q_y at two pixels per shortest wave, and the limit is taken as in the
-map. Roughness that ends is solved whole at 2, 4, 8 … pixels per shortest wave, and the limit of vanishing pixels is
-taken in the same way. The cell of the ladder holds two of the longest waves. What a larger cell changes is measured on
-the first rung, by cells with up to four times its side. On a ladder of cut-offs that fades as all yields (at rest, with
-sigma_0/sigma_P = 0.0055: 2.2, 0.6, 0.2 % on the first three rungs), so half of it is taken, and as much doubted. Units:
-E* = 1, q_r = 1, mu = kappa = D = 1; T_flash stands for <T sigma>, so that theory gives it with friction_coefficient =
-nominal_pressure.
+Roughness without end is cut at q_c = 4, 8, 16 … q_y at two pixels per shortest wave, and the limit is that of
+`limit.ladder_end`. Roughness that ends is solved whole at 2, 4, 8 … pixels per shortest wave, and the limit of
+vanishing pixels is taken in the same way. The cell of the ladder holds two of the longest waves. What a larger cell
+changes is measured on the first rung, by cells with up to four times its side. On a ladder of cut-offs that fades as
+all yields (at rest, with sigma_0/sigma_P = 0.0055: 2.2, 0.6, 0.2 % on the first three rungs), so half of it is taken,
+and as much doubted. Units: E* = 1, q_r = 1, mu = kappa = D = 1; T_flash stands for <T sigma>, so that theory gives it
+with friction_coefficient = nominal_pressure.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ import numpy as np
 from scipy.special import j0
 
 import roughsim as rs
-from validity_map import members
-from validity_map.capped import LOWEST, PIXELS
-from validity_map.members import PECLET
-from validity_map.tables import chain, half_width, ladder_end
+from contacts import members
+from contacts.limit import chain, half_width, ladder_end
+from contacts.members import PECLET
 
+LOWEST, PIXELS = 4.0, 2.0  # q_c/q_y of the first rung of roughness without end; pixels per shortest wave
 SIDE = 4096  # the most points along a side
 STEEP, ENOUGH = 0.65, 4  # from that H on, and on ladders of pixels, so many rungs end at half that side
 FINEST = 32.0  # the most pixels per shortest wave
@@ -109,8 +109,7 @@ def members_of(contact: Any, rung: Rung, stream: list[int]) -> Any:
 def _kernels(grid: rs.Grid) -> Any:
     """Return f of T_flash at all Péclet numbers, of g_sigma(0), and of g_sigma(r) by bin: shape (bins, functionals)."""
     q = members.radial(grid).wavenumber
-    near = members.kernel_matrix(q)[:, [*range(PECLET.size), members.COLUMNS["pressure_variance"].start]]
-    return np.column_stack([near, *(j0(q * r) for r in DISTANCES)])
+    return np.column_stack([members.kernel_matrix(q), *(j0(q * r) for r in DISTANCES)])
 
 
 def measure(contact: Any, large: Rung, rungs: list[Rung], stream: list[int]) -> dict[str, Any]:
@@ -164,7 +163,7 @@ def values(rungs: list[Rung], raw: dict[str, Any]) -> dict[str, Any]:
     speeds = [solved.value(COLUMNS.index(name), pe) for name, pe in zip(SPEEDS, PECLET, strict=True)]
     result = {"flash_temperature": {"peclet": PECLET.tolist()} | _joined(speeds)}
     result |= {name: solved.value(COLUMNS.index(name)) for name in COLUMNS if name not in SPEEDS}
-    return result | {"correlation": _correlation(solved), "spectrum": _spectrum(solved)}
+    return result | {"correlation": _correlation(solved), "spectrum": finest_spectrum(solved)}
 
 
 def _correlation(solved: Solved) -> dict[str, list[float]]:
@@ -189,7 +188,7 @@ def _joined(entries: list[dict[str, float]]) -> dict[str, list[float]]:
     return {key: [entry[key] for entry in entries] for key in entries[0]}
 
 
-def _spectrum(solved: Solved) -> dict[str, list[float]]:
+def finest_spectrum(solved: Solved) -> dict[str, list[float]]:
     """Return |sigma_q|^2 of the finest rung by band, below SEEN of its Nyquist wavenumber."""
     rungs, grid = solved.rungs, solved.rungs[-1].grid
     radial = members.radial(grid)

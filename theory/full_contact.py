@@ -1,0 +1,43 @@
+"""Full contact of rough surfaces: the variance of its pressure, in which Persson's theory measures roughness."""
+
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from theory import quadrature
+from theory.arguments import Array, Spectrum, breaks_of, density, not_negative_array, positive
+
+
+def half_variance(q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float) -> Array:
+    """Half the variance of the pressure in full contact from the roughness up to `q`.
+
+    G(q) = (π/4) E*² ∫ q³ C dq from q_min to q.
+
+    Parameters
+    ----------
+    q : array_like
+        Wavenumbers ≥ 0 of any shape, rad/m: below q_min G = 0, beyond q_max it stays.
+    spectrum : callable
+        C(q), m⁴, with `breaks`.
+    effective_modulus : float
+        E*, Pa, > 0.
+
+    Returns
+    -------
+    ndarray
+        G in Pa², the shape of `q`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not real, finite and of the right sign.
+    """
+    wavenumber = not_negative_array("q", q, "rad/m")
+    modulus = positive("effective_modulus", effective_modulus, "Pa")
+    return np.asarray(pi / 4 * modulus**2 * half_variance_table(spectrum)(wavenumber))
+
+
+def half_variance_table(spectrum: Spectrum) -> quadrature.Primitive:
+    """Return ∫ q³ C dq from the first break, dimensionless, as a function of q."""
+    return quadrature.primitive(lambda q, place: q**3 * density(spectrum, q, place), breaks_of(spectrum))
