@@ -38,11 +38,11 @@ from roughsim.show.table import Column, Number, Row, Table, json_value
 from roughsim.surface.synthesis import synthesize
 
 SEED = 21  # any number but that of the run: the bench has surfaces of its own
-FINEST = 4  # points per side, over the plan's, of the grid that counts as exact
-REACH = 4.0  # over the lowest cut-off: the highest one whose levels are solved
-GOALS = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002)  # relative standard errors that members are shared out for
+_FINEST = 4  # points per side, over the plan's, of the grid that counts as exact
+_REACH = 4.0  # over the lowest cut-off: the highest one whose levels are solved
+_GOALS = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002)  # relative standard errors that members are shared out for
 # title of a chart → observable
-OBSERVABLES = {
+_OBSERVABLES = {
     "T_flash, fastest": "flash_temperature",
     "T_flash, slowest": "flash_temperature",
     "contact area": "contact_fraction",
@@ -51,7 +51,7 @@ OBSERVABLES = {
 }
 
 
-class Way(NamedTuple):
+class _Way(NamedTuple):
     """A choice of levels for an ensemble."""
 
     method: str  # in words
@@ -71,8 +71,8 @@ def cpu_seconds(work: Callable[[], Any]) -> float:
 def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
     """Yield the errors of pressure and T_flash of one contact over tolerance and precision, then over the pixel."""
     problem = base_problem(scene, numerics)
-    workers_that_fit(1, FINEST**2 * problem.memory, f"a grid {FINEST} times as fine as planned", available_memory())
-    solve_surface = solver(problem)
+    workers_that_fit(1, _FINEST**2 * problem.memory, f"a grid {_FINEST} times as fine as planned", available_memory())
+    solve_surface = _solver(problem)
     exact = solve_surface(tolerance=1e-10)
     for precision in ("double", "single"):
         method = f"{precision} precision"
@@ -90,21 +90,21 @@ def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poi
             yield Point("contact", "pressure", method, setting, error, cost, chosen)
             error = abs(flash(problem, solved) / flash(problem, exact) - 1.0)
             yield Point("contact", "T_flash of these pixels", method, setting, error, cost, chosen)
-    yield from pixels(problem)
+    yield from _pixels(problem)
 
 
-def pixels(problem: Problem) -> Iterator[Point]:
+def _pixels(problem: Problem) -> Iterator[Point]:
     """Yield the error of T_flash at fixed cut-off over pixels per shortest wave; four times the plan's are exact."""
     q_max = problem.spectrum.breaks[-1]
     planned = problem.grid.shape[0] * 2 * pi / (problem.grid.lengths[0] * q_max)
     values: dict[float, tuple[float, float]] = {}
-    for factor in (0.5, 0.75, 1.0, 1.5, 2.0, FINEST):
+    for factor in (0.5, 0.75, 1.0, 1.5, 2.0, _FINEST):
         nx, ny = (round(factor * n) for n in problem.grid.shape)
         finer = replace(problem, grid=Grid((nx, ny), problem.grid.lengths))
         if q_max <= finer.grid.nyquist:
-            solve = partial(solver(finer), tolerance=problem.tolerance)
+            solve = partial(_solver(finer), tolerance=problem.tolerance)
             values[factor] = flash(finer, solve()), cpu_seconds(solve)
-    exact = values.pop(FINEST)[0]
+    exact = values.pop(_FINEST)[0]
     for factor, (value, cost) in values.items():
         setting = f"{factor * planned:.2g} pixels per shortest wave"
         yield Point("contact", "T_flash, any pixel", "one grid", setting, abs(value / exact - 1.0), cost, factor == 1.0)
@@ -119,7 +119,7 @@ def base_problem(scene: Scene, numerics: Numerics) -> Problem:
     return replace(level_problem(scene, numerics, level), sliding=sliding, seed=SEED, stream=0)
 
 
-def solver(problem: Problem) -> Callable[..., Contact]:
+def _solver(problem: Problem) -> Callable[..., Contact]:
     """Return `solve_contact` for one surface of the problem; tolerance and precision are still to be given."""
     heights = synthesize(problem.spectrum, problem.grid, np.random.default_rng(SEED))
     load = problem.nominal_pressure
@@ -142,7 +142,7 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
     everything = next(way.pairs for way in ways if way.chosen)
     aim = dict(scene.ensemble.until or TARGET).get("flash_temperature", TARGET["flash_temperature"]) * sqrt(0.5) / 1.96
     fastest, slowest = int(np.argmax(scene.speeds)), int(np.argmin(scene.speeds))
-    for title, name in OBSERVABLES.items():
+    for title, name in _OBSERVABLES.items():
         if name == "pressure_variance" and not scene.elastic:
             continue  # fixed by force balance
         if title == "T_flash, slowest" and not 0.0 < scene.speeds[slowest] < scene.speeds[fastest]:
@@ -150,7 +150,7 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
         speed = {"T_flash, fastest": fastest, "T_flash, slowest": slowest}.get(title, 0)
         reference = values_of(scene, column, name, everything)
         truth = float(reference.mean[speed])
-        errors = [part[speed] for part in reference.errors.values()]
+        errors = [getattr(reference, part)[speed] for part in ("bandwidth", "pixel", "last_step")]
         doubt = float(np.linalg.norm(np.nan_to_num(errors))) / abs(truth)
         for way in ways:
             values = values_of(scene, column, name, way.pairs)
@@ -158,7 +158,7 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
             # relative variance by one member; none of a partner whose place a higher one takes
             parts = {stream: float(part[speed]) for stream, part in values.scattered.variance.items()}
             scatter = [parts.get(pair.stream, 0.0) * realizations / truth**2 for pair in way.pairs]
-            goals = sorted({*GOALS, aim}, reverse=True)
+            goals = sorted({*_GOALS, aim}, reverse=True)
             planned = shared_out(scatter, way.seconds, aim) if way.chosen else ()
             for counts in dict.fromkeys(shared_out(scatter, way.seconds, goal) for goal in goals):
                 variance = sum(part / n for part, n in zip(scatter, counts, strict=True))
@@ -168,13 +168,13 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
                 yield Point("chain", title, way.method, setting, error, cost, counts == planned, doubt=doubt)
 
 
-def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[Way]:
+def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[_Way]:
     """Solve the levels of the main column, and return the choices of levels to compare.
 
     They are each grid of the run's cell alone, the first cut-offs without partners, and all levels.
     """
     of_column = numerics.of_column(numerics.columns[-1])
-    highest = REACH * numerics.levels[of_column[0]].q_max * (1 + SAME)
+    highest = _REACH * numerics.levels[of_column[0]].q_max * (1 + SAME)
     levels = [level for level in of_column if numerics.levels[level].q_max <= highest]
     solved = {level: solve_level(scene, numerics, level, realizations) for level in levels}
     ways = []
@@ -183,12 +183,12 @@ def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[Way]:
         if of_level.cell is None:
             times = of_level.q_max / numerics.levels[levels[0]].q_max
             method = f"one grid, {times:.3g}× q_c, {of_level.shape[0]}²"
-            ways.append(Way(method, [pair._replace(below=None)], [seconds[0]]))
+            ways.append(_Way(method, [pair._replace(below=None)], [seconds[0]]))
     rungs = [level for level in numerics.rungs(numerics.columns[-1]) if level in solved]
     choices = {f"{k} cut-offs": rungs[:k] for k in range(2, len(rungs) + 1) if rungs[:k] != levels}
     for method, used in (choices | {"all levels": levels}).items():
         pairs = [solved[level][0] for level in used]
-        ways.append(Way(method, pairs, [sum(solved[level][1]) for level in used], used is levels))
+        ways.append(_Way(method, pairs, [sum(solved[level][1]) for level in used], used is levels))
     return ways
 
 

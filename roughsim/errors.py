@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-SIZES = (1e-100, 1e100)  # of numbers in SI units: products of three are in the range of double precision
+_SIZES = (1e-100, 1e100)  # of numbers in SI units: products of three are in the range of double precision
 
 
 class RoughsimError(Exception):
@@ -78,10 +78,10 @@ def positive(name: str, value: Any, unit: str = "") -> float:
 def sized(name: str, value: Any, unit: str = "") -> float:
     """Return `value` as a float of a size from SIZES; ValueError or TypeError naming `name` otherwise."""
     result = positive(name, value, unit)
-    if not SIZES[0] <= result <= SIZES[1]:
+    if not _SIZES[0] <= result <= _SIZES[1]:
         raise ValueError(
             f"{name} = {result:.6g} {unit}".rstrip()
-            + f" must be of a size from {SIZES[0]:g} to {SIZES[1]:g}: beyond, its squares leave double precision; "
+            + f" must be of a size from {_SIZES[0]:g} to {_SIZES[1]:g}: beyond, its squares leave double precision; "
             "check the exponent"
         )
     return result

@@ -1,7 +1,8 @@
 """Loops of the contact solver: load, active set, directions, steps.
 
-Arrays are flat, of one length and of one or two precisions: pressure p and gap in that of the solution, the others in
-that of the steps. Each loop returns sums over its points; the caller may divide the arrays and add the sums. `cap` is
+Arrays are flat and of one or two precisions: p and gap in that of the solution, the others in that of the steps. Each
+loop covers the points start … stop − 1 and returns partial sums. It slices its arrays first, so that no index can be
+negative: otherwise the compiler's choice of loop, and with it the last bits of a sum, depend on addresses. `cap` is
 the highest pressure (may be infinite); `free` is 1 on the free points and 0 elsewhere; `law` holds the offset d, the
 stiffness κ and the cap of clip(p − κ(gap − d), 0, cap).
 """
@@ -16,11 +17,13 @@ ROUNDING = 2 * float(np.finfo(np.float64).eps)
 
 
 @kernel(fastmath=REORDER)
-def subtract_heights(heights: Any, p: Any, gap: Any, middle: float, unit: float) -> Any:
+def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: float, p: Any, gap: Any) -> Any:
     """Turn the displacement in `gap` into the gap u − (heights − middle)/unit; return Σ p² and Σ u²."""
-    pressure = 0.0
-    square = 0.0
-    for i in range(p.size):
+    heights = heights[start:stop]
+    p = p[start:stop]
+    gap = gap[start:stop]
+    pressure, square = 0.0, 0.0
+    for i in range(stop - start):
         u = gap[i]
         pressure += p[i] * p[i]
         square += u * u
@@ -29,23 +32,24 @@ def subtract_heights(heights: Any, p: Any, gap: Any, middle: float, unit: float)
 
 
 @kernel(fastmath=REORDER)
-def extent(heights: Any, gap: Any, middle: float, unit: float) -> Any:
+def extent(start: int, stop: int, heights: Any, middle: float, unit: float, gap: Any) -> Any:
     """The least and the largest displacement gap + (heights − middle)/unit."""
-    low = np.inf
-    high = -np.inf
-    for i in range(gap.size):
+    heights = heights[start:stop]
+    gap = gap[start:stop]
+    low, high = np.inf, -np.inf
+    for i in range(stop - start):
         u = gap[i] + (heights[i] - middle) / unit
-        low = min(low, u)
-        high = max(high, u)
+        low, high = min(low, u), max(high, u)
     return low, high
 
 
 @kernel(fastmath=REORDER)
-def contact_sum(p: Any, gap: Any) -> Any:
+def contact_sum(start: int, stop: int, p: Any, gap: Any) -> Any:
     """Σ gap where p > 0, and the number of these points."""
-    total = 0.0
-    count = 0
-    for i in range(p.size):
+    p = p[start:stop]
+    gap = gap[start:stop]
+    total, count = 0.0, 0
+    for i in range(stop - start):
         if p[i] > 0.0:
             total += gap[i]
             count += 1
@@ -53,12 +57,13 @@ def contact_sum(p: Any, gap: Any) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def clipped_sum(p: Any, gap: Any, law: Any) -> Any:
+def clipped_sum(start: int, stop: int, p: Any, gap: Any, law: Any) -> Any:
     """Σ clip(p − κ(gap − d), 0, cap), and how many points lie strictly between the bounds."""
+    p = p[start:stop]
+    gap = gap[start:stop]
     offset, stiffness, cap = law
-    total = 0.0
-    inside = 0
-    for i in range(p.size):
+    total, inside = 0.0, 0
+    for i in range(stop - start):
         x = p[i] - stiffness * (gap[i] - offset)
         y = min(max(x, 0.0), cap)
         total += y
@@ -67,7 +72,9 @@ def clipped_sum(p: Any, gap: Any, law: Any) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def classify(p: Any, gap: Any, free: Any, rest: Any, law: Any, reach: float, unit: float, limit: float) -> Any:
+def classify(
+    start: int, stop: int, p: Any, gap: Any, law: Any, reach: float, unit: float, limit: float, free: Any, rest: Any
+) -> Any:
     """Fill the active set, and gap − d on the free points (zero elsewhere).
 
     A point is free where 0 < p − reach κ (gap − d) < cap. With x = clip(p − κ(gap − d), 0, cap) and m = p − x, return
@@ -75,15 +82,14 @@ def classify(p: Any, gap: Any, free: Any, rest: Any, law: Any, reach: float, uni
     with |m| > limit; `unit` keeps the squares of tiny pressures alive. A free point that near its bound may have a
     gap of 1/reach times its |m|: there the limit is `reach` times as large.
     """
+    p = p[start:stop]
+    gap = gap[start:stop]
+    free = free[start:stop]
+    rest = rest[start:stop]
     offset, stiffness, cap = law
     near_bound = reach * limit
-    total = 0.0
-    inside = 0
-    square = 0.0
-    norm = 0.0
-    count = 0
-    above = 0
-    for i in range(p.size):
+    total, inside, square, norm, count, above = 0.0, 0, 0.0, 0.0, 0, 0
+    for i in range(stop - start):
         # the residual: how far the pressure is from its own projection onto the bounds
         r = gap[i] - offset
         x = p[i] - stiffness * r
@@ -106,27 +112,31 @@ def classify(p: Any, gap: Any, free: Any, rest: Any, law: Any, reach: float, uni
 
 @kernel(fastmath=REORDER)
 def propose(
-    p: Any, gap: Any, free: Any, z: Any, step: Any, change: Any, load: Any, inner: Any, mix: Any, law: Any
+    start: int, stop: int, free: Any, p: Any, gap: Any, z: Any, mix: Any, law: Any, change: Any, results: Any
 ) -> Any:
-    """Write the trial change: β step − α z on the free points, to the nearest bound elsewhere; `mix` holds α and β.
+    """Turn the last step into a trial change: β step − α z on the free points, to the nearest bound elsewhere.
 
-    `load` is filled with the load that the bounds add to each point, `inner` with 1 on the free points that stay
-    between the bounds. Return Σ clip(p + change, 0, cap), the number of these points, and Σ |load|.
+    `results` are filled with what the bounds add to the load of each point, and with the free points that stay between
+    the bounds. Return Σ clip(p + change, 0, cap), the number of these points, and Σ |what the bounds add|.
     """
+    free = free[start:stop]
+    p = p[start:stop]
+    gap = gap[start:stop]
+    z = z[start:stop]
+    change = change[start:stop]
+    load = results[0][start:stop]
+    inner = results[1][start:stop]
     alpha, beta = mix
     offset, _, cap = law
-    total = 0.0
-    count = 0.0
-    added = 0.0
-    for i in range(p.size):
+    total, count, added = 0.0, 0.0, 0.0
+    for i in range(stop - start):
         # as a number: masks from bytes are slow to mix with those from pressures
         inside = float(free[i])
         # pressed beyond the flat it goes to the cap, else to zero; at exactly d it goes where it carries already
         r = gap[i] - offset
         bound = cap if (r < 0.0) | ((r == 0.0) & (p[i] > 0.0)) else 0.0
         # both are computed and one is taken: a branch here would keep the loop from vector units
-        own = beta * step[i] - alpha * z[i]
-        other = bound - p[i]
+        own, other = beta * change[i] - alpha * z[i], bound - p[i]
         change[i] = own if inside > 0.0 else other
         x = p[i] + change[i]
         y = min(max(x, 0.0), cap)
@@ -141,15 +151,20 @@ def propose(
 
 
 @kernel(fastmath=REORDER)
-def shifted_step(p: Any, gap: Any, free: Any, change: Any, step: Any, offset: float, shift: float, cap: float) -> Any:
+def shifted_step(
+    start: int, stop: int, free: Any, p: Any, gap: Any, change: Any, offset: float, shift: float, cap: float, step: Any
+) -> Any:
     """Write the step clip(p + change + shift on the free points, 0, cap) − p.
 
-    Return Σ of the clipped, how many free points stay between the bounds, and ⟨step, gap − d⟩.
+    Return Σ of the clipped, how many free points stay between the bounds, ⟨step, gap − d⟩ and Σ step².
     """
-    total = 0.0
-    count = 0.0
-    slope = 0.0
-    for i in range(p.size):
+    free = free[start:stop]
+    p = p[start:stop]
+    gap = gap[start:stop]
+    change = change[start:stop]
+    step = step[start:stop]
+    total, count, slope, square = 0.0, 0.0, 0.0, 0.0
+    for i in range(stop - start):
         inside = float(free[i])
         x = p[i] + change[i] + shift * inside
         y = min(max(x, 0.0), cap)
@@ -158,58 +173,43 @@ def shifted_step(p: Any, gap: Any, free: Any, change: Any, step: Any, offset: fl
         c = y - p[i]
         step[i] = c
         slope += c * (gap[i] - offset)
-    return total, count, slope
+        square += c * c
+    return total, count, slope, square
 
 
 @kernel(fastmath=REORDER)
-def shifted_load(p: Any, free: Any, shift: float, cap: float) -> Any:
-    """Σ clip(p + shift on the free points, 0, cap), and how many free points stay between the bounds."""
-    total = 0.0
-    count = 0.0
-    for i in range(p.size):
-        inside = float(free[i])
-        x = p[i] + shift * inside
-        y = min(max(x, 0.0), cap)
-        total += y
-        count += inside if x == y else 0.0
-    return total, count
-
-
-@kernel(fastmath=REORDER)
-def shift_free(p: Any, free: Any, shift: float, cap: float) -> None:
+def shift_free(start: int, stop: int, free: Any, p: Any, shift: float, cap: float) -> None:
     """Add the shift to the pressure of the free points, and put all within the bounds."""
-    for i in range(p.size):
-        p[i] = min(max(p[i] + shift * float(free[i]), 0.0), cap)
+    free = free[start:stop]
+    p = p[start:stop]
+    for i in range(stop - start):
+        p[i] = min(max(p[i] + (shift if free[i] else 0.0), 0.0), cap)
 
 
 @kernel(fastmath=REORDER)
-def put_on_bounds(p: Any, gap: Any, free: Any, offset: float, cap: float) -> None:
-    """Set the pressure of the points that are not free to the cap if the flat presses them, else to zero."""
-    for i in range(p.size):
-        bound = cap if gap[i] < offset else 0.0
-        p[i] = p[i] if free[i] else bound
-
-
-@kernel(fastmath=REORDER)
-def gradient_step(p: Any, gap: Any, step: Any, law: Any, share: float) -> float:
-    """Write step = share · clip(p − κ(gap − d)) − p and return ⟨step, gap − d⟩."""
+def gradient_step(start: int, stop: int, p: Any, gap: Any, law: Any, share: float, step: Any) -> Any:
+    """Write step = share · clip(p − κ(gap − d)) − p and return ⟨step, gap − d⟩ and Σ step²."""
+    p = p[start:stop]
+    gap = gap[start:stop]
+    step = step[start:stop]
     offset, stiffness, cap = law
-    slope = 0.0
-    for i in range(p.size):
+    slope, square = 0.0, 0.0
+    for i in range(stop - start):
         r = gap[i] - offset
         c = share * min(max(p[i] - stiffness * r, 0.0), cap) - p[i]
         step[i] = c
         slope += c * r
-    return slope
+        square += c * c
+    return slope, square
 
 
 @kernel(fastmath=REORDER)
-def curvature(step: Any, response: Any) -> Any:
+def curvature(start: int, stop: int, step: Any, response: Any) -> Any:
     """⟨step, S·step⟩, Σ step² and Σ (S·step)²."""
-    own = 0.0
-    size = 0.0
-    square = 0.0
-    for i in range(step.size):
+    step = step[start:stop]
+    response = response[start:stop]
+    own, size, square = 0.0, 0.0, 0.0
+    for i in range(stop - start):
         own += step[i] * response[i]
         size += step[i] * step[i]
         square += response[i] * response[i]
@@ -217,17 +217,22 @@ def curvature(step: Any, response: Any) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def advance(p: Any, gap: Any, step: Any, response: Any, length: float, slack: float, law: Any) -> Any:
+def advance(
+    start: int, stop: int, p: Any, gap: Any, step: Any, response: Any, length: float, slack: float, law: Any
+) -> Any:
     """Add τ step to the pressure and τ S·step to the gap; return the sums of `clipped_sum` there.
 
     What the rounding of the step left of a bound (a share `slack` of the step) goes onto the bound: no more, since the
-    gap does not follow.
+    gap knows nothing of it.
     """
+    p = p[start:stop]
+    gap = gap[start:stop]
+    step = step[start:stop]
+    response = response[start:stop]
     offset, stiffness, cap = law
-    total = 0.0
-    inside = 0
+    total, inside = 0.0, 0
     top = cap * (1.0 - ROUNDING)
-    for i in range(p.size):
+    for i in range(stop - start):
         x = p[i] + length * step[i]
         # the step was rounded when it was stored: what should have met a bound misses it by that
         x = 0.0 if x <= slack * p[i] else x
@@ -243,19 +248,20 @@ def advance(p: Any, gap: Any, step: Any, response: Any, length: float, slack: fl
 
 
 @kernel()
-def to_si(p: Any, u: Any, heights: Any, units: Any, bounds: Any) -> Any:
-    """Turn the pressure and the gap into Pa and a displacement in m; return the numbers of touching and yielded points.
+def to_si(start: int, stop: int, p: Any, u: Any, heights: Any, units: Any, bounds: Any) -> Any:
+    """Turn the pressure and the gap into Pa and a displacement in m; return how many points touch and have yielded.
 
     `units` are those of pressure and gap and the middle of the heights, `bounds` the cap and the hardness, Pa.
     """
+    p = p[start:stop]
+    u = u[start:stop]
+    heights = heights[start:stop]
     pressure_unit, unit, middle = units
     cap, hardness = bounds
-    touching = 0
-    yielded = 0
-    for i in range(p.size):
+    touching, yielded = 0, 0
+    for i in range(stop - start):
         # a yielded point has exactly the hardness, not the hardness to rounding
-        x = p[i] * pressure_unit
-        full = p[i] >= cap
+        x, full = p[i] * pressure_unit, p[i] >= cap
         touching += 1 if p[i] > 0.0 else 0
         yielded += 1 if full else 0
         p[i] = hardness if full else min(x, hardness)

@@ -18,9 +18,9 @@ from roughsim.results.share import share_text
 from roughsim.show.table import shown
 from roughsim.show.text import plain
 
-DASHES: Any = (0, (4, 2))  # of the calibrated line, so that a line below it can be seen
+_DASHES: Any = (0, (4, 2))  # of the calibrated line, so that a line below it can be seen
 # observables drawn over speed → title, symbol, and SI unit
-DRAWN = {
+_DRAWN = {
     "flash_temperature": ("Flash temperature", r"$T_\mathrm{flash}$", "K"),
     "flash_width": ("Hot-spot width", r"$D_\mathrm{flash}$", "m"),
     "slope_length": ("Slope length", r"$d_\mathrm{flash}$", "m"),
@@ -39,7 +39,7 @@ def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
         r = 0.4 * longest * np.linspace(0.0, 1.0, 100) ** 2  # steep at 0
         correlation.plot(r * 1e6, prediction.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
         law = prediction.calibrated_correlation(run.scene, r) * 1e-18
-        correlation.plot(r * 1e6, law, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
+        correlation.plot(r * 1e6, law, color=CALIBRATED, lw=1.4, ls=_DASHES, zorder=3)
         for column in run.numerics.columns:
             draw_correlation(correlation, run, column, r)
             for cut_off in {pair.sample.q_max for pair in run.pairs(column)}:
@@ -47,9 +47,9 @@ def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
         psd.set(xlabel="$q$, 1/m", ylabel="$C$, m⁴", title=r"Roughness; dotted: cut-offs $q_c$")
         correlation.axhline(0.0, color="0.7", lw=0.6, zorder=0)
         correlation.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, r[-1] * 1e6))
-        for axes, observable in zip(over_speed, DRAWN, strict=True):
+        for axes, observable in zip(over_speed, _DRAWN, strict=True):
             draw_over_speed(axes, run, rows, observable)
-        draw_legend(words, run, [row for row in rows if row.observable in DRAWN and row.speed])
+        _draw_legend(words, run, [row for row in rows if row.observable in _DRAWN and row.speed])
 
 
 def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) -> None:
@@ -59,14 +59,14 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) 
     if speed.size == 0:  # only at rest
         axes.set_axis_off()
         return
-    scene, (words, label, si) = run.scene, DRAWN[observable]
+    scene, (words, label, si) = run.scene, _DRAWN[observable]
     unit, factor = shown(si)
     beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table over temperature may end there
     dense = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
     share = prediction.heat_partition(scene, dense) if OBSERVABLES[observable].heated else 1.0
     axes.plot(dense, prediction.over_speed(scene, dense)[observable] * share * factor, color=THEORY, lw=1.4)
     law = prediction.calibrated_over_speed(scene, dense)[observable] * share * factor
-    axes.plot(dense, law, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
+    axes.plot(dense, law, color=CALIBRATED, lw=1.4, ls=_DASHES, zorder=3)
     if any(row.cut for row in rows):
         axes.plot(speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--")
     for column in rows[0].columns:
@@ -84,7 +84,7 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) 
         plain_ticks(axes.yaxis)
 
 
-def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
+def _draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
     """Draw the legend of lines and bands, and lines of text about the run."""
     axes.set_axis_off()
     meanings = {
@@ -98,7 +98,7 @@ def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
     if np.isfinite([row.calibrated for row in drawn]).any():
         error = prediction.calibrated(run.scene).errors["flash_temperature"]
         label = rf"calibrated stress spectrum: $T_\mathrm{{flash}}$ ± {100 * error:.0f} %"
-        handles.append(Line2D([], [], color=CALIBRATED, lw=1.4, ls=DASHES, label=label))
+        handles.append(Line2D([], [], color=CALIBRATED, lw=1.4, ls=_DASHES, label=label))
     if any(row.cut for row in drawn):
         handles.append(Line2D([], [], color=THEORY, lw=1.2, ls="--", label="theory up to $q_c$"))
     for column in drawn[0].columns if drawn else run.numerics.columns:

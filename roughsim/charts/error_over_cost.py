@@ -12,12 +12,12 @@ from matplotlib.ticker import NullFormatter
 from roughsim.charts.style import new_figure
 
 # Okabe & Ito without yellow, then greys and dark shades; the markers tell them apart as well
-HUES = (
+_HUES = (
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00",
     "#222222", "#777777", "#AAAAAA", "#882255", "#44AA99", "#999933",
 )  # fmt: skip
-SHAPES = "os^Dv<>PXphd"
-ACROSS = 3  # panels side by side
+_SHAPES = "os^Dv<>PXphd"
+_ACROSS = 3  # panels side by side
 PAIR_SIDE = 512  # points per side of the transforms that costs are compared with
 
 
@@ -56,12 +56,12 @@ def front(points: Sequence[Point]) -> list[Point]:
 def error_over_cost_chart(points: Iterable[Point], path: Path) -> None:
     """Draw error over cost into one picture: a panel per stage and observable, the front, and the plan's choice."""
     charts = panels(points)
-    across = 2 if len(charts) == 4 else min(len(charts), ACROSS)
+    across = 2 if len(charts) == 4 else min(len(charts), _ACROSS)
     down = ceil(len(charts) / across)
     with new_figure(path, (3.4 * across + 0.5, 3.7 * down)) as figure:
         axes = figure.subplots(down, across, squeeze=False).ravel()
         for axis, (title, group) in zip(axes, charts.items(), strict=False):
-            draw_panel(axis, group)
+            _draw_panel(axis, group)
             axis.set_title(title)
             axis.set_xlabel(f"cost, FFT pairs of {PAIR_SIDE}²")
         for axis in axes[::across]:
@@ -78,11 +78,11 @@ def error_over_cost_chart(points: Iterable[Point], path: Path) -> None:
                 axis.legend(ncols=2, fontsize=6.5, loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
-def draw_panel(axis: Axes, points: Sequence[Point]) -> None:
+def _draw_panel(axis: Axes, points: Sequence[Point]) -> None:
     """Draw a line for each method, the front behind the lines, and a star at the choice of the plan."""
     for k, method in enumerate(dict.fromkeys(p.method for p in points)):
         line = sorted((p for p in points if p.method == method and p.error > 0.0), key=lambda p: p.pairs)
-        style: dict[str, Any] = {"color": HUES[k % 12], "marker": SHAPES[k % 12], "ms": 3.5, "lw": 0.9}
+        style: dict[str, Any] = {"color": _HUES[k % 12], "marker": _SHAPES[k % 12], "ms": 3.5, "lw": 0.9}
         axis.plot([p.pairs for p in line], [p.error for p in line], label=method, **style)
     best = [p for p in front(points) if p.error > 0.0]
     axis.plot([p.pairs for p in best], [p.error for p in best], color="k", lw=5, alpha=0.15, label="front", zorder=0)

@@ -9,14 +9,14 @@ from roughsim.charts.style import FIELDS, Subject, new_figure, scaled
 from roughsim.grid import Array
 from roughsim.results.film import read_film
 
-SHOWN = 4  # positions
-MARKS = {"resting": ("^", "#3fae2a"), "moving": ("o", "#00b7c7")}  # of the highest summits of either face
+_SHOWN = 4  # positions
+_MARKS = {"resting": ("^", "#3fae2a"), "moving": ("o", "#00b7c7")}  # of the highest summits of either face
 
 
 def film_chart(subject: Subject, path: Path) -> None:
     """Draw a quarter of the cell at the first and the last position and between, with the summits of both faces."""
     film, k = read_film(subject.run, subject.index or 0), subject.run.scene.speeds.index(subject.speed or 0.0)
-    places = np.rint(np.linspace(0, film.positions(k) - 1, SHOWN)).astype(int)
+    places = np.rint(np.linspace(0, film.positions(k) - 1, _SHOWN)).astype(int)
     x, y = ((points + 1) // 2 for points in film.grid.shape)
     window = slice(0, x), slice(0, y)
     ends = (np.array([x, y]) - 0.5) * film.grid.spacing
@@ -26,7 +26,7 @@ def film_chart(subject: Subject, path: Path) -> None:
         "Both faces slide. Triangles: highest summits of the face at rest; circles: of the face that moves to the left"
     )
     with new_figure(path, (11.6, 6.0), subject.title(words), subject.look) as figure:
-        panels = figure.subplots(2, SHOWN, sharex=True, sharey=True)
+        panels = figure.subplots(2, _SHOWN, sharex=True, sharey=True)
         for line, (name, maps) in zip(panels, rows.items(), strict=True):
             _, symbol, si_unit = FIELDS[name]
             shown: Array = maps[places].astype(float)
@@ -35,7 +35,7 @@ def film_chart(subject: Subject, path: Path) -> None:
             for axes, field, place in zip(line, shown, places, strict=True):
                 image = draw_field(axes, field, film.grid, window, colour_range(name, shown))
                 for face, summits in (("resting", film.resting_summits), ("moving", film.moving_summits[place])):
-                    marker, colour = MARKS[face]
+                    marker, colour = _MARKS[face]
                     inside = summits[(summits < ends).all(axis=1)] * metres
                     axes.plot(*inside.T, marker, ms=5, mfc="none", mec=colour, mew=1.2)
                 if name == "pressure":

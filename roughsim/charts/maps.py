@@ -24,30 +24,30 @@ from roughsim.results.arrays import DERIVED_UNITS
 from roughsim.scene import Scene
 
 Zoom = tuple[tuple[float, float], tuple[float, float]]  # ends along x and along y, m
-Window = tuple[slice, slice]  # points of a grid along x and along y
-TWO_PANELS = 5.0  # inches: a narrower figure has no enlarged part
-LEAST = 8  # points along a side of a picture
+_Window = tuple[slice, slice]  # points of a grid along x and along y
+_TWO_PANELS = 5.0  # inches: a narrower figure has no enlarged part
+_LEAST = 8  # points along a side of a picture
 ENLARGED = 192  # points per side of the enlarged part
-OUTLINE = "#7fdbff"
+_OUTLINE = "#7fdbff"
 HARD = "#7f8796"  # of contact at the hardness
-AT_HARDNESS = 1e-5  # relative; fields are stored in single precision
+_AT_HARDNESS = 1e-5  # relative; fields are stored in single precision
 
 
 def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None) -> None:
     """Draw a field in colours; a cell of many points is enlarged beside it where it is hottest, or pressed hardest."""
     field, pressure, grid = subject.field(name), subject.field("pressure"), subject.grid
-    window, hot = window_of(grid, zoom), name == "temperature"
-    narrow = subject.look.size is not None and subject.look.size[0] < TWO_PANELS
+    window, hot = _window_of(grid, zoom), name == "temperature"
+    narrow = subject.look.size is not None and subject.look.size[0] < _TWO_PANELS
     enlarged = None if narrow or zoom is not None else busiest_part(field if hot else averaged(pressure))
     title, symbol, si_unit = FIELDS[name]
     factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
     field *= factor
-    hard = share_in_grey(subject, name, pressure)
+    hard = _share_in_grey(subject, name, pressure)
     colours, windows = colour_range(name, field[window], hard), [window] if enlarged is None else [window, enlarged]
     outlined = pressure if hot and not (narrow and zoom is None) else None  # it would hide a small map
     if hard:
         title, symbol = f"{title}; grey: {100 * hard:.3g} % of it, at the hardness", f"{symbol} below the hardness"
-    size = 4.6 * len(windows) + 0.6, 3.9 * height_over_width(grid, window) + 1.25
+    size = 4.6 * len(windows) + 0.6, 3.9 * _height_over_width(grid, window) + 1.25
     with new_figure(path, size, subject.title(title), subject.look) as figure:
         panels = list(figure.subplots(1, len(windows), squeeze=False)[0])
         for axes, part in zip(panels, windows, strict=True):
@@ -60,15 +60,15 @@ def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None)
             sides = (ENLARGED * d * metres for d in grid.spacing)
             panels[0].add_patch(Rectangle(corner, *sides, fill=False, ec="1.0" if hot else "0.2", lw=0.8))
             panels[1].set_title(PART, fontsize=8, color="0.3")
-        sliding_arrow(panels[0], subject.speed)
+        _sliding_arrow(panels[0], subject.speed)
         colour_bar(figure, image, panels, f"{symbol}, {unit}", "right")
 
 
 def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | None = None) -> None:
     """Draw heights, pressure and a third field beside each other; the contact is outlined on all but the pressure."""
     grid, pressure = subject.grid, subject.field("pressure")
-    window, names = window_of(grid, zoom), ("heights", "pressure", third)
-    size = 3.9 * len(names), 3.3 * height_over_width(grid, window) + 1.35
+    window, names = _window_of(grid, zoom), ("heights", "pressure", third)
+    size = 3.9 * len(names), 3.3 * _height_over_width(grid, window) + 1.35
     title = subject.title(f"Heights, pressure and {third.replace('_', ' ')}")
     with new_figure(path, size, title, subject.look) as figure:
         for axes, name in zip(figure.subplots(1, len(names)), names, strict=True):
@@ -77,16 +77,16 @@ def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | No
             field *= factor
             # on a whole cell the outlines would hide what they enclose
             outlined = pressure if name != "pressure" and zoom is not None else None
-            hard = share_in_grey(subject, name, pressure)
-            colours, edge = colour_range(name, field[window], hard), "0.0" if name == "heights" else OUTLINE
+            hard = _share_in_grey(subject, name, pressure)
+            colours, edge = colour_range(name, field[window], hard), "0.0" if name == "heights" else _OUTLINE
             symbol += " below the hardness" if hard else ""
             image = draw_field(axes, field, grid, window, colours, outlined, edge)
             colour_bar(figure, image, axes, f"{symbol}, {unit}", "bottom")
             if name in DERIVED_UNITS:
-                sliding_arrow(axes, subject.speed)
+                _sliding_arrow(axes, subject.speed)
 
 
-def window_of(grid: Grid, zoom: Zoom | None) -> Window:
+def _window_of(grid: Grid, zoom: Zoom | None) -> _Window:
     """Return the points between the ends of a zoom, or all.
 
     ValueError if an end lies outside the cell, or fewer than 8 points lie between two ends.
@@ -101,16 +101,16 @@ def window_of(grid: Grid, zoom: Zoom | None) -> Window:
                 f"zoom = {low:.4g}:{high:.4g} m along {axis} must rise and lie in the cell, 0:{length:.4g} m"
             )
         first, last = round(low / length * count), round(high / length * count)
-        if last - first < LEAST:
+        if last - first < _LEAST:
             raise ValueError(
                 f"zoom = {low:.4g}:{high:.4g} m along {axis} holds {last - first} points of {length / count:.4g} m; "
-                f"at least {LEAST} make a picture"
+                f"at least {_LEAST} make a picture"
             )
         sides.append(slice(first, last))
     return sides[0], sides[1]
 
 
-def busiest_part(field: Array) -> Window | None:
+def busiest_part(field: Array) -> _Window | None:
     """Return the part around the largest value, inside the cell; None for a cell small enough to be seen whole."""
     if min(field.shape) < 2 * ENLARGED:
         return None
@@ -126,7 +126,7 @@ def averaged(pressure: Array) -> Array:
     return smooth
 
 
-def height_over_width(grid: Grid, window: Window) -> float:
+def _height_over_width(grid: Grid, window: _Window) -> float:
     """Return height over width of the part of a map that is drawn, between 0.3 and 3."""
     width, height = ((s.stop - s.start) * d for s, d in zip(window, grid.spacing, strict=True))
     return float(min(max(height / width, 0.3), 3.0))
@@ -136,10 +136,10 @@ def draw_field(
     axes: Axes,
     field: Array,
     grid: Grid,
-    window: Window,
+    window: _Window,
     colours: dict[str, Any],
     pressure: Array | None = None,
-    edge: str = OUTLINE,
+    edge: str = _OUTLINE,
 ) -> AxesImage:
     """Draw a field with a scale bar, and, if `pressure` is given, the edges of the contact."""
     # points are centred on their coordinates; axis 0 of the field is x
@@ -176,7 +176,7 @@ def scale_bar(axes: Axes, unit: str) -> None:
     axes.add_artist(bar)
 
 
-def sliding_arrow(axes: Axes, speed: float | None) -> None:
+def _sliding_arrow(axes: Axes, speed: float | None) -> None:
     """Show above a map which way the source slides through the body."""
     if speed is None:
         return
@@ -195,7 +195,7 @@ def colour_bar(figure: Figure, image: Any, axes: Any, label: str, side: str) -> 
     bar.outline.set_linewidth(0.5)
 
 
-def share_in_grey(subject: Subject, name: str, pressure: Array) -> float:
+def _share_in_grey(subject: Subject, name: str, pressure: Array) -> float:
     """Return the share of the contact, at the hardness, that a map of pressure or heat flux shows in grey."""
     follows = name in ("pressure", "heat_flux")
     return share_at_hardness(pressure, subject.run.scene, subject.column) if follows else 0.0
@@ -204,7 +204,7 @@ def share_in_grey(subject: Subject, name: str, pressure: Array) -> float:
 def share_at_hardness(pressure: Array, scene: Scene, column: str) -> float:
     """Return the share of the contact at the penetration hardness; 0 where none is, or the contact is elastic."""
     hardness = scene.penetration_hardness if column == "capped" else inf
-    hard = pressure >= hardness * (1.0 - AT_HARDNESS)
+    hard = pressure >= hardness * (1.0 - _AT_HARDNESS)
     return float(hard.sum()) / max(float((pressure > 0.0).sum()), 1.0)
 
 
@@ -216,15 +216,15 @@ def colour_range(name: str, field: Array, hard: float = 0.0) -> dict[str, Any]:
     """
     limit = float(np.abs(field).max())
     if hard:
-        shades = LinearSegmentedColormap.from_list("elastic", colour_map(name)(np.linspace(0.22, 0.66, 256)))
-        smallest = limit * AT_HARDNESS  # below there is no contact
+        shades = LinearSegmentedColormap.from_list("elastic", _colour_map(name)(np.linspace(0.22, 0.66, 256)))
+        smallest = limit * _AT_HARDNESS  # below there is no contact
         colours = shades.with_extremes(under="white", over=HARD)
-        return {"cmap": colours, "vmin": smallest, "vmax": limit * (1.0 - 2 * AT_HARDNESS)}
+        return {"cmap": colours, "vmin": smallest, "vmax": limit * (1.0 - 2 * _AT_HARDNESS)}
     low, high = (-limit, limit) if name == "heights" else (float(field.min()), float(field.max()))
-    return {"cmap": colour_map(name), "vmin": low, "vmax": high}
+    return {"cmap": _colour_map(name), "vmin": low, "vmax": high}
 
 
-def colour_map(name: str) -> Colormap:
+def _colour_map(name: str) -> Colormap:
     """Return the colours of a field, even in lightness for every eye; the smallest pressure (0) is white."""
     if name in ("heights", "temperature"):
         return colormaps["RdBu_r" if name == "heights" else "inferno"]
@@ -234,4 +234,4 @@ def colour_map(name: str) -> Colormap:
 
 def palette(name: str) -> list[str]:
     """Return the 256 colours of a field as "#rrggbb", for screens."""
-    return [to_hex(colour) for colour in colour_map(name)(np.arange(256))]
+    return [to_hex(colour) for colour in _colour_map(name)(np.arange(256))]

@@ -15,9 +15,9 @@ from matplotlib.patches import StepPatch
 
 from roughsim.store.disk import place_bytes
 
-TITLES = ("panel", "curve", "x_axis", "y_axis", "x", "y", "error")
+_TITLES = ("panel", "curve", "x_axis", "y_axis", "x", "y", "error")
 PART = "enlarged"  # title of a panel that shows a part of another one
-SIGNS = {
+_SIGNS = {
     r"\langle": "⟨", r"\rangle": "⟩", r"\sigma": "σ", r"\mu": "µ", r"\pi": "π", r"\gamma": "γ", r"\ln": "ln ",
     r"\leq": "≤",
 }  # fmt: skip
@@ -29,15 +29,15 @@ def write_numbers(figure: Figure, path: Path) -> None:
     rows = csv.writer(text, lineterminator="\n")
     maps = [axes for axes in figure.axes if axes.images and axes.get_title("left") != PART]
     if maps:
-        rows.writerows(chain(*map(rows_of_map, maps)))
+        rows.writerows(chain(*map(_rows_of_map, maps)))
     else:
-        rows.writerow(TITLES)
-        rows.writerows(chain(*(rows_of_curves(axes) for axes in figure.axes)))
+        rows.writerow(_TITLES)
+        rows.writerows(chain(*(_rows_of_curves(axes) for axes in figure.axes)))
     path.parent.mkdir(parents=True, exist_ok=True)
     place_bytes(path, text.getvalue().encode())
 
 
-def rows_of_map(axes: Axes) -> Iterator[list[Any]]:
+def _rows_of_map(axes: Axes) -> Iterator[list[Any]]:
     """Yield a line of words, one of y, and for each x a line with the values; axis 0 of the field is x."""
     image, everywhere = axes.images[0], [image for other in axes.figure.axes for image in other.images]
     alike = (other for other in everywhere if (other.cmap, other.get_clim()) == (image.cmap, image.get_clim()))
@@ -55,7 +55,7 @@ def rows_of_map(axes: Axes) -> Iterator[list[Any]]:
         yield [f"{place:.7g}", *(f"{value:.7g}" for value in row)]
 
 
-def rows_of_curves(axes: Axes) -> Iterator[list[Any]]:
+def _rows_of_curves(axes: Axes) -> Iterator[list[Any]]:
     """Yield a line for each point of each curve and each bin of a histogram (its lower edge)."""
     place = [bare(axes.get_title("left") or axes.get_ylabel())]
     below = (other.get_xlabel() for other in axes.get_shared_x_axes().get_siblings(axes))  # one names x for all
@@ -76,6 +76,6 @@ def rows_of_curves(axes: Axes) -> Iterator[list[Any]]:
 
 def bare(text: str) -> str:
     """Return a label without the signs of formulas: "T_flash, K"."""
-    for sign, letter in SIGNS.items():
+    for sign, letter in _SIGNS.items():
         text = text.replace(f"{sign} ", letter).replace(sign, letter)
     return re.sub(r"\\mathrm\{(.*?)\}|[${}\\]", r"\1", text).replace("\n", " ").strip()

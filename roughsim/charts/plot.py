@@ -23,11 +23,11 @@ CURVES = {
     "sliding": sliding_chart,
 }
 QUANTITIES = (*FIELDS, *CURVES, "film")
-OF_ALL = ("correlation", "sliding")  # means over all realizations, without fields
-NEEDS_SPEED = (*DERIVED_UNITS, "distribution", "profile")
+_OF_ALL = ("correlation", "sliding")  # means over all realizations, without fields
+_NEEDS_SPEED = (*DERIVED_UNITS, "distribution", "profile")
 
 
-def choose_subject(
+def _choose_subject(
     run: Run, quantity: str, realization: int | None, speed: float | None, column: str | None
 ) -> Subject:
     """Return the data that a quantity is drawn from; ValueError without kept fields, or if an argument does not fit."""
@@ -35,15 +35,15 @@ def choose_subject(
         raise ValueError(f"column = {column!r}: sliding has a column of its own; leave it out")
     column = run.column(column)
     level = run.picture(column)
-    if quantity in OF_ALL and realization is not None:
+    if quantity in _OF_ALL and realization is not None:
         raise ValueError(f"realization = {realization}: {quantity} is a mean over all of them; leave it out")
-    if quantity not in OF_ALL:  # all others need fields; the spectrum has those of all kept realizations
+    if quantity not in _OF_ALL:  # all others need fields; the spectrum has those of all kept realizations
         indices = run.kept(level)
         if not indices or (realization is not None and realization not in indices):
             raise run.not_kept(level, realization)
         if realization is None and quantity != "spectrum":
             realization = indices[0]
-    if quantity not in NEEDS_SPEED:
+    if quantity not in _NEEDS_SPEED:
         if speed is not None:
             raise ValueError(f"speed = {speed:g} m/s: {quantity} does not depend on it; leave it out")
         return Subject(run, column, level, realization, None)
@@ -53,7 +53,7 @@ def choose_subject(
     return Subject(run, column, level, realization, speed)
 
 
-def choose_film(run: Run, realization: int | None, speed: float | None, column: str | None) -> Subject:
+def _choose_film(run: Run, realization: int | None, speed: float | None, column: str | None) -> Subject:
     """Return the data of a film; ValueError if it was not kept, or the march does not follow that speed."""
     if column is not None:
         raise ValueError(f"column = {column!r}: a film has a column of its own; leave it out")
@@ -109,13 +109,13 @@ def plot_run(
     check_ending(path)
     if side_by_side:
         third = quantity if quantity in DERIVED_UNITS else "temperature"
-        subject = choose_subject(run, third, realization, speed, column)
+        subject = _choose_subject(run, third, realization, speed, column)
         side_by_side_chart(replace(subject, look=look), third, path, zoom)
         return path
     if quantity == "film":
-        film_chart(replace(choose_film(run, realization, speed, column), look=look), path)
+        film_chart(replace(_choose_film(run, realization, speed, column), look=look), path)
         return path
-    subject = replace(choose_subject(run, quantity, realization, speed, column), look=look)
+    subject = replace(_choose_subject(run, quantity, realization, speed, column), look=look)
     if quantity in FIELDS:
         map_chart(subject, quantity, path, zoom)
     else:

@@ -15,14 +15,14 @@ from roughsim.observables.catalogue import AXIS
 from roughsim.show.text import plain
 
 # title, label, and the curves drawn: solid, and dashed
-PANELS = (
+_PANELS = (
     ("Flash temperature; dashed: frozen, all heat", r"$T_\mathrm{flash}$, K", ("flash", "frozen_flash")),
     ("Contact, background included", r"$\langle T\sigma\rangle/\langle\sigma\rangle$, K", ("contact",)),
     ("Background, moving body; dashed: resting", "$T$, K", ("background", "resting_background")),
     ("Share of the heat into the moving body", "share", ("moving_share",)),
 )
-DASHES = ("-", (0, (4, 2)))
-DARKEST, BRIGHTEST = 0.0, 0.85  # of the colours of the speeds; the end of the scale is too pale for paper
+_DASHES = ("-", (0, (4, 2)))
+_DARKEST, _BRIGHTEST = 0.0, 0.85  # of the colours of the speeds; the end of the scale is too pale for paper
 
 
 def sliding_chart(subject: Subject, path: Path) -> None:
@@ -42,13 +42,13 @@ def sliding_chart(subject: Subject, path: Path) -> None:
     )
     with new_figure(path, (11.4, 5.6), title, subject.look) as figure:
         panels = figure.subplots(2, 3, sharex=True)
-        for axes, (words, label, names) in zip(panels[:, :2].ravel(), PANELS, strict=True):
-            for name, dashes in zip(names, DASHES, strict=False):
+        for axes, (words, label, names) in zip(panels[:, :2].ravel(), _PANELS, strict=True):
+            for name, dashes in zip(names, _DASHES, strict=False):
                 rows = curves[f"slide_{name}"] if f"slide_{name}" in curves else curves[f"slide_{name}_temperature"]
                 for k, colour in enumerate(colours):
                     # whole steps are a little longer or shorter
                     slid = (distance <= ends[k] * (1 + 1e-2)) & np.isfinite(rows[:, k]).all(axis=0)
-                    draw_mean(axes, distance[slid], rows[:, k, slid], colour, dashes, f"{name}, {speeds[k]:g} m/s")
+                    _draw_mean(axes, distance[slid], rows[:, k, slid], colour, dashes, f"{name}, {speeds[k]:g} m/s")
             axes.set(xscale="log", ylabel=label, title=words)
             if label == "share":
                 axes.set_ylim(0.0, 1.0)
@@ -56,7 +56,7 @@ def sliding_chart(subject: Subject, path: Path) -> None:
                 axes.set_yscale("log")
             axes.margins(x=0.0)
             plain_ticks(axes.xaxis)
-        draw_turnover(panels[0, 2], distance, curves)
+        _draw_turnover(panels[0, 2], distance, curves)
         panels[1, 2].axis("off")
         for axes in (*panels[1, :2], panels[0, 2]):
             axes.set_xlabel(f"slid distance, {unit}")
@@ -65,22 +65,22 @@ def sliding_chart(subject: Subject, path: Path) -> None:
         panels[1, 2].legend(handles=handles, loc="upper left", title="$v$", ncols=1 + len(handles) // 10)
 
 
-def draw_turnover(axes: Axes, distance: Array, curves: dict[str, Array]) -> None:
+def _draw_turnover(axes: Axes, distance: Array, curves: dict[str, Array]) -> None:
     """Draw how the contact turns over: the share of its spots that live on, and the correlation of its stress."""
-    for name, dashes in zip(("spot_survival", "stress_correlation"), DASHES, strict=True):
+    for name, dashes in zip(("spot_survival", "stress_correlation"), _DASHES, strict=True):
         rows = curves[f"slide_{name}"]
         known = np.isfinite(rows).all(axis=0)
-        draw_mean(axes, distance[known], rows[:, known], "0.2", dashes, name)
+        _draw_mean(axes, distance[known], rows[:, known], "0.2", dashes, name)
     axes.set(title="Spots that live on; dashed: stress correlation", ylabel="share", ylim=(-0.02, 1.02))
     axes.margins(x=0.0)
 
 
 def speed_colours(count: int) -> list[str]:
     """Return a colour for each speed as "#rrggbb"."""
-    return [to_hex(colour) for colour in mpl.colormaps["viridis"](np.linspace(DARKEST, BRIGHTEST, count))]
+    return [to_hex(colour) for colour in mpl.colormaps["viridis"](np.linspace(_DARKEST, _BRIGHTEST, count))]
 
 
-def draw_mean(axes: Axes, distance: Array, rows: Array, colour: str, dashes: object, name: str) -> None:
+def _draw_mean(axes: Axes, distance: Array, rows: Array, colour: str, dashes: object, name: str) -> None:
     """Draw the mean of rows over the distance; solid lines with the 95 % interval where there are several rows."""
     mean = rows.mean(axis=0)
     (line,) = axes.plot(distance, mean, color=colour, lw=1.3 if dashes == "-" else 0.9, ls=dashes, label=name)

@@ -15,7 +15,7 @@ from roughsim.grid import Array, Grid, modes_between
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 
-WIDTH = 0.06  # of the Gaussian weights in ln q that average the spectra
+_WIDTH = 0.06  # of the Gaussian weights in ln q that average the spectra
 
 
 def spectrum_chart(subject: Subject, path: Path) -> None:
@@ -23,7 +23,7 @@ def spectrum_chart(subject: Subject, path: Path) -> None:
     title = subject.title("Power spectra of the heights and of the contact stress")
     with new_figure(path, (9.6, 4.4), title, subject.look) as figure:
         left, right = figure.subplots(1, 2)
-        draw_roughness(left, subject)
+        _draw_roughness(left, subject)
         draw_stress_spectrum(right, subject)
         cut, colour = subject.run.numerics.levels[subject.level].q_max, COLOURS[subject.column]
         for axes in (left, right):  # the cut-off of the level
@@ -33,14 +33,14 @@ def spectrum_chart(subject: Subject, path: Path) -> None:
         right.legend(loc="upper left")
 
 
-def draw_roughness(axes: Axes, subject: Subject) -> None:
+def _draw_roughness(axes: Axes, subject: Subject) -> None:
     """Draw C(q), the theory's C_sm(q), and the mean C(q) of the kept surfaces."""
     run, grid, spectrum = subject.run, subject.grid, subject.run.scene.spectrum
     draw_psd(axes, run.scene, 1.3)
     # modes whose Fourier cell lies inside the band as a whole
     half = np.pi * np.sqrt(2.0) / min(grid.lengths)
     ends = spectrum.breaks[0] + half, run.numerics.levels[subject.level].q_max - half
-    q = drawn_wavenumbers(*ends)
+    q = _drawn_wavenumbers(*ends)
     indices = run.kept(subject.level) if subject.index is None else [subject.index]
     surfaces = (run.field(subject.level, index, "heights") for index in indices)
     mean = np.mean([radial_psd(heights, grid, q, ends) for heights in surfaces], axis=0)
@@ -53,11 +53,11 @@ def draw_roughness(axes: Axes, subject: Subject) -> None:
 def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     """Draw 2π q² |σ_q|², the variance of the pressure per ln q, measured and in the theory."""
     run, colour = subject.run, COLOURS[subject.column]
-    q = drawn_wavenumbers(2 * np.pi / max(subject.grid.lengths), subject.grid.nyquist)
+    q = _drawn_wavenumbers(2 * np.pi / max(subject.grid.lengths), subject.grid.nyquist)
     sample = next(pair.sample for pair in run.pairs(subject.column) if pair.level == subject.level)
     spectra = sample.spectrum if subject.index is None else sample.spectrum[sample.rows == subject.index]
     # the variance of the modes near each q over their area in the plane of wavevectors
-    rows = spectra @ weights(q, sample.wavenumber).T / mode_area(subject.grid, q, (0.0, np.inf))
+    rows = spectra @ _weights(q, sample.wavenumber).T / _mode_area(subject.grid, q, (0.0, np.inf))
     density = 2 * np.pi * q**2 * 1e-18
     mean = rows.mean(axis=0) * density
     error = half_width(*spread(rows)) * density if len(rows) > 1 else 0.0 * q
@@ -89,10 +89,10 @@ def draw_correlation(axes: Axes, run: Run, column: str, r: Array) -> None:
     band(axes, r * 1e6, mean * 1e-18, half_width(error, freedom) * 1e-18, COLOURS[column])
 
 
-def drawn_wavenumbers(first: float, last: float) -> Array:
+def _drawn_wavenumbers(first: float, last: float) -> Array:
     """Return the wavenumbers at which spectra are drawn, rad/m: even in ln q, half a width inside the ends."""
-    first, last = first * (1 + WIDTH / 2), last * (1 - WIDTH / 2)
-    return np.geomspace(first, last, max(8, round(np.log(last / first) / WIDTH)))
+    first, last = first * (1 + _WIDTH / 2), last * (1 - _WIDTH / 2)
+    return np.geomspace(first, last, max(8, round(np.log(last / first) / _WIDTH)))
 
 
 def radial_psd(heights: NDArray[Any], grid: Grid, q: Array, ends: tuple[float, float]) -> Array:
@@ -102,30 +102,30 @@ def radial_psd(heights: NDArray[Any], grid: Grid, q: Array, ends: tuple[float, f
     that a steep spectrum is not bent by its own mean.
     """
     power = np.abs(fourier.forward(np.ascontiguousarray(heights, dtype=np.float64))) ** 2
-    return sum_near(grid, q, power * grid.wavenumbers**4, ends) / mode_area(grid, q, ends) / q**4
+    return _sum_near(grid, q, power * grid.wavenumbers**4, ends) / _mode_area(grid, q, ends) / q**4
 
 
-def mode_area(grid: Grid, q: Array, ends: tuple[float, float]) -> Array:
+def _mode_area(grid: Grid, q: Array, ends: tuple[float, float]) -> Array:
     """Return the area of the modes near each q in the plane of wavevectors, weighted as the spectra are, 1/m²."""
     cell = 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
-    return cell * sum_near(grid, q, np.ones(grid.half_shape), ends)
+    return cell * _sum_near(grid, q, np.ones(grid.half_shape), ends)
 
 
-def sum_near(grid: Grid, q: Array, values: Array, ends: tuple[float, float]) -> Array:
+def _sum_near(grid: Grid, q: Array, values: Array, ends: tuple[float, float]) -> Array:
     """Return the sum of values over the modes near each q and between `ends`, with Gaussian weights in ln q."""
     modes = modes_between(grid, *ends)
     # sum the modes in bins much narrower than the weights first: a weight for each pair of mode and q would be too many
-    step = WIDTH / 16
+    step = _WIDTH / 16
     bins = np.rint(np.log(modes.wavenumber) / step).astype(np.intp)
     first = int(bins.min())
     sums = np.bincount(bins - first, modes.multiplicity * values[modes.chosen])
-    result: Array = weights(q, np.exp(step * (first + np.arange(sums.size)))) @ sums
+    result: Array = _weights(q, np.exp(step * (first + np.arange(sums.size)))) @ sums
     return result
 
 
-def weights(q: Array, wavenumbers: Array) -> Array:
+def _weights(q: Array, wavenumbers: Array) -> Array:
     """Return the Gaussian weights in ln q of wavenumbers around each q, shape (q, wavenumbers)."""
-    result: Array = np.exp(-0.5 * (np.subtract.outer(np.log(q), np.log(wavenumbers)) / WIDTH) ** 2)
+    result: Array = np.exp(-0.5 * (np.subtract.outer(np.log(q), np.log(wavenumbers)) / _WIDTH) ** 2)
     return result
 
 

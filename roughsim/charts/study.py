@@ -22,7 +22,7 @@ _MOST_CURVES = 8  # of one panel: more cannot be told apart
 _DEVIATIONS = (-50.0, -30.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)  # %, of the theory
 _HOLLOW = "hollow: at $q_c$, or\na part of ± unknown"
 _DASHES: Any = (0, (4, 2))
-Rows = Sequence[Mapping[str, Any]]
+_Rows = Sequence[Mapping[str, Any]]
 
 
 class Along(NamedTuple):
@@ -44,7 +44,7 @@ class _Points(NamedTuple):
 
 def study_chart(
     path: Path,
-    curves: Mapping[str, Rows],
+    curves: Mapping[str, _Rows],
     x: Along,
     column: str,
     observable: str,
@@ -81,7 +81,7 @@ def study_chart(
             _draw_map(panels[1], rows, x, y, column, observable)
 
 
-def _draw_curves(axes: Axes, curves: Mapping[str, Rows], x: Along, column: str, observable: str, legend: str) -> None:
+def _draw_curves(axes: Axes, curves: Mapping[str, _Rows], x: Along, column: str, observable: str, legend: str) -> None:
     """Draw each curve: simulation with its error, slide, and both theories. Hollow points have no line."""
     labels = list(curves)
     if len(labels) > _MOST_CURVES:
@@ -129,7 +129,7 @@ def _draw_points(axes: Axes, points: _Points, marker: str, colour: Any) -> None:
         axes.errorbar(points.x[drawn], points.value[drawn], points.error[drawn], **style)
 
 
-def _common_handles(rows: Rows) -> list[Line2D]:
+def _common_handles(rows: _Rows) -> list[Line2D]:
     """Return the entries of the legend that hold for all curves."""
     point: Any = {"color": THEORY, "ls": "", "ms": 3.5}
     handles = [
@@ -143,7 +143,7 @@ def _common_handles(rows: Rows) -> list[Line2D]:
     return handles
 
 
-def _points(rows: Rows, x: Along, column: str, observable: str) -> _Points:
+def _points(rows: _Rows, x: Along, column: str, observable: str) -> _Points:
     """Return the points of a column; several at one place become their mean."""
     places: dict[float, list[Mapping[str, Any]]] = {}
     for row in rows:
@@ -157,7 +157,7 @@ def _points(rows: Rows, x: Along, column: str, observable: str) -> _Points:
     return _Points(np.array(sorted(places)) * x.factor, value * factor, np.nan_to_num(error) * factor, whole)
 
 
-def _draw_map(axes: Axes, rows: Rows, x: Along, y: Along, column: str, observable: str) -> None:
+def _draw_map(axes: Axes, rows: _Rows, x: Along, y: Along, column: str, observable: str) -> None:
     """Draw contours of the simulation over two numbers, and of the deviation of the theory."""
     at_x = np.array(sorted({row[x.name] for row in rows}))
     at_y = np.array(sorted({row[y.name] for row in rows}))
@@ -188,7 +188,7 @@ def _draw_map(axes: Axes, rows: Rows, x: Along, y: Along, column: str, observabl
         plain_ticks(axes.yaxis)
 
 
-def _over_two(rows: Rows, x: Along, y: Along, at_x: Array, at_y: Array, column: str) -> Array:
+def _over_two(rows: _Rows, x: Along, y: Along, at_x: Array, at_y: Array, column: str) -> Array:
     """Return the values of a column over two numbers, (y, x); NaN at a missing point."""
     result = np.full((len(at_y), len(at_x)), np.nan)
     for row in rows:

@@ -36,11 +36,11 @@ FIELDS = {
     "temperature": ("Temperature above the mean of the cell", "$T$", "K"),
     "heat_flux": ("Frictional heat of both bodies", r"$\mu\sigma v$", "W/m²"),
 }
-SMALLEST, LARGEST = 1.5, 40.0  # sides of a figure, inches
-FEWEST, MOST = 30, 1200  # pixels per inch
-FORMATS = (".png", ".pdf", ".svg")
+_SMALLEST, _LARGEST = 1.5, 40.0  # sides of a figure, inches
+_FEWEST, _MOST = 30, 1200  # pixels per inch
+_FORMATS = (".png", ".pdf", ".svg")
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
-STYLE: Any = {
+_STYLE: Any = {
     "font.size": 9,
     "axes.titlesize": 9,
     "axes.titlelocation": "left",
@@ -69,11 +69,11 @@ class Look:
     csv: Path | None = None
 
     def __post_init__(self) -> None:
-        if self.size is not None and not all(SMALLEST <= side <= LARGEST for side in self.size):
+        if self.size is not None and not all(_SMALLEST <= side <= _LARGEST for side in self.size):
             words = " × ".join(f"{side:g}" for side in self.size)
-            raise ValueError(f"size = {words} inches: each side must be {SMALLEST:g} to {LARGEST:g} inches")
-        if not FEWEST <= self.dpi <= MOST:
-            raise ValueError(f"dpi = {self.dpi} must be {FEWEST} to {MOST} pixels per inch")
+            raise ValueError(f"size = {words} inches: each side must be {_SMALLEST:g} to {_LARGEST:g} inches")
+        if not _FEWEST <= self.dpi <= _MOST:
+            raise ValueError(f"dpi = {self.dpi} must be {_FEWEST} to {_MOST} pixels per inch")
         if self.csv is not None and self.csv.suffix.lower() != ".csv":
             raise ValueError(f"csv = {str(self.csv)!r} must end in .csv")
 
@@ -119,15 +119,15 @@ class Subject:
 
 def check_ending(path: Path) -> None:
     """Raise ValueError unless a picture is to be .png, .pdf or .svg."""
-    if path.suffix.lower() not in FORMATS:
-        raise ValueError(f"chart = {str(path)!r} must end in {', '.join(FORMATS)}")
+    if path.suffix.lower() not in _FORMATS:
+        raise ValueError(f"chart = {str(path)!r} must end in {', '.join(_FORMATS)}")
 
 
 @contextmanager
 def new_figure(path: Path, size: tuple[float, float], title: str = "", look: Look = USUAL) -> Iterator[Figure]:
     """Yield an empty figure of a size in inches, in the common style; at the end it is written to `path`."""
     check_ending(path)
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(_STYLE):
         figure = Figure(figsize=look.size or size, dpi=look.dpi, layout="constrained")
         if title and look.title:
             figure.suptitle(title, fontsize=9, x=0.01, ha="left")

@@ -9,10 +9,10 @@ from roughsim.charts.style import COLOURS, FIELDS, THEORY, Subject, new_figure, 
 from roughsim.grid import Array
 from roughsim.heat.statistics import ContactTemperature, contact_temperature, hottest_pixel, joint_distribution
 
-BINS = 80
-POINTS = 2000  # of a line; a contact has up to millions
+_BINS = 80
+_POINTS = 2000  # of a line; a contact has up to millions
 COLOUR_OF = {"heights": "#0072B2", "pressure": THEORY, "temperature": "#D55E00"}
-NEAR = 96  # points of the enlarged part of a profile on either side
+_NEAR = 96  # points of the enlarged part of a profile on either side
 
 
 def densities(contact: ContactTemperature) -> tuple[Array, Array, Array]:
@@ -21,8 +21,8 @@ def densities(contact: ContactTemperature) -> tuple[Array, Array, Array]:
     low, high = float(temperatures[0]), float(temperatures[-1])
     if low == high:  # a bin needs a width
         low, high = low - 0.5, high + 0.5
-    counts, edges = np.histogram(temperatures, BINS, (low, high))
-    heats, _ = np.histogram(temperatures, BINS, (low, high), weights=heat)
+    counts, edges = np.histogram(temperatures, _BINS, (low, high))
+    heats, _ = np.histogram(temperatures, _BINS, (low, high), weights=heat)
     percent = 100.0 / (edges[1] - edges[0])
     return edges, counts / temperatures.size * percent, heats / heat.sum() * percent
 
@@ -52,17 +52,17 @@ def distribution_chart(subject: Subject, path: Path) -> None:
         density.set_ylim(bottom=0.0)
         density.legend(loc="upper right")
         # temperatures are in ascending order: point k has a share (k + 1)/n of the area at or below it
-        points = np.unique(np.linspace(0, temperatures.size - 1, POINTS).astype(np.intp))
+        points = np.unique(np.linspace(0, temperatures.size - 1, _POINTS).astype(np.intp))
         hotter.plot(temperatures[points], 100.0 * (1.0 - (points + 1) / temperatures.size), color="0.5", lw=1.2)
         hotter.plot(temperatures[points], 100.0 * (1.0 - contact.cooler[points]), color=colour, lw=1.2)
         hotter.axvline(contact.flash_temperature, color=colour, lw=1.0, ls="--")
         hotter.set(xlabel="$T$, K", ylabel="% hotter than $T$", title="Share that is hotter", ylim=(0.0, 100.0))
-        joint = joint_distribution(subject.field("temperature"), pressure, bins=BINS)
+        joint = joint_distribution(subject.field("temperature"), pressure, bins=_BINS)
         percent = np.ma.masked_equal(100.0 * joint.share.T, 0.0)  # nothing is drawn where there is no contact
         factor, unit = scaled(float(joint.pressure[-1]), "Pa")
         colours = LogNorm(percent.min(), percent.max())
         mesh = both.pcolormesh(joint.pressure * factor, joint.temperature, percent, cmap="viridis", norm=colours)
-        figure.colorbar(mesh, ax=both, label=f"% of the contact area in one of {BINS} × {BINS} bins")
+        figure.colorbar(mesh, ax=both, label=f"% of the contact area in one of {_BINS} × {_BINS} bins")
         both.set(xlabel=rf"$\sigma$, {unit}", ylabel="$T$, K", title="Pressure and temperature together")
 
 
@@ -72,8 +72,8 @@ def profile_chart(subject: Subject, path: Path) -> None:
     hottest, across, lines = lines_through_hottest_point(subject)
     count = len(lines["heights"])
     parts = [np.arange(count)]
-    if count > 6 * NEAR:
-        parts.append(np.arange(hottest - NEAR, hottest + NEAR + 1))
+    if count > 6 * _NEAR:
+        parts.append(np.arange(hottest - _NEAR, hottest + _NEAR + 1))
     factor, unit = scaled(across * dy, "m")
     where = f"$y$ = {across * dy * factor:.4g} {unit}"
     title = subject.title(f"Along the sliding direction through the hottest point, {where}; contact shaded")

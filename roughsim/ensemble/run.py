@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from roughsim import prediction
 from roughsim.ensemble.executors import Workers, interrupted_by_signals
 from roughsim.ensemble.tasks import ActiveRun, Tasks, remove_unfinished
 from roughsim.ensemble.workers import Surfaces
@@ -140,7 +141,7 @@ def complete(
             home = folder.absolute()
             remove_unfinished(home, claims)
             run = open_run(folder, damaged="redo")
-            run.until = dict(scene.ensemble.until)  # scene.toml may have those of another process
+            run.until = dict(scene.ensemble.until)  # run.json may have those of another process
             run.max_realizations = scene.ensemble.max_realizations
             run.refresh()
             runs.append(ActiveRun(scene_of(scene, numerics), numerics, home, run, surfaces))
@@ -240,6 +241,10 @@ def description_of(scene: Scene, numerics: Numerics) -> dict[str, Any]:
         "format_version": FORMAT,
         "scene": scene.identity(),
         "numerics": numerics.to_dict(),
+        "seed": scene.ensemble.seed,
+        "until": dict(scene.ensemble.until),
+        "max_realizations": scene.ensemble.max_realizations,
+        "heat_partition": prediction.heat_partition(scene).tolist(),
         "reasons": [list(reason) for reason in numerics.reasons],
         "versions": versions(),
     }

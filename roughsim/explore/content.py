@@ -23,7 +23,7 @@ from roughsim.planning.realization import realize
 from roughsim.results.film import filmed
 from roughsim.results.folder import gap, open_run
 from roughsim.results.run import Run
-from roughsim.scene import Scene
+from roughsim.scene import Scene, with_short_tables
 from roughsim.show.terminal import table_text
 
 CORRELATION = "pressure_correlation"
@@ -97,11 +97,11 @@ class WatchedRun:
             self.run.refresh()
             state = self.run.counts, tuple(self.run.damaged)
             if before != state:
-                self._latest = state, summarized(self.run)
+                self._latest = state, _summarized(self.run)
             return self._latest[1]
 
 
-def summarized(run: Run) -> Summary:
+def _summarized(run: Run) -> Summary:
     """Return the summary of a run at this moment."""
     problems = [f"{text}. The other realizations are shown." for text in run.damaged.values()] + gap(run)
     if run.failed:
@@ -120,6 +120,17 @@ def summarized(run: Run) -> Summary:
     )
 
 
+def scene_text(run: Run) -> str:
+    """Return the scene file, the cell and the grids of a run."""
+    sides = " × ".join(f"{1e3 * length:.4g}" for length in run.numerics.lengths)
+    lines = [with_short_tables(run.scene.to_toml()).strip(), "", f"# cell {sides} mm, seed {run.seed}"]
+    for number, level in enumerate(run.numerics.levels):
+        points = f"{level.shape[0]} × {level.shape[1]} points"
+        where = level.where.replace(" in", ", in")
+        lines.append(f"# L{number}: {level.column}, {points}, q_c = {level.q_max:.4g} rad/m{where}")
+    return "\n".join(lines)
+
+
 def speed_range(scene: Scene) -> tuple[float, float]:
     """Return the speeds that can be chosen, m/s: a decade beyond those of the scene on either side.
 
@@ -130,7 +141,7 @@ def speed_range(scene: Scene) -> tuple[float, float]:
     return 10.0 ** (floor(log10(min(moving))) - 1), highest
 
 
-def distances(run: Run) -> Field:
+def _distances(run: Run) -> Field:
     """Return the r at which g_σ is drawn, m: up to 0.4 longest waves, and never beyond half the diagonal."""
     longest = 2 * np.pi / run.scene.spectrum.breaks[0]
     return np.linspace(0.0, min(0.4 * longest, 0.5 * float(np.hypot(*run.numerics.lengths))), 160)
@@ -138,7 +149,7 @@ def distances(run: Run) -> Field:
 
 def theory_curves(run: Run) -> dict[str, tuple[Field, Field]]:
     """Return (x, value) of each curve over the whole spectrum; temperatures with the heat share of the scene."""
-    scene, r = run.scene, distances(run)
+    scene, r = run.scene, _distances(run)
     speeds = np.geomspace(*speed_range(scene), 121)
     # of all the heat; a temperature of the moving body is in proportion to the share that it takes
     values = prediction.over_speed(scene, speeds)
@@ -149,7 +160,7 @@ def theory_curves(run: Run) -> dict[str, tuple[Field, Field]]:
 
 def measured_curves(run: Run, column: str) -> dict[str, Curve]:
     """Return the curves of a column by name; the run needs a sound realization."""
-    speeds, r = np.array(run.scene.speeds), distances(run)
+    speeds, r = np.array(run.scene.speeds), _distances(run)
     moving = speeds > 0.0  # a logarithmic axis has no zero
     mean, error, freedom = correlation_of(run.pairs(column), r)
     curves = {CORRELATION: Curve(r, mean, half_width(error, freedom))}

@@ -17,15 +17,15 @@ from roughsim.observables.catalogue import AXIS
 from roughsim.results.film import MemberFilm, read_film
 from roughsim.results.run import Run
 
-SIDE = 286  # screen pixels along the longer side of a map: one map fits on a telephone
-FRAME = 300  # ms that a position is shown while the film plays
-AT_REST, RIDING = "#3fae2a", MARK  # summits of either face: visible on white, black and yellow
-WORDS = (
+_SIDE = 286  # screen pixels along the longer side of a map: one map fits on a telephone
+_FRAME = 300  # ms that a position is shown while the film plays
+_AT_REST, _RIDING = "#3fae2a", MARK  # summits of either face: visible on white, black and yellow
+_WORDS = (
     "Both faces slide. Triangles: the highest summits of the face at rest. Circles: those of the moving face, which "
     "move to the left. They touch where summits meet. Temperature: of the surface of the moving body, above its "
     "background. The colours are the same at all positions."
 )
-NONE_YET = "No march has kept its maps yet: the first --keep-fields realizations do."
+_NONE_YET = "No march has kept its maps yet: the first --keep-fields realizations do."
 
 
 class FilmView:
@@ -42,13 +42,13 @@ class FilmView:
         self._add_controls()
         self._add_maps()
         self._add_curves()
-        self.text = plain_text("film_text", NONE_YET)
+        self.text = plain_text("film_text", _NONE_YET)
         wrapped = {"flex-wrap": "wrap"}
         self.root = column(
             row(self.member, self.speed, self.slider, self.play, styles=wrapped),
             row(*(panel.figure for panel in self.maps.values()), self.curve, styles=wrapped),
             self.text,
-            plain_text("film_words", WORDS, **{"max-width": "1000px", "color": "#666666"}),
+            plain_text("film_words", _WORDS, **{"max-width": "1000px", "color": "#666666"}),
             name="film",
         )
 
@@ -76,18 +76,18 @@ class FilmView:
         }
         view |= {f"{axis}_axis_label": f"{axis}, {self.unit}" for axis in "xy"}
         for side, length in zip(("frame_width", "frame_height"), lengths, strict=True):
-            view[side] = max(int(SIDE * length / max(lengths)), 90)
+            view[side] = max(int(_SIDE * length / max(lengths)), 90)
         self.maps = {name: MapPanel(name, f"film_{name}", **view) for name in ("pressure", "temperature")}
         self.at_rest, self.riding = empty_source("x", "y"), empty_source("x", "y")
         marks: dict[str, Any] = {"fill_alpha": 0.0, "line_width": 2, "size": 9}
         for panel in self.maps.values():
-            panel.figure.scatter("x", "y", source=self.at_rest, marker="triangle", line_color=AT_REST, **marks)
-            panel.figure.scatter("x", "y", source=self.riding, marker="circle", line_color=RIDING, **marks)
+            panel.figure.scatter("x", "y", source=self.at_rest, marker="triangle", line_color=_AT_REST, **marks)
+            panel.figure.scatter("x", "y", source=self.riding, marker="circle", line_color=_RIDING, **marks)
 
     def _add_curves(self) -> None:
         """Make the panel of T_flash over the distance, a line for each speed, with a cursor."""
         scales = {"x_axis_type": "log", "y_axis_type": "log", "x_axis_label": f"slid distance, {self.unit}"}
-        self.curve = figure(name="film_curve", width=360, height=SIDE + 60, tools="pan,wheel_zoom,reset", **scales)
+        self.curve = figure(name="film_curve", width=360, height=_SIDE + 60, tools="pan,wheel_zoom,reset", **scales)
         self.curve.yaxis.axis_label = "T_flash, K"
         self.lines = []
         for speed, colour in zip(self.run.scene.speeds, speed_colours(len(self.run.scene.speeds)), strict=True):
@@ -177,7 +177,7 @@ class FilmView:
         if self.play.active:
             if self.slider.value >= self.slider.end:
                 self.slider.value = 0
-            self.playing = self.document.add_periodic_callback(self.turn, FRAME)
+            self.playing = self.document.add_periodic_callback(self.turn, _FRAME)
         self.play.label = "❚❚ stop" if self.play.active else "▶ play"
 
     def turn(self) -> None:

@@ -13,22 +13,23 @@ from bokeh.themes import Theme
 from roughsim.charts.maps import HARD, palette
 from roughsim.charts.style import COLOURS, THEORY, scaled
 from roughsim.charts.temperature import COLOUR_OF, densities
-from roughsim.explore.content import CORRELATION, Curve, Field, Image, Line, speed_range
+from roughsim.explore.content import CORRELATION, Curve, Field, Image, Line, scene_text, speed_range
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature
 from roughsim.results.run import Run
-from roughsim.scene import with_short_tables
 from roughsim.show.table import shown
 
-SIDE = 300  # screen pixels along the longer side of a map: one fits on a telephone, three beside each other on a screen
-WIDE: Any = {"sizing_mode": "stretch_width"}  # takes the room that there is
-PAGE = "calc(100vw - 24px)"  # the width of the page within its margins
-REST = {"flex": "1 1 600px", "min-width": "0", "max-width": PAGE, "overflow-x": "auto"}  # of a line; may be scrolled
-WRAPPED = {"flex-wrap": "wrap"}  # what does not fit into a line begins a new one
-STEPS = 40  # of the slider in a decade of speed
-SPEED_LABEL = "return Number(Math.pow(10, tick).toPrecision(3)) + ' m/s'"  # JavaScript: the slider is over log10 v
+_SIDE = (
+    300  # screen pixels along the longer side of a map: one fits on a telephone, three beside each other on a screen
+)
+_WIDE: Any = {"sizing_mode": "stretch_width"}  # takes the room that there is
+_PAGE = "calc(100vw - 24px)"  # the width of the page within its margins
+_REST = {"flex": "1 1 600px", "min-width": "0", "max-width": _PAGE, "overflow-x": "auto"}  # of a line; may be scrolled
+_WRAPPED = {"flex-wrap": "wrap"}  # what does not fit into a line begins a new one
+_STEPS = 40  # of the slider in a decade of speed
+_SPEED_LABEL = "return Number(Math.pow(10, tick).toPrecision(3)) + ' m/s'"  # JavaScript: the slider is over log10 v
 MARK = "#00b7c7"  # visible on white, blue, red and black
-HEAT = COLOUR_OF["temperature"]
+_HEAT = COLOUR_OF["temperature"]
 # title of the map, letter, SI unit
 FIELDS = {
     "heights": ("Composite heights", "h", "m"),
@@ -36,21 +37,21 @@ FIELDS = {
     "temperature": ("Temperature", "T", "K"),
 }
 # title, formula and SI unit along x, formula and SI unit along y
-CURVES = {
+_CURVES = {
     CORRELATION: (r"Stress correlation $$g_\sigma(r)$$", "r", "m", r"g_\sigma", "Pa^2"),
     "flash_temperature": ("Flash temperature", "v", "m/s", r"T_\mathrm{flash}", "K"),
     "flash_width": ("Hot-spot width", "v", "m/s", r"D_\mathrm{flash}", "m"),
     "slope_length": ("Slope length", "v", "m/s", r"d_\mathrm{flash}", "m"),
 }
 LEGEND = {"label_text_font_size": "11px", "border_line_color": None, "background_fill_alpha": 0.6}
-STYLE = {
+_STYLE = {
     "Plot": {"outline_line_color": None},
     "Toolbar": {"logo": None, "autohide": True},
     "Title": {"text_font_size": "12px", "text_font_style": "normal"},
     "Axis": {"axis_label_text_font_style": "normal", "axis_label_standoff": 2},
     "Legend": LEGEND | {"padding": 4, "margin": 4, "spacing": 0},
 }
-THEME = Theme(json={"attrs": STYLE})
+THEME = Theme(json={"attrs": _STYLE})
 
 
 def empty_source(*names: str) -> models.ColumnDataSource:
@@ -58,7 +59,7 @@ def empty_source(*names: str) -> models.ColumnDataSource:
     return models.ColumnDataSource({name: [] for name in names})
 
 
-def formula(symbol: str, unit: str) -> str:
+def _formula(symbol: str, unit: str) -> str:
     """Return a symbol with the shown form of its SI unit, to be set as a formula; text beside one loses its "µ"."""
     letters = re.sub(r"[A-Za-z]+", r"\\mathrm{\g<0>}", shown(unit)[0])
     return f"$${symbol},\\ {letters}$$".replace("µ", r"\mu ").replace("²", "^2")
@@ -74,25 +75,12 @@ def plain_text(name: str, text: str = "", **styles: str) -> models.Div:
     return models.Div(text=text, render_as_text=True, disable_math=True, name=name, styles=styles)
 
 
-def small_text(name: str, text: str = "") -> models.PreText:
+def _small_text(name: str, text: str = "") -> models.PreText:
     """Return a widget for lines of small text of even width."""
     return models.PreText(text=text, disable_math=True, name=name, styles={"font-size": "11px"})
 
 
-def scene_text(run: Run) -> str:
-    """Return the scene file, the cell and the grids of a run."""
-    grids = (
-        f"# L{number}: {level.column}, {level.shape[0]} × {level.shape[1]} points, q_c = {level.q_max:.4g} rad/m"
-        + level.where.replace(" in", ", in")
-        for number, level in enumerate(run.numerics.levels)
-    )
-    sides = " × ".join(f"{1e3 * length:.4g}" for length in run.numerics.lengths)
-    return "\n".join(
-        [with_short_tables(run.scene.to_toml()).strip(), "", f"# cell {sides} mm, seed {run.seed}", *grids]
-    )
-
-
-class Controls:
+class _Controls:
     """The controls: level, realization, speed, direction, and the limits of the colours."""
 
     def __init__(self, run: Run, speed: float):
@@ -109,15 +97,15 @@ class Controls:
         self.level = models.Select(title="contact", options=levels, value=finest, width=240, name="level")
         self.member = models.Select(title="realization", options=[], value="", width=150, disabled=True, name="member")
         low, high = (round(log10(end)) for end in speed_range(run.scene))
-        self.slider = models.Slider(start=low, end=high, step=1 / STEPS, value=log10(speed), title="speed", width=300)
-        self.slider.update(format=models.CustomJSTickFormatter(code=SPEED_LABEL), name="speed")
+        self.slider = models.Slider(start=low, end=high, step=1 / _STEPS, value=log10(speed), title="speed", width=300)
+        self.slider.update(format=models.CustomJSTickFormatter(code=_SPEED_LABEL), name="speed")
         self.speed = models.TextInput(title="v, m/s", value=f"{speed:.4g}", width=80, name="speed_box")
         angles = {"start": -180, "end": 180, "step": 1, "value": 0}
         self.angle = models.Slider(title="sliding direction, °", width=200, name="angle", **angles)
         labels = ["colours of the cell", "of the view"]
         self.colours_of = models.RadioButtonGroup(labels=labels, active=0, name="colours")
         colours = column(plain_text("", "colours"), self.colours_of)
-        self.row = row(self.level, self.member, self.slider, self.speed, self.angle, colours, styles=WRAPPED)
+        self.row = row(self.level, self.member, self.slider, self.speed, self.angle, colours, styles=_WRAPPED)
 
 
 class MapPanel:
@@ -149,7 +137,7 @@ class MapPanel:
         self.figure.title.text = f"{self.title}, {unit}{note}  ({view})"
 
 
-class LinePanels:
+class _LinePanels:
     """Heights, pressure and temperature on a line through the marked point; contact is shaded."""
 
     def __init__(self, unit: str) -> None:
@@ -158,7 +146,7 @@ class LinePanels:
         for name in FIELDS:
             last = name == "temperature"
             options = {"x_range": self.figures[0].x_range} if self.figures else {}
-            options |= WIDE | {"max_width": 690, "height": 150 if last else 112, "tools": "xpan,xwheel_zoom,reset"}
+            options |= _WIDE | {"max_width": 690, "height": 150 if last else 112, "tools": "xpan,xwheel_zoom,reset"}
             plot = figure(name=f"profile_{name}", **options)
             plot.extra_y_ranges = {"share": models.Range1d(0, 1)}
             # bars, since a stepped area without points hangs BokehJS 3.9
@@ -188,19 +176,19 @@ class LinePanels:
         return texts
 
 
-class DistributionPanel:
+class _DistributionPanel:
     """The temperature over the contact, by area and by heat."""
 
     def __init__(self) -> None:
         tools = "xpan,xwheel_zoom,reset"
-        options = WIDE | {"max_width": 560, "height": 374, "tools": tools}
-        self.figure = figure(x_axis_label=formula("T", "K"), name="distribution", **options)
+        options = _WIDE | {"max_width": 560, "height": 374, "tools": tools}
+        self.figure = figure(x_axis_label=_formula("T", "K"), name="distribution", **options)
         self.bins = empty_source("left", "right", "area", "middle", "heat")
-        self.flash = upright(None, HEAT, line_dash="dashed", line_width=2)
+        self.flash = upright(None, _HEAT, line_dash="dashed", line_width=2)
         self.figure.add_layout(self.flash)
         grey = {"color": "#bbbbbb", "line_color": None, "legend_label": "of the contact area"}
         self.figure.quad("left", "right", "area", 0, source=self.bins, **grey)
-        self.figure.line("middle", "heat", source=self.bins, color=HEAT, line_width=2, legend_label="of the heat")
+        self.figure.line("middle", "heat", source=self.bins, color=_HEAT, line_width=2, legend_label="of the heat")
         self.figure.yaxis.axis_label = "% per K"
         self.figure.y_range.start = 0
 
@@ -216,15 +204,15 @@ class DistributionPanel:
         )
 
 
-class CurvePanel:
+class _CurvePanel:
     """One curve: the theory as a line, and a band with points for every column; over speed both axes are log."""
 
     def __init__(self, name: str, columns: tuple[str, ...], speed: float):
-        title, x, x_si, y, y_si = CURVES[name]
+        title, x, x_si, y, y_si = _CURVES[name]
         self.x_factor, self.factor = shown(x_si)[1], shown(y_si)[1]
         self.over_speed = name != CORRELATION
         kind = "log" if self.over_speed else "linear"
-        axes = {"x_axis_label": formula(x, x_si), "y_axis_label": formula(y, y_si)}
+        axes = {"x_axis_label": _formula(x, x_si), "y_axis_label": _formula(y, y_si)}
         axes |= {"x_axis_type": kind, "y_axis_type": kind}
         self.figure = figure(title=title, width=312, height=270, tools="pan,wheel_zoom,box_zoom,reset", **axes)
         self.sources = {"theory": empty_source("x", "y")}
@@ -262,12 +250,12 @@ class Layout:
     def __init__(self, run: Run, speed: float):
         self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
         columns, lengths = run.numerics.columns, [length * self.factor for length in run.numerics.lengths]
-        self.controls = Controls(run, speed)
+        self.controls = _Controls(run, speed)
 
         # maps over one view, with the marked point and the line through it
         self.x_range, self.y_range = models.Range1d(), models.Range1d()
         self.show_cell(run.numerics.lengths)
-        width, height = (max(int(SIDE * side / max(lengths)), 90) for side in lengths)
+        width, height = (max(int(_SIDE * side / max(lengths)), 90) for side in lengths)
         view = {"x_range": self.x_range, "y_range": self.y_range, "frame_width": width, "frame_height": height}
         view |= {f"{axis}_axis_label": f"{axis}, {self.unit}" for axis in "xy"}
         self.maps = {name: MapPanel(name, name, **view) for name in FIELDS}
@@ -278,9 +266,9 @@ class Layout:
             panel.figure.scatter("x", "y", source=self.point, **cross)
 
         # the other panels
-        self.line = LinePanels(self.unit)
-        self.distribution = DistributionPanel()
-        self.curves = {name: CurvePanel(name, columns, speed) for name in CURVES}
+        self.line = _LinePanels(self.unit)
+        self.distribution = _DistributionPanel()
+        self.curves = {name: _CurvePanel(name, columns, speed) for name in _CURVES}
 
         self.film = column(name="film_place")  # of runs whose faces slide
 
@@ -289,29 +277,29 @@ class Layout:
         self.busy = plain_text("busy", color="#666666")
         wrapped = {"max-width": "1300px", "white-space": "pre-line"}
         self.problems = plain_text("problems", color="#b00020", **wrapped)
-        self.budgets = {name: small_text(f"budget_{name}") for name in columns}
+        self.budgets = {name: _small_text(f"budget_{name}") for name in columns}
         large = {"font-size": "16px", "font-weight": "bold"}
         heading = plain_text("heading", run.scene.title or str(run.folder), **large)
-        scene = small_text("scene", scene_text(run))
-        scene.styles = scene.styles | {"overflow-x": "auto", "max-width": f"min(560px, {PAGE})"}
+        scene = _small_text("scene", scene_text(run))
+        scene.styles = scene.styles | {"overflow-x": "auto", "max-width": f"min(560px, {_PAGE})"}
         tabs = [models.TabPanel(child=text, title=f"error budget, {name}") for name, text in self.budgets.items()]
         self.root = column(
-            row(heading, self.state, self.busy, spacing=16, styles=WRAPPED),
+            row(heading, self.state, self.busy, spacing=16, styles=_WRAPPED),
             self.problems,
             self.controls.row,
-            row(*(panel.figure for panel in self.maps.values()), styles=WRAPPED),
+            row(*(panel.figure for panel in self.maps.values()), styles=_WRAPPED),
             self.values,
             row(
-                column(*self.line.figures, styles={"flex": "1 1 340px", "max-width": "690px"}, **WIDE),
-                column(self.distribution.figure, styles={"flex": "1 1 340px", "max-width": "560px"}, **WIDE),
-                styles=WRAPPED,
-                **WIDE,
+                column(*self.line.figures, styles={"flex": "1 1 340px", "max-width": "690px"}, **_WIDE),
+                column(self.distribution.figure, styles={"flex": "1 1 340px", "max-width": "560px"}, **_WIDE),
+                styles=_WRAPPED,
+                **_WIDE,
             ),
             self.film,
-            row(*(panel.figure for panel in self.curves.values()), styles=WRAPPED),
-            row(scene, models.Tabs(tabs=tabs, styles=REST), spacing=30, styles=WRAPPED, **WIDE),
+            row(*(panel.figure for panel in self.curves.values()), styles=_WRAPPED),
+            row(scene, models.Tabs(tabs=tabs, styles=_REST), spacing=30, styles=_WRAPPED, **_WIDE),
             margin=(6, 10),
-            **WIDE,
+            **_WIDE,
         )
 
     def show_cell(self, lengths: tuple[float, float]) -> None:

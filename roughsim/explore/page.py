@@ -32,9 +32,9 @@ from roughsim.grid import Grid
 from roughsim.heat.statistics import hottest_pixel
 from roughsim.show.text import clock
 
-PERIOD = 2000  # ms between looks for new members
-TURN = 300  # ms between two states of the bar
-BAR = 20  # letters of it
+_PERIOD = 2000  # ms between looks for new members
+_TURN = 300  # ms between two states of the bar
+_BAR = 20  # letters of it
 HEAD = (  # without an icon browsers ask for one at another path; a telephone takes its own width
     '{% block preamble %}<link rel="icon" href="data:,">'
     '<meta name="viewport" content="width=device-width, initial-scale=1">{% endblock %}'
@@ -102,8 +102,8 @@ class Page:
         document.title = f"roughsim: {scene.title or watched.run.folder.name}"
         document.template, document.theme = HEAD, THEME
         document.add_root(self.layout.root)
-        document.add_periodic_callback(self.look_for_news, PERIOD)
-        document.add_periodic_callback(self.turn_bar, TURN)
+        document.add_periodic_callback(self.look_for_news, _PERIOD)
+        document.add_periodic_callback(self.turn_bar, _TURN)
         self.look_for_news()
 
     def _connect(self) -> None:
@@ -200,7 +200,7 @@ class Page:
             return
         elapsed = time.monotonic() - self.began
         done = min(elapsed / max(self.usual, 1e-9), 0.99)
-        bar = "█" * round(BAR * done) + "░" * (BAR - round(BAR * done))
+        bar = "█" * round(_BAR * done) + "░" * (_BAR - round(_BAR * done))
         left = f"about {clock(self.usual - elapsed)} left" if elapsed < self.usual else "any moment now"
         self.layout.busy.text = f"{bar} these fields were not kept and are computed again, {left}"
 

@@ -30,12 +30,12 @@ from roughsim.studies.study import open_study
 ADDRESS = "127.0.0.1"
 FIRST_PORT = 5006
 PORTS_TRIED = 20
-LARGEST_BODY = 4096  # bytes in the body of a request: those of this page have none
+_LARGEST_BODY = 4096  # bytes in the body of a request: those of this page have none
 UNUSED = 15_000  # ms that a session without a tab is kept: enough for a reload, and for scripts over a slow tunnel
 CHECKS = 2_000  # ms between checks for such sessions
 PINGS = 5_000  # ms between pings: they also end a session whose tab was closed before it had opened
-ALIVE = 30  # s after which a tab that no longer answers is dropped
-YEAR = 365 * 86_400  # s: a reload hands out the token of the session again, which must not have expired
+_ALIVE = 30  # s after which a tab that no longer answers is dropped
+_YEAR = 365 * 86_400  # s: a reload hands out the token of the session again, which must not have expired
 
 
 def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]:
@@ -61,8 +61,8 @@ def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]
             refusal = error
             continue
         listening.setblocking(False)
-        guarded = GuardedApplication(application, number)
-        http = HTTPServer(guarded, max_body_size=LARGEST_BODY)
+        guarded = _GuardedApplication(application, number)
+        http = HTTPServer(guarded, max_body_size=_LARGEST_BODY)
         http.add_socket(listening)
         server = BaseServer(IOLoop.current(), guarded, http)
         server.start()
@@ -81,7 +81,7 @@ def page_of(folder: Path) -> Callable[[Any], object]:
     return partial(Page, run)
 
 
-class GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no types here
+class _GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no types here
     """A Bokeh application of one session, served on a port, all of whose paths begin with a random token.
 
     Every request is checked before any route is chosen, so that no route of this or a later Bokeh is without guard. The
@@ -90,7 +90,7 @@ class GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no ty
     """
 
     def __init__(self, application: Application, port: int):
-        ignore_outside_settings()
+        _ignore_outside_settings()
         self.token = token_urlsafe(32)
         self.hosts = frozenset(f"{name}:{port}" for name in ("127.0.0.1", "localhost", "[::1]"))
         key = token_urlsafe(32).encode()
@@ -105,15 +105,15 @@ class GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no ty
             keep_alive_milliseconds=PINGS,
             check_unused_sessions_milliseconds=CHECKS,
             unused_session_lifetime_milliseconds=UNUSED,
-            session_token_expiration=YEAR,
+            session_token_expiration=_YEAR,
             use_index=False,
             ico_path="none",
             include_headers=[],
             include_cookies=[],
-            transforms=[partial(PrivateHeaders, hosts=self.hosts)],
+            transforms=[partial(_PrivateHeaders, hosts=self.hosts)],
             log_function=lambda handler: None,  # requests of others are not printed
-            websocket_ping_interval=ALIVE,
-            websocket_ping_timeout=ALIVE,
+            websocket_ping_interval=_ALIVE,
+            websocket_ping_timeout=_ALIVE,
         )
 
     def find_handler(self, request: HTTPServerRequest, **rest: Any) -> Any:
@@ -135,7 +135,7 @@ class GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no ty
         return self.get_handler_delegate(request, ErrorHandler, {"status_code": status})
 
 
-class PrivateHeaders(OutputTransform):  # type: ignore[misc]
+class _PrivateHeaders(OutputTransform):  # type: ignore[misc]
     """Headers of every answer that keep the address and the page private; those that open it to others are removed."""
 
     def __init__(self, request: HTTPServerRequest, *, hosts: frozenset[str]):
@@ -166,7 +166,7 @@ class PrivateHeaders(OutputTransform):  # type: ignore[misc]
         return status_code, headers, chunk
 
 
-def ignore_outside_settings() -> None:
+def _ignore_outside_settings() -> None:
     """Give every setting of Bokeh its default, whatever its environment variable or ~/.bokeh/bokeh.yaml says."""
     for name in [name for name in os.environ if name.startswith("BOKEH_")]:
         del os.environ[name]  # BOKEH_DEV is read apart from the settings

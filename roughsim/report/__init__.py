@@ -29,7 +29,7 @@ from roughsim.show.table import Cell, Column, Number, Table
 from roughsim.show.text import clock
 from roughsim.store.disk import place_bytes
 
-COLUMNS = {
+_COLUMNS = {
     "theory": "theory over the whole spectrum",
     "calibrated": "theory by the calibrated stress spectrum",
     "smoothed": "smoothed: elastic contact on the smoothed spectrum",
@@ -37,7 +37,7 @@ COLUMNS = {
     "elastic": "elastic contact of the surface",
     "sliding": "sliding: both faces move over one another, and both bodies keep the history of their heat",
 }
-RATIOS = {
+_RATIOS = {
     "smoothed_over_theory": "tests the weight W(q) of the theory",
     "capped_over_smoothed": "tests the plastic smoothing, Eq. (27); γ drops out",
     "elastic_over_theory": "tests the weight W(q) of the theory",
@@ -55,14 +55,14 @@ PICTURES = {
     "profile": (".svg", "Heights, pressure and temperature along the sliding direction through the hottest point."),
     "spectrum": (".svg", "Power spectra of the kept heights and of the stress."),
 }
-PICTURES_OF_MARCH = {
+_PICTURES_OF_MARCH = {
     "sliding": (
         ".svg",
         "Both faces slide: temperatures, share of the heat and turnover of the contact over the slid distance.",
     ),
     "film": (".png", "Pressure, and temperature of the moving body, at four slid distances of one member."),
 }
-FEW_FAILURES = 20  # members without numbers that the report names
+_FEW_FAILURES = 20  # members without numbers that the report names
 
 
 def report_run(run: Run, path: str | Path | None = None) -> Path:
@@ -99,9 +99,9 @@ def page(run: Run) -> str:
         "Comparison": table,
         "Errors": errors_section(run),
         "Pictures": figures_section(run),
-        "Plan": plan_section(run),
+        "Plan": _plan_section(run),
         "Scene": scene_section(run),
-        "Provenance": provenance_section(run),
+        "Provenance": _provenance_section(run),
     }
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
     bodies = (tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items())
@@ -138,13 +138,13 @@ def answer(comparison: Comparison) -> Html:
     values |= {name: Number(x.mean, "K", x.total_error, x.unknown) for name, x in row.columns.items()}
     boxes = []
     for name, value in values.items():
-        label = tag("span", COLUMNS[name], css="label")
+        label = tag("span", _COLUMNS[name], css="label")
         boxes.append(tag("li", tag("span", digits(value), tag("small", " K"), css="value"), label, css=name))
     tests = []
     for name, ratio in row.ratios.items():
         words = name.replace("_over_", " / ") + " of the same modes" * name.endswith("_over_theory")
         quotient = digits(Number(ratio.value, "1", ratio.total_error, ratio.unknown))
-        tests.append(Html(f"{words} = {quotient}: {RATIOS[name]}"))
+        tests.append(Html(f"{words} = {quotient}: {_RATIOS[name]}"))
     share = share_text(comparison.run.shares())
     caption = (
         "Roughness, stress correlation g(r), flash temperature T, hot-spot width D and slope length d over the sliding "
@@ -177,7 +177,7 @@ def errors_section(run: Run) -> Html:
             note if len(names) == len(OBSERVABLES) else f"{', '.join(names)}: {note}"
             for note, names in observables_by_note.items()
         )
-        parts += [tag("h3", COLUMNS[column]), html_table(budget_table(run, column, [fastest]))]
+        parts += [tag("h3", _COLUMNS[column]), html_table(budget_table(run, column, [fastest]))]
         parts.append(bullets(*notes, css="plain note"))
     return joined(*parts)
 
@@ -188,7 +188,7 @@ def figures_section(run: Run) -> Html:
         return tag("p", "There is no sound realization to draw yet.")
     parts: list[Html] = []
     reasons: dict[str, list[str]] = {}  # with the quantities that are not shown for it
-    pictures = PICTURES | (PICTURES_OF_MARCH if run.numerics.march is not None else {})
+    pictures = PICTURES | (_PICTURES_OF_MARCH if run.numerics.march is not None else {})
     for quantity, (ending, caption) in pictures.items():
         try:
             parts.append(picture(partial(plot_run, run, quantity), ending, caption))
@@ -204,7 +204,7 @@ def picture(draw: Callable[[Path], object], ending: str, caption: str) -> Html:
     return tag("figure", image, tag("figcaption", caption))
 
 
-def plan_section(run: Run) -> Html:
+def _plan_section(run: Run) -> Html:
     """Return the choices of the plan with their reasons, or the numerics where they were given without any."""
     if run.reasons:
         return html_table(plan_table([Reason(*reason) for reason in run.reasons]))
@@ -235,7 +235,7 @@ def diffusivity_text(scene: Scene) -> str:
     return " … ".join(dict.fromkeys(str(Number(float(value))) for value in (values.max(), values.min())))
 
 
-def provenance_section(run: Run) -> Html:
+def _provenance_section(run: Run) -> Html:
     """Return what is needed to compute the same numbers again, and the time that they took."""
     name, records = run.folder.resolve().name, [m.provenance for m in run.members.values() if not m.failure]
     counted = ", ".join(f"{count} of level {level}" for level, count in enumerate(run.counts) if count)
@@ -259,7 +259,7 @@ def provenance_section(run: Run) -> Html:
         if member.failure and key not in run.damaged
     ]
     if failures:
-        parts += [tag("p", "Left out of all means:"), bullets(*failures[:FEW_FAILURES])]
+        parts += [tag("p", "Left out of all means:"), bullets(*failures[:_FEW_FAILURES])]
     again = (
         "Saved as scene.toml, the scene above gives these numbers again, to the bit on one kind of CPU with the same"
     )

@@ -12,7 +12,7 @@ from roughsim.store.disk import place_bytes
 from roughsim.studies.study import Study
 from roughsim.studies.tables import study_table
 
-DRAWN = {
+_DRAWN = {
     "flash_temperature": "Flash temperature. Points and bands: simulated, with the total error, 95 %. Lines: theory; "
     "dashed: by the calibrated stress spectrum. Hollow: at q_c, or a part of the error is unknown.",
     "contact_fraction": "Contact area over nominal area. Hollow: at q_c, or a part of the error is unknown.",
@@ -36,7 +36,7 @@ def page(study: Study) -> str:
     state = f"A study over {keys}: {study.finished} of {len(study.points)} points finished."
     parts = {
         "Result": html_table(study_table(study)),
-        "Charts": joined(*(chart(study, name, caption) for name, caption in DRAWN.items())),
+        "Charts": joined(*(chart(study, name, caption) for name, caption in _DRAWN.items())),
         "Scene": tag("pre", with_short_tables(study.scene.to_toml())),
     }
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)

@@ -20,9 +20,9 @@ from roughsim.show.text import plain
 if TYPE_CHECKING:
     from roughsim.surface.topography import Topography
 
-MAX_BYTES = 64 * 1024
-FEW_ROWS = 6  # of a table C(q) that a text for people shows
-MAX_TABLE_BYTES = 1024 * 1024
+_MAX_BYTES = 64 * 1024
+_FEW_ROWS = 6  # of a table C(q) that a text for people shows
+_MAX_TABLE_BYTES = 1024 * 1024
 BLANK = "blank"  # the form to fill in: every key, commented out; it is no scene by itself
 
 
@@ -80,7 +80,7 @@ def scene_content(name_or_path: str | os.PathLike[str] | Mapping[str, Any]) -> t
     looks_like_a_path = not isinstance(name_or_path, str) or name.endswith(".toml") or os.sep in name or "/" in name
     if looks_like_a_path or (name not in bundled_scenes() and os.path.exists(name)):
         path = Path(name)
-        text, folder = read_text(path, "scene file", MAX_BYTES), path.parent
+        text, folder = read_text(path, "scene file", _MAX_BYTES), path.parent
     else:
         text, folder = scene_text(name), Path()
     with errors_named(name):
@@ -100,7 +100,7 @@ def parse_scene(text: str, *, source: str = "scene", folder: Path | None = None)
 def scene_of(content: Mapping[str, Any], changes: Mapping[str, Any], source: str, folder: Path | None) -> Scene:
     """Return the scene of a content with changes; a SceneError begins with `source`."""
     with errors_named(source):
-        return Scene(**with_tables(with_changes(content, changes), folder))
+        return Scene(**_with_tables(with_changes(content, changes), folder))
 
 
 def load_map(
@@ -176,10 +176,10 @@ def read_text(path: Path, what: str, limit: int) -> str:
         raise SceneError(f"{what} {name} is not UTF-8 text (byte {error.start}); is it the right file?") from None
 
 
-def stored_psd(paths: list[Path], _: dict[str, Any]) -> dict[str, Any]:
+def _stored_psd(paths: list[Path], _: dict[str, Any]) -> dict[str, Any]:
     """Read a text file of two columns, q in rad/m and C in m⁴; return the key of a section that gives it as a table."""
     (path,) = paths
-    text = read_text(path, "the table", MAX_TABLE_BYTES)
+    text = read_text(path, "the table", _MAX_TABLE_BYTES)
     lines = [(number, line.split("#")[0].strip()) for number, line in enumerate(text.splitlines(), start=1)]
     lines = [(number, line) for number, line in lines if line]
     if lines and not re.match(r"[-+.0-9]", lines[0][1]):
@@ -196,28 +196,28 @@ def stored_psd(paths: list[Path], _: dict[str, Any]) -> dict[str, Any]:
 
 
 # key → the reader of its files, what they hold, an example, and the keys that cannot stand beside it
-FILES: dict[str, tuple[Callable[[list[Path], dict[str, Any]], dict[str, Any]], str, str, tuple[str, ...]]] = {
+_FILES: dict[str, tuple[Callable[[list[Path], dict[str, Any]], dict[str, Any]], str, str, tuple[str, ...]]] = {
     "topography": (measured_psd, "map", "scan.x3p", (*ROUGHNESS_KEYS, "psd_file")),
-    "psd_file": (stored_psd, "table", "psd.csv", ("psd", "psd_error")),
+    "psd_file": (_stored_psd, "table", "psd.csv", ("psd", "psd_error")),
 }
 
 
-def with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
+def _with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
     """Return the content with each `psd_file` and `topography` replaced by the table C(q) that the files hold."""
     result = dict(content)
-    for name, key in product(("surface", "counterface"), FILES):
+    for name, key in product(("surface", "counterface"), _FILES):
         section = result.get(name)
         if isinstance(section, dict) and key in section:
-            result[name] = with_table(name, key, section, folder)
+            result[name] = _with_table(name, key, section, folder)
     for name, key in product(("surface", "counterface"), SCAN_KEYS):
         if isinstance(section := result.get(name), dict) and key in section:
             raise SceneError(f"{name}.{key} goes with topography only; remove it")
     return result
 
 
-def with_table(name: str, key: str, section: dict[str, Any], folder: Path | None) -> dict[str, Any]:
+def _with_table(name: str, key: str, section: dict[str, Any], folder: Path | None) -> dict[str, Any]:
     """Return a section with the key of its files replaced by the table C(q) that they hold."""
-    read, what, example, others = FILES[key]
+    read, what, example, others = _FILES[key]
     for other in section:
         if other in others:
             raise SceneError(f"{name}.{other} does not go with {name}.{key}, whose {what} fixes C(q); remove one")
@@ -242,8 +242,8 @@ def with_short_tables(text: str) -> str:
     """Return the text of a scene file for people to read: long tables C(q) have their first and last rows only."""
 
     def shortened(match: re.Match[str]) -> str:
-        rows, half = match[1].splitlines(keepends=True), FEW_ROWS // 2
-        if len(rows) <= FEW_ROWS:
+        rows, half = match[1].splitlines(keepends=True), _FEW_ROWS // 2
+        if len(rows) <= _FEW_ROWS:
             return match[1]
         return "".join(
             [*rows[:half], f"# … {len(rows) - 2 * half} rows more in scene.toml of the run …\n", *rows[-half:]]

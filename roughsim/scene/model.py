@@ -13,7 +13,7 @@ from pydantic_core import to_jsonable_python
 
 from roughsim.scene.changes import with_changes
 from roughsim.scene.numerics import DEFAULT_SOLVER, SLIDING, NumericsSection
-from roughsim.scene.schema import Record, key_line, literal
+from roughsim.scene.schema import Record
 from roughsim.scene.sections import (
     NOT_IDENTITY,
     BodySection,
@@ -26,6 +26,7 @@ from roughsim.scene.sections import (
 )
 from roughsim.scene.shown import scene_table
 from roughsim.scene.tables import MAX_ROWS, PSD_SCALES, Rows, at_temperature
+from roughsim.scene.written import key_line, literal
 from roughsim.show.markup import in_notebook
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
@@ -68,8 +69,8 @@ class Scene(Record, section=""):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        check_scene(self)
-        check_derived(self)
+        _check_scene(self)
+        _check_derived(self)
         return self
 
     @property
@@ -84,10 +85,10 @@ class Scene(Record, section=""):
     @property
     def faces(self) -> tuple[Face, ...]:
         """C(q) of each rough face, m⁴: one or two."""
-        face, other = face_spectrum(self.surface), self.counterface
+        face, other = _face_spectrum(self.surface), self.counterface
         if other is None or not (other.like or other.rough):
             return (face,)
-        return (face, face if other.like else face_spectrum(other))
+        return (face, face if other.like else _face_spectrum(other))
 
     @property
     def sliding_faces(self) -> tuple[Face, Face | None]:
@@ -155,7 +156,7 @@ class Scene(Record, section=""):
     def conduction(self, temperature: float | None = None) -> Conduction:
         """Return κ and D of both bodies at an absolute `temperature`, K; SceneError as `friction_coefficient`."""
         bodies = (body for body in self.bodies if body.conductivity is not None)
-        return Conduction(*(number for body in bodies for number in conduction_of(body, temperature)))
+        return Conduction(*(number for body in bodies for number in _conduction_of(body, temperature)))
 
     @property
     def speeds(self) -> tuple[float, ...]:
@@ -212,13 +213,13 @@ class Scene(Record, section=""):
         return "".join(texts) + "\n\n".join(blocks) + "\n"
 
 
-def conduction_of(body: BodySection | CounterfaceSection, temperature: float | None) -> tuple[float, float]:
+def _conduction_of(body: BodySection | CounterfaceSection, temperature: float | None) -> tuple[float, float]:
     """Return κ, W/(m K), and D, m²/s, of a body that conducts."""
     kappa = at_temperature(body.conductivity, temperature)
     return kappa, kappa / (body.density * body.heat_capacity)
 
 
-def face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
+def _face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
     """Return C(q) of one face, m⁴, in Persson's convention."""
     if face.spectrum is not None:
         return TruncatedSpectrum(face.spectrum)
@@ -233,7 +234,7 @@ def face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
     return SelfAffineSpectrum.from_rms_slope(face.rms_slope, **shape)  # type: ignore[arg-type]
 
 
-def check_scene(scene: Scene) -> None:
+def _check_scene(scene: Scene) -> None:
     """Refuse sections that contradict each other."""
     load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
     if load > hardness:
@@ -252,8 +253,8 @@ def check_scene(scene: Scene) -> None:
     if rule == "total" and scene.sliding.duration is None:
         needed = 'needs the time since sliding began; add for example duration = "1 ms"'
         raise ValueError(f'sliding.heat_partition = "total" {needed}')
-    check_background(scene)
-    check_history(scene)
+    _check_background(scene)
+    _check_history(scene)
     rows = sum(len(face.psd or ()) for face in (scene.surface, scene.counterface) if face is not None)
     if rows > MAX_ROWS:
         raise ValueError(
@@ -273,7 +274,7 @@ def check_scene(scene: Scene) -> None:
             )
 
 
-def check_history(scene: Scene) -> None:
+def _check_history(scene: Scene) -> None:
     """Refuse a march of two bodies that lacks a second body or a distance, and a distance without a march."""
     sliding = scene.sliding
     if sliding.history == "frozen":
@@ -306,7 +307,7 @@ def check_history(scene: Scene) -> None:
         )
 
 
-def check_background(scene: Scene) -> None:
+def _check_background(scene: Scene) -> None:
     """Refuse a background temperature that is missing, needed for nothing, or outside a table κ(T) or μ(T)."""
     low, high = scene.temperature_range
     kelvin = scene.sliding.background_temperature
@@ -330,7 +331,7 @@ def check_background(scene: Scene) -> None:
         )
 
 
-def check_derived(scene: Scene) -> None:
+def _check_derived(scene: Scene) -> None:
     """Refuse numbers whose roughness, modulus, or diffusivity at some temperature overflows or vanishes."""
     try:
         derived = [
@@ -340,7 +341,7 @@ def check_derived(scene: Scene) -> None:
         ]
         for name, body in zip(("diffusivity", "diffusivity of the counterface"), scene.bodies, strict=False):
             rows = body.conductivity if isinstance(body.conductivity, tuple) else ((None, body.conductivity),)
-            derived += [(name, conduction_of(body, kelvin)[1], "m²/s") for kelvin, kappa in rows if kappa is not None]
+            derived += [(name, _conduction_of(body, kelvin)[1], "m²/s") for kelvin, kappa in rows if kappa is not None]
     except (ArithmeticError, ValueError) as error:
         raise ValueError(f"surface or body: numbers beyond what can be computed with ({error}); check them") from None
     for name, value, unit in derived:

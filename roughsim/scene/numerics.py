@@ -13,14 +13,15 @@ from roughsim.errors import ResolutionError
 from roughsim.extensions import extensions
 from roughsim.grid import Grid
 from roughsim.scene.schema import QMax, Quantity, Record, as_written, one_or_list, optional_keys, whole
-from roughsim.scene.shown import numerics_table
 from roughsim.show.markup import in_notebook
+from roughsim.show.table import Column as TableColumn
+from roughsim.show.table import Table, significant
 
 Column = Literal["smoothed", "capped", "elastic", "sliding"]
 SLIDING: Final = "sliding"  # the column of the march of two bodies; all others are of single contacts
-Points = Annotated[int, whole("1024", 1, 2**31)]
-Length = Annotated[float, Quantity("m", '"4 mm"', above=0)]
-Distance = Annotated[
+_Points = Annotated[int, whole("1024", 1, 2**31)]
+_Length = Annotated[float, Quantity("m", '"4 mm"', above=0)]
+_Distance = Annotated[
     float,
     Quantity("m", '"2 mm"', above=0, may_be_infinite=True),
     PlainSerializer(lambda distance: "inf" if isinf(distance) else distance),  # JSON has no inf
@@ -57,7 +58,7 @@ class Level(Record, section="numerics.levels"):
     """
 
     column: Column
-    shape: Annotated[tuple[Points, Points], one_or_list(2)]
+    shape: Annotated[tuple[_Points, _Points], one_or_list(2)]
     q_max: QMax
     cell: Literal["half", "quarter"] | None = None
     first: Annotated[int, whole("8", 1, 1_000_000)] | None = None
@@ -78,7 +79,7 @@ class Level(Record, section="numerics.levels"):
         return self.q_max, self.parts**2 * self.shape[0] * self.shape[1]
 
 
-def read_levels(value: Any) -> Any:
+def _read_levels(value: Any) -> Any:
     """Refuse a value that is no list of levels, or an empty list."""
     if not isinstance(value, (list, tuple)) or not value:
         example = '[{ column = "capped", shape = 1024, q_max = "4e5 1/m" }]'
@@ -115,11 +116,11 @@ class Numerics(Record, section="numerics"):
         Why the plan chose so; numerics with other reasons are equal.
     """
 
-    levels: Annotated[tuple[Level, ...], BeforeValidator(read_levels)]
-    lengths: Annotated[tuple[Length, Length], one_or_list(2)]
+    levels: Annotated[tuple[Level, ...], BeforeValidator(_read_levels)]
+    lengths: Annotated[tuple[_Length, _Length], one_or_list(2)]
     tolerance: Annotated[float, Quantity("", "3e-3", above=0, below=1)] = 3e-3
     precision: Literal["double", "single"] = "double"
-    slid_distance: Distance | None = None
+    slid_distance: _Distance | None = None
     threads: Annotated[int, whole("1", 1, 4096)] = 1
     keep_fields: Annotated[int, whole("1", 0)] = 1
     reasons: SkipValidation[tuple[Reason, ...]] = field(default=(), compare=False, repr=False)
@@ -264,8 +265,32 @@ class Numerics(Record, section="numerics"):
         lowest = [self.of_column(column)[0] for column in self.columns]
         return min(lowest) if level in lowest else level
 
+    def table(self) -> Table:
+        """Return a row for each level, with notes on the cell, the solves and the kept fields."""
+        titles = [TableColumn("level", number=True), TableColumn("column"), TableColumn("points", number=True)]
+        titles += [TableColumn("q_c, rad/m", number=True), TableColumn("corrects")]
+        rows = []
+        for i, level in enumerate(self.levels):
+            points = f"{level.shape[0]} × {level.shape[1]}{level.where}"
+            rows.append((str(i), level.column, points, significant(level.q_max, 4), self._correction(i)))
+        sides = " × ".join(significant(1e3 * side, 4) for side in self.lengths)
+        notes = [
+            f"Cell {sides} mm; tolerance {self.tolerance:g} of the contact, {self.precision} precision.",
+            f"Fields of the first {self.keep_fields} of each level are kept; {self.threads} threads each.",
+            *(f"{choice} {value}: {reason}." for choice, value, reason in self.reasons),
+        ]
+        return Table(titles, rows, "", notes)
+
+    def _correction(self, level: int) -> str:
+        """Return what a level corrects in words; "" for the lowest of a column."""
+        below = self.below(level)
+        if below is not None:
+            return f"the pixel of level {below}" if self.is_partner(level) else f"level {below}"
+        first = self.levels[level].first
+        return "" if first is None else f"frozen contact, {first} realizations"
+
     def _repr_html_(self) -> str:
-        return in_notebook(numerics_table(self))
+        return in_notebook(self.table())
 
     def to_dict(self) -> dict[str, Any]:
         """Return these numerics as JSON values, without reasons."""

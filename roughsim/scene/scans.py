@@ -10,8 +10,8 @@ from roughsim.scene.schema import Quantity, SceneError, as_written, did_you_mean
 if TYPE_CHECKING:
     from roughsim.surface.topography import Profile, Topography
 
-MOST_SCANS = 32  # of one face: their table with its errors still fits into a scene
-MAP_SIZE = Quantity("m", '"1 mm"', above=0)
+_MOST_SCANS = 32  # of one face: their table with its errors still fits into a scene
+_MAP_SIZE = Quantity("m", '"1 mm"', above=0)
 SCAN_KEYS = ("topography_size", "topography_unit", "topography_fill")  # they go with `topography`
 
 
@@ -19,8 +19,8 @@ def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
     """Measure C(q) of the scans of one surface; return the keys that give it, its error, and each map's texture."""
     from roughsim.surface.topography import Topography, bins_of_lines, combined
 
-    if len(paths) > MOST_SCANS:
-        raise SceneError(f"{len(paths)} scans are more than {MOST_SCANS}; leave some out")
+    if len(paths) > _MOST_SCANS:
+        raise SceneError(f"{len(paths)} scans are more than {_MOST_SCANS}; leave some out")
     bins, lines, textures, undefined = [], [], [], []
     for scan in read_scans(paths, section):
         if isinstance(scan, Topography):
@@ -45,8 +45,8 @@ def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topog
     from roughsim.surface.topography import FILLS, read_scan
 
     nothing: list[tuple[float, float] | None] = [None] * len(paths)
-    lengths = sizes(section["topography_size"], len(paths)) if "topography_size" in section else nothing
-    unit = length_unit(section["topography_unit"]) if "topography_unit" in section else None
+    lengths = _sizes(section["topography_size"], len(paths)) if "topography_size" in section else nothing
+    unit = _length_unit(section["topography_unit"]) if "topography_unit" in section else None
     fill = section.get("topography_fill")
     if fill is not None and fill not in FILLS:
         raise SceneError(f"topography_fill = {as_written(fill)} is not known; {did_you_mean(str(fill), FILLS)}")
@@ -54,7 +54,7 @@ def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topog
         yield read_scan(path, size=size, unit=unit, fill=fill)
 
 
-def sizes(value: Any, count: int) -> list[tuple[float, float] | None]:
+def _sizes(value: Any, count: int) -> list[tuple[float, float] | None]:
     """Return the side lengths of each map, m, from one number, from two along x and y, or from pairs of them."""
     several = isinstance(value, (list, tuple)) and any(isinstance(entry, (list, tuple)) for entry in value)
     each = list(value) if several else [value] * count
@@ -66,12 +66,12 @@ def sizes(value: Any, count: int) -> list[tuple[float, float] | None]:
         pair = list(size) if isinstance(size, (list, tuple)) else [size, size]
         if len(pair) != 2:
             raise SceneError(f"{where} = {as_written(size)} must be one length, or two along x and y")
-        pairs.append((float(MAP_SIZE(pair[0], where)), float(MAP_SIZE(pair[1], where))))
+        pairs.append((float(_MAP_SIZE(pair[0], where)), float(_MAP_SIZE(pair[1], where))))
     return pairs
 
 
-def length_unit(value: Any) -> float:
+def _length_unit(value: Any) -> float:
     """Return a unit of length, m."""
     if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
         raise SceneError(f'topography_unit = {as_written(value)} must be a unit of length, for example "um"')
-    return float(MAP_SIZE(f"1 {value}", "topography_unit"))
+    return float(_MAP_SIZE(f"1 {value}", "topography_unit"))

@@ -25,8 +25,8 @@ from roughsim.errors import RoughsimError
 from roughsim.scene.other_names import OTHER_NAMES
 from roughsim.show.text import plain
 
-SMALLEST, LARGEST = 1e-30, 1e30  # sizes of lawful numbers, SI: products of several of them do not overflow
-NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
+_SMALLEST, _LARGEST = 1e-30, 1e30  # sizes of lawful numbers, SI: products of several of them do not overflow
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
 # what is one of these units in SI; pint, which takes a third of a second to load, reads all others
 USUAL = {
     "%": ("", "0.01"),
@@ -42,7 +42,7 @@ USUAL = {
     "J/(kg K)": ("J/(kg K)", "1"),
     "W/(m K)": ("W/(m K)", "1"),
 }
-Made = TypeVar("Made")
+_Made = TypeVar("_Made")
 SECTIONS: dict[str, type["Record"]] = {}  # by their names in a scene file; "" is the scene itself
 
 
@@ -97,7 +97,7 @@ class Quantity:
     at_most: float = math.inf
     may_be_infinite: bool = False
     whole: bool = False
-    smallest: float = SMALLEST  # size of a number that is not zero
+    smallest: float = _SMALLEST  # size of a number that is not zero
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         """Let pydantic read the value first."""
@@ -114,8 +114,8 @@ class Quantity:
         elif not (self.at_least <= number <= self.at_most and self.above < number and below):
             texts = [f"{word} {limit:.15g} {self.unit}" for word, limit in bounds.items() if math.isfinite(limit)]
             limits = " and ".join(text.rstrip() for text in texts)
-        elif number and not math.isinf(number) and not self.smallest <= abs(number) <= LARGEST:
-            size = f"{self.smallest:g} to {LARGEST:g} {self.unit}".rstrip()
+        elif number and not math.isinf(number) and not self.smallest <= abs(number) <= _LARGEST:
+            size = f"{self.smallest:g} to {_LARGEST:g} {self.unit}".rstrip()
             limits = f"of a size from {size}; check the exponent and the unit"
         else:
             return number
@@ -136,7 +136,7 @@ class Quantity:
 
     def of_text(self, value: str, where: str) -> float:
         """Return the number that a string with a unit stands for, in SI."""
-        match = NUMBER_AND_UNIT.fullmatch(value) if len(value) <= 100 else None
+        match = _NUMBER_AND_UNIT.fullmatch(value) if len(value) <= 100 else None
         key = f"{where} = {as_written(value)}"
         if match is None:
             raise ValueError(f"{key} is not a number with a unit; write for example {self.example}")
@@ -150,19 +150,19 @@ class Quantity:
         kind = f"a quantity in {self.unit}" if self.unit else "a dimensionless number"
         expected = f"{kind} is expected, for example {self.example}"
         try:
-            unit = unit_registry().parse_units(name)
+            unit = _unit_registry().parse_units(name)
         except Exception:  # pint fails in a dozen ways, from AssertionError to TokenError
             raise ValueError(f"{key}: the unit {as_written(name)} is not known; {expected}") from None
-        if unit.dimensionality != unit_registry().parse_units(self.unit).dimensionality:
+        if unit.dimensionality != _unit_registry().parse_units(self.unit).dimensionality:
             raise ValueError(f"{key} has the dimension {unit.dimensionality}; {expected}")
         try:
-            return float(unit_registry().Quantity(Decimal(number), unit).to(self.unit).magnitude)
+            return float(_unit_registry().Quantity(Decimal(number), unit).to(self.unit).magnitude)
         except Exception:  # decimal overflow, units with an offset, logarithmic units
             raise ValueError(f"{key} cannot be turned into {self.unit}; {expected}") from None
 
 
 @lru_cache(maxsize=1)
-def unit_registry() -> Any:
+def _unit_registry() -> Any:
     """Return pint's units, made when the first string with a unit is read."""
     import pint  # loading it and its definitions costs more than the rest of a scene
 
@@ -199,10 +199,10 @@ def one_or_list(count: int = 1) -> WrapValidator:
     return WrapValidator(read)
 
 
-class RecordType(type):
+class _RecordType(type):
     """Makes the constructor of a record raise a `SceneError` of one line instead of pydantic's ValidationError."""
 
-    def __call__(cls: type[Made], *args: Any, **values: Any) -> Made:
+    def __call__(cls: type[_Made], *args: Any, **values: Any) -> _Made:
         """Return a checked record."""
         try:
             return super().__call__(*args, **values)  # type: ignore[misc, no-any-return]
@@ -211,10 +211,10 @@ class RecordType(type):
         # an unknown key goes first, for it often explains a missing one
         detail = next((d for d in details if d["type"] == "unexpected_keyword_argument"), details[0])
         cause = detail.get("ctx", {}).get("error")
-        raise cause if isinstance(cause, RoughsimError) else SceneError(plain(one_line(detail, cls)))
+        raise cause if isinstance(cause, RoughsimError) else SceneError(plain(_one_line(detail, cls)))  # type: ignore[arg-type]
 
 
-class Record(metaclass=RecordType):
+class Record(metaclass=_RecordType):
     """A frozen pydantic dataclass whose fields are keys of a scene; ``section="..."`` names the section it is."""
 
     __pydantic_config__ = ConfigDict(extra="forbid")
@@ -233,60 +233,74 @@ class Record(metaclass=RecordType):
 
 def optional_keys(record: type[Record]) -> Any:
     """Return a base class with the keys of another record, each of which may be left out: it is then None."""
-    hints = key_types(record)
+    hints = _key_types(record)
     keys = [(field.name, hints[field.name] | None, None) for field in fields(record) if field.compare]  # type: ignore[arg-type]
     return make_dataclass(f"Optional{record.__name__}", keys, bases=(Record,), frozen=True, kw_only=True)
 
 
 @lru_cache(maxsize=64)
-def key_types(record: Any) -> dict[str, Any]:
+def _key_types(record: type[Record]) -> dict[str, Any]:
     """Return the annotated type of each key of a record."""
     return get_type_hints(record, include_extras=True)
 
 
-def quantity(record: Any, key: str) -> Any:
-    """Return the first `Quantity` in the type of a key, such as that of each speed of a list; None if there is none."""
-    parts = [key_types(record).get(key)]
-    while parts and not isinstance(parts[0], Quantity):
-        parts = [*get_args(parts[0]), *parts[1:]]
-    return parts[0] if parts else None
+def quantity(record: type[Record], key: str) -> Quantity | None:
+    """Return the first `Quantity` in the type of a key, such as of each speed of a list; None without one."""
+    parts = [_key_types(record).get(key)]
+    while parts:
+        part = parts.pop(0)
+        if isinstance(part, Quantity):
+            return part
+        parts = [*get_args(part), *parts]
+    return None
 
 
-def one_line(detail: Any, record: Any) -> str:
+def unit_of(record: type[Record], key: str) -> str:
+    """Return the SI unit of a key; "" without one."""
+    number = quantity(record, key)
+    return "" if number is None else number.unit
+
+
+def example(record: type[Record], key: str) -> str:
+    """Return an example of a line with a key."""
+    number = quantity(record, key)
+    value = json.dumps(get_args(_key_types(record)[key])[0]) if number is None else number.example  # first of a Literal
+    return f"{key} = {value}"
+
+
+def _one_line(detail: Any, record: type[Record]) -> str:
     """Return one error of pydantic in a record as a sentence: the key, its value, the limit and what to do."""
     location, kind, value = detail["loc"], detail["type"], as_written(detail["input"])
     if location and location[0] in range(len(record.known_keys())):  # given by its position
         location = (record.known_keys()[location[0]], *location[1:])
     path = (record.section, *location) if record.section else location
-    key, holder = dotted(path), dotted(path[:-1])
+    key, holder = _dotted(path), _dotted(path[:-1])
     # the record in which the key stands: this one, or a section within it
     inner = record if len(location) == 1 else SECTIONS.get(re.sub(r"\[\d+\]", "", holder), record)
     if kind == "value_error":  # of our own checks: its text goes on after the key of a value, or begins with a key
         text = str(detail["ctx"]["error"])
         return f"{key}.{text}" if key and text[0] not in " .[" else key + text
     if kind == "unexpected_keyword_argument":
-        return f"{key} = {value} is not a key of a scene; {where_known(str(path[-1]), inner)}"
+        return f"{key} = {value} is not a key of a scene; {_where_known(str(path[-1]), inner)}"
     if kind == "dataclass_type":
         return f"{key} = {value} must be a section: a line [{key}] with its keys below"
     if kind == "missing":
-        return missing(key, holder, inner)
+        return _missing(key, holder, inner)
     if kind == "literal_error":
         words = re.findall(r"'(.*?)'", detail["ctx"]["expected"])
         return f"{key} = {value} is not known; " + did_you_mean(value.strip('"'), words)
     return f"{key} = {value} " + ("must be a list" if kind == "tuple_type" else f"cannot be used: {detail['msg']}")
 
 
-def missing(key: str, holder: str, record: Any) -> str:
+def _missing(key: str, holder: str, record: type[Record]) -> str:
     """Return that a key or section is missing, and how a scene file would write it."""
     if key in SECTIONS:
         return f"section [{key}] is missing; `roughsim new` writes a complete scene to start from"
-    name = key.rpartition(".")[2]
-    number, words = quantity(record, name), get_args(key_types(record)[name])  # words of a Literal
-    example = f"{name} = {number.example if number else json.dumps(words[0])}"
-    return f"{key} is missing; write for example {example}" + (f" in [{holder}]" if holder else "")
+    text = f"{key} is missing; write for example {example(record, key.rpartition('.')[2])}"
+    return f"{text} in [{holder}]" if holder else text
 
 
-def where_known(word: str, record: Any) -> str:
+def _where_known(word: str, record: type[Record]) -> str:
     """Return a hint for an unknown key: a similar name of this section, the section that has it, or all names here."""
     order = (*SECTIONS[""].known_keys(), *SECTIONS)
     homes = [name for name in order if name and name in SECTIONS and word in SECTIONS[name].known_keys()]
@@ -294,12 +308,12 @@ def where_known(word: str, record: Any) -> str:
     if not homes and word in OTHER_NAMES:
         return OTHER_NAMES[word]
     if word in keys:  # of a file, whose content the record has
-        key = dotted((record.section, word))
+        key = _dotted((record.section, word))
         return f'it names a file, which is read where a scene is loaded: roughsim.load_scene(SCENE, {{"{key}": PATH}})'
     return f"it belongs in [{homes[0]}]" if homes and not nearest(word, keys) else did_you_mean(word, keys)
 
 
-def dotted(path: tuple[int | str, ...]) -> str:
+def _dotted(path: tuple[int | str, ...]) -> str:
     """Return a path as a scene file writes it: ``numerics.levels[0].shape``."""
     text = ""
     for part in path:
@@ -308,33 +322,3 @@ def dotted(path: tuple[int | str, ...]) -> str:
         else:
             text += ("." if text else "") + (part if re.fullmatch(r"[A-Za-z0-9_.-]+", part) else as_written(part))
     return shortened(text)
-
-
-def key_line(section: str, key: str, value: Any) -> str:
-    """Return the line or lines that write a key in a scene file, with its unit as a comment."""
-    unit = getattr(quantity(SECTIONS[section], key), "unit", "")
-    if key == "psd":
-        rows = "".join(f"{literal(row)},\n" for row in value)
-        return f'psd = [  # q in rad/m (by "frequency" f in 1/m), C in m⁴\n{rows}]'
-    if key == "psd_error":
-        rows = "".join(f"{literal(row)},\n" for row in value)
-        return f"psd_error = [  # relative to C\n{rows}]"
-    if key == "psd_texture":
-        rows = "".join(f"{literal(row)},\n" for row in value)
-        names = "ratio of slopes, its angle, of one octave: ratio, angle, q from, to; skewness, kurtosis, share beyond"
-        return f"psd_texture = [  # {names} 8 rms, slope of tops\n{rows}]"
-    if key == "until":
-        value = dict(value)
-    if key in ("conductivity", "friction_coefficient") and isinstance(value, tuple):
-        temperatures, values = zip(*value, strict=True)
-        value, unit = {"temperature": temperatures, "value": values}, f"K, {unit or 1}"
-    return f"{key} = {literal(value)}" + (f"  # {unit}" if unit else "")
-
-
-def literal(value: Any) -> str:
-    """Return a value as TOML: mappings are tables on one line."""
-    if isinstance(value, dict):
-        return f"{{ {', '.join(f'{key} = {literal(entry)}' for key, entry in value.items() if entry is not None)} }}"
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(literal, value))}]"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

@@ -26,32 +26,34 @@ from roughsim.scene.schema import (
     SceneError,
     as_written,
     did_you_mean,
+    example,
     one_or_list,
     optional_keys,
     quantity,
+    unit_of,
     whole,
 )
 from roughsim.scene.tables import Conductivity, FrictionCoefficient, Rows, read_psd, read_psd_error, read_psd_texture
 
-SHARE = Quantity("", "0.938", above=0, at_most=1)
-SHARE_RULES = ("mean", "total", "all")
+_SHARE = Quantity("", "0.938", above=0, at_most=1)
+_SHARE_RULES = ("mean", "total", "all")
 TARGET = Quantity("", '"1 %"', above=0, below=1)
-SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
-SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them says how rough a face is
-PSD_KEYS = ("psd_convention", "psd_source", "psd_error", "psd_texture", "psd_filled")  # they go with `psd`
-ROUGHNESS_KEYS = (*SIZE_KEYS, *PSD_KEYS, *SELF_AFFINE_KEYS)
-THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
+_SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
+_SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them says how rough a face is
+_PSD_KEYS = ("psd_convention", "psd_source", "psd_error", "psd_texture", "psd_filled")  # they go with `psd`
+ROUGHNESS_KEYS = (*_SIZE_KEYS, *_PSD_KEYS, *_SELF_AFFINE_KEYS)
+_THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 # keys that say how long to go on, what to keep or what is said of the numbers, and change no number
 NOT_IDENTITY = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
     f"{face}.{key}"
     for face in ("surface", "body", "counterface")
     for key in ("psd_source", "psd_error", "psd_texture", "psd_filled", "melting_temperature")
 }
-TURN = 6.2832  # rad, 360° rounded up
-WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
+_TURN = 6.2832  # rad, 360° rounded up
+_WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 
 
-def read_spectrum(value: Any) -> Any:
+def _read_spectrum(value: Any) -> Any:
     """Read a table with the name and the keys of a C(q); return its `Record`, which is callable and has `breaks`."""
     name = value.get("name") if isinstance(value, Mapping) else getattr(value, "name", None)
     if not isinstance(name, str):
@@ -72,7 +74,7 @@ def read_spectrum(value: Any) -> Any:
         raise ValueError(f".{error}") from None  # the record does not know its key in the scene
 
 
-def refuse_table_of_hardness(value: Any) -> Any:
+def _refuse_table_of_hardness(value: Any) -> Any:
     """Return any value but a table over temperature."""
     if isinstance(value, Mapping):
         raise ValueError(
@@ -82,7 +84,7 @@ def refuse_table_of_hardness(value: Any) -> Any:
     return value
 
 
-def read_speeds(value: Any, handler: Any) -> tuple[float, ...]:
+def _read_speeds(value: Any, handler: Any) -> tuple[float, ...]:
     """Read speeds, all different, in their order."""
     if value in ((), []):
         raise ValueError(' = [] holds no speed; write for example "35 m/s"')
@@ -93,16 +95,16 @@ def read_speeds(value: Any, handler: Any) -> tuple[float, ...]:
     return speeds
 
 
-def read_share(value: Any) -> float | str:
+def _read_share(value: Any) -> float | str:
     """Read a share of the heat, or the name of a rule that gives it."""
     if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
-        return float(SHARE(value))
-    if value not in SHARE_RULES:
-        raise ValueError(f" = {as_written(value)} is not known; {did_you_mean(value, SHARE_RULES)}")
+        return float(_SHARE(value))
+    if value not in _SHARE_RULES:
+        raise ValueError(f" = {as_written(value)} is not known; {did_you_mean(value, _SHARE_RULES)}")
     return value
 
 
-def read_targets(value: Any) -> tuple[tuple[str, float], ...]:
+def _read_targets(value: Any) -> tuple[tuple[str, float], ...]:
     """Read observables with the relative total error that each should reach: a mapping, or pairs; return pairs."""
     if isinstance(value, Mapping):
         value = tuple(value.items())
@@ -123,29 +125,29 @@ def read_title(value: Any) -> str:
     return value
 
 
-def check_roughness(face: Any) -> Any:
+def _check_roughness(face: "SurfaceSection") -> "SurfaceSection":
     """Return a face; refuse keys that do not fix its C(q), or fix it twice."""
-    sizes = [key for key in SIZE_KEYS if getattr(face, key) is not None]
+    sizes = [key for key in _SIZE_KEYS if getattr(face, key) is not None]
     if not sizes:
         raise ValueError("rms_height is missing; give exactly one of rms_height, rms_slope, psd_file and spectrum")
     if len(sizes) > 1:
         first, second = (key.replace("psd", "psd_file") for key in sizes[:2])
         raise ValueError(f"{first} and {second} are both given; keep exactly one")
     if sizes[0] in ("psd", "spectrum"):
-        what = "psd_file, whose table fixes C(q)" if face.psd else "spectrum, which has keys of its own"
-        for key in SELF_AFFINE_KEYS:
+        fixed = "psd_file, whose table fixes C(q)" if face.psd else "spectrum, which has keys of its own"
+        for key in _SELF_AFFINE_KEYS:
             if getattr(face, key) is not None:
-                value = as_written(getattr(face, key), quantity(type(face), key).unit)
-                raise ValueError(f"{key} = {value} does not go with {what}; remove it")
-    check_table(face)
+                value = as_written(getattr(face, key), unit_of(type(face), key))
+                raise ValueError(f"{key} = {value} does not go with {fixed}; remove it")
+    _check_table(face)
     if sizes[0] in ("rms_height", "rms_slope"):
-        check_band(face)
+        _check_band(face)
     return face
 
 
-def check_table(face: Any) -> None:
+def _check_table(face: "SurfaceSection") -> None:
     """Refuse a table C(q) without its convention, keys of a table without one, and errors of other rows."""
-    for key in PSD_KEYS:
+    for key in _PSD_KEYS:
         if not face.psd and getattr(face, key) is not None:
             raise ValueError(f"{key} goes with psd_file only; remove it")
     if face.psd and face.psd_convention is None:
@@ -153,21 +155,25 @@ def check_table(face: Any) -> None:
             'psd_convention is missing; a table needs "persson", "surfacetopography" (whose C is 4π² larger) or '
             '"frequency" (C over the spatial frequency f = q/2π, in place of q)'
         )
-    if face.psd_error is not None and len(face.psd_error) != len(face.psd):
-        raise ValueError(f"psd_error has {len(face.psd_error)} rows and psd {len(face.psd)}; give one for each")
+    rows = len(face.psd or ())
+    if face.psd_error is not None and len(face.psd_error) != rows:
+        raise ValueError(f"psd_error has {len(face.psd_error)} rows and psd {rows}; give one for each")
 
 
-def check_band(face: Any) -> None:
+def _check_band(face: "SurfaceSection") -> None:
     """Refuse a self-affine C(q) whose wavenumbers are missing or out of order."""
     for key in ("hurst", "q_min", "q_max"):
         if getattr(face, key) is None:
-            raise ValueError(f"{key} is missing; write for example {key} = {quantity(type(face), key).example}")
-    q_min, q_max = f"q_min = {face.q_min:.6g} rad/m", f"q_max = {face.q_max:.6g} rad/m"
+            raise ValueError(f"{key} is missing; write for example {example(type(face), key)}")
+    if face.q_min is None or face.q_max is None:  # refused above
+        return
+    q_min = f"q_min = {face.q_min:.6g} rad/m"
+    q_max = f"q_max = {face.q_max:.6g} rad/m"
     if face.q_min >= face.q_max:
         raise ValueError(f"{q_min} must be below {q_max}; change one of the two")
-    if face.q_max > WIDEST_BAND * face.q_min:
+    if face.q_max > _WIDEST_BAND * face.q_min:
         raise ValueError(
-            f"{q_max} must be at most {WIDEST_BAND:g} times {q_min}: beyond, integrals over the spectrum are lost in "
+            f"{q_max} must be at most {_WIDEST_BAND:g} times {q_min}: beyond, integrals over the spectrum are lost in "
             "rounding; raise q_min or lower q_max"
         )
     if face.q_roll_off is not None and not face.q_min <= face.q_roll_off <= face.q_max:
@@ -180,7 +186,7 @@ def check_band(face: Any) -> None:
         )
 
 
-def check_counterface(counterface: Any) -> Any:
+def _check_counterface(counterface: "CounterfaceSection") -> "CounterfaceSection":
     """Return a counterface; refuse one without keys, with keys beside `like`, or with half of a material."""
     keys = [key for key in counterface.known_keys() if getattr(counterface, key, None) is not None]
     if not keys:
@@ -189,8 +195,8 @@ def check_counterface(counterface: Any) -> Any:
         other = next(key for key in keys if key != "like")
         raise ValueError(f'{other} does not go with like = "body", which fixes it; remove one of the two')
     if counterface.rough:
-        check_roughness(counterface)
-    for together in (("youngs_modulus", "poisson_ratio"), THERMAL_KEYS):
+        _check_roughness(counterface)
+    for together in (("youngs_modulus", "poisson_ratio"), _THERMAL_KEYS):
         missing = [key for key in together if key not in keys]
         if missing and len(missing) < len(together):
             others = ", ".join(key for key in together if key in keys)
@@ -226,7 +232,7 @@ class SurfaceSection(Record, section="surface"):
     q_roll_off: QRollOff | None = None
     q_max: QMax | None = None
     roll_off_exponent: Annotated[float, Quantity("", "1.5", at_least=0, at_most=4)] | None = None
-    spectrum: Annotated[Any, BeforeValidator(read_spectrum)] | None = None
+    spectrum: Annotated[Any, BeforeValidator(_read_spectrum)] | None = None
     """The record of a C(q) of its own name and keys, in place of all others."""
 
     @classmethod
@@ -234,7 +240,7 @@ class SurfaceSection(Record, section="surface"):
         """Return the keys that a scene file may give; the files named by two of them are read before."""
         return [*super().known_keys(), "psd_file", "topography", *SCAN_KEYS]
 
-    _fits = model_validator(mode="after")(check_roughness)
+    _fits = model_validator(mode="after")(_check_roughness)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -244,7 +250,7 @@ class BodySection(Record, section="body"):
     youngs_modulus: Annotated[float, Quantity("Pa", '"200 GPa"', above=0)]
     poisson_ratio: Annotated[float, Quantity("", "0.3", above=-1, at_most=0.5)]
     penetration_hardness: (
-        Annotated[float, Quantity("Pa", '"1.2 GPa"', above=0), BeforeValidator(refuse_table_of_hardness)] | None
+        Annotated[float, Quantity("Pa", '"1.2 GPa"', above=0), BeforeValidator(_refuse_table_of_hardness)] | None
     ) = None
     """σ_P; None is elastic."""
     conductivity: Conductivity
@@ -270,7 +276,7 @@ class CounterfaceSection(optional_keys(BodySection), SurfaceSection, section="co
         """Whether the counterface has a roughness of its own keys."""
         return any(getattr(self, key) is not None for key in ROUGHNESS_KEYS)
 
-    _fits = model_validator(mode="after")(check_counterface)
+    _fits = model_validator(mode="after")(_check_counterface)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -283,12 +289,12 @@ class SlidingSection(Record, section="sliding"):
     speed: Annotated[
         tuple[Annotated[float, Quantity("m/s", '"35 m/s"', at_least=0)], ...],
         one_or_list(),
-        WrapValidator(read_speeds),
+        WrapValidator(_read_speeds),
     ]
     """Sliding speeds; one number is a tuple of one."""
-    direction: Annotated[float, Quantity("rad", '"30 deg"', at_least=-TURN, at_most=TURN)] | None = None
+    direction: Annotated[float, Quantity("rad", '"30 deg"', at_least=-_TURN, at_most=_TURN)] | None = None
     """Of sliding over a map that is pressed, from x towards y; no number of theory and drawn surfaces depends on it."""
-    heat_partition: Annotated[Annotated[float, SHARE] | str, BeforeValidator(read_share)] = "all"
+    heat_partition: Annotated[Annotated[float, _SHARE] | str, BeforeValidator(_read_share)] = "all"
     """Share of the heat into the moving body, or the rule by which it follows from both bodies."""
     duration: Annotated[float, Quantity("s", '"1 ms"', above=0)] | None = None
     """Time since sliding began; None is steady. With history = "sliding" each speed slides as far as it comes in it."""
@@ -321,5 +327,5 @@ class EnsembleSection(Record, section="ensemble"):
     seed: Annotated[int, whole("1", 0)] = 1
     max_realizations: Annotated[int, whole("400", 1, 1_000_000)] = 400
     """Most members of a lowest level."""
-    until: Annotated[tuple[tuple[str, float], ...], BeforeValidator(read_targets)] = (("flash_temperature", 0.01),)
+    until: Annotated[tuple[tuple[str, float], ...], BeforeValidator(_read_targets)] = (("flash_temperature", 0.01),)
     """Pairs of an observable and the relative total 95 % error that it should reach at its worst speed."""

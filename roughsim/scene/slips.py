@@ -6,16 +6,16 @@ from math import inf, pi, sqrt
 from roughsim.scene.model import Scene
 from roughsim.scene.sections import BodySection, CounterfaceSection
 
-LONGEST = 0.1  # m: longer waves are shape, not roughness
-COLDEST = 200.0  # K: below, a temperature is most likely one in °C
-SOFTEST = 1e5  # Pa, hardness: of gels
-ATOM = 0.3e-9  # m: shorter waves are no continuum
-FLAT = 0.1e-9  # m, rms height: a layer of atoms alone is rougher
-STRONGEST = 0.3  # hardness over Young's modulus: three times the strength of a perfect crystal
-FAST = 0.5  # of the speed of shear waves: in the model contact forms at once
-FRICTION = 1e-3, 5.0  # of dry solids
+_LONGEST = 0.1  # m: longer waves are shape, not roughness
+_COLDEST = 200.0  # K: below, a temperature is most likely one in °C
+_SOFTEST = 1e5  # Pa, hardness: of gels
+_ATOM = 0.3e-9  # m: shorter waves are no continuum
+_FLAT = 0.1e-9  # m, rms height: a layer of atoms alone is rougher
+_STRONGEST = 0.3  # hardness over Young's modulus: three times the strength of a perfect crystal
+_FAST = 0.5  # of the speed of shear waves: in the model contact forms at once
+_FRICTION = 1e-3, 5.0  # of dry solids
 # the range of solids, SI, from gels and aerogel to diamond, osmium and lithium
-USUAL = {
+_USUAL = {
     "youngs_modulus": (1e3, 2e12, "Pa"),
     "density": (20.0, 2.3e4, "kg/m³"),
     "heat_capacity": (50.0, 6e3, "J/(kg K)"),
@@ -28,36 +28,36 @@ def slips(scene: Scene) -> Iterator[str]:
     """Yield a warning for each number that is most likely a slip, with its value, the limit and what to check."""
     height, ends = scene.spectrum.rms_height, scene.spectrum.breaks
     longest, shortest = 2 * pi / ends[0], 2 * pi / ends[-1]
-    if height < FLAT:
+    if height < _FLAT:
         yield (
-            f"rms height = {height:.3g} m of both faces together is below {FLAT:g} m, less than an atom; "
+            f"rms height = {height:.3g} m of both faces together is below {_FLAT:g} m, less than an atom; "
             "check the units of the roughness"
         )
-    if shortest < ATOM:
+    if shortest < _ATOM:
         yield (
-            f"the shortest wave, 2π/q_max = {shortest:.3g} m, is below {ATOM:g} m, the distance of atoms, "
+            f"the shortest wave, 2π/q_max = {shortest:.3g} m, is below {_ATOM:g} m, the distance of atoms, "
             "and the model is for continuous solids; check the unit of q_max, or lower it"
         )
-    if longest > LONGEST:
+    if longest > _LONGEST:
         yield (
-            f"the longest wave, 2π/q_min = {longest:.3g} m, is above {LONGEST:g} m, and that is shape, not roughness; "
+            f"the longest wave, 2π/q_min = {longest:.3g} m, is above {_LONGEST:g} m, and that is shape, not roughness; "
             'check the units: q in rad/m, where 1/µm is 1e6 1/m ("0.1 1/um" or 1e5), and C(q) in m⁴, where µm⁴ is 1e-24'
         )
-    for key, kelvin in temperatures(scene):
-        if kelvin < COLDEST:
+    for key, kelvin in _temperatures(scene):
+        if kelvin < _COLDEST:
             yield (
-                f"{key} = {kelvin:g} K is below {COLDEST:g} K, and temperatures are absolute; check its unit: "
+                f"{key} = {kelvin:g} K is below {_COLDEST:g} K, and temperatures are absolute; check its unit: "
                 f'if it is in °C, write "{kelvin:g} degC"'
             )
     for name, body in (("body", scene.body), ("counterface", scene.counterface)):
         if body is not None:
-            yield from slips_of_body(name, body, max(scene.speeds))
+            yield from _slips_of_body(name, body, max(scene.speeds))
     given = scene.sliding.friction_coefficient
     values = [row[1] for row in given] if isinstance(given, tuple) else [given]
-    strange = [value for value in values if not FRICTION[0] < value <= FRICTION[1]]
+    strange = [value for value in values if not _FRICTION[0] < value <= _FRICTION[1]]
     if strange:
         yield (
-            f"sliding.friction_coefficient = {strange[0]:.3g} is not within {FRICTION[0]:g} to {FRICTION[1]:g}, the "
+            f"sliding.friction_coefficient = {strange[0]:.3g} is not within {_FRICTION[0]:g} to {_FRICTION[1]:g}, the "
             "range of dry solids; check it"
         )
     if 0.0 in scene.speeds:
@@ -67,7 +67,7 @@ def slips(scene: Scene) -> Iterator[str]:
         )
 
 
-def temperatures(scene: Scene) -> Iterator[tuple[str, float]]:
+def _temperatures(scene: Scene) -> Iterator[tuple[str, float]]:
     """Yield each absolute temperature of a scene with its key, K; of a table the lowest."""
     if scene.sliding.background_temperature is not None:
         yield "sliding.background_temperature", scene.sliding.background_temperature
@@ -80,10 +80,10 @@ def temperatures(scene: Scene) -> Iterator[tuple[str, float]]:
         yield "sliding.friction_coefficient.temperature", scene.sliding.friction_coefficient[0][0]
 
 
-def slips_of_body(name: str, body: BodySection | CounterfaceSection, speed: float) -> Iterator[str]:
+def _slips_of_body(name: str, body: BodySection | CounterfaceSection, speed: float) -> Iterator[str]:
     """Yield a warning for each property that no solid has, and for sliding as fast as sound."""
-    for quantity, value in properties(body):
-        low, high, unit = USUAL[quantity]
+    for quantity, value in _properties(body):
+        low, high, unit = _USUAL[quantity]
         if not low <= value <= high:
             units = "its unit" if quantity != "diffusivity" else "those of conductivity, density and heat_capacity"
             yield (
@@ -91,34 +91,34 @@ def slips_of_body(name: str, body: BodySection | CounterfaceSection, speed: floa
                 f"solids; check {units}"
             )
     hardness, modulus = body.penetration_hardness, body.youngs_modulus
-    if hardness is not None and modulus is not None and hardness > STRONGEST * modulus:
+    if hardness is not None and modulus is not None and hardness > _STRONGEST * modulus:
         yield (
-            f"{name}.penetration_hardness = {hardness:.3g} Pa is above {STRONGEST:g} of youngs_modulus = "
+            f"{name}.penetration_hardness = {hardness:.3g} Pa is above {_STRONGEST:g} of youngs_modulus = "
             f"{modulus:.3g} Pa, and no crystal is stronger; check the units of both"
         )
-    if hardness is not None and hardness < SOFTEST:
+    if hardness is not None and hardness < _SOFTEST:
         yield (
-            f"{name}.penetration_hardness = {hardness:.3g} Pa is below {SOFTEST:g} Pa, and no solid is so soft; check "
+            f"{name}.penetration_hardness = {hardness:.3g} Pa is below {_SOFTEST:g} Pa, and no solid is so soft; check "
             "its unit, and those of youngs_modulus and nominal_pressure"
         )
     waves = inf  # speed of shear waves, √(G/ρ)
     if modulus is not None and body.poisson_ratio is not None and body.density is not None:
         waves = sqrt(modulus / (2.0 * (1.0 + body.poisson_ratio)) / body.density)
-    if speed > FAST * waves:
+    if speed > _FAST * waves:
         yield (
-            f"sliding.speed = {speed:.3g} m/s is above {FAST:g} of the speed of shear waves in the {name}, "
+            f"sliding.speed = {speed:.3g} m/s is above {_FAST:g} of the speed of shear waves in the {name}, "
             f"{waves:.3g} m/s: in the model contact forms at once; check the units of speed, youngs_modulus and "
             "density"
         )
 
 
-def properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, float]]:
+def _properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, float]]:
     """Yield properties of a body, κ at each temperature of a table, and D = κ/(ρc) if all others are usual."""
     strange = False
     for name in ("youngs_modulus", "density", "heat_capacity", "conductivity"):
         stated = getattr(body, name)
         for value in [row[1] for row in stated] if isinstance(stated, tuple) else [stated] * (stated is not None):
-            strange |= not USUAL[name][0] <= value <= USUAL[name][1]
+            strange |= not _USUAL[name][0] <= value <= _USUAL[name][1]
             yield name, value
             if name == "conductivity" and not strange and body.density and body.heat_capacity:
                 yield "diffusivity", value / (body.density * body.heat_capacity)

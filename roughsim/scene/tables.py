@@ -11,13 +11,13 @@ from pydantic.dataclasses import dataclass
 
 from roughsim.scene.schema import KELVIN, Quantity, Record, SceneError, as_written
 
-WAVENUMBER = Quantity("rad/m", "1e4", above=0)
-PSD = Quantity("", "1e-24", above=0, smallest=1e-100)
-CONDUCTIVITY = Quantity("W/(m K)", '"30 W/(m K)"', above=0)
-FRICTION = Quantity("", "0.11", above=0)
+_WAVENUMBER = Quantity("rad/m", "1e4", above=0)
+_PSD = Quantity("", "1e-24", above=0, smallest=1e-100)
+_CONDUCTIVITY = Quantity("W/(m K)", '"30 W/(m K)"', above=0)
+_FRICTION = Quantity("", "0.11", above=0)
 MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
-TEXTURE_NUMBERS = 10  # of a map
-MAX_TEMPERATURES = 100  # of a table over temperature
+_TEXTURE_NUMBERS = 10  # of a map
+_MAX_TEMPERATURES = 100  # of a table over temperature
 Rows = tuple[tuple[float, float], ...]
 # what turns the rows of a table into q, rad/m, and C in Persson's convention, by their own convention:
 # surfacetopography divides d²q by 4π²; over the spatial frequency q = 2πf, and d²q = 4π² d²f
@@ -39,7 +39,7 @@ def read_psd(value: Any) -> Rows:
         if not isinstance(row, (list, tuple)) or len(row) != 2 or any(isinstance(entry, str) for entry in row):
             numbers = "two numbers without units, q in rad/m and C in m⁴"
             raise ValueError(f"[{i}] = {as_written(row)} must be {numbers}, for example {example}")
-        rows.append((WAVENUMBER(row[0], f"[{i}] q"), PSD(row[1], f"[{i}] C")))
+        rows.append((_WAVENUMBER(row[0], f"[{i}] q"), _PSD(row[1], f"[{i}] C")))
         if i and rows[i][0] <= rows[i - 1][0]:
             raise ValueError(
                 f"[{i}] has q = {rows[i][0]!r} rad/m after {rows[i - 1][0]!r} rad/m; q must rise, so sort the rows"
@@ -66,30 +66,30 @@ def read_psd_texture(value: Any) -> tuple[tuple[float, ...], ...]:
         rows = tuple(tuple(float(number) for number in row) for row in value)
     except (TypeError, ValueError):
         raise ValueError(f" = {as_written(value)} must be rows of numbers, one for each map") from None
-    if not rows or not all(len(row) == TEXTURE_NUMBERS and all(map(isfinite, row)) for row in rows):
-        raise ValueError(f" must have rows of {TEXTURE_NUMBERS} finite numbers, one for each map; load the scan again")
+    if not rows or not all(len(row) == _TEXTURE_NUMBERS and all(map(isfinite, row)) for row in rows):
+        raise ValueError(f" must have rows of {_TEXTURE_NUMBERS} finite numbers, one for each map; load the scan again")
     if not all(min(row[0], row[2], row[4], row[5]) > 0.0 for row in rows):
         raise ValueError(" must have ratios and wavenumbers above 0; load the scan again")
     return rows
 
 
 @dataclass(frozen=True, kw_only=True)
-class ConductivityTable(Record):
+class _ConductivityTable(Record):
     """κ over the absolute temperature, as a scene file writes it."""
 
     temperature: tuple[Annotated[float, KELVIN], ...]
-    value: tuple[Annotated[float, CONDUCTIVITY], ...]
+    value: tuple[Annotated[float, _CONDUCTIVITY], ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionTable(Record):
+class _FrictionTable(Record):
     """μ over the absolute temperature, as a scene file writes it."""
 
     temperature: tuple[Annotated[float, KELVIN], ...]
-    value: tuple[Annotated[float, FRICTION], ...]
+    value: tuple[Annotated[float, _FRICTION], ...]
 
 
-def number_or_table(value: Any, number: Quantity, record: type[Any]) -> float | Rows:
+def _number_or_table(value: Any, number: Quantity, record: type[Any]) -> float | Rows:
     """Read a number, or a table of it, kept as rows (temperature, number) with the temperatures rising."""
     if isinstance(value, tuple) and all(isinstance(row, tuple) and len(row) == 2 for row in value):
         value = {"temperature": [row[0] for row in value], "value": [row[1] for row in value]}
@@ -101,9 +101,9 @@ def number_or_table(value: Any, number: Quantity, record: type[Any]) -> float | 
         example = f'{{ temperature = ["300 K", "900 K"], value = [{number.example}, ...] }}'
         raise ValueError(f".{error}; a table is written as {example}") from None
     kelvin, values = table.temperature, table.value
-    if len(kelvin) != len(values) or not 2 <= len(values) <= MAX_TEMPERATURES:
+    if len(kelvin) != len(values) or not 2 <= len(values) <= _MAX_TEMPERATURES:
         counts = f"{len(kelvin)} temperatures and {len(values)} values"
-        raise ValueError(f" has {counts}; give 2 to {MAX_TEMPERATURES} of each, in pairs")
+        raise ValueError(f" has {counts}; give 2 to {_MAX_TEMPERATURES} of each, in pairs")
     for i in range(1, len(kelvin)):
         if kelvin[i] <= kelvin[i - 1]:
             order = f"{kelvin[i]!r} K after {kelvin[i - 1]!r} K"
@@ -113,12 +113,12 @@ def number_or_table(value: Any, number: Quantity, record: type[Any]) -> float | 
 
 # a number, or rows (absolute temperature in K, number), linear between
 Conductivity = Annotated[
-    Annotated[float, CONDUCTIVITY] | Rows,
-    BeforeValidator(partial(number_or_table, number=CONDUCTIVITY, record=ConductivityTable)),
+    Annotated[float, _CONDUCTIVITY] | Rows,
+    BeforeValidator(partial(_number_or_table, number=_CONDUCTIVITY, record=_ConductivityTable)),
 ]
 FrictionCoefficient = Annotated[
-    Annotated[float, FRICTION] | Rows,
-    BeforeValidator(partial(number_or_table, number=FRICTION, record=FrictionTable)),
+    Annotated[float, _FRICTION] | Rows,
+    BeforeValidator(partial(_number_or_table, number=_FRICTION, record=_FrictionTable)),
 ]
 
 

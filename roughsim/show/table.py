@@ -17,7 +17,7 @@ SHOWN = {
     "1": ("", 1.0),
     "Pa^2": ("GPa²", 1e-18),
 }
-MOST_DIGITS = 6  # of a value that are worth printing
+_MOST_DIGITS = 6  # of a value that are worth printing
 
 
 def shown(unit: str) -> tuple[str, float]:
@@ -30,7 +30,7 @@ def with_unit(name: str, unit: str) -> str:
     return f"{name}, {text}" if (text := shown(unit)[0]) else name
 
 
-class Written(NamedTuple):
+class _Written(NamedTuple):
     """The digits of a value and its error, both in units of 10^power; `error` is empty where there is none."""
 
     value: str
@@ -48,25 +48,25 @@ class Number:
     unknown: Sequence[str] = ()  # unknown parts of the error: the rest is a lower bound, "208.33 ± ≥0.38"
     digits: int = 4  # significant, of a number without an error
 
-    def written(self) -> Written:
+    def written(self) -> _Written:
         """Return its digits in the shown unit, and those of its error, both to the second digit of the error."""
         factor = shown(self.unit)[1]
         value, error = self.value * factor, self.error * factor
         if not isfinite(value):
-            return Written("–", "", 0)
+            return _Written("–", "", 0)
         if error == 0.0 or not isfinite(error):
             known = error == 0.0 and not (self.unknown and value)
-            return Written(significant(value, self.digits), "" if known else "unknown", 0)
+            return _Written(significant(value, self.digits), "" if known else "unknown", 0)
         at_least = "≥" if self.unknown else ""
-        if abs(value) > 10**MOST_DIGITS * error:
-            return Written(f"{value:.{MOST_DIGITS}g}", f"{at_least}{error:.1e}", 0)
+        if abs(value) > 10**_MOST_DIGITS * error:
+            return _Written(f"{value:.{_MOST_DIGITS}g}", f"{at_least}{error:.1e}", 0)
         # very large and very small numbers share one power of ten with their error: (1.6328 ± 0.0081)e-4
         large = floor(log10(max(abs(value), error)))
         power = large if not -3 <= large < 5 else 0
         value, error = value / 10.0**power, error / 10.0**power
         places = 1 - int(f"{error:.1e}".partition("e")[2])  # of the error's second digit, once it is rounded
         value, error = round(value, places), round(error, places)
-        return Written(f"{value:.{max(places, 0)}f}", f"{at_least}{error:.{max(places, 0)}f}", power)
+        return _Written(f"{value:.{max(places, 0)}f}", f"{at_least}{error:.{max(places, 0)}f}", power)
 
     def __str__(self) -> str:
         value, error, power = self.written()

@@ -14,8 +14,8 @@ from roughsim.show.table import Table
 from roughsim.show.text import plain_lines
 
 PIPED = 150  # columns: a pipe has no width, and no number is to be broken
-WIDEST = 500  # columns of a table whose numbers are whole
-LEAST_TEXT = 12  # columns that a text may be narrowed to; longer words, such as paths, are then broken
+_WIDEST = 500  # columns of a table whose numbers are whole
+_LEAST_TEXT = 12  # columns that a text may be narrowed to; longer words, such as paths, are then broken
 
 
 class PlainConsole(Console):
@@ -52,12 +52,12 @@ class PlainConsole(Console):
                 grid.add_column(title, justify=justify, no_wrap=True, min_width=widest)
             else:
                 longest = max(map(cell_len, " ".join((column.title, *texts)).split()), default=0)
-                grid.add_column(column.title, overflow="fold", min_width=min(longest, LEAST_TEXT))
+                grid.add_column(column.title, overflow="fold", min_width=min(longest, _LEAST_TEXT))
         for row in zip(*cells, strict=True):
             grid.add_row(*row)
         if table.title:
             self.print(table.title, style="italic")
-        least = self.measure(grid, options=self.options.update(max_width=WIDEST)).minimum
+        least = self.measure(grid, options=self.options.update(max_width=_WIDEST)).minimum
         width, self.width = self.width, max(self.width, least)
         self.print(grid)
         self.width = width

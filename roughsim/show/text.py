@@ -13,9 +13,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
-LONGEST = 1200  # characters of an error; a path of thousands is cut in its middle
+_LONGEST = 1200  # characters of an error; a path of thousands is cut in its middle
 notes_are_shown = False  # the command line asks for them; a program that calls roughsim need not expect them
-ASCII = {
+_ASCII = {
     "±": "+/-", "×": "x", "µ": "u", "μ": "mu", "°": "deg", "²": "^2", "³": "^3", "⁴": "^4", "₀": "0", "₁": "1",
     "–": "-", "—": "-", "−": "-", "…": "...", "·": "*", "⟨": "<", "⟩": ">", "≤": "<=", "≥": ">=", "≈": "~", "≠": "!=",
     "→": "->", "∞": "inf", "∇": "grad ", "∫": "int ", "√": "sqrt", "′": "'", "’": "'", "“": '"', "”": '"',
@@ -42,18 +42,18 @@ def plain_lines(text: object) -> str:
 
 def print_in_any_language() -> None:
     """Let the output of this process replace letters that its encoding lacks, "+/-" for "±", instead of failing."""
-    codecs.register_error("roughsim.ascii", in_ascii)
+    codecs.register_error("roughsim.ascii", _in_ascii)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="roughsim.ascii")
 
 
-def in_ascii(error: UnicodeError) -> tuple[str, int]:
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
     """Handle an encoding error: return the replacement of the letters, and the position where to go on."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lacking = error.object[error.start : error.end]
-    return "".join(ASCII.get(c, c.encode("ascii", "backslashreplace").decode()) for c in lacking), error.end
+    return "".join(_ASCII.get(c, c.encode("ascii", "backslashreplace").decode()) for c in lacking), error.end
 
 
 def say(text: str) -> None:
@@ -107,12 +107,12 @@ def errors_in_one_line(command: str) -> Iterator[None]:
     except BrokenPipeError:  # nobody reads on: `| head`
         raise SystemExit(1) from None
     except MemoryError as error:
-        fail(f"out of memory ({one_line(error)}); lower numerics.levels or the number of workers", 1)
+        fail(f"out of memory ({_one_line(error)}); lower numerics.levels or the number of workers", 1)
     except ArithmeticError as error:
         kind = type(error).__name__
-        fail(f"{command}: {kind} ({one_line(error)}): a number is too large or too small to compute with", 1)
+        fail(f"{command}: {kind} ({_one_line(error)}): a number is too large or too small to compute with", 1)
     except (ValueError, TypeError, OSError, RuntimeError, ImportError) as error:
-        fail(one_line(error), 1)
+        fail(_one_line(error), 1)
     except Exception as error:
         if not hasattr(error, "format_message"):  # not an error of typer about the words of the command
             raise
@@ -131,10 +131,10 @@ def errors_in_one_line(command: str) -> Iterator[None]:
                     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def one_line(error: BaseException) -> str:
+def _one_line(error: BaseException) -> str:
     """Return the message of an error, or its name, on one line; a long one is cut in its middle."""
     text = " ".join(str(error).split()) or type(error).__name__
-    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} … {text[-LONGEST // 2 :]}"
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} … {text[-_LONGEST // 2 :]}"
 
 
 def clock(seconds: float) -> str:

@@ -11,7 +11,7 @@ from roughsim.studies.tables import value_text, words_of
 
 SPEED, NONE = "speed", "none"  # in place of a varied key
 _FEWEST_OF_A_MAP = 3  # values of either key
-Rows = Sequence[Mapping[str, Any]]
+_Rows = Sequence[Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def usual_choice(study: StudyResults, observable: str) -> Choice:
     return Choice(observable, candidates[0], candidates[1], first)
 
 
-def chosen_rows(rows: Rows, choice: Choice) -> list[Mapping[str, Any]]:
+def chosen_rows(rows: _Rows, choice: Choice) -> list[Mapping[str, Any]]:
     """Return the rows of a choice."""
     free = (choice.x, choice.family)
     chosen = [row for row in rows if row["observable"] == choice.observable]
@@ -58,7 +58,7 @@ def chosen_rows(rows: Rows, choice: Choice) -> list[Mapping[str, Any]]:
     return [row for row in chosen if row["speed"] == wanted.get(row["point"])]
 
 
-def draw_study(study: StudyResults, rows: Rows, choice: Choice, path: Path) -> None:
+def draw_study(study: StudyResults, rows: _Rows, choice: Choice, path: Path) -> None:
     """Draw a choice of the rows of a study; ValueError for an unknown observable or without results."""
     from roughsim.charts.study import Along, study_chart  # matplotlib is slow to import
 
@@ -93,7 +93,7 @@ def draw_study(study: StudyResults, rows: Rows, choice: Choice, path: Path) -> N
     )
 
 
-def _curves(rows: Rows, family: str, key_of: Mapping[str, str]) -> dict[str, list[Mapping[str, Any]]]:
+def _curves(rows: _Rows, family: str, key_of: Mapping[str, str]) -> dict[str, list[Mapping[str, Any]]]:
     """Return the rows of each curve by its label, numbers ascending."""
     if family == NONE:
         return {"": list(rows)}

@@ -25,10 +25,10 @@ from roughsim.store.kinds import content_of
 from roughsim.studies.vary import MOST_POINTS, NAME, Axis, Point, points_of
 
 FORMAT = 1
-DESCRIPTION = "study.json"
-MOST_BYTES = 16 << 20  # of study.json
-FILE_BYTES = 1 << 20  # of a study file
-FILE_KEYS = ("scene", "target_error", "vary")
+_DESCRIPTION = "study.json"
+_MOST_BYTES = 16 << 20  # of study.json
+_FILE_BYTES = 1 << 20  # of a study file
+_FILE_KEYS = ("scene", "target_error", "vary")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,26 +51,26 @@ class Description:
 
 def study_file(path: Path) -> dict[str, Any]:
     """Return scene, vary and target_error of a study file; `scene` is a bundled name, or a path from its folder."""
-    text = read_text(path, "study file", FILE_BYTES)
+    text = read_text(path, "study file", _FILE_BYTES)
     with errors_named(str(path)):
         content = toml_content(text)
         for key in content:
-            if key not in FILE_KEYS:
-                raise SceneError(f"{key} is not a key of a study; the choice is {', '.join(FILE_KEYS)}")
+            if key not in _FILE_KEYS:
+                raise SceneError(f"{key} is not a key of a study; the choice is {', '.join(_FILE_KEYS)}")
         for key in ("scene", "vary"):
             if key not in content:
                 raise SceneError(f'{key} is missing; a study has scene = "demo" and a table [vary]')
         if not isinstance(content["scene"], str):
             raise SceneError('scene must be the name of a bundled scene or the path of a file, as in scene = "demo"')
         if isinstance(content["vary"], dict):
-            content["vary"] = with_dotted_keys(content["vary"])
+            content["vary"] = _with_dotted_keys(content["vary"])
     with suppress(OSError):  # a name that no file can have
         beside = path.parent / content["scene"]
         content["scene"] = beside if beside.is_file() else content["scene"]
     return content
 
 
-def with_dotted_keys(vary: dict[str, Any]) -> dict[str, Any]:
+def _with_dotted_keys(vary: dict[str, Any]) -> dict[str, Any]:
     """Return the table [vary] with the keys of a section, as TOML reads them without quotes, as dotted keys."""
     result: dict[str, Any] = {}
     for name, value in vary.items():
@@ -93,7 +93,7 @@ def write(folder: Path, description: Description) -> None:
     """
     refuse_other(folder, description)
     (folder / "points").mkdir(parents=True, exist_ok=True)
-    path, scene = folder / DESCRIPTION, description.scene.to_toml()
+    path, scene = folder / _DESCRIPTION, description.scene.to_toml()
     content = {
         "format_version": FORMAT,
         "target_error": description.target_error,
@@ -102,18 +102,18 @@ def write(folder: Path, description: Description) -> None:
         "identities": dict(description.identities),
     }
     text = json.dumps(content, indent=1).encode()
-    if is_damaged(folder):
-        move_aside(path)
+    if _is_damaged(folder):
+        _move_aside(path)
     if not path.exists():
         with suppress(FileExistsError):
             place_bytes(path, text, first=True)
     refuse_other(folder, description)  # another process may have been the first
     if path.read_bytes() != text:
         place_bytes(path, text)
-    write_scene(folder / "scene.toml", description.scene)
+    _write_scene(folder / "scene.toml", description.scene)
 
 
-def write_scene(path: Path, scene: Scene) -> None:
+def _write_scene(path: Path, scene: Scene) -> None:
     """Write scene.toml, which is for people; one of another scene, or a damaged one, is moved aside."""
     text = scene.to_toml().encode()
     if path.is_file():
@@ -125,11 +125,11 @@ def write_scene(path: Path, scene: Scene) -> None:
         except ValueError:
             same = False
         if not same:
-            move_aside(path)
+            _move_aside(path)
     place_bytes(path, text)
 
 
-def move_aside(path: Path) -> None:
+def _move_aside(path: Path) -> None:
     """Move a damaged file of a study into its folder "damaged", and say so in a warning."""
     kept = set_aside(path, path.parent / "damaged")
     words = f"{path} was damaged: it was moved to {kept}, and is written anew from the study that was given"
@@ -143,8 +143,8 @@ def refuse_other(folder: Path, description: Description) -> None:
     """
     if folder.is_file():
         raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the study")
-    if not (folder / DESCRIPTION).exists() or is_damaged(folder):
-        refuse_other_points(folder, description)
+    if not (folder / _DESCRIPTION).exists() or _is_damaged(folder):
+        _refuse_other_points(folder, description)
         return
     before = read(folder)
     there, here = before.scene.identity(), description.scene.identity()
@@ -162,7 +162,7 @@ def refuse_other(folder: Path, description: Description) -> None:
         )
 
 
-def refuse_other_points(folder: Path, description: Description) -> None:
+def _refuse_other_points(folder: Path, description: Description) -> None:
     """Refuse a folder without a sound study.json, unless nothing is computed there, or points of this study are."""
     if refuse_exchanged(folder, description) or not folder.exists():
         return
@@ -170,13 +170,13 @@ def refuse_other_points(folder: Path, description: Description) -> None:
     begun = {"claims", "damaged", "points", "scene.toml"} if "points" in names else {"claims"}
     points = folder / "points"
     computed = points.is_dir() and any(points.iterdir())
-    if not computed and (DESCRIPTION in names or not names - begun):
+    if not computed and (_DESCRIPTION in names or not names - begun):
         return
-    if (folder / DESCRIPTION).exists() and not is_damaged(folder):  # another process has begun it meanwhile
+    if (folder / _DESCRIPTION).exists() and not _is_damaged(folder):  # another process has begun it meanwhile
         refuse_other(folder, description)
     elif computed:
         raise RecordError(
-            f"{points} holds other files than points of this study, and {DESCRIPTION} is damaged or lost; give the "
+            f"{points} holds other files than points of this study, and {_DESCRIPTION} is damaged or lost; give the "
             "study as it was, or name another folder"
         )
     else:
@@ -212,13 +212,13 @@ def refuse_other_scene(place: Path, identity: Mapping[str, Any], point: Point, d
 
 def is_study(folder: Path) -> bool:
     """Return whether a folder is that of a study, also where its study.json was lost."""
-    return (folder / DESCRIPTION).is_file() or ((folder / "points").is_dir() and not (folder / "run.json").exists())
+    return (folder / _DESCRIPTION).is_file() or ((folder / "points").is_dir() and not (folder / "run.json").exists())
 
 
-def is_damaged(folder: Path) -> bool:
+def _is_damaged(folder: Path) -> bool:
     """Return whether a folder has a damaged study.json; RecordError or OSError if it cannot be judged."""
     try:
-        if (folder / DESCRIPTION).exists():
+        if (folder / _DESCRIPTION).exists():
             read(folder)
     except DamagedError:
         return True
@@ -227,28 +227,28 @@ def is_damaged(folder: Path) -> bool:
 
 def read(folder: Path) -> Description:
     """Return what `write` wrote; DamagedError if study.json is damaged, RecordError if the folder is no study."""
-    path = folder / DESCRIPTION
+    path = folder / _DESCRIPTION
     again = f"give the study again, which writes it anew if the points fit: roughsim study STUDY -o {folder}"
     if not path.exists():
         if is_study(folder):
-            raise RecordError(f"{folder} has points, but its {DESCRIPTION} is lost; {again}")
-        raise RecordError(f"{folder} is no study: it has no {DESCRIPTION}; name the folder that `roughsim study` made")
+            raise RecordError(f"{folder} has points, but its {_DESCRIPTION} is lost; {again}")
+        raise RecordError(f"{folder} is no study: it has no {_DESCRIPTION}; name the folder that `roughsim study` made")
     try:
-        content = json.loads(read_bytes(path, MOST_BYTES).decode("utf-8"), parse_constant=refuse_constant)
+        content = json.loads(read_bytes(path, _MOST_BYTES).decode("utf-8"), parse_constant=_refuse_constant)
         version = int(content["format_version"])
         if version > FORMAT:
             raise RecordError(f"{path} has format {version}, above {FORMAT}; update roughsim to read it")
-        return description_of(content, str(path))
+        return _description_of(content, str(path))
     except RecordError:
         raise
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
         raise DamagedError(f"{path} is damaged ({error}); {again}") from error
 
 
-def description_of(content: dict[str, Any], source: str) -> Description:
+def _description_of(content: dict[str, Any], source: str) -> Description:
     """Return what study.json describes; ValueError, LookupError or another error of Python if it is damaged."""
     axes = tuple(
-        Axis(tuple(map(str, axis["keys"])), tuple(tuple(map(frozen, row)) for row in axis["values"]))
+        Axis(tuple(map(str, axis["keys"])), tuple(tuple(map(_frozen, row)) for row in axis["values"]))
         for axis in content["axes"]
     )
     count = prod(len(axis.values) for axis in axes)
@@ -266,16 +266,16 @@ def description_of(content: dict[str, Any], source: str) -> Description:
     return Description(scene, axes, None if target is None else float(target), identities)
 
 
-def refuse_constant(word: str) -> None:
+def _refuse_constant(word: str) -> None:
     """Refuse NaN and infinity, which no study writes."""
     raise ValueError(f"{word} is no value of a study")
 
 
-def frozen(value: Any) -> Any:
+def _frozen(value: Any) -> Any:
     """Return a JSON value with its lists as tuples; ValueError for a number that no float holds."""
     if isinstance(value, (int, float)) and not abs(value) <= sys.float_info.max:
         raise ValueError("a number is beyond what a float holds")
-    return tuple(map(frozen, value)) if isinstance(value, list) else value
+    return tuple(map(_frozen, value)) if isinstance(value, list) else value
 
 
 def base_scene(scene: Scene | str | Path | dict[str, Any]) -> tuple[dict[str, Any], str, Path | None]:

@@ -8,7 +8,7 @@ import numpy as np
 from roughsim.observables.catalogue import UNITS
 from roughsim.results.marks import meanings, unknown_words
 from roughsim.scene.numerics import SLIDING
-from roughsim.scene.schema import literal
+from roughsim.scene.written import literal
 from roughsim.show.table import Cell, Column, Number, Table, significant, with_unit
 from roughsim.studies.results import StudyResults
 from roughsim.studies.trends import trends_of
@@ -28,7 +28,7 @@ _OTHER_KIND = (
     "errors unknown."
 )
 _NO_LOGARITHM = "∂ln/∂ln: – at values of the key that are not above 0, which have no logarithm."
-Rows = dict[str, dict[str, dict[str, Any]]]  # point → column → row of the tidy table
+_Rows = dict[str, dict[str, dict[str, Any]]]  # point → column → row of the tidy table
 
 
 def words_of(key: str) -> tuple[str, float]:
@@ -97,9 +97,9 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     return Table(titles, list(zip(*(cells for _, cells in columns), strict=True)), study.scene.title, notes)
 
 
-def _rows_at_highest_speed(study: StudyResults, observable: str) -> Rows:
+def _rows_at_highest_speed(study: StudyResults, observable: str) -> _Rows:
     """Return the rows of an observable at the highest speed of each point."""
-    highest: Rows = {}
+    highest: _Rows = {}
     for row in study.rows(observable):
         columns = highest.setdefault(row["point"], {})
         other = columns.get(row["column"])
@@ -118,7 +118,7 @@ def _trends_at_highest_speed(study: StudyResults, observable: str) -> dict[tuple
     return highest
 
 
-def _counts(study: StudyResults, points: Iterable[Point], shown: Rows) -> list[Cell]:
+def _counts(study: StudyResults, points: Iterable[Point], shown: _Rows) -> list[Cell]:
     """Return the realizations of each point, with the mark of levels that do not suit it."""
     misfits = study.misfits()
     cells: list[Cell] = []
@@ -130,7 +130,7 @@ def _counts(study: StudyResults, points: Iterable[Point], shown: Rows) -> list[C
     return cells
 
 
-def _value(shown: Rows, point: Point, source: str, observable: str) -> Cell:
+def _value(shown: _Rows, point: Point, source: str, observable: str) -> Cell:
     """Return the value of a point from a source with its total error."""
     row = shown.get(point.name, {}).get(source)
     if row is None:

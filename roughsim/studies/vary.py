@@ -18,18 +18,19 @@ from typing import Any
 import numpy as np
 
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.scene.schema import SECTIONS, SceneError, as_written, literal, quantity, shortened
+from roughsim.scene.schema import SECTIONS, Quantity, SceneError, as_written, quantity, shortened
+from roughsim.scene.written import literal
 
 MOST_POINTS = 10_000
-LONGEST = 60  # letters of a value in the name of a point
-DIGITS = 9  # significant, of a number in the name of a point: values that differ by less are the same
+_LONGEST = 60  # letters of a value in the name of a point
+_DIGITS = 9  # significant, of a number in the name of a point: values that differ by less are the same
 NAME = re.compile(
     r"[\w=.,+-]{1,200}", re.ASCII
 )  # of a point: none of *?[]/, so that it is a folder that a pattern can name
-SPACES: dict[str, Any] = {"logspace": np.geomspace, "linspace": np.linspace}
-EXAMPLE = '"sliding.nominal_pressure" = ["1 MPa", "5 MPa"]'
-SPACED = '{ logspace = ["1 MPa", "100 MPa", 9] }'
-IN_TEXT = re.compile(r"\s*[-+.0-9]")  # how a number with a unit begins
+_SPACES: dict[str, Any] = {"logspace": np.geomspace, "linspace": np.linspace}
+_EXAMPLE = '"sliding.nominal_pressure" = ["1 MPa", "5 MPa"]'
+_SPACED = '{ logspace = ["1 MPa", "100 MPa", 9] }'
+_IN_TEXT = re.compile(r"\s*[-+.0-9]")  # how a number with a unit begins
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +52,8 @@ class Point:
 def read_axes(vary: Any) -> tuple[Axis, ...]:
     """Return the axes that a mapping from keys to values describes; SceneError that names what cannot be used."""
     if not isinstance(vary, Mapping) or not vary:
-        raise SceneError(f"vary = {as_written(vary)} must name at least one key and its values, for example {EXAMPLE}")
-    axes = tuple(read_axis(keys, values) for keys, values in vary.items())
+        raise SceneError(f"vary = {as_written(vary)} must name at least one key and its values, for example {_EXAMPLE}")
+    axes = tuple(_read_axis(keys, values) for keys, values in vary.items())
     keys = [key for axis in axes for key in axis.keys]
     for key in keys:
         if keys.count(key) > 1:
@@ -63,17 +64,17 @@ def read_axes(vary: Any) -> tuple[Axis, ...]:
     return axes
 
 
-def read_axis(names: Any, values: Any) -> Axis:
+def _read_axis(names: Any, values: Any) -> Axis:
     """Return one axis."""
     words = names.split(",") if isinstance(names, str) else names
     if not isinstance(words, Sequence) or not words or any(not isinstance(word, str) for word in words):
-        raise SceneError(f"vary: {as_written(names)} must be the name of a key, or several, for example {EXAMPLE}")
+        raise SceneError(f"vary: {as_written(names)} must be the name of a key, or several, for example {_EXAMPLE}")
     keys = tuple(word.strip() for word in words)
     where = f"vary.{as_written(', '.join(keys))}"
     if isinstance(values, Mapping):
-        values = spaced(keys, values, where)
+        values = _spaced(keys, values, where)
     if isinstance(values, str) or not isinstance(values, (Sequence, np.ndarray)) or not len(values):
-        raise SceneError(f"{where} = {as_written(values)} must be a list of values, for example {EXAMPLE}")
+        raise SceneError(f"{where} = {as_written(values)} must be a list of values, for example {_EXAMPLE}")
     rows: list[tuple[Any, ...]] = []
     for i, value in enumerate(values):
         row = [value] if len(keys) == 1 else value
@@ -83,97 +84,100 @@ def read_axis(names: Any, values: Any) -> Axis:
             )
         rows.append(tuple(row))
     for k, key in enumerate(keys):
-        refuse_mixture(key, [row[k] for row in rows], where)
+        _refuse_mixture(key, [row[k] for row in rows], where)
     rows = [
-        tuple(in_si(key, entry, f"{where}[{i}]") for key, entry in zip(keys, row, strict=True))
+        tuple(_in_si(key, entry, f"{where}[{i}]") for key, entry in zip(keys, row, strict=True))
         for i, row in enumerate(rows)
     ]
     written: set[str] = set()
     for i, row in enumerate(rows):
-        text = ",".join(map(label, row))
+        text = ",".join(map(_label, row))
         if text in written:
             raise SceneError(f"{where}[{i}] = {text} is there twice; remove one of the two")
         written.add(text)
     return Axis(keys, tuple(rows))
 
 
-def refuse_mixture(key: str, values: Sequence[Any], where: str) -> None:
+def _refuse_mixture(key: str, values: Sequence[Any], where: str) -> None:
     """Refuse numbers of a key of which some have a unit and some have none: a count, say, is no third load."""
     number = key_quantity(key)
-    entries = list(leaves(values)) if number is not None else []
-    texts = [entry for entry in entries if isinstance(entry, str) and IN_TEXT.match(entry)]
+    if number is None:
+        return
+    entries = list(_leaves(values))
+    texts = [entry for entry in entries if isinstance(entry, str) and _IN_TEXT.match(entry)]
     plain = [entry for entry in entries if not isinstance(entry, bool) and isinstance(entry, Real)]
-    if texts and plain:
-        meant = len(entries) == 3 and entries[:2] == texts and isinstance(entries[2], Integral) and int(entries[2]) > 1
-        example = f"{{ logspace = {literal(entries)} }}" if meant else SPACED
-        raise SceneError(
-            f"{where} mixes {as_written(texts[0])} with the plain number {as_written(plain[0])}"
-            f"{f' ({number.unit})' * bool(number.unit)}; write all with a unit, or none. First, last and count are "
-            f"written {example}"
-        )
+    if not texts or not plain:
+        return
+    meant = len(entries) == 3 and entries[:2] == texts and isinstance(entries[2], Integral) and int(entries[2]) > 1
+    example = f"{{ logspace = {literal(entries)} }}" if meant else _SPACED
+    unit = f" ({number.unit})" if number.unit else ""
+    raise SceneError(
+        f"{where} mixes {as_written(texts[0])} with the plain number {as_written(plain[0])}{unit}; write all with a "
+        f"unit, or none. First, last and count are written {example}"
+    )
 
 
-def leaves(values: Any) -> Iterator[Any]:
+def _leaves(values: Any) -> Iterator[Any]:
     """Yield what lists within lists hold."""
     for value in values:
         if isinstance(value, (list, tuple, np.ndarray)):
-            yield from leaves(value)
+            yield from _leaves(value)
         else:
             yield value
 
 
-def spaced(keys: tuple[str, ...], values: Mapping[str, Any], where: str) -> list[float]:
+def _spaced(keys: tuple[str, ...], values: Mapping[str, Any], where: str) -> list[float]:
     """Return the values that "logspace" or "linspace" stands for: first, last, and how many."""
     (kind, ends), *more = [*values.items()] or [("", ())]
-    if more or kind not in SPACES or not isinstance(ends, Sequence) or isinstance(ends, str) or len(ends) != 3:
+    if more or kind not in _SPACES or not isinstance(ends, Sequence) or isinstance(ends, str) or len(ends) != 3:
         written = shortened(literal(dict(values)))
-        raise SceneError(f"{where} = {written} must be a list, or first, last and count as in {SPACED}")
+        raise SceneError(f"{where} = {written} must be a list, or first, last and count as in {_SPACED}")
     if len(keys) != 1:
         raise SceneError(f"{where}: {kind} is for one key; write several keys as a list of lists")
     where = f"{where}.{kind}"
-    refuse_mixture(keys[0], ends[:2], where)
-    first, last = (in_si(keys[0], end, where) for end in ends[:2])
+    _refuse_mixture(keys[0], ends[:2], where)
+    first, last = (_in_si(keys[0], end, where) for end in ends[:2])
     count = ends[2]
     if isinstance(count, bool) or not isinstance(count, Integral) or not 2 <= int(count) <= MOST_POINTS:
         raise SceneError(f"{where}: count = {as_written(count)} must be a whole number from 2 to {MOST_POINTS}")
     for end in (first, last):
         if isinstance(end, bool) or not isinstance(end, (int, float)) or (kind == "logspace" and end <= 0.0):
             raise SceneError(f"{where} = {as_written(end)} must be a number{' > 0' * (kind == 'logspace')}")
-    spread = [float(f"{value:.{DIGITS}g}") for value in SPACES[kind](float(first), float(last), int(count))]
+    spread = [float(f"{value:.{_DIGITS}g}") for value in _SPACES[kind](float(first), float(last), int(count))]
     whole = isinstance(first, int)
     return [int(value) if whole and value.is_integer() else value for value in spread]
 
 
-def key_quantity(key: str) -> Any:
+def key_quantity(key: str) -> Quantity | None:
     """Return the `Quantity` of a key of the scene; None if its values are no numbers, or there is no such key."""
     section, _, name = key.partition(".")
     return quantity(SECTIONS[section], name) if section in SECTIONS and name else None
 
 
-def in_si(key: str, value: Any, where: str) -> Any:
+def _in_si(key: str, value: Any, where: str) -> Any:
     """Return a value in SI if its key is a number; any other value as it is, to be checked in its scene."""
     number = key_quantity(key)
     if hasattr(value, "tolist"):  # a number or an array of NumPy
         value = value.tolist()
     if isinstance(value, (list, tuple)):
-        return tuple(in_si(key, entry, where) for entry in value)
+        return tuple(_in_si(key, entry, where) for entry in value)
     if number is None or isinstance(value, bool) or not isinstance(value, (str, int, float)):
         return value
     try:
         return number(value) if number.whole else float(number(value))
     except ValueError as error:
-        if isinstance(value, str) and not IN_TEXT.match(value):
+        if isinstance(value, str) and not _IN_TEXT.match(value):
             return value  # a word, as of sliding.heat_partition
         raise SceneError(f"{where}{error}") from None
 
 
-def label(value: Any) -> str:
+def _label(value: Any) -> str:
     """Return a value as a few letters that may stand in the name of a folder; a long one is cut, with a digest."""
     if isinstance(value, tuple):
-        value = "-".join(map(label, value))
-    text = f"{value:.{DIGITS}g}" if isinstance(value, float) else str(value)
+        value = "-".join(map(_label, value))
+    text = f"{value:.{_DIGITS}g}" if isinstance(value, float) else str(value)
     word = re.sub(r"[^\w.+-]+", "-", text, flags=re.ASCII).strip("-") or "none"
-    return word if len(word) <= LONGEST else f"{word[: LONGEST - 9]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+    return word if len(word) <= _LONGEST else f"{word[: _LONGEST - 9]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
 
 def short_names(keys: Sequence[str]) -> dict[str, str]:
@@ -192,7 +196,7 @@ def points_of(axes: Sequence[Axis]) -> tuple[Point, ...]:
     names, points = short_names(keys), []
     for rows in product(*(axis.values for axis in axes)):
         values = dict(zip(keys, (value for row in rows for value in row), strict=True))
-        points.append(Point(",".join(f"{names[key]}={label(value)}" for key, value in values.items())[:200], values))
+        points.append(Point(",".join(f"{names[key]}={_label(value)}" for key, value in values.items())[:200], values))
     seen: set[str] = set()
     for point in points:
         if point.name in seen:
