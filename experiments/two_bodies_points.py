@@ -7,11 +7,11 @@ E* is 110 GPa; contact has yielded altogether (kind A, 1 % of it still elastic a
 (B, a share from 0.2 to 0.8 still elastic at q_max) or is elastic (E). The bodies are unlike but for every fourth
 pair. Every sixth pair has one face that is smooth. Each pair slides at two speeds.
 
-`--solve` marches what is not there yet, into reference/two_bodies_points.json: a cell of 4 mm with the longest waves
+`--solve` marches what is not there yet, into reference/two_bodies_marched.json: a cell of 4 mm with the longest waves
 four times a side, 256² points, and the same faces on 192². Members are added, 2 to 12, until the standard error of
-T_flash is 0.8 % or they have taken 1000 steps. On each grid T_flash over the last half of the slid distance is compared with the theory at those very
-distances, for C(q) up to the q_max of the march. The error of the pixel goes with its power 1 to 1.5: the logarithm of
-the ratio is extrapolated with the mean of both.
+T_flash is 0.8 % or they have taken 1000 steps. On each grid T_flash over the last half of the slid distance is compared
+with the theory at those very distances, for C(q) up to the q_max of the march. The error of the pixel goes with its
+power 1 to 1.5: the logarithm of the ratio is extrapolated with the mean of both.
 """
 
 from __future__ import annotations

@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.comparison.rows import CONTACT_TEMPERATURE, FLASH, NOTICED, Row, Slope, finest, rows_of, stress_slope
-from roughsim.comparison.tables import calibrated_note
+from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.prediction.statements import statements, texture_warnings
 from roughsim.results import marks
 from roughsim.results.folder import left_out
 from roughsim.results.pressed import SOME_LOAD, Pressed
 from roughsim.results.run import Run
+from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Number, Table, json_value, with_unit
@@ -151,7 +152,8 @@ def compare(run: Run) -> Comparison:
 def comparison_table(comparison: Comparison) -> Table:
     """Return the comparison, a row per observable and speed."""
     first, run, title = comparison.rows[0], comparison.run, comparison.run.scene.title
-    titles = ("speed, m/s", "theory", "calibrated", *first.columns, *first.ratios)
+    beside = [OF_SLIDING] if SLIDING in first.columns else []
+    titles = ("speed, m/s", "theory", "calibrated", *first.columns, *beside, *first.ratios)
     columns = [Column("observable", name=True), *(Column(title, number=True) for title in titles)]
     rows: list[Cells] = [
         (
@@ -160,6 +162,7 @@ def comparison_table(comparison: Comparison) -> Table:
             Number(row.theory, row.unit),
             Number(row.calibrated, row.unit),
             *(Number(cell.mean, row.unit, cell.total_error, cell.unknown) for cell in row.columns.values()),
+            *(Number(row.sliding_calibrated, row.unit) for _ in beside),
             *(Number(ratio.value, "1", ratio.total_error, ratio.unknown) for ratio in row.ratios.values()),
             row.note,
         )
@@ -218,6 +221,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
             "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash is that "
             "above the background of the moving body, mean over the last half of the slid distance."
         )
+        yield sliding_note(comparison.run.scene)
     yield from marks.meanings(comparison.unknown, {row.note for row in comparison.rows})
     if any(row.observable == CONTACT_TEMPERATURE for row in comparison.rows):
         yield (

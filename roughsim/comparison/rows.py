@@ -74,8 +74,9 @@ class Row:
 
     `theory` is integrated over all of C(q), `theory_at_cut_off` up to q_c, and `theory_same_modes` is summed over the
     modes of the cell up to q_c: the ratio to the theory is the one to it. `calibrated` is by the calibrated stress
-    spectrum; NaN where it was not compared with contacts. `note` is "identity" where force balance fixes the value, "at
-    q_c" where the value has no limit in the cut-off, or the run does not show one.
+    spectrum; NaN where it was not compared with contacts. `sliding_calibrated` is that of two sliding bodies, for the
+    column sliding. `note` is "identity" where force balance fixes the value, "at q_c" where the value has no limit in
+    the cut-off, or the run does not show one.
     """
 
     observable: str
@@ -88,6 +89,7 @@ class Row:
     columns: dict[str, Cell]
     ratios: dict[str, Ratio]
     note: str
+    sliding_calibrated: float = nan
 
     @property
     def cut(self) -> bool:
@@ -99,6 +101,8 @@ class Row:
         names = ("observable", "speed", "theory", "theory_same_modes", "calibrated")
         result: dict[str, Any] = {name: getattr(self, name) for name in names}
         result |= {name: cell._asdict() for name, cell in self.columns.items()}
+        if SLIDING in self.columns:
+            result["sliding_calibrated"] = self.sliding_calibrated
         for name, ratio in self.ratios.items():
             head = {"value": ratio.value, "standard_error": ratio.standard_error, "z": ratio.z}
             result[name] = head | {"total_error": ratio.total_error, "unknown": ratio.unknown}
@@ -113,6 +117,8 @@ class Row:
         result: dict[str, Any] = {name: getattr(self, name) for name in names}
         values = {name: (cell.mean, cell.total_error, cell.unknown) for name, cell in self.columns.items()}
         values |= {name: (ratio.value, ratio.total_error, ratio.unknown) for name, ratio in self.ratios.items()}
+        if SLIDING in self.columns:
+            result["sliding_calibrated"] = self.sliding_calibrated
         for name, (value, error, unknown) in values.items():
             result |= {name: value, f"{name}_total_error": error, f"{name}_unknown": unknown_words(unknown)}
         return result | {"note": self.note}
@@ -170,6 +176,7 @@ def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Ar
     slid = None
     if run.numerics.march is not None and observable in OF_MARCH:
         slid = run.estimate(observable, SLIDING) if more is None else run.contact_temperature(SLIDING, more)
+    slid_theory = theory_of_sliding(run, observable if more is None else CONTACT_TEMPERATURE, predicted["calibrated"])
     share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
     if more is not None:
         predicted = {name: values + more for name, values in predicted.items()}
@@ -186,7 +193,19 @@ def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Ar
         if run.numerics.march is not None:
             cells[SLIDING] = cell_of(slid, k) if slid else NOTHING
         note = next((note for note in (IDENTITY, AT_CUT_OFF) if note in of_columns), "")
+        said["sliding_calibrated"] = float(slid_theory[k])
         yield Row(observable, record.unit, speed, columns=cells, ratios=quotients, note=note, **said)
+
+
+def theory_of_sliding(run: Run, name: str, frozen: Array) -> Array:
+    """Return what the calibrated theory of two bodies gives for the column sliding; NaN where it has nothing.
+
+    `frozen` are the values of the calibrated law for a contact that does not change.
+    """
+    slid = None if run.numerics.march is None else prediction.sliding_prediction(run.scene)
+    if slid is not None and name == "contact_fraction":
+        return frozen
+    return getattr(slid, name, np.full(frozen.shape, nan))
 
 
 def cell_of(estimate: Estimate, k: int) -> Cell:

@@ -1,6 +1,7 @@
 """Tables of the theory, of its error and of the error budget of a run; the theory as JSON values."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -10,13 +11,16 @@ from roughsim.comparison.rows import CONTACT_TEMPERATURE
 from roughsim.comparison.trust import Trust
 from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
+from roughsim.prediction.sliding import ERROR as SLIDING_ERROR
 from roughsim.results.run import Run
 from roughsim.scene import Scene
+from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import Column, Number, Row, Table, json_value, with_unit
 
 CORRELATION_POINTS = 65
 HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")
 WIDTHS = ("flash_width", "slope_length")
+OF_SLIDING = "sliding, calibrated"  # the theory of the column sliding
 
 
 def theory_values(scene: Scene) -> dict[str, Any]:
@@ -44,6 +48,9 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     temperature = values["calibrated"] if law.stress_spectrum is not None else None
     band = law.errors["flash_temperature"]
     values["calibrated"] = {"flash_temperature": temperature, "error": band, "range": law.range}
+    if scene.sliding.history == SLIDING:
+        slid = prediction.sliding_prediction(scene)
+        values["calibrated"]["sliding"] = None if slid is None else asdict(slid) | {"error": SLIDING_ERROR}
     return {key: json_value(value) for key, value in (values | {"pressure_correlation": correlation}).items()}
 
 
@@ -57,13 +64,18 @@ def theory_table(scene: Scene) -> Table:
     titles_of_tables = {"friction_coefficient": "μ", "conductivity": "κ, W/(m K)"}  # they differ from speed to speed
     columns |= {name: title for name, title in titles_of_tables.items() if name in scene.tables}
     columns |= {"heat_partition": "share used", "heat_partition_theory": "share in theory"}
+    slid = prediction.sliding_prediction(scene) if scene.sliding.history == SLIDING else None
+    if slid is not None:
+        values |= {"sliding_flash_temperature": slid.flash_temperature, "sliding_share": slid.heat_partition}
+        units |= {"sliding_flash_temperature": "K"}
+        columns |= {"sliding_flash_temperature": "T_flash sliding, K", "sliding_share": "share sliding"}
     rows: list[Row] = [
         (f"{speed:g}", *(Number(float(values[name][k]), units.get(name, "1")) for name in columns))
         for k, speed in enumerate(scene.speeds)
     ]
     areas = (f"{name} {values[name]:.4g}" for name in ("contact_fraction", "plastic_fraction"))
     titles = ("speed, m/s", *columns.values())
-    notes = [", ".join(areas), calibrated_note(scene)]
+    notes = [", ".join(areas), calibrated_note(scene), *([sliding_note(scene)] if slid is not None else [])]
     return Table([Column(title, number=True) for title in titles], rows, scene.title, notes)
 
 
@@ -75,6 +87,16 @@ def calibrated_note(scene: Scene) -> str:
     bands = ", ".join(f"{error:.0%} ({name})" for name, error in law.errors.items())
     by = "calibrated: by the calibrated stress spectrum"
     return f"{by}, within {bands} of simulations; other values may be further off."
+
+
+def sliding_note(scene: Scene) -> str:
+    """Return a note on the theory of the column sliding: what it is, and its accuracy."""
+    if prediction.sliding_prediction(scene) is None:
+        return f"{OF_SLIDING}: none, as {prediction.calibrated(scene).range}."
+    return (
+        f"{OF_SLIDING}: two bodies that slide, by the calibrated stress spectrum of a clipped Gaussian field, T_flash "
+        f"within {SLIDING_ERROR:.0%} of marches; mean over the last half of the slid distance."
+    )
 
 
 def trust_table(known: Trust) -> Table:

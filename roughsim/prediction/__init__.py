@@ -31,6 +31,7 @@ from roughsim.prediction.bodies import heat_partition as heat_partition
 from roughsim.prediction.bodies import heat_per_pressure as heat_per_pressure
 from roughsim.prediction.bodies import smoothed_spectrum as smoothed_spectrum
 from roughsim.prediction.law import calibrated as calibrated
+from roughsim.prediction.sliding import sliding_prediction as sliding_prediction
 from roughsim.prediction.values import NOTHING, Predicted
 from roughsim.scene import Scene
 from roughsim.surface.modes import mean_over_cells, mode_variance

@@ -9,6 +9,7 @@ import pytest
 from march_cases import MILLIMETRE, sliding_scene
 
 import roughsim as rs
+from roughsim import prediction
 from roughsim.charts.plot import plot_run
 from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble.status import losses
@@ -182,6 +183,22 @@ def test_compare_has_a_column_of_what_a_march_measures(run):
     assert cells["contact_fraction", None]["mean"] == run.estimate("contact_fraction").mean[0]
     assert cells["flash_width", 1.0]["mean"] is None
     assert set(cells["flash_width", 1.0]) == set(rows[0]["capped"])
+
+
+def test_the_theory_of_two_bodies_stands_beside_it(run):
+    table = rs.compare(run)
+    slid = prediction.sliding_prediction(run.scene)
+    told = {(row["observable"], row["speed"]): row["sliding_calibrated"] for row in table.to_dict()["rows"]}
+    assert told["flash_temperature", 35.0] == slid.flash_temperature[1]
+    assert told["heat_partition", 1.0] == slid.heat_partition[0]
+    assert told["flash_width", 1.0] is None
+    shown = comparison_table(table)
+    titles = [column.title for column in shown.columns]
+    at = titles.index("sliding")
+    assert titles[at + 1] == "sliding, calibrated"
+    assert shown.cells(at + 1)[1] == f"{slid.flash_temperature[1]:.4g}"
+    frame = table.to_dataframe()
+    assert frame["sliding_calibrated"].iloc[1] == slid.flash_temperature[1]
 
 
 def test_another_observable_is_refused(run):
