@@ -150,7 +150,7 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
         speed = {"T_flash, fastest": fastest, "T_flash, slowest": slowest}.get(title, 0)
         reference = values_of(scene, column, name, everything)
         truth = float(reference.mean[speed])
-        errors = [getattr(reference, part)[speed] for part in ("bandwidth", "pixel", "last_step")]
+        errors = [part[speed] for part in reference.errors.values()]
         doubt = float(np.linalg.norm(np.nan_to_num(errors))) / abs(truth)
         for way in ways:
             values = values_of(scene, column, name, way.pairs)

@@ -16,7 +16,7 @@ from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
 from roughsim.pipeline import Problem, Solution
-from roughsim.planning.levels import ELASTIC_SIDE, PIXELS
+from roughsim.planning.levels import PIXELS
 from roughsim.results.folder import folder_state, open_run
 from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
 from roughsim.results.run import Run
@@ -29,6 +29,7 @@ from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import band_limited, mirrored, overshoots
 
 LEAST_SIDE = 64  # points of a map
+MOST_SIDE = 2048  # points per side of the contact of a map
 BYTES_PER_POINT = 64.0  # of the map with its mirror images
 EDGES = {
     "mirror": "made periodic by its mirror images: no step, but the slope changes its sign at the edges",
@@ -172,9 +173,9 @@ def resolution_of(scene: Scene, grid: Grid) -> Resolution:
     """
     longest = max(n * max(grid.spacing) for n in grid.shape)  # with square pixels
     all_waves = min(grid.nyquist, float(scene.spectrum.breaks[-1]))
-    if 2 * PIXELS * all_waves * longest / (2 * pi) <= ELASTIC_SIDE * (1 + 1e-9):
+    if 2 * PIXELS * all_waves * longest / (2 * pi) <= MOST_SIDE * (1 + 1e-9):
         return Resolution(all_waves, PIXELS, whole=True)
-    most = pi * ELASTIC_SIDE / longest
+    most = pi * MOST_SIDE / longest
     # a mode at the Nyquist wavenumber of a coarser grid would lose half of itself
     return Resolution(min(all_waves, most * (1 - 1e-6)), PIXELS / 2, whole=all_waves <= most * (1 + 1e-9))
 

@@ -24,7 +24,6 @@ from roughsim.scene import Scene
 # relative error × number of hills: of a slow T_flash where few hills carry load, times their share (of fast sliding,
 # and of all else, it is half of it), and where all of them do. By the same experiment
 FEW_HILLS, ALL_HILLS = 0.03, 0.2
-PART_ERROR = 0.05  # relative error of T_flash in a cell for corrections, at most: there these are as in the run's
 SIZE_SHARE = 0.45  # of a target error that the size may take
 WAVES = range(4, 33, 2)  # per side of a cell: pictures and g_σ(r) need four, and grids hold no more than 32
 
@@ -53,15 +52,21 @@ def worst(scene: Scene, side: float) -> float:
     return float(np.max(size_error(scene, (side, side))))
 
 
-def parts_of(scene: Scene, lengths: tuple[float, float]) -> int:
-    """Return how many sides of a cell for corrections make one of these sides, m: 4, 2, or 1.
+def parts_of(scene: Scene, lengths: tuple[float, float], target: float = inf) -> int:
+    """Return how many sides of a cell for corrections make one of these sides, m: 4, 2, or 1, which is no such cell.
 
-    1: there is no such cell. That of elastic contact, whose corrections depend on the cell as much as means do, has
-    half the sides, and a quarter of the error.
+    Corrections in it may err by half of the relative error `target`.
     """
-    if scene.elastic:
-        return 2 if worst(scene, min(lengths) / 2) <= PART_ERROR / 4 else 1
-    return next((parts for parts in (4, 2) if worst(scene, min(lengths) / parts) <= PART_ERROR), 1)
+    errors = {parts: correction_error(worst(scene, min(lengths) / parts), scene.elastic) for parts in (4, 2)}
+    return next((parts for parts, error in errors.items() if error <= target / 2), 1)
+
+
+def correction_error(error: Array | float, elastic: bool) -> Array | float:
+    """Return the relative error of a ratio of means in a cell where the means have this error.
+
+    It is their square. In elastic contact that of T_flash was a third of it: half is charged.
+    """
+    return 0.5 * error if elastic else error**2
 
 
 def size_error(
@@ -110,14 +115,13 @@ def size_error_of_sum(
 ) -> Array:
     """Return the relative error of the cell's size where a share `from_part` of a mean comes from a part of the cell.
 
-    Its sides are those of the cell, m, over `parts`. Ratios of means err by the square of what means do there; in
-    elastic contact T_flash erred by a third of that itself. The error is an array of the shape of that share.
+    Its sides are those of the cell, m, over `parts`. The error is an array of the shape of that share.
     """
     whole = size_error(scene, lengths, observable, column)
     part = size_error(scene, (lengths[0] / parts, lengths[1] / parts), observable, column)
-    if scene.elastic or column == "smoothed":
-        return np.hypot(whole, np.where(np.greater(from_part, 0.0), 0.5 * part, 0.0))
-    return np.hypot(whole, from_part * part**2)
+    if scene.elastic or column == "smoothed":  # whatever share of the mean these corrections are
+        return np.hypot(whole, np.where(np.greater(from_part, 0.0), correction_error(part, elastic=True), 0.0))
+    return np.hypot(whole, from_part * correction_error(part, elastic=False))
 
 
 def plateau_end(scene: Scene) -> float | None:

@@ -136,20 +136,20 @@ def estimate(
     mean = values.mean
     error, freedom = spread_of(values)
     with np.errstate(invalid="ignore"):  # slope_length is infinite at rest: its errors are undefined
-        budget = {
-            "statistical": half_width(error, freedom),
-            "bandwidth": values.bandwidth,
-            "pixel": values.pixel,
-            "size": np.abs(mean) * size,
-            "solver": solver * np.abs(mean),
-        }
+        budget = _budget(mean, half_width(error, freedom), values.errors, size, solver)
         bias = values.finest - mean
-    if np.any(values.last_step):
-        budget["last step"] = values.last_step
     if scan is not None:
         budget["scan"] = np.where(mean == 0.0, 0.0, np.abs(mean) * scan)  # at rest nothing heats, whatever C(q)
     unit, n = OBSERVABLES[observable].unit, len(next(iter(values.scatter.values())))
     return Estimate(mean, error, budget, observable, unit, bias, n, freedom + 1.0, notes)
+
+
+def _budget(
+    mean: Array, statistical: Array, errors: dict[str, Array], size: Array | float, solver: float
+) -> dict[str, Array]:
+    """Return the parts of the error of a mean by source; `size` and `solver` are relative."""
+    parts = {"statistical": statistical, **errors, "size": np.abs(mean) * size, "solver": np.abs(mean) * solver}
+    return {name: part for name, part in parts.items() if name != "last step" or np.any(part)}
 
 
 def quotient(
@@ -172,26 +172,18 @@ def quotient(
     else:
         with np.errstate(all="ignore"):
             ratio = above.scattered.times(1.0 / np.broadcast_to(below, above.mean.shape))
-        columns = [above._replace(bandwidth=np.zeros_like(above.bandwidth), last_step=np.zeros_like(above.mean))]
+        nothing = np.zeros_like(above.mean)
+        columns = [above._replace(errors=above.errors | {"bandwidth": nothing, "last step": nothing})]
     value = ratio.value
     error, freedom = spread_of(ratio)
     if not np.any(above.mean):  # elastic contact has no plastic area: there is no ratio to speak of
         value = np.full_like(value, np.nan)
-
-    def relative(part: str) -> Array:
-        """Root of the sum of squares of a part, relative to the mean of each column."""
-        return np.asarray(np.sqrt(sum((getattr(column, part) / column.mean) ** 2 for column in columns)))
-
     with np.errstate(all="ignore"):  # 0/0 at rest: the ratio is NaN, and its errors are
-        budget = {
-            "statistical": half_width(error, freedom),
-            "bandwidth": np.abs(value) * relative("bandwidth"),
-            "pixel": np.abs(value) * relative("pixel"),
-            "size": np.abs(value) * size,
-            "solver": np.abs(value) * solver * np.sqrt(len(columns)),
-        }
-        if any(np.any(column.last_step) for column in columns):
-            budget["last step"] = np.abs(value) * relative("last_step")
+        errors = {}
+        for name in above.errors:
+            relative = np.sqrt(sum((column.errors[name] / column.mean) ** 2 for column in columns))
+            errors[name] = np.asarray(np.abs(value) * relative)
+        budget = _budget(value, half_width(error, freedom), errors, size, solver * len(columns) ** 0.5)
     if scanned:  # both columns use the one C(q), but nothing shows that its error cancels
         budget["scan"] = np.full(value.shape, np.nan)
     return Uncertain(value, error, budget)

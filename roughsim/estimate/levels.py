@@ -5,7 +5,7 @@ solved at l and at the level below. The mean is T = ⟨T₀⟩ Π ⟨T_l⟩/⟨T
 """
 
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,17 +29,16 @@ class Values(NamedTuple):
     """One observable of a column, (speeds,) or (1,), with its scatter as in `Mean`, and its other errors, 95 %.
 
     `mean` is continued to the end of C(q) and to a vanishing pixel where there is such a limit; `finest` is that of the
-    highest cut-off and the finest grid there. `bandwidth` and `pixel` are NaN where no level shows them. `last_step` is
-    what the last rise of q_c has changed where nothing continues it although there is a limit, else 0. `from_part` is
-    the share of the mean that comes from levels in a part of the cell. `way` says how the mean was continued.
+    highest cut-off and the finest grid there. `from_part` is the share of the mean that comes from levels in a part of
+    the cell. `way` says how the mean was continued.
     """
 
     mean: Array
     finest: Array
     scatter: Scatter
-    bandwidth: Array
-    pixel: Array
-    last_step: Array
+    # "bandwidth" and "pixel", NaN where no level shows them, and "last step": the change by the last rise of q_c where
+    # nothing continues it although there is a limit, else 0
+    errors: dict[str, Array]
     from_part: Array
     way: str = ""
 
@@ -82,15 +81,17 @@ def continued_to_the_end(
     if q_c < end * (1 - SAME):
         limit = limit._replace(error=np.full_like(nothing, np.nan))
         limit = continuation(scene, column, observable, rungs, limit) if continued and has_limit else limit
-    mean = top.plus(limit.rest)
+    # what continues the ladder keeps the pixels per shortest wave: their change at the end is left
+    end = end if limit.way else q_c
     with np.errstate(all="ignore"):  # infinite at rest
-        if has_limit:  # what continues the ladder keeps the pixels per shortest wave: their change at the end is left
-            end = end if limit.way else q_c
-            change, error = change_by_pixel(rungs, record.pixel_orders[capped], FALL[capped], end)
-            mean, pixel = mean.by(change._replace(value=1.0 + change.value)), np.abs(mean.value) * error
+        change, error = change_by_pixel(rungs, record.pixel_orders[capped], FALL[capped], end)
+        mean = top.plus(limit.rest)
+        pixel = np.abs(mean.value) * error
+        if has_limit:
+            mean = mean.by(change._replace(value=1.0 + change.value))
         else:  # the change is the error, and nothing is corrected
-            change, error = change_by_pixel(rungs, record.pixel_orders[capped], FALL[capped], q_c)
-            mean, pixel = mean._replace(value=finest), np.abs(finest) * np.hypot(error, change.value)
+            mean = mean._replace(value=finest)
+            pixel = np.abs(finest) * np.hypot(error, change.value)
         bandwidth = limit.error
         if capped and observable in TOWARDS_BOUND:
             mean, bandwidth = bounded(scene, observable, mean, bandwidth, limit.rest.value)
@@ -98,7 +99,8 @@ def continued_to_the_end(
         last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
         whole = [rung.mean.value for rung in rungs if not rung.part][-1]
         from_part = np.nan_to_num(np.abs(top.value - whole) / np.abs(mean.value)) if rungs[-1].part else nothing
-    return Values(mean.value, finest, mean.scatter, bandwidth, pixel, last_step, from_part, limit.way)
+    errors = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
+    return Values(mean.value, finest, mean.scatter, errors, from_part, limit.way)
 
 
 def number(sample: Sample, name: str) -> Array:
@@ -131,14 +133,12 @@ def share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: bool
         share = 1.0 / (1.0 + ratio.value)
         both = [v.finest + b for v, b in zip(temperatures, backgrounds, strict=True)]
         finest = both[1] / (both[0] + both[1])
-        errors: dict[str, Any] = {
-            name: ratio.value
-            * share**2
-            * np.hypot(getattr(moving, name) / moving.mean, getattr(resting, name) / resting.mean)
-            for name in ("bandwidth", "pixel", "last_step")
+        errors = {
+            name: ratio.value * share**2 * np.hypot(part / moving.mean, resting.errors[name] / resting.mean)
+            for name, part in moving.errors.items()
         }
         scatter = ratio.times(-(share**2)).scatter
-    return moving._replace(mean=share, finest=finest, scatter=scatter, **errors)
+    return moving._replace(mean=share, finest=finest, scatter=scatter, errors=errors)
 
 
 def finest_of(rungs: list[Rung]) -> Array:
@@ -162,9 +162,11 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
         law = prediction.yielded_fall(scene, q[-2:])
         if law is not None:
             return by_law(rungs, law)
-    top, below = rungs[-1].mean.value, rungs[-2].mean.value if len(rungs) > 1 else rungs[-1].mean.value
+    if len(rungs) < 2:
+        return unknown
+    top = rungs[-1].mean.value
     if OBSERVABLES[observable].distance and top.mean() * q[-1] < 4.0 * np.pi:
-        return unknown._replace(error=np.abs(top - below)) if len(rungs) > 1 else unknown
+        return unknown._replace(error=np.abs(top - rungs[-2].mean.value))
     # areas and the variance change along the edges of patches: to first order, whatever H
     usual = 1.0 if OBSERVABLES[observable].by_force_balance else prediction.usual_exponent(scene, q[-1])
     return by_power(rungs, scene.spectrum.breaks[-1], usual)
@@ -186,33 +188,29 @@ def at_rest(values: Values, limit: float, scene: Scene) -> Values:
     moving = np.array(scene.speeds) > 0.0
     if moving.all():
         return values
-    exact: dict[str, Any] = {name: np.where(moving, getattr(values, name), limit) for name in ("mean", "finest")}
-    parts: dict[str, Any] = {
-        name: np.where(moving, getattr(values, name), 0.0) for name in ("bandwidth", "pixel", "last_step")
-    }
+    mean, finest = (np.where(moving, value, limit) for value in (values.mean, values.finest))
+    errors = {name: np.where(moving, part, 0.0) for name, part in values.errors.items()}
     scatter = {stream: np.where(moving, rows, 0.0) for stream, rows in values.scatter.items()}
-    return values._replace(**exact, **parts, scatter=scatter)
+    return values._replace(mean=mean, finest=finest, errors=errors, scatter=scatter)
 
 
 def product(first: Values, second: Values) -> Values:
     """Return the product of two observables of a column. Their other errors add, as they have the same causes."""
     both = first.scattered.by(second.scattered)
-    sizes = np.abs(first.mean), np.abs(second.mean)
-
-    def part(name: str) -> Array:
-        with np.errstate(invalid="ignore"):  # what is zero has no error
-            terms = (size * getattr(x, name) for size, x in zip(sizes, (second, first), strict=True))
-            return np.asarray(sum(np.where(both.value == 0.0, 0.0, term) for term in terms))
-
-    errors: dict[str, Any] = {name: part(name) for name in ("bandwidth", "pixel", "last_step")}
-    return first._replace(mean=both.value, finest=first.finest * second.finest, scatter=both.scatter, **errors)
+    errors = {}
+    with np.errstate(invalid="ignore"):  # a product of zero has no error
+        for name in first.errors:
+            part = np.abs(first.mean) * second.errors[name] + np.abs(second.mean) * first.errors[name]
+            errors[name] = np.where(both.value == 0.0, 0.0, part)
+    finest = first.finest * second.finest
+    return first._replace(mean=both.value, finest=finest, scatter=both.scatter, errors=errors)
 
 
 def scaled(values: Values, factor: Array) -> Values:
     """Return values times an exact number at each speed."""
-    names = ("mean", "finest", "bandwidth", "pixel", "last_step")
-    parts: dict[str, Any] = {name: getattr(values, name) * factor for name in names}
-    return values._replace(**parts, scatter=values.scattered.times(factor).scatter)
+    mean = values.scattered.times(factor)
+    errors = {name: part * factor for name, part in values.errors.items()}
+    return values._replace(mean=mean.value, finest=values.finest * factor, scatter=mean.scatter, errors=errors)
 
 
 def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, values: Values) -> tuple[str, ...]:
@@ -226,8 +224,10 @@ def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, val
         notes.append(f"continued beyond the highest cut-off {values.way}")
     if column == "capped" and not OBSERVABLES[observable].limit:
         notes.append("does not converge with the grid: the value of the finest level, not extrapolated")
-    elif np.any(np.isnan(values.bandwidth)):
-        last = ", and what the last step to it changed is part of the error" if np.any(values.last_step) else ""
+    elif np.any(np.isnan(values.errors["bandwidth"])):
+        last = (
+            ", and what the last step to it changed is part of the error" if np.any(values.errors["last step"]) else ""
+        )
         notes.append(f"where the bandwidth is unknown, the value of the highest q_c{last}")
     if OBSERVABLES[observable].per_speed:
         notes.append(f"speeds {', '.join(f'{v:g}' for v in scene.speeds)} m/s")

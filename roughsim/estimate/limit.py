@@ -1,7 +1,7 @@
 """What follows beyond the highest cut-off: by a law, with the shape of the theory, or as a power of the cut-off.
 
-Each way has a rest, to be added to the value at the top, and a doubt: how badly it foretold the last step, and never
-less than a share of the rest that was measured.
+Each gives the shape of what follows. A mean follows it in proportion, or its steps follow the steps of the shape. The
+doubt is how far apart two such ways are, and never less than a share of what follows.
 """
 
 from typing import NamedTuple
@@ -12,10 +12,10 @@ from roughsim.estimate.ladder import Rung
 from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 
-# least share of the rest that is in doubt: by the law for contact that yields, with the theory's shape, by a power
-OF_LAW, OF_SHAPE, OF_POWER = 0.07, 0.25, 0.2
-MOST_OF_SHAPE = 0.5  # of the value: a larger rest with the theory's shape was not tried
-USUAL_SCATTER = 0.3  # how far exponents lie from the usual one
+# least share of the rest that is in doubt, as measured: in proportion to the law for contact that yields, and by steps
+OF_LAW, OF_STEPS = 0.07, 0.25
+MOST_BY_STEPS = 0.5  # of the value: a larger rest with the theory's shape was not tried
+USUAL_SCATTER, LEAST_EXPONENT = 0.3, 0.2  # how far exponents lie from the usual one, and the least of them
 
 
 class Limit(NamedTuple):
@@ -27,72 +27,73 @@ class Limit(NamedTuple):
 
 
 def by_law(rungs: list[Rung], law: Array) -> Limit:
-    """Return what follows where measured/law is constant; `law` has its values at the upper two cut-offs and the end.
+    """Return what follows in proportion to a law; `law` has its values at the upper two cut-offs and at the end.
 
     With one rung nothing has tested the law: all of the rest is in doubt.
     """
-    top = rungs[-1].mean
-    with np.errstate(all="ignore"):  # 0/0 at rest
-        rest = top.times(np.nan_to_num(law[-1] / law[-2] - 1.0))
-        doubt = np.ones_like(top.value)
-        if len(rungs) > 1:
-            foretold = law[-2] / law[-3]
-            missed = np.abs(top.value / rungs[-2].mean.value - foretold) / np.abs(1.0 - foretold)
-            doubt = np.clip(np.nan_to_num(missed), OF_LAW, 1.0)
-    return Limit(rest, np.abs(doubt * rest.value), "by the law for contact that yields")
+    rest = _in_proportion(rungs, law)
+    size = np.abs(rest.value)
+    error = size
+    if len(rungs) > 1:
+        apart = np.nan_to_num(np.abs(rest.value - _by_steps(rungs, law).value))
+        error = np.clip(apart, OF_LAW * size, size)
+    return Limit(rest, error, "by the law for contact that yields")
 
 
 def by_shape(rungs: list[Rung], theory: Array) -> Limit:
-    """Return what follows with the theory's shape: as much of it as the last step was of the theory's.
+    """Return what follows by steps with the theory's shape.
 
     `theory` has its values at all cut-offs and at the end, (rungs + 1, speeds); NaN where it is not known to hold.
     """
-    top = rungs[-1].mean
-    with np.errstate(all="ignore"):
-        follows = np.where(theory[-1] == theory[-2], 0.0, theory[-1] - theory[-2])  # both infinite at rest
-        alike = top.times(np.where(follows == 0.0, 0.0, follows / theory[-2]))
-        rest, error = alike, np.abs(alike.value)
-        if len(rungs) > 1:
-            share = np.where(follows == 0.0, 0.0, follows / (theory[-2] - theory[-3]))
-            rest = top.plus(rungs[-2].mean.times(-1.0)).times(share)
-            error = np.maximum(np.abs(rest.value - alike.value), OF_SHAPE * np.abs(rest.value))
-        tried = np.abs(rest.value) <= MOST_OF_SHAPE * np.abs(top.value)
-        nothing = Mean(np.zeros_like(rest.value), {})
-        way = "with the shape of the theory" if np.any(tried & (rest.value != 0.0)) else ""
-        return Limit(rest.where(tried, nothing), np.where(tried, error, np.nan), way)
+    rest = alike = _in_proportion(rungs, theory)
+    error = np.abs(alike.value)
+    if len(rungs) > 1:
+        rest = _by_steps(rungs, theory)
+        error = np.maximum(np.abs(rest.value - alike.value), OF_STEPS * np.abs(rest.value))
+    tried = np.abs(rest.value) <= MOST_BY_STEPS * np.abs(rungs[-1].mean.value)
+    nothing = Mean(np.zeros_like(rest.value), {})
+    way = "with the shape of the theory" if np.any(tried & (rest.value != 0.0)) else ""
+    return Limit(rest.where(tried, nothing), np.where(tried, error, np.nan), way)
 
 
 def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
-    """Return what follows where T falls as T∞ + c q_c^(−p) up to `end`, rad/m; p by the last two steps, else `usual`.
+    """Return what follows where T falls as T∞ + c q_c^(−p) up to `end`, rad/m, from two rungs or more.
 
-    The less the steps show of p, by their scatter, the more it is drawn to the usual one. One rung shows no step: what
-    follows is unknown.
+    p is that of the last two steps and the usual one, each with the weight that its scatter gives it.
     """
-    top = rungs[-1].mean
-    if len(rungs) < 2:
-        nothing = np.zeros_like(top.value)
-        return Limit(top.times(0.0)._replace(value=nothing), np.full_like(nothing, np.nan), "")
-    q = [rung.q_max for rung in rungs[-3:]]
-    step = top.plus(rungs[-2].mean.times(-1.0))
-
-    def rest_per_step(p: Array) -> Array:
-        return np.asarray((1.0 - (q[-1] / end) ** p) / ((q[-1] / q[-2]) ** p - 1.0))
-
-    exponent, doubt = np.full(top.value.shape, usual), np.full(top.value.shape, USUAL_SCATTER)
+    q = np.array([rung.q_max for rung in rungs[-2:]] + [end])[:, None]
+    exponent = np.full(rungs[-1].mean.value.shape, usual)
+    scatter = np.full_like(exponent, USUAL_SCATTER)
     if len(rungs) > 2:
-        before = rungs[-2].mean.plus(rungs[-3].mean.times(-1.0))
+        low, middle, top = (rung.mean for rung in rungs[-3:])
         with np.errstate(all="ignore"):
-            quotient = before.over(step)  # (q₂/q₁)^p, where q₁/q₀ is the same
-            rise = np.log(q[-1] / q[-2])
+            quotient = middle.plus(low.times(-1.0)).over(top.plus(middle.times(-1.0)))  # (q₂/q₁)^p
+            rise = np.log(q[1] / q[0])
             fitted = np.log(quotient.value) / rise
-            scatter = np.sqrt(sum(quotient.variance.values())) / (rise * quotient.value)
-            fits = np.isfinite(fitted) & np.isfinite(scatter)
-            trust = np.where(fits, 1.0 / (1.0 + (scatter / USUAL_SCATTER) ** 2), 0.0)
-            fitted = np.clip(np.where(fits, fitted, usual), 0.3, 3.0)
-        exponent = usual + trust * (fitted - usual)
-        doubt = np.sqrt(1.0 - trust) * USUAL_SCATTER
-    per_step = rest_per_step(exponent)
-    rest = step.times(per_step)
-    wider = rest_per_step(np.maximum(exponent - doubt, 0.2)) - per_step
-    error = np.abs(rest.value) * np.maximum(OF_POWER, wider / per_step)
+            own = np.sqrt(sum(quotient.variance.values())) / (rise * quotient.value)
+            weight = 1.0 / (1.0 + (own / USUAL_SCATTER) ** 2)
+        weight = np.where(np.isfinite(weight) & (fitted >= LEAST_EXPONENT), weight, 0.0)
+        exponent = np.where(weight > 0.0, usual + weight * (fitted - usual), usual)
+        scatter = np.sqrt(1.0 - weight) * USUAL_SCATTER
+    rest = _by_steps(rungs, q**-exponent)
+    slower = _by_steps(rungs, q ** -np.maximum(exponent - scatter, LEAST_EXPONENT))
+    error = np.maximum(np.abs(slower.value - rest.value), OF_STEPS * np.abs(rest.value))
     return Limit(rest, error, "as q_c^(−p) with p = " + ", ".join(dict.fromkeys(f"{p:.2f}" for p in exponent)))
+
+
+def _in_proportion(rungs: list[Rung], shape: Array) -> Mean:
+    """Return what follows where the mean over the shape is what it is at the top."""
+    return rungs[-1].mean.times(_follows(shape, shape[-2]))
+
+
+def _by_steps(rungs: list[Rung], shape: Array) -> Mean:
+    """Return what follows where a step of the mean over that of the shape is what the last one was."""
+    with np.errstate(invalid="ignore"):  # infinite at rest
+        step = rungs[-1].mean.plus(rungs[-2].mean.times(-1.0))
+        return step.times(_follows(shape, shape[-2] - shape[-3]))
+
+
+def _follows(shape: Array, over: Array) -> Array:
+    """Return the last step of a shape over another number; zero where there is none, as where all are infinite."""
+    with np.errstate(all="ignore"):
+        return np.where(shape[-1] == shape[-2], 0.0, (shape[-1] - shape[-2]) / over)

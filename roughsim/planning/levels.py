@@ -1,16 +1,13 @@
 """Which levels a scene gets: cut-offs that double, and their grids, each with its reason.
 
-A column begins with a cheap level, and climbs to the end of its C(q), or to the largest grids of a plan. The lowest two
-cut-offs have a partner with half the pixel, the end of C(q) two. All are candidates: a run solves those that its
-target needs. The rules:
+A column climbs from a cheap grid to the end of its C(q), or to the largest grid of a plan. The lowest two cut-offs have
+a partner with half the pixel, the end of C(q) two. All are candidates: a run solves those that its target needs.
 
-- Contact that yields needs no resolution of its own: the yield wavenumber q_y sets the scale, not q_max.
+- Capped contact is followed far beyond the yield wavenumber q_y: its T_flash falls as a power of the cut-off.
 - Contact on the smoothed spectrum C_sm ends a little above q_y.
-- Capped contact begins at 4 q_y and is followed far beyond: its T_flash falls as a power of the cut-off.
-- Where no grid reaches q_y, both columns climb the same cut-offs, as elastic contact does.
 """
 
-from math import ceil, isinf, log2, pi
+from math import ceil, log2, pi
 from typing import Final, Literal, NamedTuple
 
 from roughsim import prediction
@@ -21,14 +18,12 @@ from roughsim.scene.numerics import Column, Level
 Lengths = tuple[float, float]  # of the cell, m
 
 PIXELS = 4  # per shortest wave of a level; its partner has twice as many
-# points per side of the largest grids: of elastic contact, of capped contact, and of that in a part of the cell
-ELASTIC_SIDE, CAPPED_SIDE, PART_SIDE = 2048, 4096, 6144
-# points per side of the lowest level, at most, but half as many again at 4 q_y, and for cells that are long for C(q):
-# on seven scenes 512 took least time, or next to least
+SIDE = 4096  # points per side of the largest grid
+# points per side of the lowest level, at most, and twice those that a level in a part of the cell has at least: on
+# seven scenes 512 took least time, or next to least
 BASE_SIDE = 512
-PART_POINTS = 256  # per side of a level in a part of the cell, at least: of a smaller one the grid is not the cost
-SMOOTHED_TOP, CAPPED_BASE = 1.5, 4.0  # q_y: the end of C_sm, and the lowest cut-off of capped contact
-PART: Final[dict[int, Literal["half", "quarter"] | None]] = {1: None, 2: "half", 4: "quarter"}
+SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
+_PART: Final[dict[int, Literal["half", "quarter"] | None]] = {1: None, 2: "half", 4: "quarter"}
 
 
 class Rung(NamedTuple):
@@ -39,44 +34,32 @@ class Rung(NamedTuple):
 
 
 class Grids(NamedTuple):
-    """The grids of a column: sides of the run's cell, m, and the most points per side of its levels.
-
-    Higher levels lie in a cell whose sides go at most `parts` times into those of the run's.
-    """
+    """The grids of a column in a cell of these sides, m; those that correct may lie in 1/`parts` of the sides."""
 
     column: Column
     lengths: Lengths
     parts: int
-    side: int
-    part_side: int
 
-    def level(self, q_max: float, pixels: int, parts: int) -> Level | None:
-        """Return the level of a cut-off with so many pixels per shortest wave; None where it has too many points.
-
-        Its points divide by the parts of all levels, as those above it are solved with its pixel, too.
-        """
-        x, y = (self.parts * fast_size(pixels * q_max * side / (2 * pi) / self.parts) for side in self.lengths)
-        most = self.side if parts == 1 else self.part_side
-        return None if max(x, y) > parts * most else Level(self.column, (x // parts, y // parts), q_max, PART[parts])
-
-    def correction(self, q_max: float, pixels: int) -> Level | None:
-        """Return the level that corrects at a cut-off, in the smallest cell that it may have with `PART_POINTS`."""
-        points = pixels / PIXELS * self.side_of(q_max)
-        parts = next((n for n in (4, 2) if n <= self.parts and points >= 0.98 * n * PART_POINTS), 1)
-        return self.level(q_max, pixels, parts)
-
-    def side_of(self, q_max: float) -> float:
-        """Return the points per side of the run's cell at a cut-off, rad/m."""
+    def points(self, q_max: float) -> float:
+        """Return the points along the longer side of the cell at a cut-off, rad/m."""
         return PIXELS * q_max * max(self.lengths) / (2 * pi)
-
-    def cut_off(self, side: float) -> float:
-        """Return the cut-off of so many points per side of the run's cell, rad/m."""
-        return side * 2 * pi / (PIXELS * max(self.lengths))
 
     @property
     def highest(self) -> float:
-        """The highest cut-off that a level may have, rad/m."""
-        return self.cut_off(max(self.side, self.parts * self.part_side * (self.parts > 1)))
+        """The highest cut-off that a grid holds, rad/m."""
+        return self.parts * SIDE / self.points(1.0)
+
+    def level(self, q_max: float, *, pixels: int = PIXELS, lowest: bool = False) -> Level | None:
+        """Return the level of a cut-off, the lowest in the whole cell; None where its grid is too large.
+
+        Its points divide by the parts of all levels, as those above it are solved with its pixel, too.
+        """
+        points = self.points(q_max) * pixels / PIXELS
+        small = (n for n in (4, 2) if n <= self.parts and points >= 0.98 * n * BASE_SIDE / 2)
+        parts = 1 if lowest else next(small, 1)
+        x, y = (self.parts * fast_size(pixels * q_max * side / (2 * pi) / self.parts) for side in self.lengths)
+        too_large = max(x, y) > parts * SIDE
+        return None if too_large else Level(self.column, (x // parts, y // parts), q_max, _PART[parts])
 
 
 def fast_size(points: float) -> int:
@@ -85,82 +68,47 @@ def fast_size(points: float) -> int:
     return min(k << a for a in range(1, least.bit_length()) for k in (4, 5, 6) if k << a >= least)
 
 
-def levels_of(scene: Scene, lengths: Lengths) -> list[Rung]:
-    """Return the levels of a scene in a cell of these sides, m, by column, the smoothed one first."""
-    q_min, q_max = scene.spectrum.breaks[0], scene.spectrum.breaks[-1]
-    parts = parts_of(scene, lengths)
+def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[Rung]:
+    """Return the levels of a scene in a cell of these sides, m, for a relative error, the smoothed column first."""
+    end, parts = scene.spectrum.breaks[-1], parts_of(scene, lengths, target)
     if scene.elastic:
-        grids = Grids("elastic", lengths, parts, ELASTIC_SIDE, ELASTIC_SIDE)
-        return climb(grids, base(grids, q_min, q_max), q_max, q_max)
-    smoothed = Grids("smoothed", lengths, 1, ELASTIC_SIDE, ELASTIC_SIDE)
+        return _climb(Grids("elastic", lengths, parts), end, end)
     q_yield = prediction.yield_wavenumber(scene)
-    end = min(SMOOTHED_TOP * q_yield, q_max)
-    if isinf(q_yield) or end > smoothed.highest:
-        start = base(smoothed, q_min, q_max)
-        columns: tuple[Column, ...] = "smoothed", "capped"
-        return [rung for column in columns for rung in climb(smoothed._replace(column=column), start, q_max, q_max)]
-    capped = Grids("capped", lengths, parts, CAPPED_SIDE, PART_SIDE)
+    smoothed = Grids("smoothed", lengths, 1)
+    if q_yield > smoothed.highest:  # such contact depends on the cell as elastic contact does
+        parts = 1
     return [
-        *climb(smoothed, base(smoothed, q_min, end), end, q_max, q_yield),
-        *climb(capped, capped_base(capped, q_yield, q_max), q_max, q_max, q_yield),
+        *_climb(smoothed, min(SMOOTHED_TOP * q_yield, end), end, q_yield),
+        *_climb(Grids("capped", lengths, parts), end, end, q_yield),
     ]
 
 
-def base(grids: Grids, q_min: float, end: float) -> float:
-    """Return the lowest cut-off, rad/m, from which doubling leads to the end of C(q), or to the highest one.
+def _climb(grids: Grids, end: float, q_max: float, q_yield: float = 0.0) -> list[Rung]:
+    """Return the levels of a column up to the end of its spectrum, each with its partners.
 
-    Its grid has at most `BASE_SIDE` points per side, but in a cell of more than 8 longest waves as many per wave.
+    Cut-offs are in rad/m. `q_max` is the end of C(q), `q_yield` is q_y where there is a hardness.
     """
     top = min(end, grids.highest)
-    side = max(BASE_SIDE, BASE_SIDE / 8 * max(grids.lengths) * q_min / (2 * pi))
-    side = min(side, grids.side / 2)  # so that a grid is left that shows the pixel
-    return float(top / 2 ** max(ceil(log2(grids.side_of(top) / (1.02 * side))), 0))
-
-
-def capped_base(grids: Grids, q_yield: float, q_max: float) -> float:
-    """Return the lowest cut-off of capped contact, rad/m, from which doubling leads to q_max, where a grid holds that.
-
-    It is 4 q_y, or the nearest such one, doubled while its grid has at most `BASE_SIDE` points per side, and halved
-    where that has more than half as many again.
-    """
-    lowest = CAPPED_BASE * q_yield
-    if q_max <= grids.highest or q_max < lowest:
-        lowest = q_max / 2 ** max(round(log2(q_max / lowest)), 0)
-    while grids.side_of(2 * lowest) <= 1.02 * BASE_SIDE and 2 * lowest <= 1.02 * q_max:
-        lowest *= 2
-    return float(lowest / 2 ** max(ceil(log2(grids.side_of(lowest) / (1.02 * 1.5 * BASE_SIDE))), 0))
-
-
-def climb(grids: Grids, lowest: float, end: float, q_max: float, q_yield: float = 0.0) -> list[Rung]:
-    """Return the levels of a column from its lowest cut-off to the end of its spectrum, each with its partner.
-
-    Cut-offs are in rad/m. `q_max` is the end of C(q), `q_yield` is q_y where that sets the scale.
-    """
-    count = 1 + int(log2(1.02 * min(end, grids.highest) / lowest))
+    doublings = max(ceil(log2(grids.points(top) / (1.02 * BASE_SIDE))), 0)
     rungs = []
-    for k in range(count):
-        cut = end if k == count - 1 and lowest * 2**k > 0.98 * end else lowest * 2**k
-        level = grids.correction(cut, PIXELS) if k else grids.level(cut, PIXELS, 1)
+    for k in range(doublings + 1):
+        cut = top / 2 ** (doublings - k)
+        level = grids.level(cut, lowest=k == 0)
         if level is None:
             break
-        rungs.append(Rung(level, reason_of(cut, k, end, q_max, q_yield, last=k == count - 1)))
+        why = "twice the q_c: what shorter waves change"
+        if k == 0:
+            why = f"{PIXELS} pixels per shortest wave: the lowest level, whose members are cheap"
+        if q_yield:
+            why = f"{cut / q_yield:.3g} q_y; {why}"
+        if cut == end:
+            why += "; all of C(q)" if end == q_max else "; beyond, C_sm is next to nothing"
+        elif cut == top:
+            why += f"; the largest grid of a plan, C(q) goes on to {q_max:.3g} rad/m"
+        rungs.append(Rung(level, why))
         # a change by the pixel is carried to the end of C(q) from below, and seen best there
         finer = (2, 4) if cut == end else (2,) if k < 2 else ()
-        partners = [grids.correction(cut, times * PIXELS) for times in finer]
+        partners = [grids.level(cut, pixels=times * PIXELS) for times in finer]
         why = "half the pixel of the level before: what the pixel changes"
         rungs += (Rung(partner, why) for partner in partners if partner is not None)
     return rungs
-
-
-def reason_of(cut: float, k: int, end: float, q_max: float, q_yield: float, *, last: bool) -> str:
-    """Return why a column has its cut-off k, in words; arguments as of `climb`."""
-    times = f"{cut / q_yield:.3g} q_y; " if q_yield else ""
-    if k == 0:
-        why = f"{times}{PIXELS} pixels per shortest wave: the lowest level, whose members are cheap"
-    else:
-        why = f"{times}twice the q_c: what shorter waves change"
-    if cut == end == q_max:
-        return f"{why}; all of C(q)"
-    if cut == end:
-        return f"{why}; beyond, C_sm is next to nothing"
-    return f"{why}; the largest grid of a plan, C(q) goes on to {q_max:.3g} rad/m" if last else why

@@ -11,7 +11,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
-from roughsim.planning.levels import CAPPED_SIDE, ELASTIC_SIDE
+from roughsim.planning.levels import SIDE
 from roughsim.prediction.facts import STEEP, YIELDED, Facts, facts, gentle_end
 from roughsim.prediction.scans import scan_of_hottest
 from roughsim.prediction.statements import Statement, cautions, statements
@@ -121,8 +121,7 @@ def load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
             f"the mean contact pressure, {known.contact_pressure:.3g} Pa, is {strain:.2g} of E*, above {STRAIN:g}, and "
             "stiff solids yield before that; give a penetration_hardness, or check the units of roughness and pressure"
         )
-    side = ELASTIC_SIDE if scene.elastic else CAPPED_SIDE
-    shapes = [level.shape for level in numerics.levels] if numerics else [(side, side)]
+    shapes = [level.shape for level in numerics.levels] if numerics else [(SIDE, SIDE)]
     (x, y), grid = max(shapes, key=prod), "the finest grid" + " of a plan" * (numerics is None)
     pixels = known.contact_fraction * (x * y)
     contact = f"{pressure} makes contact on {known.contact_fraction:.2g} of the area"

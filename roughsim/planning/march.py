@@ -7,7 +7,6 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.grid import Grid
-from roughsim.planning.levels import CAPPED_BASE
 from roughsim.planning.realization import march_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
@@ -16,7 +15,8 @@ from roughsim.sliding.film import film_shape
 from roughsim.sliding.member import SlideProblem, filmed_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 
-MARCH_SIDE = 384  # points per side of a march
+MARCH_SIDE = 384  # points per side of a march, at most, but where contact yields it has a cut-off of this many q_y:
+LEAST_CUT_OFF = 4.0
 MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
 
@@ -39,7 +39,7 @@ def march_level(scene: Scene, numerics: Numerics) -> Level:
     """
     level = numerics.levels[numerics.rungs(numerics.columns[-1])[0]]
     (x, y), q_max = level.shape, level.q_max
-    least = 0.0 if scene.elastic else CAPPED_BASE * prediction.yield_wavenumber(scene)
+    least = 0.0 if scene.elastic else LEAST_CUT_OFF * prediction.yield_wavenumber(scene)
     while max(x, y) > MARCH_SIDE and 0.5 * q_max >= 0.98 * least:
         x, y, q_max = x // 2, y // 2, 0.5 * q_max
     return Level(SLIDING, (x, y), q_max, first=MEMBERS)

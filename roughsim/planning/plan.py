@@ -63,7 +63,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         levels = scene.numerics.levels
         reasons.append(Reason("levels", level_text(levels), "given in the scene"))
     else:
-        rungs = levels_of(scene, lengths)
+        rungs = levels_of(scene, lengths, target)
         levels = tuple(rung.level for rung in rungs)
         reasons += (Reason(rung.level.column, level_text((rung.level,)), rung.reason) for rung in rungs)
     keys = {key: getattr(scene.numerics, key) for key in DEFAULT_REASONS}

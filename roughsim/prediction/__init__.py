@@ -196,27 +196,31 @@ def follows_theory(scene: Scene, column: str, q_max: float) -> bool | None:
     return True if at_the_end - now <= _ADDED else None
 
 
-@lru_cache(maxsize=REMEMBERED)
 def yielded_fall(scene: Scene, cut_offs: tuple[float, ...]) -> Array | None:
     """Return T_flash, K, by the law for contact that yields up to each cut-off, rad/m, and over all of C(q).
 
     Its shape is (cut-offs + 1, speeds), with all heat in the moving body; None outside the range of the law.
     """
+    name, speeds, rows = "flash_temperature", np.array(scene.speeds), []
     try:
-        return np.stack([yielded_flash_temperature(scene, q) for q in (*cut_offs, inf)])
+        for q_max in (*cut_offs, inf):
+            law = _yielded_law(scene.spectrum, q_max, **pressure_arguments(scene))
+            if law is None:
+                return None
+            rows.append(over_speed(scene, speeds, stress_spectrum=law, names=(name,))[name])
+    except theory.quadrature.QuadratureError:
+        return None
+    return np.stack(rows)
+
+
+@lru_cache(maxsize=64)  # .04 s each: the same for both bodies, and in each round
+def _yielded_law(spectrum: Any, q_max: float, **pressures: float) -> Any:
+    """Return |σ_q|² by the law for contact that yields up to one cut-off, rad/m; None outside its range."""
+    try:
+        cut = TruncatedSpectrum(spectrum, q_max) if q_max < inf else spectrum
+        return theory.plasticity.stress_spectrum(cut, **pressures, step=_STEP)
     except (ValueError, theory.quadrature.QuadratureError):
         return None
-
-
-@lru_cache(maxsize=64)
-def yielded_flash_temperature(scene: Scene, q_max: float) -> Array:
-    """Return T_flash, K, by that law up to one cut-off, rad/m, (speeds,); ValueError or QuadratureError outside it."""
-    spectrum = TruncatedSpectrum(scene.spectrum, q_max) if q_max < inf else scene.spectrum
-    law = theory.plasticity.stress_spectrum(spectrum, **pressure_arguments(scene), step=_STEP)
-    name = "flash_temperature"
-    values = over_speed(scene, np.array(scene.speeds), stress_spectrum=law, names=(name,))[name]
-    values.flags.writeable = False
-    return values
 
 
 def usual_exponent(scene: Scene, q_c: float) -> float:

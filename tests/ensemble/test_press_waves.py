@@ -106,7 +106,7 @@ def test_a_map_has_its_waves_up_to_the_nyquist_wavenumber_and_as_many_pixels_as_
 def test_a_map_of_too_many_points_loses_its_shortest_waves_and_the_last_step_is_in_the_error(
     capped_scene, elastic_case, tmp_path, monkeypatch, kind
 ):
-    monkeypatch.setattr("roughsim.ensemble.press.ELASTIC_SIDE", 64)
+    monkeypatch.setattr("roughsim.ensemble.press.MOST_SIDE", 64)
     scene = capped_scene if kind == "capped" else elastic_case  # the theory could continue the elastic one
     path = write_scene(tmp_path, rough_to_the_pixel(0.8), scene)
     run = rs.press(path, tmp_path / "run", edges="tile", changes=AT_35)

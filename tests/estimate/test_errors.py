@@ -16,10 +16,10 @@ SHARES = {"bandwidth": 0.02, "pixel": 0.03}
 
 def values_of(mean, *, bandwidth=0.0, pixel=0.0, last_step=0.0, finest=None):
     """Values with these other errors at all speeds."""
-    parts = {"bandwidth": bandwidth, "pixel": pixel, "last_step": last_step}
+    parts = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
     filled = {name: np.zeros_like(mean.value) + part for name, part in parts.items()}
     finest = mean.value if finest is None else finest
-    return Values(mean.value, finest, mean.scatter, **filled, from_part=np.zeros_like(mean.value))
+    return Values(mean.value, finest, mean.scatter, filled, from_part=np.zeros_like(mean.value))
 
 
 def rows_of(seed, n, mean=10.0, scatter=1.0, speeds=2):
@@ -272,7 +272,7 @@ def test_a_ratio_has_the_last_steps_of_both_columns():
     below = values_of(mean_of(0, np.full((6, 1), 20.0)), bandwidth=np.nan, last_step=1.0)
     found = est.quotient(above, below)
     assert found.budget["last step"][0] == pytest.approx(2.0 * np.hypot(14.0 / 40.0, 1.0 / 20.0))
-    still = below._replace(last_step=np.zeros(1))
+    still = below._replace(errors=below.errors | {"last step": np.zeros(1)})
     assert est.quotient(above, still).budget["last step"][0] == pytest.approx(14.0 / 20.0)
     at_one_speed = values_of(mean_of(0, np.full((6, 2), 40.0)), last_step=np.array([0.0, 14.0]))
     found = est.quotient(at_one_speed, values_of(mean_of(0, np.full((6, 2), 20.0))))

@@ -45,12 +45,12 @@ def test_levels_to_the_end_of_the_spectrum_leave_no_bandwidth_error(steel, colum
     values = values_of(steel, column, NAME, ladder(at_speeds(9.0, 8.0, 7.5), cut_offs))
     np.testing.assert_allclose(values.mean, 7.5, rtol=1e-12)
     np.testing.assert_allclose(values.finest, 7.5, rtol=1e-12)
-    np.testing.assert_array_equal(values.bandwidth, 0.0)
-    np.testing.assert_array_equal(values.last_step, 0.0)
-    assert np.isnan(values.pixel).all()  # no partner shows it
+    np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
+    np.testing.assert_array_equal(values.errors["last step"], 0.0)
+    assert np.isnan(values.errors["pixel"]).all()  # no partner shows it
     assert values.way == ""
     almost = values_of(steel, column, NAME, ladder(at_speeds(7.5), [END * (1 - 1e-12)]))  # the end to rounding
-    np.testing.assert_array_equal(almost.bandwidth, 0.0)
+    np.testing.assert_array_equal(almost.errors["bandwidth"], 0.0)
 
 
 @pytest.mark.parametrize(("column", "order"), [("elastic", 2.0), ("capped", 1.75)])
@@ -60,7 +60,7 @@ def test_a_partner_at_the_end_gives_the_vanishing_pixel(steel, column, order):
     left = -0.06 / (2.0**order - 1.0)
     np.testing.assert_allclose(values.finest, 7.5 * 0.94, rtol=1e-12)
     np.testing.assert_allclose(values.mean, 7.5 * (0.94 + left), rtol=1e-12)
-    np.testing.assert_allclose(values.pixel, 7.5 * np.abs(left), rtol=1e-12)
+    np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.abs(left), rtol=1e-12)
 
 
 @pytest.mark.parametrize(("column", "order", "fall"), [("elastic", 2.0, 0.5), ("capped", 1.75, 0.75)])
@@ -70,7 +70,7 @@ def test_a_partner_lower_down_counts_by_what_is_left_of_it_at_the_end(steel, col
     change, left = -0.06 * 2.0**order / (2.0**order - 1.0), 0.06 / (2.0**order - 1.0)
     carried = 4.0**-fall
     np.testing.assert_allclose(values.mean, 7.5 * (1.0 + carried * change), rtol=1e-12)
-    np.testing.assert_allclose(values.pixel, 7.5 * carried * np.hypot(change, left), rtol=1e-12)
+    np.testing.assert_allclose(values.errors["pixel"], 7.5 * carried * np.hypot(change, left), rtol=1e-12)
     np.testing.assert_allclose(values.finest, 7.5, rtol=1e-12)  # the highest cut-off has no finer grid
 
 
@@ -115,8 +115,8 @@ def test_contact_that_follows_the_theory_goes_on_with_its_shape(steel, asked, mo
     for column in ("elastic", "capped"):
         values = values_of(steel, column, NAME, ladder(at_speeds(8.0, 9.0), (1e5, 2e5)))
         np.testing.assert_allclose(values.mean, 10.5, rtol=1e-12)
-        np.testing.assert_allclose(values.bandwidth, np.abs(1.5 - 9.0 * 0.75), rtol=1e-12)
-        np.testing.assert_array_equal(values.last_step, 0.0)
+        np.testing.assert_allclose(values.errors["bandwidth"], np.abs(1.5 - 9.0 * 0.75), rtol=1e-12)
+        np.testing.assert_array_equal(values.errors["last step"], 0.0)
         assert values.way == "with the shape of the theory"
     assert asked == [(column, (1e5, 2e5), NAME) for column in ("elastic", "capped")]
 
@@ -126,7 +126,7 @@ def test_t_flash_of_yielded_contact_goes_on_by_the_law_of_the_upper_two_cut_offs
     monkeypatch.setattr(prediction, "yielded_fall", lambda *a: asked.append(("law", *a[1:])) or law)
     values = values_of(steel, "capped", NAME, ladder(at_speeds(12.0, 10.0, 9.0), (1e5, 2e5, 4e5)))
     np.testing.assert_allclose(values.mean, 9.0 * 3.0 / 3.6, rtol=1e-12)
-    np.testing.assert_allclose(values.bandwidth, 0.07 * 1.5, rtol=1e-12)
+    np.testing.assert_allclose(values.errors["bandwidth"], 0.07 * 1.5, rtol=1e-12)
     assert asked == [("theory", "capped", (1e5, 2e5, 4e5), NAME), ("law", (2e5, 4e5))]
 
 
@@ -175,7 +175,7 @@ def test_the_share_of_the_heat_makes_both_bodies_equally_warm(two_bodies):
     np.testing.assert_allclose(values.finest, a / (a + b), rtol=1e-12)
     rows = (b * 2.0 * at_rest - a * moving) / (a + b) ** 2
     np.testing.assert_allclose(values.scatter[0], (rows - rows.mean(axis=0)) / 6, rtol=1e-9)
-    np.testing.assert_array_equal(values.bandwidth, 0.0)
+    np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
 
 
 def test_the_temperature_of_each_body_goes_on_by_itself(two_bodies, asked):
@@ -192,11 +192,13 @@ def test_the_temperature_of_each_body_goes_on_by_itself(two_bodies, asked):
         return (temperature[1] - temperature[0]) * (1.0 - (4.0 / q[2]) ** p) / (2.0**p - 1.0)
 
     relative = [(rest(body, 0.5) - rest(body, 0.8)) / body[2] for body in (moving, at_rest)]
-    np.testing.assert_allclose(values.bandwidth, values.mean * (1.0 - values.mean) * np.hypot(*relative), rtol=1e-9)
+    np.testing.assert_allclose(
+        values.errors["bandwidth"], values.mean * (1.0 - values.mean) * np.hypot(*relative), rtol=1e-9
+    )
     cut = values_of(two_bodies, "capped", "heat_partition", pairs, continued=False)
     np.testing.assert_allclose(cut.mean, cut.finest, rtol=1e-12)
     steps = np.hypot((moving[0] - moving[1]) / moving[1], (at_rest[0] - at_rest[1]) / at_rest[1])
-    np.testing.assert_allclose(cut.last_step, cut.mean * (1.0 - cut.mean) * steps, rtol=1e-9)
+    np.testing.assert_allclose(cut.errors["last step"], cut.mean * (1.0 - cut.mean) * steps, rtol=1e-9)
 
 
 def test_mean_temperatures_of_the_surfaces_come_on_top(two_bodies, monkeypatch):
@@ -223,7 +225,7 @@ def test_at_rest_the_share_is_that_of_slow_sliding(two_bodies):
     low, high = (bodies(t * slow, 0.9 * t * slow, q, speeds=2) for t, q in ((1.0, 2e5), (1.05, 4e5)))
     values = values_of(scene, "elastic", "heat_partition", [Pair(0, 0, low, None), Pair(1, 1, high, low)])
     assert values.mean[0] == pytest.approx(values.mean[1], rel=1e-3)
-    assert values.bandwidth[0] == pytest.approx(values.bandwidth[1], rel=1e-2)
+    assert values.errors["bandwidth"][0] == pytest.approx(values.errors["bandwidth"][1], rel=1e-2)
     assert values.mean[1] == pytest.approx(1.8 / 2.8, rel=1e-3)
 
 
@@ -237,7 +239,7 @@ def test_areas_end_at_their_common_bound_where_more_would_pass_it(steel, asked, 
     means = [BOUND * (1.0 + sign * x) for x in (0.4, 0.1)]  # by the power 1 the end is .2 on the other side
     values = values_of(steel, "capped", name, ladder(means, (1e5, 2e5), name=f"{name}_corrected"))
     assert values.mean[0] == pytest.approx(BOUND, rel=1e-12)
-    assert values.bandwidth[0] == pytest.approx(0.1 * BOUND, rel=1e-9)  # no more than what follows
+    assert values.errors["bandwidth"][0] == pytest.approx(0.1 * BOUND, rel=1e-9)  # no more than what follows
     assert values.finest[0] == pytest.approx(means[1], rel=1e-12)
     slow = [BOUND * (1.0 + sign * x) for x in (0.4, 0.3)]
     values = values_of(steel, "capped", name, ladder(slow, (1e5, 2e5), name=f"{name}_corrected"))
@@ -245,7 +247,7 @@ def test_areas_end_at_their_common_bound_where_more_would_pass_it(steel, asked, 
     assert values.mean[0] == pytest.approx(end, rel=1e-12)
     # within the bound the error is that of the power, here of the exponent .7
     lower = (1.0 - (2e5 / END) ** 0.7) / (2.0**0.7 - 1.0) * (slow[1] - slow[0])
-    assert values.bandwidth[0] == pytest.approx(abs(slow[1] + lower - end), rel=1e-9)
+    assert values.errors["bandwidth"][0] == pytest.approx(abs(slow[1] + lower - end), rel=1e-9)
     assert lower / (slow[1] - slow[0]) < 2.0  # of the .3 that are left
 
 
@@ -254,9 +256,9 @@ def test_where_nothing_continues_an_area_its_bound_limits_the_error(steel, asked
     (pair,) = ladder([share * BOUND], (2e5,), name=f"{name}_corrected")
     values = values_of(steel, "capped", name, [pair])
     assert values.mean[0] == pytest.approx(share * BOUND, rel=1e-12)
-    assert values.bandwidth[0] == pytest.approx(0.2 * BOUND, rel=1e-9)
+    assert values.errors["bandwidth"][0] == pytest.approx(0.2 * BOUND, rel=1e-9)
     elastic = values_of(steel, "elastic", name, [pair])  # where nothing yields there is no such bound
-    assert np.isnan(elastic.bandwidth[0])
+    assert np.isnan(elastic.errors["bandwidth"][0])
 
 
 def radius_level(radius, cut_off):
@@ -277,12 +279,12 @@ def test_a_length_within_two_waves_of_the_cut_off_does_not_go_on(steel, asked, w
         assert values.mean[0] < top - 0.5e-6
     else:
         assert values.mean[0] == pytest.approx(top, rel=1e-9)
-        assert values.bandwidth[0] == pytest.approx(1e-6, rel=1e-6)  # the last step
+        assert values.errors["bandwidth"][0] == pytest.approx(1e-6, rel=1e-6)  # the last step
 
 
 def test_a_length_at_one_cut_off_is_unknown_beyond(steel, asked):
     values = values_of(steel, "capped", "correlation_radius_50", [Pair(0, 0, radius_level(1e-6, 1e6), None)])
-    assert np.isnan(values.bandwidth[0])
+    assert np.isnan(values.errors["bandwidth"][0])
     assert values.mean[0] == pytest.approx(1e-6, rel=1e-9)
 
 
@@ -292,16 +294,16 @@ def test_in_capped_contact_what_has_no_limit_stays_the_value_of_the_finest_level
     assert asked == []
     np.testing.assert_allclose(values.mean, -5.5, rtol=1e-12)
     np.testing.assert_allclose(values.finest, -5.5, rtol=1e-12)
-    assert np.isnan(values.bandwidth).all()
-    np.testing.assert_array_equal(values.last_step, 0.0)
+    assert np.isnan(values.errors["bandwidth"]).all()
+    np.testing.assert_array_equal(values.errors["last step"], 0.0)
     # both what the pixel has changed and what it leaves, at order .8
     left = 0.1 / (2.0**0.8 - 1.0)
-    np.testing.assert_allclose(values.pixel, 5.5 * np.hypot(left, 0.1 + left), rtol=1e-12)
+    np.testing.assert_allclose(values.errors["pixel"], 5.5 * np.hypot(left, 0.1 + left), rtol=1e-12)
     elastic = values_of(
         steel, "elastic", GRADIENT, with_partner(ladder(at_speeds(-3.0, -5.0), (END / 2, END), name=GRADIENT), 0.1, END)
     )
     np.testing.assert_allclose(elastic.mean, -5.0 * (1.0 + 0.1 * 4 / 3), rtol=1e-12)
-    np.testing.assert_allclose(elastic.pixel, 5.0 * 0.1 / 3, rtol=1e-12)
+    np.testing.assert_allclose(elastic.errors["pixel"], 5.0 * 0.1 / 3, rtol=1e-12)
 
 
 # what is unknown
@@ -314,17 +316,17 @@ def test_where_nothing_continues_the_last_step_is_part_of_the_error(steel, asked
     pairs = with_partner(ladder(at_speeds(14.77, 25.92, 40.21), (1e5, 2e5, 4e5), scatter=0.01), 0.0, 4e5)
     values = values_of(steel, column, NAME, pairs)
     np.testing.assert_allclose(values.mean, 40.21, rtol=1e-12)
-    np.testing.assert_allclose(values.last_step, 40.21 - 25.92, rtol=1e-12)
-    assert np.isnan(values.bandwidth).all()
+    np.testing.assert_allclose(values.errors["last step"], 40.21 - 25.92, rtol=1e-12)
+    assert np.isnan(values.errors["bandwidth"]).all()
     assert values.way == ""
     falling = values_of(steel, column, NAME, ladder(at_speeds(40.21, 25.92, 14.77), (1e5, 2e5, 4e5)))
-    np.testing.assert_allclose(falling.last_step, 25.92 - 14.77, rtol=1e-12)
+    np.testing.assert_allclose(falling.errors["last step"], 25.92 - 14.77, rtol=1e-12)
 
 
 def test_one_cut_off_shows_no_last_step(steel, asked):
     values = values_of(steel, "capped", NAME, ladder(at_speeds(9.0), (1e5,)))
-    np.testing.assert_array_equal(values.last_step, 0.0)
-    assert np.isnan(values.bandwidth).all()
+    np.testing.assert_array_equal(values.errors["last step"], 0.0)
+    assert np.isnan(values.errors["bandwidth"]).all()
 
 
 def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishing_pixel(steel, asked):
@@ -333,8 +335,8 @@ def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishi
     assert asked == []
     change, left = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0), 0.06 / (2.0**1.75 - 1.0)
     np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 2.0**0.75), rtol=1e-12)  # from 1e5 to 2e5
-    np.testing.assert_allclose(values.pixel, 8.0 * np.hypot(change, left) / 2.0**0.75, rtol=1e-12)
-    np.testing.assert_array_equal(values.bandwidth, 0.0)
+    np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(change, left) / 2.0**0.75, rtol=1e-12)
+    np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
 
 
 def test_not_continued_values_are_extrapolated_in_the_pixel_alone(steel, asked):
@@ -343,8 +345,8 @@ def test_not_continued_values_are_extrapolated_in_the_pixel_alone(steel, asked):
     assert asked == []
     change = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0)
     np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change), rtol=1e-12)
-    assert np.isnan(values.bandwidth).all()
-    np.testing.assert_allclose(values.last_step, 1.0, rtol=1e-12)
+    assert np.isnan(values.errors["bandwidth"]).all()
+    np.testing.assert_allclose(values.errors["last step"], 1.0, rtol=1e-12)
 
 
 # at rest
@@ -353,13 +355,13 @@ def test_not_continued_values_are_extrapolated_in_the_pixel_alone(steel, asked):
 def test_at_rest_nothing_heats_and_that_is_exact(resting, asked):
     pairs = ladder([[1e-9, 9.0], [2e-9, 8.0]], (1e5, 2e5), scatter=0.1)
     values = values_of(resting, "capped", NAME, with_partner(pairs, 0.1, 2e5, speeds=2))
-    for part in ("mean", "finest", "bandwidth", "pixel", "last_step"):
-        assert getattr(values, part)[0] == 0.0
+    for part in (values.mean, values.finest, *values.errors.values()):
+        assert part[0] == 0.0
     assert all(np.all(rows[:, 0] == 0.0) for rows in values.scatter.values())
     assert np.all(values.scattered.variance[0][1] > 0.0)
     assert values.mean[1] != 0.0
-    assert values.pixel[1] > 0.0
-    assert values.bandwidth[1] > 0.0
+    assert values.errors["pixel"][1] > 0.0
+    assert values.errors["bandwidth"][1] > 0.0
 
 
 def test_at_rest_the_slope_length_is_infinite(resting, asked):
@@ -402,10 +404,10 @@ def drawn_values(scene, seed, mean, scatter=0.1, stream=0, n=8):
     rows = mean * (1.0 + scatter * rng.standard_normal((n, SPEEDS)))
     pair = Pair(0, stream, sample(rows, END), None)
     values = values_of(scene, "elastic", NAME, [pair])
-    return values._replace(**{name: np.full(SPEEDS, share * mean) for name, share in ERRORS.items()}), rows
+    return values._replace(errors={name: np.full(SPEEDS, share * mean) for name, share in ERRORS.items()}), rows
 
 
-ERRORS = {"bandwidth": 0.02, "pixel": 0.03, "last_step": 0.005}
+ERRORS = {"bandwidth": 0.02, "pixel": 0.03, "last step": 0.005}
 
 
 def test_a_product_keeps_surfaces_together_and_adds_errors_of_the_same_causes(steel):
@@ -420,12 +422,12 @@ def test_a_product_keeps_surfaces_together_and_adds_errors_of_the_same_causes(st
     np.testing.assert_allclose(found.scattered.variance[0], paired.var(axis=0, ddof=1) / 8, rtol=1e-9)
     for name, relative in ERRORS.items():
         expected = relative * (a * 0.4 + b * 200.0)
-        np.testing.assert_allclose(getattr(found, name), expected, rtol=1e-12)
+        np.testing.assert_allclose(found.errors[name], expected, rtol=1e-12)
     for negative in (product(kelvins, share._replace(mean=-b)), product(kelvins._replace(mean=-a), share)):
         np.testing.assert_allclose(negative.mean, -found.mean, rtol=1e-12)
-        np.testing.assert_allclose(negative.pixel, found.pixel, rtol=1e-12)
-    unknown = product(kelvins._replace(bandwidth=np.full(SPEEDS, np.nan)), share)
-    assert np.isnan(unknown.bandwidth).all()
+        np.testing.assert_allclose(negative.errors["pixel"], found.errors["pixel"], rtol=1e-12)
+    unknown = product(kelvins._replace(errors=kelvins.errors | {"bandwidth": np.full(SPEEDS, np.nan)}), share)
+    assert np.isnan(unknown.errors["bandwidth"]).all()
 
 
 def test_a_product_that_is_exactly_zero_has_no_error(steel):
@@ -433,18 +435,21 @@ def test_a_product_that_is_exactly_zero_has_no_error(steel):
     share, _ = drawn_values(steel, 2, 0.4)
     moving = np.arange(SPEEDS) > 0
     nothing = np.full(SPEEDS, np.nan)
-    at_rest = scaled(kelvins, moving * 1.0)._replace(bandwidth=nothing, pixel=np.where(moving, np.inf, np.nan))
+    errors = kelvins.errors | {"bandwidth": nothing, "pixel": np.where(moving, np.inf, np.nan)}
+    at_rest = scaled(kelvins, moving * 1.0)._replace(errors=errors)
     found = product(at_rest, share)
-    assert (found.mean[0], found.bandwidth[0], found.pixel[0]) == (0.0, 0.0, 0.0)
-    assert np.isnan(found.bandwidth[1:]).all()
+    assert (found.mean[0], found.errors["bandwidth"][0], found.errors["pixel"][0]) == (0.0, 0.0, 0.0)
+    assert np.isnan(found.errors["bandwidth"][1:]).all()
 
 
 def test_values_times_an_exact_number_are_scaled_with_all_that_they_have(steel):
     values, rows = drawn_values(steel, 3, 200.0)
     factor = np.linspace(0.1, 0.7, SPEEDS)
     found = scaled(values, factor)
-    for name in ("mean", "finest", *ERRORS):
+    for name in ("mean", "finest"):
         np.testing.assert_allclose(getattr(found, name), getattr(values, name) * factor, rtol=1e-12)
+    for name, part in values.errors.items():
+        np.testing.assert_allclose(found.errors[name], part * factor, rtol=1e-12)
     np.testing.assert_allclose(found.scattered.variance[0], (rows * factor).var(axis=0, ddof=1) / 8, rtol=1e-9)
     np.testing.assert_array_equal(found.from_part, values.from_part)
 

@@ -53,13 +53,14 @@ def test_a_law_right_but_for_a_factor_gives_the_limit_and_a_share_of_what_follow
 @pytest.mark.parametrize("unit", [100.0, -100.0])
 @pytest.mark.parametrize("missed", [0.01, -0.01])
 @pytest.mark.parametrize("foretold", [0.96, 1.04])
-def test_the_share_in_doubt_is_that_by_which_the_law_missed_the_last_step(unit, missed, foretold):
-    # by .01 of .04; the law foretells another 2 %
+def test_the_doubt_is_how_far_what_follows_by_the_last_step_is_from_what_follows_in_proportion(unit, missed, foretold):
+    # the step is .01 off the .04 of the law, which foretells another 2 %
     law = np.array([[1.0], [foretold], [foretold * 0.98]])
     top = (foretold + missed) * unit
     limit = by_law(rungs_at([[unit], [top]], (8.0, 16.0)), law)
     assert limit.rest.value[0] == pytest.approx(-0.02 * top, rel=1e-12)
-    assert limit.error[0] == pytest.approx(0.25 * 0.02 * abs(top), rel=1e-12)
+    by_step = -0.02 * foretold * (top - unit) / (foretold - 1.0)
+    assert limit.error[0] == pytest.approx(abs(by_step + 0.02 * top), rel=1e-9)
 
 
 def test_a_law_that_missed_more_than_the_step_leaves_all_in_doubt_and_no_more():
@@ -78,7 +79,8 @@ def test_a_law_is_judged_at_each_speed_and_at_rest_nothing_follows():
     law = np.array([[0.0, 1.0, 1.0], [0.0, 0.96, 0.96], [0.0, 0.9, 0.9]])
     limit = by_law(rungs_at([[0.0, 100.0, 100.0], [0.0, 96.0, 98.0]], (8.0, 16.0)), law)
     np.testing.assert_allclose(limit.rest.value, [0.0, -6.0, -98.0 * 0.06 / 0.96], rtol=1e-12)
-    np.testing.assert_allclose(limit.error, [0.0, 0.42, 0.5 * 98.0 * 0.06 / 0.96], rtol=1e-12)
+    by_step = 0.06 * 2.0 / 0.04
+    np.testing.assert_allclose(limit.error, [0.0, 0.42, 98.0 * 0.06 / 0.96 - by_step], rtol=1e-12)
 
 
 def test_by_a_law_the_limit_scatters_as_the_top_does():
@@ -186,7 +188,7 @@ def test_a_power_of_the_cut_off_is_continued_exactly_to_a_finite_end(exponent, e
     limit = by_power(rungs, end, usual=1.0)
     rest = power_law(end, exponent, c=c) - power_law(16.0, exponent, c=c)
     assert limit.rest.value[0] == pytest.approx(rest, rel=1e-9)
-    assert limit.error[0] == pytest.approx(0.2 * abs(rest), rel=1e-9)
+    assert limit.error[0] == pytest.approx(0.25 * abs(rest), rel=1e-9)
     assert limit.way == f"as q_c^(−p) with p = {exponent:.2f}"
 
 
@@ -217,15 +219,6 @@ def test_a_hardly_falling_power_is_not_doubted_below_a_least_exponent():
     assert by_power(rungs, END, 0.4).error[0] == pytest.approx(abs(c * (END**-0.2 - 16.0**-0.2) - rest), rel=1e-9)
 
 
-def test_one_rung_shows_no_step():
-    rungs = rungs_at([[5.0, 6.0]], (16.0,), scatter=0.1)
-    limit = by_power(rungs, END, 1.0)
-    np.testing.assert_array_equal(limit.rest.value, [0.0, 0.0])
-    assert np.isnan(limit.error).all()
-    assert not np.any(limit.rest.scatter[0])
-    assert limit.way == ""
-
-
 @pytest.mark.parametrize("scatter", [1e-4, 0.1, 0.3, 1.0, 100.0])
 def test_the_less_the_steps_show_the_more_the_exponent_is_drawn_to_the_usual_one(scatter):
     # steps of −3 and −1.5: p = 1; rungs that scatter so that the p of the steps has this standard error
@@ -243,7 +236,7 @@ def test_the_less_the_steps_show_the_more_the_exponent_is_drawn_to_the_usual_one
 
     assert limit.rest.value[0] == pytest.approx(rest(p), rel=1e-9)
     doubtful = abs(rest(p - 0.3 * np.sqrt(1.0 - trust)) - rest(p))
-    assert limit.error[0] == pytest.approx(max(doubtful, 0.2 * abs(rest(p))), rel=1e-9)
+    assert limit.error[0] == pytest.approx(max(doubtful, 0.25 * abs(rest(p))), rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -251,21 +244,17 @@ def test_the_less_the_steps_show_the_more_the_exponent_is_drawn_to_the_usual_one
     [
         ([10.0, 5.0, 7.0], 0.6),  # one up, one down: no power
         ([10.0, 5.0, 5.0], 0.6),  # no step
-        ([10.0, 9.9, 5.0], 0.3),  # a growing step: the least
-        ([50.0, 6.0, 5.0], 3.0),  # a step of a fortieth: the most
+        ([10.0, 9.9, 5.0], 0.6),  # a growing step
     ],
 )
-def test_steps_that_are_no_power_go_on_with_the_usual_or_a_bounded_one(means, exponent):
+def test_steps_that_are_no_power_go_on_with_the_usual_one(means, exponent):
     limit = by_power(rungs_at([[mean] for mean in means]), END, 0.6)
 
     def rest(p):
         return (means[2] - means[1]) * (1.0 - (16.0 / END) ** p) / (2.0**p - 1.0)
 
     assert limit.rest.value[0] == pytest.approx(rest(exponent), rel=1e-9)
-    lower = (
-        rest(0.3) if exponent == 0.6 else 1.2 * rest(exponent)
-    )  # the usual one is doubted by .3, the others by a fifth
-    assert limit.error[0] == pytest.approx(abs(lower - rest(exponent)), rel=1e-9)
+    assert limit.error[0] == pytest.approx(abs(rest(0.3) - rest(exponent)), rel=1e-9)
 
 
 def test_only_the_last_three_rungs_and_each_speed_by_itself_show_the_power():

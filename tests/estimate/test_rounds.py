@@ -126,8 +126,9 @@ def column_values(numerics, column, counts, scatter, *, mean=2.0, **errors):
             pattern = np.linspace(-1.0, 1.0, n) if n > 1 else np.zeros(1)
             share = pattern / (np.linalg.norm(pattern) or 1.0) * np.sqrt(n - 1.0) / n
             rows[numerics.stream(level)] = np.outer(share, scatter[level] * mean)
-    parts = {name: np.abs(mean) * errors.get(name, 0.0) for name in ("bandwidth", "pixel", "last_step")}
-    return Values(mean, mean, rows, **parts, from_part=np.zeros_like(mean))
+    parts = {name: np.abs(mean) * errors.get(name, 0.0) for name in ("bandwidth", "pixel")}
+    parts["last step"] = np.abs(mean) * errors.get("last_step", 0.0)
+    return Values(mean, mean, rows, parts, from_part=np.zeros_like(mean))
 
 
 def totals_of(numerics, scatter, *, size=0.0, **errors):

@@ -20,11 +20,11 @@ CELL = (4 * WAVE, 4 * WAVE)
 @pytest.fixture(autouse=True)
 def halves(monkeypatch):
     """Capped contact is corrected in half the cell, whatever was measured of cells."""
-    monkeypatch.setattr(stage, "parts_of", lambda scene, _: 1 if scene.elastic else 2)
+    monkeypatch.setattr(stage, "parts_of", lambda scene, *_: 1 if scene.elastic else 2)
 
 
 def planned(scene, lengths=CELL):
-    return Numerics(tuple(rung.level for rung in levels_of(scene, lengths)), lengths)
+    return Numerics(tuple(rung.level for rung in levels_of(scene, lengths, 0.01)), lengths)
 
 
 def steel_to(q_max, q_yield=None, monkeypatch=None):
@@ -46,20 +46,19 @@ def pixels(numerics, i):
 
 # where 99 % of the contact has yielded, 1/m
 @pytest.mark.parametrize(
-    ("name", "q_yield", "first", "top"),
-    [("steel-0.5GPa", 2.5e4, 8, 128), ("steel-1.2GPa", 5.1e4, 4, 64), ("steel-2.0GPa", 7.6e4, 4, 64)],
+    ("name", "q_yield"), [("steel-0.5GPa", 2.5e4), ("steel-1.2GPa", 5.1e4), ("steel-2.0GPa", 7.6e4)]
 )
-def test_steel_is_followed_from_512_points_to_the_largest_grid_in_half_the_cell(name, q_yield, first, top):
+def test_steel_is_followed_from_512_points_to_the_largest_grid_in_half_the_cell(name, q_yield):
     numerics = planned(rs.load_scene(name))
-    rungs = [4.0 * 2**k for k in range(7) if first <= 4.0 * 2**k <= top]
-    assert cut_offs(numerics, "capped", q_yield) == pytest.approx(rungs, rel=0.02)
+    points = [cut * CELL[0] * 4 / (2 * pi) for cut in cut_offs(numerics, "capped")]  # of the whole cell
+    assert points == pytest.approx([512, 1024, 2048, 4096, 8192])
     lowest, *higher = numerics.of_column("capped")
     assert numerics.levels[lowest].cell is None
     assert {numerics.levels[i].cell for i in higher} == {"half"}
     assert cut_offs(numerics, "smoothed", q_yield)[-1] == pytest.approx(1.5, rel=0.02)
     assert {numerics.levels[i].cell for i in numerics.of_column("smoothed")} == {None}
     # the lowest two cut-offs, and the end of C_sm, have partners
-    assert [numerics.partner(i) is not None for i in numerics.rungs("capped")] == [k < 2 for k in range(len(rungs))]
+    assert [numerics.partner(i) is not None for i in numerics.rungs("capped")] == [k < 2 for k in range(5)]
     assert all(numerics.partner(i) is not None for i in numerics.rungs("smoothed"))
 
 
@@ -91,7 +90,8 @@ def test_where_a_grid_holds_all_of_C_the_cut_offs_double_exactly_to_its_end(monk
     rungs = cut_offs(numerics, "capped", q_yield)
     assert np.diff(np.log2(rungs)).tolist() == pytest.approx([1.0] * (len(rungs) - 1), abs=1e-12)
     assert rungs[-1] == pytest.approx(end, rel=1e-12)
-    assert 4 / 2**0.5 <= rungs[0] <= 4 * 2**0.5
+    lowest = numerics.levels[numerics.rungs("capped")[0]].shape[0]
+    assert 256 < lowest <= 512
     assert numerics.partner(numerics.rungs("capped")[-1]) is not None  # the end of C(q) has one
 
 
@@ -100,7 +100,8 @@ def test_contact_that_yields_far_up_begins_on_a_cheap_grid(monkeypatch):
     q_yield = 1024 * 2 * pi / (4 * CELL[0])
     numerics = planned(steel_to(1e9, q_yield, monkeypatch))
     lowest = numerics.levels[numerics.of_column("capped")[0]]
-    assert (lowest.shape, lowest.q_max / q_yield) == ((512, 512), 0.5)
+    assert lowest.shape == (512, 512)
+    assert lowest.q_max == pytest.approx(0.5 * q_yield)
     assert cut_offs(numerics, "smoothed", q_yield) == pytest.approx([1.5 / 2**k for k in (2, 1, 0)])
 
 
@@ -108,8 +109,9 @@ def test_contact_that_yields_far_up_begins_on_a_cheap_grid(monkeypatch):
 def test_where_no_grid_reaches_q_y_both_columns_climb_the_same_cut_offs(monkeypatch, q_yield):
     numerics = planned(steel_to(4e7, q_yield, monkeypatch))
     assert cut_offs(numerics, "smoothed") == cut_offs(numerics, "capped")
-    top = 2048 * 2 * pi / (4 * CELL[0])
-    assert cut_offs(numerics, "capped", top) == pytest.approx([1 / 4, 1 / 2, 1.0])
+    top = 4096 * 2 * pi / (4 * CELL[0])
+    assert cut_offs(numerics, "capped", top) == pytest.approx([1 / 8, 1 / 4, 1 / 2, 1.0])
+    assert {level.cell for level in numerics.levels} == {None}
 
 
 def test_elastic_contact_begins_coarse_and_ends_with_C_or_the_largest_grid(steel):
@@ -118,20 +120,13 @@ def test_elastic_contact_begins_coarse_and_ends_with_C_or_the_largest_grid(steel
     parts = numerics.parts("elastic")
     sides = [numerics.grid(i).shape[0] * numerics.levels[i].parts for i in numerics.rungs("elastic")]
     assert sides == [512 << k for k in range(len(sides))]
-    assert numerics.levels[-1].shape == (2048, 2048)
-    assert sides[-1] == 2048 * parts
+    assert numerics.levels[-1].shape == (4096, 4096)
+    assert sides[-1] == 4096 * parts
     short = planned(replace(elastic, surface=replace(elastic.surface, q_max=3e5)))
     rungs = cut_offs(short, "elastic")
     assert rungs == pytest.approx([3e5 / 2**k for k in reversed(range(len(rungs)))])
     assert 256 < short.levels[0].shape[0] <= 512
     assert short.partner(short.rungs("elastic")[-1]) is not None
-
-
-def test_a_long_cell_has_as_many_points_per_wave(steel):
-    elastic = replace(steel, body=replace(steel.body, penetration_hardness=None), surface=steel_to(1.5e5).surface)
-    once, twice = (planned(elastic, (side, side)) for side in (8 * WAVE, 16 * WAVE))
-    assert twice.levels[0].q_max == once.levels[0].q_max
-    assert twice.levels[0].shape[0] == 2 * once.levels[0].shape[0]
 
 
 def test_a_short_spectrum_is_one_cut_off_and_its_partners(steel):
@@ -149,8 +144,7 @@ def test_grids_divide_by_the_parts_and_are_not_larger_than_the_limit(monkeypatch
     assert lowest.parts == 1
     assert {level.parts for level in higher} == {parts}
     most = max(max(level.shape) for level in higher)
-    assert most <= (4096 if parts == 1 else 6144)
-    assert 2 * most > (4096 if parts == 1 else 6144)
+    assert 2048 < most <= 4096
 
 
 def test_a_part_of_the_cell_holds_finer_grids_than_all_of_it(monkeypatch):
@@ -158,15 +152,15 @@ def test_a_part_of_the_cell_holds_finer_grids_than_all_of_it(monkeypatch):
     for parts in (1, 2, 4):
         monkeypatch.setattr(stage, "parts_of", lambda *_, parts=parts: parts)
         tops.append(cut_offs(planned(steel_to(4e9, 5.1e4, monkeypatch)), "capped", 5.1e4)[-1])
-    assert tops == pytest.approx([32.0, 64.0, 128.0])
+    assert tops == pytest.approx([32.0, 64.0, 128.0], rel=0.01)
 
 
 def test_reasons_name_q_y_the_end_of_C_and_the_limit_of_grids(monkeypatch):
-    rungs = levels_of(rs.load_scene("steel-1.2GPa"), CELL)
+    rungs = levels_of(rs.load_scene("steel-1.2GPa"), CELL, 0.01)
     assert "1.5 q_y" in rungs[0].reason
     assert "half the pixel" in rungs[1].reason
     assert "the largest grid of a plan, C(q) goes on to 4.15e+07 rad/m" in rungs[-1].reason
-    (*_, top, partner, _) = levels_of(steel_to(4e5, 5e4, monkeypatch), CELL)
+    (*_, top, partner, _) = levels_of(steel_to(4e5, 5e4, monkeypatch), CELL, 0.01)
     assert top.reason.endswith("all of C(q)")
     assert partner.level.q_max == top.level.q_max == 4e5
 
