@@ -24,15 +24,16 @@ from roughsim.scene import Scene
 # relative error × number of hills: of a slow T_flash where few hills carry load, times their share (of fast sliding,
 # and of all else, it is half of it), and where all of them do. By the same experiment
 FEW_HILLS, ALL_HILLS = 0.03, 0.2
-SIZE_SHARE = 0.45  # of a target error that the size may take
+SIZE_SHARE = 0.2  # of a squared target error, for the size of the cell
 WAVES = range(4, 33, 2)  # per side of a cell: pictures and g_σ(r) need four, and grids hold no more than 32
 
 
 def choose_lengths(scene: Scene, target: float = inf) -> tuple[tuple[float, float], str]:
     """Return the sides of the cell, m, and the reason: those that the scene gives, or the shortest that suffice.
 
-    The size takes at most `SIZE_SHARE` of the relative error `target`, as far as `WAVES` allow. A cell for C(q) that is
-    flat below a roll-off has 8 of its waves, or 4 of the longest: on rocks shorter ones left .7 % unexplained.
+    The square of its error takes at most `SIZE_SHARE` of that of the relative error `target`, as far as `WAVES` allow.
+    A cell for C(q) that is flat below a roll-off has 8 of its waves, or 4 of the longest: on rocks shorter ones left
+    .7 % unexplained.
     """
     if scene.numerics.lengths is not None:
         return scene.numerics.lengths, "given in the scene"
@@ -41,7 +42,7 @@ def choose_lengths(scene: Scene, target: float = inf) -> tuple[tuple[float, floa
     kind = "roll-off waves (2π/q_roll_off), as C(q) is flat below q_roll_off," if flat else "longest waves (2π/q_min)"
     least = min(8.0, 4.0 * flat / scene.spectrum.breaks[0]) if flat else 4.0
     choices = [n for n in WAVES if n >= 0.99 * least]
-    waves = next((n for n in choices if worst(scene, n * wave) <= SIZE_SHARE * target), WAVES[-1])
+    waves = next((n for n in choices if worst(scene, n * wave) <= sqrt(SIZE_SHARE) * target), WAVES[-1])
     why = ", as in fewer too few hills carry the load" if waves > choices[0] else ""
     reason = f"{waves} {kind} per side{why}; a larger cell changes T_flash by {100 * worst(scene, waves * wave):.1g} %"
     return (waves * wave, waves * wave), reason

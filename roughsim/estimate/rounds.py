@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from roughsim.estimate.cell_size import SIZE_SHARE
 from roughsim.estimate.errors import Estimate, quantile, spread_of
 from roughsim.estimate.levels import Values
 from roughsim.grid import Array
@@ -21,7 +22,6 @@ FIRST, FIRST_STEP, LATER = 12, 6, 4
 # errors that a higher level lowers, and the share that they may take of the squared target before one is added
 OF_LEVELS, SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
 BESIDE = 2.0  # times the target: what columns beside the main one aim at, which serve comparisons alone
-LEAST_SHARE = 0.2  # of the squared error, worked for by members where the rest takes more than the target
 MEMBER = 5e5  # `work` of a member whatever its grid, a few milliseconds: handing out, file, reading
 TARGET = {"flash_temperature": 0.01}  # what levels are chosen for where a run has no target
 Counts = tuple[int, ...]  # members of each level, by its number
@@ -29,7 +29,7 @@ Totals = Callable[[str, str, Counts], tuple[Values, Estimate]]  # by observable,
 
 
 class Verdict(NamedTuple):
-    """What the members of a round say."""
+    """Whether a run has met its targets with the members of a round, and its next round."""
 
     met: bool  # whether the targets are met
     next: Counts | None  # the next round; None: the run has ended
@@ -88,7 +88,7 @@ def first_counts(numerics: Numerics, most: int) -> Counts:
 
 
 def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts, totals: Totals) -> Verdict:
-    """Say whether the members of a round meet the targets, and which round follows if not.
+    """Return whether the members of a round meet the targets, and the round that follows if not.
 
     Parameters
     ----------
@@ -163,7 +163,9 @@ def wishes(
     others = systematic**2 - of_levels**2
     too_large = (of_levels**2 > SYSTEMATIC * (goal**2 - others)) & (others < goal**2)
     added = next_level(numerics, column, counts, relative_parts(found, unknown=np.inf), too_large)
-    left = np.maximum(goal**2 - systematic**2, LEAST_SHARE * np.maximum(systematic, goal) ** 2)
+    left = np.maximum(
+        goal**2 - systematic**2, SIZE_SHARE * np.maximum(systematic, goal) ** 2
+    )  # as much as for the size
     if added is not None:
         left = np.maximum(left, SYSTEMATIC * goal**2)
     return allocation(numerics, column, values, found, counts, np.sqrt(left)), added
@@ -189,16 +191,13 @@ def next_level(
     too_large = too_large | np.isinf(parts["bandwidth"]) | np.isinf(parts["pixel"])
     if not np.any(too_large):
         return None
-    rungs = numerics.rungs(column)
+    levels, rungs = numerics.levels, numerics.rungs(column)
     used = [level for level in rungs if counts[level]]
     next_rung = rungs[len(used)] if len(used) < len(rungs) else None
-    next_partner = None
-    for rung in reversed(used):  # the highest one that shows the pixel counts
-        q_max = numerics.levels[rung].q_max
-        finer = [i for i in numerics.of_column(column) if i != rung and numerics.levels[i].q_max == q_max]
-        next_partner = next((level for level in finer if not counts[level]), None)
-        if next_partner is not None or finer:
-            break
+    highest = levels[used[-1]].q_max
+    partners = [i for i in numerics.of_column(column) if i not in rungs and levels[i].q_max <= highest]
+    shown = [i for i in partners if levels[i].q_max == levels[partners[-1]].q_max]  # the highest ones count
+    next_partner = next((level for level in shown if not counts[level]), None)
     bandwidth = np.hypot(parts["bandwidth"], parts.get("last step", 0.0))
     by_cut_off = np.max(bandwidth[too_large]) >= np.max(parts["pixel"][too_large])
     choices = (next_rung, next_partner) if by_cut_off else (next_partner, next_rung)

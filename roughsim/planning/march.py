@@ -7,6 +7,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.grid import Grid
+from roughsim.planning.levels import BASE_SIDE
 from roughsim.planning.realization import march_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
@@ -15,8 +16,7 @@ from roughsim.sliding.film import film_shape
 from roughsim.sliding.member import SlideProblem, filmed_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 
-MARCH_SIDE = 384  # points per side of a march, at most, but where contact yields it has a cut-off of this many q_y:
-LEAST_CUT_OFF = 4.0
+LEAST_CUT_OFF = 4.0  # q_y
 MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
 
@@ -32,15 +32,15 @@ def with_march(scene: Scene, numerics: Numerics) -> Numerics:
 
 
 def march_level(scene: Scene, numerics: Numerics) -> Level:
-    """Return the level of a march: the lowest of the last column, halved to about 256 points per side.
+    """Return the level of a march: the lowest of the last column, halved to about half of the points of a lowest one.
 
-    Contact that yields keeps 4 q_y: from there on the ratio of sliding to frozen hardly depends on the cut-off. In
-    elastic contact it changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8 from there to 512.
+    Contact that yields keeps `LEAST_CUT_OFF`: from there on the ratio of sliding to frozen hardly depends on the
+    cut-off. In elastic contact it changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8 from there to 512.
     """
     level = numerics.levels[numerics.rungs(numerics.columns[-1])[0]]
     (x, y), q_max = level.shape, level.q_max
     least = 0.0 if scene.elastic else LEAST_CUT_OFF * prediction.yield_wavenumber(scene)
-    while max(x, y) > MARCH_SIDE and 0.5 * q_max >= 0.98 * least:
+    while max(x, y) > 0.75 * BASE_SIDE and 0.5 * q_max >= 0.98 * least:
         x, y, q_max = x // 2, y // 2, 0.5 * q_max
     return Level(SLIDING, (x, y), q_max, first=MEMBERS)
 

@@ -77,7 +77,7 @@ def test_the_share_of_the_heat_is_that_of_the_members():
     assert found.mean == pytest.approx([0.7])
     assert found.standard_error == pytest.approx([error])
     assert found.budget["statistical"] == pytest.approx([stats.t.ppf(0.975, 39) * error * sqrt(1 + 2 / 39)])
-    assert found.budget["march"] == pytest.approx([0.02 * 0.7])
+    assert found.budget["march"] == pytest.approx([0.03 * 0.7])
     assert list(found.budget) == ["statistical", "march"]
     assert found.bias == pytest.approx([0.0])
     assert (found.n, found.effective_n[0]) == (40, 40.0)
@@ -101,16 +101,12 @@ def test_members_share_the_scatter_of_both_pixels():
     assert found.standard_error == pytest.approx([hypot(2.0 * change, 200.0 * 0.1 / sqrt(39))])
 
 
-@pytest.mark.parametrize(("coarser", "coarsening"), [(np.nan, 4 / 3), (90.0, 1.0)])
-def test_a_ratio_of_one_pixel_is_said_to_be_low_and_not_corrected(coarser, coarsening):
+def test_without_a_coarser_grid_the_error_of_the_march_is_unknown():
     alone = np.full((8, 1), 100.0)
-    coarse = np.full((8, 1), 90.0)
-    coarse[3] = coarser  # one of an older version is enough
-    numbers = marched(1.1 * alone, alone, coarse, alone)
-    found = sliding_estimate("flash_temperature", frozen(), numbers, coarsening)
+    found = sliding_estimate("flash_temperature", frozen(), marched(1.1 * alone, alone, alone, alone), 1.0)
     assert found.mean == pytest.approx([220.0])
-    assert found.budget["march"] == pytest.approx([0.07 * 220.0])
-    assert found.notes[-1].startswith("low by up to 7 % and not high: pixel and cut-off of the march, not corrected")
+    assert found.unknown == ("march",)
+    assert found.notes[-1] == "the march is not corrected for its pixel, as there is no coarser grid"
 
 
 def test_the_background_adds_with_its_scatter_and_the_doubt_of_its_share():
@@ -124,4 +120,4 @@ def test_the_background_adds_with_its_scatter_and_the_doubt_of_its_share():
     assert found.standard_error == pytest.approx([hypot(2.0, error)])
     assert found.budget["statistical"] == pytest.approx([hypot(4.0, stats.t.ppf(0.975, 39) * error)], rel=0.01)
     assert found.budget["size"] == pytest.approx([1.0])
-    assert found.budget["march"] == pytest.approx([12.0 + 0.02 * 300.0])
+    assert found.budget["march"] == pytest.approx([12.0 + 0.03 * 300.0])

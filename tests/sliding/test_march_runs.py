@@ -1,7 +1,6 @@
 """Scenes with history = "sliding": what a run stores of each march, the estimate made of it, resuming, and failures."""
 
 import json
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +21,7 @@ from roughsim.results.film import read_film
 from roughsim.sliding import member as sliding_member
 from roughsim.sliding.path import oblique_path
 from roughsim.sliding.spots import SpotLives, survival
-from roughsim.store.member_files import member_path, read_member, write_member
+from roughsim.store.member_files import member_path, read_member
 from roughsim.surface.synthesis import synthesize
 
 MARCH = 1  # its level
@@ -154,24 +153,6 @@ def test_the_estimate_is_the_frozen_one_times_the_paired_ratio(run):
     expected = np.hypot(single.standard_error / 0.9 * ratio, single.mean / 0.9 * error)
     assert e.standard_error == pytest.approx(expected)
     assert (e.budget["march"] > 0).all()
-
-
-def test_a_run_of_an_earlier_version_is_not_corrected_and_says_so(run, tmp_path):
-    shutil.copytree(run.folder, tmp_path / "run")
-    for index in (0, 1):
-        old = read_member(member_path(run.folder, MARCH, index), with_fields=True)
-        numbers = {name: values for name, values in old.numbers.items() if "coarser" not in name}
-        write_member(tmp_path / "run", replace(old, numbers=numbers))
-    older = rs.open_run(tmp_path / "run")
-    e = older.estimate("flash_temperature", "sliding")
-    sliding, frozen = (
-        np.mean([run.members[MARCH, i].numbers[f"sliding_{name}"] for i in (0, 1)], axis=0)
-        for name in ("flash_temperature", "frozen_flash_temperature")
-    )
-    assert e.mean == pytest.approx(run.estimate("flash_temperature").mean / 0.9 * sliding / frozen)
-    assert e.budget["march"] == pytest.approx(0.07 * e.mean)
-    assert "low by up to 7 % and not high" in str(e.explain())
-    assert "for the pixel of the march" in str(run.estimate("flash_temperature", "sliding").explain())
 
 
 def test_compare_has_a_column_of_what_a_march_measures(run):
