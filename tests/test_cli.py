@@ -204,12 +204,10 @@ def test_too_many_failures_make_the_exit_code_tell(capsys, tmp_path, quick, monk
 
 
 def test_an_interrupt_says_that_nothing_is_lost(capsys, tmp_path, monkeypatch):
-    from roughsim.ensemble import run
-
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(run, "carry_out", interrupted)
+    monkeypatch.setattr("roughsim.ensemble.run.complete", interrupted)
     code, _, err = inside(capsys, "run", "demo", "-o", tmp_path / "run")
     assert code == 130
     assert err.splitlines()[-1].startswith("roughsim: stopped; all finished members are stored")

@@ -2,7 +2,6 @@
 
 import json
 import time
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -110,16 +109,15 @@ def run(
     loaded = open_scene(scene, changes, options)
     if not output.is_file():  # which is refused below
         note(f"going on with {output}" if (output / "run.json").exists() else f"planning {scene}")
-    from roughsim.ensemble.executors import Workers as Processes
     from roughsim.ensemble.progress import Progress
-    from roughsim.ensemble.run import carry_out
+    from roughsim.ensemble.run import begin
     from roughsim.ensemble.status import losses, outcome
 
     try:
         with Progress("planning") as progress:
-            processes = Processes(workers)
-            planned = partial(_show_plan, loaded)
-            result = carry_out(loaded, output, processes, planned=planned, observer=progress.update)
+            numerics = begin(loaded, output)
+            _show_plan(loaded, numerics)
+            result = rs.run(loaded, output, workers=workers, observer=progress.update)
     except KeyboardInterrupt:  # caught here: typer would end without a message
         fail(_STOPPED, 130)
     tell(f"{result.extent} in {result.folder}, {clock(time.monotonic() - began)}; {outcome(result)}")

@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager, suppress
 
 from rich import progress as bars
 
-from roughsim.ensemble.status import needed, round_text, seconds_left, time_left
+from roughsim.ensemble.status import needed, round_text, time_left
 from roughsim.results.run import Run
 from roughsim.show.terminal import PlainConsole
 from roughsim.show.text import tell
@@ -56,4 +56,4 @@ class Progress(AbstractContextManager["Progress"]):
             return
         self._shown = time.monotonic()
         share = len(run.members) / max(sum(needed(run)), 1)
-        self.show(f"{round_text(run)}, {time_left(seconds_left(run))}", share, run.rounds.number)
+        self.show(f"{round_text(run)}, {time_left(run)}", share, run.rounds.number)

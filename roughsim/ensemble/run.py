@@ -1,8 +1,8 @@
-"""`run`: an ensemble computed into a folder, from the checks before any work to the last member.
+"""`run`: compute an ensemble into a folder.
 
 A member is one realization of one level, named by (level, index). Its random stream is SeedSequence(seed,
-spawn_key=(stream, index)). A member has the same bits whoever computes it and whenever, and how many there are of each
-level follows from the members alone. So any number of processes may work on one run.
+spawn_key=(stream, index)), so it has the same bits in any process, at any time. The number of members of each level
+follows from the members alone. So any number of processes may work on one run.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +14,7 @@ from typing import Any
 from roughsim import prediction
 from roughsim.ensemble.executors import Workers, interrupted_by_signals
 from roughsim.ensemble.tasks import ActiveRun, Tasks, remove_unfinished
-from roughsim.ensemble.workers import Surfaces
+from roughsim.ensemble.workers import Source
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
 from roughsim.planning.plan import plan
@@ -41,51 +41,50 @@ def run(
     executor: Executor | None = None,
     observer: Callable[[Run], None] | None = None,
 ) -> Run:
-    """Compute an ensemble into a folder, or go on with the one that is there. In a notebook a bar shows how far it is.
+    """Compute an ensemble into a folder, or resume it. In a notebook each round prints a line.
 
     Parameters
     ----------
     scene : Scene
-        What is computed.
+        Scene to compute.
     folder : str or Path
-        The run folder; made if it does not exist. The same scene, numerics and seed resume it. Several processes may
-        work on one run, also on different machines: each takes members that no other computes.
+        Run folder; made if it does not exist. The same scene, numerics and seed resume it. Several processes may work
+        on one run, also on different machines: each takes members that no other computes.
     numerics : Numerics, optional
-        Left out: those that the run in the folder began with, else from `plan`.
+        Default: those of the run in the folder, else from `plan`.
     seed : int, optional
-        The scene's if left out.
+        Default: the seed of the scene.
     until : dict of str to float, optional
-        Relative total error, 95 %, of each named observable at which to stop, at the worst speed; the scene's if left
-        out. It is looked at after rounds of members. A run that cannot reach it ends, too, and says why.
+        Relative total error, 95 %, of each named observable at which to stop, at the worst speed; default: those of the
+        scene. It is checked after rounds of members. A run that cannot reach it ends, too, and states the reason.
     max_realizations : int, optional
-        Members that each level has at most; the scene's if left out. Each of several processes stops by its own `until`
-        and `max_realizations`; run.json has those of the one that started last.
+        Largest number of members of each level; default: that of the scene. Each of several processes stops by its own
+        `until` and `max_realizations`; run.json has those of the one that started last.
     workers : int, optional
         Processes; 1 computes in this one. None: as many as this process has cores. There are fewer, with a warning,
         where they would take more than 80 % of the available memory. A script that asks for more than one needs
         ``if __name__ == "__main__":``; a notebook does not.
     executor : concurrent.futures.Executor, optional
-        Used in place of own processes; twice `workers` members are kept in flight. Whether its machines have room for
-        them is left to the caller.
+        Used in place of own processes; twice `workers` members are submitted at a time. Their memory is not checked.
     observer : callable, optional
-        Called with the run after each member has been stored.
+        Called with the run after each stored member.
 
     Returns
     -------
     Run
-        The run as it stands at the end.
+        The run at the end.
 
     Raises
     ------
     RecordError
         If the folder holds another scene, naming the first key that differs, or workers do not see the folder.
     OSError
-        If the disk refuses, or a stored member cannot be read now; what was stored stays.
+        If the disk refuses, or a stored member cannot be read now; stored members stay.
     RuntimeError
         If workers or the scheduler of an executor die again and again, or the script of the call lacks
         ``if __name__ == "__main__":``.
     KeyboardInterrupt
-        After Ctrl-C, SIGTERM or SIGHUP, within a second; what was stored stays.
+        After Ctrl-C, SIGTERM or SIGHUP, within a second; stored members stay.
     ResolutionError
         If one member takes more than 80 % of the available memory, before any work.
     TypeError, ValueError
@@ -97,29 +96,12 @@ def run(
         from roughsim.ensemble.progress import Progress  # rich is slow to import
 
         observer = Progress("planning").update
-    return carry_out(scene, Path(folder), allowed, numerics, observer=observer)
-
-
-def carry_out(
-    scene: Scene,
-    folder: Path,
-    workers: Workers,
-    numerics: Numerics | None = None,
-    *,
-    planned: Callable[[Numerics], None] | None = None,
-    observer: Callable[[Run], None] | None = None,
-) -> Run:
-    """Begin a run, or check the one in the folder, and compute its missing members; errors as `run`.
-
-    `planned` is called with the numerics of the run before its members are computed.
-    """
-    with interrupted_by_signals(), workers:
+    folder = Path(folder)
+    with interrupted_by_signals(), allowed:
         if numerics is not None:
-            fit(workers, [(scene, numerics)])  # before a folder is made
+            fit(allowed, [(scene, numerics)])  # before a folder is made
         numerics = begin(scene, folder, numerics)
-        if planned is not None:
-            planned(numerics)
-        return complete([(scene, numerics, folder)], workers, observer)[0]
+        return complete([(scene, numerics, folder)], allowed, observer)[0]
 
 
 def complete(
@@ -128,11 +110,11 @@ def complete(
     observer: Callable[[Run], None] | None = None,
     *,
     claimed_in: Path | None = None,
-    surfaces: Surfaces | None = None,
+    source: Source | None = None,
 ) -> list[Run]:
     """Compute the missing members of runs with the same levels and seed; errors as `run`.
 
-    `claimed_in` is the folder of the claims, by default that of the first run. `surfaces` replace random ones.
+    `claimed_in` is the folder of the claims, by default the first run. `source` replaces random surfaces.
     """
     fit(workers, [(scene, numerics) for scene, numerics, _ in begun])
     runs = []
@@ -144,7 +126,7 @@ def complete(
             run.until = dict(scene.ensemble.until)  # run.json may have those of another process
             run.max_realizations = scene.ensemble.max_realizations
             run.refresh()
-            runs.append(ActiveRun(scene_of(scene, numerics), numerics, home, run, surfaces))
+            runs.append(ActiveRun(scene_of(scene, numerics), numerics, home, run, source))
         Tasks(runs, claims, observer).complete(workers)
         for active in runs:
             remove_unfinished(active.folder, claims)
@@ -164,7 +146,7 @@ def aimed(
     until: Mapping[str, float | str] | None = None,
     max_realizations: int | None = None,
 ) -> Scene:
-    """Return a scene with other seed, targets and number of realizations, checked as in a file; None keeps its own."""
+    """Return a scene with another seed, targets and number of realizations, checked as in a file; None: its own."""
     changes: dict[str, Any] = {"seed": seed, "until": until, "max_realizations": max_realizations}
     changes = {key: value for key, value in changes.items() if value is not None}
     return replace(scene, ensemble=replace(scene.ensemble, **changes))
@@ -175,48 +157,57 @@ def begin(
 ) -> Numerics:
     """Begin a run in a folder, or check that the run there is of the same scene; return the numerics of the run.
 
-    Without `numerics` a run that was begun keeps its own, and a new one has those of `plan`. `pressed` is what run.json
-    has of a map that is pressed (the key `PRESS`); left out: surfaces are drawn. RecordError, before anything is
+    `pressed` has the values of the key `PRESS` in run.json; None: random surfaces. RecordError, before anything is
     planned, if the folder holds other files, another kind of run or another scene, naming the first key that differs.
     """
-    kind, state = RUN if pressed is None else pressed["of"], folder_state(folder)
+    about: dict[str, Any] = {KIND: RUN} if pressed is None else {KIND: pressed["of"], PRESS: dict(pressed)}
+    state = folder_state(folder)
     if state == "foreign":
         raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the run")
-    refuse_other_kind(folder, kind)
-    of_kind = {KIND: kind} | ({} if pressed is None else {PRESS: dict(pressed)})
-    if state != "run":
+    _refuse_other_kind(folder, about[KIND])
+    if state == "free":
         planned = plan(scene) if numerics is None else numerics
         computed = scene_of(scene, planned)
         try:
-            describe(folder, description_of(computed, planned) | of_kind, computed, first=True)
+            describe(folder, _description(computed, planned) | about, computed, first=True)
             return planned
-        except FileExistsError:  # another process was quicker: its numerics count, which may be planned by others
-            refuse_other_kind(folder, kind)
+        except FileExistsError:  # another process was faster: its numerics count
+            _refuse_other_kind(folder, about[KIND])
     stored = read_description(folder)
-    numerics = numerics_begun(folder, stored, scene) if numerics is None else numerics
+    if numerics is None:
+        numerics = _stored_numerics(folder, stored, scene)
     computed = scene_of(scene, numerics)
-    description = description_of(computed, numerics) | of_kind
-    refuse_other_scene(folder, stored, description)
-    # versions and reasons may differ from process to process: those of the first one stay
+    description = _description(computed, numerics) | about
+    _refuse_other_scene(folder, stored, description)
+    # versions and reasons may differ between processes: those of the first one stay
     describe(folder, description | {key: stored[key] for key in ("versions", "reasons")}, computed)
     return numerics
 
 
-def refuse_other_scene(folder: Path, stored: Mapping[str, Any], description: Mapping[str, Any]) -> None:
-    """Refuse to go on with another scene, map or numerics; RecordError, naming the first key that differs."""
-    there, here = (
-        {**of.get(PRESS, {}), **of["scene"], **of["numerics"], "keep_fields": None} for of in (stored, description)
-    )
+def _refuse_other_kind(folder: Path, kind: str) -> None:
+    """Refuse a run of random surfaces in the folder of a pressed map, and the other way round; RecordError."""
+    there = kind_of(folder)
+    if there not in (None, kind):
+        holds = "holds" if folder.exists() else "is the place of"
+        advice = f"name another folder; to go on with what is there {again(folder)}"
+        raise RecordError(f"{folder} {holds} {CONTENT[there]}, not {CONTENT[kind]}; {advice}")
+
+
+def _refuse_other_scene(folder: Path, stored: Mapping[str, Any], description: Mapping[str, Any]) -> None:
+    """Refuse another scene, map or numerics; RecordError, naming the first key that differs."""
+    there, here = ({**of.get(PRESS, {}), **of["scene"], **of["numerics"]} for of in (stored, description))
     for key in dict.fromkeys((*there, *here)):
-        if (old := there.get(key, "absent")) != (new := here.get(key, "absent")):
+        old = there.get(key, "absent")
+        new = here.get(key, "absent")
+        if old != new and key != "keep_fields":
             raise RecordError(
                 f"{folder} holds another scene: {key} is {old} there and {new} here; name another folder, or give the "
                 "scene as it was"
             )
 
 
-def numerics_begun(folder: Path, stored: Mapping[str, Any], scene: Scene) -> Numerics:
-    """Return the numerics of a run that was begun: a plan of another version might differ."""
+def _stored_numerics(folder: Path, stored: Mapping[str, Any], scene: Scene) -> Numerics:
+    """Return the numerics of an existing run, whose plan may be of another version."""
     try:
         reasons = tuple(Reason(*words) for words in stored["reasons"])
         numerics = replace(Numerics.from_dict(stored["numerics"]), reasons=reasons)
@@ -226,16 +217,7 @@ def numerics_begun(folder: Path, stored: Mapping[str, Any], scene: Scene) -> Num
     return numerics if keep is None else replace(numerics, keep_fields=keep)
 
 
-def refuse_other_kind(folder: Path, kind: str) -> None:
-    """Refuse to draw surfaces into the folder of a map that is pressed, and the other way round; RecordError."""
-    there = kind_of(folder)
-    if there not in (None, kind):
-        holds = "holds" if folder.exists() else "is the place of"
-        advice = f"name another folder; to go on with what is there {again(folder)}"
-        raise RecordError(f"{folder} {holds} {CONTENT[there]}, not {CONTENT[kind]}; {advice}")
-
-
-def description_of(scene: Scene, numerics: Numerics) -> dict[str, Any]:
+def _description(scene: Scene, numerics: Numerics) -> dict[str, Any]:
     """Return the content of run.json, without its checksums, as JSON values."""
     return {
         "format_version": FORMAT,

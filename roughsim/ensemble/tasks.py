@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from roughsim.ensemble.executors import Workers
-from roughsim.ensemble.workers import Job, Surfaces, store_members
+from roughsim.ensemble.workers import Job, Source, store_members
 from roughsim.errors import RecordError
 from roughsim.estimate.rounds import Counts
 from roughsim.planning.realization import below_problem, level_problem, march_problem
@@ -36,7 +36,7 @@ class ActiveRun:
     numerics: Numerics
     folder: Path  # absolute: workers may have started in another directory
     run: Run
-    surfaces: Surfaces | None = None  # None: random surfaces
+    source: Source | None = None  # None: random surfaces
     jobs: dict[int, Job] = field(default_factory=dict)  # by level
 
     def wanted(self, ahead: bool) -> Counts:
@@ -57,7 +57,7 @@ class ActiveRun:
                 keep_fields=self.numerics.keep_fields,
                 provenance={"scene": self.scene.identity(), "numerics": self.numerics.to_dict()},
                 folder=self.folder,
-                surfaces=self.surfaces,
+                source=self.source,
             )
         return self.jobs[level]
 

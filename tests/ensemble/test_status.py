@@ -57,10 +57,10 @@ def test_the_time_left_is_the_members_still_needed_times_the_mean_time_of_their_
     assert status.seconds_left(running) == pytest.approx(4 * means[0] + 0 * means[1] + 2 * means[2])
 
 
-def test_the_time_of_a_level_without_members_follows_from_its_work(running, monkeypatch):
+def test_the_time_of_a_level_without_members_follows_from_its_work(running):
     for index in range(6):
         del running.members[2, index]
-    monkeypatch.setattr(type(running), "available", lambda _, level: 0 if level == 2 else 6)
+    running.members.available[2] = 0
     means = [running.members.seconds(level).mean() for level in range(2)]
     works = [status.work(running.numerics, level) for level in range(3)]
     expected = 8 * works[2] * (means[0] + means[1]) / (works[0] + works[1])
@@ -73,9 +73,9 @@ def test_before_the_first_round_is_complete_neither_errors_nor_the_time_left_are
     run = rs.open_run(run.folder)
     assert status.seconds_left(run) is None
     assert status.total_errors(run) == {}
-    assert status.realizations_needed(run) == 12
+    assert status.needed(run) == (12,)
     assert status.round_text(run) == "round 1: 11 of 12 members"
-    assert status.time_left(None) == "time left not known yet"
+    assert status.time_left(run) == "time left not known yet"
     # a lost member in the middle is said, too
     member_path(run.folder, 0, 3).unlink()
     assert any("L0-000003" in line for line in status.status_lines(rs.open_run(run.folder)))

@@ -1,0 +1,233 @@
+"""Storms of SIGKILL on runs and presses: the end has the same bits as without a kill.
+
+    python tests/ensemble/storms.py [--kills 60] [-o FOLDER]
+
+Each storm kills a random process, a moment after a member was stored, and starts the same command again. Each run that
+has ended is compared with an undisturbed one, and the next run begins in a new folder.
+"""
+
+import argparse
+import hashlib
+import os
+import random
+import time
+import warnings
+from dataclasses import dataclass, field
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+
+import roughsim as rs
+from roughsim.store.member_files import read_member
+
+MOST = 60  # members of the lowest level
+PATIENCE = 100.0  # s to wait for a member
+PAUSE = 0.3  # s at most, from a member to the next kill
+SURFACE = {
+    "run": 'rms_height = "0.9 um"\nhurst = 0.8\nq_min = 6350\nq_roll_off = 2e4\nq_max = 2e5',
+    "press": 'topography = "map.npy"\ntopography_size = [1e-3, 1e-3]\ntopography_unit = "um"',
+}
+NUMERICS = """
+[numerics]
+lengths = [2e-3, 2e-3]
+levels = [
+  { column = "capped", shape = [64, 64], q_max = 5e4 },
+  { column = "capped", shape = [256, 256], q_max = 2e5 },
+]
+"""
+SCENE = """
+[surface]
+{surface}
+[body]
+youngs_modulus = "200 GPa"
+poisson_ratio = 0.3
+penetration_hardness = "1 GPa"
+conductivity = 30
+density = 7900
+heat_capacity = 500
+[counterface]
+youngs_modulus = "200 GPa"
+poisson_ratio = 0.3
+conductivity = 30
+density = 7900
+heat_capacity = 500
+[sliding]
+nominal_pressure = "90 MPa"
+friction_coefficient = 0.11
+speed = [0.1, 35]
+heat_partition = 0.9
+{numerics}
+"""
+COMMANDS = {"one writer": (1, 1), "two workers": (1, 2), "three processes": (3, 1)}  # commands at once, workers of each
+
+
+@dataclass
+class Tally:
+    """Counts of a storm."""
+
+    kills: int = 0
+    of_workers: int = 0
+    runs: int = 0
+    members: int = 0
+    between: list[int] = field(default_factory=list)  # members stored between two kills
+
+    def __str__(self):
+        idle = sum(not written for written in self.between)
+        return (
+            f"{self.kills} kills ({self.of_workers} of worker processes), {self.runs} runs with {self.members} "
+            f"members, all with the bits of the undisturbed run; {np.mean(self.between):.1f} members between two "
+            f"kills, none between {idle}"
+        )
+
+
+def write_scene(folder, verb):
+    """Write the scene of a run, or a map and the scene of its press; return the path of the scene."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if verb == "press":
+        grid = rs.Grid((64, 64), (1e-3, 1e-3))
+        spectrum = rs.SelfAffineSpectrum.from_rms_height(3e-7, hurst=0.8, q_min=6.3e3, q_max=9e4)
+        np.save(folder / "map.npy", 1e6 * rs.synthesize(spectrum, grid, np.random.default_rng(2)))
+    path = folder / "scene.toml"
+    path.write_text(SCENE.format(surface=SURFACE[verb], numerics=NUMERICS if verb == "run" else ""))
+    return path
+
+
+def compute(verb, scene, home, workers):
+    """Compute or resume a run or a press."""
+    warnings.simplefilter("ignore")
+    if verb == "press":
+        rs.press(scene, home, workers=workers)
+    else:
+        rs.run(rs.load_scene(scene), home, workers=workers, max_realizations=MOST, until={})
+
+
+def stored(folder):
+    """Return the files of all members below a folder."""
+    return sorted(folder.glob("**/realizations/L*.h5"))
+
+
+def children(pid):
+    """Return the worker processes of a process."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = entry.read_text().rsplit(")", 1)[1].split()
+            command = (entry.parent / "cmdline").read_bytes()
+        except OSError:
+            continue
+        if int(fields[1]) == pid and fields[0] != "Z" and b"spawn_main" in command:
+            found.append(int(entry.parent.name))
+    return found
+
+
+def assert_same_bits(folder, undisturbed):
+    """Check all members of a run against those of an undisturbed one, and that nothing else is left."""
+    names = {path.relative_to(folder) for path in stored(folder)}
+    wanted = [path.relative_to(undisturbed) for path in stored(undisturbed)]
+    assert names >= set(wanted)
+    for name in wanted:
+        mine, theirs = read_member(folder / name), read_member(undisturbed / name)
+        assert len(mine.moments) == len(theirs.moments) > 0
+        for one, other in zip(mine.moments, theirs.moments, strict=True):
+            np.testing.assert_array_equal(one.spectrum, other.spectrum)
+            for number, values in other.numbers.items():
+                np.testing.assert_array_equal(one.numbers[number], values)
+        assert mine.provenance.get("directions") == theirs.provenance.get("directions")
+    found, expected = (rs.open_run(home).estimate("flash_temperature") for home in (folder, undisturbed))
+    np.testing.assert_array_equal(found.mean, expected.mean)
+    np.testing.assert_array_equal(found.total_error, expected.total_error)
+    left = [path for path in folder.glob("**/*") if path.suffix == ".tmp" or path.name == "claims"]
+    assert not left, left
+
+
+class Storm:
+    """Kills at random moments, and the same command again after each."""
+
+    def __init__(self, folder, verb, mode, seed=1):
+        self.folder, self.verb, self.mode = folder, verb, mode
+        self.random = random.Random(seed)
+        self.commands, self.workers = COMMANDS[mode]
+        self.scene = write_scene(folder, verb)
+        self.tally = Tally()
+
+    def start(self, home):
+        """Start a process that computes a run; a fork has all compiled functions loaded."""
+        process = get_context("fork").Process(target=compute, args=(self.verb, self.scene, home, self.workers))
+        process.start()
+        return process
+
+    def rage(self, kills):
+        """Kill so many times, in as many runs as it takes; return the counts."""
+        expected = self.folder / "undisturbed"
+        compute(self.verb, self.scene, expected, 1)
+        while self.tally.kills < kills:
+            home = self.folder / f"run-{self.tally.runs}"
+            self.one_run(home, kills)
+            assert_same_bits(home, expected)
+            self.tally.runs += 1
+            self.tally.members += len(stored(expected))
+        return self.tally
+
+    def one_run(self, home, kills):
+        """Kill and restart the commands of one run until it has ended."""
+        processes = [self.start(home) for _ in range(self.commands)]
+        before = {}
+        while self.tally.kills < kills:
+            after = self.wait_for_member(home, len(before), processes)
+            if after is None:
+                break
+            time.sleep(self.random.uniform(0.0, PAUSE))
+            victim = self.random.randrange(self.commands)
+            pids = [processes[victim].pid]
+            if self.workers > 1:
+                pids += children(pids[0])
+            pid = self.random.choice(pids)
+            if not processes[victim].is_alive():
+                break
+            os.kill(pid, 9)
+            self.tally.kills += 1
+            if pid == processes[victim].pid:
+                processes[victim].join()
+                processes[victim] = self.start(home)
+            else:
+                self.tally.of_workers += 1
+            now = {path: hashlib.sha256(path.read_bytes()).digest() for path in stored(home)}
+            lost = [path for path in before if path not in now]
+            assert not lost, lost
+            if self.mode == "one writer":
+                assert all(now[path] == digest for path, digest in before.items())
+            self.tally.between.append(len(now) - len(before))
+            before = now
+        for process in processes:
+            process.join(600.0)
+            assert process.exitcode == 0
+
+    def wait_for_member(self, home, number, processes):
+        """Wait until more members than this number are stored; None if a process has ended."""
+        patience = time.monotonic() + PATIENCE
+        while len(stored(home)) <= number and time.monotonic() < patience:
+            if not all(process.is_alive() for process in processes):
+                return None
+            time.sleep(0.005)
+        return len(stored(home))
+
+
+def main():
+    """Let all storms rage, and print their counts."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--kills", type=int, default=60)
+    parser.add_argument("--only", default="", help="part of the name of a storm")
+    parser.add_argument("-o", "--output", type=Path, default=Path("runs/storms"))
+    options = parser.parse_args()
+    warnings.simplefilter("ignore")
+    for verb in SURFACE:
+        for mode in COMMANDS:
+            if options.only in f"{verb}, {mode}":
+                began = time.monotonic()
+                tally = Storm(options.output / f"{verb}-{mode.replace(' ', '-')}", verb, mode).rage(options.kills)
+                print(f"{verb}, {mode}: {tally}; {time.monotonic() - began:.0f} s", flush=True)
+
+
+if __name__ == "__main__":
+    main()
