@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import copysign, inf, isnan, log, nan
 from typing import Any, NamedTuple
 
@@ -14,6 +14,7 @@ from roughsim.estimate.levels import Values
 from roughsim.estimate.sliding import OF_MARCH
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.prediction.values import Predicted
 from roughsim.results.marks import AT_CUT_OFF, IDENTITY, notes_of, unknown_words
 from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
@@ -126,30 +127,49 @@ class Row:
 
 def rows_of(run: Run) -> Iterator[Row]:
     """Yield a row for each observable and speed; at the end the contact temperatures, if the scene has a duration."""
+    theories = _theories_of(run)
+    for observable in OBSERVABLES:
+        predicted = {name: values[observable] for name, values in theories.items()}
+        estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
+        if run.numerics.march is not None and observable in OF_MARCH:
+            estimates[SLIDING] = run.estimate(observable, SLIDING)
+        ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"])
+        yield from _rows_of_one(run, observable, predicted, estimates, ratios)
+    if run.scene.sliding.duration is not None:
+        flash = {name: values[FLASH] for name, values in theories.items()}
+        yield from _rows_of_contact_temperature(run, flash)
+    if isinstance(run, Pressed):
+        yield from _rows_of_directions(run)
+
+
+def _theories_of(run: Run) -> dict[str, Predicted]:
+    """Return the theories of a run by the field of a row."""
     grid, q_c = finest(run)
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
     with warnings.catch_warnings():
-        if not run.drawn:  # the longest waves of C(q) stand for what a map shows, and its cell lacks nothing of it
+        if not run.drawn:  # the longest waves of C(q) stand for those of the map, and its cell lacks none of them
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
         summed = prediction.mode_sums(run.scene, drawn, grid)
-    theories = {  # by the field of a row that has it
+    return {
         "theory": prediction.predictions(run.scene),
         "theory_same_modes": summed,
         "theory_at_cut_off": prediction.predictions(run.scene, q_c),
         "calibrated": prediction.calibrated_predictions(run.scene),
     }
-    for observable in OBSERVABLES:
-        yield from rows_of_one(run, observable, {name: values[observable] for name, values in theories.items()})
-    if run.scene.sliding.duration is not None:
-        flash = {name: values["flash_temperature"] for name, values in theories.items()}
-        rows = rows_of_one(run, "flash_temperature", flash, prediction.background(run.scene))
-        yield from (replace(row, observable=CONTACT_TEMPERATURE) for row in rows)
-    if isinstance(run, Pressed):
-        yield from rows_of_directions(run)
 
 
-def rows_of_directions(run: Pressed) -> Iterator[Row]:
-    """Yield T_flash of a map in each direction of sliding that is known, and that of the map over its Gaussian twin.
+def _rows_of_contact_temperature(run: Run, flash: dict[str, Array]) -> Iterator[Row]:
+    """Yield T₀ + T_flash at each speed from T_flash of the theories."""
+    background = prediction.background(run.scene)
+    predicted = {name: values + background for name, values in flash.items()}
+    columns = run.numerics.columns if run.numerics.march is None else (*run.numerics.columns, SLIDING)
+    estimates = {name: run.contact_temperature(name, background) for name in columns}
+    ratios = ratios_of(run, FLASH, predicted["theory_same_modes"], predicted["theory_at_cut_off"], background)
+    yield from _rows_of_one(run, CONTACT_TEMPERATURE, predicted, estimates, ratios)
+
+
+def _rows_of_directions(run: Pressed) -> Iterator[Row]:
+    """Yield T_flash of a map in each measured direction of sliding, and T_flash of the map over its Gaussian twin.
 
     There is no theory of them, and one twin shows no scatter: its error is unknown.
     """
@@ -158,61 +178,69 @@ def rows_of_directions(run: Pressed) -> Iterator[Row]:
     without = {f"{column}_over_theory": Ratio(nan, nan)}
     for name, estimate in estimates.items():
         for k, speed in enumerate(run.scene.speeds):
-            cells = {column: cell_of(estimate, k)}
+            cells = {column: _cell_of(estimate, k)}
             yield Row(name, "K", speed, nan, nan, nan, nan, columns=cells, ratios=without, note="")
-    for speed, ratio in zip(run.scene.speeds, [] if run.over_twin is None else run.over_twin.tolist(), strict=False):
-        cells = {column: Cell(ratio, nan, nan)}
-        yield Row(OVER_TWIN, "1", speed, nan, nan, nan, nan, columns=cells, ratios=without, note="")
+    if run.over_twin is not None:
+        for speed, ratio in zip(run.scene.speeds, run.over_twin.tolist(), strict=False):
+            cells = {column: Cell(ratio, nan, nan)}
+            yield Row(OVER_TWIN, "1", speed, nan, nan, nan, nan, columns=cells, ratios=without, note="")
 
 
-def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Array | None = None) -> Iterator[Row]:
-    """Yield a row for each speed of an observable, whose theories are `predicted` by the field of a row.
+def _rows_of_one(
+    run: Run,
+    observable: str,
+    predicted: dict[str, Array],
+    estimates: dict[str, Estimate],
+    ratios: dict[str, Uncertain],
+) -> Iterator[Row]:
+    """Yield a row for each speed of an observable.
 
-    `more`, (speeds,), is an exact number added to T_flash everywhere, with all heat in the moving body; the column
-    sliding has its own.
+    `predicted` has its theories by the field of a row, with all heat in the moving body; `estimates` its columns.
     """
-    record = OBSERVABLES[observable]
-    measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
-    slid = None
-    if run.numerics.march is not None and observable in OF_MARCH:
-        slid = run.estimate(observable, SLIDING) if more is None else run.contact_temperature(SLIDING, more)
-    slid_theory = theory_of_sliding(run, observable if more is None else CONTACT_TEMPERATURE, predicted["calibrated"])
+    record = OBSERVABLES[FLASH if observable == CONTACT_TEMPERATURE else observable]
+    sliding = _theory_of_sliding(run, observable, predicted["calibrated"])
     share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
-    if more is not None:
-        predicted = {name: values + more for name, values in predicted.items()}
-        measured = {name: run.contact_temperature(name, more) for name in measured}
-    ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"], more)
-    notes = [notes_of(run, name, estimate) for name, estimate in measured.items()]
+    notes = [notes_of(run, name, estimates[name]) for name in run.numerics.columns]
     for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
-        said, quotients = {name: float(x[k] * share[k]) for name, x in predicted.items()}, {}
-        cells = {name: cell_of(e, k) for name, e in measured.items()}
-        for name, q in ratios.items():
-            value, error, total = (float(x[k]) for x in (q.mean, q.standard_error, q.total_error))
-            quotients[name] = Ratio(value, error, total, q.unknown_at(k))
-        of_columns = {of_column[k] for of_column in notes}
+        cells = {name: _cell_of(estimate, k) for name, estimate in estimates.items()}
         if run.numerics.march is not None:
-            cells[SLIDING] = cell_of(slid, k) if slid else NOTHING
-        note = next((note for note in (IDENTITY, AT_CUT_OFF) if note in of_columns), "")
-        said["sliding_calibrated"] = float(slid_theory[k])
-        yield Row(observable, record.unit, speed, columns=cells, ratios=quotients, note=note, **said)
+            cells.setdefault(SLIDING, NOTHING)
+        here = {of_column[k] for of_column in notes}
+        yield Row(
+            observable,
+            record.unit,
+            speed,
+            **{name: float(values[k] * share[k]) for name, values in predicted.items()},
+            sliding_calibrated=float(sliding[k]),
+            columns=cells,
+            ratios={name: _ratio_of(ratio, k) for name, ratio in ratios.items()},
+            note=next((note for note in (IDENTITY, AT_CUT_OFF) if note in here), ""),
+        )
 
 
-def theory_of_sliding(run: Run, name: str, frozen: Array) -> Array:
-    """Return what the calibrated theory of two bodies gives for the column sliding; NaN where it has nothing.
+def _theory_of_sliding(run: Run, name: str, frozen: Array) -> Array:
+    """Return the calibrated theory of two sliding bodies for the column sliding; NaN where there is none.
 
     `frozen` are the values of the calibrated law for a contact that does not change.
     """
+    nothing = np.full(frozen.shape, nan)
     slid = None if run.numerics.march is None else prediction.sliding_prediction(run.scene)
-    if slid is not None and name == "contact_fraction":
-        return frozen
-    return getattr(slid, name, np.full(frozen.shape, nan))
+    if slid is None:
+        return nothing
+    return frozen if name == "contact_fraction" else getattr(slid, name, nothing)
 
 
-def cell_of(estimate: Estimate, k: int) -> Cell:
+def _cell_of(estimate: Estimate, k: int) -> Cell:
     """Return entry k of an estimate."""
     parts = (estimate.mean, estimate.standard_error, estimate.bias, estimate.total_error)
     mean, error, bias, total = (float(x[k]) for x in parts)
     return Cell(mean, error, bias, total, estimate.unknown_at(k))
+
+
+def _ratio_of(quotient: Uncertain, k: int) -> Ratio:
+    """Return entry k of a quotient of two columns."""
+    value, error, total = (float(x[k]) for x in (quotient.mean, quotient.standard_error, quotient.total_error))
+    return Ratio(value, error, total, quotient.unknown_at(k))
 
 
 def finest(run: Run) -> tuple[Grid, float]:
@@ -225,46 +253,49 @@ def finest(run: Run) -> tuple[Grid, float]:
 
 
 def ratios_of(
-    run: Run, observable: str, summed: Array, integral: Array, more: Array | None = None
+    run: Run, observable: str, summed: Array, integral: Array, background: Array | None = None
 ) -> dict[str, Uncertain]:
     """Return the first column over the theory and, for capped scenes, capped over smoothed.
 
     The difference of the sum over the modes from the integral counts as an error by the finite cell, though contacts
-    are less sensitive to it than the sum. `more`, (speeds,), is an exact number added to the columns.
+    are less sensitive to it than the sum. `background`, (speeds,), is an exact number added to the columns.
     """
     columns = run.numerics.columns
     solver = OBSERVABLES[observable].solver_share * run.numerics.tolerance
-    known: Any = {"solver": solver}
-
-    def values_of(column: str, extrapolated: bool = True) -> tuple[Values, Array]:
-        """Return the values of a column, and the relative error by the finite cell."""
-        values = run.values(observable, column, extrapolated=extrapolated)
-        size = run.size_error(observable, column, values)
-        if more is None:
-            return values, size
-        warmed = values._replace(mean=values.mean + more, finest=values.finest + more)
-        with np.errstate(invalid="ignore"):  # 0/0 at rest
-            return warmed, size * values.mean / warmed.mean
-
-    first, first_size = values_of(columns[0], extrapolated=False)
+    first, first_size = _values_of(run, observable, columns[0], background, extrapolated=False)
     with np.errstate(all="ignore"):  # 0/0 at rest
         apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
-    size = np.hypot(first_size, apart)
     # the theory is by the C(q) of the scans, also where the map itself is pressed
-    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=size, scanned=run.scene.scanned, **known)}
+    size = np.hypot(first_size, apart)
+    over_theory = quotient(first, summed, size=size, solver=solver, scanned=run.scene.scanned)
+    result = {f"{columns[0]}_over_theory": over_theory}
     if len(columns) > 1:
-        (above, above_size), (below, below_size) = (values_of(column) for column in (columns[1], columns[0]))
+        below, below_size = _values_of(run, observable, columns[0], background)
+        above, above_size = _values_of(run, observable, columns[1], background)
         size = np.hypot(above_size, below_size)
-        ratio = quotient(above, below, size=size, scanned=run.scanned, **known)
+        ratio = quotient(above, below, size=size, solver=solver, scanned=run.scanned)
         result[f"{columns[1]}_over_{columns[0]}"] = ratio
     return result
+
+
+def _values_of(
+    run: Run, observable: str, column: str, background: Array | None, *, extrapolated: bool = True
+) -> tuple[Values, Array]:
+    """Return the values of a column with the background added, and their relative error by the finite cell."""
+    values = run.values(observable, column, extrapolated=extrapolated)
+    size = run.size_error(observable, column, values)
+    if background is None:
+        return values, size
+    warmed = values._replace(mean=values.mean + background, finest=values.finest + background)
+    with np.errstate(invalid="ignore"):  # 0/0 at rest
+        return warmed, size * values.mean / warmed.mean
 
 
 def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     """Return the slope of |σ_q|² at the finest level of a column; that level needs two sound members.
 
     With C ∝ q^(−2−2H) full contact has |σ_q|² ∝ q^(−2H). Where contact is lost P ∝ 1/√G ∝ q^(H−1), so that the theory's
-    slope tends to −(1 + H) in a long band. What a finite pixel changes of slopes is not in their error.
+    slope tends to −(1 + H) in a long band. The error does not include the effect of a finite pixel.
 
     The band goes from the last kink of C(q) to q_c, or to where contact has yielded. None where it is too short to have
     a slope, as in steels that yield below q_roll_off.
