@@ -77,7 +77,8 @@ TESTS = {
     "roughsim/estimate/regression.py": "estimate/test_regression.py",
     "roughsim/estimate/correlation.py": "estimate/test_correlation.py",
     "roughsim/estimate/sliding.py": "estimate/test_sliding.py",
-    "roughsim/prediction/__init__.py": "prediction/test_prediction.py prediction/test_one_theory.py",
+    "roughsim/prediction/theories.py": "prediction/test_prediction.py prediction/test_one_theory.py",
+    "roughsim/prediction/modes.py": "prediction/test_prediction.py prediction/test_one_theory.py",
     "roughsim/prediction/bodies.py": (
         "prediction/test_friction.py heat/test_conductivity.py prediction/test_prediction.py "
         "comparison/test_contact_temperature.py"

@@ -19,6 +19,7 @@ import theory
 from roughsim.grid import Array
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.model import Conduction
+from roughsim.surface.spectrum import Spectrum
 
 _STEPS = 64  # from the background to the end of the tables, in which the temperature of the contact is looked for
 
@@ -48,11 +49,12 @@ def heat_arguments(friction_coefficient: float, bodies: Conduction) -> dict[str,
 
 
 @lru_cache(maxsize=64)
-def smoothed_spectrum(scene: Scene) -> Any:
+def smoothed_spectrum(scene: Scene) -> Spectrum:
     """Return C_sm of a capped scene (Eq. 27), or C(q) itself of an elastic one: a callable with `breaks`."""
     if scene.elastic:
         return scene.spectrum
-    return theory.plasticity.smoothed_spectrum(scene.spectrum, **pressure_arguments(scene))
+    smoothed: Spectrum = theory.plasticity.smoothed_spectrum(scene.spectrum, **pressure_arguments(scene))
+    return smoothed
 
 
 class Heating(NamedTuple):
@@ -217,7 +219,7 @@ def background(scene: Scene) -> Array:
 
 
 def heat_partition(
-    scene: Scene, speeds: ArrayLike | None = None, *, rule: float | str | None = None, spectrum: Any = None
+    scene: Scene, speeds: ArrayLike | None = None, *, rule: float | str | None = None, spectrum: Spectrum | None = None
 ) -> Array:
     """Return the moving body's share of the heat at each speed, m/s: those of the scene if None.
 
@@ -233,7 +235,7 @@ def heat_partition(
     return result
 
 
-def share_of(scene: Scene, rule: float | str, speed: Array, spectrum: Any, bodies: Conduction) -> Array:
+def share_of(scene: Scene, rule: float | str, speed: Array, spectrum: Spectrum, bodies: Conduction) -> Array:
     """Return the moving body's share by a rule of the scene at speeds (n,), m/s, that have one conduction."""
     if not isinstance(rule, str) or rule == "all":
         return np.full(speed.shape, 1.0 if rule == "all" else float(rule))

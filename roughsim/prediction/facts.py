@@ -8,8 +8,10 @@ import numpy as np
 import scipy
 
 from roughsim.grid import Array
-from roughsim.prediction import conduction, heat_partition, predictions, yield_wavenumber
+from roughsim.prediction.areas import yield_wavenumber
+from roughsim.prediction.bodies import conduction, heat_partition
 from roughsim.prediction.statements import Statement, textures
+from roughsim.prediction.theories import predictions
 from roughsim.scene import Scene
 from roughsim.show.table import json_value
 

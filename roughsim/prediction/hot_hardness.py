@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import theory
-from roughsim.prediction import calibrated, calibrated_over_speed, over_speed
 from roughsim.prediction.bodies import heat_partition
+from roughsim.prediction.law import calibrated
+from roughsim.prediction.theories import calibrated_over_speed, over_speed
 from roughsim.scene import Scene
 
 

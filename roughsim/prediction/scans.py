@@ -14,8 +14,8 @@ import numpy as np
 import scipy
 
 from roughsim.grid import Array
-from roughsim.prediction import integrals, over_speed
 from roughsim.prediction.statements import textures
+from roughsim.prediction.theories import integrals, over_speed
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
 

@@ -49,7 +49,9 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
     return quadrant[np.minimum(rows, grid.shape[0] - rows)]
 
 
-def mean_over_cells(weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid, modes: Array) -> Array:
+def mean_over_cells(
+    weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid, modes: NDArray[np.bool_]
+) -> Array:
     """Return ∫ C w d²q / ∫ C d²q over the Fourier cells of some modes: the mean that their roughness sees.
 
     `weight` is w of wavenumbers within the breaks of the spectrum, rad/m, one-dimensional, smooth between the breaks;

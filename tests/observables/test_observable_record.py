@@ -8,6 +8,8 @@ from roughsim import prediction
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Observable, Sample, Theory, ratio
 from roughsim.observables.stress_spectrum import StressSpectrum
+from roughsim.prediction.modes import summed_over_modes
+from roughsim.prediction.theories import calibrated_integrals, integrals
 
 THEORY = Theory(
     {"slope_length": np.array([1.0, 2.0, 3.0])}, 9e7, correlation_radius=lambda f: 10.0 * f, total=lambda w: 0.0
@@ -51,10 +53,8 @@ def test_the_theory_of_an_observable_may_divide_by_the_load():
         "concentration", "1", theory=lambda theory: theory.total(np.ones_like) / theory.nominal_pressure
     )
     scene = rs.load_scene("demo")
-    views = prediction.integrals(scene), prediction.calibrated_integrals(scene)
-    views += (
-        prediction.summed_over_modes(scene, prediction.smoothed_spectrum(scene), rs.Grid((256, 256), (4e-3, 4e-3))),
-    )
+    views = integrals(scene), calibrated_integrals(scene)
+    views += (summed_over_modes(scene, prediction.smoothed_spectrum(scene), rs.Grid((256, 256), (4e-3, 4e-3))),)
     for view in views:
         assert concentration.of_theory(view, 1) == pytest.approx(view.total(np.ones_like) / 90e6, rel=1e-12)
 

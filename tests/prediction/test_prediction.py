@@ -10,8 +10,9 @@ from scipy.special import erf
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.prediction import integrals, summed_over_modes
 from roughsim.prediction.bodies import stress_arguments
+from roughsim.prediction.modes import summed_over_modes
+from roughsim.prediction.theories import integrals
 from roughsim.surface.spectrum import TruncatedSpectrum
 from theory import flash, partition, persson
 

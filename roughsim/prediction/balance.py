@@ -1,0 +1,61 @@
+"""Heat balance of two bodies: their temperatures with all the heat in each, as the time of sliding changes them."""
+
+from dataclasses import replace
+
+import numpy as np
+import scipy
+
+import theory
+from roughsim.grid import Array
+from roughsim.observables.record import Sample
+from roughsim.prediction.bodies import conduction
+from roughsim.scene import Scene
+
+
+def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
+    """Return the terms by which the time of sliding enters the heat balance at each speed; q (modes,) in rad/m.
+
+    First the part of the steady temperature that the resting body has reached, (speeds, modes), then the backgrounds
+    κT₀ σ₀/μv of the moving and of the resting body, Pa² m, (speeds,). Where time plays no part they are 1, 0 and 0.
+    """
+    time, bodies = scene.sliding.duration, conduction(scene)
+    if scene.sliding.heat_partition != "total" or time is None:
+        zero = np.zeros(len(scene.speeds))
+        return np.ones((zero.size, q.size)), zero, zero
+    square = scene.sliding.nominal_pressure**2
+    moving, resting = (
+        np.array([theory.background.temperature(time, heat_flux=square, conductivity=1.0, diffusivity=d) for d in each])
+        for each in (bodies.diffusivity, bodies.counter_diffusivity)
+    )
+    return scipy.special.erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None]), moving, resting
+
+
+def balanced(scene: Scene, sample: Sample) -> Sample:
+    """Return a level with the flash temperatures of both bodies that the rule of the scene makes equal.
+
+    The resting body is measured with the conductivity of the moving one: its temperature is multiplied by κ/κ', NaN
+    where it does not conduct. For "total" it has grown for the sliding duration, and `backgrounds` come on top. The
+    sample needs its stress spectra then.
+    """
+    resting = sample.numbers["resting_flash_temperature"]
+    if scene.sliding.heat_partition == "total":
+        steady = sample.spectrum / sample.wavenumber
+        growth = heat_history(scene, sample.wavenumber)[0]
+        resting = resting / steady.sum(axis=1, keepdims=True) * (steady @ growth.T)
+    bodies = conduction(scene)
+    resting = resting * (bodies.conductivity / bodies.counter_conductivity)
+    return replace(sample, numbers=sample.numbers | {"resting_flash_temperature": resting})
+
+
+def backgrounds(scene: Scene, sample: Sample) -> tuple[Array, Array]:
+    """Return the mean temperatures T₀ of the moving and of the resting body, each with all the heat, K, (speeds,).
+
+    They are of the sliding duration under the rule "total", else zero. The sample is any of the scene.
+    """
+    if scene.sliding.heat_partition != "total":
+        return np.zeros(len(scene.speeds)), np.zeros(len(scene.speeds))
+    _, moving, resting = heat_history(scene, sample.wavenumber)
+    steady = (sample.spectrum[0] / sample.wavenumber).sum()
+    rate = sample.numbers["resting_flash_temperature"][0] / steady  # μv/κσ₀, also at rest
+    bodies = conduction(scene)
+    return rate * moving, rate * resting * (bodies.conductivity / bodies.counter_conductivity)

@@ -1,0 +1,77 @@
+"""Theory of a scene summed over the modes of a cell, in place of the integral over C(q)."""
+
+from math import nan, pi
+
+import numpy as np
+
+import theory
+from roughsim.grid import Array, Grid, modes_where
+from roughsim.observables.record import Theory
+from roughsim.observables.stress_spectrum import StressSpectrum
+from roughsim.prediction.areas import area_fractions
+from roughsim.prediction.balance import heat_history
+from roughsim.prediction.bodies import conduction, friction_coefficient, load_arguments, stress_arguments
+from roughsim.prediction.theories import OVER_SPEED
+from roughsim.prediction.values import Predicted
+from roughsim.scene import Scene
+from roughsim.surface.modes import mean_over_cells, mode_variance
+from roughsim.surface.spectrum import Spectrum
+
+_NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier cells
+
+
+def mode_sums(scene: Scene, spectrum: Spectrum, grid: Grid) -> Predicted:
+    """Return every observable by the theory summed over the modes of a grid, those that a simulation has.
+
+    `spectrum` is the one that the surfaces are drawn from, up to their q_c.
+    """
+    return Predicted(summed_over_modes(scene, spectrum, grid), scene)
+
+
+def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> Theory:
+    """Return the theory with ∫ d²q C in Eqs. (2), (4), (7) and (9) replaced by the sum over mode variances of a grid.
+
+    `spectrum` is the one that the surfaces are drawn from, up to their q_c.
+    """
+    q, stress = mode_stress(scene, spectrum, grid)
+    speeds, sliding, bodies = np.array(scene.speeds), scene.sliding, conduction(scene)
+    # the sums of Eqs. (4), (7) and (9) without μv/κσ₀, (speeds,)
+    even, odd = theory.flash.angular_integrals(speeds[:, None] / (bodies.diffusivity[:, None] * q))
+    temperature, gradient = (2 / pi * even) @ (stress / q), (2 / pi * odd) @ stress
+    laplacian = -(2 / pi * even) @ (stress * q)
+    rate = friction_coefficient(scene) * speeds / (bodies.conductivity * sliding.nominal_pressure)
+    with np.errstate(divide="ignore"):
+        slope_length = temperature / np.abs(gradient)
+    flash = rate * temperature, rate * gradient, rate * laplacian, np.sqrt(-temperature / laplacian), slope_length
+    share = np.full(speeds.shape, nan)
+    if scene.counterface_conducts:  # the balance of the two bodies, both as κT σ₀/μv of the moving one
+        growth, moving_background, resting_background = heat_history(scene, q)
+        resting = growth @ (stress / q) + resting_background
+        resting *= bodies.conductivity / bodies.counter_conductivity
+        share = resting / (resting + temperature + moving_background)
+    area = float(theory.persson.contact_probability(float(spectrum.breaks[-1]), spectrum, **load_arguments(scene)))
+    temperatures = dict(zip(OVER_SPEED, flash, strict=True))
+    return Theory(
+        {**temperatures, "heat_partition": share, **area_fractions(scene), "contact_fraction": area},
+        sliding.nominal_pressure,
+        correlation_radius=StressSpectrum(q, stress, 0.5 * float(np.hypot(*grid.lengths))).correlation_radius,
+        total=lambda weight: float(stress @ weight(q)),
+    )
+
+
+def mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, Array]:
+    """Return the wavenumbers of the modes, rad/m, and their share of ⟨σ²⟩ − σ₀² in the theory, Pa²."""
+    variance = mode_variance(spectrum, grid)
+    modes = modes_where(grid, variance > 0.0)
+    q, ring = np.unique(modes.wavenumber, return_inverse=True)
+
+    def weight(at: Array) -> Array:
+        values: Array = theory.persson.stress_weight(at, spectrum, **stress_arguments(scene))
+        return values
+
+    # W at |q| of each mode, but its mean over the Fourier cell near q_min: there W falls from 1 within a mode
+    weights = weight(q)[ring]
+    near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
+    weights[near[modes.chosen]] = mean_over_cells(weight, spectrum, grid, near & modes.chosen)
+    roughness = np.bincount(ring, modes.multiplicity * (variance[modes.chosen] * weights))
+    return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness

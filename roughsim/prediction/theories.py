@@ -1,0 +1,131 @@
+"""Theory of a scene integrated over C(q): every observable by the paper's weight and by the calibrated law.
+
+All temperatures are with all the heat in the moving body; the heat share is an observable of its own.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+
+import theory
+from roughsim.grid import Array
+from roughsim.observables.record import Theory
+from roughsim.prediction.areas import REMEMBERED, area_fractions
+from roughsim.prediction.bodies import groups, heat_arguments, heat_partition, smoothed_spectrum, stress_arguments
+from roughsim.prediction.law import calibrated
+from roughsim.prediction.values import NOTHING, Predicted
+from roughsim.scene import Scene
+from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
+from theory.yielding import YieldingSpectrum
+
+OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
+
+
+@lru_cache(maxsize=REMEMBERED)
+def predictions(scene: Scene, q_max: float = inf) -> Predicted:
+    """Return every observable over C(q), or over its part up to q_max, rad/m; NaN where there is no theory.
+
+    The arrays over speed, or of one entry, are read-only. Temperatures are with all the heat in the moving body.
+    """
+    return Predicted(integrals(scene, q_max), scene)
+
+
+def integrals(scene: Scene, q_max: float = inf) -> Theory:
+    """Return the theory over the whole spectrum, or up to `q_max`, rad/m."""
+    whole = smoothed_spectrum(scene)
+    spectrum = TruncatedSpectrum(whole, q_max) if q_max < inf else whole
+    rule = "total" if scene.sliding.heat_partition == "total" else "mean"
+    temperatures = over_speed(scene, np.array(scene.speeds), spectrum)
+    share = heat_partition(scene, rule=rule, spectrum=spectrum)
+    values = {**temperatures, "heat_partition": share, **area_fractions(scene, q_max)}
+    return integrated(scene, values, {"spectrum": spectrum, **stress_arguments(scene)})
+
+
+def integrated(scene: Scene, values: dict[str, Any], stress: dict[str, Any]) -> Theory:
+    """Return a theory of these values, with radius and integrals of the stress spectrum that `stress` describes."""
+
+    def total(weight: Callable[[Array], Array]) -> float:  # 2π ∫ q |σ_q|² weight(q) dq, Eq. (2)
+        density = theory.persson.stress_density(**stress)
+        return float(density.weighted() @ weight(density.wavenumber()))
+
+    return Theory(
+        values,
+        scene.sliding.nominal_pressure,
+        correlation_radius=lambda fraction: float(theory.persson.correlation_radius(fraction, **stress)),
+        total=total,
+    )
+
+
+def over_speed(
+    scene: Scene,
+    speeds: Array,
+    spectrum: Spectrum | None = None,
+    *,
+    stress_spectrum: YieldingSpectrum | None = None,
+    names: tuple[str, ...] = OVER_SPEED,
+) -> dict[str, Array]:
+    """Return T_flash, T′, ∇²T, D_flash and d_flash at any speeds, m/s, with all heat in the moving body.
+
+    They are those of the whole spectrum, of a `spectrum` C(q), or of a `stress_spectrum` |σ_q|².
+    """
+    if stress_spectrum is not None:
+        stress = {"stress_spectrum": stress_spectrum, "nominal_pressure": scene.sliding.nominal_pressure}
+    else:
+        stress = {"spectrum": smoothed_spectrum(scene) if spectrum is None else spectrum} | stress_arguments(scene)
+    result = {name: np.empty(speeds.shape) for name in names}
+    for indices, constants in groups(scene, speeds):
+        for name, values in result.items():
+            formula = getattr(theory.flash, name)
+            values[indices] = formula(speeds[indices], **stress, **heat_arguments(*constants))
+    return result
+
+
+def correlation(scene: Scene, distance: Array) -> Array:
+    """Return g_σ(r) over the whole spectrum, Pa², at distances in m. Eq. (2)"""
+    values: Array = theory.persson.pressure_correlation(distance, smoothed_spectrum(scene), **stress_arguments(scene))
+    return values
+
+
+def stress_spectrum(scene: Scene, q: Array) -> Array:
+    """Return |σ_q|² = (E* q/2)² C(q) W(q), Pa² m², at wavenumbers in rad/m, so that g_σ(0) = 2π ∫ q |σ_q|² dq. Eq. (2)
+
+    C is C_sm where there is a hardness.
+    """
+    spectrum = smoothed_spectrum(scene)
+    density: Array = (0.5 * scene.effective_modulus * q) ** 2 * spectrum(q)
+    weight: Array = theory.persson.stress_weight(q, spectrum, **stress_arguments(scene))
+    return density * weight
+
+
+@lru_cache(maxsize=REMEMBERED)
+def calibrated_predictions(scene: Scene) -> Predicted:
+    """Return every observable by the calibrated law, as `predictions`; NaN where the law does not hold."""
+    return Predicted(calibrated_integrals(scene), scene, calibrated(scene).observables)
+
+
+def calibrated_integrals(scene: Scene) -> Theory:
+    """Return the calibrated law as a theory over the whole spectrum; NaN where the law does not hold."""
+    law = calibrated(scene).stress_spectrum
+    if law is None:
+        return NOTHING
+    areas = {name: getattr(law, name, nan) for name in ("contact_fraction", "plastic_fraction")}
+    temperatures = calibrated_over_speed(scene, np.array(scene.speeds))
+    return integrated(scene, {**temperatures, **areas}, {"stress_spectrum": law})
+
+
+def calibrated_correlation(scene: Scene, distance: Array) -> Array:
+    """Return g_σ(r) by the calibrated law, Pa², at distances in m; NaN where the law does not hold."""
+    law = calibrated(scene).stress_spectrum
+    nothing = np.full(distance.shape, nan)
+    return nothing if law is None else theory.persson.pressure_correlation(distance, stress_spectrum=law)
+
+
+def calibrated_over_speed(scene: Scene, speeds: Array) -> dict[str, Array]:
+    """Return `over_speed` by the calibrated law at any speeds, m/s; NaN where the law does not hold."""
+    law = calibrated(scene)
+    names = tuple(name for name in OVER_SPEED if name in law.observables)
+    nothing = {name: np.full(speeds.shape, nan) for name in OVER_SPEED}
+    return nothing | over_speed(scene, speeds, stress_spectrum=law.stress_spectrum, names=names)
