@@ -33,7 +33,7 @@ STAGES = {
     "contact": ["contact.active_set:solve_contact"],
     "moments": ["observables.moments:measure"],
     "members written": ["store.member_files:write_member"],
-    "members read": ["results.reader:Reader.take", "results.members:Members.sample"],
+    "members read": ["results.members:Members.take", "results.members:Members.sample"],
     "rounds judged": ["estimate.rounds:judge"],
     "hand-out": ["ensemble.run:run"],
     "comparison": ["comparison.compare:compare", "comparison.compare:comparison_table"],

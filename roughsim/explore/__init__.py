@@ -23,7 +23,7 @@ def explore(
         raise ImportError("the page needs Bokeh, which is not installed: pip install 'roughsim[explore]'")
     from roughsim.explore import server
 
-    started, address = server.start(folder, port)
+    started, address = server.start(folder, server.PORTS if port is None else (port,))
     announce(address)
     with TemporaryDirectory(prefix="roughsim-") as private:
         if browser:

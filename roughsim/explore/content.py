@@ -211,10 +211,11 @@ class MemberFields:
         return Temperature(self, field, grid, speed, direction, contact)
 
 
-def load_fields(run: Run, level: int, index: int) -> MemberFields:
+def load_fields(run: Run, level: int, index: int, preview: int = PREVIEW) -> MemberFields:
     """Read the fields of a member, or compute them again if they were not kept: a member is the same every time.
 
-    RecordError if its file is damaged; ValueError if those of a map were not kept; ConvergenceError as `realize`.
+    `preview` is the largest number of points per side of the preview. RecordError if the file is damaged; ValueError if
+    the fields of a map were not kept; ConvergenceError as `realize`.
     """
     grid = run.numerics.grid(level)
     if index in run.kept(level):
@@ -225,7 +226,8 @@ def load_fields(run: Run, level: int, index: int) -> MemberFields:
         solved = realize(run.scene, run.numerics, seed=run.seed, level=level, index=index)
         heights, pressure = (field.astype(np.float32) for field in (solved.heights, solved.contact.pressure))
     # the temperature is linear in the heat, wave by wave: the long waves of the pressure give those of the temperature
-    coarse, waves = Grid((min(grid.shape[0], PREVIEW), min(grid.shape[1], PREVIEW)), grid.lengths), pressure
+    coarse = Grid((min(grid.shape[0], preview), min(grid.shape[1], preview)), grid.lengths)
+    waves = pressure
     for axis in (0, 1):
         if coarse.shape[axis] < grid.shape[axis]:
             waves = scipy.signal.resample(waves, coarse.shape[axis], axis=axis)

@@ -75,9 +75,9 @@ class LatestTask:
 
 
 class Page:
-    """The page of a run in an empty document of Bokeh."""
+    """The page of a run in an empty document of Bokeh; `tasks` makes what runs its slow work."""
 
-    def __init__(self, watched: WatchedRun, document: Document):
+    def __init__(self, watched: WatchedRun, document: Document, tasks: type[LatestTask] = LatestTask):
         self.watched = watched
         scene = watched.run.scene
         self.speed, self.direction = max(scene.speeds) or 1.0, 0.0
@@ -91,12 +91,15 @@ class Page:
         self.usual = 0.0  # s that this takes
         self._setting_controls = False
         self.layout = Layout(watched.run, self.speed)
-        self.news, self.readings, self.temperatures, self.images = (LatestTask(document, self.say) for _ in range(4))
+        self.news = tasks(document, self.say)
+        self.readings = tasks(document, self.say)
+        self.temperatures = tasks(document, self.say)
+        self.images = tasks(document, self.say)
         for name, curve in watched.theory.items():
             self.layout.curves[name].show_theory(*curve)
         self.film: FilmView | None = None
         if watched.run.numerics.march is not None:
-            self.film = FilmView(watched.run, document, LatestTask(document, self.say).ask)
+            self.film = FilmView(watched.run, document, tasks(document, self.say).ask)
             self.layout.film.children = [self.film.root]
         self._connect()
         document.title = f"roughsim: {scene.title or watched.run.folder.name}"

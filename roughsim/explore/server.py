@@ -2,7 +2,7 @@
 
 import os
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from hmac import compare_digest
 from pathlib import Path
@@ -28,21 +28,24 @@ from roughsim.studies.folder import is_study
 from roughsim.studies.study import open_study
 
 ADDRESS = "127.0.0.1"
-FIRST_PORT = 5006
-PORTS_TRIED = 20
-_LARGEST_BODY = 4096  # bytes in the body of a request: those of this page have none
-UNUSED = 15_000  # ms that a session without a tab is kept: enough for a reload, and for scripts over a slow tunnel
-CHECKS = 2_000  # ms between checks for such sessions
-PINGS = 5_000  # ms between pings: they also end a session whose tab was closed before it had opened
-_ALIVE = 30  # s after which a tab that no longer answers is dropped
+PORTS = range(5006, 5026)  # the first free one is taken
+# for requests: bytes of a body, which those of this page do not have
+_LARGEST_BODY = 4096
+SESSIONS = {  # ms
+    # a session without a tab is kept for a reload, and for scripts over a slow tunnel
+    "unused_session_lifetime_milliseconds": 15_000,
+    "check_unused_sessions_milliseconds": 2_000,
+    # pings also end a session whose tab was closed before it had opened
+    "keep_alive_milliseconds": 5_000,
+}
+_ALIVE = 30  # s after which a tab that does not answer is dropped
 _YEAR = 365 * 86_400  # s: a reload hands out the token of the session again, which must not have expired
 
 
-def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]:
-    """Return a started server of the page of a run or a study, and the address of the page, a secret.
+def start(folder: str | Path, ports: Sequence[int] = PORTS) -> tuple[BaseServer, str]:
+    """Return a started server of the page of a run or a study on the first free port, and its secret address.
 
-    Without a port it takes the first free one from 5006 on. RecordError if the folder is neither; OSError if the port
-    is taken.
+    RecordError if the folder is neither; OSError if all ports are taken.
     """
     page = page_of(Path(folder))
 
@@ -54,7 +57,7 @@ def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]
             document.add_root(plain_text("problems", f"This run cannot be shown: {error}"))
 
     application = Application(FunctionHandler(open_page))
-    for number in range(FIRST_PORT, FIRST_PORT + PORTS_TRIED) if port is None else (port,):
+    for number in ports:
         try:
             listening = socket.create_server((ADDRESS, number), backlog=128)
         except OSError as error:
@@ -67,7 +70,7 @@ def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]
         server = BaseServer(IOLoop.current(), guarded, http)
         server.start()
         return server, f"http://{ADDRESS}:{number}{server.prefix}/"
-    taken = f"port = {port} is" if port else f"ports {FIRST_PORT} to {FIRST_PORT + PORTS_TRIED - 1} are"
+    taken = f"port = {ports[0]} is" if len(ports) == 1 else f"ports {ports[0]} to {ports[-1]} are"
     raise OSError(refusal.errno, f"{taken} not free on {ADDRESS}; choose another with --port")
 
 
@@ -102,9 +105,7 @@ class _GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no t
             secret_key=key,
             sign_sessions=True,  # a session that this process has not opened is none
             generate_session_ids=False,
-            keep_alive_milliseconds=PINGS,
-            check_unused_sessions_milliseconds=CHECKS,
-            unused_session_lifetime_milliseconds=UNUSED,
+            **SESSIONS,
             session_token_expiration=_YEAR,
             use_index=False,
             ico_path="none",

@@ -21,9 +21,9 @@ _LEAST_TEXT = 12  # columns that a text may be narrowed to; longer words, such a
 class PlainConsole(Console):
     """A console of rich that takes no text as markup, emoji or command; only code sets styles."""
 
-    def __init__(self, *, stderr: bool = False, file: IO[str] | None = None):
+    def __init__(self, *, stderr: bool = False, file: IO[str] | None = None, piped: int = PIPED):
         stream = file or (sys.stderr if stderr else sys.stdout)  # None where it was closed before the start
-        width = None if stream is not None and stream.isatty() else PIPED
+        width = None if stream is not None and stream.isatty() else piped
         super().__init__(stderr=stderr, file=file, markup=False, emoji=False, highlight=False, width=width)
 
     def render_str(self, text: str, **rest: Any) -> Text:
@@ -65,8 +65,8 @@ class PlainConsole(Console):
             self.print(note, style="dim")
 
 
-def table_text(table: Table) -> str:
-    """Return a table as plain text, of at most `PIPED` columns where its numbers allow that."""
+def table_text(table: Table, width: int = PIPED) -> str:
+    """Return a table as plain text, of at most `width` columns if its numbers allow it."""
     file = StringIO()
-    PlainConsole(file=file).print_table(table)
+    PlainConsole(file=file, piped=width).print_table(table)
     return "\n".join(line.rstrip() for line in file.getvalue().splitlines())

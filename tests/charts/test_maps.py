@@ -70,8 +70,13 @@ def test_the_contact_is_enlarged_where_most_of_it_is():
     assert pressure[part].sum() == 1600.0
 
 
-def test_the_frame_shows_what_is_enlarged(capped_run, monkeypatch, drawn):
+@pytest.fixture
+def small_enlargement(monkeypatch):
+    """Enlarged parts of 32 points, for a run of 128."""
     monkeypatch.setattr(maps, "ENLARGED", 32)
+
+
+def test_the_frame_shows_what_is_enlarged(capped_run, small_enlargement, drawn):
     plot_run(capped_run, "temperature")
     whole, part = drawn[0].axes[:2]
     (frame,) = whole.patches
@@ -183,8 +188,7 @@ def test_elastic_contact_above_the_hardness_has_no_grey(capped_run, drawn):
     assert "grey" not in drawn[-1].get_suptitle()
 
 
-def test_a_narrow_figure_has_one_panel_without_outlines(capped_run, monkeypatch, drawn):
-    monkeypatch.setattr(maps, "ENLARGED", 32)
+def test_a_narrow_figure_has_one_panel_without_outlines(capped_run, small_enlargement, drawn):
     plot_run(capped_run, "temperature", look=Look(size=(3.4, 2.8)))
     assert [len(axes.images) for axes in drawn[-1].axes] == [1, 0]  # and the bar
     assert not drawn[-1].axes[0].patches

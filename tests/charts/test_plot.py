@@ -1,5 +1,7 @@
 """Pictures of a run: each says what it is of, lies where it is told to, and is refused where it cannot be drawn."""
 
+from contextlib import chdir
+
 import numpy as np
 import pytest
 from chart_cases import SPEED
@@ -62,10 +64,9 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_cannot_be_drawn_is_refused(capped_run, tmp_path, case, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_what_cannot_be_drawn_is_refused(capped_run, tmp_path, case):
     words, options, message = WRONG[case]
-    with pytest.raises(ValueError, match=message):
+    with chdir(tmp_path), pytest.raises(ValueError, match=message):
         plot_run(capped_run, *words, **options)
     assert list(tmp_path.iterdir()) == []
 

@@ -12,18 +12,16 @@ def watched(capped_run):
 
 
 @pytest.fixture
-def opened(watched, monkeypatch):
+def opened(watched):
     """Opens another folder of the same scene; its theory is known already."""
     from bokeh.document import Document
 
     from roughsim.explore.page import Page
 
-    monkeypatch.setattr("roughsim.explore.page.LatestTask", Now)
-
     def open_page(folder):
         other = WatchedRun(folder)
         other.theory = watched.theory
-        return Page(other, Document())
+        return Page(other, Document(), Now)
 
     return open_page
 
@@ -34,9 +32,7 @@ def shared(watched):
 
     from roughsim.explore.page import Page
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("roughsim.explore.page.LatestTask", Now)
-        yield Page(watched, Document())
+    return Page(watched, Document(), Now)
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@ import http.client
 import os
 import re
 import socket
-import stat
 import subprocess
 import sys
 import threading
@@ -21,7 +20,7 @@ pytest.importorskip("bokeh")
 from bokeh.util import token as jwt
 from tornado.ioloop import IOLoop
 
-from roughsim.explore import explore, server
+from roughsim.explore import server
 
 METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE")
 WIDENING = {
@@ -218,20 +217,21 @@ def test_the_websocket_opens_for_the_page_alone(served):
 
 @pytest.mark.slow
 def test_many_visits_make_one_session_which_ends_with_the_last_tab(capped_run, monkeypatch):
-    monkeypatch.setattr(server, "UNUSED", 3000)  # ms: the visits of a busy machine lie within it
-    monkeypatch.setattr(server, "CHECKS", 50)
-    monkeypatch.setattr(server, "PINGS", 100)
-    opened = []
-    genuine = server.Page
-    monkeypatch.setattr(server, "Page", lambda *a: opened.append(weakref.ref(page := genuine(*a))) or page)
+    times = {  # ms: the visits of a busy machine lie within the first
+        "unused_session_lifetime_milliseconds": 3000,
+        "check_unused_sessions_milliseconds": 50,
+        "keep_alive_milliseconds": 100,
+    }
+    monkeypatch.setattr(server, "SESSIONS", times)
     served = Served(capped_run.folder)
     try:
         for _ in range(3):
             assert served.ask(f"/{served.gate.token}/")[0] == 200
-        assert len(opened) == len(served.sessions()) == 1
+        assert len(served.sessions()) == 1
         for _ in range(2):
+            document = weakref.ref(served.sessions()[0].document)
             until(lambda: not served.sessions())
-            until(lambda: gc.collect() >= 0 and opened[-1]() is None)  # with its fields
+            until(lambda document=document: gc.collect() >= 0 and document() is None)  # with the page and its fields
             assert shake(served) is True
     finally:
         served.end()
@@ -281,30 +281,6 @@ def look_at_another_process(address):
     genuine = (Path(server.settings.bokehjs_path()) / "js/bokeh.min.js").read_bytes()
     assert seen.ask(next(path for path in scripts if "bokeh.min.js" in path))[2] == genuine
     assert all(path.startswith(f"/{token}/static/js/") for path in scripts)
-
-
-def test_the_browser_is_started_with_a_file_that_others_cannot_read(capped_run, monkeypatch):
-    seen = {}
-
-    def opened(address):
-        path = Path(address.removeprefix("file://"))
-        seen["others"] = stat.S_IMODE(path.parent.stat().st_mode) & 0o077
-        seen["text"], seen["path"] = path.read_text(), path
-
-    class Stops:
-        """A server that ends as soon as it has started."""
-
-        class io_loop:  # noqa: N801
-            add_callback = staticmethod(lambda act, *words: act(*words))
-
-        run_until_shutdown = staticmethod(lambda: None)
-
-    monkeypatch.setattr("webbrowser.open", opened)
-    monkeypatch.setattr(server, "start", lambda *_: (Stops, "http://127.0.0.1:5006/secret/"))
-    explore(capped_run.folder, announce=lambda address: None)
-    assert seen["others"] == 0
-    assert 'url=http://127.0.0.1:5006/secret/"' in seen["text"]
-    assert not seen["path"].exists()
 
 
 def test_the_policy_names_only_sources_that_a_browser_knows(served):

@@ -7,14 +7,12 @@ import pytest
 
 import roughsim as rs
 from roughsim import fourier
-from roughsim.explore import content
 from roughsim.explore.content import load_fields, usual_seconds
 
 
-def test_long_waves_of_the_previewed_temperature_are_those_of_the_whole(capped_run, monkeypatch):
+def test_long_waves_of_the_previewed_temperature_are_those_of_the_whole(capped_run):
     # the temperature is linear in the heat, wave by wave
-    monkeypatch.setattr(content, "PREVIEW", 64)
-    member = load_fields(capped_run, 2, 0)
+    member = load_fields(capped_run, 2, 0, preview=64)
     assert member.preview_grid != member.grid
     for speed, direction in ((0.1, 0.0), (35.0, 0.7), (100.0, -2.0)):
         whole = member.temperature(speed, direction).field

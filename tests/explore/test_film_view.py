@@ -15,15 +15,18 @@ from roughsim.results.film import read_film
 pytest.importorskip("bokeh")
 from bokeh.document import Document
 
-from roughsim.explore import page as page_module
 from roughsim.explore.page import Page
 
 
+@pytest.fixture(scope="module")
+def watched_film(sliding_run):
+    return WatchedRun(sliding_run.folder)
+
+
 @pytest.fixture
-def view(sliding_run, monkeypatch):
+def view(watched_film):
     """The film of a page that has just opened."""
-    monkeypatch.setattr(page_module, "LatestTask", Now)
-    return Page(WatchedRun(sliding_run.folder), Document()).film
+    return Page(watched_film, Document(), Now).film
 
 
 @pytest.fixture(scope="module")
@@ -105,11 +108,10 @@ def test_it_plays_from_the_start_to_the_end_and_stops(view):
     assert "play" in view.play.label
 
 
-def test_a_run_that_kept_no_maps_says_how_to_keep_them(tmp_path, monkeypatch):
-    monkeypatch.setattr(page_module, "LatestTask", Now)
+def test_a_run_that_kept_no_maps_says_how_to_keep_them(tmp_path):
     scene = sliding_scene()
     rs.run(replace(scene, numerics=replace(scene.numerics, keep_fields=0)), tmp_path / "run", max_realizations=1)
-    view = Page(WatchedRun(tmp_path / "run"), Document()).film
+    view = Page(WatchedRun(tmp_path / "run"), Document(), Now).film
     assert view.member.disabled
     assert view.text.text == "No march has kept its maps yet: the first --keep-fields realizations do."
     view.speed.value = "0"  # nothing to show
@@ -117,13 +119,12 @@ def test_a_run_that_kept_no_maps_says_how_to_keep_them(tmp_path, monkeypatch):
     assert view.film is None
 
 
-def test_a_film_comes_up_when_its_march_is_there(sliding_run, tmp_path, monkeypatch):
-    monkeypatch.setattr(page_module, "LatestTask", Now)
+def test_a_film_comes_up_when_its_march_is_there(sliding_run, tmp_path):
     shutil.copytree(sliding_run.folder, tmp_path / "run")
     late = [tmp_path / "run" / "realizations" / f"L{level}-000000.h5" for level in (0, 1)]
     for path in late:
         path.rename(tmp_path / path.name)
-    page = Page(WatchedRun(tmp_path / "run"), Document())
+    page = Page(WatchedRun(tmp_path / "run"), Document(), Now)
     assert page.film.member.options == []
     page.look_for_news()
     for path in late:
@@ -133,8 +134,7 @@ def test_a_film_comes_up_when_its_march_is_there(sliding_run, tmp_path, monkeypa
     assert page.film.text.text.startswith("After 1.01 mm at 35 m/s")
 
 
-def test_a_frozen_run_has_no_film(capped_run, monkeypatch):
-    monkeypatch.setattr(page_module, "LatestTask", Now)
-    page = Page(WatchedRun(capped_run.folder), Document())
+def test_a_frozen_run_has_no_film(capped_run):
+    page = Page(WatchedRun(capped_run.folder), Document(), Now)
     assert page.film is None
     assert page.layout.film.children == []

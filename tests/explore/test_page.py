@@ -5,12 +5,11 @@ import pytest
 from page_cases import image, pixels, temperature
 from tasks_at_once import Now
 
-from roughsim.explore import content
+from roughsim.explore.content import load_fields
 
 pytest.importorskip("bokeh")
 from bokeh.document import Document
 
-from roughsim.explore import page as page_module
 from roughsim.explore.page import Page
 
 
@@ -58,10 +57,9 @@ def test_one_move_replaces_one_source_once(page):
     assert len(replaced) == 1
 
 
-def test_a_large_field_is_previewed_and_then_shown_whole(watched, monkeypatch):
-    monkeypatch.setattr(page_module, "LatestTask", Now)
-    monkeypatch.setattr(content, "PREVIEW", 64)
-    page = Page(watched, Document())
+def test_a_large_field_is_previewed_and_then_shown_whole(watched):
+    page = Page(watched, Document(), Now)
+    page.show_member(load_fields(watched.run, 2, 0, preview=64))
     line = page.layout.line.source.data
     page.choose(1.0, 0.0, moving=True)
     assert image(page)["image"][0].shape == (64, 64)

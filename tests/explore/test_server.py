@@ -6,6 +6,7 @@ import http.client
 import re
 import signal
 import socket
+import stat
 import threading
 from pathlib import Path
 
@@ -41,9 +42,8 @@ def loop():
     gc.collect()
 
 
-def test_the_first_free_port_is_taken(loop, held, capped_run, monkeypatch):
-    monkeypatch.setattr(server, "FIRST_PORT", held)
-    started, address = server.start(capped_run.folder)
+def test_the_first_free_port_is_taken(loop, held, capped_run):
+    started, address = server.start(capped_run.folder, range(held, held + 20))
     try:
         port = started.port
         assert held < port < held + 20
@@ -53,47 +53,42 @@ def test_the_first_free_port_is_taken(loop, held, capped_run, monkeypatch):
         started.stop()
 
 
-def test_a_port_that_is_taken_is_refused_by_number(loop, held, capped_run, monkeypatch):
+def test_a_port_that_is_taken_is_refused_by_number(loop, held, capped_run):
     with pytest.raises(OSError, match=rf"^\[Errno \d+\] port = {held} is not free on 127.0.0.1; choose another with"):
-        server.start(capped_run.folder, held)
-    monkeypatch.setattr(server, "FIRST_PORT", held)
-    monkeypatch.setattr(server, "PORTS_TRIED", 1)
+        server.start(capped_run.folder, (held,))
     with pytest.raises(OSError, match=f"ports {held} to {held} are not free"):
-        server.start(capped_run.folder)
+        server.start(capped_run.folder, (held, held))
 
 
-def test_a_folder_that_is_no_run_starts_no_server(tmp_path, monkeypatch):
-    monkeypatch.setattr(socket, "create_server", lambda *_, **__: pytest.fail("listens all the same"))
-    with pytest.raises(RecordError, match="run.json"):
-        server.start(tmp_path)
+def test_a_folder_that_is_no_run_starts_no_server(tmp_path, held):
+    with pytest.raises(RecordError, match="run.json"):  # not that the port is taken
+        server.start(tmp_path, (held,))
 
 
 @pytest.mark.slow
-def test_the_page_is_served_with_its_own_scripts_until_it_is_stopped(loop, capped_run, monkeypatch):
-    found = {}
+def test_the_browser_opens_a_file_that_others_cannot_read_and_the_page_has_its_own_scripts(
+    loop, capped_run, monkeypatch
+):
+    seen = {}
 
     def visit(address):
-        """What a browser does, in a thread beside the server."""
-        address = re.search('url=(.*)"', Path(address.removeprefix("file://")).read_text())[1]
+        """Fetch the page, as a browser does, in a thread beside the server."""
         host, path = address.removeprefix("http://").split("/", 1)
         connection = http.client.HTTPConnection(host, timeout=20)
         connection.request("GET", f"/{path}")
-        found["html"] = connection.getresponse().read().decode()
+        seen["html"] = connection.getresponse().read().decode()
         connection.close()
-        found["names"] = {model.name for model in found["server"].get_sessions()[0].document.models}
-        found["loop"].add_callback(found["loop"].stop)
+        seen["loop"].add_callback(seen["loop"].stop)
 
     def opened(address):
-        found["loop"] = IOLoop.current()
-        found["thread"] = threading.Thread(target=visit, args=(address,))
-        found["thread"].start()
+        path = Path(address.removeprefix("file://"))
+        seen["path"] = path
+        seen["others"] = stat.S_IMODE(path.parent.stat().st_mode) & 0o077
+        seen["loop"] = IOLoop.current()
+        seen["address"] = re.search('url=(.*)"', path.read_text())[1]
+        seen["thread"] = threading.Thread(target=visit, args=(seen["address"],))
+        seen["thread"].start()
 
-    def started(*words):
-        found["server"], address = genuine(*words)
-        return found["server"], address
-
-    genuine = server.start
-    monkeypatch.setattr(server, "start", started)
     monkeypatch.setattr("webbrowser.open", opened)
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     told = []
@@ -102,8 +97,10 @@ def test_the_page_is_served_with_its_own_scripts_until_it_is_stopped(loop, cappe
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
-    found["thread"].join(20)
-    assert told[0].startswith("http://127.0.0.1:")
-    assert "static/js/bokeh" in found["html"]
-    assert "cdn.bokeh.org" not in found["html"]
-    assert {"temperature", "heights", "pressure"} <= found["names"]
+    seen["thread"].join(20)
+    assert told == [seen["address"]]
+    assert seen["address"].startswith("http://127.0.0.1:")
+    assert seen["others"] == 0
+    assert not seen["path"].exists()
+    assert "static/js/bokeh" in seen["html"]
+    assert "cdn.bokeh.org" not in seen["html"]

@@ -25,7 +25,7 @@ def study(capped_scene, tmp_path_factory):
         capped_scene,
         title="a <b>title</b>",
         numerics=replace(capped_scene.numerics, levels=levels),
-        ensemble=replace(capped_scene.ensemble, until={}, max_realizations=4),
+        ensemble=replace(capped_scene.ensemble, until={}, max_realizations=2),
     )
     vary = {"sliding.nominal_pressure": LOADS, "sliding.friction_coefficient": FRICTION}
     return rs.study(scene, vary=vary, folder=tmp_path_factory.mktemp("studies") / "study")

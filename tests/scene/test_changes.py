@@ -1,6 +1,7 @@
 """Scenes with other values of some keys: as if the file had said so."""
 
 import tomllib
+from contextlib import chdir
 
 import pytest
 
@@ -83,12 +84,13 @@ def test_words_that_change_nothing_are_refused(words, message):
         read_changes(words)
 
 
-def test_a_table_of_another_file_may_be_set(tmp_path, monkeypatch):
+def test_a_table_of_another_file_may_be_set(tmp_path):
     (tmp_path / "psd.csv").write_text("1e4, 1e-24\n1e5, 1e-27\n")
-    monkeypatch.chdir(tmp_path)
     roughness = dict.fromkeys(rs.load_scene("demo").surface.known_keys())
     changes = {f"surface.{key}": None for key in roughness} | {
         "surface.psd_file": "psd.csv",
         "surface.psd_convention": "persson",
     }
-    assert rs.load_scene("demo", changes).surface.psd == ((1e4, 1e-24), (1e5, 1e-27))
+    with chdir(tmp_path):
+        scene = rs.load_scene("demo", changes)
+    assert scene.surface.psd == ((1e4, 1e-24), (1e5, 1e-27))

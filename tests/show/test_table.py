@@ -2,7 +2,6 @@
 
 import pytest
 
-from roughsim.show import terminal
 from roughsim.show.table import Column, Number, Table
 from roughsim.show.terminal import PlainConsole, table_text
 
@@ -28,9 +27,8 @@ def test_a_group_is_named_once_and_numbers_stand_right():
 
 
 @pytest.mark.parametrize("width", [10, 40, 60])
-def test_a_narrow_terminal_wraps_text_but_breaks_no_number_and_no_name(monkeypatch, width):
-    monkeypatch.setattr(terminal, "PIPED", width)
-    text = table_text(TABLE)
+def test_a_narrow_terminal_wraps_text_but_breaks_no_number_and_no_name(width):
+    text = table_text(TABLE, width)
     assert "200.0 ± 1.2" in text
     assert "slope_length, µm" in text
     words = "".join(text.split())

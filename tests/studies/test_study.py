@@ -27,11 +27,8 @@ def test_every_point_is_an_ordinary_run_with_the_bits_of_its_scene_alone(done, s
         assert np.array_equal(alone.estimate("flash_temperature").mean, run.estimate("flash_temperature").mean)
 
 
-def test_surfaces_are_drawn_and_contacts_solved_once_for_all_points_that_share_them(small, tmp_path, monkeypatch):
-    drawn, solved = [], []
-    draw, load = pipeline.synthesize, pipeline.loaded
-    monkeypatch.setattr(pipeline, "synthesize", lambda *rest: drawn.append(1) or draw(*rest))
-    monkeypatch.setattr(pipeline, "loaded", lambda *rest: solved.append(1) or load(*rest))
+def test_surfaces_are_drawn_and_contacts_solved_once_for_all_points_that_share_them(small, tmp_path, calls):
+    drawn, solved = calls(pipeline, "synthesize"), calls(pipeline, "loaded")
     study = rs.study(small, vary=VARY, folder=tmp_path / "study")
     members = [len(run.members) for _, run in study.results]
     assert set(members) == {18}  # 12 of the lower level, and 6 of the higher one, which are solved at both
@@ -39,14 +36,13 @@ def test_surfaces_are_drawn_and_contacts_solved_once_for_all_points_that_share_t
     assert len(solved) == 24 * len(LOADS)  # points with another friction share them
 
 
-def test_a_resumed_study_computes_only_what_is_missing_and_may_grow(small, done, tmp_path, monkeypatch):
+def test_a_resumed_study_computes_only_what_is_missing_and_may_grow(small, done, tmp_path, calls):
     folder = tmp_path / "copy"
     shutil.copytree(done.folder, folder)
     lost = next(folder.glob("points/nominal_pressure=300000000,*0.2/realizations/L1-000003.h5"))
     content = lost.read_bytes()
     lost.unlink()
-    solved, load = [], pipeline.loaded
-    monkeypatch.setattr(pipeline, "loaded", lambda *rest: solved.append(1) or load(*rest))
+    solved = calls(pipeline, "loaded")
     rs.study(small, vary=VARY, folder=folder)
     assert len(solved) == 2  # at its own level and at the one below
     assert rs.open_study(folder).finished == 6
