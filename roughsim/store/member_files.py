@@ -10,7 +10,7 @@ After the end of the HDF5 data comes the seal: a line with the name of the file 
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -223,20 +223,13 @@ def _show(file: Any, names: list[str]) -> None:
 
 def _opened(path: Path, fields: Iterable[str]) -> Member:
     """Return the member in a file whose seal is sound, with these of its fields; errors as for `read_member`."""
-    from roughsim.store.hdf5 import opened_array, opened_hdf5  # loads h5py
+    from roughsim.store.hdf5 import opened_hdf5  # loads h5py
 
     content = read_bytes(path)
     _check_seal(path, content)
     try:
         with opened_hdf5(content) as file:
-
-            def array(name: str) -> Any:
-                return opened_array(file, name, len(KINDS[name].axes))
-
-            header = json.loads(file.attrs["header"])
-            # older headers have no version: it stood beside them
-            check_format(path, int(header.get("format_version", FORMAT - 1)), header.get("provenance"))
-            return _member_of(path, header, array, fields)
+            return _member_of(path, file, fields)
     except RecordError:
         raise
     except MemoryError as error:  # on a larger machine it may be readable
@@ -245,51 +238,55 @@ def _opened(path: Path, fields: Iterable[str]) -> Member:
         raise damaged(path, f"is damaged ({error})") from error
 
 
-def _member_of(path: Path, header: dict[str, Any], array: Callable[[str], Any], fields: Iterable[str]) -> Member:
-    """Return the member of a header and of the arrays in a file; ValueError or LookupError if no writer made these.
+def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
+    """Return the member in an open file; RecordError for another format, other errors if no writer made the file.
 
-    Who forges a header can forge its seal too.
+    A forger of a header can forge its seal, too.
     """
+    from roughsim.store.hdf5 import opened_array, read_array
+
+    def opened(name: str) -> Any:
+        return opened_array(file, name, len(KINDS[name].axes))
+
+    header = json.loads(file.attrs["header"])
+    # older headers have no version: it stood beside them
+    check_format(path, int(header.get("format_version", FORMAT - 1)), header.get("provenance"))
     level, index = (int(number) for number in path.stem[1:].split("-"))
     if [header["level"], header["index"]] != [level, index]:
         raise ValueError(f"it holds level {header['level']!r}, index {header['index']!r}, not what its name says")
     failure, provenance = header["failure"], header["provenance"]
-    speeds = tuple(float(speed) for speed in header["speeds"])
-    length_x, length_y = header["lengths"]
-    moments = list(_moments(header["numbers"], len(speeds), array)) if header["numbers"] else []
-    if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(moments):
+    if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(header["numbers"]):
         raise ValueError("its header is none that a writer of this format makes")
+    speeds = tuple(float(speed) for speed in header["speeds"])
+    length_x, length_y = (float(length) for length in header["lengths"])
+    own, below = Moments({}, np.empty(0), np.empty(0)), None
+    if not failure:
+        arrays = [read_array(opened(name), np.float64) for name in ("numbers", "wavenumber", "stress_spectrum")]
+        own, *rest = _moments(header["numbers"], len(speeds), *arrays)
+        below = rest[0] if rest else None
+    kept = {name: opened(name) for name in header["fields"] if name in FIELDS}
     return Member(
         level,
         index,
         failure,
-        *(moments[0] if moments else Moments({}, np.empty(0), np.empty(0))),
-        moments[1] if len(moments) > 1 else None,
-        {name: _read(array(name), np.float64) for name in header["curves"] if name in CURVES},
-        {name: _read(array(name), np.float32) for name in header["fields"] if name in fields},
-        (float(length_x), float(length_y)),
+        *own,
+        below,
+        {name: read_array(opened(name), np.float64) for name in header["curves"] if name in CURVES},
+        {name: read_array(kept[name], np.float32) for name in kept if name in fields},
+        (length_x, length_y),
         speeds,
         provenance,
-        {name: array(name).shape for name in header["fields"] if name in FIELDS},
+        {name: dataset.shape for name, dataset in kept.items()},
     )
 
 
-def _moments(names: list[str], speeds: int, array: Callable[[str], Any]) -> Iterator[Moments]:
-    """Yield the moments of the level of a file, and of the level below it; errors as `_member_of`."""
-    arrays = (_read(array(name), np.float64) for name in ("numbers", "wavenumber", "stress_spectrum"))
-    numbers, wavenumber, spectra = arrays
+def _moments(names: list[str], speeds: int, numbers: Array, wavenumber: Array, spectra: Array) -> Iterator[Moments]:
+    """Yield the moments of the level of a file, and of the level below it; ValueError if the sizes do not fit."""
     if numbers.shape[1:] != (len(names), speeds) or spectra.shape != (len(numbers), len(wavenumber)):
         raise ValueError("its arrays have other sizes than its header says")
     for rows, spectrum in zip(numbers, spectra, strict=True):
         # numbers of a package that is not installed here are left out
         known = {name: row for name, row in zip(names, rows, strict=True) if name in NUMBERS}
-        there = ~np.isnan(spectrum)
         own = {name: row if NUMBERS[name].per_speed else row[:1] for name, row in known.items()}
+        there = ~np.isnan(spectrum)
         yield Moments(own, wavenumber[there], spectrum[there])
-
-
-def _read(dataset: Any, kind: type[np.floating[Any]]) -> NDArray[Any]:
-    """Read an array; TypeError or OSError if it holds no plain numbers."""
-    values = np.empty(dataset.shape, kind)
-    dataset.read_direct(values)
-    return values
