@@ -23,32 +23,32 @@ from roughsim.scene import Scene
 
 # relative error × number of hills: of a slow T_flash where few hills carry load, times their share (of fast sliding,
 # and of all else, it is half of it), and where all of them do. By the same experiment
-FEW_HILLS, ALL_HILLS = 0.03, 0.2
+_FEW_HILLS, _ALL_HILLS = 0.03, 0.2
 SIZE_SHARE = 0.2  # of a squared target error, for the size of the cell
-WAVES = range(4, 33, 2)  # per side of a cell: pictures and g_σ(r) need four, and grids hold no more than 32
+_WAVES = range(4, 33, 2)  # per side of a cell: pictures and g_σ(r) need four, and grids hold no more than 32
 
 
 def choose_lengths(scene: Scene, target: float = inf) -> tuple[tuple[float, float], str]:
     """Return the sides of the cell, m, and the reason: those that the scene gives, or the shortest that suffice.
 
-    The square of its error takes at most `SIZE_SHARE` of that of the relative error `target`, as far as `WAVES` allow.
+    The square of its error takes at most `SIZE_SHARE` of that of the relative error `target`, as far as `_WAVES` allow.
     A cell for C(q) that is flat below a roll-off has 8 of its waves, or 4 of the longest: on rocks shorter ones left
     .7 % unexplained.
     """
     if scene.numerics.lengths is not None:
         return scene.numerics.lengths, "given in the scene"
-    flat = plateau_end(scene)
+    flat = _plateau_end(scene)
     wave = 2 * pi / (flat or scene.spectrum.breaks[0])
     kind = "roll-off waves (2π/q_roll_off), as C(q) is flat below q_roll_off," if flat else "longest waves (2π/q_min)"
     least = min(8.0, 4.0 * flat / scene.spectrum.breaks[0]) if flat else 4.0
-    choices = [n for n in WAVES if n >= 0.99 * least]
-    waves = next((n for n in choices if worst(scene, n * wave) <= sqrt(SIZE_SHARE) * target), WAVES[-1])
+    choices = [n for n in _WAVES if n >= 0.99 * least]
+    waves = next((n for n in choices if _worst(scene, n * wave) <= sqrt(SIZE_SHARE) * target), _WAVES[-1])
     why = ", as in fewer too few hills carry the load" if waves > choices[0] else ""
-    reason = f"{waves} {kind} per side{why}; a larger cell changes T_flash by {100 * worst(scene, waves * wave):.1g} %"
+    reason = f"{waves} {kind} per side{why}; a larger cell changes T_flash by {100 * _worst(scene, waves * wave):.1g} %"
     return (waves * wave, waves * wave), reason
 
 
-def worst(scene: Scene, side: float) -> float:
+def _worst(scene: Scene, side: float) -> float:
     """Return the largest relative error of T_flash in a cell of this side, m, over speeds."""
     return float(np.max(size_error(scene, (side, side))))
 
@@ -58,14 +58,14 @@ def parts_of(scene: Scene, lengths: tuple[float, float], target: float = inf) ->
 
     Corrections in it may err by half of the relative error `target`.
     """
-    errors = {parts: correction_error(worst(scene, min(lengths) / parts), scene.elastic) for parts in (4, 2)}
+    errors = {parts: _correction_error(_worst(scene, min(lengths) / parts), scene.elastic) for parts in (4, 2)}
     return next((parts for parts, error in errors.items() if error <= target / 2), 1)
 
 
-def correction_error(error: Array | float, elastic: bool) -> Array | float:
-    """Return the relative error of a ratio of means in a cell where the means have this error.
+def _correction_error(error: Array | float, elastic: bool) -> Array | float:
+    """Return the relative error of a ratio of means in a cell whose means have this relative error.
 
-    It is their square. In elastic contact that of T_flash was a third of it: half is charged.
+    It is the square. In elastic contact ratios of T_flash erred by a third of the error itself: half is charged.
     """
     return 0.5 * error if elastic else error**2
 
@@ -90,7 +90,7 @@ def size_error(
     carrying = prediction.area_fractions(scene, 4 * pi / sqrt(hill))["contact_fraction"]
     if scene.elastic or column == "smoothed":  # elastic contact errs as if on fewer hills, as was measured
         carrying *= 0.4
-    error = (FEW_HILLS * (1.0 + slow) / 2.0 / carrying + ALL_HILLS) * hill / min(lengths) ** 2
+    error = (_FEW_HILLS * (1.0 + slow) / 2.0 / carrying + _ALL_HILLS) * hill / min(lengths) ** 2
     return np.asarray(error / (1.0 + error))
 
 
@@ -114,19 +114,19 @@ def hill_area(scene: Scene, side: float) -> float:
 def size_error_of_sum(
     scene: Scene, lengths: tuple[float, float], parts: int, observable: str, column: str, from_part: Array | float
 ) -> Array:
-    """Return the relative error of the cell's size where a share `from_part` of a mean comes from a part of the cell.
+    """Return the relative error by the finite cell of a mean with a share `from_part` from a part of the cell.
 
-    Its sides are those of the cell, m, over `parts`. The error is an array of the shape of that share.
+    The sides of the part are `lengths`, m, over `parts`. The error is an array of the shape of the share.
     """
     whole = size_error(scene, lengths, observable, column)
     part = size_error(scene, (lengths[0] / parts, lengths[1] / parts), observable, column)
     if scene.elastic or column == "smoothed":  # whatever share of the mean these corrections are
-        return np.hypot(whole, np.where(np.greater(from_part, 0.0), correction_error(part, elastic=True), 0.0))
-    return np.hypot(whole, from_part * correction_error(part, elastic=False))
+        return np.hypot(whole, np.where(np.greater(from_part, 0.0), _correction_error(part, elastic=True), 0.0))
+    return np.hypot(whole, from_part * _correction_error(part, elastic=False))
 
 
-def plateau_end(scene: Scene) -> float | None:
-    """Return q_roll_off where every rough face is flat (m < 1) below it, else None."""
+def _plateau_end(scene: Scene) -> float | None:
+    """Return q_roll_off if each rough face is flat (m < 1) below it, else None."""
     ends = []
     for face in (scene.surface, scene.counterface if scene.counterface and scene.counterface.rough else None):
         if face is None:

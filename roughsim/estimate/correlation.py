@@ -1,4 +1,4 @@
-"""g_σ(r) of a column: that of its lowest level, changed as the levels above change it."""
+"""g_σ(r) of a column: of its lowest level, plus the changes by the levels above."""
 
 import numpy as np
 import scipy
@@ -12,10 +12,10 @@ from roughsim.observables.record import Sample
 
 
 def correlation_of(pairs: list[Pair], distance: Array) -> tuple[Array, Array, Array]:
-    """Return g_σ(r) at the highest cut-off of a column, Pa², its standard error, and that one's degrees of freedom.
+    """Return g_σ(r) at the highest cut-off of a column, Pa², its standard error, and the degrees of freedom.
 
-    `distance` is r, m, one-dimensional. Steps add. Levels in a part of the cell tell changes as far as half its
-    diagonal: up to there the short waves that they add have lost their correlation.
+    `distance` is r, m, one-dimensional. Steps add. Levels in a part of the cell change it up to half the
+    diagonal of their cell: the short waves that they add have lost their correlation there.
     """
 
     def of_level(sample: Sample) -> Array:

@@ -15,15 +15,15 @@ from roughsim.show.table import Column, Number, Row, Table, shown, with_unit
 
 SOURCES = {
     "statistical": (
-        "half-width of the 95 % interval, at the mean peak volume of the surfaces: Student t, wider by 1/f for runs "
-        "that stop where scatter is low; the variances of independent levels add"
+        "95 % interval (Student t) at the mean peak volume of the surfaces, widened for runs that stop early; the "
+        "variances of independent levels add"
     ),
     "bandwidth": "left by the cut-off q_c",
-    "last step": "what the last step to the highest q_c has changed, where nothing is continued to shorter waves",
+    "last step": "change by the last step to the highest q_c, if nothing is continued to shorter waves",
     "pixel": "left by the grid at fixed q_c",
-    "size": "what a larger cell would change, by the number of hills that carry load, as measured on other scenes",
-    "solver": "at most what the contact solver's tolerance changed in measured contacts: for T_flash 0.3 of it",
-    "march": "of two bodies that slide: the low cut-off of the march, and what is left of its pixel and step",
+    "size": "change by a larger cell, from the number of hills that carry load, measured on other scenes",
+    "solver": "largest change by the contact solver's tolerance in measured contacts: for T_flash 0.3 of it",
+    "march": "of two bodies that slide: the low cut-off of the march, and the rest of its pixel and step",
     "scan": "of C(q) measured on maps: few long waves, none longer than a map, and other places than these",
 }
 
@@ -61,7 +61,7 @@ class Estimate(Uncertain):
     effective_n: Array  # independent realizations that would give the same interval: degrees of freedom and one
     notes: tuple[str, ...] = ()  # sentences on extrapolation and missing levels, for `explain`
     speeds: tuple[float, ...] = ()  # of the entries, m/s; empty where it does not depend on the speed
-    sources: Mapping[str, str] = field(default_factory=SOURCES.copy)  # what each part of `budget` is, in words
+    sources: Mapping[str, str] = field(default_factory=SOURCES.copy)  # meaning of each part of `budget`
 
     @property
     def half_width(self) -> Array:
@@ -87,7 +87,7 @@ class Estimate(Uncertain):
         return [Number(error, self.unit, digits=2) for error in (*errors, float(self.bias[k]))]
 
     def table(self) -> Table:
-        """Return the mean with its total error and the parts of that, a row per speed."""
+        """Return the mean with its total error and the parts of the error, a row per speed."""
         titles = ["mean ± total error", *self.budget, "finest − mean"]
         rows: list[Row] = [[self.number(k), *self.parts(k)] for k in range(len(self.mean))]
         if self.speeds:
@@ -101,7 +101,7 @@ class Estimate(Uncertain):
         return in_notebook(self.table())
 
     def explain(self) -> str:
-        """Say in plain words where each part of the error comes from."""
+        """Explain the source of each part of the error."""
         lines, (unit, factor) = [], shown(self.unit)
         for k in range(len(self.mean)):
             known = {name: part[k] * factor for name, part in self.budget.items() if np.isfinite(part[k])}
@@ -130,8 +130,8 @@ def estimate(
 ) -> Estimate:
     """Return mean, errors and bias of an observable from its values.
 
-    `size` is the relative error of the finite cell, from `cell_size`; `solver` that of the contact solves; `scan` that
-    of a C(q) measured on maps, (speeds,), NaN where it is unknown.
+    Relative errors: `size` by the finite cell, from `cell_size`; `solver` by the contact solves; `scan` by a C(q)
+    measured on maps, (speeds,), NaN where it is unknown.
     """
     mean = values.mean
     error, freedom = spread_of(values)

@@ -1,4 +1,4 @@
-"""The rungs of a column: its mean at each cut-off, and what a vanishing pixel changes."""
+"""The rungs of a column: its mean at each cut-off, and the change by a vanishing pixel."""
 
 from collections.abc import Callable
 from math import isnan
@@ -11,13 +11,13 @@ from roughsim.estimate.regression import at_mean_peak_volume
 from roughsim.grid import Array
 from roughsim.observables.record import Sample
 
-# lengths that turn back with the pixel: beyond 8 pixels per wave they went on by .2 to 1.5 of the change from 4 to 8
-TURNING = 1.5
+# lengths that converge non-monotonically: beyond 8 pixels per wave they changed by .2 to 1.5 of the change from 4 to 8
+_TURNING = 1.5
 SAME = 1e-9  # relative: wavenumbers that differ by less are the same
 
 
 class Pair(NamedTuple):
-    """What a level has: its sample, and that of the level below on the same surfaces; None at the lowest level."""
+    """Samples of a level and of the level below on the same surfaces; the latter is None at the lowest level."""
 
     level: int
     stream: int  # of its surfaces: levels of one stream see the same ones
@@ -31,7 +31,7 @@ class Pair(NamedTuple):
 
 
 class Rung(NamedTuple):
-    """A cut-off, rad/m, the mean there, and what finer grids add relative to it: all, and the last, `refined` times."""
+    """A cut-off, rad/m, its mean, and relative changes by finer grids: by all, and by the last, `refined` times."""
 
     q_max: float
     mean: Mean
@@ -73,18 +73,18 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
 
 
 def change_by_pixel(rungs: list[Rung], order: float, fall: float, end: float) -> tuple[Mean, Array]:
-    """Return what a vanishing pixel changes at a cut-off `end`, rad/m, and its error, both relative; NaN if unknown.
+    """Return the change by a vanishing pixel at a cut-off `end`, rad/m, and its error, both relative; NaN if unknown.
 
-    `order` is that of the convergence in the pixel at one cut-off; NaN where finer pixels change it now up, now down:
-    then it is that of the finest grid, and what still finer ones change is its error. Along the ladder the pixel is a
-    fixed part of the shortest wave, and what it changes falls as q_c^(−fall): so the highest partner is carried to
-    `end`, and how it falls on the way is not known well.
+    `order` is the order of convergence in the pixel at one cut-off; NaN for lengths that converge non-monotonically:
+    these are taken from the finest grid, and the change by finer ones is their error. Along the ladder the pixel is a
+    fixed part of the shortest wave, and its effect falls as q_c^(−fall). So the change by the highest partner is
+    carried to `end`. The exponent is not known well, and all that is carried counts as error.
     """
     shown, shape = next((rung for rung in reversed(rungs) if rung.finer is not None), None), rungs[-1].mean.value.shape
     nothing = Mean(np.zeros(shape), {})
     if shown is None or shown.finer is None or shown.last is None:
         return nothing, np.full(shape, np.nan)
-    beyond = TURNING if isnan(order) else 1.0 / (shown.refined**order - 1.0)
+    beyond = _TURNING if isnan(order) else 1.0 / (shown.refined**order - 1.0)
     unseen, carried = shown.last.times(beyond), (shown.q_max / max(end, shown.q_max)) ** fall
     change = shown.finer if isnan(order) else shown.finer.plus(unseen)
     known = np.isfinite(change.value)  # not 0/0 where nothing yields, or at rest

@@ -21,8 +21,8 @@ from roughsim.scene.numerics import Numerics
 
 # exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, of
 # elastic and of capped contact: .5 to 1.4 on three steels and two rocks from 4 to 32 q_y
-FALL = (0.5, 0.75)
-TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum}
+_FALL = (0.5, 0.75)
+_TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum}
 
 
 class Values(NamedTuple):
@@ -30,7 +30,7 @@ class Values(NamedTuple):
 
     `mean` is continued to the end of C(q) and to a vanishing pixel where there is such a limit; `finest` is that of the
     highest cut-off and the finest grid there. `from_part` is the share of the mean that comes from levels in a part of
-    the cell. `way` says how the mean was continued.
+    the cell. `way` is the way by which the mean was continued, in words.
     """
 
     mean: Array
@@ -60,31 +60,31 @@ def values_of(
     """Return the values of an observable from the levels of a column, lowest first, with all heat in the moving body.
 
     They are those in the limit, or, not `extrapolated`, those of the highest cut-off. Not `continued`, they are
-    extrapolated in the pixel alone, and what shorter waves change is unknown.
+    extrapolated in the pixel alone, and the change by shorter waves is unknown.
     """
     if observable == "heat_partition":
-        return share_of(scene, column, pairs, extrapolated=extrapolated, continued=continued)
+        return _share_of(scene, column, pairs, extrapolated=extrapolated, continued=continued)
     record = OBSERVABLES[observable]
-    values = continued_to_the_end(scene, column, observable, climb(record.of_level, pairs), extrapolated, continued)
+    values = _continued_to_the_end(scene, column, observable, climb(record.of_level, pairs), extrapolated, continued)
     return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
 
 
-def continued_to_the_end(
+def _continued_to_the_end(
     scene: Scene, column: str, observable: str, rungs: list[Rung], extrapolated: bool, continued: bool
 ) -> Values:
     """Return the values of the rungs of an observable; arguments as of `values_of`."""
     record, capped = OBSERVABLES[observable], column == "capped"
-    top, finest, q_c = rungs[-1].mean, finest_of(rungs), rungs[-1].q_max
+    top, finest, q_c = rungs[-1].mean, _finest_of(rungs), rungs[-1].q_max
     nothing = np.zeros(top.value.shape)
     limit, has_limit = Limit(Mean(nothing, {}), nothing, ""), record.limit or not capped
     end = scene.spectrum.breaks[-1] if extrapolated else q_c
     if q_c < end * (1 - SAME):
         limit = limit._replace(error=np.full_like(nothing, np.nan))
         limit = continuation(scene, column, observable, rungs, limit) if continued and has_limit else limit
-    # what continues the ladder keeps the pixels per shortest wave: their change at the end is left
+    # the continued ladder has the same pixels per shortest wave: their effect at its end is corrected
     end = end if limit.way else q_c
     with np.errstate(all="ignore"):  # infinite at rest
-        change, error = change_by_pixel(rungs, record.pixel_orders[capped], FALL[capped], end)
+        change, error = change_by_pixel(rungs, record.pixel_orders[capped], _FALL[capped], end)
         mean = top.plus(limit.rest)
         pixel = np.abs(mean.value) * error
         if has_limit:
@@ -93,8 +93,8 @@ def continued_to_the_end(
             mean = mean._replace(value=finest)
             pixel = np.abs(finest) * np.hypot(error, change.value)
         bandwidth = limit.error
-        if capped and observable in TOWARDS_BOUND:
-            mean, bandwidth = bounded(scene, observable, mean, bandwidth, limit.rest.value)
+        if capped and observable in _TOWARDS_BOUND:
+            mean, bandwidth = _bounded(scene, observable, mean, bandwidth, limit.rest.value)
         step = np.abs(top.value - rungs[-2].mean.value) if len(rungs) > 1 else nothing
         last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
         whole = [rung.mean.value for rung in rungs if not rung.part][-1]
@@ -108,7 +108,7 @@ def number(sample: Sample, name: str) -> Array:
     return sample.numbers[name]
 
 
-def share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: bool, continued: bool) -> Values:
+def _share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: bool, continued: bool) -> Values:
     """Return the share of the heat that the moving body takes up; arguments as of `values_of`.
 
     It is 1/(1 + T/T'), T of the moving and T' of the resting body, each with all the heat, continued by itself: T' as
@@ -125,7 +125,7 @@ def share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: bool
     temperatures = []
     for of_body, name in (prediction.in_motion(scene), flash), (prediction.slow(scene), of_resting):
         rungs = climb(partial(number, name=name), balanced)
-        temperatures.append(continued_to_the_end(of_body, column, flash, rungs, extrapolated, continued))
+        temperatures.append(_continued_to_the_end(of_body, column, flash, rungs, extrapolated, continued))
     backgrounds = prediction.backgrounds(scene, pairs[0].sample)
     with np.errstate(all="ignore"):  # a body that does not conduct
         moving, resting = (v._replace(mean=v.mean + b) for v, b in zip(temperatures, backgrounds, strict=True))
@@ -141,7 +141,7 @@ def share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: bool
     return moving._replace(mean=share, finest=finest, scatter=scatter, errors=errors)
 
 
-def finest_of(rungs: list[Rung]) -> Array:
+def _finest_of(rungs: list[Rung]) -> Array:
     """Return the value at the highest cut-off, on the finest grid that it has."""
     top = rungs[-1]
     with np.errstate(invalid="ignore"):
@@ -149,10 +149,10 @@ def finest_of(rungs: list[Rung]) -> Array:
 
 
 def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], unknown: Limit) -> Limit:
-    """Return what follows beyond the highest cut-off; `unknown` where nothing tells it.
+    """Return the rest beyond the highest cut-off; `unknown` if no rule holds.
 
-    Contact that does not yield rises with the shape of the theory. Contact that has yielded follows its law where that
-    holds, else a power of the cut-off. A distance shorter than the shortest wave follows no power.
+    Contact that does not yield rises with the shape of the theory. Contact that has yielded follows its law in its
+    range, else a power of the cut-off. A distance shorter than the shortest wave follows no power.
     """
     q = tuple(rung.q_max for rung in rungs)
     theory = prediction.continuation(scene, column, q, observable)
@@ -172,19 +172,19 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     return by_power(rungs, scene.spectrum.breaks[-1], usual)
 
 
-def bounded(scene: Scene, observable: str, mean: Mean, error: Array, rest: Array) -> tuple[Mean, Array]:
+def _bounded(scene: Scene, observable: str, mean: Mean, error: Array, rest: Array) -> tuple[Mean, Array]:
     """Return an area within its exact bound, and its error by the cut-off: A_pl ≤ σ₀/σ_P ≤ A, which both tend to.
 
-    `rest` is what was added beyond the highest cut-off: the area lies between the one there and the bound.
+    `rest` was added beyond the highest cut-off: the area lies between its value at that cut-off and the bound.
     """
     bound = scene.sliding.nominal_pressure / scene.penetration_hardness
-    value = TOWARDS_BOUND[observable](mean.value, bound)
+    value = _TOWARDS_BOUND[observable](mean.value, bound)
     within = np.maximum(np.abs(value - (mean.value - rest)), np.abs(value - bound))
     return mean._replace(value=value), np.fmin(error, within)
 
 
 def at_rest(values: Values, limit: float, scene: Scene) -> Values:
-    """Return values with their exact limit at speed zero, where members are measured at a tiny speed instead."""
+    """Return values with their exact limit at speed zero; members at rest are measured at a tiny speed instead."""
     moving = np.array(scene.speeds) > 0.0
     if moving.all():
         return values
@@ -214,7 +214,7 @@ def scaled(values: Values, factor: Array) -> Values:
 
 
 def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, values: Values) -> tuple[str, ...]:
-    """Return in words what values were made of: the levels, how they were continued to the end of C(q), the speeds."""
+    """Return notes on values: their levels, the way they were continued to the end of C(q), and the speeds."""
     grids = ", ".join(
         f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g} rad/m" + level.where
         for level in (numerics.levels[i] for i in numerics.of_column(column))
@@ -226,7 +226,7 @@ def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, val
         notes.append("does not converge with the grid: the value of the finest level, not extrapolated")
     elif np.any(np.isnan(values.errors["bandwidth"])):
         last = (
-            ", and what the last step to it changed is part of the error" if np.any(values.errors["last step"]) else ""
+            ", and the change by the last step to it is part of the error" if np.any(values.errors["last step"]) else ""
         )
         notes.append(f"where the bandwidth is unknown, the value of the highest q_c{last}")
     if OBSERVABLES[observable].per_speed:

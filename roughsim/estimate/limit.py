@@ -1,7 +1,7 @@
-"""What follows beyond the highest cut-off: by a law, with the shape of the theory, or as a power of the cut-off.
+"""The rest of a mean beyond the highest cut-off: by a law, with the shape of the theory, or as a power of the cut-off.
 
-Each gives the shape of what follows. A mean follows it in proportion, or its steps follow the steps of the shape. The
-doubt is how far apart two such ways are, and never less than a share of what follows.
+Each gives a shape over the cut-off. The mean stays in proportion to it, or the steps of the mean to its steps. The
+error is the difference of two such ways, and at least a share of the rest.
 """
 
 from typing import NamedTuple
@@ -13,13 +13,13 @@ from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 
 # least share of the rest that is in doubt, as measured: in proportion to the law for contact that yields, and by steps
-OF_LAW, OF_STEPS = 0.07, 0.25
-MOST_BY_STEPS = 0.5  # of the value: a larger rest with the theory's shape was not tried
-USUAL_SCATTER, LEAST_EXPONENT = 0.3, 0.2  # how far exponents lie from the usual one, and the least of them
+_OF_LAW, _OF_STEPS = 0.07, 0.25
+_MOST_BY_STEPS = 0.5  # of the value: a larger rest with the theory's shape was not tried
+_USUAL_SCATTER, _LEAST_EXPONENT = 0.3, 0.2  # how far exponents lie from the usual one, and the least of them
 
 
 class Limit(NamedTuple):
-    """What follows beyond the highest cut-off, to be added, and its error, 95 %, (speeds,); NaN: unknown."""
+    """The rest beyond the highest cut-off, to be added, and its error, 95 %, (speeds,); NaN: unknown."""
 
     rest: Mean
     error: Array
@@ -27,43 +27,43 @@ class Limit(NamedTuple):
 
 
 def by_law(rungs: list[Rung], law: Array) -> Limit:
-    """Return what follows in proportion to a law; `law` has its values at the upper two cut-offs and at the end.
+    """Return the rest in proportion to a law; `law` has its values at the upper two cut-offs and at the end.
 
-    With one rung nothing has tested the law: all of the rest is in doubt.
+    One rung tests no law: its error is all of the rest.
     """
     rest = _in_proportion(rungs, law)
     size = np.abs(rest.value)
     error = size
     if len(rungs) > 1:
         apart = np.nan_to_num(np.abs(rest.value - _by_steps(rungs, law).value))
-        error = np.clip(apart, OF_LAW * size, size)
+        error = np.clip(apart, _OF_LAW * size, size)
     return Limit(rest, error, "by the law for contact that yields")
 
 
 def by_shape(rungs: list[Rung], theory: Array) -> Limit:
-    """Return what follows by steps with the theory's shape.
+    """Return the rest by steps of the theory.
 
-    `theory` has its values at all cut-offs and at the end, (rungs + 1, speeds); NaN where it is not known to hold.
+    `theory` has its values at all cut-offs and at the end, (rungs + 1, speeds); NaN outside its known range.
     """
     rest = alike = _in_proportion(rungs, theory)
     error = np.abs(alike.value)
     if len(rungs) > 1:
         rest = _by_steps(rungs, theory)
-        error = np.maximum(np.abs(rest.value - alike.value), OF_STEPS * np.abs(rest.value))
-    tried = np.abs(rest.value) <= MOST_BY_STEPS * np.abs(rungs[-1].mean.value)
+        error = np.maximum(np.abs(rest.value - alike.value), _OF_STEPS * np.abs(rest.value))
+    tried = np.abs(rest.value) <= _MOST_BY_STEPS * np.abs(rungs[-1].mean.value)
     nothing = Mean(np.zeros_like(rest.value), {})
     way = "with the shape of the theory" if np.any(tried & (rest.value != 0.0)) else ""
     return Limit(rest.where(tried, nothing), np.where(tried, error, np.nan), way)
 
 
 def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
-    """Return what follows where T falls as T∞ + c q_c^(−p) up to `end`, rad/m, from two rungs or more.
+    """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two rungs or more.
 
     p is that of the last two steps and the usual one, each with the weight that its scatter gives it.
     """
     q = np.array([rung.q_max for rung in rungs[-2:]] + [end])[:, None]
     exponent = np.full(rungs[-1].mean.value.shape, usual)
-    scatter = np.full_like(exponent, USUAL_SCATTER)
+    scatter = np.full_like(exponent, _USUAL_SCATTER)
     if len(rungs) > 2:
         low, middle, top = (rung.mean for rung in rungs[-3:])
         with np.errstate(all="ignore"):
@@ -71,29 +71,29 @@ def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
             rise = np.log(q[1] / q[0])
             fitted = np.log(quotient.value) / rise
             own = np.sqrt(sum(quotient.variance.values())) / (rise * quotient.value)
-            weight = 1.0 / (1.0 + (own / USUAL_SCATTER) ** 2)
-        weight = np.where(np.isfinite(weight) & (fitted >= LEAST_EXPONENT), weight, 0.0)
+            weight = 1.0 / (1.0 + (own / _USUAL_SCATTER) ** 2)
+        weight = np.where(np.isfinite(weight) & (fitted >= _LEAST_EXPONENT), weight, 0.0)
         exponent = np.where(weight > 0.0, usual + weight * (fitted - usual), usual)
-        scatter = np.sqrt(1.0 - weight) * USUAL_SCATTER
+        scatter = np.sqrt(1.0 - weight) * _USUAL_SCATTER
     rest = _by_steps(rungs, q**-exponent)
-    slower = _by_steps(rungs, q ** -np.maximum(exponent - scatter, LEAST_EXPONENT))
-    error = np.maximum(np.abs(slower.value - rest.value), OF_STEPS * np.abs(rest.value))
+    slower = _by_steps(rungs, q ** -np.maximum(exponent - scatter, _LEAST_EXPONENT))
+    error = np.maximum(np.abs(slower.value - rest.value), _OF_STEPS * np.abs(rest.value))
     return Limit(rest, error, "as q_c^(−p) with p = " + ", ".join(dict.fromkeys(f"{p:.2f}" for p in exponent)))
 
 
 def _in_proportion(rungs: list[Rung], shape: Array) -> Mean:
-    """Return what follows where the mean over the shape is what it is at the top."""
+    """Return the rest of a mean that stays in proportion to the shape."""
     return rungs[-1].mean.times(_follows(shape, shape[-2]))
 
 
 def _by_steps(rungs: list[Rung], shape: Array) -> Mean:
-    """Return what follows where a step of the mean over that of the shape is what the last one was."""
+    """Return the rest of a mean whose steps stay in proportion to the steps of the shape."""
     with np.errstate(invalid="ignore"):  # infinite at rest
         step = rungs[-1].mean.plus(rungs[-2].mean.times(-1.0))
         return step.times(_follows(shape, shape[-2] - shape[-3]))
 
 
 def _follows(shape: Array, over: Array) -> Array:
-    """Return the last step of a shape over another number; zero where there is none, as where all are infinite."""
+    """Return the step of a shape to its end, over another number; zero if both ends are equal, finite or not."""
     with np.errstate(all="ignore"):
         return np.where(shape[-1] == shape[-2], 0.0, (shape[-1] - shape[-2]) / over)

@@ -1,4 +1,4 @@
-"""`Mean`: a mean over surfaces and how each of them scatters it; sums, products and ratios keep surfaces together."""
+"""`Mean`: a mean over surfaces with the deviation of each; sums, products and ratios keep surfaces together."""
 
 from typing import NamedTuple, Self
 
@@ -13,8 +13,8 @@ Scatter = dict[int, Array]
 class Mean(NamedTuple):
     """A mean, (speeds,), and its scatter.
 
-    `scatter` has by stream, (realizations, speeds), what each realization adds to the deviation of this mean from the
-    true one (the delta method), without its own mean. Realizations of one stream and place see the same surface.
+    `scatter` has by stream, (realizations, speeds), the contribution of each realization to the deviation of this mean
+    from the true one (the delta method); its own mean is zero. Realizations of one stream and place have one surface.
     """
 
     value: Array
@@ -28,7 +28,7 @@ class Mean(NamedTuple):
         """Return the sum of two means."""
         scatter = dict(self.scatter)
         for stream, rows in other.scatter.items():
-            scatter[stream] = together(scatter[stream], rows) if stream in scatter else rows
+            scatter[stream] = _together(scatter[stream], rows) if stream in scatter else rows
         return Mean(self.value + other.value, scatter)
 
     def by(self, other: "Mean") -> "Mean":
@@ -36,7 +36,7 @@ class Mean(NamedTuple):
         return self.times(other.value).plus(other.times(self.value))._replace(value=self.value * other.value)
 
     def over(self, other: "Mean") -> "Mean":
-        """Return the ratio of two means, to first order; not finite where the other one is zero."""
+        """Return the ratio of two means, to first order; not finite if the other one is zero."""
         with np.errstate(all="ignore"):
             ratio = self.value / other.value
             return self.times(1.0 / other.value).plus(other.times(-ratio / other.value))._replace(value=ratio)
@@ -66,7 +66,7 @@ def mean_of(stream: int, rows: Array) -> Mean:
         return Mean(value, {stream: (rows - value) / len(rows)})
 
 
-def together(first: Array, second: Array) -> Array:
+def _together(first: Array, second: Array) -> Array:
     """Return the sum of the scatter of two means over the same surfaces, of which one may have more than the other."""
     longer, shorter = (first, second) if len(first) >= len(second) else (second, first)
     result = np.array(np.broadcast_to(longer, np.broadcast_shapes(longer.shape, (1, *shorter.shape[1:]))))

@@ -1,8 +1,8 @@
 """Rounds: how many members each level has, as a pure function of exactly the members that are there.
 
 A round names the members of each level. When all of them exist, `judge` says from them alone that the run has ended, or
-names the next round. Whoever replays the rounds from the files of a run comes to the same counts, in whatever order
-members were computed, and by however many processes.
+names the next round. The rounds replayed from the files of a run have the same counts for any order of the members
+and any number of processes.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,10 +20,10 @@ from roughsim.scene.numerics import Numerics
 # members that the lowest level, the others of the first round, and later ones begin with: fewer show too little scatter
 FIRST, FIRST_STEP, LATER = 12, 6, 4
 # errors that a higher level lowers, and the share that they may take of the squared target before one is added
-OF_LEVELS, SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
-BESIDE = 2.0  # times the target: what columns beside the main one aim at, which serve comparisons alone
+_OF_LEVELS, _SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
+_BESIDE = 2.0  # times the target: what columns beside the main one aim at, which serve comparisons alone
 MEMBER = 5e5  # `work` of a member whatever its grid, a few milliseconds: handing out, file, reading
-TARGET = {"flash_temperature": 0.01}  # what levels are chosen for where a run has no target
+TARGET = {"flash_temperature": 0.01}  # for the choice of levels in a run without a target
 Counts = tuple[int, ...]  # members of each level, by its number
 Totals = Callable[[str, str, Counts], tuple[Values, Estimate]]  # by observable, column and counts
 
@@ -39,7 +39,7 @@ class Verdict(NamedTuple):
 
 
 class Rounds(NamedTuple):
-    """How far a run is: `counts` of the last complete round, or what is there of the first; `wanted` of the next."""
+    """The state of a run: `counts` of the last complete round, or of the members of the first; `wanted` of the next."""
 
     counts: Counts
     wanted: Counts
@@ -58,7 +58,7 @@ class Rounds(NamedTuple):
 
 
 def replay(numerics: Numerics, most: int, available: Sequence[int], judged: Callable[[Counts], Verdict]) -> Rounds:
-    """Go through the rounds as far as members are there; `available` counts those of each level without a gap."""
+    """Replay the rounds whose members exist; `available` counts the members of each level without a gap."""
     wanted, number = first_counts(numerics, most), 0
     counts, verdict = tuple(min(pair) for pair in zip(wanted, available, strict=True)), None
     while counts == wanted:
@@ -111,7 +111,7 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
     for column in numerics.columns:
         for name, goal in (until or TARGET).items():
             values, found = totals(name, column, counts)
-            wanted, added = wishes(numerics, column, counts, values, found, goal if column == main else BESIDE * goal)
+            wanted, added = _wishes(numerics, column, counts, values, found, goal if column == main else _BESIDE * goal)
             if column == main:
                 of_main[name] = found
                 level_follows |= added is not None
@@ -129,20 +129,20 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
     for column in numerics.columns[:-1]:  # its lowest level has no more surfaces than that of the main column
         lowest = numerics.rungs(column)[0]
         following[lowest] = max(min(following[lowest], following[lowest_of_main]), counts[lowest])
-    errors, largest, unknown = standing(of_main, until)
+    errors, largest, unknown = _standing(of_main, until)
     small = bool(until) and not largest
     if small and not unknown:
         return Verdict(True, None, counts, "the targets are met", errors)
     if (small and not level_follows) or tuple(following) == counts:
-        return Verdict(False, None, counts, ended(until, most, counts, largest, unknown), errors)
+        return Verdict(False, None, counts, _ended(until, most, counts, largest, unknown), errors)
     return Verdict(False, tuple(following), tuple(needed), largest, errors)
 
 
-def standing(found: dict[str, Estimate], until: dict[str, float]) -> tuple[dict[str, float], str, list[str]]:
+def _standing(found: dict[str, Estimate], until: dict[str, float]) -> tuple[dict[str, float], str, list[str]]:
     """Return the known error of each target at its worst speed, the largest part of one above, and unknown parts."""
     errors, largest, unknown = dict[str, float](), "", list[str]()
     for name, goal in until.items():
-        mean, parts = found[name].mean, relative_parts(found[name])
+        mean, parts = found[name].mean, _relative_parts(found[name])
         total = np.linalg.norm([*parts.values()], axis=0)
         total = np.where(np.isfinite(mean), total, np.inf)  # a mean that is not finite meets no target
         errors[name] = float(total.max())
@@ -153,26 +153,26 @@ def standing(found: dict[str, Estimate], until: dict[str, float]) -> tuple[dict[
     return errors, largest, list(dict.fromkeys(unknown))
 
 
-def wishes(
+def _wishes(
     numerics: Numerics, column: str, counts: Counts, values: Values, found: Estimate, goal: float
 ) -> tuple[dict[int, int], int | None]:
     """Return the members of each level that a relative total error `goal` wants, and a level to add, if any."""
-    parts = relative_parts(found)
-    of_levels = np.linalg.norm([part for name, part in parts.items() if name in OF_LEVELS], axis=0)
+    parts = _relative_parts(found)
+    of_levels = np.linalg.norm([part for name, part in parts.items() if name in _OF_LEVELS], axis=0)
     systematic = np.linalg.norm([part for name, part in parts.items() if name != "statistical"], axis=0)
     others = systematic**2 - of_levels**2
-    too_large = (of_levels**2 > SYSTEMATIC * (goal**2 - others)) & (others < goal**2)
-    added = next_level(numerics, column, counts, relative_parts(found, unknown=np.inf), too_large)
+    too_large = (of_levels**2 > _SYSTEMATIC * (goal**2 - others)) & (others < goal**2)
+    added = _next_level(numerics, column, counts, _relative_parts(found, unknown=np.inf), too_large)
     left = np.maximum(
         goal**2 - systematic**2, SIZE_SHARE * np.maximum(systematic, goal) ** 2
     )  # as much as for the size
     if added is not None:
-        left = np.maximum(left, SYSTEMATIC * goal**2)
-    return allocation(numerics, column, values, found, counts, np.sqrt(left)), added
+        left = np.maximum(left, _SYSTEMATIC * goal**2)
+    return _allocation(numerics, column, values, found, counts, np.sqrt(left)), added
 
 
-def relative_parts(found: Estimate, unknown: float = 0.0) -> dict[str, Array]:
-    """Return the parts of the error of an estimate relative to its mean; zero where there is no mean, or it is zero."""
+def _relative_parts(found: Estimate, unknown: float = 0.0) -> dict[str, Array]:
+    """Return the parts of the error of an estimate relative to its mean; zero for a mean of zero, or none."""
     has_error = np.isfinite(found.mean) & (found.mean != 0.0)
     with np.errstate(all="ignore"):
         parts = {name: np.abs(part / found.mean) for name, part in found.budget.items()}
@@ -181,10 +181,10 @@ def relative_parts(found: Estimate, unknown: float = 0.0) -> dict[str, Array]:
     }
 
 
-def next_level(
+def _next_level(
     numerics: Numerics, column: str, counts: Counts, parts: dict[str, Array], too_large: Array
 ) -> int | None:
-    """Return the level that lowers the larger of the errors by q_c and by the pixel, where they are too large.
+    """Return the level that lowers the larger of the errors by q_c and by the pixel, at speeds with too large ones.
 
     Unknown ones are infinite, and too large.
     """
@@ -204,7 +204,7 @@ def next_level(
     return next((level for level in choices if level is not None), None)
 
 
-def allocation(
+def _allocation(
     numerics: Numerics, column: str, values: Values, found: Estimate, counts: Counts, goal: Array
 ) -> dict[int, int]:
     """Return by level the members that bring the statistical error, relative, to `goal`, (speeds,), with least work.
@@ -235,12 +235,12 @@ def allocation(
 
 
 def work(numerics: Numerics, level: int) -> float:
-    """Return the modelled cost of a member: what any takes, and for each solve points·√(points per side)."""
+    """Return the modelled cost of a member: a constant, and for each solve points·√(points per side)."""
     grids = [numerics.grid(level), *([] if numerics.below(level) is None else [numerics.grid_below(level)])]
     return MEMBER + sum(float(grid.points**1.25) for grid in grids)
 
 
-def ended(until: dict[str, float], most: int, counts: Counts, largest: str, unknown: list[str]) -> str:
+def _ended(until: dict[str, float], most: int, counts: Counts, largest: str, unknown: list[str]) -> str:
     """Return why a run has ended that does not meet its targets."""
     if until and not largest:
         return f"out of reach: errors of {' and '.join(unknown)} are unknown, and no level is left that shows them"

@@ -1,4 +1,4 @@
-"""Estimates of the column "sliding": that of frozen contact, times what two histories change of it.
+"""Estimates of the column "sliding": the frozen contact, times the change by the histories of both bodies.
 
 The march is of low cut-off and few members. But on the contacts of each member T_flash is known both ways, and their
 ratio scatters little and depends little on the cut-off. It is put onto the estimate of single contacts, which has all
@@ -18,7 +18,7 @@ OF_MARCH = ("flash_temperature", "heat_partition", "contact_fraction")
 ORDERS = 1.0, 1.5
 # 95 %, relative, of the ratio and of the share by the cut-off: in five scenes that yield or not, from 4 q_y to 16 q_y,
 # the ratio without its error of the pixel changes by −2.9 … +0.8 %, the share by less
-DOUBT_OF_CUT_OFF = 0.03
+_DOUBT_OF_CUT_OFF = 0.03
 
 
 def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array], coarsening: float = 1.0) -> Estimate:
@@ -51,7 +51,7 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
             single,
             mean=share,
             standard_error=error,
-            budget={"statistical": scatter, "march": DOUBT_OF_CUT_OFF * share},
+            budget={"statistical": scatter, "march": _DOUBT_OF_CUT_OFF * share},
             bias=np.zeros_like(share),
             n=count,
             effective_n=freedom + 1.0,
@@ -68,7 +68,7 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
         first, last = (1.0 / (coarsening**order - 1.0) for order in ORDERS)
         correction = 0.5 * (first + last) * (rows - coarser)
         of_orders = 0.5 * (first - last) * np.abs((rows - coarser).mean(axis=0))
-        doubt = np.hypot(of_orders, DOUBT_OF_CUT_OFF * rows.mean(axis=0))
+        doubt = np.hypot(of_orders, _DOUBT_OF_CUT_OFF * rows.mean(axis=0))
         relative = 100 * correction.mean(axis=0) / rows.mean(axis=0)
         pixel = f"changed by {relative.min():+.2g} … {relative.max():+.2g} % for its pixel, by {coarsening:.3g} of it"
     change, error, scatter, _ = _mean_of(rows + correction)
@@ -95,7 +95,7 @@ def with_background(flash: Estimate, rows: Array) -> Estimate:
     warm, error, scatter, _ = _mean_of(rows)
     budget = flash.budget | {
         "statistical": np.hypot(flash.budget["statistical"], scatter),
-        "march": flash.budget["march"] + DOUBT_OF_CUT_OFF * warm,
+        "march": flash.budget["march"] + _DOUBT_OF_CUT_OFF * warm,
     }
     return replace(
         flash,

@@ -1,1 +1,1 @@
-"""From a scene to its numerics: cell, levels, cost, and what follows from the numbers of the scene."""
+"""From a scene to its numerics: cell, levels, cost, and sizes and warnings of the scene."""

@@ -22,7 +22,7 @@ SIDE = 4096  # points per side of the largest grid
 # points per side of the lowest level, at most, and twice those that a level in a part of the cell has at least: on
 # seven scenes 512 took least time, or next to least
 BASE_SIDE = 512
-SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
+_SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
 _PART: Final[dict[int, Literal["half", "quarter"] | None]] = {1: None, 2: "half", 4: "quarter"}
 
 
@@ -33,7 +33,7 @@ class Rung(NamedTuple):
     reason: str
 
 
-class Grids(NamedTuple):
+class _Grids(NamedTuple):
     """The grids of a column in a cell of these sides, m; those that correct may lie in 1/`parts` of the sides."""
 
     column: Column
@@ -50,7 +50,7 @@ class Grids(NamedTuple):
         return self.parts * SIDE / self.points(1.0)
 
     def level(self, q_max: float, *, pixels: int = PIXELS, lowest: bool = False) -> Level | None:
-        """Return the level of a cut-off, the lowest in the whole cell; None where its grid is too large.
+        """Return the level of a cut-off, the lowest in the whole cell; None if its grid is too large.
 
         Its points divide by the parts of all levels, as those above it are solved with its pixel, too.
         """
@@ -72,18 +72,18 @@ def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[Rung]:
     """Return the levels of a scene in a cell of these sides, m, for a relative error, the smoothed column first."""
     end, parts = scene.spectrum.breaks[-1], parts_of(scene, lengths, target)
     if scene.elastic:
-        return _climb(Grids("elastic", lengths, parts), end, end)
+        return _climb(_Grids("elastic", lengths, parts), end, end)
     q_yield = prediction.yield_wavenumber(scene)
-    smoothed = Grids("smoothed", lengths, 1)
+    smoothed = _Grids("smoothed", lengths, 1)
     if q_yield > smoothed.highest:  # such contact depends on the cell as elastic contact does
         parts = 1
     return [
-        *_climb(smoothed, min(SMOOTHED_TOP * q_yield, end), end, q_yield),
-        *_climb(Grids("capped", lengths, parts), end, end, q_yield),
+        *_climb(smoothed, min(_SMOOTHED_TOP * q_yield, end), end, q_yield),
+        *_climb(_Grids("capped", lengths, parts), end, end, q_yield),
     ]
 
 
-def _climb(grids: Grids, end: float, q_max: float, q_yield: float = 0.0) -> list[Rung]:
+def _climb(grids: _Grids, end: float, q_max: float, q_yield: float = 0.0) -> list[Rung]:
     """Return the levels of a column up to the end of its spectrum, each with its partners.
 
     Cut-offs are in rad/m. `q_max` is the end of C(q), `q_yield` is q_y where there is a hardness.
@@ -96,7 +96,7 @@ def _climb(grids: Grids, end: float, q_max: float, q_yield: float = 0.0) -> list
         level = grids.level(cut, lowest=k == 0)
         if level is None:
             break
-        why = "twice the q_c: what shorter waves change"
+        why = "twice the q_c: the change by shorter waves"
         if k == 0:
             why = f"{PIXELS} pixels per shortest wave: the lowest level, whose members are cheap"
         if q_yield:
@@ -109,6 +109,6 @@ def _climb(grids: Grids, end: float, q_max: float, q_yield: float = 0.0) -> list
         # a change by the pixel is carried to the end of C(q) from below, and seen best there
         finer = (2, 4) if cut == end else (2,) if k < 2 else ()
         partners = [grids.level(cut, pixels=times * PIXELS) for times in finer]
-        why = "half the pixel of the level before: what the pixel changes"
+        why = "half the pixel of the level before: the change by the pixel"
         rungs += (Rung(partner, why) for partner in partners if partner is not None)
     return rungs

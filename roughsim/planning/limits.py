@@ -21,20 +21,20 @@ from roughsim.scene.slips import slips
 from roughsim.show.table import Column, Table
 
 Lines = Iterator[str]
-YIELDS = 1 / 3  # of the hardness, about the yield stress: above it bodies yield beneath their whole face
-STRAIN = 0.1  # pressure over E*: linear elasticity
-STIFF = 1e9  # Pa, E*: stiffer solids than rubber yield before such a strain
-COMPLETE = 0.9  # contact area over nominal area: such faces adhere
-LEAST_PIXELS = 16.0  # of contact in a cell
-HOTTEST = 4200.0  # K: no material is solid above it
-FREE_PATH = 10e-9  # m, free path of electrons and phonons: Fourier's law holds for longer distances
-SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
-UNEVEN = 0.02  # distance of the heat share from 1/2
-LIKE = 2.0  # ratio of the rms heights of two faces that count as equally rough
+_YIELDS = 1 / 3  # of the hardness, about the yield stress: above it bodies yield beneath their whole face
+_STRAIN = 0.1  # pressure over E*: linear elasticity
+_STIFF = 1e9  # Pa, E*: stiffer solids than rubber yield before such a strain
+_COMPLETE = 0.9  # contact area over nominal area: such faces adhere
+_LEAST_PIXELS = 16.0  # of contact in a cell
+_HOTTEST = 4200.0  # K: no material is solid above it
+_FREE_PATH = 10e-9  # m, free path of electrons and phonons: Fourier's law holds for longer distances
+_SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
+_UNEVEN = 0.02  # distance of the heat share from 1/2
+_LIKE = 2.0  # ratio of the rms heights of two faces that count as equally rough
 
 
 class Plausibility(NamedTuple):
-    """What follows from a scene: sizes (None where its theory has no value), assumptions, and warnings."""
+    """Sizes of a scene (None if its theory has no value), assumptions, and warnings."""
 
     facts: Facts | None
     warnings: list[str]
@@ -47,9 +47,9 @@ class Plausibility(NamedTuple):
 
     def to_dict(self) -> dict[str, Any]:
         """Return "scene_facts", "scene_statements" and "scene_warnings" as JSON values."""
-        told = [statement._asdict() for statement in self.statements]
+        assumptions = [statement._asdict() for statement in self.statements]
         sizes = self.facts and self.facts.to_dict()
-        return {"scene_facts": sizes, "scene_statements": told, "scene_warnings": self.warnings}
+        return {"scene_facts": sizes, "scene_statements": assumptions, "scene_warnings": self.warnings}
 
 
 def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
@@ -57,25 +57,25 @@ def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
 
     Contact is counted in pixels of the finest grid of `numerics`, or, without `numerics`, of the largest planned one.
     """
-    stated, plain = statements(scene), [*slips(scene), *scan_lines(scene), *cautions(scene)]
+    stated, plain = statements(scene), [*slips(scene), *_scan_lines(scene), *cautions(scene)]
     try:
         known = facts(scene, choose_lengths(scene)[0])
     except (ValueError, ArithmeticError, RuntimeError) as error:
         line = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
-        lines = [*slope_lines(scene, scene.spectrum.rms_slope), *plain, " ".join(line.split())]
+        lines = [*_slope_lines(scene, scene.spectrum.rms_slope), *plain, " ".join(line.split())]
         return Plausibility(None, lines, stated)
-    lines = [*slope_lines(scene, known.rms_slope_before_yield), *plain, *load_lines(scene, known, numerics)]
-    return Plausibility(known, [*lines, *heat_lines(scene, known), *share_lines(scene, known)], stated)
+    lines = [*_slope_lines(scene, known.rms_slope_before_yield), *plain, *_load_lines(scene, known, numerics)]
+    return Plausibility(known, [*lines, *_heat_lines(scene, known), *_share_lines(scene, known)], stated)
 
 
-def slope_lines(scene: Scene, before_yield: float) -> Lines:
+def _slope_lines(scene: Scene, before_yield: float) -> Lines:
     """Warn of steep slopes; `before_yield` is the rms slope of the waves up to 32 q_y."""
     slope = scene.spectrum.rms_slope
     if slope <= STEEP:
         return
     end = gentle_end(scene)
     if before_yield <= STEEP:  # at 32 q_y T_flash is 10 to 40 % above its limit with H = 0.3, 2 to 9 % with 0.55
-        rough = prediction.usual_exponent(scene, end) < SLOWLY
+        rough = prediction.usual_exponent(scene, end) < _SLOWLY
         changes = "makes T_flash higher: with so small an H it falls slowly" if rough else "changes little"
         advice = (
             f"up to {YIELDED:g} q_y it is {before_yield:.3g}, and shorter waves touch at the hardness alone; check the "
@@ -87,7 +87,7 @@ def slope_lines(scene: Scene, before_yield: float) -> Lines:
     yield f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}: the model is for small slopes; {advice}"
 
 
-def scan_lines(scene: Scene) -> Lines:
+def _scan_lines(scene: Scene) -> Lines:
     """Warn of a C(q) from scans whose own error is unknown or large."""
     scan, target = scan_of_hottest(scene), dict(scene.ensemble.until).get("flash_temperature", inf)
     if scan is not None and isnan(scan):
@@ -102,44 +102,45 @@ def scan_lines(scene: Scene) -> Lines:
         )
 
 
-def load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
+def _load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
     """Warn of a nominal pressure or contact area that is too large or too small."""
     pressure = f"sliding.nominal_pressure = {scene.sliding.nominal_pressure:.3g} Pa"
-    if known.pressure_over_hardness > YIELDS:
+    if known.pressure_over_hardness > _YIELDS:
         yield (
-            f"{pressure} is {known.pressure_over_hardness:.2g} of the hardness, above {YIELDS:.2g}: bodies yield "
+            f"{pressure} is {known.pressure_over_hardness:.2g} of the hardness, above {_YIELDS:.2g}: bodies yield "
             "beneath their whole face, but in the model only at the contact; check the units of both"
         )
-    if known.pressure_over_modulus > STRAIN:
+    if known.pressure_over_modulus > _STRAIN:
         yield (
             f"{pressure} is {known.pressure_over_modulus:.2g} of E* = {scene.effective_modulus:.3g} Pa, above "
-            f"{STRAIN:g}, and the model is for small strains; check the units of pressure and youngs_modulus"
+            f"{_STRAIN:g}, and the model is for small strains; check the units of pressure and youngs_modulus"
         )
     strain = known.contact_pressure / scene.effective_modulus
-    if scene.elastic and strain > STRAIN and scene.effective_modulus > STIFF:
+    if scene.elastic and strain > _STRAIN and scene.effective_modulus > _STIFF:
         yield (
-            f"the mean contact pressure, {known.contact_pressure:.3g} Pa, is {strain:.2g} of E*, above {STRAIN:g}, and "
-            "stiff solids yield before that; give a penetration_hardness, or check the units of roughness and pressure"
+            f"the mean contact pressure, {known.contact_pressure:.3g} Pa, is {strain:.2g} of E*, above {_STRAIN:g}, "
+            "and stiff solids yield before that; give a penetration_hardness, or check the units of roughness and "
+            "pressure"
         )
     shapes = [level.shape for level in numerics.levels] if numerics else [(SIDE, SIDE)]
     (x, y), grid = max(shapes, key=prod), "the finest grid" + " of a plan" * (numerics is None)
     pixels = known.contact_fraction * (x * y)
     contact = f"{pressure} makes contact on {known.contact_fraction:.2g} of the area"
-    if pixels < LEAST_PIXELS:
-        yield f"{contact}, {pixels:.2g} pixels of {grid}, {x} × {y}, below {LEAST_PIXELS:g}; check its unit"
+    if pixels < _LEAST_PIXELS:
+        yield f"{contact}, {pixels:.2g} pixels of {grid}, {x} × {y}, below {_LEAST_PIXELS:g}; check its unit"
     elif known.hot_spots < 1.0:
         yield (
             f"{contact}, {known.hot_spots:.2g} of one hot spot of the theory in a cell of {1e3 * known.cell[0]:.3g} "
             "mm; check its unit, or raise numerics.lengths"
         )
-    if known.contact_fraction > COMPLETE:
+    if known.contact_fraction > _COMPLETE:
         yield (
-            f"contact on {known.contact_fraction:.3g} of the area in theory is above {COMPLETE:g}: such faces adhere, "
+            f"contact on {known.contact_fraction:.3g} of the area in theory is above {_COMPLETE:g}: such faces adhere, "
             "but not in the model; check the units of roughness, pressure and youngs_modulus"
         )
 
 
-def heat_lines(scene: Scene, known: Facts) -> Lines:
+def _heat_lines(scene: Scene, known: Facts) -> Lines:
     """Warn of contact that melts, and of heat that is not diffusive."""
     k = int(np.argmax(known.flash_temperature))
     hottest = known.background_temperature + float(known.flash_temperature[k])
@@ -153,27 +154,28 @@ def heat_lines(scene: Scene, known: Facts) -> Lines:
             f"{reached}, above the melting_temperature of {known.melting_temperature:g} K: in the model bodies stay "
             "solid; check the units of heat, load and roughness, or lower the speed"
         )
-    elif hottest > HOTTEST:
-        yield f"{reached}, above {HOTTEST:g} K, where no material is solid; check the units of heat, load and roughness"
+    elif hottest > _HOTTEST:
+        units = "check the units of heat, load and roughness"
+        yield f"{reached}, above {_HOTTEST:g} K, where no material is solid; {units}"
     fastest = float(known.peclet_number.max())
-    if fastest > 1.0 and (depth := known.hot_spot_radius * sqrt(2.0 / fastest)) < FREE_PATH:
+    if fastest > 1.0 and (depth := known.hot_spot_radius * sqrt(2.0 / fastest)) < _FREE_PATH:
         yield (
             f"at the Péclet number vr/D = {fastest:.3g} the heat of a hot spot goes {depth:.2g} m deep, less than "
-            f"{FREE_PATH:g} m, the free path of electrons and phonons; check the units of speed and conductivity"
+            f"{_FREE_PATH:g} m, the free path of electrons and phonons; check the units of speed and conductivity"
         )
 
 
-def share_lines(scene: Scene, known: Facts) -> Lines:
+def _share_lines(scene: Scene, known: Facts) -> Lines:
     """Warn of a heat share other than 1/2 between faces that conduct alike and are equally rough."""
     k = int(np.argmax(scene.speeds))
     share = float(known.heat_partition[k])
-    if len(scene.faces) < 2 or not scene.counterface_conducts or abs(share - 0.5) <= UNEVEN:
+    if len(scene.faces) < 2 or not scene.counterface_conducts or abs(share - 0.5) <= _UNEVEN:
         return
     bodies = prediction.conduction(scene)
     alike = np.array_equal(bodies.conductivity, bodies.counter_conductivity)
     alike = alike and np.array_equal(bodies.diffusivity, bodies.counter_diffusivity)
     first, second = (face.rms_height for face in scene.faces)
-    if alike and 1 / LIKE <= first / second <= LIKE:
+    if alike and 1 / _LIKE <= first / second <= _LIKE:
         about = "about " if scene.tables else ""  # a table over temperature has another value at another share
         yield (
             f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is that of hot spots that rest on the counterface, "

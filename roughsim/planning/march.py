@@ -1,4 +1,4 @@
-"""What a march of one body over the other adds to a plan: its level, its cost, and what a frozen scene leaves out."""
+"""The march of one body over the other in a plan: its level, its cost, and the reason of a frozen scene."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -16,8 +16,8 @@ from roughsim.sliding.film import film_shape
 from roughsim.sliding.member import SlideProblem, filmed_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 
-LEAST_CUT_OFF = 4.0  # q_y
-MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
+_LEAST_CUT_OFF = 4.0  # q_y
+_MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
 
 
@@ -34,19 +34,19 @@ def with_march(scene: Scene, numerics: Numerics) -> Numerics:
 def march_level(scene: Scene, numerics: Numerics) -> Level:
     """Return the level of a march: the lowest of the last column, halved to about half of the points of a lowest one.
 
-    Contact that yields keeps `LEAST_CUT_OFF`: from there on the ratio of sliding to frozen hardly depends on the
+    Contact that yields keeps `_LEAST_CUT_OFF`: from there on the ratio of sliding to frozen hardly depends on the
     cut-off. In elastic contact it changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8 from there to 512.
     """
     level = numerics.levels[numerics.rungs(numerics.columns[-1])[0]]
     (x, y), q_max = level.shape, level.q_max
-    least = 0.0 if scene.elastic else LEAST_CUT_OFF * prediction.yield_wavenumber(scene)
+    least = 0.0 if scene.elastic else _LEAST_CUT_OFF * prediction.yield_wavenumber(scene)
     while max(x, y) > 0.75 * BASE_SIDE and 0.5 * q_max >= 0.98 * least:
         x, y, q_max = x // 2, y // 2, 0.5 * q_max
-    return Level(SLIDING, (x, y), q_max, first=MEMBERS)
+    return Level(SLIDING, (x, y), q_max, first=_MEMBERS)
 
 
 def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
-    """Yield what the march is and costs; for a frozen scene of two rough faces, what it leaves out and would cost."""
+    """Yield level and cost of the march; for a frozen scene of two rough faces, the effect and cost of a march."""
     if numerics.march is None:
         if len(scene.faces) == 2 and scene.counterface_conducts:
             yield left_out(scene, numerics)
@@ -79,10 +79,10 @@ def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
 
 
 def left_out(scene: Scene, numerics: Numerics) -> Reason:
-    """Return what a frozen scene of two rough faces leaves out, and what it would cost."""
+    """Return the effect and the cost of the march that a frozen scene of two rough faces leaves out."""
     grid, cell = Grid(march_level(scene, numerics).shape, numerics.lengths), numerics.lengths[0]
     steps = cell / pixel_of_path(grid)
-    seconds = MEMBERS * steps * seconds_of_step(grid, len(scene.speeds))
+    seconds = _MEMBERS * steps * seconds_of_step(grid, len(scene.speeds))
     why = (
         'the contact slides on unchanged, as if the counterface alone were rough. With history = "sliding" both faces '
         "move, equal bodies take half of the heat each, and T_flash differs by 10 to 60 %: it is lower at low speeds "

@@ -23,8 +23,8 @@ from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
 
 # relative standard deviation of T_flash over the members of a lowest level, × longest waves per side × √(contact area
 # of the theory there): the least and the largest of 20 scenes, elastic and capped, contact on .0005 … .25 of the area
-SCATTER = 0.012, 0.046
-SECONDS = 5e-9  # of CPU time over the work of a member, on one core of a server of 2020
+_SCATTER = 0.012, 0.046
+_SECONDS = 5e-9  # of CPU time over the work of a member, on one core of a server of 2020
 
 
 def plan(scene: Scene, target_error: float | None = None) -> Numerics:
@@ -71,7 +71,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     numerics = with_march(scene, Numerics(levels, lengths, **keys))
     if not scene.elastic and "elastic" in numerics.columns:
         raise ValueError('column = "elastic" does not fit a scene with a hardness; use "smoothed" or "capped"')
-    reasons += heat_reasons(scene)
+    reasons += _heat_reasons(scene)
     for key, why in DEFAULT_REASONS.items():
         value = getattr(numerics, key)
         text = "L/2" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
@@ -82,15 +82,15 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         reasons=(
             *reasons,
             *march_reasons(scene, numerics),
-            cost_reason(scene, numerics, target),
+            _cost_reason(scene, numerics, target),
             workers_reason(numerics, member, why),
             Reason("memory", f"{(member + PROCESS) / 1e9:.2g} GB per worker", f"{member / 1e9:.2g} GB for {why}"),
         ),
     )
 
 
-def heat_reasons(scene: Scene) -> Iterator[Reason]:
-    """Yield over what moments are averaged, the constants that stand for tables, and the error of a measured C(q)."""
+def _heat_reasons(scene: Scene) -> Iterator[Reason]:
+    """Yield the average of the moments, the constants used for tables, and the error of a measured C(q)."""
     averaged = "averaged over all sliding directions in closed form; drawn surfaces are isotropic"
     yield Reason("moments", "all speeds at once", averaged)
     if "conductivity" in scene.tables:
@@ -105,7 +105,7 @@ def heat_reasons(scene: Scene) -> Iterator[Reason]:
         yield Reason("scan", text, "the error of the scan that C(q) was measured on; no member lowers it")
 
 
-def cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
+def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
     """Return about how much CPU time a run takes to a relative total 95 % error of T_flash.
 
     At least the first round, and two cut-offs of the column that the target concerns; at most all of all columns.
@@ -114,17 +114,17 @@ def cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
     works = [work(numerics, i) for i in numerics.single]
     first = sum(n * each for n, each in zip(first_counts(numerics, most), works, strict=False))  # without the march
     ladders = [numerics.rungs(column) for column in numerics.columns]
-    low = max(first, work_of(scene, numerics, ladders[-1][:2], target, SCATTER[0]))
-    high = FIRST_STEP * sum(works) + sum(work_of(scene, numerics, ladder, target, SCATTER[1]) for ladder in ladders)
+    low = max(first, _work_of(scene, numerics, ladders[-1][:2], target, _SCATTER[0]))
+    high = FIRST_STEP * sum(works) + sum(_work_of(scene, numerics, ladder, target, _SCATTER[1]) for ladder in ladders)
     why = (
-        f"to a total error of {100 * target:.3g} %, by how T_flash scattered on other scenes; the more of it where "
-        "all levels are needed. After the first round `roughsim status` shows the time left, as it was measured"
+        f"to a total error of {100 * target:.3g} %, from the scatter of T_flash on other scenes; the upper end if all "
+        "levels are needed. After the first round `roughsim status` shows the time left, as it was measured"
     )
-    return Reason("CPU time", f"{span(SECONDS * low)} to {span(SECONDS * high)}", why)
+    return Reason("CPU time", f"{span(_SECONDS * low)} to {span(_SECONDS * high)}", why)
 
 
-def work_of(scene: Scene, numerics: Numerics, rungs: Sequence[int], target: float, scatter: float) -> float:
-    """Return the work by which the scatter of some levels falls to a relative error; `scatter` as in `SCATTER`.
+def _work_of(scene: Scene, numerics: Numerics, rungs: Sequence[int], target: float, scatter: float) -> float:
+    """Return the work by which the scatter of some levels falls to a relative error; `scatter` as in `_SCATTER`.
 
     Levels are independent, and each has members in proportion to its scatter over the root of the work of one. What a
     level corrects scatters half as much as below it, and in a part of the cell by the parts more.

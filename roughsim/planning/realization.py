@@ -18,7 +18,7 @@ from roughsim.sliding.member import SlideProblem
 from roughsim.sliding.path import oblique_path, pixel_of_path
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 
-LEAST_STEPS = 4  # of a march: the last half has means
+_LEAST_STEPS = 4  # of a march: the last half has means
 _AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
@@ -67,7 +67,7 @@ def scene_of(scene: Scene, numerics: Numerics) -> Scene:
 
 
 def largest_member(scene: Scene, numerics: Numerics) -> tuple[float, str]:
-    """Return the memory that the largest member of a run takes, bytes, and what takes it."""
+    """Return the memory of the largest member of a run, bytes, and the name of that member."""
     points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
     memory = BYTES_PER_POINT * points, "largest grid"
     if numerics.march is None:
@@ -81,10 +81,10 @@ def march_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
     """Return the march of realization 0, with the seed of the scene; `numerics.march` is its level."""
     number = numerics.march or 0
     level, grid = numerics.levels[number], numerics.grid(number)
-    if min(scene.sliding.distances) < LEAST_STEPS * (step := pixel_of_path(grid)) * (1 - 1e-9):
+    if min(scene.sliding.distances) < _LEAST_STEPS * (step := pixel_of_path(grid)) * (1 - 1e-9):
         k = int(np.argmin(scene.sliding.distances))
         raise ResolutionError(
-            f"slid distance = {scene.sliding.distances[k]:.4g} m at {scene.speeds[k]:g} m/s is under {LEAST_STEPS} "
+            f"slid distance = {scene.sliding.distances[k]:.4g} m at {scene.speeds[k]:g} m/s is under {_LEAST_STEPS} "
             f"pixels of {step:.4g} m on the grid {level.shape}; slide further, leave out the slow speeds, or refine "
             "the last of numerics.levels"
         )

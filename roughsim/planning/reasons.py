@@ -25,7 +25,7 @@ def workers_reason(numerics: Numerics, member: float, why: str) -> Reason:
 
 
 def level_text(levels: Sequence[Level]) -> str:
-    """Return grids and cut-offs in words, with the column of each where there are several."""
+    """Return grids and cut-offs in words, with the column of each if there are several."""
     texts = (
         f"{level.column} " * (len(levels) > 1)
         + f"{level.shape[0]} × {level.shape[1]} to q_c = {level.q_max:.3g} rad/m"

@@ -178,7 +178,7 @@ def test_an_estimate_explains_itself():
     text = found.explain()
     assert text.startswith(f"{NAME}:\n")
     assert "n = 20 realizations of the lowest level; interval with 19 degrees of freedom" in text
-    assert "size: what a larger cell would change" in text
+    assert "size: change by a larger cell" in text
     assert "pixel: unknown: no level of the run shows it; not in these figures" in text
     assert "one note" in text
     cut = est.estimate(NAME, values_of(mean_of(0, rows_of(1, 20)), bandwidth=np.nan)).explain()

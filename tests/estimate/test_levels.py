@@ -476,7 +476,7 @@ def test_notes_say_what_values_are_made_of(steel, resting, asked):
     for scene, column in ((steel, pairs), (resting, at_rest)):
         cut = notes(values_of(scene, "capped", NAME, column, continued=False))
         assert cut[1] == (
-            "where the bandwidth is unknown, the value of the highest q_c, and what the last step to it changed is "
+            "where the bandwidth is unknown, the value of the highest q_c, and the change by the last step to it is "
             "part of the error"
         )
     one = notes(values_of(steel, "capped", NAME, pairs[:1]))
