@@ -31,10 +31,10 @@ from scipy.special import ndtr, ndtri
 
 from theory.arguments import Array, Spectrum, breaks_of, density
 
-FURTHEST = 6.5  # of z on both sides: the pressures run from 4e-11 σ_P to σ_P less that
-# With half of SPACING, of STEP and of the bins and angles of theory.scattering, T_flash of 91 contacts changes by .4 %
+_FURTHEST = 6.5  # of z on both sides: the pressures run from 4e-11 σ_P to σ_P less that
+# With half of _SPACING, of STEP and of the bins and angles of theory.scattering, T_flash of 91 contacts changes by .4 %
 # (rms; 1.1 % at most), g_σ(0) by .3 % (1.2 %), the contact area by .4 % (1.4 %); where q_max → ∞ g_σ(0) stays.
-SPACING = 0.2  # of z
+_SPACING = 0.2  # of z
 STEP = 0.25  # in ln v and ln q
 UNREACHED = 7.0  # standard deviations of the full-contact pressure above σ₀: no pressure is higher
 _SMOOTHED = 3e-3  # the walls start smoothed by the waves of the last .3 % of an e-fold: they would be jumps otherwise
@@ -64,8 +64,8 @@ def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float
         pressure = min(pressure, UNREACHED * spread)  # contact is full: more load changes no stress but the mean
     highest = min(hardness, pressure + UNREACHED * spread)
     start = float(ndtri(pressure / highest))
-    below, above = ceil((start + FURTHEST) / SPACING), ceil((FURTHEST - start) / SPACING)
-    z: Array = start + SPACING * np.arange(-below, above + 1, dtype=np.float64)
+    below, above = ceil((start + _FURTHEST) / _SPACING), ceil((_FURTHEST - start) / _SPACING)
+    z: Array = start + _SPACING * np.arange(-below, above + 1, dtype=np.float64)
     ramp = 2 * highest / (modulus * wavenumber)  # 2σ_P/(E*q), m
     bell = np.exp(-(z**2) / 2) / sqrt(2 * pi)
     compliance = np.sqrt(variance)[:, None] * interface_law(z, variance, ramp)  # times σ_P φ

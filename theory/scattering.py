@@ -23,7 +23,7 @@ from theory.interface import Diffusion, between_shells
 
 ANSWER = 0.8  # power of g(Q)/g(q) with which the half-space answers beside q: 1 to second order
 BIN = 0.125  # of ln q, in which sidebands are counted
-ANGLES = 48
+_ANGLES = 48
 _BELOW = 1.0  # e-folds below q_min to which sidebands are told apart; they are constant from there on
 _ABOVE = 2.5  # and above q_max
 _FURTHER = 20  # bins above q that the sums of waves up to q can reach
@@ -110,13 +110,13 @@ def sums_of_waves(count: int) -> Array:
     """Return the chance of ln |q + k| in bins from ln q, by ln k in bins from ln q: both from −count to count − 1."""
     apart = np.arange(-count, count)
     steep = np.exp(BIN * apart)[:, None]
-    at = np.log(1 + steep**2 + 2 * steep * np.cos((np.arange(ANGLES) + 0.5) * pi / ANGLES)) / (2 * BIN) + count
+    at = np.log(1 + steep**2 + 2 * steep * np.cos((np.arange(_ANGLES) + 0.5) * pi / _ANGLES)) / (2 * BIN) + count
     low = np.clip(at.astype(np.intp), 0, 2 * count - 2)
     part = np.clip(at - low, 0.0, 1.0)
     result = np.zeros((2 * count, 2 * count))
     rows = np.broadcast_to(np.arange(2 * count)[:, None], low.shape)
-    np.add.at(result, (rows, low), (1 - part) / ANGLES)
-    np.add.at(result, (rows, low + 1), part / ANGLES)
+    np.add.at(result, (rows, low), (1 - part) / _ANGLES)
+    np.add.at(result, (rows, low + 1), part / _ANGLES)
     return result
 
 

@@ -31,25 +31,25 @@ if TYPE_CHECKING:
 
 _DEPTH = 1e3  # sidebands are followed down to q_min over this, constant at the end
 _REACH = 1e3  # times q_max to which the tail is followed
-STEPS = (0.01, 0.5)  # e-folds: finer ones take long, coarser ones leave splines without points
+_STEPS = (0.01, 0.5)  # e-folds: finer ones take long, coarser ones leave splines without points
 _DEGREE = 5  # of the splines, whose knots are an e-fold apart
 
 # the range of the contacts that the law was compared with
-SHARE = (0.005, 0.6)  # σ₀/σ_P
-BAND = (2.0, inf)  # q_max/q_min
-PLATEAU = (1.0, 16.0)  # q_r/q_min, with q²C largest at q_r
-HURST = (0.3, 1.0)  # H of C ~ q^(−2−2H) from q_r to q_max
-YIELDED = (0.25, 8.0)  # q_y/q_r where all has yielded at q_max
-YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
+_SHARE = (0.005, 0.6)  # σ₀/σ_P
+_BAND = (2.0, inf)  # q_max/q_min
+_PLATEAU = (1.0, 16.0)  # q_r/q_min, with q²C largest at q_r
+_HURST = (0.3, 1.0)  # H of C ~ q^(−2−2H) from q_r to q_max
+_YIELDED = (0.25, 8.0)  # q_y/q_r where all has yielded at q_max
+_YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
 GAPS = (0.0, 1.5)  # octaves of waves that add less than FAINT of what waves on both sides of them add to G
 FAINT = 0.1
 # the range of the elastic contacts
-ELASTIC_LOAD = (0.002, inf)  # σ₀/(E*h′): up to full contact, where the law is exact
-ELASTIC_BAND = (3.7, inf)  # q_max/q_min
-ELASTIC_END = (1.0, 64.0)  # q_max/q_r
-ELASTIC_GAPS = (0.0, 0.5)  # octaves: none with wider gaps was compared
+_ELASTIC_LOAD = (0.002, inf)  # σ₀/(E*h′): up to full contact, where the law is exact
+_ELASTIC_BAND = (3.7, inf)  # q_max/q_min
+_ELASTIC_END = (1.0, 64.0)  # q_max/q_r
+_ELASTIC_GAPS = (0.0, 0.5)  # octaves: none with wider gaps was compared
 
-ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
+_ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
 EDGE = 0.4  # share of the sidebands above q_max that lies in the tail of the edges
 ONSET = 1.7  # q/q_max at which half of the tail has set in: sums of two waves reach 2
 RIM = 7.0  # D/σ_P² at which 1/e of the variance that is missing from full yield is truly missing
@@ -106,9 +106,9 @@ def stress_spectrum(
     _, _, hardness = shares(nominal_pressure, penetration_hardness)
     pressure = float(nominal_pressure)
     width = positive("step", step, "e-folds")
-    if not STEPS[0] <= width <= STEPS[1]:
+    if not _STEPS[0] <= width <= _STEPS[1]:
         raise ValueError(
-            f"step = {width:g} e-folds lies outside {STEPS[0]:g} … {STEPS[1]:g}: leave it out for {STEP:g}"
+            f"step = {width:g} e-folds lies outside {_STEPS[0]:g} … {_STEPS[1]:g}: leave it out for {STEP:g}"
         )
     end = breaks_of(spectrum)[-1]
     variance = float(half_variance(end, spectrum, effective_modulus=modulus))
@@ -137,30 +137,30 @@ def _check_range(spectrum: Spectrum, modulus: float, pressure: float, hardness: 
             "spectra without gaps; use the paper's weight for it"
         )
     roll_off = q[int(np.argmax(height))]
-    gaps = ELASTIC_GAPS if isinf(hardness) else GAPS
+    gaps = _ELASTIC_GAPS if isinf(hardness) else GAPS
     compared = {
-        "q_roll_off/q_min": (roll_off / ends[0], PLATEAU),
+        "q_roll_off/q_min": (roll_off / ends[0], _PLATEAU),
         "octaves of gaps in C(q)": (octaves_of_gaps(q, q**2 * height, FAINT), gaps),
     }
     if ends[-1] > 1.5 * roll_off:
-        compared["Hurst exponent"] = (log(height.max() / height[-1]) / log(ends[-1] / roll_off) / 2, HURST)
+        compared["Hurst exponent"] = (log(height.max() / height[-1]) / log(ends[-1] / roll_off) / 2, _HURST)
     if isinf(hardness):
         variance = float(half_variance(ends[-1], spectrum, effective_modulus=modulus))
-        compared["nominal_pressure/(E*h′)"] = (pressure / sqrt(8 * variance), ELASTIC_LOAD)  # G = (E*h′)²/8
-        compared["q_max/q_min"] = (ends[-1] / ends[0], ELASTIC_BAND)
-        compared["q_max/q_roll_off"] = (ends[-1] / roll_off, ELASTIC_END)
+        compared["nominal_pressure/(E*h′)"] = (pressure / sqrt(8 * variance), _ELASTIC_LOAD)  # G = (E*h′)²/8
+        compared["q_max/q_min"] = (ends[-1] / ends[0], _ELASTIC_BAND)
+        compared["q_max/q_roll_off"] = (ends[-1] / roll_off, _ELASTIC_END)
     else:
-        compared["nominal_pressure/penetration_hardness"] = (pressure / hardness, SHARE)
-        compared["q_max/q_min"] = (ends[-1] / ends[0], BAND)
-        reach = np.array([*(min(r * roll_off, ends[-1]) for r in YIELDED), ends[-1]])
+        compared["nominal_pressure/penetration_hardness"] = (pressure / hardness, _SHARE)
+        compared["q_max/q_min"] = (ends[-1] / ends[0], _BAND)
+        reach = np.array([*(min(r * roll_off, ends[-1]) for r in _YIELDED), ends[-1]])
         variances = half_variance(reach, spectrum, effective_modulus=modulus)
         _, elastic, plastic = area_fractions(variances, pressure, hardness)
-        yielded = elastic < ELASTIC_SHARE * (elastic + plastic)
+        yielded = elastic < _ELASTIC_SHARE * (elastic + plastic)
         if not yielded[-1]:
-            compared["q_max/q_roll_off"] = (ends[-1] / roll_off, YIELDING)
+            compared["q_max/q_roll_off"] = (ends[-1] / roll_off, _YIELDING)
         elif yielded[0] or not yielded[1]:
             solid = {"effective_modulus": modulus, "nominal_pressure": pressure, "penetration_hardness": hardness}
-            compared["q_y/q_roll_off"] = (yield_wavenumber(spectrum, **solid) / roll_off, YIELDED)
+            compared["q_y/q_roll_off"] = (yield_wavenumber(spectrum, **solid) / roll_off, _YIELDED)
     for name, (value, (least, most)) in compared.items():
         if not least * (1 - 1e-3) <= value <= most * (1 + 1e-3):
             raise ValueError(

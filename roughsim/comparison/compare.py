@@ -173,7 +173,7 @@ def comparison_table(comparison: Comparison) -> Table:
     return Table([*columns, Column("note")], rows, title, [*meanings(comparison), *comparison.notes()])
 
 
-def meanings_of_directions(run: Pressed) -> Iterator[str]:
+def _meanings_of_directions(run: Pressed) -> Iterator[str]:
     """Yield what the rows of a map by the direction of sliding and over its Gaussian twin are."""
     if run.angles:
         angles = ", ".join(f"{FLASH}_{name} at {degrees(angle) % 360:.0f}°" for name, angle in run.angles.items())
@@ -212,7 +212,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
     yield calibrated_note(comparison.run.scene)
     yield from map(str, statements(comparison.run.scene))
     if isinstance(comparison.run, Pressed):
-        yield from meanings_of_directions(comparison.run)
+        yield from _meanings_of_directions(comparison.run)
     elif comparison.run.drawn:
         yield from texture_warnings(comparison.run.scene)
     yield from overshoot_warnings(comparison.run)

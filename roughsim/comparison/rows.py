@@ -21,10 +21,10 @@ from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
 
-FLASH, OVER_TWIN = "flash_temperature", "map_over_gaussian_twin"  # of the rows of a map that is pressed
+FLASH, _OVER_TWIN = "flash_temperature", "map_over_gaussian_twin"  # of the rows of a map that is pressed
 NOTICED = 0.02  # relative difference of two theories that a note names
 CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
-BIN_WIDTH, LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; how many make a band that has a slope
+_BIN_WIDTH, _LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; how many make a band that has a slope
 
 
 class Cell(NamedTuple):
@@ -183,7 +183,7 @@ def _rows_of_directions(run: Pressed) -> Iterator[Row]:
     if run.over_twin is not None:
         for speed, ratio in zip(run.scene.speeds, run.over_twin.tolist(), strict=False):
             cells = {column: Cell(ratio, nan, nan)}
-            yield Row(OVER_TWIN, "1", speed, nan, nan, nan, nan, columns=cells, ratios=without, note="")
+            yield Row(_OVER_TWIN, "1", speed, nan, nan, nan, nan, columns=cells, ratios=without, note="")
 
 
 def _rows_of_one(
@@ -305,8 +305,8 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     low, high = scene.spectrum.breaks[-2], pair.sample.q_max
     if not scene.elastic:
         high = min(high, prediction.yield_wavenumber(scene))
-    bins = int(log(high / low) / BIN_WIDTH)
-    if bins < LEAST_BINS:
+    bins = int(log(high / low) / _BIN_WIDTH)
+    if bins < _LEAST_BINS:
         return None
     # how many modes of the plane lie in each bin of ln q, and their mean ln q
     edges = np.linspace(log(low), log(high), 1 + bins)

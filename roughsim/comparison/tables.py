@@ -17,17 +17,17 @@ from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import Column, Number, Row, Table, json_value, with_unit
 
-CORRELATION_POINTS = 65
-HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")
-WIDTHS = ("flash_width", "slope_length")
+_CORRELATION_POINTS = 65
+_HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")
+_WIDTHS = ("flash_width", "slope_length")
 OF_SLIDING = "sliding, calibrated"  # the theory of the column sliding
 
 
-def theory_values(scene: Scene) -> dict[str, Any]:
+def _theory_values(scene: Scene) -> dict[str, Any]:
     """Return the theory over the whole spectrum: arrays over speed, temperatures with the share used, and areas."""
     values, share = prediction.predictions(scene), prediction.heat_partition(scene)
-    result: dict[str, Any] = {"speed": scene.speeds} | {name: values[name] * share for name in HEATED}
-    result |= {name: values[name] for name in WIDTHS}
+    result: dict[str, Any] = {"speed": scene.speeds} | {name: values[name] * share for name in _HEATED}
+    result |= {name: values[name] for name in _WIDTHS}
     if "friction_coefficient" in scene.tables:
         result["friction_coefficient"] = prediction.friction_coefficient(scene)
     result |= {"conductivity": prediction.conduction(scene).conductivity, "heat_partition": share}
@@ -42,9 +42,9 @@ def theory_values(scene: Scene) -> dict[str, Any]:
 def theory_dict(scene: Scene) -> dict[str, Any]:
     """Return the theory over the whole spectrum as JSON values, with g_σ(r) at 0 and up to half the longest wave."""
     longest = 2 * np.pi / scene.spectrum.breaks[0]
-    distance = np.concatenate([[0.0], np.geomspace(1e-3 * longest, 0.5 * longest, CORRELATION_POINTS - 1)])
+    distance = np.concatenate([[0.0], np.geomspace(1e-3 * longest, 0.5 * longest, _CORRELATION_POINTS - 1)])
     correlation = {"r": distance, "value": prediction.correlation(scene, distance)}
-    values, law = theory_values(scene), prediction.calibrated(scene)
+    values, law = _theory_values(scene), prediction.calibrated(scene)
     temperature = values["calibrated"] if law.stress_spectrum is not None else None
     band = law.errors["flash_temperature"]
     values["calibrated"] = {"flash_temperature": temperature, "error": band, "range": law.range}
@@ -56,9 +56,9 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
 
 def theory_table(scene: Scene) -> Table:
     """Return the theory of a scene, a row per speed."""
-    values = theory_values(scene)
+    values = _theory_values(scene)
     units = UNITS | dict.fromkeys(("calibrated", CONTACT_TEMPERATURE), UNITS["flash_temperature"])
-    columns = {name: with_unit(name, units[name]) for name in (HEATED[0], "calibrated", *HEATED[1:], *WIDTHS)}
+    columns = {name: with_unit(name, units[name]) for name in (_HEATED[0], "calibrated", *_HEATED[1:], *_WIDTHS)}
     if CONTACT_TEMPERATURE in values:
         columns[CONTACT_TEMPERATURE] = with_unit("T₀ + T_flash", units[CONTACT_TEMPERATURE])
     titles_of_tables = {"friction_coefficient": "μ", "conductivity": "κ, W/(m K)"}  # they differ from speed to speed

@@ -24,7 +24,7 @@ class Curve:
     description: str
 
 
-FRACTIONS = (0.5, 0.1, 0.0)  # of g(0) that the correlation falls to at its radii
+_FRACTIONS = (0.5, 0.1, 0.0)  # of g(0) that the correlation falls to at its radii
 
 
 def radius(sample: Sample, fraction: float) -> Array:
@@ -35,7 +35,7 @@ def radius(sample: Sample, fraction: float) -> Array:
     from scipy.special import j0, j1  # slow to import, as above
 
     q, mean = sample.wavenumber, sample.spectrum.mean(axis=0)
-    r = float(sample.values_of(f"r({fraction})", lambda s: crossing(s, fraction))[0])
+    r = float(sample.values_of(f"r({fraction})", lambda s: _crossing(s, fraction))[0])
     if not np.isfinite(r):
         return np.full((len(sample.spectrum), 1), np.nan)
     slope = -float((mean * q) @ j1(q * r))
@@ -44,12 +44,12 @@ def radius(sample: Sample, fraction: float) -> Array:
     return values
 
 
-def crossing(sample: Sample, fraction: float) -> Array:
+def _crossing(sample: Sample, fraction: float) -> Array:
     """Return that r alone, (1,): it lies beyond those of larger fractions, and is looked for from there on."""
     from roughsim.observables.stress_spectrum import StressSpectrum  # slow to import, as above
 
-    larger = min((other for other in FRACTIONS if other > fraction), default=None)
-    start = 0.0 if larger is None else float(sample.values_of(f"r({larger})", lambda s: crossing(s, larger))[0])
+    larger = min((other for other in _FRACTIONS if other > fraction), default=None)
+    start = 0.0 if larger is None else float(sample.values_of(f"r({larger})", lambda s: _crossing(s, larger))[0])
     if not np.isfinite(start):
         return np.array([np.nan])
     mean = StressSpectrum(sample.wavenumber, sample.spectrum.mean(axis=0), sample.reach)
@@ -229,7 +229,7 @@ TABLE: tuple[Observable, ...] = (
         by_force_balance=True,
         solver_share=1.0,
     ),
-    *(correlation_radius(round(100 * fraction)) for fraction in FRACTIONS),
+    *(correlation_radius(round(100 * fraction)) for fraction in _FRACTIONS),
     *(record for entry in extensions("observables").values() for record in entry.load()),
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}

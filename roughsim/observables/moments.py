@@ -163,7 +163,7 @@ def measure(contact: Contact, grid: Grid, sliding: HeatSource) -> Moments:
     if sliding.direction is None:
         sums = sums_over_directions(spectrum, unseen, grid, sliding)
     else:
-        sums = sums_of_one_direction(amplitude, grid, sliding)
+        sums = _sums_of_one_direction(amplitude, grid, sliding)
     # what the pixels add and take along the edges of the contact
     hardness = high if contact.plastic_fraction > 0.0 else math.inf
     corrected = edge_corrected(np.maximum(pressure, 0.0) if low < 0.0 else pressure, hardness)
@@ -215,7 +215,7 @@ def angular_means(ratio: Array) -> tuple[Array, Array]:
 def sums_over_directions(spectrum: StressSpectrum, unseen: Array, grid: Grid, sliding: HeatSource) -> Array:
     """Return Σ w Re F/|q|, −Σ w Re(i cosφ F), Σ w |q| Re F, averaged over all directions; shape (3, speeds)."""
     q, w = spectrum.wavenumber, spectrum.variance
-    even, odd, odd_at_nyquist = responses_of_grid(grid, tuple(abs(rate) for rate in sliding.rates))
+    even, odd, odd_at_nyquist = _responses_of_grid(grid, tuple(abs(rate) for rate in sliding.rates))
 
     def total(response: Array, weight: Array) -> Array:
         # in short pieces, or the sums would depend on the number of threads of the BLAS
@@ -227,7 +227,7 @@ def sums_over_directions(spectrum: StressSpectrum, unseen: Array, grid: Grid, sl
 
 
 @lru_cache(maxsize=8)  # the grids of a run come in turn: fewer than there are would never be met again
-def responses_of_grid(grid: Grid, rates: tuple[float, ...]) -> tuple[Array, Array, Array]:
+def _responses_of_grid(grid: Grid, rates: tuple[float, ...]) -> tuple[Array, Array, Array]:
     """Return `angular_means` at the compact wavenumbers of a grid, and the second one at its `nyquist_waves`.
 
     `rates` are v/D ≥ 0, 1/m; shapes (rates, wavenumbers).
@@ -237,7 +237,7 @@ def responses_of_grid(grid: Grid, rates: tuple[float, ...]) -> tuple[Array, Arra
     return even, odd, np.stack([angular_means(rate / q_nyquist)[1] for rate in rates])
 
 
-def sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, sliding: HeatSource) -> Array:
+def _sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, sliding: HeatSource) -> Array:
     """Return the same sums for sliding along `direction`: the moments of the steady periodic field, to rounding."""
     ux, uy = unit_vector(sliding.direction or 0.0)
     qx, qy = grid.wavevectors

@@ -62,7 +62,7 @@ class StressSpectrum:
                 f"r = {distance[outside].ravel()[0]:.6g} m must lie between 0 and half the diagonal of the cell, "
                 f"{self.reach:.6g} m; simulate a larger cell"
             )
-        values = [ordered_sum(self.variance, j0(self.wavenumber * x)) for x in distance.ravel().tolist()]
+        values = [_ordered_sum(self.variance, j0(self.wavenumber * x)) for x in distance.ravel().tolist()]
         return np.reshape(values, distance.shape)
 
     def correlation_radius(self, fraction: float, *, start: float = 0.0) -> float:
@@ -93,7 +93,7 @@ class StressSpectrum:
                 if excess <= 0.0:
                     return r
                 if r > 2.0 * bounded:  # the bound at a smaller r holds as well
-                    bound, bounded = ordered_sum(np.abs(odd[1]) * q, _FOURTH / np.hypot(1.0, x / _FALLING) ** 0.5), r
+                    bound, bounded = _ordered_sum(np.abs(odd[1]) * q, _FOURTH / np.hypot(1.0, x / _FALLING) ** 0.5), r
                 second, third = further_derivatives(r, g1, g2, g3)
                 # a step that the falling terms alone allow: Newton's method for where they have used up the excess
                 falling = [max(0.0, term) for term in (g1, -0.5 * second, -third / 6.0, bound / 24.0)]
@@ -117,7 +117,7 @@ class StressSpectrum:
             row[:] = np.bincount(cell, power, minlength=cells)
             power = power * offset
         variance = np.zeros(cells + _STENCIL - 1)
-        for j, part in enumerate(lagrange_coefficients()[:, :_POWERS] @ moments):
+        for j, part in enumerate(_lagrange_coefficients()[:, :_POWERS] @ moments):
             variance[j : j + cells] += part
         nodes = spacing * (np.arange(variance.size) + _STENCIL // 2 + 1)
         wavenumber = np.concatenate((self.wavenumber[low], nodes))
@@ -192,7 +192,7 @@ def first_root(excess: float, terms: list[float]) -> float:
     return s * (1.0 - 1e-9)
 
 
-def ordered_sum(weight: Array, values: Array) -> float:
+def _ordered_sum(weight: Array, values: Array) -> float:
     """Return Σ weight·values with the same bits for any number of threads (BLAS splits long products among them)."""
     return float(np.sum(weight * values))
 
@@ -230,7 +230,7 @@ class UniformNodes:
             moments = np.zeros((POWERS, cells))
             moments_of_columns(table, self.offset, moments)
             # the polynomials of nodes ±x are mirror images: their even powers are equal, their odd ones opposite
-            coefficients = lagrange_coefficients()[:half, :POWERS]
+            coefficients = _lagrange_coefficients()[:half, :POWERS]
             # products of matrices: these sums are too short for a BLAS to share them among threads
             even, odd = (coefficients[:, s::2] @ moments[s::2] for s in (0, 1))
             for j, part in enumerate((*(even + odd), *(even - odd)[::-1])):
@@ -264,7 +264,7 @@ def uniform_nodes(grid: Grid) -> UniformNodes:
 
 
 @cache
-def lagrange_coefficients() -> Array:
+def _lagrange_coefficients() -> Array:
     """Coefficients, by powers of the distance from the middle, of the 24 Lagrange polynomials with nodes ±½, ±3/2 …"""
     nodes = range(1 - _STENCIL, _STENCIL, 2)  # twice the distances: whole numbers, so that all is exact
     product = [1]  # Π (y − node), its coefficients by falling powers

@@ -83,7 +83,7 @@ def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
 
     The speeds, m/s, ≥ 0, if None, are those of the scene. SceneError if the contact gets hotter than a table goes.
     """
-    each = tuple(heating(scene, speed).bodies for speed in speeds_of(scene, speeds))
+    each = tuple(heating(scene, speed).bodies for speed in _speeds_of(scene, speeds))
     return Conductions(each, *np.array(list(zip(*each, strict=True)), dtype=np.float64))  # None becomes NaN
 
 
@@ -93,7 +93,7 @@ def friction_coefficient(scene: Scene, speeds: ArrayLike | None = None) -> Array
     Where μ is a table it is its value at the background temperature + T₀(t) + s T_flash: friction acts where there is
     pressure, and T_flash is the mean temperature there. Speeds and errors: as `conduction`.
     """
-    return np.array([heating(scene, speed).friction_coefficient for speed in speeds_of(scene, speeds)])
+    return np.array([heating(scene, speed).friction_coefficient for speed in _speeds_of(scene, speeds)])
 
 
 def heat_per_pressure(scene: Scene, speed: float) -> float:
@@ -101,7 +101,7 @@ def heat_per_pressure(scene: Scene, speed: float) -> float:
     return float(friction_coefficient(scene, (abs(speed),))[0]) * abs(speed)
 
 
-def speeds_of(scene: Scene, speeds: ArrayLike | None) -> list[float]:
+def _speeds_of(scene: Scene, speeds: ArrayLike | None) -> list[float]:
     """Return speeds as a list, those of the scene if None."""
     result: list[float] = np.ravel(scene.speeds if speeds is None else speeds).tolist()
     return result
@@ -119,23 +119,23 @@ def heating(scene: Scene, speed: float) -> Heating:
     """Return μ, and κ and D of both bodies, at a speed, m/s."""
     if not scene.tables:
         return Heating(scene.friction_coefficient(), scene.conduction())
-    return heating_of_contact(scene, speed)
+    return _heating_of_contact(scene, speed)
 
 
 @lru_cache(maxsize=1024)
-def heating_of_contact(scene: Scene, speed: float) -> Heating:
+def _heating_of_contact(scene: Scene, speed: float) -> Heating:
     """Return μ, κ and D from their tables, at the temperature that the contact reaches with them.
 
     If there are several such temperatures it is the lowest, because a cold contact reaches it first. SceneError if
     there is none.
     """
-    for constants, _ in solutions(scene, speed):
+    for constants, _ in _solutions(scene, speed):
         return constants
     ends = {key: min(rows[-1][0] for rows in tables) for key, tables in scene.tables.items()}
     end = min(ends.values())
     raise SceneError(
         f"sliding.speed = {speed:g} m/s heats the contact to T₀ + T_flash = "
-        f"{contact_with(scene, speed, end)[2]:.4g} K at constant {' and '.join(ends)} beyond {end:g} K, where the "
+        f"{_contact_with(scene, speed, end)[2]:.4g} K at constant {' and '.join(ends)} beyond {end:g} K, where the "
         "tables end; extend them or lower the speed"
     )
 
@@ -146,10 +146,10 @@ def contact_temperatures(scene: Scene, speed: float) -> list[float]:
     The first is the one in use; none of them lies beyond the end of a table. The contact is stable at the first, third
     and so on, and drifts away from those between.
     """
-    return [contact for _, contact in solutions(scene, speed)]
+    return [contact for _, contact in _solutions(scene, speed)]
 
 
-def solutions(scene: Scene, speed: float) -> Iterator[tuple[Heating, float]]:
+def _solutions(scene: Scene, speed: float) -> Iterator[tuple[Heating, float]]:
     """Yield μ, κ and D, and the absolute temperature of the contact, K, of each solution, from the coldest on.
 
     They are looked for in 64 steps and at the rows of the tables: if only μ is a table, none lies between.
@@ -159,9 +159,9 @@ def solutions(scene: Scene, speed: float) -> Iterator[tuple[Heating, float]]:
     friction_end = min((rows[-1][0] for rows in scene.tables.get("friction_coefficient", [])), default=inf)
 
     def excess(temperature: float) -> float:
-        return contact_with(scene, speed, temperature)[1] - temperature
+        return _contact_with(scene, speed, temperature)[1] - temperature
 
-    background, flash = rises(scene, speed, scene.conduction(start))
+    background, flash = _rises(scene, speed, scene.conduction(start))
     part = (background + 0.75 * flash) / (background + flash) if flash else 1.0
     rows = [kelvin for tables in scene.tables.values() for table in tables for kelvin, _ in table]
     rows += [start + part * (kelvin - start) for kelvin in rows]
@@ -173,18 +173,18 @@ def solutions(scene: Scene, speed: float) -> Iterator[tuple[Heating, float]]:
             root = low
             if excess(low) != 0.0:
                 root = scipy.optimize.brentq(excess, low, high, xtol=1e-11 * high, rtol=1e-13)
-            constants, _, contact = contact_with(scene, speed, root)
+            constants, _, contact = _contact_with(scene, speed, root)
             if contact > friction_end:
                 return
             yield constants, contact
 
 
-def contact_with(scene: Scene, speed: float, temperature: float) -> tuple[Heating, float, float]:
+def _contact_with(scene: Scene, speed: float, temperature: float) -> tuple[Heating, float, float]:
     """Return the constants with κ at a temperature, the temperature there with them, and that of the contact, K."""
     start = scene.sliding.background_temperature or 0.0
     friction_end = min((rows[-1][0] for rows in scene.tables.get("friction_coefficient", [])), default=inf)
     bodies = scene.conduction(temperature)
-    background, flash = rises(scene, speed, bodies)
+    background, flash = _rises(scene, speed, bodies)
     layer, contact = background + 0.75 * flash, background + flash
     # the temperature of the contact follows from that of κ: both rises are in proportion to μ
     hot = start + (temperature - start) * (contact / layer if layer else 1.0)
@@ -192,15 +192,15 @@ def contact_with(scene: Scene, speed: float, temperature: float) -> tuple[Heatin
     return Heating(friction, bodies), start + friction * layer, start + friction * contact
 
 
-def rises(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float]:
+def _rises(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float]:
     """Return T₀(t) of the moving body and s T_flash, K, with μ = 1: both are in proportion to it."""
     stress, unit, spectrum = stress_arguments(scene), Heating(1.0, bodies), smoothed_spectrum(scene)
     share = float(share_of(scene, scene.sliding.heat_partition, np.array([speed]), spectrum, bodies)[0])
     flash = float(theory.flash.flash_temperature(speed, spectrum, **stress, **heat_arguments(*unit)))
-    return share * warming(scene, speed, unit), share * flash
+    return share * _warming(scene, speed, unit), share * flash
 
 
-def warming(scene: Scene, speed: float, constants: Heating) -> float:
+def _warming(scene: Scene, speed: float, constants: Heating) -> float:
     """Return T₀(t) of the surface of the moving body with all the heat in it, K; 0 without a `duration`."""
     friction, bodies = constants
     flux = friction * scene.sliding.nominal_pressure * speed
@@ -215,7 +215,7 @@ def background(scene: Scene) -> Array:
 
     It is the mean over the surface after the `duration`; 0 without a `duration`.
     """
-    return np.array([warming(scene, speed, heating(scene, speed)) for speed in scene.speeds])
+    return np.array([_warming(scene, speed, heating(scene, speed)) for speed in scene.speeds])
 
 
 def heat_partition(

@@ -15,7 +15,7 @@ from roughsim.prediction.theories import predictions
 from roughsim.scene import Scene
 from roughsim.show.table import json_value
 
-ROOM = 293.0  # K, the background temperature where none is given
+_ROOM = 293.0  # K, the background temperature where none is given
 STEEP = 0.5  # rms slope: the model is for small slopes
 YIELDED = 32.0  # q_y: shorter waves touch at the hardness alone, and their slope changes nothing
 
@@ -50,7 +50,7 @@ class Facts:
         self.heat_partition = heat_partition(scene)  # share used
         # of the theory with that share, K above the background
         self.flash_temperature = self.heat_partition * theory["flash_temperature"]
-        self.background_temperature = scene.sliding.background_temperature or ROOM  # absolute
+        self.background_temperature = scene.sliding.background_temperature or _ROOM  # absolute
         self.melting_temperature = scene.melting_temperature  # absolute; inf if the scene gives none
 
     def to_dict(self) -> dict[str, Any]:
@@ -72,7 +72,7 @@ class Facts:
         slope = f"of both faces together{before}; the model has less than {STEEP:g}"
         size = f"{1e3 * self.cell[0]:.3g} mm × {1e3 * self.cell[1]:.3g} mm"
         spots = f"of radius {1e6 * self.hot_spot_radius:.3g} µm in a cell of {size}"
-        speeds = f"at {range_text(self.speed)} m/s"
+        speeds = f"at {_range_text(self.speed)} m/s"
         melting = "" if isinf(self.melting_temperature) else f", melts at {self.melting_temperature:g} K"
         background = f"above a background of {self.background_temperature:g} K{melting}"
         area = f"of the nominal area in theory, at {self.contact_pressure:.3g} Pa; {yields}"
@@ -82,8 +82,8 @@ class Facts:
             ratio,
             ("contact area", f"{self.contact_fraction:.3g}", area),
             ("hot spots", f"{self.hot_spots:.3g}", spots),
-            ("Péclet number", range_text(self.peclet_number), f"vr/D with that radius, {speeds}"),
-            ("T_flash", f"{range_text(self.flash_temperature)} K", f"in theory, {speeds}, {background}"),
+            ("Péclet number", _range_text(self.peclet_number), f"vr/D with that radius, {speeds}"),
+            ("T_flash", f"{_range_text(self.flash_temperature)} K", f"in theory, {speeds}, {background}"),
         ]
         return [Statement(*row) for row in rows]
 
@@ -91,7 +91,7 @@ class Facts:
 facts = lru_cache(maxsize=8)(Facts)
 
 
-def range_text(values: Array) -> str:
+def _range_text(values: Array) -> str:
     """Return the least and the largest of some numbers, as "0.1 … 35"."""
     return " … ".join(dict.fromkeys(f"{value:.3g}" for value in (float(values.min()), float(values.max()))))
 

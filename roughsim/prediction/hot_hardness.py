@@ -66,7 +66,7 @@ def hot_hardness(
         """Return σ_P, Pa, and T_flash, K, by one way to find T_flash of a scene."""
 
         def of_hardness(pascal: float) -> float:
-            return rise(with_hardness(scene, pascal))
+            return rise(_with_hardness(scene, pascal))
 
         table = temperature, penetration_hardness
         pascal, kelvin = theory.hardness.self_consistent(of_hardness, *table, background=background)
@@ -74,25 +74,25 @@ def hot_hardness(
 
     law, outside = "calibrated", "inside"
     try:
-        pascal, kelvin = solve(by_calibrated_law)
+        pascal, kelvin = solve(_by_calibrated_law)
     except _OutsideError as error:
         law, outside = "theory", str(error)
-        pascal, kelvin = solve(by_theory)
-    return HotHardness(with_hardness(scene, pascal), pascal, kelvin, background, law, outside)
+        pascal, kelvin = solve(_by_theory)
+    return HotHardness(_with_hardness(scene, pascal), pascal, kelvin, background, law, outside)
 
 
-def with_hardness(scene: Scene, pascal: float) -> Scene:
+def _with_hardness(scene: Scene, pascal: float) -> Scene:
     """Return a scene with a penetration hardness of [body], Pa."""
     return replace(scene, body=replace(scene.body, penetration_hardness=pascal))
 
 
-def by_theory(scene: Scene) -> float:
+def _by_theory(scene: Scene) -> float:
     """Return s T_flash of the theory at the one speed of a scene, K."""
     speed = np.array(scene.speeds)
     return float((heat_partition(scene) * over_speed(scene, speed)["flash_temperature"])[0])
 
 
-def by_calibrated_law(scene: Scene) -> float:
+def _by_calibrated_law(scene: Scene) -> float:
     """Return s T_flash of the calibrated law at the one speed of a scene, K; `_OutsideError` outside its range."""
     law = calibrated(scene)
     if law.stress_spectrum is None:

@@ -33,7 +33,7 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> Theory:
 
     `spectrum` is the one that the surfaces are drawn from, up to their q_c.
     """
-    q, stress = mode_stress(scene, spectrum, grid)
+    q, stress = _mode_stress(scene, spectrum, grid)
     speeds, sliding, bodies = np.array(scene.speeds), scene.sliding, conduction(scene)
     # the sums of Eqs. (4), (7) and (9) without μv/κσ₀, (speeds,)
     even, odd = theory.flash.angular_integrals(speeds[:, None] / (bodies.diffusivity[:, None] * q))
@@ -59,7 +59,7 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> Theory:
     )
 
 
-def mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, Array]:
+def _mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, Array]:
     """Return the wavenumbers of the modes, rad/m, and their share of ⟨σ²⟩ − σ₀² in the theory, Pa²."""
     variance = mode_variance(spectrum, grid)
     modes = modes_where(grid, variance > 0.0)

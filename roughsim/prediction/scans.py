@@ -21,15 +21,15 @@ from roughsim.scene import Scene
 
 # q over that of the second row: of the first rows, and of those above, whose exponent C(q) has at long waves too. What
 # a map shows of waves as long as itself is too low, as its plane and the window took of them: so much of the exponent
-FIRST, ABOVE, TAKEN = (0.0, 2.0), (2.0, 10.0), 2.7
-FIRST_SCATTER = 0.5  # of the exponent of the first rows, over what their errors say
-BELOW = 0.999  # of the first q: there the longer waves begin
-SETTLED = 0.5  # change by the second decade of longer waves over that by the first: above, there is no limit
-DOUBT = 0.05  # probability that scans of one surface differ by more than counts as a scatter from place to place
-FILLED = 3.0  # relative error of C over the share of points that were filled: measured where these are the valleys
-STEP = 0.1  # of ln C, by which each row is tried
-NORMAL = 1.959964  # standard errors of a 95 % interval
-Changes = dict[str, Array]  # of the logarithm of every observable, over speeds or of one entry
+_FIRST, _ABOVE, _TAKEN = (0.0, 2.0), (2.0, 10.0), 2.7
+_FIRST_SCATTER = 0.5  # of the exponent of the first rows, over what their errors say
+_BELOW = 0.999  # of the first q: there the longer waves begin
+_SETTLED = 0.5  # change by the second decade of longer waves over that by the first: above, there is no limit
+_DOUBT = 0.05  # probability that scans of one surface differ by more than counts as a scatter from place to place
+_FILLED = 3.0  # relative error of C over the share of points that were filled: measured where these are the valleys
+_STEP = 0.1  # of ln C, by which each row is tried
+_NORMAL = 1.959964  # standard errors of a 95 % interval
+_Changes = dict[str, Array]  # of the logarithm of every observable, over speeds or of one entry
 
 
 @lru_cache(maxsize=64)
@@ -41,11 +41,11 @@ def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
     C(q) rises, or within the error of its exponent may rise, so steeply towards the longest waves of the scans that
     longer ones change the value without limit.
     """
-    squares = {name: np.zeros(values.shape) for name, values in expected(scene, only).items()}
+    squares = {name: np.zeros(values.shape) for name, values in _expected(scene, only).items()}
     for name in ("surface", "counterface"):
         face = getattr(scene, name)
         if face is not None and face.psd_source == "scan":
-            error = error_of_face(scene, name, face, only)
+            error = _error_of_face(scene, name, face, only)
             squares = {key: square + error[key] ** 2 for key, square in squares.items()}
     # the error is one of logarithms: where a value is too low, what is missing is more than where it is too high
     return {key: np.expm1(np.sqrt(square)) for key, square in squares.items()}
@@ -61,56 +61,56 @@ def scan_of_hottest(scene: Scene) -> float | None:
     if not scene.scanned:
         return None
     name = "flash_temperature"
-    return float(scan_error(scene, name)[name][np.argmax(expected(scene, name)[name])])
+    return float(scan_error(scene, name)[name][np.argmax(_expected(scene, name)[name])])
 
 
-def expected(scene: Scene, only: str) -> Mapping[str, Array]:
+def _expected(scene: Scene, only: str) -> Mapping[str, Array]:
     """Return every observable by the theory, or one of `OVER_SPEED` alone."""
     if only:
         return over_speed(scene, np.array(scene.speeds), names=(only,))
     return Predicted(integrals(scene), scene)
 
 
-def error_of_face(scene: Scene, name: str, face: Any, only: str) -> Changes:
+def _error_of_face(scene: Scene, name: str, face: Any, only: str) -> _Changes:
     """Return the error of the logarithms by the scans of one face, which stands in the section `name`."""
-    own = expected(scene, only)
+    own = _expected(scene, only)
     alike = all(texture.isotropic and texture.gaussian for texture in textures(scene).get(name, ()))
     if face.psd_error is None or not alike:
         return {key: np.full(values.shape, np.nan) for key, values in own.items()}
     q, psd = np.array(face.psd).T
     errors = np.array(face.psd_error)
 
-    def change(at: Array, values: Array) -> Changes:
+    def change(at: Array, values: Array) -> _Changes:
         """What another table changes."""
         rows = tuple(zip(at.tolist(), values.tolist(), strict=True))
         other = replace(scene, **{name: replace(face, psd=rows, psd_error=None)})
-        found = expected(other, only)
+        found = _expected(other, only)
         with np.errstate(all="ignore"):  # 0/0 at rest
             return {key: np.where(own[key] == 0.0, 0.0, np.log(found[key] / own[key])) for key in own}
 
     # the rows scatter one by one, by so much that only small steps show how much the value follows each
-    each = [change(q, psd * np.exp(STEP * row)) for row in np.eye(q.size)]
+    each = [change(q, psd * np.exp(_STEP * row)) for row in np.eye(q.size)]
     # where several scans overlap, they may differ by more, from place to place
     scans = [change(q, psd * (1.0 + column)) for column in errors.T[1:]]
     shared = np.any(errors[:, 1:] != 0.0, axis=1)
     waves = long_waves(q, psd, errors[:, 0])
     longer, steeper = (
-        [change(*continued(q, psd, exponent, waves.begin, decades)) for decades in (1, 2)]
+        [change(*_continued(q, psd, exponent, waves.begin, decades)) for decades in (1, 2)]
         for exponent in (waves.exponent, waves.exponent + waves.error)
     )
-    filled = change(q, psd * (1.0 + FILLED * face.psd_filled)) if face.psd_filled else {}
+    filled = change(q, psd * (1.0 + _FILLED * face.psd_filled)) if face.psd_filled else {}
     result = {}
     for key in own:
-        squares = np.array([(one[key] * error / STEP) ** 2 for one, error in zip(each, errors[:, 0], strict=True)])
-        square = NORMAL**2 * squares.sum(axis=0)
+        squares = np.array([(one[key] * error / _STEP) ** 2 for one, error in zip(each, errors[:, 0], strict=True)])
+        square = _NORMAL**2 * squares.sum(axis=0)
         if scans:
             within, freedom = squares[shared].sum(axis=0), len(scans) - 1
             between = np.sum([one[key] ** 2 for one in scans], axis=0)
-            shown = between > within * scipy.special.chdtri(freedom, DOUBT) / freedom
+            shown = between > within * scipy.special.chdtri(freedom, _DOUBT) / freedom
             square += np.where(shown, float(scipy.special.stdtrit(freedom, 0.975)) ** 2 * (between - within), 0.0)
         # waves that are missing change the value one way: that is no scatter, and adds to it. There is a limit only if
         # C(q) may also be so much steeper as its rows scatter: those that scatter low would have one by chance
-        missing, possible = (limit_of(first[key], second[key]) for first, second in (longer, steeper))
+        missing, possible = (_limit_of(first[key], second[key]) for first, second in (longer, steeper))
         result[key] = np.sqrt(square) + np.where(np.isnan(possible), np.nan, missing) + np.abs(filled.get(key, 0.0))
     return result
 
@@ -135,25 +135,25 @@ def long_waves(q: Array, psd: Array, error: Array) -> LongWaves:
         (slope, level), covariance = np.polyfit(x, np.log(psd[rows]), 1, w=weight, cov="unscaled")
         return -float(slope), float(np.sqrt(covariance[0, 0])), float(np.exp(level + slope * np.log(q[0])))
 
-    (exponent, scatter, law), (at_first, scatter_of_first, _) = power_law(*ABOVE), power_law(*FIRST)
-    if at_first + TAKEN < exponent:
-        return LongWaves(at_first + TAKEN, FIRST_SCATTER * scatter_of_first, float(psd[0]))
+    (exponent, scatter, law), (at_first, scatter_of_first, _) = power_law(*_ABOVE), power_law(*_FIRST)
+    if at_first + _TAKEN < exponent:
+        return LongWaves(at_first + _TAKEN, _FIRST_SCATTER * scatter_of_first, float(psd[0]))
     # the plane and the window have taken of the first row: the law of those above begins higher
     return LongWaves(exponent, scatter, max(float(psd[0]), law))
 
 
-def continued(q: Array, psd: Array, exponent: float, begin: float, decades: int) -> tuple[Array, Array]:
+def _continued(q: Array, psd: Array, exponent: float, begin: float, decades: int) -> tuple[Array, Array]:
     """Return a table with so many decades of longer waves, over which C(q) goes on as a power law from `begin`, m⁴."""
     factor = 10.0**decades
     rise = factor ** max(exponent, 0.0)
-    return np.concatenate([[q[0] / factor, q[0] * BELOW], q]), np.concatenate([[begin * rise, begin], psd])
+    return np.concatenate([[q[0] / factor, q[0] * _BELOW], q]), np.concatenate([[begin * rise, begin], psd])
 
 
-def limit_of(first: Array, second: Array) -> Array:
+def _limit_of(first: Array, second: Array) -> Array:
     """Return the change by ever longer waves from those by one and by two decades of them; NaN where it has no limit.
 
     Each further decade changes the value by the same part of what the one before did.
     """
     part = np.divide(second - first, first, out=np.zeros_like(first), where=np.abs(first) > 1e-6)
-    part = np.where(np.abs(part) > SETTLED, np.nan, part)
+    part = np.where(np.abs(part) > _SETTLED, np.nan, part)
     return np.asarray(np.abs(first / (1.0 - part)))

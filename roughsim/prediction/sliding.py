@@ -55,7 +55,7 @@ def sliding_prediction(scene: Scene) -> SlidingPrediction | None:
         arguments["penetration_hardness"] = None if scene.elastic else scene.penetration_hardness
         arguments["resting_conductivity"] = constants.bodies.counter_conductivity
         arguments["resting_diffusivity"] = constants.bodies.counter_diffusivity
-        arguments["moving_roughness"] = moving_roughness(scene)
+        arguments["moving_roughness"] = _moving_roughness(scene)
         slid = late[:, None] * distances[indices]
         on_the_way = theory.two_bodies.sliding_temperatures(
             speeds[indices], scene.spectrum, slid_distance=slid, **arguments
@@ -69,7 +69,7 @@ def sliding_prediction(scene: Scene) -> SlidingPrediction | None:
     return SlidingPrediction(distances, flash, share, contact)
 
 
-def moving_roughness(scene: Scene) -> float:
+def _moving_roughness(scene: Scene) -> float:
     """Return the part of C(q) that rides with the moving body: its mean over |σ_q|², if it depends on q."""
     resting, moving = scene.sliding_faces
     if moving is None:

@@ -26,7 +26,7 @@ class Statement(NamedTuple):
 
 def statements(scene: Scene) -> list[Statement]:
     """Return what a scene assumes, in the order in which it is printed."""
-    return [*of_roughness(scene), *of_textures(scene), *of_heat(scene), *of_tables(scene)]
+    return [*_of_roughness(scene), *_of_textures(scene), *_of_heat(scene), *_of_tables(scene)]
 
 
 def textures(scene: Scene) -> dict[str, list[Texture]]:
@@ -36,7 +36,7 @@ def textures(scene: Scene) -> dict[str, list[Texture]]:
     return {name: [Texture(*row) for row in of_face] for name, of_face in rows.items()}
 
 
-def of_roughness(scene: Scene) -> Iterator[Statement]:
+def _of_roughness(scene: Scene) -> Iterator[Statement]:
     """Yield on which of the two bodies the roughness rests."""
     slides, two = scene.sliding.history == SLIDING, len(scene.faces) == 2
     if slides and two:
@@ -50,7 +50,7 @@ def of_roughness(scene: Scene) -> Iterator[Statement]:
     yield Statement("roughness", value, because)
 
 
-def of_textures(scene: Scene) -> Iterator[Statement]:
+def _of_textures(scene: Scene) -> Iterator[Statement]:
     """Yield for each map that C(q) was measured on the lay of its slopes, and the distribution of its heights."""
     for face, maps in textures(scene).items():
         for number, texture in enumerate(maps, start=1):
@@ -59,7 +59,7 @@ def of_textures(scene: Scene) -> Iterator[Statement]:
             yield Statement(f"heights{of}", texture.heights(), f"Gaussian 0 and 3; {texture.extremes()}")
 
 
-def of_heat(scene: Scene) -> Iterator[Statement]:
+def _of_heat(scene: Scene) -> Iterator[Statement]:
     """Yield into which body the heat of the temperatures goes."""
     rule = scene.sliding.heat_partition
     if rule == "all" and not scene.counterface_conducts:
@@ -77,7 +77,7 @@ def of_heat(scene: Scene) -> Iterator[Statement]:
     yield Statement("heat", value, because)
 
 
-def of_tables(scene: Scene) -> Iterator[Statement]:
+def _of_tables(scene: Scene) -> Iterator[Statement]:
     """Yield the temperature of the contact at each speed at which its tables allow several."""
     for speed in scene.speeds if scene.tables else ():
         try:
@@ -98,7 +98,7 @@ def cautions(scene: Scene) -> Iterator[str]:
             f"sliding.direction = {degrees(scene.sliding.direction):.4g}° changes nothing in the theory and on drawn "
             "surfaces, which are isotropic; `roughsim press` gives T_flash in this direction"
         )
-    yield from caution_of_heat(scene)
+    yield from _caution_of_heat(scene)
 
 
 def texture_warnings(scene: Scene) -> Iterator[str]:
@@ -107,7 +107,7 @@ def texture_warnings(scene: Scene) -> Iterator[str]:
         yield from dict.fromkeys(line for texture in maps for line in texture.warnings(face))
 
 
-def caution_of_heat(scene: Scene) -> Iterator[str]:
+def _caution_of_heat(scene: Scene) -> Iterator[str]:
     """Yield a warning of one rough face, all the heat in one body, and another body that takes heat too."""
     if len(scene.faces) > 1 or not scene.counterface_conducts or scene.sliding.heat_partition != "all":
         return

@@ -41,10 +41,10 @@ def integrals(scene: Scene, q_max: float = inf) -> Theory:
     temperatures = over_speed(scene, np.array(scene.speeds), spectrum)
     share = heat_partition(scene, rule=rule, spectrum=spectrum)
     values = {**temperatures, "heat_partition": share, **area_fractions(scene, q_max)}
-    return integrated(scene, values, {"spectrum": spectrum, **stress_arguments(scene)})
+    return _integrated(scene, values, {"spectrum": spectrum, **stress_arguments(scene)})
 
 
-def integrated(scene: Scene, values: dict[str, Any], stress: dict[str, Any]) -> Theory:
+def _integrated(scene: Scene, values: dict[str, Any], stress: dict[str, Any]) -> Theory:
     """Return a theory of these values, with radius and integrals of the stress spectrum that `stress` describes."""
 
     def total(weight: Callable[[Array], Array]) -> float:  # 2π ∫ q |σ_q|² weight(q) dq, Eq. (2)
@@ -113,7 +113,7 @@ def calibrated_integrals(scene: Scene) -> Theory:
         return NOTHING
     areas = {name: getattr(law, name, nan) for name in ("contact_fraction", "plastic_fraction")}
     temperatures = calibrated_over_speed(scene, np.array(scene.speeds))
-    return integrated(scene, {**temperatures, **areas}, {"stress_spectrum": law})
+    return _integrated(scene, {**temperatures, **areas}, {"stress_spectrum": law})
 
 
 def calibrated_correlation(scene: Scene, distance: Array) -> Array:
