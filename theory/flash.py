@@ -8,6 +8,7 @@ T_rms² = (2/π)(μv/κ)² ∫ (s/q²) K(−(v/Dq)²) dq.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from math import pi
 
 import numpy as np
@@ -19,6 +20,8 @@ from numpy.typing import ArrayLike
 from theory.arguments import Array, Spectrum, float_if_scalar, not_negative_array, positive, real_array
 from theory.hankel import hankel_transform
 from theory.persson import StressDensity, Weight, stress_density
+
+Kernel = Callable[[Array], Array]
 
 _DEGREE = 24  # K − D has its singularity at m = 1, far from 0 ≤ m ≤ 1/2: the interpolation errs by 6^(−24)
 _BLOCK = 64  # speeds at a time: bounds the memory
@@ -84,6 +87,36 @@ def _parameter(a: Array, h: Array) -> Array:
     return np.asarray((a / h) * (a / (h + 1)) / 2)
 
 
+@dataclass(frozen=True, slots=True)
+class _HeatSource:
+    """The heat of a contact that slides: its stress s(q), and checked numbers of the heating."""
+
+    stress: StressDensity
+    velocity: Array  # v, m/s, any shape
+    heating: Array  # μ|v|/κσ₀, the factor of Eqs. (4), (7) and (9), of that shape
+    diffusivity: float  # D, m²/s
+
+    def integral(self, kernel: Kernel, power: int) -> Array:
+        """Return (2/π) ∫ s(q) q^power kernel(v/Dq) dq at each velocity, Pa² m^(−power)."""
+        return bracket(self.velocity, self.diffusivity, self.stress, kernel, power)
+
+
+def _heat_source(
+    stress: StressDensity,
+    speed: ArrayLike,
+    friction_coefficient: float,
+    conductivity: float,
+    diffusivity: float,
+    nominal_pressure: float,
+) -> _HeatSource:
+    """Check the numbers of the heating, in SI."""
+    velocity = real_array("speed", speed, "m/s")
+    friction = positive("friction_coefficient", friction_coefficient, "1")
+    kappa = positive("conductivity", conductivity, "W/(m K)")
+    heating = np.asarray(friction * np.abs(velocity) / (kappa * positive("nominal_pressure", nominal_pressure, "Pa")))
+    return _HeatSource(stress, velocity, heating, positive("diffusivity", diffusivity, "m²/s"))
+
+
 def flash_temperature(
     speed: ArrayLike,
     spectrum: Spectrum | None = None,
@@ -129,10 +162,9 @@ def flash_temperature(
     theory.quadrature.QuadratureError
         If an integral does not reach its accuracy, 1e-11.
     """
-    velocity = real_array("speed", speed, "m/s")
-    factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return float_if_scalar(factor * bracket(velocity, diffusivity, stress, even_integral, -1))
+    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
+    return float_if_scalar(source.heating * source.integral(even_integral, -1))
 
 
 def flash_gradient(
@@ -152,10 +184,9 @@ def flash_gradient(
     Negative for a speed > 0, as the body is hotter behind the contact; positive for a speed < 0, 0 at rest.
     Parameters, errors: as `flash_temperature`.
     """
-    velocity = real_array("speed", speed, "m/s")
-    factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return float_if_scalar(factor * bracket(velocity, diffusivity, stress, odd_integral, 0))
+    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
+    return float_if_scalar(source.heating * source.integral(odd_integral, 0))
 
 
 def flash_laplacian(
@@ -174,10 +205,9 @@ def flash_laplacian(
 
     Parameters, errors: as `flash_temperature`.
     """
-    velocity = real_array("speed", speed, "m/s")
-    factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return float_if_scalar(-factor * bracket(velocity, diffusivity, stress, even_integral, 1))
+    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
+    return float_if_scalar(-source.heating * source.integral(even_integral, 1))
 
 
 def flash_width(
@@ -196,11 +226,10 @@ def flash_width(
 
     Parameters, errors: as `flash_temperature`; μ and κ cancel.
     """
-    velocity = real_array("speed", speed, "m/s")
-    _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    curvature = _defined(bracket(velocity, diffusivity, stress, even_integral, 1))
-    return float_if_scalar(np.sqrt(bracket(velocity, diffusivity, stress, even_integral, -1) / curvature))
+    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
+    curvature = _defined(source.integral(even_integral, 1))
+    return float_if_scalar(np.sqrt(source.integral(even_integral, -1) / curvature))
 
 
 def slope_length(
@@ -219,12 +248,11 @@ def slope_length(
 
     Parameters, errors: as `flash_temperature`; μ and κ cancel.
     """
-    velocity = real_array("speed", speed, "m/s")
-    _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    temperature = _defined(bracket(velocity, diffusivity, stress, even_integral, -1))
+    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
+    temperature = _defined(source.integral(even_integral, -1))
     with np.errstate(divide="ignore"):
-        return float_if_scalar(temperature / np.abs(bracket(velocity, diffusivity, stress, odd_integral, 0)))
+        return float_if_scalar(temperature / np.abs(source.integral(odd_integral, 0)))
 
 
 def rms_temperature(
@@ -247,10 +275,10 @@ def rms_temperature(
 
     Parameters, errors: as `flash_temperature`; without `spectrum` the nominal pressure does not enter.
     """
-    velocity = real_array("speed", speed, "m/s")
-    rate = nominal_pressure * _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return float_if_scalar(rate * np.sqrt(bracket(velocity, diffusivity, stress, square_integral, -2)))
+    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
+    rate = nominal_pressure * source.heating
+    return float_if_scalar(rate * np.sqrt(source.integral(square_integral, -2)))
 
 
 def temperature_correlation(
@@ -275,17 +303,16 @@ def temperature_correlation(
     T_rms² at r = 0. Other parameters, errors: as `flash_temperature`; QuadratureError also where the integral with J₀
     does not reach its accuracy, 1e-11 of T_rms².
     """
-    distance, velocity = not_negative_array("r", r, "m"), real_array("speed", speed, "m/s")
-    if velocity.ndim:
-        raise TypeError(f"speed has shape {velocity.shape}; give one speed in m/s")
-    rate = nominal_pressure * _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
+    distance = not_negative_array("r", r, "m")
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
+    if source.velocity.ndim:
+        raise TypeError(f"speed has shape {source.velocity.shape}; give one speed in m/s")
+    rate = nominal_pressure * source.heating
     q = stress.panels.nodes()[0]
-    response = 2 / pi * square_integral(velocity / (positive("diffusivity", diffusivity, "m²/s") * q)) / q**2
-    return np.asarray(rate**2 * hankel_transform(stress.panels, stress.values * response, distance))
-
-
-Kernel = Callable[[Array], Array]
+    response = 2 / pi * square_integral(source.velocity / (source.diffusivity * q)) / q**2
+    correlation = hankel_transform(stress.panels, stress.values * response, distance)
+    return np.asarray(rate**2 * correlation)
 
 
 def bracket(velocity: Array, diffusivity: float, stress: StressDensity, kernel: Kernel, power: int) -> Array:
@@ -297,13 +324,6 @@ def bracket(velocity: Array, diffusivity: float, stress: StressDensity, kernel: 
     blocks = [flat[i : i + _BLOCK, None] / diffusive for i in range(0, flat.size, _BLOCK)]
     sums = [kernel(a) @ moment for a in blocks]
     return np.concatenate(sums).reshape(velocity.shape) if sums else np.empty(velocity.shape)
-
-
-def _heating(velocity: Array, friction_coefficient: float, conductivity: float, nominal_pressure: float) -> Array:
-    """Return μ|v|/κσ₀, the factor of Eqs. (4), (7) and (9)."""
-    friction = positive("friction_coefficient", friction_coefficient, "1")
-    kappa = positive("conductivity", conductivity, "W/(m K)")
-    return np.asarray(friction * np.abs(velocity) / (kappa * positive("nominal_pressure", nominal_pressure, "Pa")))
 
 
 def _defined(integral: Array) -> Array:
