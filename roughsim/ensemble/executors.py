@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import Any
 
 from roughsim.machine import PROCESS, SHARE, available_memory, in_words, usable_cores, workers_that_fit
-from roughsim.show.text import note
+from roughsim.show import text
 
 _ADVICE = (
     "its scheduler or its workers have ended; all finished members are stored, and the same call continues from there; "
@@ -80,7 +80,7 @@ class Workers(AbstractContextManager["Workers"]):
                 f"{100 * SHARE:.0f} % of the {in_words(self._memory)}; the run has {count}"
             )
             if self._asked is None:
-                note(words)
+                text.note(words)
             else:
                 warnings.warn(words, RuntimeWarning, stacklevel=2)
         if count != self.count:
@@ -99,7 +99,9 @@ class Workers(AbstractContextManager["Workers"]):
             context = get_context("spawn")  # a fork after threaded transforms hangs
             self._begun = context.Event()
             receiver, self._lifeline = context.Pipe(duplex=False)
-            self._pool = ProcessPoolExecutor(self.count, context, _begin_worker, (receiver, self._begun))
+            self._pool = ProcessPoolExecutor(
+                self.count, context, _begin_worker, (receiver, self._begun, text.notes_are_shown)
+            )
         return self._pool
 
     def replace_broken(self, error: Exception) -> None:
@@ -141,8 +143,12 @@ class Workers(AbstractContextManager["Workers"]):
             self._pool = None
 
 
-def _begin_worker(lifeline: Connection, begun: Event) -> None:
-    """Leave interrupts to the parent process, and end when it closes the connection, or ends in any way."""
+def _begin_worker(lifeline: Connection, begun: Event, notes: bool) -> None:
+    """Leave interrupts to the parent process, and end when it closes the connection, or ends in any way.
+
+    The first worker shows notes if the parent does: all workers compile the same kernels.
+    """
+    text.notes_are_shown = notes and not begun.is_set()
     begun.set()
     for name in ("SIGINT", "SIGHUP"):
         if hasattr(signal, name):
