@@ -1,4 +1,4 @@
-"""`roughsim doctor`: versions, missing packages, threads, memory, runs at work, and two cases with exact answers.
+"""`roughsim doctor`: versions, missing packages, threads, memory, unfinished runs, and two cases with exact answers.
 
 No run needs this module. A broken part is reported, not raised: `examine` always returns.
 """
@@ -15,8 +15,8 @@ from typing import Any
 
 import roughsim as rs
 
-DEVELOPERS = {"test", "dev", "docs", "peers"}  # extras for developers: not reported when they are missing
-REPLACEABLE = {"pyfftw"}  # without it scipy.fft computes the transforms, slower
+_DEVELOPERS = {"test", "dev", "docs", "peers"}  # extras for developers: not reported when they are missing
+_REPLACEABLE = {"pyfftw"}  # without it scipy.fft computes the transforms, slower
 POINTS = 64  # per side of the exact cases
 
 
@@ -24,17 +24,17 @@ def examine(folder: Path) -> dict[str, Any]:
     """Look at the installation, the machine, and the runs below a folder.
 
     Returns JSON values: ``roughsim``, ``python``, ``system``, ``packages`` (name → {version, needed, sound}), ``fft``,
-    ``cores``, ``memory_bytes`` (both for this process), ``cores_limit``, ``memory_limit`` (what limits them, in words),
+    ``cores``, ``memory_bytes`` (both for this process), ``cores_limit``, ``memory_limit`` (source of the limit),
     ``threads`` (library → count), ``free_bytes`` (of the folder's disk), ``claims`` (runs,
     one and two levels below, that processes work on), ``extras`` (name → {missing, install}), ``checks``, and
     ``sound``: whether a run can be trusted to compute.
     """
     packages: dict[str, dict[str, Any]] = {}
     extras: dict[str, dict[str, Any]] = {}
-    for extra, name, package in required_packages():
+    for extra, name, package in _required_packages():
         if not extra:
             packages[name] = package
-        elif extra not in DEVELOPERS:
+        elif extra not in _DEVELOPERS:
             missing = extras.setdefault(extra, {"missing": [], "install": ""})["missing"]
             if not package["sound"]:
                 missing.append(package["needed"])
@@ -42,22 +42,22 @@ def examine(folder: Path) -> dict[str, Any]:
     checks = [checked(name, check) for name, check in CHECKS.items()]
     machine = import_module("roughsim.machine")
     cores, memory = machine.usable_cores(), machine.available_memory()
-    needed = [package["sound"] for name, package in packages.items() if name not in REPLACEABLE]
+    needed = [package["sound"] for name, package in packages.items() if name not in _REPLACEABLE]
     return {
         "roughsim": rs.__version__,
         "place": str(Path(__file__).parent),
         "python": platform.python_version(),
         "system": platform.platform(),
         "packages": packages,
-        "fft": none_if_broken(lambda: import_module("roughsim.fourier").backend()),
+        "fft": _none_if_broken(lambda: import_module("roughsim.fourier").backend()),
         "cores": int(cores.amount),
         "cores_limit": cores.source,
-        "threads": none_if_broken(library_threads),
-        # inf where the system does not say: int(inf) raises, and the result is None
-        "memory_bytes": none_if_broken(lambda: int(memory.amount)),
+        "threads": _none_if_broken(_library_threads),
+        # inf where the system gives no number: int(inf) raises, and the result is None
+        "memory_bytes": _none_if_broken(lambda: int(memory.amount)),
         "memory_limit": memory.source,
-        "free_bytes": none_if_broken(lambda: shutil.disk_usage(folder).free),
-        "claims": list(claims_below(folder)),
+        "free_bytes": _none_if_broken(lambda: shutil.disk_usage(folder).free),
+        "claims": list(_claims_below(folder)),
         "extras": extras,
         "checks": checks,
         "sound": all(check["sound"] for check in checks) and all(needed),
@@ -90,7 +90,7 @@ def lines(report: dict[str, Any]) -> list[str]:
     return [*result, "all is well" if report["sound"] else "something is wrong: see the lines above"]
 
 
-def none_if_broken(ask: Callable[[], Any]) -> Any:
+def _none_if_broken(ask: Callable[[], Any]) -> Any:
     """Return ``ask()``, or None if it fails: a broken package may raise anything, and the report must still come."""
     try:
         return ask()
@@ -98,9 +98,9 @@ def none_if_broken(ask: Callable[[], Any]) -> Any:
         return None
 
 
-def required_packages() -> Iterator[tuple[str, str, dict[str, Any]]]:
+def _required_packages() -> Iterator[tuple[str, str, dict[str, Any]]]:
     """Yield extra (or ""), name and state of each package that the installed roughsim requires."""
-    for text in none_if_broken(lambda: metadata.requires("roughsim")) or ():
+    for text in _none_if_broken(lambda: metadata.requires("roughsim")) or ():
         name, least, extra = (
             match[1] if (match := re.search(pattern, text)) else ""
             for pattern in (r"^([A-Za-z0-9._-]+)", r">=\s*([0-9.]+)", r"extra\s*==\s*['\"]([^'\"]+)")
@@ -115,7 +115,7 @@ def required_packages() -> Iterator[tuple[str, str, dict[str, Any]]]:
         yield extra, name, state | {"install": f"pip install '{needed}'"}
 
 
-def library_threads() -> dict[str, int]:
+def _library_threads() -> dict[str, int]:
     """Return the number of threads of each library that has any."""
     import scipy.linalg  # noqa: F401  (loads the BLAS of scipy, so that it is counted)
     from threadpoolctl import threadpool_info
@@ -123,7 +123,7 @@ def library_threads() -> dict[str, int]:
     return {str(pool["internal_api"]): int(pool["num_threads"]) for pool in threadpool_info()}
 
 
-def claims_below(folder: Path) -> Iterator[dict[str, Any]]:
+def _claims_below(folder: Path) -> Iterator[dict[str, Any]]:
     """Yield the runs and studies, up to two folders down, that processes work on or left unfinished."""
     from roughsim.store.claims import writer
 
@@ -135,7 +135,7 @@ def claims_below(folder: Path) -> Iterator[dict[str, Any]]:
             yield {"folder": str(path.parent), "writer": owner, "says": says}
 
 
-def contact_error() -> tuple[str, float, float]:
+def _contact_error() -> tuple[str, float, float]:
     """Peak pressure of a pressed wave: p_max = 2 √(σ₀ p*), p* = π E* h/λ (Westergaard 1939), in partial contact."""
     import numpy as np
 
@@ -146,7 +146,7 @@ def contact_error() -> tuple[str, float, float]:
     return "peak pressure of a pressed wave", float(contact.pressure.max()) / full - 1, 0.005
 
 
-def heat_error() -> tuple[str, float, float]:
+def _heat_error() -> tuple[str, float, float]:
     """A resting cosine source of heat on a half-space: T = q̇/(κ q)."""
     import numpy as np
 
@@ -158,7 +158,7 @@ def heat_error() -> tuple[str, float, float]:
 
 
 # each returns the quantity, its relative error, and the largest error that is right
-CHECKS: dict[str, Callable[[], tuple[str, float, float]]] = {"contact": contact_error, "heat": heat_error}
+CHECKS: dict[str, Callable[[], tuple[str, float, float]]] = {"contact": _contact_error, "heat": _heat_error}
 
 
 def checked(name: str, check: Callable[[], tuple[str, float, float]]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The memory and the cores of this process: the least of what machine, control groups and own limits leave.
+"""Memory and cores of this process: the least by machine, control groups and own limits.
 
 Batch systems and containers limit a job through control groups (cgroups) of Linux, version 1 or 2, or through the
 limits that a process inherits (`ulimit`). A job that takes more memory is killed without a word.
@@ -16,42 +16,42 @@ from roughsim.errors import ResolutionError
 SHARE = 0.8  # of the memory, for all members that are computed at the same time
 PROCESS = 0.25e9  # bytes that a worker takes beside its member: Python and its libraries, measured
 SMALL = 1e7  # bytes that always fit: to ask for the memory takes a millisecond
-ROOT = Path("/")
+_ROOT = Path("/")
 # names of the files of a control group, by version: limits of the memory, its use, and in memory.stat the part of it
 # that holds files and is given back on demand
-MEMORY_FILES = {
+_MEMORY_FILES = {
     1: (("memory.limit_in_bytes",), "memory.usage_in_bytes", "total_inactive_file"),
     2: (("memory.max", "memory.high"), "memory.current", "inactive_file"),
 }
 
 
 class Limit(NamedTuple):
-    """An amount of memory, bytes, or of cores, and what limits it in words."""
+    """An amount of memory, bytes, or of cores, and the source of the limit."""
 
     amount: float
     source: str
 
 
-def available_memory(root: Path = ROOT) -> Limit:
+def available_memory(root: Path = _ROOT) -> Limit:
     """Return the memory that this process and those it starts can still take together.
 
-    A limit of the address space holds for each process; it is taken for that of all, as batch systems set it so. inf
-    where the system does not say. `root` is the folder with proc and sys.
+    A limit of the address space holds for each process; it is taken for all together, as batch systems set it so. inf
+    where the system gives no number. `root` is the folder with proc and sys.
     """
-    limits = [machine_memory(root), *group_memory(root), *own_limits(root)]
+    limits = [_machine_memory(root), *_group_memory(root), *_own_limits(root)]
     return min(limits, key=lambda limit: limit.amount)
 
 
-def usable_cores(root: Path = ROOT) -> Limit:
+def usable_cores(root: Path = _ROOT) -> Limit:
     """Return the number of cores that this process may use, at least 1; `root` is the folder with proc and sys."""
-    limits = [allowed_cores(), *group_cores(root)]
+    limits = [allowed_cores(), *_group_cores(root)]
     return min(limits, key=lambda limit: limit.amount)
 
 
 def workers_that_fit(wanted: int, member: float, why: str, available: Limit) -> int:
     """Return how many processes can compute members of so many bytes at the same time, 1 to `wanted`.
 
-    ResolutionError if there is no room for one member; `why` says what takes its memory.
+    ResolutionError if there is no room for one member; `why` is the part that takes its memory.
     """
     room = SHARE * available.amount
     if member > room:
@@ -64,7 +64,7 @@ def workers_that_fit(wanted: int, member: float, why: str, available: Limit) -> 
 
 
 def in_words(memory: Limit) -> str:
-    """Return an amount of memory with what limits it."""
+    """Return an amount of memory with the source of its limit."""
     return f"{memory.amount / 1e9:.3g} GB that are available ({memory.source})"
 
 
@@ -73,9 +73,9 @@ def exceeds(needed: float, share: float) -> bool:
     return needed > SMALL and needed > share * available_memory().amount
 
 
-def machine_memory(root: Path = ROOT) -> Limit:
+def _machine_memory(root: Path = _ROOT) -> Limit:
     """Return the memory of the machine that no program uses; without Linux all that it has; inf where it is unknown."""
-    for line in lines_of(root / "proc/meminfo"):
+    for line in _lines_of(root / "proc/meminfo"):
         if line.startswith("MemAvailable:"):
             return Limit(1024.0 * float(line.split()[1]), "free on this machine")
     with suppress(ValueError, OSError, AttributeError):
@@ -83,25 +83,25 @@ def machine_memory(root: Path = ROOT) -> Limit:
     return Limit(inf, "unknown")
 
 
-def group_memory(root: Path = ROOT) -> Iterator[Limit]:
-    """Yield what each control group of this process leaves, bytes: its limit, less what is used and cannot be freed."""
-    for folder, version in control_groups("memory", root):
-        limits, use, files = MEMORY_FILES[version]
-        freed = sum(float(line.split()[1]) for line in lines_of(folder / "memory.stat") if line.split()[:1] == [files])
-        used = max(number_in(folder / use, 0.0) - freed, 0.0)
+def _group_memory(root: Path = _ROOT) -> Iterator[Limit]:
+    """Yield the memory left by each control group of this process, bytes: its limit less memory that stays in use."""
+    for folder, version in _control_groups("memory", root):
+        limits, use, files = _MEMORY_FILES[version]
+        freed = sum(float(line.split()[1]) for line in _lines_of(folder / "memory.stat") if line.split()[:1] == [files])
+        used = max(_number_in(folder / use, 0.0) - freed, 0.0)
         for name in limits:
-            limit = number_in(folder / name)
+            limit = _number_in(folder / name)
             if limit < inf:
                 yield Limit(max(limit - used, 0.0), f"limit {limit / 1e9:.3g} GB of the control group")
 
 
-def own_limits(root: Path = ROOT) -> Iterator[Limit]:
-    """Yield what the limits of this process (`ulimit -v` and `-d`) leave, bytes."""
+def _own_limits(root: Path = _ROOT) -> Iterator[Limit]:
+    """Yield the memory left by the limits of this process (`ulimit -v` and `-d`), bytes."""
     try:
         import resource
     except ImportError:  # Windows
         return
-    pages = [float(word) for line in lines_of(root / "proc/self/statm") for word in line.split()]
+    pages = [float(word) for line in _lines_of(root / "proc/self/statm") for word in line.split()]
     names = ("RLIMIT_AS", 0, "address space, ulimit -v"), ("RLIMIT_DATA", 5, "data, ulimit -d")
     for name, place, words in names:
         limit = resource.getrlimit(getattr(resource, name))[0]
@@ -119,30 +119,30 @@ def allowed_cores() -> Limit:
     return Limit(os.cpu_count() or 1, "of this machine")
 
 
-def group_cores(root: Path = ROOT) -> Iterator[Limit]:
+def _group_cores(root: Path = _ROOT) -> Iterator[Limit]:
     """Yield how many cores' worth of time each control group of this process gives, in whole cores, at least 1."""
-    for folder, version in control_groups("cpu", root):
+    for folder, version in _control_groups("cpu", root):
         if version == 2:
-            words = [word for line in lines_of(folder / "cpu.max") for word in line.split()]
-            quota, period = (as_number(word) for word in words) if len(words) == 2 else (inf, 1.0)
+            words = [word for line in _lines_of(folder / "cpu.max") for word in line.split()]
+            quota, period = (_as_number(word) for word in words) if len(words) == 2 else (inf, 1.0)
         else:
-            quota, period = number_in(folder / "cpu.cfs_quota_us"), number_in(folder / "cpu.cfs_period_us")
+            quota, period = _number_in(folder / "cpu.cfs_quota_us"), _number_in(folder / "cpu.cfs_period_us")
         if 0.0 < quota < inf and 0.0 < period < inf:  # version 1 has the quota −1 for none
             yield Limit(max(int(quota / period), 1), f"limit {quota / period:.3g} cores of the control group")
 
 
-def control_groups(controller: str, root: Path = ROOT) -> Iterator[tuple[Path, int]]:
+def _control_groups(controller: str, root: Path = _ROOT) -> Iterator[tuple[Path, int]]:
     """Yield the folder and version of the control group of this process, and of each one above it.
 
     /proc/self/cgroup has the path of the group in its hierarchy, /proc/self/mountinfo where the hierarchy is mounted,
     and which part of it: in a container the group may lie above that part, or have the path "/".
     """
     paths: dict[tuple[int, str], str] = {}
-    for line in lines_of(root / "proc/self/cgroup"):
+    for line in _lines_of(root / "proc/self/cgroup"):
         number, controllers, path = line.split(":", 2)
         for name in controllers.split(",") if number != "0" else [""]:
             paths[2 if number == "0" else 1, name] = path
-    for line in lines_of(root / "proc/self/mountinfo"):
+    for line in _lines_of(root / "proc/self/mountinfo"):
         before, _, after = line.partition(" - ")
         (top, mount), (kind, *_, options) = before.split()[3:5], after.split()
         version, hierarchy = (2, "") if kind == "cgroup2" else (1, controller)
@@ -157,12 +157,12 @@ def control_groups(controller: str, root: Path = ROOT) -> Iterator[tuple[Path, i
             yield folder, version
 
 
-def number_in(path: Path, default: float = inf) -> float:
+def _number_in(path: Path, default: float = inf) -> float:
     """Return the number in the first line of a file; the default if there is no file or no number, as with "max"."""
-    return next((as_number(line, default) for line in lines_of(path)), default)
+    return next((_as_number(line, default) for line in _lines_of(path)), default)
 
 
-def as_number(text: str, default: float = inf) -> float:
+def _as_number(text: str, default: float = inf) -> float:
     """Return a text as a number, or the default."""
     try:
         return float(text)
@@ -170,7 +170,7 @@ def as_number(text: str, default: float = inf) -> float:
         return default
 
 
-def lines_of(path: Path) -> list[str]:
+def _lines_of(path: Path) -> list[str]:
     """Return the lines of a small file of the system; none where it cannot be read."""
     try:
         return path.read_text(errors="replace").splitlines()

@@ -27,12 +27,12 @@ from roughsim.surface.synthesis import synthesize
 
 BYTES_PER_POINT = 120.0  # peak memory of a member, measured: 80 to 100, with the member before it
 # fields of a problem that do not concern the surface
-CONTACT_KEYS = ("solid", "nominal_pressure", "sliding", "tolerance", "precision", "solver")
+_CONTACT_KEYS = ("solid", "nominal_pressure", "sliding", "tolerance", "precision", "solver")
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Everything that decides the bits of one member; `replace(problem, index=7)` is that of another realization.
+    """Everything that decides the bits of one member; `replace(problem, index=7)` is another realization.
 
     The random stream is SeedSequence(seed, spawn_key=(stream, index)). Problems with the same stream, index and cell
     see the same modes, up to their cut-offs.
@@ -60,7 +60,7 @@ class Problem:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Solution(Measured):
-    """A surface, its contact, and what was measured of it, with all heat in the moving body."""
+    """A surface, its contact, and its observables with all heat in the moving body."""
 
     seconds: dict[str, float]  # spent in each stage: surface, contact, observables
 
@@ -72,14 +72,13 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
     """Draw the surface, solve its contact and measure it; ConvergenceError if the contact misses the tolerance.
 
     A surface of one's own may take the place of the drawn one: `heights`, m, on the grid of the problem.
-    What the problem has in common with the one solved `before` is taken from there, with the same bits: the surface,
-    and the contact.
+    Surface and contact are taken from the solution `before` where they are equal, with the same bits.
     """
     with linear_algebra().limit(limits=problem.threads):
         began = time.perf_counter()
         peaks = 0.0
         if heights is None:
-            if before is not None and same_but(problem, before[0], CONTACT_KEYS):
+            if before is not None and _same_but(problem, before[0], _CONTACT_KEYS):
                 heights = before[1].heights
             else:
                 heights = synthesize(problem.spectrum, problem.grid, generator(problem))
@@ -88,7 +87,7 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
                 ratios = problem.nominal_pressure / modulus, problem.solid.penetration_hardness / modulus
                 peaks = peak_volume(problem.spectrum, problem.grid, heights, *ratios)
         drawn = time.perf_counter()
-        if before is not None and same_but(problem, before[0], ("sliding",)):
+        if before is not None and _same_but(problem, before[0], ("sliding",)):
             contact = before[1].contact
         else:
             contact = loaded("solvers", problem.solver)(
@@ -118,7 +117,7 @@ def generator(problem: Problem) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(problem.seed, spawn_key=key))
 
 
-def same_but(problem: Problem, other: Problem, names: tuple[str, ...]) -> bool:
+def _same_but(problem: Problem, other: Problem, names: tuple[str, ...]) -> bool:
     """Whether two problems are equal in all but some of their fields."""
     changed = {name: getattr(other, name) for name in names}
     return replace(problem, **changed) == other

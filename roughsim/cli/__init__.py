@@ -1,4 +1,4 @@
-"""The command line: each verb is one public function, which imports what it needs, so that help comes at once."""
+"""The command line: each verb is one public function with its imports inside, so that help is fast."""
 
 import sys
 from typing import Annotated
@@ -12,7 +12,7 @@ from roughsim.show import text
 from roughsim.show.text import errors_in_one_line, print_in_any_language, say, show_warnings_once
 
 # as help lists them
-VERBS = (demo, new, theory, plan, run, press, study, status, compare, plot, explore, report, export, bench, doctor)
+_VERBS = (demo, new, theory, plan, run, press, study, status, compare, plot, explore, report, export, bench, doctor)
 
 app = Typer(
     name="roughsim",
@@ -23,7 +23,7 @@ app = Typer(
 )
 
 
-def print_version(asked: bool) -> None:
+def _print_version(asked: bool) -> None:
     """Print the version and end, if asked."""
     if asked:
         say(f"roughsim {rs.__version__}")
@@ -32,12 +32,12 @@ def print_version(asked: bool) -> None:
 
 @app.callback()
 def options(
-    version: Annotated[bool, Option("--version", callback=print_version, is_eager=True, help="The version.")] = False,
+    version: Annotated[bool, Option("--version", callback=_print_version, is_eager=True, help="The version.")] = False,
 ) -> None:
     """Flash temperatures of rough sliding contacts: Monte Carlo simulation beside the analytic theory."""
 
 
-for verb in VERBS:
+for verb in _VERBS:
     app.command()(verb)
 
 

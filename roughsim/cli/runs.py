@@ -69,7 +69,7 @@ def plot(  # noqa: PLR0913  (each is an option)
     dpi: Annotated[int, Option(metavar="N", help="Pixels per inch of a .png.")] = 160,
     csv: Annotated[Path | None, Option(metavar="FILE", help="Write the numbers that are drawn, too.")] = None,
 ) -> None:
-    """Draw a map or a curve of a run, as .png, .pdf or .svg. Of a study, an observable over what it varies.
+    """Draw a map or a curve of a run, as .png, .pdf or .svg. Of a study, an observable over its axes.
 
     Maps: heights, pressure, temperature, heat_flux. Curves: such as distribution or spectrum; another word lists them.
     Temperatures are computed from the stored pressure.
@@ -84,8 +84,8 @@ def plot(  # noqa: PLR0913  (each is an option)
     from roughsim.results.folder import gap
 
     choices: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
-    choices |= {"zoom": parse_zoom(zoom), "side_by_side": side_by_side}
-    choices["look"] = Look(title, parse_size(size), dpi, csv)
+    choices |= {"zoom": _parse_zoom(zoom), "side_by_side": side_by_side}
+    choices["look"] = Look(title, _parse_size(size), dpi, csv)
     opened = open_without_damaged(run)
     picture = plot_run(opened, quantity, output, **choices)
     tell("\n".join([*gap(opened), f"picture: {picture}"]))
@@ -98,7 +98,7 @@ def explore(
 ) -> None:
     """Look at a run in the web browser: fields at any speed, curves. The run may still be going on.
 
-    Of a study: every observable over what it varies.
+    Of a study: every observable over its axes.
     """
     from roughsim.explore import explore as serve
 
@@ -129,7 +129,7 @@ def export(
 ) -> None:
     """Write the numbers and the kept fields of a run into one file. It is HDF5 (netCDF-4): .h5, .hdf5 or .nc.
 
-    Of a study: every observable over what it varies, or the same as one table: .csv, .json or .parquet.
+    Of a study: every observable over its axes, or the same as one table: .csv, .json or .parquet.
     """
     if (study := study_of(run)) is not None:
         file = study.save(output)
@@ -145,7 +145,7 @@ def export(
     tell("\n".join([*gap(opened), f"file: {file}, {file.stat().st_size / 1e6:.3g} MB"]))
 
 
-def parse_zoom(text: str | None) -> tuple[tuple[float, float], tuple[float, float]] | None:
+def _parse_zoom(text: str | None) -> tuple[tuple[float, float], tuple[float, float]] | None:
     """Return the ends along x and y, m, of "X0:X1,Y0:Y1"; None for None."""
     if text is None:
         return None
@@ -156,7 +156,7 @@ def parse_zoom(text: str | None) -> tuple[tuple[float, float], tuple[float, floa
         raise ValueError(f"--zoom {text}: write X0:X1,Y0:Y1 in m, for example 0:5e-4,2e-4:7e-4") from None
 
 
-def parse_size(text: str | None) -> tuple[float, float] | None:
+def _parse_size(text: str | None) -> tuple[float, float] | None:
     """Return width and height, inches, of "WxH"; None for None."""
     if text is None:
         return None

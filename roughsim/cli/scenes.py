@@ -44,7 +44,7 @@ def theory(
     as_json: Json = False,
     trust: Annotated[bool, Option("--trust", help="Print the error of the theory for this scene.")] = False,
 ) -> None:
-    """Print what the analytic theory expects of a scene."""
+    """Print the results of the analytic theory for a scene."""
     from roughsim.comparison.tables import theory_dict, theory_table, trust_table
     from roughsim.comparison.trust import trust as look_up
     from roughsim.planning.limits import judge
@@ -71,7 +71,7 @@ def plan(
     loaded = open_scene(scene, changes)
     target = None if target_error is None else TARGET(target_error, "--target-error")
     if not as_json:
-        note(f"planning {scene}")  # before what is slow to import
+        note(f"planning {scene}")  # before slow imports
     from roughsim.planning.limits import judge
     from roughsim.planning.reasons import plan_table
 
@@ -148,10 +148,10 @@ def press(
     changes: Set = None,
     edges: Annotated[str | None, Option(metavar="EDGES", help="mirror or tile; left out: mirror, see above.")] = None,
 ) -> None:
-    """Press the very map of a scene, and its quarters for the scatter.
+    """Press the measured map itself; its quarters give the scatter.
 
     The key topography of [surface] names it. The map is made periodic by its mirror images, or laid side by side as it
-    is (tile) if its file says that it is periodic. The run opens as any other: compare, plot, report, explore.
+    is (tile) if its file marks it as periodic. The run opens as any other: compare, plot, report, explore.
     """
     from roughsim.comparison.compare import overshoot_warnings
     from roughsim.prediction.statements import texture_warnings

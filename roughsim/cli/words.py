@@ -1,4 +1,4 @@
-"""What the verbs share: words of the command line, opening what they name, and printing."""
+"""Arguments and options that the verbs share, opening of scenes and runs, and printing."""
 
 import json
 from pathlib import Path
@@ -10,7 +10,7 @@ import roughsim as rs
 from roughsim.show.text import say, tell
 
 
-def complete_scene(incomplete: str) -> list[str]:
+def _complete_scene(incomplete: str) -> list[str]:
     """Return the bundled scenes that a word may become, for completion in the shell."""
     from roughsim.scene import bundled_scenes
 
@@ -19,10 +19,10 @@ def complete_scene(incomplete: str) -> list[str]:
 
 def complete_form(incomplete: str) -> list[str]:
     """Return the bundled scenes and the blank form that a word may become, for completion in the shell."""
-    return [*complete_scene(incomplete), *(name for name in ("blank",) if name.startswith(incomplete))]
+    return [*_complete_scene(incomplete), *(name for name in ("blank",) if name.startswith(incomplete))]
 
 
-SceneName = Annotated[str, Argument(metavar="SCENE", help="A file or a bundled scene.", autocompletion=complete_scene)]
+SceneName = Annotated[str, Argument(metavar="SCENE", help="A file or a bundled scene.", autocompletion=_complete_scene)]
 Set = Annotated[
     list[str] | None,
     Option("--set", metavar="KEY=VALUE", help="Another value of a key, as sliding.speed=35m/s. May be repeated."),

@@ -51,15 +51,15 @@ def run(
         Run folder; made if it does not exist. The same scene, numerics and seed resume it. Several processes may work
         on one run, also on different machines: each takes members that no other computes.
     numerics : Numerics, optional
-        Default: those of the run in the folder, else from `plan`.
+        Default: stored in the folder, else from `plan`.
     seed : int, optional
         Default: the seed of the scene.
     until : dict of str to float, optional
-        Relative total error, 95 %, of each named observable at which to stop, at the worst speed; default: those of the
+        Relative total error, 95 %, of each named observable at which to stop, at the worst speed; default: from the
         scene. It is checked after rounds of members. A run that cannot reach it ends, too, and states the reason.
     max_realizations : int, optional
-        Largest number of members of each level; default: that of the scene. Each of several processes stops by its own
-        `until` and `max_realizations`; run.json has those of the one that started last.
+        Largest number of members of each level; default: from the scene. Each of several processes stops by its own
+        `until` and `max_realizations`; run.json has the values of the process that started last.
     workers : int, optional
         Processes; 1 computes in this one. None: as many as this process has cores. There are fewer, with a warning,
         where they would take more than 80 % of the available memory. A script that asks for more than one needs
@@ -123,7 +123,7 @@ def complete(
             home = folder.absolute()
             remove_unfinished(home, claims)
             run = open_run(folder, damaged="redo")
-            run.until = dict(scene.ensemble.until)  # run.json may have those of another process
+            run.until = dict(scene.ensemble.until)  # another process may have written its own
             run.max_realizations = scene.ensemble.max_realizations
             run.refresh()
             runs.append(ActiveRun(scene_of(scene, numerics), numerics, home, run, source))
@@ -134,7 +134,7 @@ def complete(
 
 
 def fit(workers: Workers, begun: Sequence[tuple[Scene, Numerics]]) -> None:
-    """Lower the number of workers to what memory allows for the largest members; ResolutionError if none fits."""
+    """Lower the number of workers to the number for which memory suffices; ResolutionError if none fits."""
     member, source = max(largest_member(scene, numerics) for scene, numerics in begun)
     workers.fit(member, source, max(numerics.threads for _, numerics in begun))
 
@@ -179,7 +179,7 @@ def begin(
     computed = scene_of(scene, numerics)
     description = _description(computed, numerics) | about
     _refuse_other_scene(folder, stored, description)
-    # versions and reasons may differ between processes: those of the first one stay
+    # versions and reasons may differ between processes: the first ones stay
     describe(folder, description | {key: stored[key] for key in ("versions", "reasons")}, computed)
     return numerics
 
@@ -189,7 +189,7 @@ def _refuse_other_kind(folder: Path, kind: str) -> None:
     there = kind_of(folder)
     if there not in (None, kind):
         holds = "holds" if folder.exists() else "is the place of"
-        advice = f"name another folder; to go on with what is there {again(folder)}"
+        advice = f"name another folder; to resume it {again(folder)}"
         raise RecordError(f"{folder} {holds} {CONTENT[there]}, not {CONTENT[kind]}; {advice}")
 
 
@@ -207,7 +207,7 @@ def _refuse_other_scene(folder: Path, stored: Mapping[str, Any], description: Ma
 
 
 def _stored_numerics(folder: Path, stored: Mapping[str, Any], scene: Scene) -> Numerics:
-    """Return the numerics of an existing run, whose plan may be of another version."""
+    """Return the stored numerics of a run; its plan may be of another version."""
     try:
         reasons = tuple(Reason(*words) for words in stored["reasons"])
         numerics = replace(Numerics.from_dict(stored["numerics"]), reasons=reasons)

@@ -61,7 +61,7 @@ def status_lines(run: Run) -> list[str]:
 
 
 def _refreshed(run: Run) -> str | None:
-    """Return the processes that compute a run, as `writer`; where there is none, read what the last one has stored."""
+    """Return the processes that compute a run, as `writer`; if there are none, read the new members."""
     process = writer(run.folder)
     if process is None:
         run.refresh()  # it may have ended since the run was opened: new members would count as missing

@@ -198,7 +198,7 @@ class Tasks:
         self.claims.release(assignment.name)
 
     def _refresh(self, runs: list[ActiveRun], assignment: Assignment | None = None) -> None:
-        """Read new members, that of `assignment` also beyond a gap, and call the observer if there are any."""
+        """Read new members, an assigned one also beyond a gap, and call the observer if there are any."""
         for active in runs:
             run = active.run
             before = len(run.members)
@@ -210,7 +210,7 @@ class Tasks:
 
 
 def remove_unfinished(folder: Path, claims: Claims) -> None:
-    """Remove the unfinished files of killed processes; those of claimed members stay."""
+    """Remove the unfinished files of killed processes, except of claimed members."""
     for path in (*folder.iterdir(), *(folder / "realizations").iterdir()):
         unfinished = _UNFINISHED.fullmatch(path.name)
         if unfinished and not (unfinished[1] and claims.claimed(unfinished[1])):

@@ -36,10 +36,10 @@ class Job:
     """Everything that a worker needs to compute the members of one level: some kilobytes once pickled."""
 
     level: int
-    problem: "Problem | SlideProblem"  # its index is replaced by that of the member
+    problem: "Problem | SlideProblem"  # of realization 0; each member replaces its index
     below: Problem | None  # the level below, on the same surfaces
     speeds: tuple[float, ...]  # m/s, of the scene: the problem has a tiny speed in place of zero
-    keep_fields: int  # number of realizations whose fields are stored
+    keep_fields: int  # number of realizations with stored fields
     provenance: dict[str, Any]  # scene and numerics of the run
     folder: Path  # of the run
     source: Source | None = None  # None: random surfaces
@@ -95,7 +95,7 @@ def _store_member(job: Job, index: int, before: list[Solved]) -> list[Solved]:
 
 
 def _solve(job: Job, problem: Problem, before: list[Solved]) -> list[Solved]:
-    """Solve a level, and the level below it on the same surface, with what equals the contacts solved `before`."""
+    """Solve a level, and the level below it on the same surface; reuse equal contacts solved `before`."""
     problems = [problem]
     if job.below is not None:
         problems.append(replace(job.below, index=problem.index))

@@ -1,8 +1,8 @@
-"""`study`: the scenes of a grid of values, each computed into an ordinary run folder; what they share is computed once.
+"""`study`: the scenes of a grid of values, each computed into an ordinary run folder.
 
 Points with the same roughness have the same levels and the same random surfaces. One member of all of them is one unit
-of work: its surface is drawn once, and points whose contact is the same, as with other speeds or another friction,
-share that contact. Every member has the bits that its scene has when it is run alone with these numerics.
+of work: its surface is drawn once, and points with the same contact, as with other speeds or another friction, share
+it. Every member has the bits that its scene has when it is run alone with these numerics.
 """
 
 import json
@@ -29,12 +29,12 @@ from roughsim.store.claims import PLAN, Claims
 from roughsim.studies.folder import base_scene, describe, refuse_exchanged, refuse_other, write
 from roughsim.studies.results import LATER
 from roughsim.studies.study import Study
-from roughsim.studies.vary import Axis, Point, points_of, read_axes
+from roughsim.studies.vary import Axis, points_of, read_axes
 
-HARDEST = 1e30  # Pa, in place of the infinite hardness of elastic contact
+_HARDEST = 1e30  # Pa, in place of the infinite hardness of elastic contact
 PAUSE = 0.2  # s between two looks whether another process has planned
 # sections and keys of a scene that do not concern its contact
-HEAT_KEYS = ("conductivity", "density", "heat_capacity", "friction_coefficient", "speed", "heat_partition", "duration")
+_HEAT_KEYS = ("conductivity", "density", "heat_capacity", "friction_coefficient", "speed", "heat_partition", "duration")
 
 
 class PointRun(NamedTuple):
@@ -60,11 +60,11 @@ def study(
     Parameters
     ----------
     scene : Scene, str, path or dict
-        What is varied: a scene, or what `load_scene` takes.
+        Scene to vary, or an argument of `load_scene`.
     vary : mapping
         Keys of the scene with their values, as {"sliding.nominal_pressure": ["1 MPa", "5 MPa"]}; the grid of all
         combinations is computed. {"logspace": ["1 MPa", "100 MPa", 9]} stands for a list, "a, b" for two keys that
-        change together, with a list of pairs. More values may be given later: what is there stays.
+        change together, with a list of pairs. More values may be given later: existing points stay.
     folder : str or Path
         Of the study; made if it does not exist. `folder`/points has a run folder for each point. The same call resumes
         it, and any number of processes may work on it.
@@ -87,7 +87,7 @@ def study(
         If a value does not fit its key, or the scene of a point is refused; before any work.
     RecordError
         If the folder holds something else, or a study of another scene or target, or the folder of a point holds
-        another scene. A damaged or lost study.json is written anew if the points fit.
+        another scene. A damaged or lost study.json is written again if the points fit.
     TypeError, ValueError, OSError, RuntimeError, KeyboardInterrupt
         As `roughsim.run`.
     """
@@ -108,9 +108,9 @@ def study(
             refuse_exchanged(folder, description)
             if target is not None:
                 points = {name: aimed(each, until={"flash_temperature": target}) for name, each in points.items()}
-            plans = plans_of(folder, points)
+            plans = _plans_of(folder, points)
             write(folder, description)  # a plan that is refused leaves nothing behind
-            groups = begin_points(folder, points, plans)
+            groups = _begin_points(folder, points, plans)
         for group in groups:
             complete(group, allowed, observer, claimed_in=folder)
     return Study(folder, description)
@@ -139,45 +139,42 @@ def scenes_of(scene: Any, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], di
     scenes = {"": scene if isinstance(scene, Scene) else scene_of(content, {}, source, folder)}
     for point in points_of(axes):
         varied = prediction.computed(scene_of(content, point.values, f"{source}, {point.name}", folder))
-        scenes[point.name] = replace(varied, title=title_of(scenes[""], point))
+        title = f"{scenes[''].title}: {point.name}" if scenes[""].title else point.name
+        scenes[point.name] = replace(varied, title=title[:200])
     identities: dict[str, str] = {}
     for name, each in scenes.items():
-        if name and (other := identities.setdefault(json.dumps(each.identity(), sort_keys=True), name)) != name:
+        other = identities.setdefault(json.dumps(each.identity(), sort_keys=True), name) if name else name
+        if other != name:
             raise SceneError(
                 f"the points {other} and {name} are the same scene: no number of a member depends on what differs"
             )
     return axes, scenes
 
 
-def title_of(scene: Scene, point: Point) -> str:
-    """Return the title of a point."""
-    return f"{scene.title}: {point.name}"[:200] if scene.title else point.name[:200]
-
-
 def families_of(scenes: dict[str, Scene]) -> dict[str, dict[str, Scene]]:
-    """Return the scenes by what they have in common that can have the same levels and surfaces, and by their names."""
+    """Return the scenes by family, and by their names; a family can have the same levels and surfaces."""
     families: dict[str, dict[str, Scene]] = {}
     for name, scene in scenes.items():
         families.setdefault(family(scene), {})[name] = scene
     return families
 
 
-def begun_of(folder: Path, names: Iterable[str]) -> list[str]:
-    """Return the names of the points whose run is there."""
+def _begun_of(folder: Path, names: Iterable[str]) -> list[str]:
+    """Return the names of the points with a run."""
     return [name for name in names if folder_state(folder / "points" / name) == "run"]
 
 
-def plans_of(folder: Path, scenes: dict[str, Scene]) -> dict[str, Numerics]:
+def _plans_of(folder: Path, scenes: dict[str, Scene]) -> dict[str, Numerics]:
     """Plan each family of points of which none is there, for its middle load; write nothing.
 
-    Fields are kept only where the scene says how many: a member is computed again when its maps are looked at.
+    Fields are kept only where the scene has their number: maps are computed again when they are shown.
     """
     plans = {}
     for key, members in families_of(scenes).items():
-        if begun_of(folder, members):
+        if _begun_of(folder, members):
             continue
         loads = {
-            name: scene.sliding.nominal_pressure / min(scene.penetration_hardness, HARDEST)
+            name: scene.sliding.nominal_pressure / min(scene.penetration_hardness, _HARDEST)
             for name, scene in members.items()
         }
         middle = members[sorted(loads, key=loads.__getitem__)[len(loads) // 2]]
@@ -185,15 +182,15 @@ def plans_of(folder: Path, scenes: dict[str, Scene]) -> dict[str, Numerics]:
     return plans
 
 
-def begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numerics]) -> list[list[PointRun]]:
+def _begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numerics]) -> list[list[PointRun]]:
     """Begin the run of each point, or check the one that is there; return groups with the same levels.
 
-    `plans` are those of `plans_of`. A point that comes later has the numerics of its family.
+    `plans` are those of `_plans_of`. A point that comes later has the numerics of its family.
     """
     groups: dict[str, list[PointRun]] = {}
     for key, members in families_of(scenes).items():
         paths = {name: folder / "points" / name for name in members}
-        there = begun_of(folder, members)
+        there = _begun_of(folder, members)
         numerics = plans.get(key)
         if numerics is None:
             numerics = begin(members[there[0]], paths[there[0]])
@@ -206,19 +203,19 @@ def begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numeri
             own = begin(scene, paths[name], None if name in there else numerics)
             same_levels = json.dumps(own.to_dict() | {"keep_fields": None}, sort_keys=True)
             groups.setdefault(key + same_levels, []).append(PointRun(scene, own, paths[name]))
-    return [sorted(group, key=lambda one: (contact_keys(one.scene), one.folder.name)) for group in groups.values()]
+    return [sorted(group, key=lambda one: (_contact_keys(one.scene), one.folder.name)) for group in groups.values()]
 
 
 def family(scene: Scene) -> str:
-    """Return what scenes have in common that can have the same levels and surfaces."""
+    """Return the keys that scenes with the same levels and surfaces share, as text."""
     keys = {f"{face}.{key}" for face in ("surface", "counterface") for key in (*ROUGHNESS_KEYS, "like")}
     keys |= {"ensemble.seed", "sliding.history"}
     identity = {key: value for key, value in scene.identity().items() if key in keys or key.startswith("numerics.")}
     return json.dumps([identity, scene.elastic], sort_keys=True)
 
 
-def contact_keys(scene: Scene) -> str:
-    """Return what the contact of a scene depends on, with equal contacts equal and like surfaces side by side."""
-    identity = {key: value for key, value in scene.identity().items() if key.rpartition(".")[2] not in HEAT_KEYS}
+def _contact_keys(scene: Scene) -> str:
+    """Return the keys that determine the contact of a scene, as text that sorts like surfaces side by side."""
+    identity = {key: value for key, value in scene.identity().items() if key.rpartition(".")[2] not in _HEAT_KEYS}
     load = identity.pop("sliding.nominal_pressure")
     return f"{json.dumps(identity, sort_keys=True)} {load:.17e}"

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from storms import Storm
 
 import roughsim as rs
 from roughsim.store.member_files import member_path, read_member
@@ -82,24 +83,23 @@ def assert_same_bits(folder, scene, alone, count):
 
 
 @pytest.mark.slow
-def test_an_array_of_processes_under_kills_and_suspensions_ends_with_all_members_and_the_same_bits(
-    quick, scene_file, tmp_path
-):
-    folder, count, rng = tmp_path / "run", 120, random.Random(3)
-    array = [script(scene_file, ARRAY, folder, count) for _ in range(3)]
-    suspended, seen = script(scene_file, ARRAY, folder, count), set()
-    for _ in range(int(os.environ.get("ROUGHSIM_KILLS", "5"))):
-        time.sleep(rng.uniform(0.5, 4.0))
-        suspended.send_signal(rng.choice([signal.SIGSTOP, signal.SIGCONT]))
-        number = rng.randrange(3)
-        array[number].kill()
-        array[number].communicate()
-        array[number] = script(scene_file, ARRAY, folder, count)  # a requeue is the same command again
-        there = {path.name for path in folder.glob("realizations/L*.h5")}
-        assert there >= seen, "a stored member is gone"
-        seen = there
-    suspended.send_signal(signal.SIGCONT)
-    for process in (*array, suspended):
+@pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")  # fork: its threads have ended
+@pytest.mark.parametrize("verb", ["run", "press"])
+@pytest.mark.parametrize("mode", ["one writer", "two workers", "three processes"])
+def test_a_storm_of_kills_changes_no_bit(tmp_path, verb, mode):
+    tally = Storm(tmp_path, verb, mode).rage(int(os.environ.get("ROUGHSIM_KILLS", "3")))
+    assert max(tally.between) > 0
+
+
+@pytest.mark.slow
+def test_suspended_processes_delay_an_array_and_change_no_bit(quick, scene_file, tmp_path):
+    folder, count, rng = tmp_path / "run", 60, random.Random(3)
+    array = [script(scene_file, ARRAY, folder, count) for _ in range(2)]
+    for _ in range(4):
+        time.sleep(rng.uniform(0.5, 2.0))
+        array[0].send_signal(rng.choice([signal.SIGSTOP, signal.SIGCONT]))
+    array[0].send_signal(signal.SIGCONT)
+    for process in array:
         _, said = process.communicate(timeout=200)
         assert process.returncode == 0, said
     assert_same_bits(folder, quick, tmp_path / "alone", count)

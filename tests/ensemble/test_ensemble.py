@@ -4,8 +4,9 @@ import json
 import os
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -109,12 +110,15 @@ def test_the_correlation_starts_at_the_variance_of_the_lowest_level_and_the_step
 
 
 @pytest.mark.slow
-def test_two_workers_and_threads_give_the_same_bits(capped_scene, capped_run, tmp_path):
+def test_two_workers_threads_and_a_pool_of_processes_give_the_same_bits(capped_scene, capped_run, tmp_path):
     shared = rs.run(capped_scene, tmp_path / "two", workers=2)
     assert_same(shared.folder, capped_run.folder, 3, 6)
     with ThreadPoolExecutor(2) as pool:
         threaded = rs.run(capped_scene, tmp_path / "threads", executor=pool)
     assert_same(threaded.folder, capped_run.folder, 3, 6)
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        spawned = rs.run(capped_scene, tmp_path / "processes", executor=pool, workers=2)
+    assert_same(spawned.folder, capped_run.folder, 3, 6)
     np.testing.assert_array_equal(
         shared.estimate("flash_temperature").mean, capped_run.estimate("flash_temperature").mean
     )

@@ -86,37 +86,6 @@ def assert_same_numbers(folder, other, count):
         np.testing.assert_array_equal(a.spectrum, b.spectrum)
 
 
-def kill_and_resume(quick, scene_file, tmp_path, trials, seed):
-    """Kill at random times; every file opens, nothing stored is lost, and the end is that of an undisturbed run."""
-    rng = np.random.default_rng(seed)
-    folder, count = tmp_path / "killed", 30
-    stored = {}
-    for _ in range(trials):
-        process = start(scene_file, folder, most=count)
-        time.sleep(rng.uniform(0.5, 4.0))
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        if (folder / "realizations").exists():
-            now = assert_all_sound(folder)
-            assert {name: now.get(name) for name in stored} == stored  # nothing acknowledged is lost or changed
-            stored = now
-    resumed = rs.run(quick, folder, max_realizations=count, until={})
-    assert resumed.realizations == count
-    undisturbed = rs.run(quick, tmp_path / "undisturbed", max_realizations=count, until={})
-    assert_same_numbers(resumed.folder, undisturbed.folder, count)
-    assert not list(folder.glob("**/*.tmp"))
-
-
-@pytest.mark.slow
-def test_a_killed_run_is_a_shorter_run(quick, scene_file, tmp_path):
-    kill_and_resume(quick, scene_file, tmp_path, trials=2, seed=1)
-
-
-@pytest.mark.slow
-def test_twenty_kills_lose_nothing(quick, scene_file, tmp_path):
-    kill_and_resume(quick, scene_file, tmp_path, trials=int(os.environ.get("ROUGHSIM_KILLS", "20")), seed=2)
-
-
 @pytest.mark.parametrize(
     ("which", "workers"),
     [
