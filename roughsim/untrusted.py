@@ -16,6 +16,7 @@ import os
 import pickle
 import re
 import signal
+import stat
 import sys
 import zipfile
 import zlib
@@ -43,7 +44,11 @@ _OPENER = "the process that opens files from elsewhere"
 
 def regular_file(path: Path) -> Path:
     """Return `path` if it is a file; a pipe or a device, which could block for ever, is a RecordError."""
-    if not path.is_file() and path.exists():
+    try:
+        mode = path.stat().st_mode  # asked once: the file may appear or go between two questions
+    except (OSError, ValueError):
+        return path
+    if not stat.S_ISREG(mode):
         raise RecordError(f"{path} is a folder, a pipe or a device; a file is needed")
     return path
 
