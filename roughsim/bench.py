@@ -140,14 +140,10 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
     column = numerics.columns[-1]
     ways = ways_of(scene, numerics, realizations)
     everything = next(way.pairs for way in ways if way.chosen)
-    aim = dict(scene.ensemble.until or TARGET).get("flash_temperature", TARGET["flash_temperature"]) * sqrt(0.5) / 1.96
-    fastest, slowest = int(np.argmax(scene.speeds)), int(np.argmin(scene.speeds))
     for title, name in _OBSERVABLES.items():
-        if name == "pressure_variance" and not scene.elastic:
-            continue  # fixed by force balance
-        if title == "T_flash, slowest" and not 0.0 < scene.speeds[slowest] < scene.speeds[fastest]:
+        speed = _place_of_speed(scene, title)
+        if speed is None or (name == "pressure_variance" and not scene.elastic):  # that is fixed by force balance
             continue
-        speed = {"T_flash, fastest": fastest, "T_flash, slowest": slowest}.get(title, 0)
         reference = values_of(scene, column, name, everything)
         truth = float(reference.mean[speed])
         errors = [part[speed] for part in reference.errors.values()]
@@ -156,16 +152,32 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
             values = values_of(scene, column, name, way.pairs)
             bias = float(values.mean[speed]) / truth - 1.0
             # relative variance by one member; none of a partner whose place a higher one takes
-            parts = {stream: float(part[speed]) for stream, part in values.scattered.variance.items()}
-            scatter = [parts.get(pair.stream, 0.0) * realizations / truth**2 for pair in way.pairs]
-            goals = sorted({*_GOALS, aim}, reverse=True)
-            planned = shared_out(scatter, way.seconds, aim) if way.chosen else ()
-            for counts in dict.fromkeys(shared_out(scatter, way.seconds, goal) for goal in goals):
-                variance = sum(part / n for part, n in zip(scatter, counts, strict=True))
-                cost = sum(part * n for part, n in zip(way.seconds, counts, strict=True))
-                setting = f"{' + '.join(map(str, counts))} members"
-                error = hypot(bias, sqrt(variance), doubt)
-                yield Point("chain", title, way.method, setting, error, cost, counts == planned, doubt=doubt)
+            variances = {stream: float(part[speed]) for stream, part in values.scattered.variance.items()}
+            scatter = [variances.get(pair.stream, 0.0) * realizations / truth**2 for pair in way.pairs]
+            yield from _curve(scene, title, way, scatter, bias, doubt)
+
+
+def _place_of_speed(scene: Scene, title: str) -> int | None:
+    """Return the place of the speed of an observable by its title; None if the scene has no slowest speed above 0."""
+    fastest, slowest = int(np.argmax(scene.speeds)), int(np.argmin(scene.speeds))
+    if title == "T_flash, fastest":
+        return fastest
+    if title == "T_flash, slowest":
+        return slowest if 0.0 < scene.speeds[slowest] < scene.speeds[fastest] else None
+    return 0
+
+
+def _curve(scene: Scene, title: str, way: _Way, scatter: list[float], bias: float, doubt: float) -> Iterator[Point]:
+    """Yield the points of one choice of levels, with members shared out for smaller and smaller scatter."""
+    aim = dict(scene.ensemble.until or TARGET).get("flash_temperature", TARGET["flash_temperature"]) * sqrt(0.5) / 1.96
+    planned = shared_out(scatter, way.seconds, aim) if way.chosen else ()
+    goals = sorted({*_GOALS, aim}, reverse=True)
+    for counts in dict.fromkeys(shared_out(scatter, way.seconds, goal) for goal in goals):
+        variance = sum(part / n for part, n in zip(scatter, counts, strict=True))
+        cost = sum(part * n for part, n in zip(way.seconds, counts, strict=True))
+        setting = f"{' + '.join(map(str, counts))} members"
+        error = hypot(bias, sqrt(variance), doubt)
+        yield Point("chain", title, way.method, setting, error, cost, counts == planned, doubt=doubt)
 
 
 def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[_Way]:

@@ -1,9 +1,9 @@
 """A comparison as a figure: measured bands over theory lines."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,7 +27,37 @@ _DRAWN = {
 }
 
 
-def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
+class _Cell(Protocol):
+    """A mean with its total error, 95 %, and the names of its unknown parts."""
+
+    @property
+    def mean(self) -> float: ...
+    @property
+    def total_error(self) -> float: ...
+    @property
+    def unknown(self) -> Sequence[str]: ...
+
+
+class _Row(Protocol):
+    """A row of a comparison, as `roughsim.compare` makes it."""
+
+    @property
+    def observable(self) -> str: ...
+    @property
+    def speed(self) -> float | None: ...
+    @property
+    def calibrated(self) -> float: ...
+    @property
+    def theory_at_cut_off(self) -> float: ...
+    @property
+    def cut(self) -> bool: ...
+    @property
+    def note(self) -> str: ...
+    @property
+    def columns(self) -> Mapping[str, _Cell]: ...
+
+
+def comparison_chart(run: Run, rows: Sequence[_Row], path: Path) -> None:
     """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v); `rows` are those of `roughsim.compare`."""
     with new_figure(path, (9.6, 5.8)) as figure:
         psd, correlation, *over_speed, words = figure.subplots(2, 3).ravel()
@@ -52,7 +82,7 @@ def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
         _draw_legend(words, run, [row for row in rows if row.observable in _DRAWN and row.speed])
 
 
-def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) -> None:
+def draw_over_speed(axes: Axes, run: Run, rows: Sequence[_Row], observable: str) -> None:
     """Draw an observable over the speed: both theories, the theory up to q_c where it differs, and each column."""
     rows = [row for row in rows if row.observable == observable and row.speed]
     speed = np.array([row.speed for row in rows])
@@ -70,12 +100,7 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) 
     if any(row.cut for row in rows):
         axes.plot(speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--")
     for column in rows[0].columns:
-        mean = np.array([row.columns[column].mean for row in rows]) * factor
-        error = np.array([row.columns[column].total_error for row in rows]) * factor
-        if np.isnan(mean).all():  # a march measures T_flash alone
-            continue
-        band(axes, speed, mean, error, COLOURS[column])
-        axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=COLOURS[column])
+        _draw_measured(axes, rows, column, factor)
     if any(row.note == "at q_c" for row in rows):
         words += f" ({run.numerics.columns[-1]}: at $q_c$)"
     axes.set(xscale="log", yscale="log", xlabel="$v$, m/s", ylabel=f"{label}, {unit}", title=words)
@@ -84,7 +109,17 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) 
         plain_ticks(axes.yaxis)
 
 
-def _draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
+def _draw_measured(axes: Axes, rows: Sequence[_Row], column: str, factor: float) -> None:
+    """Draw the values of a column over the speed with their errors; none of those that a march does not measure."""
+    speed = np.array([row.speed for row in rows])
+    mean = np.array([row.columns[column].mean for row in rows]) * factor
+    error = np.array([row.columns[column].total_error for row in rows]) * factor
+    if not np.isnan(mean).all():
+        band(axes, speed, mean, error, COLOURS[column])
+        axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=COLOURS[column])
+
+
+def _draw_legend(axes: Axes, run: Run, drawn: Sequence[_Row]) -> None:
     """Draw the legend of lines and bands, and lines of text about the run."""
     axes.set_axis_off()
     meanings = {
@@ -105,6 +140,12 @@ def _draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
         style: Any = {"color": COLOURS[column], "marker": MARKERS[column], "ms": 4, "lw": 1.0}
         handles.append(Line2D([], [], label=meanings[column], **style))
     axes.legend(handles=handles, loc="upper left", borderaxespad=0)
+    text = _text_of_run(run, drawn)
+    axes.text(0, 0.6, text, transform=axes.transAxes, va="top", fontsize=8, linespacing=1.4, parse_math=False)
+
+
+def _text_of_run(run: Run, drawn: Sequence[_Row]) -> str:
+    """Return lines on the run, the bands and the heat share."""
     unknown = dict.fromkeys(part for row in drawn for cell in row.columns.values() for part in cell.unknown)
     unknown.pop("bandwidth", None)  # the titles say "at q_c" instead
     lines = [
@@ -114,5 +155,4 @@ def _draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
         f"at least, as these parts of the error are unknown: {', '.join(unknown)}" if unknown else "",
         f"heat share in the body: {share_text(run.shares())}",
     ]
-    text = "\n".join(fill(line, 50) for line in lines if line)
-    axes.text(0, 0.6, text, transform=axes.transAxes, va="top", fontsize=8, linespacing=1.4, parse_math=False)
+    return "\n".join(fill(line, 50) for line in lines if line)

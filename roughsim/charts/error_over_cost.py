@@ -80,31 +80,43 @@ def error_over_cost_chart(points: Iterable[Point], path: Path) -> None:
 
 def _draw_panel(axis: Axes, points: Sequence[Point]) -> None:
     """Draw a line for each method, the front behind the lines, and a star at the choice of the plan."""
-    for k, method in enumerate(dict.fromkeys(p.method for p in points)):
-        line = sorted((p for p in points if p.method == method and p.error > 0.0), key=lambda p: p.pairs)
+    drawn = [point for point in points if point.error > 0.0]
+    for k, method in enumerate(dict.fromkeys(point.method for point in points)):
+        line = sorted((point for point in drawn if point.method == method), key=lambda point: point.pairs)
         style: dict[str, Any] = {"color": _HUES[k % 12], "marker": _SHAPES[k % 12], "ms": 3.5, "lw": 0.9}
-        axis.plot([p.pairs for p in line], [p.error for p in line], label=method, **style)
-    best = [p for p in front(points) if p.error > 0.0]
-    axis.plot([p.pairs for p in best], [p.error for p in best], color="k", lw=5, alpha=0.15, label="front", zorder=0)
-    stars = [p for p in points if p.chosen and p.error > 0.0]
-    xy = [p.pairs for p in stars], [p.error for p in stars]
-    axis.plot(*xy, "*", ms=13, mfc="none", mec="k", label="choice of the plan", zorder=5)
+        axis.plot(*_costs_and_errors(line), label=method, **style)
+    best = [point for point in front(points) if point.error > 0.0]
+    axis.plot(*_costs_and_errors(best), color="k", lw=5, alpha=0.15, label="front", zorder=0)
+    stars = _costs_and_errors([point for point in drawn if point.chosen])
+    axis.plot(*stars, "*", ms=13, mfc="none", mec="k", label="choice of the plan", zorder=5)
     axis.set(xscale="log", yscale="log")
-    # an axis needs at least a decade, so that it shows a power of ten
-    for limits, change in ((axis.get_xlim(), axis.set_xlim), (axis.get_ylim(), axis.set_ylim)):
-        lacking = max(0.0, 1.05 - log10(limits[1] / limits[0])) / 2
-        change(limits[0] / 10**lacking, limits[1] * 10**lacking)
-    # narrow panels have room for labels at powers of ten alone
-    axis.xaxis.set_minor_formatter(NullFormatter())
+    axis.set_xlim(*_at_least_a_decade(*axis.get_xlim()))
+    axis.set_ylim(*_at_least_a_decade(*axis.get_ylim()))
+    axis.xaxis.set_minor_formatter(NullFormatter())  # narrow panels have room for powers of ten alone
     if points[0].doubt > 0.0:
         axis.axhline(points[0].doubt, color="0.6", lw=0.8, ls="--", zorder=-1, label="doubt about the limit itself")
-    if timed := [p for p in points if p.pairs > 0.0]:
-        # a second axis, above, in CPU seconds
-        rate = float(np.median([p.seconds / p.pairs for p in timed]))
-        above = axis.twiny()
-        above.set_xscale("log")
-        above.set_xlim(*(rate * limit for limit in axis.get_xlim()))
-        above.xaxis.set_minor_formatter(NullFormatter())
-        above.set_xlabel("CPU s", fontsize=7)
-        above.tick_params(labelsize=7)
-        above.spines["top"].set_visible(True)
+    rates = [point.seconds / point.pairs for point in points if point.pairs > 0.0]
+    if rates:
+        _add_seconds(axis, float(np.median(rates)))
+
+
+def _costs_and_errors(points: Sequence[Point]) -> tuple[list[float], list[float]]:
+    """Return the coordinates of points."""
+    return [point.pairs for point in points], [point.error for point in points]
+
+
+def _at_least_a_decade(low: float, high: float) -> tuple[float, float]:
+    """Return the ends of a logarithmic axis, widened until it shows a power of ten."""
+    lacking = max(0.0, 1.05 - log10(high / low)) / 2
+    return low / 10**lacking, high * 10**lacking
+
+
+def _add_seconds(axis: Axes, rate: float) -> None:
+    """Add an axis in CPU seconds above; `rate` is in seconds per pair of transforms."""
+    above = axis.twiny()
+    above.set_xscale("log")
+    above.set_xlim(*(rate * limit for limit in axis.get_xlim()))
+    above.xaxis.set_minor_formatter(NullFormatter())
+    above.set_xlabel("CPU s", fontsize=7)
+    above.tick_params(labelsize=7)
+    above.spines["top"].set_visible(True)

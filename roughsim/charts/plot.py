@@ -67,6 +67,19 @@ def _choose_film(run: Run, realization: int | None, speed: float | None, column:
     return Subject(run, SLIDING, run.numerics.march or 0, indices[0] if realization is None else realization, speed)
 
 
+def _path_beside(run: Run, quantity: str, realization: int | None, speed: float | None, column: str | None) -> Path:
+    """Return a .png beside the run folder, named after the choice."""
+    folder = run.folder.resolve()
+    parts = [folder.name, quantity]
+    if column:
+        parts.append(column)
+    if realization is not None:
+        parts.append(f"r{realization}")
+    if speed is not None:
+        parts.append(f"{speed:g}mps")
+    return folder.with_name("-".join(parts) + ".png")
+
+
 def plot_run(
     run: Run,
     quantity: str,
@@ -99,13 +112,7 @@ def plot_run(
     if quantity not in FIELDS and (zoom is not None or side_by_side):
         maps = ", ".join(FIELDS)
         raise ValueError(f"zoom and side_by_side are for maps, and {quantity} is none; choose one of {maps}")
-    if path is None:  # beside the run folder, named after all that was chosen
-        folder = run.folder.resolve()
-        parts = [folder.name, quantity, column or ""]
-        parts += [f"r{realization}"] if realization is not None else []
-        parts += [f"{speed:g}mps"] if speed is not None else []
-        path = folder.with_name("-".join(part for part in parts if part) + ".png")
-    path = Path(path)
+    path = _path_beside(run, quantity, realization, speed, column) if path is None else Path(path)
     check_ending(path)
     if side_by_side:
         third = quantity if quantity in DERIVED_UNITS else "temperature"

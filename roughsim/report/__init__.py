@@ -236,21 +236,11 @@ def diffusivity_text(scene: Scene) -> str:
 
 
 def _provenance_section(run: Run) -> Html:
-    """Return what is needed to compute the same numbers again, and the time that they took."""
-    name, records = run.folder.resolve().name, [m.provenance for m in run.members.values() if not m.failure]
-    counted = ", ".join(f"{count} of level {level}" for level, count in enumerate(run.counts) if count)
-    files = f"{len(run.members)} of one realization and level each; what counts: {counted or 'none yet'}"
-    rows = [["run", name], ["seed", str(run.seed)], ["files", files]]
-    if records:
-        written = sorted(str(record.get("written", "")) for record in records)
-        stages: Counter[str] = Counter()
-        for record in records:
-            stages.update(record.get("seconds", {}))
-        cost = ", ".join(f"{stage} {clock(seconds)}" for stage, seconds in stages.items())
-        worst = max(float(record.get("residual", np.nan)) for record in records)
-        rows += [["computed", f"{written[0]} to {written[-1]}"], ["time", cost], ["largest residual", f"{worst:.2g}"]]
-        versions = (", ".join(f"{k} {v}" for k, v in record.get("versions", {}).items()) for record in records)
-        rows += [["versions", words] for words in dict.fromkeys(versions)]
+    """Return seed, versions, residual and time of the members, the failures, and the command that repeats the run."""
+    name = run.folder.resolve().name
+    counts = [f"{count} of level {level}" for level, count in enumerate(run.counts) if count]
+    files = f"{len(run.members)} of one realization and level each; what counts: {', '.join(counts) or 'none yet'}"
+    rows = [["run", name], ["seed", str(run.seed)], ["files", files], *_rows_of_members(run)]
     rows.append(["written", time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime())])
     parts = [html_table(Table([Column(""), Column("")], rows))]
     failures = [
@@ -265,3 +255,19 @@ def _provenance_section(run: Run) -> Html:
     )
     verb = "run" if run.drawn else "press"
     return joined(*parts, tag("p", f"{again} versions:"), tag("pre", f"roughsim {verb} scene.toml -o {name}"))
+
+
+def _rows_of_members(run: Run) -> list[list[str]]:
+    """Return time, largest residual and versions of the sound members; none before the first."""
+    records = [member.provenance for member in run.members.values() if not member.failure]
+    if not records:
+        return []
+    written = sorted(str(record.get("written", "")) for record in records)
+    stages: Counter[str] = Counter()
+    for record in records:
+        stages.update(record.get("seconds", {}))
+    cost = ", ".join(f"{stage} {clock(seconds)}" for stage, seconds in stages.items())
+    worst = max(float(record.get("residual", np.nan)) for record in records)
+    rows = [["computed", f"{written[0]} to {written[-1]}"], ["time", cost], ["largest residual", f"{worst:.2g}"]]
+    texts = (", ".join(f"{k} {v}" for k, v in record.get("versions", {}).items()) for record in records)
+    return rows + [["versions", text] for text in dict.fromkeys(texts)]

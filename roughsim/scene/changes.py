@@ -14,25 +14,39 @@ def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict
     scene is made.
     """
     result = {name: dict(value) if isinstance(value, Mapping) else value for name, value in content.items()}
-    names = SECTIONS[""].known_keys()
     for key, value in changes.items():
-        if not isinstance(key, str):
-            raise SceneError(f'{key!r} must be the name of a key, for example "sliding.nominal_pressure"')
-        section, dot, name = key.partition(".")
-        if section not in names:
-            homes = [home for home in names if home in SECTIONS and key in SECTIONS[home].known_keys()]
-            hint = f'did you mean "{homes[0]}.{key}"?' if homes else did_you_mean(section, names)
-            raise SceneError(f"{as_written(key)} is not a key of a scene; {hint}")
-        if dot and not isinstance(result.setdefault(section, {}), dict):
+        section, dot, name = _parts_of(key)
+        if not dot:
+            _set(result, section, value)
+            continue
+        inside = result.setdefault(section, {})
+        if not isinstance(inside, dict):
             raise SceneError(f'{as_written(key)} is not a key of a scene: "{section}" is no section')
-        inside, last = (result[section], name) if dot else (result, section)
-        if value is None:
-            inside.pop(last, None)
-        else:
-            inside[last] = value
-        if dot and not inside:
-            del result[section]  # of which every key was taken away
+        _set(inside, name, value)
+        if not inside:
+            del result[section]  # without any key
     return result
+
+
+def _parts_of(key: Any) -> tuple[str, str, str]:
+    """Return section, dot and name of a key; SceneError without a section of a scene."""
+    if not isinstance(key, str):
+        raise SceneError(f'{key!r} must be the name of a key, for example "sliding.nominal_pressure"')
+    section, dot, name = key.partition(".")
+    names = SECTIONS[""].known_keys()
+    if section not in names:
+        homes = [home for home in names if home in SECTIONS and key in SECTIONS[home].known_keys()]
+        hint = f'did you mean "{homes[0]}.{key}"?' if homes else did_you_mean(section, names)
+        raise SceneError(f"{as_written(key)} is not a key of a scene; {hint}")
+    return section, dot, name
+
+
+def _set(inside: dict[str, Any], name: str, value: Any) -> None:
+    """Set a value; None takes it away."""
+    if value is None:
+        inside.pop(name, None)
+    else:
+        inside[name] = value
 
 
 def read_changes(words: list[str]) -> dict[str, Any]:

@@ -50,12 +50,17 @@ def chosen_rows(rows: _Rows, choice: Choice) -> list[Mapping[str, Any]]:
         return [row for row in chosen if row["speed"] is not None]
     if choice.family == SPEED:
         return chosen
+    speeds = _highest_speeds(chosen) if choice.speed is None else {row["point"]: choice.speed for row in chosen}
+    return [row for row in chosen if row["speed"] in (None, speeds.get(row["point"]))]
+
+
+def _highest_speeds(rows: _Rows) -> dict[str, float]:
+    """Return the highest speed of each point, m/s."""
     highest: dict[str, float] = {}
-    for row in chosen:
+    for row in rows:
         if row["speed"] is not None:
             highest[row["point"]] = max(row["speed"], highest.get(row["point"], 0.0))
-    wanted = highest if choice.speed is None else dict.fromkeys(highest, choice.speed)
-    return [row for row in chosen if row["speed"] == wanted.get(row["point"])]
+    return highest
 
 
 def draw_study(study: StudyResults, rows: _Rows, choice: Choice, path: Path) -> None:
@@ -67,19 +72,7 @@ def draw_study(study: StudyResults, rows: _Rows, choice: Choice, path: Path) -> 
     chosen = chosen_rows(rows, choice)
     if not chosen:
         raise ValueError(f"there is nothing to draw: no point has {choice.observable} with these values yet")
-    key_of = {name: key for key, name in study.keys.items()}
-    key_of |= {SPEED: "sliding.speed"}
-    numeric = [study.keys[key] for key in study.numeric_keys]
-    over_two = choice.x in numeric and choice.family in numeric
-    for name in (choice.x, choice.family) if over_two else ():
-        over_two = over_two and len({row[name] for row in chosen}) >= _FEWEST_OF_A_MAP
-    speeds = {row["speed"] for row in chosen}
-    at_one_speed = SPEED not in (choice.x, choice.family) and len(speeds) == 1 and None not in speeds
-    title = f"{study.scene.title}: {study.finished} of {len(study.points)} points"
-    for name, value in choice.fixed.items():
-        if name not in (choice.x, choice.family):
-            words, _, unit = words_of(key_of[name])[0].partition(", ")
-            title += f"; {words} {value_text(key_of[name], value)} {unit}".rstrip()
+    key_of = {name: key for key, name in study.keys.items()} | {SPEED: "sliding.speed"}
     study_chart(
         path,
         _curves(chosen, choice.family, key_of),
@@ -87,10 +80,35 @@ def draw_study(study: StudyResults, rows: _Rows, choice: Choice, path: Path) -> 
         study.column,
         choice.observable,
         legend="" if choice.family == NONE else words_of(key_of[choice.family])[0],
-        title=title,
-        subtitle=f"at {speeds.pop():g} m/s" if at_one_speed else "",
-        y=Along(choice.family, *words_of(key_of[choice.family])) if over_two else None,
+        title=_title(study, choice, key_of),
+        subtitle=_subtitle(chosen, choice),
+        y=Along(choice.family, *words_of(key_of[choice.family])) if _over_two(study, chosen, choice) else None,
     )
+
+
+def _over_two(study: StudyResults, rows: _Rows, choice: Choice) -> bool:
+    """Whether the rows make a map: over two varied numbers with enough values."""
+    names = choice.x, choice.family
+    numeric = [study.keys[key] for key in study.numeric_keys]
+    return all(name in numeric and len({row[name] for row in rows}) >= _FEWEST_OF_A_MAP for name in names)
+
+
+def _title(study: StudyResults, choice: Choice, key_of: Mapping[str, str]) -> str:
+    """Return the title of the scene, the number of finished points, and the fixed values."""
+    title = f"{study.scene.title}: {study.finished} of {len(study.points)} points"
+    for name, value in choice.fixed.items():
+        if name not in (choice.x, choice.family):
+            words, _, unit = words_of(key_of[name])[0].partition(", ")
+            title += f"; {words} {value_text(key_of[name], value)} {unit}".rstrip()
+    return title
+
+
+def _subtitle(rows: _Rows, choice: Choice) -> str:
+    """Return the speed, if it is that of all rows and neither along the axis nor of the curves."""
+    speeds = {row["speed"] for row in rows}
+    if SPEED in (choice.x, choice.family) or len(speeds) > 1 or None in speeds:
+        return ""
+    return f"at {speeds.pop():g} m/s"
 
 
 def _curves(rows: _Rows, family: str, key_of: Mapping[str, str]) -> dict[str, list[Mapping[str, Any]]]:

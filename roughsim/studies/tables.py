@@ -1,6 +1,6 @@
 """A study as a table for people, and the words for varied keys and their values."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -85,16 +85,27 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     if marks:
         columns.append((Column("note"), [_mark(shown.get(point.name, {})) for point in points]))
 
+    notes = _notes(study, observable, unknown, marks, trends)
+    titles = [title for title, _ in columns]
+    return Table(titles, list(zip(*(cells for _, cells in columns), strict=True)), study.scene.title, notes)
+
+
+def _notes(
+    study: StudyResults,
+    observable: str,
+    unknown: Collection[str],
+    marks: Collection[str],
+    trends: Mapping[tuple[str, str], dict[str, Any]],
+) -> list[str]:
+    """Return the sentences below the table."""
     notes = [f"{study.finished} of {len(study.points)} points finished.", *target_note(study), *_level_notes(study)]
     if len(study.points) > _MOST_ROWS:
         notes.append(f"The first {_MOST_ROWS} points; `roughsim export` writes all, with all observables and speeds.")
     notes.append(f"{observable} at the highest speed of each point; ± total error, 95 %.")
     notes += meanings(unknown, marks)
-    if exponents:
+    if trends:
         notes.append(_PAIRED)
-    notes += _missing_notes(trends.values())
-    titles = [title for title, _ in columns]
-    return Table(titles, list(zip(*(cells for _, cells in columns), strict=True)), study.scene.title, notes)
+    return notes + _missing_notes(trends.values())
 
 
 def _rows_at_highest_speed(study: StudyResults, observable: str) -> _Rows:

@@ -75,27 +75,26 @@ def _read_axis(names: Any, values: Any) -> Axis:
         values = _spaced(keys, values, where)
     if isinstance(values, str) or not isinstance(values, (Sequence, np.ndarray)) or not len(values):
         raise SceneError(f"{where} = {as_written(values)} must be a list of values, for example {_EXAMPLE}")
-    rows: list[tuple[Any, ...]] = []
-    for i, value in enumerate(values):
-        row = [value] if len(keys) == 1 else value
-        if isinstance(row, str) or not isinstance(row, (Sequence, np.ndarray)) or len(row) != len(keys):
-            raise SceneError(
-                f"{where}[{i}] = {as_written(value)} must be a list of {len(keys)} values, one for each key"
-            )
-        rows.append(tuple(row))
+    rows = [_row_of(value, len(keys), f"{where}[{i}]") for i, value in enumerate(values)]
     for k, key in enumerate(keys):
         _refuse_mixture(key, [row[k] for row in rows], where)
-    rows = [
-        tuple(_in_si(key, entry, f"{where}[{i}]") for key, entry in zip(keys, row, strict=True))
-        for i, row in enumerate(rows)
-    ]
-    written: set[str] = set()
+    converted: dict[str, tuple[Any, ...]] = {}  # by label
     for i, row in enumerate(rows):
-        text = ",".join(map(_label, row))
-        if text in written:
-            raise SceneError(f"{where}[{i}] = {text} is there twice; remove one of the two")
-        written.add(text)
-    return Axis(keys, tuple(rows))
+        in_si = tuple(_in_si(key, entry, f"{where}[{i}]") for key, entry in zip(keys, row, strict=True))
+        label = ",".join(map(_label, in_si))
+        if label in converted:
+            raise SceneError(f"{where}[{i}] = {label} is there twice; remove one of the two")
+        converted[label] = in_si
+    return Axis(keys, tuple(converted.values()))
+
+
+def _row_of(value: Any, count: int, where: str) -> list[Any]:
+    """Return the values of several keys, or of a single one."""
+    if count == 1:
+        return [value]
+    if isinstance(value, str) or not isinstance(value, (Sequence, np.ndarray)) or len(value) != count:
+        raise SceneError(f"{where} = {as_written(value)} must be a list of {count} values, one for each key")
+    return list(value)
 
 
 def _refuse_mixture(key: str, values: Sequence[Any], where: str) -> None:
@@ -136,16 +135,23 @@ def _spaced(keys: tuple[str, ...], values: Mapping[str, Any], where: str) -> lis
         raise SceneError(f"{where}: {kind} is for one key; write several keys as a list of lists")
     where = f"{where}.{kind}"
     _refuse_mixture(keys[0], ends[:2], where)
-    first, last = (_in_si(keys[0], end, where) for end in ends[:2])
+    first, last = (_end(keys[0], end, kind, where) for end in ends[:2])
     count = ends[2]
     if isinstance(count, bool) or not isinstance(count, Integral) or not 2 <= int(count) <= MOST_POINTS:
         raise SceneError(f"{where}: count = {as_written(count)} must be a whole number from 2 to {MOST_POINTS}")
-    for end in (first, last):
-        if isinstance(end, bool) or not isinstance(end, (int, float)) or (kind == "logspace" and end <= 0.0):
-            raise SceneError(f"{where} = {as_written(end)} must be a number{' > 0' * (kind == 'logspace')}")
     spread = [float(f"{value:.{_DIGITS}g}") for value in _SPACES[kind](float(first), float(last), int(count))]
-    whole = isinstance(first, int)
-    return [int(value) if whole and value.is_integer() else value for value in spread]
+    if isinstance(first, int):
+        return [int(value) if value.is_integer() else value for value in spread]
+    return spread
+
+
+def _end(key: str, value: Any, kind: str, where: str) -> float:
+    """Return an end of a range in SI."""
+    end = _in_si(key, value, where)
+    limit = " > 0" if kind == "logspace" else ""
+    if isinstance(end, bool) or not isinstance(end, (int, float)) or (limit and end <= 0.0):
+        raise SceneError(f"{where} = {as_written(end)} must be a number{limit}")
+    return end
 
 
 def key_quantity(key: str) -> Quantity | None:
