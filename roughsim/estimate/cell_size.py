@@ -24,6 +24,9 @@ from roughsim.scene import Scene
 # relative error × number of hills: of a slow T_flash where few hills carry load, times their share (of fast sliding,
 # and of all else, it is half of it), and where all of them do. By the same experiment
 _FEW_HILLS, _ALL_HILLS = 0.03, 0.2
+# relative error of T_flash of capped contact in a part of the cell, at most: in smaller ones corrections scatter so
+# much that the doubt of the last step adds levels
+_PART_ERROR = 0.05
 SIZE_SHARE = 0.2  # of a squared target error, for the size of the cell
 _WAVES = range(4, 33, 2)  # per side of a cell: pictures and g_σ(r) need four, and grids hold no more than 32
 
@@ -56,10 +59,10 @@ def _worst(scene: Scene, side: float) -> float:
 def parts_of(scene: Scene, lengths: tuple[float, float], target: float = inf) -> int:
     """Return how many sides of a cell for corrections make one of these sides, m: 4, 2, or 1, which is no such cell.
 
-    Corrections in it may err by half of the relative error `target`.
+    T_flash of elastic contact errs there by the relative error `target` at most, so that corrections err by half of it.
     """
-    errors = {parts: _correction_error(_worst(scene, min(lengths) / parts), scene.elastic) for parts in (4, 2)}
-    return next((parts for parts, error in errors.items() if error <= target / 2), 1)
+    most = target if scene.elastic else _PART_ERROR
+    return next((parts for parts in (4, 2) if _worst(scene, min(lengths) / parts) <= most), 1)
 
 
 def _correction_error(error: Array | float, elastic: bool) -> Array | float:

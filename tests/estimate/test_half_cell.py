@@ -27,20 +27,22 @@ def cell(waves):
     return (waves * WAVE, waves * WAVE)
 
 
-@pytest.mark.parametrize("target", [0.005, 0.01])
-def test_corrections_in_a_part_of_the_cell_err_by_half_of_the_target_at_most(steel, target):
-    assert cell_size.parts_of(steel, cell(4), target) == 4
+def test_a_part_of_the_cell_has_an_error_of_a_twentieth_at_most(steel):
+    assert cell_size.parts_of(steel, cell(4)) == 4
     # the error over 1 less the error is as (waves)^(−2)
     light = loaded(steel, 1e6)
     error = size_error(light, cell(4)).max()
-    most = sqrt(target / 2)  # ratios of means err by the square of what means do
-    waves = 4 * sqrt((1 - most) / most * error / (1 - error))  # per side of a cell whose means err so
+    waves = 4 * sqrt(19 * error / (1 - error))  # per side of the cell whose error is a twentieth
     for times, parts in ((0.99, 1), (1.01, 1), (1.99, 1), (2.01, 2), (3.99, 2), (4.01, 4), (9.0, 4)):
         lengths = (times * waves * WAVE, 20 * waves * WAVE)
-        assert cell_size.parts_of(light, lengths, target) == parts
+        assert cell_size.parts_of(light, lengths, 0.01) == parts
+
+
+@pytest.mark.parametrize("target", [0.005, 0.01])
+def test_a_part_of_the_cell_of_elastic_contact_errs_by_the_target_at_most(steel, target):
     soft = replace(steel, body=replace(steel.body, penetration_hardness=None))
     found = {waves: cell_size.parts_of(soft, cell(waves), target) for waves in (1, 2, 4, 8, 16, 64, 256)}
-    for waves, parts in found.items():  # of elastic contact by half of it
+    for waves, parts in found.items():
         errors = {n: size_error(soft, cell(waves / n)).max() for n in (4, 2)}
         assert parts == next((n for n, error in errors.items() if error <= target), 1)
     assert set(found.values()) == {1, 2, 4}
