@@ -18,7 +18,7 @@ from roughsim.scene.numerics import Column, Level
 Lengths = tuple[float, float]  # of the cell, m
 
 PIXELS = 4  # per shortest wave of a level; its partner has twice as many
-SIDE = 4096  # points per side of the largest grid
+SIDE = 4096  # points per side of the largest grid; half of it for elastic contact, whose continuation is well known
 # points per side of the lowest level, at most, and twice those that a level in a part of the cell has at least: on
 # seven scenes 512 took least time, or next to least
 BASE_SIDE = 512
@@ -47,7 +47,12 @@ class _Grids(NamedTuple):
     @property
     def highest(self) -> float:
         """The highest cut-off that a grid holds, rad/m."""
-        return self.parts * SIDE / self.points(1.0)
+        return self.parts * self.side / self.points(1.0)
+
+    @property
+    def side(self) -> int:
+        """The most points per side."""
+        return SIDE if self.column == "capped" else SIDE // 2
 
     def level(self, q_max: float, *, pixels: int = PIXELS, lowest: bool = False) -> Level | None:
         """Return the level of a cut-off, the lowest in the whole cell; None if its grid is too large.
@@ -58,7 +63,7 @@ class _Grids(NamedTuple):
         small = (n for n in (4, 2) if n <= self.parts and points >= 0.98 * n * BASE_SIDE / 2)
         parts = 1 if lowest else next(small, 1)
         x, y = (self.parts * fast_size(pixels * q_max * side / (2 * pi) / self.parts) for side in self.lengths)
-        too_large = max(x, y) > parts * SIDE
+        too_large = max(x, y) > parts * self.side
         return None if too_large else Level(self.column, (x // parts, y // parts), q_max, _PART[parts])
 
 
