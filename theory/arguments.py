@@ -98,9 +98,9 @@ def density(spectrum: Spectrum, wavenumber: Array, place: tuple[Array, Array] | 
 
 
 def octaves_of_gaps(q: Array, rise: Array, faint: float) -> float:
-    """Return the octaves of waves that add less than the share `faint` of what waves on both sides of them do to G.
+    """Return the octaves of waves whose part of G is below the share `faint` of the part of waves on both sides.
 
-    `rise` is q⁴C at the rising wavenumbers `q`, in proportion to what an octave adds to G ~ ∫ q³C dq.
+    `rise` is q⁴C at the rising wavenumbers `q`, in proportion to the part of an octave in G ~ ∫ q³C dq.
     """
     both_sides = np.minimum(np.maximum.accumulate(rise), np.maximum.accumulate(rise[::-1])[::-1])
     below = rise < faint * both_sides

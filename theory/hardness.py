@@ -1,4 +1,4 @@
-"""Hardness of a hot contact: the penetration hardness at the very temperature that the contact reaches with it."""
+"""Hardness of a hot contact: the penetration hardness at the temperature that the contact reaches with it."""
 
 from collections.abc import Callable
 

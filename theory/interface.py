@@ -27,7 +27,6 @@ from math import ceil, isinf, log, pi, sqrt
 
 import numpy as np
 import scipy
-from scipy.special import ndtr, ndtri
 
 from theory.arguments import Array, Spectrum, breaks_of, density
 
@@ -63,7 +62,7 @@ def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float
     if isinf(hardness):
         pressure = min(pressure, UNREACHED * spread)  # contact is full: more load changes no stress but the mean
     highest = min(hardness, pressure + UNREACHED * spread)
-    start = float(ndtri(pressure / highest))
+    start = float(scipy.special.ndtri(pressure / highest))
     below, above = ceil((start + _FURTHEST) / _SPACING), ceil((_FURTHEST - start) / _SPACING)
     z: Array = start + _SPACING * np.arange(-below, above + 1, dtype=np.float64)
     ramp = 2 * highest / (modulus * wavenumber)  # 2σ_P/(E*q), m
@@ -74,7 +73,7 @@ def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float
     rates = _rates(z, highest)
     growth = between_shells(stiffness**2, variance)
     probability = _spread(growth, rates, below)
-    return Diffusion(wavenumber, variance, highest * ndtr(z), stiffness, probability, growth, rates)
+    return Diffusion(wavenumber, variance, highest * scipy.special.ndtr(z), stiffness, probability, growth, rates)
 
 
 def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Array, float]:
@@ -130,14 +129,17 @@ def _walls(z: Array, ramp: float) -> Array:
     x = -np.sort(-x)  # falling, so that the pressure rises
 
     def touched(t: Array) -> Array:
-        return np.asarray(np.exp(-(t**2) / 2) / sqrt(2 * pi) - t * ndtr(-t))
+        return np.asarray(np.exp(-(t**2) / 2) / sqrt(2 * pi) - t * scipy.special.ndtr(-t))
 
+    normal = scipy.special.ndtr
     lower = x > -ramp / 2  # each half from its own wall: nothing cancels
     low, high = touched(x) - touched(x + ramp), touched(-x - ramp) - touched(-x)
-    free = np.where(lower, ndtr(x) + ndtr(-x - ramp), ndtr(-x - ramp) + ndtr(x))
-    inside = np.where(lower, ndtr(-x) - ndtr(-x - ramp), ndtr(x + ramp) - ndtr(x))
+    free = np.where(lower, normal(x) + normal(-x - ramp), normal(-x - ramp) + normal(x))
+    inside = np.where(lower, normal(-x) - normal(-x - ramp), normal(x + ramp) - normal(x))
     tiny = np.finfo(float).tiny
-    position = np.where(lower, ndtri(np.clip(low / ramp, tiny, 0.5)), -ndtri(np.clip(high / ramp, tiny, 0.5)))
+    from_low = scipy.special.ndtri(np.clip(low / ramp, tiny, 0.5))
+    from_high = scipy.special.ndtri(np.clip(high / ramp, tiny, 0.5))
+    position = np.where(lower, from_low, -from_high)
     ratio = np.log(np.maximum(free, tiny)) - np.log(np.maximum(inside, tiny))  # ln of c E*q/2
     law = np.exp(np.interp(z, position, ratio)) * ramp * np.exp(-(z**2) / 2) / sqrt(2 * pi)
     return np.asarray(np.minimum(law, 1.0))
@@ -172,7 +174,7 @@ def _rosenbrock(law: Array, step: float, z: Array, series: Array, spacing: float
 
 def _rates(z: Array, hardness: float) -> tuple[Array, Array]:
     """Return the rates to both neighbours that keep the mean and let the variance grow by κ² dv."""
-    gap = hardness * np.where(z[:-1] < 0, np.diff(ndtr(z)), -np.diff(ndtr(-z)))
+    gap = hardness * np.where(z[:-1] < 0, np.diff(scipy.special.ndtr(z)), -np.diff(scipy.special.ndtr(-z)))
     up, down = np.zeros(z.size), np.zeros(z.size)
     up[1:-1] = 1 / (gap[1:] * (gap[1:] + gap[:-1]))
     down[1:-1] = 1 / (gap[:-1] * (gap[1:] + gap[:-1]))

@@ -147,7 +147,7 @@ class SmoothedSpectrum:
         return smoothing(s, rest, self._rate() * integral)
 
     def _rate(self) -> float:
-        """Return what takes ∫ q³ C dq to g = G/σ_P²."""
+        """Return the factor from ∫ q³ C dq to g = G/σ_P²."""
         return pi / 4 * (self.effective_modulus / self.penetration_hardness) ** 2
 
 

@@ -1,4 +1,4 @@
-"""Where the waves of an uneven contact put their pressure: at their own wavenumber, and beside it.
+"""Pressure of the waves of an uneven contact: at their own wavenumber, and beside it.
 
 With κ and P of `theory.interface`, a wave of q and height dh makes the pressure κ dh. κ differs from place to place
 with the coarser waves, so that the wave makes pressure at its own q and at |q + k|, k < q:
@@ -24,7 +24,7 @@ from theory.interface import Diffusion, between_shells
 ANSWER = 0.8  # power of g(Q)/g(q) with which the half-space answers beside q: 1 to second order
 BIN = 0.125  # of ln q, in which sidebands are counted
 _ANGLES = 48
-_BELOW = 1.0  # e-folds below q_min to which sidebands are told apart; they are constant from there on
+_BELOW = 1.0  # e-folds below q_min down to which sidebands are resolved; below they are constant
 _ABOVE = 2.5  # and above q_max
 _FURTHER = 20  # bins above q that the sums of waves up to q can reach
 _LAST = 1e-4  # of the sidebands is cut off at the upper end
@@ -41,14 +41,14 @@ class Table(NamedTuple):
 
 
 class Scattering(NamedTuple):
-    """Where the waves put their pressure."""
+    """Pressure of the waves by wavenumber."""
 
     coherent: Table  # |σ_q|²/[(E*q/2)² C]
     sidebands: Table  # |σ_Q|², Pa² m²
 
 
 def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
-    """Return what the waves make at their own wavenumber and beside it; E* in Pa."""
+    """Return the pressure of the waves at their own wavenumber and beside it; E* in Pa."""
     logs = np.log(diffusion.wavenumber)
     x = (logs[1:] + logs[:-1]) / 2  # a shell of waves between any two wavenumbers
     q = np.exp(x)
@@ -80,7 +80,7 @@ def middle(values: Array) -> Array:
 
 
 def beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
-    """Return which part of the pressure of each shell lies at each ln Q of a uniform `grid`, not at its own ln q = `x`.
+    """Return the part of the pressure of each shell at each ln Q of a uniform `grid`, beside its own ln q = `x`.
 
     κ of a shell holds the share `own` that is the same everywhere, and `share` (shell, k) of waves k. These waves are
     modulated as the pressure of k is: part `own` of them lies at k, the rest beside it.

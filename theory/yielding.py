@@ -41,7 +41,7 @@ _PLATEAU = (1.0, 16.0)  # q_r/q_min, with q²C largest at q_r
 _HURST = (0.3, 1.0)  # H of C ~ q^(−2−2H) from q_r to q_max
 _YIELDED = (0.25, 8.0)  # q_y/q_r where all has yielded at q_max
 _YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
-GAPS = (0.0, 1.5)  # octaves of waves that add less than FAINT of what waves on both sides of them add to G
+GAPS = (0.0, 1.5)  # octaves of waves whose part of G is below FAINT of the part of waves on both sides
 FAINT = 0.1
 # the range of the elastic contacts
 _ELASTIC_LOAD = (0.002, inf)  # σ₀/(E*h′): up to full contact, where the law is exact
@@ -52,7 +52,7 @@ _ELASTIC_GAPS = (0.0, 0.5)  # octaves: none with wider gaps was compared
 _ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
 EDGE = 0.4  # share of the sidebands above q_max that lies in the tail of the edges
 ONSET = 1.7  # q/q_max at which half of the tail has set in: sums of two waves reach 2
-RIM = 7.0  # D/σ_P² at which 1/e of the variance that is missing from full yield is truly missing
+RIM = 7.0  # D/σ_P² at which 1/e of the variance missing from full yield is truly missing
 # the worst over 91 drawn contacts and 200 on a grid is 4.5 % of T_flash and 2.9 % of g_σ(0), over contacts with gaps in
 # C(q) 4.1 % and 5.8 %. The contact area was up to 12 % too small, the yielded area from half to 1.4 times as large
 # where little has yielded, A_pl/A ≤ .1; of other quantities no band is known

@@ -29,9 +29,9 @@ from roughsim.show.table import Row as Cells
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """The table of a run. Temperatures are those of the heat share used; ratios do not depend on it.
+    """The table of a run. Temperatures have the heat share used; ratios do not depend on it.
 
-    `slopes` are those of |σ_q|² in the band of each column that has one.
+    `slopes` holds the slope of |σ_q|² of each column with a long enough band.
     """
 
     run: Run
@@ -63,7 +63,7 @@ class Comparison:
         return tuple(notes)
 
     def farthest(self, name: str, other: str) -> str:
-        """Return in words the two values of T_flash where two theories differ most; empty if by less than `NOTICED`."""
+        """Return in words T_flash at the largest difference of two theories; empty for one below `NOTICED`."""
 
         def apart(row: Row) -> float:
             return float(abs(getattr(row, name) / getattr(row, other) - 1.0))
@@ -174,7 +174,7 @@ def comparison_table(comparison: Comparison) -> Table:
 
 
 def _meanings_of_directions(run: Pressed) -> Iterator[str]:
-    """Yield what the rows of a map by the direction of sliding and over its Gaussian twin are."""
+    """Yield notes on the rows of a map by the direction of sliding and over its Gaussian twin."""
     if run.angles:
         angles = ", ".join(f"{FLASH}_{name} at {degrees(angle) % 360:.0f}°" for name, angle in run.angles.items())
         yield (
@@ -190,7 +190,7 @@ def _meanings_of_directions(run: Pressed) -> Iterator[str]:
 
 
 def overshoot_warnings(run: Run) -> Iterator[str]:
-    """Yield a warning if the waves of the map carry load where it has no heights: beside spikes."""
+    """Yield a warning if waves of the map carry load beside its spikes, at points without heights."""
     if isinstance(run, Pressed) and run.overshoot > SOME_LOAD:
         yield (
             f"{100 * run.overshoot:.2g} % of the load is on heights that the map does not have: its waves overshoot "

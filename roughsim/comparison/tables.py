@@ -90,7 +90,7 @@ def calibrated_note(scene: Scene) -> str:
 
 
 def sliding_note(scene: Scene) -> str:
-    """Return a note on the theory of the column sliding: what it is, and its accuracy."""
+    """Return a note on the theory of the column sliding, with its accuracy."""
     if prediction.sliding_prediction(scene) is None:
         return f"{OF_SLIDING}: none, as {prediction.calibrated(scene).range}."
     return (
@@ -105,22 +105,20 @@ def trust_table(known: Trust) -> Table:
     if not known.judgements:
         return Table([Column("")], [[f"not known: {known.where}"]], title)
     speeds = sorted({j.speed for j in known.judgements if j.speed is not None})
+    places: list[float | None] = [*speeds] or [None]
     rows: list[Row] = []
     for name, observable in OBSERVABLES.items():
         errors = {j.speed: str(j) for j in known.judgements if j.observable == name}
-        if not errors:
-            rows.append([name, *["not known"] * max(len(speeds), 1)])
-        elif observable.per_speed:
-            rows.append([name, *(errors.get(speed, "") for speed in speeds)])
-        else:  # in the first column
-            rows.append([name, errors[None], *[""] * len(speeds[1:])])
+        if errors and not observable.per_speed:  # in the first column
+            errors = {places[0]: errors[None]} | dict.fromkeys(places[1:], "")
+        rows.append([name, *(errors.get(place, "not known") for place in places)])
     notes = [
         f"high, low: of the theory against {known.against}.",
         *(f"{speed:g} m/s: not known, {reason}." for speed, reason in known.off),
         "± error band of the calibrated stress spectrum; for steady sliding, all heat in the body, the scene's gamma.",
     ]
-    headings = [f"{speed:g} m/s" for speed in speeds] or [""]
-    return Table([Column("observable"), *(Column(x, number=True) for x in headings)], rows, title, notes)
+    columns = [Column("" if place is None else f"{place:g} m/s", number=True) for place in places]
+    return Table([Column("observable"), *columns], rows, title, notes)
 
 
 def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> Table:

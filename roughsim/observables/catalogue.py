@@ -45,7 +45,7 @@ def radius(sample: Sample, fraction: float) -> Array:
 
 
 def _crossing(sample: Sample, fraction: float) -> Array:
-    """Return that r alone, (1,): it lies beyond those of larger fractions, and is looked for from there on."""
+    """Return the smallest r with g(r) = fraction·g(0), (1,), searched from the r of the next larger fraction on."""
     from roughsim.observables.stress_spectrum import StressSpectrum  # slow to import, as above
 
     larger = min((other for other in _FRACTIONS if other > fraction), default=None)
@@ -57,7 +57,7 @@ def _crossing(sample: Sample, fraction: float) -> Array:
 
 
 def correlation_radius(percent: int) -> Observable:
-    """Return the record of the distance at which g(r) has fallen to a part of g(0)."""
+    """Return the record of the distance at which g(r) has fallen to so many percent of g(0)."""
     fraction = percent / 100
     return Observable(
         f"correlation_radius_{percent}",

@@ -1,4 +1,4 @@
-"""`Observable`: one record says how a quantity is measured, stored, averaged, and set beside the theory.
+"""`Observable`: one record of a quantity, with its measurement, storage, average and theory.
 
 The realizations of one level enter through their influence values (the delta method): one row per realization, whose
 mean is the observable and whose scatter gives its error. Ratios of observables then keep the pairing of the rows.
@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # slow to import: reading names and units alone must not wait
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Measured:
-    """One solved contact and what was measured of it, with all heat in the moving body."""
+    """One solved contact and its measured numbers, with all heat in the moving body."""
 
     grid: Grid
     heights: NDArray[np.float64]  # of both faces together, shape `grid.shape`, m
@@ -46,7 +46,7 @@ class Theory:
 class Sample:
     """The numbers of one level, a row for each realization that was solved at it.
 
-    It remembers what was computed of it: `replace` makes one that remembers nothing.
+    Values computed from it are kept; `replace` makes a record without kept values.
     """
 
     q_max: float  # the cut-off of the level, rad/m
@@ -61,7 +61,7 @@ class Sample:
     _known: dict[bytes | str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def at(self, rows: NDArray[np.intp]) -> Self:
-        """Return the sample of the realizations `rows` alone, where they are in it."""
+        """Return the sample of the realizations `rows` alone."""
         chosen = np.isin(self.rows, rows)
         if np.all(chosen):
             return self
@@ -105,7 +105,7 @@ class Observable:
     per_speed: bool = False  # one for each speed of the scene
     heated: bool = False  # proportional to the heat: reports multiply it by the share of the moving body
     spectra: bool = False  # `values` needs the stress spectra of the sample, which are read from disk
-    at_rest: float | None = None  # the exact value at speed zero, where it is measured at a tiny speed
+    at_rest: float | None = None  # the exact value at speed zero, for one measured at a tiny speed
     limit: bool = True  # whether it has a limit in q_c in capped contact, so that it may be extrapolated
     # orders of convergence in the pixel at fixed q_c, of elastic and of capped contact; all here were measured from 2
     # to 16 pixels per shortest wave. NaN where finer pixels change it now up, now down: then the value of the finest
@@ -127,7 +127,7 @@ class Observable:
         return sample.numbers[self.name] if self.values is None else sample.values_of(self.name, self.values)
 
     def of_theory(self, theory: Theory, speeds: int) -> Array:
-        """Return what the theory says at so many speeds, (speeds,) or (1,); NaN where it says nothing."""
+        """Return the value of the theory at so many speeds, (speeds,) or (1,); NaN without one."""
         nothing = np.full(speeds if self.per_speed else 1, np.nan)
         return np.atleast_1d(theory.values.get(self.name, nothing) if self.theory is None else self.theory(theory))
 

@@ -1,4 +1,4 @@
-"""The contact area in theory: how much of it has yielded, from which wavenumber on, and whether any does."""
+"""Contact area in theory, its yielded share, and the wavenumber at which the contact has yielded."""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -9,12 +9,12 @@ from roughsim.prediction.bodies import load_arguments, pressure_arguments
 from roughsim.scene import Scene
 
 REMEMBERED = 1024  # scenes whose numbers are kept: a study goes through its points again and again
-_NEVER = 1e-6  # share of the theory's contact: where less yields, the hardness changes no number
+_NEVER = 1e-6  # share of the theory's contact: if less yields, the hardness changes no number
 
 
 @lru_cache(maxsize=REMEMBERED)
 def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
-    """Return the contact and the plastic share of the area with all roughness, or with that up to q_max, rad/m."""
+    """Return the contact and the plastic share of the area with all roughness, or with waves up to q_max, rad/m."""
     spectrum, load = scene.spectrum, load_arguments(scene)
     end = min(q_max, float(spectrum.breaks[-1]))
     if scene.elastic:
@@ -28,7 +28,7 @@ def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
 
 
 def yielded_share(scene: Scene, q_max: float = inf) -> float:
-    """Return which share of the theory's contact has yielded, with all roughness, or with that up to q_max, rad/m."""
+    """Return the yielded share of the theory's contact, with all roughness, or with waves up to q_max, rad/m."""
     areas = area_fractions(scene, q_max)
     return areas["plastic_fraction"] / areas["contact_fraction"] if areas["plastic_fraction"] else 0.0
 
@@ -37,7 +37,7 @@ def yielded_share(scene: Scene, q_max: float = inf) -> float:
 def computed(scene: Scene) -> Scene:
     """Return the scene that is computed: without a hardness that the theory's contact never reaches.
 
-    It keeps the hardness where its levels or its targets name a column or an observable of contact that yields.
+    It keeps the hardness if its levels or its targets name a column or an observable of contact that yields.
     """
     asked = scene.numerics.levels is not None or "plastic_fraction" in dict(scene.ensemble.until)
     if scene.elastic or asked or yielded_share(scene) >= _NEVER:
@@ -50,5 +50,5 @@ def computed(scene: Scene) -> Scene:
 
 @lru_cache(maxsize=REMEMBERED)
 def yield_wavenumber(scene: Scene) -> float:
-    """Return q_y, rad/m, where 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
+    """Return q_y, rad/m, at which 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
     return float(theory.plasticity.yield_wavenumber(scene.spectrum, **pressure_arguments(scene)))

@@ -1,7 +1,7 @@
-"""The penetration hardness of a hot contact, from a table over temperature: by the calibrated law where it holds.
+"""Penetration hardness of a hot contact, from a table over temperature, by the calibrated law or the theory.
 
 The law for contact that yields gives T_flash within some percent of simulations; the theory of the paper may be a
-quarter too hot. The law has a range: the theory stands in where a hardness that is tried lies outside.
+quarter too hot. The law has a range: the theory stands in if a trial hardness lies outside.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from roughsim.scene import Scene
 
 
 class _OutsideError(Exception):
-    """A hardness lies outside the range of the calibrated law; the text is what of the scene does."""
+    """A hardness lies outside the range of the calibrated law; the text names the number of the scene."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class HotHardness:
     flash_temperature: float  # K, of the share of the heat in the moving body
     background: float  # K
     law: str  # "calibrated" or "theory"
-    range: str  # "inside", or what of the scene lies outside the range of the calibrated law
+    range: str  # "inside", or the number of the scene outside the range of the calibrated law
 
     def __str__(self) -> str:
         by = "the calibrated law" if self.law == "calibrated" else f"the theory, as {self.range}"

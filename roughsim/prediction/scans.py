@@ -1,8 +1,8 @@
-"""The error that a measured C(q) leaves in what follows from it, by the theory.
+"""Errors of all observables by the error of a measured C(q), from the theory.
 
-Each error of the table is tried: C(q) is changed by it, and the theory says what every observable then is. Two things
-are not known of scans: C(q) scatters, as a map holds few long waves, and waves longer than the map are not in it. Of a
-map that is not isotropic or whose heights are not Gaussian C(q) says too little, and the error is unknown.
+C(q) is changed by each error of its table, and the theory gives every observable with it. Scans leave two errors: C(q)
+scatters, as a map holds few long waves, and waves longer than the map are not in it. For a map that is not isotropic,
+or whose heights are not Gaussian, C(q) does not suffice, and the error is unknown.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ from roughsim.scene import Scene
 # q over that of the second row: of the first rows, and of those above, whose exponent C(q) has at long waves too. What
 # a map shows of waves as long as itself is too low, as its plane and the window took of them: so much of the exponent
 _FIRST, _ABOVE, _TAKEN = (0.0, 2.0), (2.0, 10.0), 2.7
-_FIRST_SCATTER = 0.5  # of the exponent of the first rows, over what their errors say
+_FIRST_SCATTER = 0.5  # of the exponent of the first rows, over their errors
 _BELOW = 0.999  # of the first q: there the longer waves begin
 _SETTLED = 0.5  # change by the second decade of longer waves over that by the first: above, there is no limit
 _DOUBT = 0.05  # probability that scans of one surface differ by more than counts as a scatter from place to place
@@ -36,10 +36,10 @@ _Changes = dict[str, Array]  # of the logarithm of every observable, over speeds
 def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
     """Return the relative 95 % error of every observable by the scans that C(q) was measured on.
 
-    With `only` that of T_flash, or of another of `OVER_SPEED`, alone, in a fiftieth of the time. NaN where the theory
-    has no value, where nothing is known of the error, where a map differs from surfaces drawn from its C(q), or where
-    C(q) rises, or within the error of its exponent may rise, so steeply towards the longest waves of the scans that
-    longer ones change the value without limit.
+    `only` is one name of `OVER_SPEED`, computed alone in a fiftieth of the time. The error is NaN without a value of
+    the theory, for an unknown error of C(q), and for a map unlike surfaces drawn from its C(q). It is NaN too if C(q)
+    rises, or within the error of its exponent may rise, so steeply towards the longest waves of the scans that longer
+    ones change the value without limit.
     """
     squares = {name: np.zeros(values.shape) for name, values in _expected(scene, only).items()}
     for name in ("surface", "counterface"):
@@ -47,7 +47,7 @@ def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
         if face is not None and face.psd_source == "scan":
             error = _error_of_face(scene, name, face, only)
             squares = {key: square + error[key] ** 2 for key, square in squares.items()}
-    # the error is one of logarithms: where a value is too low, what is missing is more than where it is too high
+    # the error is one of logarithms: a value that is too low lacks more than one that is too high has in excess
     return {key: np.expm1(np.sqrt(square)) for key, square in squares.items()}
 
 
@@ -81,7 +81,7 @@ def _error_of_face(scene: Scene, name: str, face: Any, only: str) -> _Changes:
     errors = np.array(face.psd_error)
 
     def change(at: Array, values: Array) -> _Changes:
-        """What another table changes."""
+        """Return the change of ln of every observable by another table."""
         rows = tuple(zip(at.tolist(), values.tolist(), strict=True))
         other = replace(scene, **{name: replace(face, psd=rows, psd_error=None)})
         found = _expected(other, only)
@@ -90,7 +90,7 @@ def _error_of_face(scene: Scene, name: str, face: Any, only: str) -> _Changes:
 
     # the rows scatter one by one, by so much that only small steps show how much the value follows each
     each = [change(q, psd * np.exp(_STEP * row)) for row in np.eye(q.size)]
-    # where several scans overlap, they may differ by more, from place to place
+    # overlapping scans may differ by more, from place to place
     scans = [change(q, psd * (1.0 + column)) for column in errors.T[1:]]
     shared = np.any(errors[:, 1:] != 0.0, axis=1)
     waves = long_waves(q, psd, errors[:, 0])
@@ -120,7 +120,7 @@ class LongWaves(NamedTuple):
 
     exponent: float
     error: float  # standard error of the exponent
-    begin: float  # C where the power law begins, just below the first row, m⁴
+    begin: float  # C just below the first row, at the start of the power law, m⁴
 
 
 def long_waves(q: Array, psd: Array, error: Array) -> LongWaves:
@@ -152,7 +152,7 @@ def _continued(q: Array, psd: Array, exponent: float, begin: float, decades: int
 def _limit_of(first: Array, second: Array) -> Array:
     """Return the change by ever longer waves from those by one and by two decades of them; NaN where it has no limit.
 
-    Each further decade changes the value by the same part of what the one before did.
+    Each further decade changes the value by the same part of the change by the decade before.
     """
     part = np.divide(second - first, first, out=np.zeros_like(first), where=np.abs(first) > 1e-6)
     part = np.where(np.abs(part) > _SETTLED, np.nan, part)

@@ -1,4 +1,4 @@
-"""What a scene assumes without a number of its own: where the roughness is, its texture, and where the heat goes.
+"""Assumptions of a scene without a number of their own: the rough body, the texture, and the path of the heat.
 
 Each statement is made here once; `plan`, `theory`, `compare` and the report print the same ones.
 """
@@ -25,19 +25,19 @@ class Statement(NamedTuple):
 
 
 def statements(scene: Scene) -> list[Statement]:
-    """Return what a scene assumes, in the order in which it is printed."""
+    """Return the assumptions of a scene, in printed order."""
     return [*_of_roughness(scene), *_of_textures(scene), *_of_heat(scene), *_of_tables(scene)]
 
 
 def textures(scene: Scene) -> dict[str, list[Texture]]:
-    """Return the textures of the maps of each face by its section; no entry where C(q) was not measured on maps."""
+    """Return the textures of the maps of each face by its section; no entry for a C(q) that was not measured on maps."""
     faces = {"surface": scene.surface, "counterface": scene.counterface}
     rows = {name: face.psd_texture for name, face in faces.items() if face is not None and face.psd_texture}
     return {name: [Texture(*row) for row in of_face] for name, of_face in rows.items()}
 
 
 def _of_roughness(scene: Scene) -> Iterator[Statement]:
-    """Yield on which of the two bodies the roughness rests."""
+    """Yield the body that carries the roughness."""
     slides, two = scene.sliding.history == SLIDING, len(scene.faces) == 2
     if slides and two:
         value = "on both faces"
@@ -60,7 +60,7 @@ def _of_textures(scene: Scene) -> Iterator[Statement]:
 
 
 def _of_heat(scene: Scene) -> Iterator[Statement]:
-    """Yield into which body the heat of the temperatures goes."""
+    """Yield the body that takes the heat of the temperatures."""
     rule = scene.sliding.heat_partition
     if rule == "all" and not scene.counterface_conducts:
         value, because = "all into the moving body", "there is no second body that takes heat"
@@ -82,7 +82,7 @@ def _of_tables(scene: Scene) -> Iterator[Statement]:
     for speed in scene.speeds if scene.tables else ():
         try:
             found = [f"{kelvin:.4g}" for kelvin in contact_temperatures(scene, speed)]
-        except (ValueError, ArithmeticError, RuntimeError):  # the theory has no value, as where it is needed is said
+        except (ValueError, ArithmeticError, RuntimeError):  # no value of the theory: refused where it is needed
             continue
         if len(found) > 1:
             others = " and ".join(found[1:])
@@ -102,7 +102,7 @@ def cautions(scene: Scene) -> Iterator[str]:
 
 
 def texture_warnings(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each way in which surfaces drawn from C(q) are not like a map that it was measured on."""
+    """Yield a warning for each difference between surfaces drawn from C(q) and the map that it was measured on."""
     for face, maps in textures(scene).items():
         yield from dict.fromkeys(line for texture in maps for line in texture.warnings(face))
 
