@@ -5,7 +5,7 @@ scatters, as a map holds few long waves, and waves longer than the map are not i
 or whose heights are not Gaussian, C(q) does not suffice, and the error is unknown.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -18,6 +18,7 @@ from roughsim.prediction.statements import textures
 from roughsim.prediction.theories import integrals, over_speed
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
+from roughsim.scene.sections import SurfaceSection
 
 # q over that of the second row: of the first rows, and of those above, whose exponent C(q) has at long waves too. What
 # a map shows of waves as long as itself is too low, as its plane and the window took of them: so much of the exponent
@@ -71,11 +72,11 @@ def _expected(scene: Scene, only: str) -> Mapping[str, Array]:
     return Predicted(integrals(scene), scene)
 
 
-def _error_of_face(scene: Scene, name: str, face: Any, only: str) -> _Changes:
+def _error_of_face(scene: Scene, name: str, face: SurfaceSection, only: str) -> _Changes:
     """Return the error of the logarithms by the scans of one face, which stands in the section `name`."""
     own = _expected(scene, only)
     alike = all(texture.isotropic and texture.gaussian for texture in textures(scene).get(name, ()))
-    if face.psd_error is None or not alike:
+    if face.psd is None or face.psd_error is None or not alike:
         return {key: np.full(values.shape, np.nan) for key, values in own.items()}
     q, psd = np.array(face.psd).T
     errors = np.array(face.psd_error)
@@ -83,8 +84,8 @@ def _error_of_face(scene: Scene, name: str, face: Any, only: str) -> _Changes:
     def change(at: Array, values: Array) -> _Changes:
         """Return the change of ln of every observable by another table."""
         rows = tuple(zip(at.tolist(), values.tolist(), strict=True))
-        other = replace(scene, **{name: replace(face, psd=rows, psd_error=None)})
-        found = _expected(other, only)
+        changed: dict[str, Any] = {name: replace(face, psd=rows, psd_error=None)}
+        found = _expected(replace(scene, **changed), only)
         with np.errstate(all="ignore"):  # 0/0 at rest
             return {key: np.where(own[key] == 0.0, 0.0, np.log(found[key] / own[key])) for key in own}
 
@@ -93,26 +94,42 @@ def _error_of_face(scene: Scene, name: str, face: Any, only: str) -> _Changes:
     # overlapping scans may differ by more, from place to place
     scans = [change(q, psd * (1.0 + column)) for column in errors.T[1:]]
     shared = np.any(errors[:, 1:] != 0.0, axis=1)
-    waves = long_waves(q, psd, errors[:, 0])
-    longer, steeper = (
-        [change(*_continued(q, psd, exponent, waves.begin, decades)) for decades in (1, 2)]
-        for exponent in (waves.exponent, waves.exponent + waves.error)
-    )
+    missing = _missing_waves(change, q, psd, errors[:, 0])
     filled = change(q, psd * (1.0 + _FILLED * face.psd_filled)) if face.psd_filled else {}
     result = {}
     for key in own:
-        squares = np.array([(one[key] * error / _STEP) ** 2 for one, error in zip(each, errors[:, 0], strict=True)])
-        square = _NORMAL**2 * squares.sum(axis=0)
+        by_row = np.array([one[key] for one in each]) * errors[:, :1] / _STEP
+        square = _NORMAL**2 * np.sum(by_row**2, axis=0)
         if scans:
-            within, freedom = squares[shared].sum(axis=0), len(scans) - 1
-            between = np.sum([one[key] ** 2 for one in scans], axis=0)
-            shown = between > within * scipy.special.chdtri(freedom, _DOUBT) / freedom
-            square += np.where(shown, float(scipy.special.stdtrit(freedom, 0.975)) ** 2 * (between - within), 0.0)
-        # waves that are missing change the value one way: that is no scatter, and adds to it. There is a limit only if
-        # C(q) may also be so much steeper as its rows scatter: those that scatter low would have one by chance
-        missing, possible = (_limit_of(first[key], second[key]) for first, second in (longer, steeper))
-        result[key] = np.sqrt(square) + np.where(np.isnan(possible), np.nan, missing) + np.abs(filled.get(key, 0.0))
+            square += _square_between(by_row[shared], np.array([one[key] for one in scans]))
+        # missing waves change the value one way: this is no scatter, and adds to it
+        result[key] = np.sqrt(square) + missing[key] + np.abs(filled.get(key, 0.0))
     return result
+
+
+def _square_between(by_row: Array, by_scan: Array) -> Array:
+    """Return the square of the error by differences of scans beyond the scatter of their rows, shape (speeds,)."""
+    freedom = len(by_scan) - 1
+    within, between = np.sum(by_row**2, axis=0), np.sum(by_scan**2, axis=0)
+    shown = between > within * scipy.special.chdtri(freedom, _DOUBT) / freedom
+    quantile = float(scipy.special.stdtrit(freedom, 0.975))
+    return np.asarray(np.where(shown, quantile**2 * (between - within), 0.0))
+
+
+def _missing_waves(change: Callable[[Array, Array], _Changes], q: Array, psd: Array, error: Array) -> _Changes:
+    """Return the change of every observable by waves longer than the scans; NaN without a limit.
+
+    There is a limit only if C(q) may also be steeper by the scatter of its rows: rows that scatter low would have one
+    by chance.
+    """
+    waves = long_waves(q, psd, error)
+
+    def limits(exponent: float) -> _Changes:
+        one, two = (change(*_continued(q, psd, exponent, waves.begin, decades)) for decades in (1, 2))
+        return {key: _limit_of(one[key], two[key]) for key in one}
+
+    missing, possible = limits(waves.exponent), limits(waves.exponent + waves.error)
+    return {key: np.where(np.isnan(possible[key]), np.nan, missing[key]) for key in missing}
 
 
 class LongWaves(NamedTuple):

@@ -30,7 +30,7 @@ def statements(scene: Scene) -> list[Statement]:
 
 
 def textures(scene: Scene) -> dict[str, list[Texture]]:
-    """Return the textures of the maps of each face by its section; no entry for a C(q) that was not measured on maps."""
+    """Return the textures of the maps of each face by its section; no entry for a C(q) without maps."""
     faces = {"surface": scene.surface, "counterface": scene.counterface}
     rows = {name: face.psd_texture for name, face in faces.items() if face is not None and face.psd_texture}
     return {name: [Texture(*row) for row in of_face] for name, of_face in rows.items()}
