@@ -33,8 +33,8 @@ class Loop(NamedTuple):
     points: Callable[..., int]  # of the arguments of one call
 
 
-def flat(start: int, stop: int, *_: Any) -> int:
-    return stop - start
+def flat(array: Any, *_: Any) -> int:
+    return int(array.size)
 
 
 def of_rows(stages: int, rows: Any, parent_rows: Any, bottom: int, free: Any, *_: Any) -> int:
@@ -49,11 +49,11 @@ def of_parents(*arguments: Any) -> int:
     return 2 * of_rows(*arguments)
 
 
-def of_rows_of_lines(stages: int, task: int, field: Any, target: Any, rows: Any, columns: Any) -> int:
+def of_rows_of_lines(stages: int, task: int, execute: Any, field: Any, target: Any, rows: Any, columns: Any) -> int:
     return 2 * int(rows[1] - rows[0]) * int(field.shape[1])
 
 
-def of_columns(stages: int, task: int, field: Any, target: Any, rows: Any, columns: Any) -> int:
+def of_columns(stages: int, task: int, execute: Any, field: Any, target: Any, rows: Any, columns: Any) -> int:
     return 2 * int(columns[1] - columns[0]) * int(field.shape[0])
 
 

@@ -57,7 +57,7 @@ TRANSFORMS = [
 ARITHMETIC = [
     *("surface.synthesis:synthesize", "surface.synthesis:independent_modes", "surface.peak_volume:peak_volumes"),
     *("contact.solver.problem:relief_of", "contact.solver.problem:truncated", "contact.solver.problem:full_contact"),
-    *("contact.solver.state:State.refresh", "contact.solver.solve:handed_on", "fourier.blocks:extremes"),
+    *("contact.solver.steps:compute_gap", "contact.solver.solve:start_pressure", "fourier.blocks:extremes"),
     *("observables.moments:measure", "observables.stress_spectrum:StressSpectrum.correlation_radius"),
     "observables.catalogue:radius",
 ]

@@ -1,8 +1,7 @@
 """Loops of the contact solver: load, active set, directions, steps.
 
-Arrays are flat and of one or two precisions: p and gap in that of the solution, the others in that of the steps. Each
-loop covers the points start … stop − 1 and returns partial sums. It slices its arrays first, so that no index can be
-negative: otherwise the compiler's choice of loop, and with it the last bits of a sum, depend on addresses. `cap` is
+Arrays are flat, of one length and of one or two precisions: pressure p and gap in that of the solution, the others in
+that of the steps. Each loop returns sums over its points; the caller may divide the arrays and add the sums. `cap` is
 the highest pressure (may be infinite); `free` is 1 on the free points and 0 elsewhere; `law` holds the offset d, the
 stiffness κ and the cap of clip(p − κ(gap − d), 0, cap).
 """
@@ -17,13 +16,11 @@ ROUNDING = 2 * float(np.finfo(np.float64).eps)
 
 
 @kernel(fastmath=REORDER)
-def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: float, p: Any, gap: Any) -> Any:
+def subtract_heights(heights: Any, p: Any, gap: Any, middle: float, unit: float) -> Any:
     """Turn the displacement in `gap` into the gap u − (heights − middle)/unit; return Σ p² and Σ u²."""
-    heights = heights[start:stop]
-    p = p[start:stop]
-    gap = gap[start:stop]
-    pressure, square = 0.0, 0.0
-    for i in range(stop - start):
+    pressure = 0.0
+    square = 0.0
+    for i in range(p.size):
         u = gap[i]
         pressure += p[i] * p[i]
         square += u * u
@@ -32,24 +29,23 @@ def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: f
 
 
 @kernel(fastmath=REORDER)
-def extent(start: int, stop: int, heights: Any, middle: float, unit: float, gap: Any) -> Any:
+def extent(heights: Any, gap: Any, middle: float, unit: float) -> Any:
     """The least and the largest displacement gap + (heights − middle)/unit."""
-    heights = heights[start:stop]
-    gap = gap[start:stop]
-    low, high = np.inf, -np.inf
-    for i in range(stop - start):
+    low = np.inf
+    high = -np.inf
+    for i in range(gap.size):
         u = gap[i] + (heights[i] - middle) / unit
-        low, high = min(low, u), max(high, u)
+        low = min(low, u)
+        high = max(high, u)
     return low, high
 
 
 @kernel(fastmath=REORDER)
-def contact_sum(start: int, stop: int, p: Any, gap: Any) -> Any:
+def contact_sum(p: Any, gap: Any) -> Any:
     """Σ gap where p > 0, and the number of these points."""
-    p = p[start:stop]
-    gap = gap[start:stop]
-    total, count = 0.0, 0
-    for i in range(stop - start):
+    total = 0.0
+    count = 0
+    for i in range(p.size):
         if p[i] > 0.0:
             total += gap[i]
             count += 1
@@ -57,13 +53,12 @@ def contact_sum(start: int, stop: int, p: Any, gap: Any) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def clipped_sum(start: int, stop: int, p: Any, gap: Any, law: Any) -> Any:
+def clipped_sum(p: Any, gap: Any, law: Any) -> Any:
     """Σ clip(p − κ(gap − d), 0, cap), and how many points lie strictly between the bounds."""
-    p = p[start:stop]
-    gap = gap[start:stop]
     offset, stiffness, cap = law
-    total, inside = 0.0, 0
-    for i in range(stop - start):
+    total = 0.0
+    inside = 0
+    for i in range(p.size):
         x = p[i] - stiffness * (gap[i] - offset)
         y = min(max(x, 0.0), cap)
         total += y
@@ -72,9 +67,7 @@ def clipped_sum(start: int, stop: int, p: Any, gap: Any, law: Any) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def classify(
-    start: int, stop: int, p: Any, gap: Any, law: Any, reach: float, unit: float, limit: float, free: Any, rest: Any
-) -> Any:
+def classify(p: Any, gap: Any, free: Any, rest: Any, law: Any, reach: float, unit: float, limit: float) -> Any:
     """Fill the active set, and gap − d on the free points (zero elsewhere).
 
     A point is free where 0 < p − reach κ (gap − d) < cap. With x = clip(p − κ(gap − d), 0, cap) and m = p − x, return
@@ -82,14 +75,15 @@ def classify(
     with |m| > limit; `unit` keeps the squares of tiny pressures alive. A free point that near its bound may have a
     gap of 1/reach times its |m|: there the limit is `reach` times as large.
     """
-    p = p[start:stop]
-    gap = gap[start:stop]
-    free = free[start:stop]
-    rest = rest[start:stop]
     offset, stiffness, cap = law
     near_bound = reach * limit
-    total, inside, square, norm, count, above = 0.0, 0, 0.0, 0.0, 0, 0
-    for i in range(stop - start):
+    total = 0.0
+    inside = 0
+    square = 0.0
+    norm = 0.0
+    count = 0
+    above = 0
+    for i in range(p.size):
         # the residual: how far the pressure is from its own projection onto the bounds
         r = gap[i] - offset
         x = p[i] - stiffness * r
@@ -112,31 +106,27 @@ def classify(
 
 @kernel(fastmath=REORDER)
 def propose(
-    start: int, stop: int, free: Any, p: Any, gap: Any, z: Any, mix: Any, law: Any, change: Any, results: Any
+    p: Any, gap: Any, free: Any, z: Any, step: Any, change: Any, load: Any, inner: Any, mix: Any, law: Any
 ) -> Any:
-    """Turn the last step into a trial change: β step − α z on the free points, to the nearest bound elsewhere.
+    """Write the trial change: β step − α z on the free points, to the nearest bound elsewhere; `mix` holds α and β.
 
-    `results` are filled with what the bounds add to the load of each point, and with the free points that stay between
-    the bounds. Return Σ clip(p + change, 0, cap), the number of these points, and Σ |what the bounds add|.
+    `load` is filled with the load that the bounds add to each point, `inner` with 1 on the free points that stay
+    between the bounds. Return Σ clip(p + change, 0, cap), the number of these points, and Σ |load|.
     """
-    free = free[start:stop]
-    p = p[start:stop]
-    gap = gap[start:stop]
-    z = z[start:stop]
-    change = change[start:stop]
-    load = results[0][start:stop]
-    inner = results[1][start:stop]
     alpha, beta = mix
     offset, _, cap = law
-    total, count, added = 0.0, 0.0, 0.0
-    for i in range(stop - start):
+    total = 0.0
+    count = 0.0
+    added = 0.0
+    for i in range(p.size):
         # as a number: masks from bytes are slow to mix with those from pressures
         inside = float(free[i])
         # pressed beyond the flat it goes to the cap, else to zero; at exactly d it goes where it carries already
         r = gap[i] - offset
         bound = cap if (r < 0.0) | ((r == 0.0) & (p[i] > 0.0)) else 0.0
         # both are computed and one is taken: a branch here would keep the loop from vector units
-        own, other = beta * change[i] - alpha * z[i], bound - p[i]
+        own = beta * step[i] - alpha * z[i]
+        other = bound - p[i]
         change[i] = own if inside > 0.0 else other
         x = p[i] + change[i]
         y = min(max(x, 0.0), cap)
@@ -151,20 +141,15 @@ def propose(
 
 
 @kernel(fastmath=REORDER)
-def shifted_step(
-    start: int, stop: int, free: Any, p: Any, gap: Any, change: Any, offset: float, shift: float, cap: float, step: Any
-) -> Any:
+def shifted_step(p: Any, gap: Any, free: Any, change: Any, step: Any, offset: float, shift: float, cap: float) -> Any:
     """Write the step clip(p + change + shift on the free points, 0, cap) − p.
 
-    Return Σ of the clipped, how many free points stay between the bounds, ⟨step, gap − d⟩ and Σ step².
+    Return Σ of the clipped, how many free points stay between the bounds, and ⟨step, gap − d⟩.
     """
-    free = free[start:stop]
-    p = p[start:stop]
-    gap = gap[start:stop]
-    change = change[start:stop]
-    step = step[start:stop]
-    total, count, slope, square = 0.0, 0.0, 0.0, 0.0
-    for i in range(stop - start):
+    total = 0.0
+    count = 0.0
+    slope = 0.0
+    for i in range(p.size):
         inside = float(free[i])
         x = p[i] + change[i] + shift * inside
         y = min(max(x, 0.0), cap)
@@ -173,43 +158,58 @@ def shifted_step(
         c = y - p[i]
         step[i] = c
         slope += c * (gap[i] - offset)
-        square += c * c
-    return total, count, slope, square
+    return total, count, slope
 
 
 @kernel(fastmath=REORDER)
-def shift_free(start: int, stop: int, free: Any, p: Any, shift: float, cap: float) -> None:
+def shifted_load(p: Any, free: Any, shift: float, cap: float) -> Any:
+    """Σ clip(p + shift on the free points, 0, cap), and how many free points stay between the bounds."""
+    total = 0.0
+    count = 0.0
+    for i in range(p.size):
+        inside = float(free[i])
+        x = p[i] + shift * inside
+        y = min(max(x, 0.0), cap)
+        total += y
+        count += inside if x == y else 0.0
+    return total, count
+
+
+@kernel(fastmath=REORDER)
+def shift_free(p: Any, free: Any, shift: float, cap: float) -> None:
     """Add the shift to the pressure of the free points, and put all within the bounds."""
-    free = free[start:stop]
-    p = p[start:stop]
-    for i in range(stop - start):
-        p[i] = min(max(p[i] + (shift if free[i] else 0.0), 0.0), cap)
+    for i in range(p.size):
+        p[i] = min(max(p[i] + shift * float(free[i]), 0.0), cap)
 
 
 @kernel(fastmath=REORDER)
-def gradient_step(start: int, stop: int, p: Any, gap: Any, law: Any, share: float, step: Any) -> Any:
-    """Write step = share · clip(p − κ(gap − d)) − p and return ⟨step, gap − d⟩ and Σ step²."""
-    p = p[start:stop]
-    gap = gap[start:stop]
-    step = step[start:stop]
+def put_on_bounds(p: Any, gap: Any, free: Any, offset: float, cap: float) -> None:
+    """Set the pressure of the points that are not free to the cap if the flat presses them, else to zero."""
+    for i in range(p.size):
+        bound = cap if gap[i] < offset else 0.0
+        p[i] = p[i] if free[i] else bound
+
+
+@kernel(fastmath=REORDER)
+def gradient_step(p: Any, gap: Any, step: Any, law: Any, share: float) -> float:
+    """Write step = share · clip(p − κ(gap − d)) − p and return ⟨step, gap − d⟩."""
     offset, stiffness, cap = law
-    slope, square = 0.0, 0.0
-    for i in range(stop - start):
+    slope = 0.0
+    for i in range(p.size):
         r = gap[i] - offset
         c = share * min(max(p[i] - stiffness * r, 0.0), cap) - p[i]
         step[i] = c
         slope += c * r
-        square += c * c
-    return slope, square
+    return slope
 
 
 @kernel(fastmath=REORDER)
-def curvature(start: int, stop: int, step: Any, response: Any) -> Any:
+def curvature(step: Any, response: Any) -> Any:
     """⟨step, S·step⟩, Σ step² and Σ (S·step)²."""
-    step = step[start:stop]
-    response = response[start:stop]
-    own, size, square = 0.0, 0.0, 0.0
-    for i in range(stop - start):
+    own = 0.0
+    size = 0.0
+    square = 0.0
+    for i in range(step.size):
         own += step[i] * response[i]
         size += step[i] * step[i]
         square += response[i] * response[i]
@@ -217,22 +217,17 @@ def curvature(start: int, stop: int, step: Any, response: Any) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def advance(
-    start: int, stop: int, p: Any, gap: Any, step: Any, response: Any, length: float, slack: float, law: Any
-) -> Any:
+def advance(p: Any, gap: Any, step: Any, response: Any, length: float, slack: float, law: Any) -> Any:
     """Add τ step to the pressure and τ S·step to the gap; return the sums of `clipped_sum` there.
 
     What the rounding of the step left of a bound (a share `slack` of the step) goes onto the bound: no more, since the
-    gap knows nothing of it.
+    gap does not follow.
     """
-    p = p[start:stop]
-    gap = gap[start:stop]
-    step = step[start:stop]
-    response = response[start:stop]
     offset, stiffness, cap = law
-    total, inside = 0.0, 0
+    total = 0.0
+    inside = 0
     top = cap * (1.0 - ROUNDING)
-    for i in range(stop - start):
+    for i in range(p.size):
         x = p[i] + length * step[i]
         # the step was rounded when it was stored: what should have met a bound misses it by that
         x = 0.0 if x <= slack * p[i] else x
@@ -248,20 +243,19 @@ def advance(
 
 
 @kernel()
-def to_si(start: int, stop: int, p: Any, u: Any, heights: Any, units: Any, bounds: Any) -> Any:
-    """Turn the pressure and the gap into Pa and a displacement in m; return how many points touch and have yielded.
+def to_si(p: Any, u: Any, heights: Any, units: Any, bounds: Any) -> Any:
+    """Turn the pressure and the gap into Pa and a displacement in m; return the numbers of touching and yielded points.
 
     `units` are those of pressure and gap and the middle of the heights, `bounds` the cap and the hardness, Pa.
     """
-    p = p[start:stop]
-    u = u[start:stop]
-    heights = heights[start:stop]
     pressure_unit, unit, middle = units
     cap, hardness = bounds
-    touching, yielded = 0, 0
-    for i in range(stop - start):
+    touching = 0
+    yielded = 0
+    for i in range(p.size):
         # a yielded point has exactly the hardness, not the hardness to rounding
-        x, full = p[i] * pressure_unit, p[i] >= cap
+        x = p[i] * pressure_unit
+        full = p[i] >= cap
         touching += 1 if p[i] > 0.0 else 0
         yielded += 1 if full else 0
         p[i] = hardness if full else min(x, hardness)

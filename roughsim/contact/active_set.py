@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike
 from roughsim._kernels import was_compiled
 from roughsim._kernels.active_set import contact_sum, to_si
 from roughsim.contact import Contact, Solid, checked_load, need_solid
-from roughsim.contact.solver.problem import coarser, dimensionless, full_contact
-from roughsim.contact.solver.solve import solve_cascade
-from roughsim.contact.solver.state import State, rounding_floor
+from roughsim.contact.solver.problem import ScaledProblem, coarser, dimensionless, full_contact
+from roughsim.contact.solver.solve import Solution, solve_cascade
+from roughsim.contact.solver.steps import rounding_floor
 from roughsim.errors import ConvergenceError, number, real_field
 from roughsim.fourier.blocks import run, spans, total
 from roughsim.grid import Field, Grid, need_grid
@@ -77,7 +77,7 @@ def solve_contact(
     if precision not in ("double", "single"):
         raise ValueError(f'precision = {precision!r} must be "double" or "single"')
     surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
-    earlier = None if start is None else _checked_start(start)
+    earlier = None if start is None else _start_pressure(start)
     _note_compilation()
     problem, relief, pressure_unit = dimensionless(
         surface, grid, solid.effective_modulus, load, solid.penetration_hardness
@@ -87,21 +87,26 @@ def solve_contact(
     if closed_form is not None:
         (pressure, gap), residual, iterations, transforms = closed_form, 0.0, 0, 2.0
     else:
-        if earlier is not None:
-            earlier = earlier[0] / pressure_unit, earlier[1] / problem.unit
-        levels = coarser(problem, relief, 0 if earlier is None else earlier[0].size)
+        levels = coarser(problem, relief, 0 if earlier is None else earlier.size)
         del relief  # its spectrum is as large as the heights
         limit = 1000 if max_iterations is None else int(max_iterations)
-        state, transforms = solve_cascade(levels, tolerance, limit, earlier)
-        pressure, gap, residual, iterations = state.pressure, state.gap, state.residual, state.iterations
+        first = None if earlier is None else earlier / pressure_unit
+        solution = solve_cascade(levels, tolerance, limit, first)
+        if solution.residual > tolerance:
+            _warn_or_raise(solution, problem, tolerance, limit, pressure_unit)
+        pressure, gap, residual, iterations, transforms, _ = solution
         transforms += 1.0  # that of the heights
-        if residual > tolerance:
-            _warn_or_raise(state, tolerance, limit, pressure_unit)
     # back to SI, in place
-    fields = pressure.ravel(), gap.ravel(), problem.heights.ravel()
-    units, bounds = (pressure_unit, problem.unit, problem.middle), (problem.cap, solid.penetration_hardness)
-    blocks = [(a * grid.shape[1], b * grid.shape[1]) for a, b in spans(*grid.shape)]
-    touching, yielded = total(run(lambda a, b: to_si(a, b, *fields, units, bounds), blocks))
+    fields = pressure, gap, problem.heights
+    units = pressure_unit, problem.unit, problem.middle
+    bounds = problem.cap, solid.penetration_hardness
+
+    def convert(first: int, last: int) -> tuple[int, int]:
+        p, u, h = (field[first:last].ravel() for field in fields)
+        counts: tuple[int, int] = to_si(p, u, h, units, bounds)
+        return counts
+
+    touching, yielded = total(run(convert, spans(*grid.shape)))
     kind = np.float32 if precision == "single" else np.float64
     return Contact(
         pressure=pressure.astype(kind, copy=False),
@@ -117,26 +122,28 @@ def solve_contact(
 @cache  # once in a process
 def _note_compilation() -> None:
     """Print a line if the first kernel is not in numba's cache: then all others follow, one by one."""
-    contact_sum(0, 1, np.ones(1), np.ones(1))
+    contact_sum(np.ones(1), np.ones(1))
     if was_compiled(contact_sum):
         note("compiling the contact solver, once on this machine: some seconds")
 
 
-def _checked_start(start: Contact) -> tuple[Field, Field]:
-    """Return pressure and displacement of an earlier contact as float64; refuse what no solve can begin from."""
+def _start_pressure(start: Contact) -> Field:
+    """Return the pressure of an earlier contact as float64; refuse one that no solve can begin from."""
     if not isinstance(start, Contact):
         raise TypeError(f"start is a {type(start).__name__}; give the Contact of an earlier solve, or leave it out")
     pressure = real_field("start.pressure", start.pressure).astype(np.float64, copy=False)
-    displacement = real_field("start.displacement", start.displacement, pressure.shape).astype(np.float64, copy=False)
     if not pressure.max() > 0.0:
         raise ValueError("start.pressure = 0 Pa everywhere: no solve can begin from it; leave start out")
-    return pressure, displacement
+    return pressure
 
 
-def _warn_or_raise(state: State, tolerance: float, limit: int, pressure_unit: float) -> None:
-    """Warn where rounding ended the solve; raise ConvergenceError where anything else did."""
-    residual, iterations = state.residual, state.iterations
-    if residual <= 100.0 * rounding_floor(state):
+def _warn_or_raise(
+    solution: Solution, problem: ScaledProblem, tolerance: float, limit: int, pressure_unit: float
+) -> None:
+    """Warn if rounding ended the solve; raise ConvergenceError if anything else did."""
+    residual = solution.residual
+    iterations = solution.iterations
+    if residual <= 100.0 * rounding_floor(problem, solution.pressure.ravel()):
         warnings.warn(
             f"tolerance = {tolerance:.3g} lies below what rounding allows for these heights and this load: the solve "
             f"stopped at residual {residual:.3g}; ask for a tolerance above it",
@@ -150,5 +157,5 @@ def _warn_or_raise(state: State, tolerance: float, limit: int, pressure_unit: fl
         f"{tolerance:.3g}; raise max_iterations or tolerance, or refine the grid",
         residual,
         iterations,
-        state.pressure * pressure_unit,
+        solution.pressure * pressure_unit,
     )

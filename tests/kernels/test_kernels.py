@@ -1,4 +1,4 @@
-"""Each kernel of the contact solver beside its plain NumPy twin, on part of the points; the others stay as they are.
+"""Each kernel of the contact solver beside its plain NumPy twin.
 
 They hold compiled and, with NUMBA_DISABLE_JIT=1, line by line.
 """
@@ -12,9 +12,8 @@ from roughsim._kernels import gathering
 from roughsim._kernels import lines as line_kernels
 from roughsim.observables import stress_spectrum
 
-START, STOP, POINTS = 3, 45, 50
+POINTS = 50
 OFFSET, STIFFNESS = 0.2, 0.7
-PART = slice(START, STOP)
 
 
 class State:
@@ -48,13 +47,6 @@ def state(request):
     return State(request.param)
 
 
-def changed(before, values):
-    """What a kernel leaves behind: `values` on its own points."""
-    after = before.copy()
-    after[PART] = values[PART]
-    return after
-
-
 def inside(x, cap):
     return (x >= 0.0) & (x <= cap)
 
@@ -65,26 +57,26 @@ def same(found, *expected):
 
 def test_heights_are_taken_off_the_displacement(state):
     gap = state.gap.copy()
-    found = kernels.subtract_heights(START, STOP, state.heights, 0.1, 2.0, state.p, gap)
-    same(found, (state.p**2)[PART].sum(), (state.gap**2)[PART].sum())
-    np.testing.assert_allclose(gap, changed(state.gap, state.gap - (state.heights - 0.1) / 2.0), rtol=1e-14)
+    found = kernels.subtract_heights(state.heights, state.p, gap, 0.1, 2.0)
+    same(found, (state.p**2).sum(), (state.gap**2).sum())
+    np.testing.assert_allclose(gap, state.gap - (state.heights - 0.1) / 2.0, rtol=1e-14)
 
 
 def test_the_gap_of_the_contact_and_its_points_are_summed(state):
-    touching = (state.p > 0)[PART]
-    sums = kernels.contact_sum(START, STOP, state.p, state.gap)
-    same(sums, state.gap[PART][touching].sum(), touching.sum())
+    touching = state.p > 0
+    sums = kernels.contact_sum(state.p, state.gap)
+    same(sums, state.gap[touching].sum(), touching.sum())
 
 
 def test_the_clipped_sum_is_that_of_the_target(state):
-    found = kernels.clipped_sum(START, STOP, state.p, state.gap, state.law)
-    same(found, state.clip(state.target)[PART].sum(), inside(state.target, state.cap)[PART].sum())
+    found = kernels.clipped_sum(state.p, state.gap, state.law)
+    same(found, state.clip(state.target).sum(), inside(state.target, state.cap).sum())
 
 
 def test_points_are_classified_by_where_a_longer_step_would_take_them(state):
     free, rest = np.full(POINTS, 7, np.int8), np.full(POINTS, 7.0)
     reach, unit, limit = 0.35, 3.0, 0.4
-    found = kernels.classify(START, STOP, state.p, state.gap, state.law, reach, unit, limit, free, rest)
+    found = kernels.classify(state.p, state.gap, free, rest, state.law, reach, unit, limit)
     rise = state.gap - OFFSET
     moved, near = state.p - state.clip(state.target), state.p - reach * STIFFNESS * rise
     is_free = (near > 0.0) & (near < state.cap)
@@ -97,55 +89,63 @@ def test_points_are_classified_by_where_a_longer_step_would_take_them(state):
         is_free,
         above,
     )
-    same(found, *(values[PART].sum() for values in expected))
-    assert np.array_equal(free, changed(np.full(POINTS, 7), is_free))
-    np.testing.assert_allclose(rest, changed(np.full(POINTS, 7.0), np.where(is_free, rise, 0.0)), rtol=1e-14)
+    same(found, *(values.sum() for values in expected))
+    assert np.array_equal(free, is_free)
+    np.testing.assert_allclose(rest, np.where(is_free, rise, 0.0), rtol=1e-14)
 
 
 def test_a_proposal_is_conjugate_where_free_and_a_bound_elsewhere(state):
     if np.isinf(state.cap):  # points are then never pushed: there is no cap to go to
         state.gap = np.maximum(state.gap, OFFSET)
         state.p[(state.free == 0) & (state.gap == OFFSET)] = 0.0
-    change, mix = state.step.copy(), (0.3, 0.6)
-    load, inner = np.full(POINTS, 7.0), np.full(POINTS, 7, np.int8)
-    args = (state.free, state.p, state.gap, state.response, mix, state.law, change, (load, inner))
-    total, count, added = kernels.propose(START, STOP, *args)
+    change, load, inner = np.full(POINTS, 7.0), np.full(POINTS, 7.0), np.full(POINTS, 7, np.int8)
+    arrays = state.p, state.gap, state.free, state.response, state.step, change, load, inner
+    total, count, added = kernels.propose(*arrays, (0.3, 0.6), state.law)
     rise = state.gap - OFFSET
     to_cap = (rise < 0.0) | ((rise == 0.0) & (state.p > 0.0))
     bound = np.where(to_cap, state.cap, 0.0)
     expected = np.where(state.free == 1, 0.6 * state.step - 0.3 * state.response, bound - state.p)
-    np.testing.assert_allclose(change, changed(state.step, expected), rtol=1e-14, atol=1e-16)
+    np.testing.assert_allclose(change, expected, rtol=1e-14, atol=1e-16)
     x = state.p + expected
     stays = inside(x, state.cap) & (state.free == 1)
-    same((total, count), state.clip(x)[PART].sum(), stays[PART].sum())
+    same((total, count), state.clip(x).sum(), stays.sum())
     # bounds move the free points that would leave them, and the others all the way
     moved = np.where(state.free == 1, state.clip(x) - x, expected)
-    np.testing.assert_allclose(load, changed(np.full(POINTS, 7.0), moved), rtol=1e-14, atol=1e-16)
-    assert np.array_equal(inner, changed(np.full(POINTS, 7), stays))
-    same((added,), abs(moved)[PART].sum())
+    np.testing.assert_allclose(load, moved, rtol=1e-14, atol=1e-16)
+    assert np.array_equal(inner, stays)
+    same((added,), abs(moved).sum())
 
 
 def test_a_shift_moves_the_free_points_alone(state):
     x = state.p + state.step + np.where(state.free == 1, 0.15, 0.0)
     step = np.full(POINTS, 7.0)
-    args = state.free, state.p, state.gap, state.step, OFFSET, 0.15, state.cap, step
-    found = kernels.shifted_step(START, STOP, *args)
+    arrays = state.p, state.gap, state.free, state.step, step
+    found = kernels.shifted_step(*arrays, OFFSET, 0.15, state.cap)
     expected = state.clip(x) - state.p
-    np.testing.assert_allclose(step, changed(np.full(POINTS, 7.0), expected), rtol=1e-13, atol=1e-16)
+    np.testing.assert_allclose(step, expected, rtol=1e-13, atol=1e-16)
     stays = inside(x, state.cap) & (state.free == 1)
-    products = expected * (state.gap - OFFSET), expected**2
-    same(found, *(values[PART].sum() for values in (state.clip(x), stays, *products)))
+    slopes = expected * (state.gap - OFFSET)
+    same(found, *(values.sum() for values in (state.clip(x), stays, slopes)))
 
 
 def test_a_shift_of_the_pressure_itself_ends_at_the_bounds(state):
     p = state.p.copy()
-    kernels.shift_free(START, STOP, state.free, p, -0.15, state.cap)
-    np.testing.assert_allclose(p, changed(state.p, state.clip(state.p - 0.15 * state.free)), atol=1e-16)
+    found = kernels.shifted_load(p, state.free, -0.15, state.cap)
+    x = state.p - 0.15 * state.free
+    same(found, state.clip(x).sum(), (inside(x, state.cap) & (state.free == 1)).sum())
+    kernels.shift_free(p, state.free, -0.15, state.cap)
+    np.testing.assert_allclose(p, state.clip(x), atol=1e-16)
+
+
+def test_points_that_are_not_free_are_put_on_their_bounds():
+    p, free = np.array([0.5, 0.5, 0.5]), np.array([0, 0, 1], np.int8)
+    kernels.put_on_bounds(p, np.array([0.1, 0.3, 0.1]), free, OFFSET, 2.0)
+    assert p.tolist() == [2.0, 0.0, 0.5]
 
 
 def test_the_extent_is_that_of_the_displacement(state):
-    displacement = (state.gap + (state.heights - 0.1) / 0.4)[PART]
-    found = kernels.extent(START, STOP, state.heights, 0.1, 0.4, state.gap)
+    displacement = state.gap + (state.heights - 0.1) / 0.4
+    found = kernels.extent(state.heights, state.gap, 0.1, 0.4)
     same(found, displacement.min(), displacement.max())
 
 
@@ -153,35 +153,34 @@ def test_the_extent_is_that_of_the_displacement(state):
 def test_pressure_and_gap_go_back_to_si_and_points_are_counted(state, top):
     p, gap, hardness = np.minimum(state.p, top), state.gap.copy(), 3.0000001 * top
     before = p.copy()
-    found = kernels.to_si(START, STOP, p, gap, state.heights, (3.0, 2.0, 0.1), (top, hardness))
+    found = kernels.to_si(p, gap, state.heights, (3.0, 2.0, 0.1), (top, hardness))
     pressure = np.where(before < top, np.minimum(3.0 * before, hardness), hardness)
-    np.testing.assert_allclose(p, changed(before, pressure), rtol=1e-15)
-    assert not np.isfinite(hardness) or (p == hardness).sum() == (before[PART] >= top).sum() > 0
-    np.testing.assert_allclose(gap, changed(state.gap, 2.0 * state.gap + state.heights - 0.1), rtol=1e-14, atol=1e-15)
-    assert found == ((before > 0.0)[PART].sum(), (before >= top)[PART].sum())
+    np.testing.assert_allclose(p, pressure, rtol=1e-15)
+    assert not np.isfinite(hardness) or (p == hardness).sum() == (before >= top).sum() > 0
+    np.testing.assert_allclose(gap, 2.0 * state.gap + state.heights - 0.1, rtol=1e-14, atol=1e-15)
+    assert found == ((before > 0.0).sum(), (before >= top).sum())
 
 
 def test_a_gradient_step_goes_to_a_share_of_the_target(state):
     step = state.step.copy()
-    found = kernels.gradient_step(START, STOP, state.p, state.gap, state.law, 0.9, step)
+    found = kernels.gradient_step(state.p, state.gap, step, state.law, 0.9)
     expected = 0.9 * state.clip(state.target) - state.p
-    np.testing.assert_allclose(step, changed(state.step, expected), rtol=1e-13, atol=1e-16)
-    same(found, (expected * (state.gap - OFFSET))[PART].sum(), (expected**2)[PART].sum())
+    np.testing.assert_allclose(step, expected, rtol=1e-13, atol=1e-16)
+    assert found == pytest.approx((expected * (state.gap - OFFSET)).sum(), rel=1e-13)
 
 
 def test_curvature_and_advance_are_those_of_the_step(state):
     products = (state.step * state.response, state.step**2, state.response**2)
-    same(kernels.curvature(START, STOP, state.step, state.response), *(values[PART].sum() for values in products))
+    same(kernels.curvature(state.step, state.response), *(values.sum() for values in products))
     p, gap = state.p.copy(), state.gap.copy()
-    args = (p, gap, state.step, state.response, 0.5, 0.0, state.law)
-    found = kernels.advance(START, STOP, *args)
+    found = kernels.advance(p, gap, state.step, state.response, 0.5, 0.0, state.law)
     moved = (
         state.clip(state.p + 0.5 * state.step) if np.isfinite(state.cap) else np.maximum(state.p + 0.5 * state.step, 0)
     )
-    np.testing.assert_allclose(p, changed(state.p, moved), rtol=1e-14, atol=1e-15)
-    np.testing.assert_allclose(gap, changed(state.gap, state.gap + 0.5 * state.response), rtol=1e-14)
+    np.testing.assert_allclose(p, moved, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(gap, state.gap + 0.5 * state.response, rtol=1e-14)
     x = p - STIFFNESS * (gap - OFFSET)
-    same(found, state.clip(x)[PART].sum(), inside(x, state.cap)[PART].sum())
+    same(found, state.clip(x).sum(), inside(x, state.cap).sum())
 
 
 def test_a_step_ends_on_the_bound_that_rounding_missed():
@@ -191,7 +190,7 @@ def test_a_step_ends_on_the_bound_that_rounding_missed():
     p = np.array([below, cap * (1 - 1e-15), cap - 0.25, 0.25, 0.25])
     step = np.array([0.0, 0.0, 0.25 * (1 - 0.5 * slack), -0.25 * (1 - 0.5 * slack), -0.25 * (1 - 2 * slack)])
     zero = np.zeros(5)
-    kernels.advance(0, 5, p, zero.copy(), step, zero, 1.0, slack, (0.0, 1.0, cap))
+    kernels.advance(p, zero.copy(), step, zero, 1.0, slack, (0.0, 1.0, cap))
     assert p[[0, 2, 3]].tolist() == [cap, cap, 0.0]
     assert p[1] < cap
     assert p[4] == pytest.approx(0.5 * slack, rel=1e-6)

@@ -41,6 +41,11 @@ class ScaledProblem:
         """Σ p over all points."""
         return self.load * self.grid.points
 
+    @property
+    def room(self) -> float:
+        """Σ p that is free to vary: little if nearly all points have yielded."""
+        return min(self.target, self.cap * self.grid.points - self.target)
+
 
 @dataclass(slots=True, eq=False)
 class Relief:

@@ -1,0 +1,301 @@
+"""Parts of a contact solve on one grid: its arrays, the gap, the active set, the step, and the load.
+
+Everything is dimensionless here: E* = 1, S(q) = 2/q. The free points are those of a primal–dual active set
+(Hintermüller, Ito & Kunisch 2003), the offset d of the gap is the multiplier of the load (Polonsky & Keer 1999 for
+conjugate gradients under load control), and the residual is that of the fixed point p = clip(p − κ(gap − d), 0, cap).
+
+Pressure and gap are float64; steps and their responses are float32 wherever its range allows: an increment need only
+be accurate relative to itself. The rounding errors in the gap are estimated as they grow, and the gap is computed again
+in float64 before they matter.
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim._kernels import active_set as kernels
+from roughsim.contact.solver.load import find_offset, find_shift
+from roughsim.contact.solver.operators import Extension, Operator, kept, kept_half_space, rms_compliance
+from roughsim.contact.solver.problem import ScaledProblem
+from roughsim.fourier.blocks import extremes, run, spans, total
+from roughsim.grid import Field, Grid
+
+DOUBLE = float(np.finfo(np.float64).eps)
+NEGLIGIBLE = 0.1  # share of the tolerance that rounding may take
+_ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
+_NEARBY = 0.01  # of the residual: from this share of the load on it matters where the load of the bounds goes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Workspace:
+    """Operators and arrays of the steps on one grid; a small one serves the next solve of its Python thread too.
+
+    Arrays are flat. `free` is 1 on the free points, `inner` on those of them that stay between the bounds in a trial.
+    """
+
+    operator: Operator
+    extension: Extension
+    blocks: list[tuple[int, int]]  # ranges of points, for threads
+    free: NDArray[np.int8]
+    inner: NDArray[np.int8]
+    field: Field
+    trial: Field
+    step: Field
+    response: Field  # S·step
+    slack: float  # relative rounding errors of a step
+    cost: float  # of a product, in real float64 transforms
+
+    def do(self, kernel: Any, arrays: tuple[Field, ...], *numbers: Any) -> list[Any]:
+        """Run a kernel on all blocks of some arrays; return its results."""
+
+        def part(start: int, stop: int) -> Any:
+            return kernel(*[array[start:stop] for array in arrays], *numbers)
+
+        return run(part, self.blocks)
+
+    def sums(self, kernel: Any, arrays: tuple[Field, ...], *numbers: Any) -> Any:
+        """Run a kernel on all blocks of some arrays; add up its results."""
+        return total(self.do(kernel, arrays, *numbers))
+
+
+def make_workspace(grid: Grid, kind: Any) -> Workspace:
+    """Return the operators and arrays for steps of a precision."""
+    size = grid.points
+    blocks = [(first * grid.shape[1], last * grid.shape[1]) for first, last in spans(*grid.shape)]
+    return Workspace(
+        operator=kept_half_space(grid, kind),
+        extension=Extension(grid, kind),
+        blocks=blocks,
+        free=np.zeros(size, np.int8),
+        inner=np.zeros(size, np.int8),
+        field=np.zeros(size, kind),
+        trial=np.zeros(size, kind),
+        step=np.zeros(size, kind),
+        response=np.zeros(size, kind),
+        slack=2.0 * float(np.finfo(kind).eps),
+        cost=1.0 if kind == np.float32 else 2.0,
+    )
+
+
+def workspace_of(problem: ScaledProblem) -> Workspace:
+    """Return the workspace for a problem, without a last step."""
+    work: Workspace = kept(make_workspace, problem.grid, np.dtype(problem.step_type))
+    work.step.fill(0.0)
+    work.response.fill(0.0)
+    return work
+
+
+@dataclass(slots=True, eq=False)
+class Iterate:
+    """What a solve improves: pressure and gap, flat, the offset, and the account of rounding errors."""
+
+    pressure: Field
+    gap: Field
+    offset: float = 0.0
+    noise: float = 0.0  # size of the rounding errors in the gap
+    span: float = 0.0  # range of the displacement
+    transforms: float = 0.0  # work so far, in real float64 transforms
+
+
+class Check(NamedTuple):
+    """How good a pressure is, with x = clip(p − κ(gap − d), 0, cap)."""
+
+    residual: float  # ‖p − x‖/‖p‖
+    excess: float  # Σ x − target
+    inside: int  # points with 0 < x < cap
+    free: int  # free points
+    above: int  # points whose gap alone misses the tolerance
+    blur: float  # share of rounding errors in the residual
+
+
+class Length(NamedTuple):
+    """How far to go along a step."""
+
+    best: float  # length of least energy, in steps
+    curvature: float  # ⟨step, S·step⟩
+    noise: float  # rounding errors in the response
+
+
+def compute_gap(problem: ScaledProblem, work: Workspace, now: Iterate, dtype: Any) -> None:
+    """Compute the gap from the pressure, in a precision."""
+    shape = problem.grid.shape
+    if dtype == work.field.dtype:
+        work.field[...] = now.pressure
+        field = work.field.reshape(shape)
+        work.operator.comply(field, field)
+        now.gap[...] = work.field
+    else:
+        operator = kept_half_space(problem.grid, dtype)
+        operator.comply(now.pressure.reshape(shape), now.gap.reshape(shape))
+    now.transforms += 1.0 if dtype == np.float32 else 2.0
+    low, high = extremes(now.gap.reshape(shape))
+    now.span = high - low
+    arrays = problem.heights.ravel(), now.pressure, now.gap
+    squares = work.sums(kernels.subtract_heights, arrays, problem.middle, problem.unit)
+    now.noise = 2.0 * float(np.finfo(dtype).eps) * _displacement_size(problem, *squares)
+
+
+def _displacement_size(problem: ScaledProblem, pressure_square: float, displacement_square: float) -> float:
+    """The size that rounding errors of S p are relative to: rms of S p, and of S times noise as large as p."""
+    points = problem.grid.points
+    spread = rms_compliance(problem.grid) * float(np.sqrt(pressure_square / points))
+    return spread + float(np.sqrt(displacement_square / points))
+
+
+def displacement_span(problem: ScaledProblem, work: Workspace, now: Iterate) -> float:
+    """Return the range of the displacement."""
+    parts = work.do(kernels.extent, (problem.heights.ravel(), now.gap), problem.middle, problem.unit)
+    lows, highs = zip(*parts, strict=True)
+    return float(max(highs) - min(lows))
+
+
+def mean_gap(work: Workspace, now: Iterate) -> float:
+    """Return the mean gap where there is pressure: a first guess of the offset."""
+    gaps, count = work.sums(kernels.contact_sum, (now.pressure, now.gap))
+    return float(gaps / count)
+
+
+def check(problem: ScaledProblem, work: Workspace, now: Iterate, tolerance: float, reach: float) -> Check:
+    """Solve for the offset, mark the free points, write gap − d there to `field`, and return the residual."""
+    kappa = problem.stiffness
+    unit = 1.0 / problem.load
+    limit = kappa * (0.9 * tolerance * now.span + _ROUNDING)
+    arrays = now.pressure, now.gap, work.free, work.field
+    for solved in (False, True):
+        law = now.offset, kappa, problem.cap
+        clipped, inside, square, norm, free, above = work.sums(kernels.classify, arrays, law, reach, unit, limit)
+        blur = kappa * unit * now.noise * float(np.sqrt(max(free, 1) / norm))
+        residual = float(np.sqrt(square / norm))
+        excess = clipped - problem.target
+        # what is free to vary: nothing if no point is between the bounds, little if nearly all points have yielded
+        room = problem.room if inside else 0.0
+        if solved or abs(excess) <= max(0.05 * residual * room, 1e-14 * problem.target):
+            break
+        solve_offset(problem, work, now, excess, inside)
+    return Check(residual, excess, int(inside), int(free), int(above), blur)
+
+
+def solve_offset(problem: ScaledProblem, work: Workspace, now: Iterate, excess: float, inside: float) -> float:
+    """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d, from the excess at the present d; return what is left."""
+    kappa = problem.stiffness
+    enough = min(problem.cap, problem.load * (1.0 + 1e-12))
+
+    def sums(offset: float) -> tuple[float, float]:
+        law = offset, kappa, problem.cap
+        result: tuple[float, float] = work.sums(kernels.clipped_sum, (now.pressure, now.gap), law)
+        return result
+
+    def bracket() -> tuple[float, float]:
+        # at the least offset no point carries pressure, at the greatest each carries enough
+        least = now.gap - now.pressure / kappa
+        greatest = now.gap + (enough - now.pressure) / kappa
+        return float(least.min()), float(greatest.max())
+
+    now.offset, excess, _ = find_offset(sums, bracket, kappa, problem.target, (now.offset, excess, inside))
+    return excess
+
+
+def precondition(problem: ScaledProblem, work: Workspace, now: Iterate) -> tuple[float, float]:
+    """Turn the gap in `field` into a pressure, both on the free points.
+
+    Return ⟨field, response⟩ and ⟨step, response⟩ there.
+    """
+    shape = problem.grid.shape
+    field = work.field.reshape(shape)
+    free = work.free.reshape(shape)
+    work.extension.extend(free, field)
+    work.operator.stiffen(field, field)
+    now.transforms += work.cost
+    return work.extension.transpose(free, field, work.step.reshape(shape), work.response.reshape(shape))
+
+
+def propose(
+    problem: ScaledProblem, work: Workspace, now: Iterate, residual: float, alpha: float, beta: float
+) -> float | None:
+    """Write the next step: β step − α field on the free points, the way to the bound elsewhere, at an unchanged load.
+
+    Return its slope ⟨step, gap − d⟩; None if no shift of the free points restores the load.
+    """
+    shape = problem.grid.shape
+    law = now.offset, problem.stiffness, problem.cap
+    load = work.response  # that of the last step is not needed any more
+    arrays = now.pressure, now.gap, work.free, work.field, work.step, work.trial, load, work.inner
+    clipped, count, added = work.sums(kernels.propose, arrays, (alpha, beta), law)
+    # the load that bounds add or take is made up for by the free points nearby: a shift of all of them would move
+    # it across the cell, where long waves answer strongly. Where most of the load moves there is no nearby
+    if count and _NEARBY * residual < added / problem.target < 0.5:
+        fields = (load.reshape(shape), now.pressure.reshape(shape), problem.cap, work.trial.reshape(shape))
+        clipped, count = work.extension.gather_load(work.inner.reshape(shape), *fields)
+    slope = None
+
+    def shifted(shift: float) -> tuple[float, float]:
+        nonlocal slope
+        arrays = now.pressure, now.gap, work.free, work.trial, work.step
+        clipped, count, slope = work.sums(kernels.shifted_step, arrays, now.offset, shift, problem.cap)
+        return clipped, count
+
+    accuracy = max(min(1e-9, 1e-3 * residual) * problem.room / problem.target, 1e-15)
+    met, _ = find_shift(shifted, problem.target, accuracy, clipped, count)
+    if met and slope is None:  # no shift was needed, and none tried
+        shifted(0.0)
+    return slope if met else None
+
+
+def best_length(problem: ScaledProblem, work: Workspace, now: Iterate, slope: float | None) -> Length:
+    """Fill the response to the step, given its slope; return the length of least energy along the step.
+
+    The length is 0 where the energy does not fall: then the response is 0 too, and the next step has a new direction.
+    """
+    if slope is None or not slope < 0.0:
+        work.response.fill(0.0)
+        return Length(0.0, 0.0, 0.0)
+    curvature, noise = respond(problem, work, now)
+    length = -slope / curvature if curvature > 0.0 else 1.0
+    return Length(length, curvature, noise)
+
+
+def respond(problem: ScaledProblem, work: Workspace, now: Iterate) -> tuple[float, float]:
+    """Compute the response to the step; return ⟨step, S·step⟩, and the rounding errors in the response."""
+    shape = problem.grid.shape
+    work.operator.comply(work.step.reshape(shape), work.response.reshape(shape))
+    now.transforms += work.cost
+    curvature, *squares = work.sums(kernels.curvature, (work.step, work.response))
+    return curvature, work.slack * _displacement_size(problem, *squares)
+
+
+def move(problem: ScaledProblem, work: Workspace, now: Iterate, length: Length) -> None:
+    """Take the step, and no more than all of it: beyond it could leave the bounds. Guess the new offset."""
+    share = min(length.best, 1.0)
+    law = now.offset, problem.stiffness, problem.cap
+    arrays = now.pressure, now.gap, work.step, work.response
+    clipped, inside = work.sums(kernels.advance, arrays, share, work.slack, law)
+    now.noise += share * length.noise
+    if inside > 0:
+        now.offset -= (clipped - problem.target) / (problem.stiffness * inside)
+
+
+def balance(problem: ScaledProblem, work: Workspace, pressure: Field, accuracy: float) -> bool:
+    """Shift the pressure of the free points, within the bounds, so that the load holds; return whether any shift does.
+
+    Where none does the pressure stays.
+    """
+    cap = problem.cap
+
+    def shifted(shift: float) -> tuple[float, float]:
+        sums: tuple[float, float] = work.sums(kernels.shifted_load, (pressure, work.free), shift, cap)
+        return sums
+
+    met, shift = find_shift(shifted, problem.target, accuracy, *shifted(0.0))
+    if met:
+        work.do(kernels.shift_free, (pressure, work.free), shift, cap)
+    return met
+
+
+def rounding_floor(problem: ScaledProblem, pressure: Field) -> float:
+    """The relative residual that rounding alone leaves: the gap cannot be known better than to ε·max|heights|."""
+    spread = float(np.abs(problem.heights - problem.middle).max()) / problem.unit
+    rms = float(np.sqrt(np.mean(pressure**2)))
+    contact = float(np.sqrt(np.mean(pressure > 0.0)))
+    return 4.0 * DOUBLE * (1.0 + problem.stiffness * spread * contact / rms)
