@@ -37,7 +37,7 @@ from roughsim.scene.numerics import Numerics
 from roughsim.show.table import Column, Number, Row, Table, json_value
 from roughsim.surface.synthesis import synthesize
 
-SEED = 21  # any number but that of the run: the bench has surfaces of its own
+SEED = 21  # any number but the seed of the run: the bench has surfaces of its own
 _FINEST = 4  # points per side, over the plan's, of the grid that counts as exact
 _REACH = 4.0  # over the lowest cut-off: the highest one whose levels are solved
 _GOALS = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002)  # relative standard errors that members are shared out for
@@ -244,7 +244,7 @@ def solve_level(scene: Scene, numerics: Numerics, level: int, realizations: int)
 
 
 def shared_out(scatter: Sequence[float], seconds: Sequence[float], goal: float) -> tuple[int, ...]:
-    """Return how many members of each level bring the relative standard error to a goal at the least cost.
+    """Return the members of each level that reach a relative standard error at the least cost.
 
     `scatter` is the relative variance by one member of each level, `seconds` its cost; no level has fewer members than
     a run begins with.
@@ -293,7 +293,7 @@ def in_pairs(points: Iterable[Point]) -> list[Point]:
 
 
 def bench_dict(points: list[Point]) -> dict[str, Any]:
-    """Return the points as JSON values, NaN as None; `front` says that no point of the same chart beats it."""
+    """Return the points as JSON values, NaN as None; `front`: no point of the same chart beats it."""
     best = [point for group in panels(points).values() for point in front(group)]
     return {"points": [json_value(point._asdict() | {"front": point in best}) for point in points]}
 

@@ -1,6 +1,6 @@
-"""What can go wrong, and the checks that refuse it before any work starts.
+"""Errors, and checks that refuse arguments before any work starts.
 
-Every message names the quantity, its value with unit, the limit, and what to do.
+Every message names the quantity, its value with unit, the limit, and the remedy.
 """
 
 import math
@@ -49,7 +49,7 @@ class ResolutionError(RoughsimError, ValueError):
 
 
 def instance(name: str, value: Any, kind: type, example: str) -> None:
-    """Refuse with a TypeError what is not of a kind; `example` shows how one is made."""
+    """Raise TypeError if a value is not of a class; `example` is a call that makes one."""
     if not isinstance(value, kind):
         raise TypeError(f"{name} = {value!r} must be a {kind.__name__}, as {example}")
 

@@ -83,7 +83,7 @@ def comparison_chart(run: Run, rows: Sequence[_Row], path: Path) -> None:
 
 
 def draw_over_speed(axes: Axes, run: Run, rows: Sequence[_Row], observable: str) -> None:
-    """Draw an observable over the speed: both theories, the theory up to q_c where it differs, and each column."""
+    """Draw an observable over the speed: both theories, the theory up to q_c if it differs, and each column."""
     rows = [row for row in rows if row.observable == observable and row.speed]
     speed = np.array([row.speed for row in rows])
     if speed.size == 0:  # only at rest
@@ -147,7 +147,7 @@ def _draw_legend(axes: Axes, run: Run, drawn: Sequence[_Row]) -> None:
 def _text_of_run(run: Run, drawn: Sequence[_Row]) -> str:
     """Return lines on the run, the bands and the heat share."""
     unknown = dict.fromkeys(part for row in drawn for cell in row.columns.values() for part in cell.unknown)
-    unknown.pop("bandwidth", None)  # the titles say "at q_c" instead
+    unknown.pop("bandwidth", None)  # in the titles as "at q_c"
     lines = [
         plain(run.scene.title),
         run.extent,

@@ -11,7 +11,7 @@ from matplotlib.ticker import NullFormatter
 
 from roughsim.charts.style import new_figure
 
-# Okabe & Ito without yellow, then greys and dark shades; the markers tell them apart as well
+# Okabe & Ito without yellow, then greys and dark shades; the markers differ, too
 _HUES = (
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00",
     "#222222", "#777777", "#AAAAAA", "#882255", "#44AA99", "#999933",

@@ -34,7 +34,7 @@ _AT_HARDNESS = 1e-5  # relative; fields are stored in single precision
 
 
 def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None) -> None:
-    """Draw a field in colours; a cell of many points is enlarged beside it where it is hottest, or pressed hardest."""
+    """Draw a field in colours; beside a cell of many points its hottest, or most pressed, part is enlarged."""
     field, pressure, grid = subject.field(name), subject.field("pressure"), subject.grid
     window, hot = _window_of(grid, zoom), name == "temperature"
     narrow = subject.look.size is not None and subject.look.size[0] < _TWO_PANELS
@@ -54,7 +54,7 @@ def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None)
             # the contact is outlined on the most enlarged map
             image = draw_field(axes, field, grid, part, colours, outlined if part is windows[-1] else None)
         if enlarged is not None:
-            # a frame on the whole cell shows what is enlarged
+            # a frame on the whole cell marks the enlarged part
             metres = scaled(max(grid.lengths), "m")[0]
             corner = enlarged[0].start * grid.spacing[0] * metres, enlarged[1].start * grid.spacing[1] * metres
             sides = (ENLARGED * d * metres for d in grid.spacing)
@@ -75,7 +75,7 @@ def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | No
             field, (_, symbol, si_unit) = subject.field(name), FIELDS[name]
             factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
             field *= factor
-            # on a whole cell the outlines would hide what they enclose
+            # on a whole cell the outlines would hide the spots
             outlined = pressure if name != "pressure" and zoom is not None else None
             hard = _share_in_grey(subject, name, pressure)
             colours, edge = colour_range(name, field[window], hard), "0.0" if name == "heights" else _OUTLINE
@@ -120,7 +120,7 @@ def busiest_part(field: Array) -> _Window | None:
 
 
 def averaged(pressure: Array) -> Array:
-    """Return the pressure averaged over about the size of an enlarged part: its peak is where most contact is."""
+    """Return the pressure averaged over about the size of an enlarged part: its peak is at the largest contact."""
     spectrum = fourier_gaussian(fourier.forward(pressure), ENLARGED / 8, n=pressure.shape[1])
     smooth: Array = fourier.inverse(spectrum, pressure.shape)
     return smooth
@@ -188,7 +188,7 @@ def _sliding_arrow(axes: Axes, speed: float | None) -> None:
 
 
 def colour_bar(figure: Figure, image: Any, axes: Any, label: str, side: str) -> None:
-    """Show beside axes, or below them, what the colours mean."""
+    """Draw the colour bar beside axes, or below them."""
     extend: Any = "max" if np.max(image.get_array()) > image.norm.vmax else "neither"
     bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=30, fraction=0.05, location=side, extend=extend)
     bar.set_label(label)
@@ -202,7 +202,7 @@ def _share_in_grey(subject: Subject, name: str, pressure: Array) -> float:
 
 
 def share_at_hardness(pressure: Array, scene: Scene, column: str) -> float:
-    """Return the share of the contact at the penetration hardness; 0 where none is, or the contact is elastic."""
+    """Return the share of the contact at the penetration hardness; 0 without any, or in elastic contact."""
     hardness = scene.penetration_hardness if column == "capped" else inf
     hard = pressure >= hardness * (1.0 - _AT_HARDNESS)
     return float(hard.sum()) / max(float((pressure > 0.0).sum()), 1.0)

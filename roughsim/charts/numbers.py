@@ -1,4 +1,4 @@
-"""What a figure shows, as CSV: its curves with their errors, or the points of its maps, in the units of its axes."""
+"""The data of a figure as CSV: curves with their errors, or the points of maps, in the units of the axes."""
 
 import csv
 import io

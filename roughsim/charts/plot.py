@@ -37,7 +37,7 @@ def _choose_subject(
     level = run.picture(column)
     if quantity in _OF_ALL and realization is not None:
         raise ValueError(f"realization = {realization}: {quantity} is a mean over all of them; leave it out")
-    if quantity not in _OF_ALL:  # all others need fields; the spectrum has those of all kept realizations
+    if quantity not in _OF_ALL:  # all others need fields; the spectrum uses all kept realizations
         indices = run.kept(level)
         if not indices or (realization is not None and realization not in indices):
             raise run.not_kept(level, realization)
@@ -92,7 +92,7 @@ def plot_run(
     side_by_side: bool = False,
     look: Look = USUAL,
 ) -> Path:
-    """Draw one quantity of a run, and return where the picture is.
+    """Draw one quantity of a run, and return the path of the picture.
 
     Maps are of "heights", "pressure", "temperature" or "heat_flux". "distribution" is that of the temperature over the
     contact, "profile" the line along x through the hottest point, "spectrum" shows the power spectra of the kept

@@ -26,7 +26,7 @@ _DARKEST, _BRIGHTEST = 0.0, 0.85  # of the colours of the speeds; the end of the
 
 
 def sliding_chart(subject: Subject, path: Path) -> None:
-    """Draw temperatures and the share over distance, a line per speed, and how the contact turns over.
+    """Draw temperatures and the share over distance, a line per speed, and the turnover of the contact.
 
     Means over the members that slide, with their 95 % intervals. ValueError if the run has none.
     """
@@ -66,7 +66,7 @@ def sliding_chart(subject: Subject, path: Path) -> None:
 
 
 def _draw_turnover(axes: Axes, distance: Array, curves: dict[str, Array]) -> None:
-    """Draw how the contact turns over: the share of its spots that live on, and the correlation of its stress."""
+    """Draw the turnover of the contact: the share of its spots that live on, and the correlation of its stress."""
     for name, dashes in zip(("spot_survival", "stress_correlation"), _DASHES, strict=True):
         rows = curves[f"slide_{name}"]
         known = np.isfinite(rows).all(axis=0)
@@ -81,7 +81,7 @@ def speed_colours(count: int) -> list[str]:
 
 
 def _draw_mean(axes: Axes, distance: Array, rows: Array, colour: str, dashes: object, name: str) -> None:
-    """Draw the mean of rows over the distance; solid lines with the 95 % interval where there are several rows."""
+    """Draw the mean of rows over the distance; of several rows as solid lines with the 95 % interval."""
     mean = rows.mean(axis=0)
     (line,) = axes.plot(distance, mean, color=colour, lw=1.3 if dashes == "-" else 0.9, ls=dashes, label=name)
     if len(rows) > 1 and dashes == "-":

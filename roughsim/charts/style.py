@@ -1,4 +1,4 @@
-"""Shared by all figures: the data to draw (`Subject`), colours that everyone can tell apart, fonts, units, files."""
+"""Shared by all figures: the data to draw (`Subject`), colours for the colour-blind, fonts, units, files."""
 
 import warnings
 from base64 import b64encode
@@ -58,7 +58,7 @@ _STYLE: Any = {
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How a figure is made: with its title, of a size in inches, with dots per inch, and with a file of its numbers.
+    """Options of a figure: its title, its size in inches, dots per inch, and a file of its numbers.
 
     Without a `size` the figure has its own. `csv` is a file for the numbers drawn. ValueError if it cannot be so.
     """

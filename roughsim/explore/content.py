@@ -79,7 +79,7 @@ class WatchedRun:
         return not (self.run.folder / "run.json").exists()
 
     def state(self) -> str:
-        """Return in one line how many realizations there are, and whether more are being computed."""
+        """Return the number of realizations and the state of the run in one line."""
         with self._lock:
             return "its folder is gone" if self.deleted else state_line(self.run)
 
@@ -132,9 +132,9 @@ def scene_text(run: Run) -> str:
 
 
 def speed_range(scene: Scene) -> tuple[float, float]:
-    """Return the speeds that can be chosen, m/s: a decade beyond those of the scene on either side.
+    """Return the lowest and highest speed of the slider, m/s: a decade beyond the speeds of the scene.
 
-    None is faster than those of the scene where a table over temperature may end.
+    With a table over temperature, the highest speed of the scene is the limit.
     """
     moving = [speed for speed in scene.speeds if speed > 0.0] or [1.0]
     highest = 10.0 ** (ceil(log10(max(moving))) + 1) if isinf(scene.temperature_range[1]) else max(moving)
@@ -202,7 +202,7 @@ class MemberFields:
     column: str | None = None  # whose share of the heat counts
 
     def temperature(self, speed: float, direction: float, *, preview: bool = False) -> Temperature:
-        """Return the temperature at a speed, m/s, and direction, rad, on the whole grid or on that of the preview."""
+        """Return the temperature at a speed, m/s, and direction, rad, on the whole grid or on the preview grid."""
         pressure, grid = (self.preview_pressure, self.preview_grid) if preview else (self.pressure, self.grid)
         heat = pressure.dtype.type(prediction.heat_per_pressure(self.run.scene, speed))
         field = self.run.temperature(pressure * heat, grid, speed, direction, self.column)
@@ -225,7 +225,7 @@ def load_fields(run: Run, level: int, index: int, preview: int = PREVIEW) -> Mem
     else:
         solved = realize(run.scene, run.numerics, seed=run.seed, level=level, index=index)
         heights, pressure = (field.astype(np.float32) for field in (solved.heights, solved.contact.pressure))
-    # the temperature is linear in the heat, wave by wave: the long waves of the pressure give those of the temperature
+    # the temperature is linear in the heat, wave by wave: the long waves of the pressure give the long waves of it
     coarse = Grid((min(grid.shape[0], preview), min(grid.shape[1], preview)), grid.lengths)
     waves = pressure
     for axis in (0, 1):
@@ -235,7 +235,7 @@ def load_fields(run: Run, level: int, index: int, preview: int = PREVIEW) -> Mem
 
 
 def usual_seconds(run: Run, level: int) -> float:
-    """Return how long a member of a level took to compute, s; 0 if none is there."""
+    """Return the median time of the members of a level, s; 0 without members."""
     times = run.members.seconds(level)
     return float(np.median(times)) if times.size else 0.0
 

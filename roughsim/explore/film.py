@@ -158,8 +158,8 @@ class FilmView:
         self.text.text = self.words(film, k, slid)
 
     def words(self, film: MemberFilm, k: int, slid: float) -> str:
-        """Return in a line what the march measured at a position."""
-        at = int(np.abs(film.curves[AXIS] - slid).argmin())  # positions of films are some of those of the curves
+        """Return a line of the temperatures, heat share and contact area at a position."""
+        at = int(np.abs(film.curves[AXIS] - slid).argmin())  # films have some positions of the curves
         flash, background, share = (
             film.curves[f"slide_{name}"][k, at] for name in ("flash_temperature", "background", "moving_share")
         )

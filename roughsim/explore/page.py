@@ -1,4 +1,4 @@
-"""One open page: what its controls do. Bokeh calls the methods; slow work is done in threads."""
+"""The actions of the controls of an open page. Bokeh calls the methods; slow work runs in threads."""
 
 import time
 from asyncio import to_thread
@@ -75,7 +75,7 @@ class LatestTask:
 
 
 class Page:
-    """The page of a run in an empty document of Bokeh; `tasks` makes what runs its slow work."""
+    """The page of a run in an empty document of Bokeh; `tasks` runs its slow work."""
 
     def __init__(self, watched: WatchedRun, document: Document, tasks: type[LatestTask] = LatestTask):
         self.watched = watched
@@ -110,7 +110,7 @@ class Page:
         self.look_for_news()
 
     def _connect(self) -> None:
-        """Tell Bokeh what each control does; changes that the page itself makes to its controls do nothing."""
+        """Connect the controls to their actions; changes made by the page itself have none."""
         layout, controls = self.layout, self.layout.controls
 
         def when(model: Any, name: str, act: Callable[[], None]) -> None:
@@ -179,7 +179,7 @@ class Page:
             self.choose_member()
 
     def choose_member(self) -> None:
-        """Read the fields of the chosen member, or compute them again, with a bar that shows how far that is."""
+        """Read the fields of the chosen member, or compute them again, with a progress bar."""
         if not self.layout.controls.member.value:
             return
         level, index = int(self.layout.controls.level.value), int(self.layout.controls.member.value)
@@ -198,7 +198,7 @@ class Page:
         self.readings.ask(lambda: load_fields(self.watched.run, level, index), show)
 
     def turn_bar(self) -> None:
-        """Show how far the computation of fields is, by the time that members of the level took."""
+        """Show the progress of the computation of fields, estimated from the times of the level."""
         if self.began is None:
             return
         elapsed = time.monotonic() - self.began

@@ -29,8 +29,7 @@ from roughsim.studies.study import open_study
 
 ADDRESS = "127.0.0.1"
 PORTS = range(5006, 5026)  # the first free one is taken
-# for requests: bytes of a body, which those of this page do not have
-_LARGEST_BODY = 4096
+_LARGEST_BODY = 4096  # bytes of a request; the requests of this page have no body
 SESSIONS = {  # ms
     # a session without a tab is kept for a reload, and for scripts over a slow tunnel
     "unused_session_lifetime_milliseconds": 15_000,
@@ -75,7 +74,7 @@ def start(folder: str | Path, ports: Sequence[int] = PORTS) -> tuple[BaseServer,
 
 
 def page_of(folder: Path) -> Callable[[Any], object]:
-    """Return what fills an empty document with the page of a run or of a study; RecordError if it is neither."""
+    """Return a function that fills a document with the page of a run or a study; RecordError if it is neither."""
     if is_study(folder):
         open_study(folder)  # refused here, before a page is asked for
         return partial(StudyPage, folder)
@@ -118,7 +117,7 @@ class _GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no t
         )
 
     def find_handler(self, request: HTTPServerRequest, **rest: Any) -> Any:
-        """Return what answers a request: a refusal, or Bokeh's handler of it, always in the one session."""
+        """Return the handler of a request: a refusal, or Bokeh's, always in the one session."""
         hosts, origins = (request.headers.get_list(name) for name in ("Host", "Origin"))
         own_host = len(hosts) == 1 and hosts[0].lower() in self.hosts
         own_origin = all(origin.lower() in {f"http://{host}" for host in self.hosts} for origin in origins)
@@ -168,7 +167,7 @@ class _PrivateHeaders(OutputTransform):  # type: ignore[misc]
 
 
 def _ignore_outside_settings() -> None:
-    """Give every setting of Bokeh its default, whatever its environment variable or ~/.bokeh/bokeh.yaml says."""
+    """Set every setting of Bokeh to its default, against environment variables and ~/.bokeh/bokeh.yaml."""
     for name in [name for name in os.environ if name.startswith("BOKEH_")]:
         del os.environ[name]  # BOKEH_DEV is read apart from the settings
     for setting in vars(type(settings)).values():

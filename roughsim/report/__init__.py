@@ -66,7 +66,7 @@ _FEW_FAILURES = 20  # members without numbers that the report names
 
 
 def report_run(run: Run, path: str | Path | None = None) -> Path:
-    """Write a run as one self-contained HTML page, without scripts and requests, and return where it is.
+    """Write a run as one self-contained HTML page, without scripts and requests, and return its path.
 
     The run may still be going on, or have no realization yet. Of a run opened with ``damaged="skip"`` the page names
     the damaged files and shows the rest. `path` ends in .html, ValueError if not; left out: beside the run folder,
@@ -78,7 +78,7 @@ def report_run(run: Run, path: str | Path | None = None) -> Path:
 
 
 def place_of(folder: Path, path: str | Path | None) -> Path:
-    """Return where the page of a folder goes, and make the folder it lies in."""
+    """Return the path of the page of a folder, and make its parent."""
     folder = folder.resolve()
     place = folder.with_name(f"{folder.name}.html") if path is None else Path(path)
     if place.suffix.lower() not in (".html", ".htm"):
@@ -205,7 +205,7 @@ def picture(draw: Callable[[Path], object], ending: str, caption: str) -> Html:
 
 
 def _plan_section(run: Run) -> Html:
-    """Return the choices of the plan with their reasons, or the numerics where they were given without any."""
+    """Return the choices of the plan with their reasons, or the numerics of a run without a plan."""
     if run.reasons:
         return html_table(plan_table([Reason(*reason) for reason in run.reasons]))
     values = run.numerics.to_dict()
@@ -230,7 +230,7 @@ def scene_section(run: Run) -> Html:
 
 
 def diffusivity_text(scene: Scene) -> str:
-    """Return D of the moving body, mm²/s: one number, or the range over the speeds where κ depends on temperature."""
+    """Return D of the moving body, mm²/s: one number, or its range over the speeds if κ depends on temperature."""
     values = prediction.conduction(scene).diffusivity * 1e6
     return " … ".join(dict.fromkeys(str(Number(float(value))) for value in (values.max(), values.min())))
 

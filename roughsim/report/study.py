@@ -20,7 +20,7 @@ _DRAWN = {
 
 
 def report_study(study: Study, path: str | Path | None = None) -> Path:
-    """Write a study as one self-contained HTML page, without scripts and requests, and return where it is.
+    """Write a study as one self-contained HTML page, without scripts and requests, and return its path.
 
     `path` ends in .html, ValueError if not; left out: beside the folder, named after it.
     """

@@ -1,4 +1,4 @@
-"""Scenes: what is simulated, read from a TOML file, checked, and turned into SI.
+"""Scenes: simulated systems, read from a TOML file, checked, and converted to SI.
 
 `load_scene` takes the name of a bundled scene or a path. A `Scene` is frozen and holds the content of all files that it
 names; ``dataclasses.replace`` checks again. Only the properties of `Scene` combine the two bodies: composite modulus,

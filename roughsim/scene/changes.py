@@ -1,4 +1,4 @@
-"""Changing keys of a scene: as if its file had said so, with the same checks."""
+"""Changes of keys of a scene, checked as in its file."""
 
 import tomllib
 from collections.abc import Mapping

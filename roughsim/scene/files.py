@@ -47,7 +47,7 @@ def scene_text(name: str) -> str:
 def load_scene(
     name_or_path: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str, Any] | None = None
 ) -> Scene:
-    """Return a scene from the name of a bundled one, from a file, or from what such a file would hold.
+    """Return a scene from the name of a bundled one, from a file, or from the content of a file.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def load_scene(
 
 
 def scene_content(name_or_path: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[dict[str, Any], str, Path | None]:
-    """Return what a scene file holds, what errors call it, and the folder that its paths are relative to."""
+    """Return the content of a scene file, its name in errors, and the folder of its relative paths."""
     if isinstance(name_or_path, Mapping):
         return dict(name_or_path), "scene", Path()
     if not isinstance(name_or_path, (str, os.PathLike)):
@@ -123,7 +123,7 @@ def load_map(
 
 @contextmanager
 def errors_named(source: str) -> Iterator[None]:
-    """Let a SceneError begin with what it is about."""
+    """Let a SceneError begin with the name of its source."""
     try:
         yield
     except SceneError as error:
@@ -131,7 +131,7 @@ def errors_named(source: str) -> Iterator[None]:
 
 
 def toml_content(text: str) -> dict[str, Any]:
-    """Return what a text in TOML holds; SceneError with the line that is wrong."""
+    """Return the content of a text in TOML; SceneError with the wrong line."""
     try:
         return tomllib.loads(text)
     except RecursionError:
@@ -195,7 +195,7 @@ def _stored_psd(paths: list[Path], _: dict[str, Any]) -> dict[str, Any]:
     return {"psd": rows}
 
 
-# key → the reader of its files, what they hold, an example, and the keys that cannot stand beside it
+# key → the reader of its files, their content, an example, and the keys that it excludes
 _FILES: dict[str, tuple[Callable[[list[Path], dict[str, Any]], dict[str, Any]], str, str, tuple[str, ...]]] = {
     "topography": (measured_psd, "map", "scan.x3p", (*ROUGHNESS_KEYS, "psd_file")),
     "psd_file": (_stored_psd, "table", "psd.csv", ("psd", "psd_error")),

@@ -43,7 +43,7 @@ class Conduction(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Scene(Record, section=""):
-    """What is simulated: frozen, in SI, checked when made and by ``dataclasses.replace``.
+    """A simulated system: frozen, in SI, checked when made and by ``dataclasses.replace``.
 
     Attributes
     ----------
@@ -134,7 +134,7 @@ class Scene(Record, section=""):
 
     @property
     def tables(self) -> dict[str, list[Rows]]:
-        """Tables over the absolute temperature by their keys; no entry where all of a key are numbers."""
+        """Tables over the absolute temperature by their keys; no entry if all of a key are numbers."""
         keys = {
             "conductivity": [body.conductivity for body in self.bodies],
             "friction_coefficient": [self.sliding.friction_coefficient],
@@ -171,12 +171,12 @@ class Scene(Record, section=""):
         return self.body, self.body if self.counterface.like else self.counterface
 
     def identity(self) -> dict[str, Any]:
-        """Return what identifies this scene: physics, numerics and seed, as dotted key → JSON value.
+        """Return the identity of this scene: physics, numerics and seed, as dotted key → JSON value.
 
         Keys that change no number of a member are left out: texts (title); `ensemble.max_realizations`,
-        `ensemble.until` and `numerics.keep_fields`; what is known of a C(q), and the melting temperature; a background
-        temperature without a table κ(T) or μ(T). Keys without a value are absent, but two have a number then:
-        `q_roll_off` is `q_min`, and `roll_off_exponent` is 0.
+        `ensemble.until` and `numerics.keep_fields`; errors and sources of a C(q), and the melting temperature; a
+        background temperature without a table κ(T) or μ(T). Keys without a value are absent, but two have a number
+        then: `q_roll_off` is `q_min`, and `roll_off_exponent` is 0.
         """
         sections = to_jsonable_python(self, exclude_none=True)
         sections = {name: section for name, section in sections.items() if isinstance(section, dict)}

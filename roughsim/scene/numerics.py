@@ -1,4 +1,4 @@
-"""`Numerics`: how accurately a scene is computed (levels, cell, tolerance). `plan` chooses it, a run records it."""
+"""`Numerics`: levels, cell and tolerance of a computation. `plan` chooses it, a run records it."""
 
 from dataclasses import field, fields
 from functools import cached_property
@@ -30,7 +30,7 @@ DEFAULT_SOLVER = "active_set"
 
 
 class Reason(NamedTuple):
-    """One choice of the plan: what was chosen, and why."""
+    """One choice of the plan: the key, its value, and the reason."""
 
     choice: str
     value: str
@@ -65,7 +65,7 @@ class Level(Record, section="numerics.levels"):
 
     @property
     def parts(self) -> int:
-        """How many sides of its cell make one of the run's."""
+        """Side of the run's cell over the side of its own."""
         return {None: 1, "half": 2, "quarter": 4}[self.cell]
 
     @property
@@ -89,7 +89,7 @@ def _read_levels(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Numerics(Record, section="numerics"):
-    """How accurately a scene is computed.
+    """Numerical parameters of a computation.
 
     A column of levels is a ladder of cut-offs: its lowest level has the mean, and each higher one corrects the level
     below it. A member of a higher level is one surface, solved at that level and at the level below.
@@ -239,7 +239,7 @@ class Numerics(Record, section="numerics"):
         return [i for i in self.of_column(column) if self.levels[i].cell is None][-1]
 
     def parts(self, column: str) -> int:
-        """Return how many sides of the smallest cell of a column make one of the run's."""
+        """Return the side of the run's cell over the side of the smallest cell of a column."""
         return max(self.levels[i].parts for i in self.of_column(column))
 
     @property
@@ -282,7 +282,7 @@ class Numerics(Record, section="numerics"):
         return Table(titles, rows, "", notes)
 
     def _correction(self, level: int) -> str:
-        """Return what a level corrects in words; "" for the lowest of a column."""
+        """Return the correction by a level in words; "" for the lowest of a column."""
         below = self.below(level)
         if below is not None:
             return f"the pixel of level {below}" if self.is_partner(level) else f"level {below}"

@@ -1,4 +1,4 @@
-"""What users give that is no key of a scene: quantities that follow from other keys, and other names of keys."""
+"""Hints for common words that are no keys of a scene: derived quantities, and other names of keys."""
 
 OTHER_NAMES = {
     "diffusivity": "it is conductivity/(density·heat_capacity); give these three",

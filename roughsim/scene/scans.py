@@ -41,7 +41,7 @@ def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
 
 
 def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topography | Profile]":
-    """Yield the scans of one surface, with the size and the unit that a section gives where a file lacks them."""
+    """Yield the scans of one surface, with the size and the unit of a section if a file lacks them."""
     from roughsim.surface.topography import FILLS, read_scan
 
     nothing: list[tuple[float, float] | None] = [None] * len(paths)

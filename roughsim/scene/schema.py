@@ -1,4 +1,4 @@
-"""How the keys of a scene are read, refused and written.
+"""Reading and checking the keys of a scene.
 
 A section is a `Record`, whose fields are its keys; a number is annotated with its unit and limits, as in
 ``Annotated[float, Quantity("Pa", ...)]``. Numbers are SI; strings carry a unit ("0.90 um") and are converted by pint in
@@ -27,7 +27,7 @@ from roughsim.show.text import plain
 
 _SMALLEST, _LARGEST = 1e-30, 1e30  # sizes of lawful numbers, SI: products of several of them do not overflow
 _NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
-# what is one of these units in SI; pint, which takes a third of a second to load, reads all others
+# unit → SI unit and factor; pint, which takes a third of a second to load, reads all others
 USUAL = {
     "%": ("", "0.01"),
     "1/m": ("rad/m", "1"),
@@ -47,7 +47,7 @@ SECTIONS: dict[str, type["Record"]] = {}  # by their names in a scene file; "" i
 
 
 class SceneError(RoughsimError, ValueError):
-    """A scene cannot be used; the message is one line that names the key and says what to do."""
+    """A scene cannot be used; the message is one line with the key, the limit and the remedy."""
 
 
 def as_written(value: Any, unit: str = "") -> str:
@@ -145,7 +145,7 @@ class Quantity:
             raise ValueError(f'{key} has no unit; write "{number} {self.unit}" or the number {number}')
         unit, factor = USUAL.get(name, (None, "1"))
         if unit == self.unit:
-            with suppress(ArithmeticError):  # what decimals cannot hold is refused below
+            with suppress(ArithmeticError):  # numbers beyond decimals are refused below
                 return float(Decimal(number) * Decimal(factor))
         kind = f"a quantity in {self.unit}" if self.unit else "a dimensionless number"
         expected = f"{kind} is expected, for example {self.example}"
@@ -193,7 +193,7 @@ def one_or_list(count: int = 1) -> WrapValidator:
             return handler(value)
         try:
             return handler((value,) * count)
-        except ValidationError as error:  # without the index of the value, which nobody wrote
+        except ValidationError as error:  # without the index, which the file does not have
             raise error.errors()[0]["ctx"]["error"] from None
 
     return WrapValidator(read)
@@ -269,7 +269,7 @@ def example(record: type[Record], key: str) -> str:
 
 
 def _one_line(detail: Any, record: type[Record]) -> str:
-    """Return one error of pydantic in a record as a sentence: the key, its value, the limit and what to do."""
+    """Return one error of pydantic in a record as a sentence: the key, its value, the limit and the remedy."""
     location, kind, value = detail["loc"], detail["type"], as_written(detail["input"])
     if location and location[0] in range(len(record.known_keys())):  # given by its position
         location = (record.known_keys()[location[0]], *location[1:])
@@ -293,7 +293,7 @@ def _one_line(detail: Any, record: type[Record]) -> str:
 
 
 def _missing(key: str, holder: str, record: type[Record]) -> str:
-    """Return that a key or section is missing, and how a scene file would write it."""
+    """Return the message of a missing key or section, with an example."""
     if key in SECTIONS:
         return f"section [{key}] is missing; `roughsim new` writes a complete scene to start from"
     text = f"{key} is missing; write for example {example(record, key.rpartition('.')[2])}"

@@ -39,11 +39,11 @@ _SHARE = Quantity("", "0.938", above=0, at_most=1)
 _SHARE_RULES = ("mean", "total", "all")
 TARGET = Quantity("", '"1 %"', above=0, below=1)
 _SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
-_SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them says how rough a face is
+_SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them gives the roughness of a face
 _PSD_KEYS = ("psd_convention", "psd_source", "psd_error", "psd_texture", "psd_filled")  # they go with `psd`
 ROUGHNESS_KEYS = (*_SIZE_KEYS, *_PSD_KEYS, *_SELF_AFFINE_KEYS)
 _THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
-# keys that say how long to go on, what to keep or what is said of the numbers, and change no number
+# keys of the end of a run, of kept fields, and of sources and warnings: they change no number
 NOT_IDENTITY = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
     f"{face}.{key}"
     for face in ("surface", "body", "counterface")
@@ -71,7 +71,7 @@ def _read_spectrum(value: Any) -> Any:
     try:
         return record(**value)
     except SceneError as error:
-        raise ValueError(f".{error}") from None  # the record does not know its key in the scene
+        raise ValueError(f".{error}") from None  # the record has no name of its key in the scene
 
 
 def _refuse_table_of_hardness(value: Any) -> Any:
@@ -213,8 +213,8 @@ class SurfaceSection(Record, section="surface"):
     rms_slope: Annotated[float, Quantity("", "0.3", above=0)] | None = None
     """√⟨|∇h|²⟩."""
     psd: Annotated[Rows, BeforeValidator(read_psd)] | None = None
-    """Rows (q in rad/m, C in m⁴): what `psd_file` held, or the C(q) of the map `topography`; f in 1/m in place of q by
-    the convention "frequency"."""
+    """Rows (q in rad/m, C in m⁴): the content of `psd_file`, or the C(q) of the map `topography`; f in 1/m in place of
+    q by the convention "frequency"."""
     psd_convention: Literal["persson", "surfacetopography", "frequency"] | None = None
     """"persson": ⟨h²⟩ = 2π ∫ q C dq; "surfacetopography": C is 4π² larger. "frequency": rows are (f, C) over the
     spatial frequency f = 1/wavelength, 1/m, with ⟨h²⟩ = 2π ∫ f C df; then q = 2πf, and C is 4π² larger as well."""
@@ -322,7 +322,7 @@ class TheorySection(Record, section="theory"):
 
 @dataclass(frozen=True, kw_only=True)
 class EnsembleSection(Record, section="ensemble"):
-    """How many realizations, and from which seed."""
+    """Seed, largest number of realizations, and targets."""
 
     seed: Annotated[int, whole("1", 0)] = 1
     max_realizations: Annotated[int, whole("400", 1, 1_000_000)] = 400

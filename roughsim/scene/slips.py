@@ -1,4 +1,4 @@
-"""Numbers of a scene that are lawful and yet most likely a slip: of a unit, a factor of 2π, or a temperature scale."""
+"""Warnings of numbers that are most likely a slip: of a unit, a factor of 2π, or a temperature scale."""
 
 from collections.abc import Iterator
 from math import inf, pi, sqrt
@@ -25,7 +25,7 @@ _USUAL = {
 
 
 def slips(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each number that is most likely a slip, with its value, the limit and what to check."""
+    """Yield a warning for each number that is most likely a slip, with its value, the limit and the keys to check."""
     height, ends = scene.spectrum.rms_height, scene.spectrum.breaks
     longest, shortest = 2 * pi / ends[0], 2 * pi / ends[-1]
     if height < _FLAT:

@@ -19,7 +19,7 @@ MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they s
 _TEXTURE_NUMBERS = 10  # of a map
 _MAX_TEMPERATURES = 100  # of a table over temperature
 Rows = tuple[tuple[float, float], ...]
-# what turns the rows of a table into q, rad/m, and C in Persson's convention, by their own convention:
+# convention of a table → factors to q, rad/m, and to C in Persson's convention:
 # surfacetopography divides d²q by 4π²; over the spatial frequency q = 2πf, and d²q = 4π² d²f
 PSD_SCALES = {
     "persson": (1.0, 1.0),
@@ -48,7 +48,7 @@ def read_psd(value: Any) -> Rows:
 
 
 def read_psd_error(value: Any) -> tuple[tuple[float, ...], ...]:
-    """Read the errors of a table C(q): of each row its own standard error, and what it changes without each scan."""
+    """Read the errors of a table C(q): for each row its standard error, and its change without each scan."""
     try:
         rows = tuple(tuple(float(error) for error in row) for row in value)
     except (TypeError, ValueError):

@@ -31,7 +31,7 @@ def with_unit(name: str, unit: str) -> str:
 
 
 class _Written(NamedTuple):
-    """The digits of a value and its error, both in units of 10^power; `error` is empty where there is none."""
+    """The digits of a value and its error, both in units of 10^power; `error` is empty without one."""
 
     value: str
     error: str
@@ -49,7 +49,7 @@ class Number:
     digits: int = 4  # significant, of a number without an error
 
     def written(self) -> _Written:
-        """Return its digits in the shown unit, and those of its error, both to the second digit of the error."""
+        """Return value and error in the shown unit, both to the second digit of the error."""
         factor = shown(self.unit)[1]
         value, error = self.value * factor, self.error * factor
         if not isfinite(value):
@@ -80,7 +80,7 @@ Row = Sequence[Cell]
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a table: its title, with the unit of its numbers, and how its cells are aligned."""
+    """A column of a table: its title, with the unit of its numbers, and the alignment of its cells."""
 
     title: str
     number: bool = False  # cells are aligned right and never broken
@@ -94,12 +94,12 @@ class Table:
     columns: Sequence[Column]  # without any title there is no line of titles
     rows: Sequence[Row]
     title: str = ""  # stands above
-    notes: Sequence[str] = ()  # stand below, a sentence or two each: what marks mean, what is missing
+    notes: Sequence[str] = ()  # stand below, a sentence or two each, on marks and missing values
 
     def cells(self, k: int) -> list[str]:
         """Return the text of column k, a line per row; in a column of names a name is written once for its group."""
         texts = [[str(cell) for cell in row[: k + 1]] for row in self.rows]
-        # a group begins anew where a name to the left of it does
+        # a new name on the left begins a new group
         repeats = [self.columns[k].name and n > 0 and texts[n - 1] == row for n, row in enumerate(texts)]
         return ["" if repeat else row[k] for row, repeat in zip(texts, repeats, strict=True)]
 

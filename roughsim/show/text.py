@@ -31,7 +31,7 @@ def is_notebook() -> bool:
 
 
 def plain(text: object) -> str:
-    """Return text on one line; what does not print, such as the start of a command to the terminal, becomes "?"."""
+    """Return text on one line; control characters, such as commands to the terminal, become "?"."""
     return "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in str(text))
 
 
@@ -49,7 +49,7 @@ def print_in_any_language() -> None:
 
 
 def _in_ascii(error: UnicodeError) -> tuple[str, int]:
-    """Handle an encoding error: return the replacement of the letters, and the position where to go on."""
+    """Handle an encoding error: return the replacement of the letters, and the position after them."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lacking = error.object[error.start : error.end]
@@ -71,7 +71,7 @@ def tell(text: str) -> None:
 
 
 def note(text: str) -> None:
-    """Write a line on what takes long to the standard error, if `notes_are_shown`."""
+    """Write a line on slow work to the standard error, if `notes_are_shown`."""
     if notes_are_shown:
         tell(f"roughsim: {text}")
 
@@ -101,10 +101,10 @@ def fail(message: str, code: int) -> NoReturn:
 
 @contextmanager
 def errors_in_one_line(command: str) -> Iterator[None]:
-    """Turn an exception inside into one line and a non-zero exit code; `command` is what was typed."""
+    """Turn an exception inside into one line and a non-zero exit code; `command` is the typed command."""
     try:
         yield
-    except BrokenPipeError:  # nobody reads on: `| head`
+    except BrokenPipeError:  # a closed pipe, as of `| head`
         raise SystemExit(1) from None
     except MemoryError as error:
         fail(f"out of memory ({_one_line(error)}); lower numerics.levels or the number of workers", 1)

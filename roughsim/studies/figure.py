@@ -104,7 +104,7 @@ def _title(study: StudyResults, choice: Choice, key_of: Mapping[str, str]) -> st
 
 
 def _subtitle(rows: _Rows, choice: Choice) -> str:
-    """Return the speed, if it is that of all rows and neither along the axis nor of the curves."""
+    """Return the speed, if all rows have it and it is neither along the axis nor varies between curves."""
     speeds = {row["speed"] for row in rows}
     if SPEED in (choice.x, choice.family) or len(speeds) > 1 or None in speeds:
         return ""

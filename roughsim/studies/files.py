@@ -22,7 +22,7 @@ from roughsim.studies.vary import key_quantity
 
 
 def save_study(study: StudyResults, path: Path) -> Path:
-    """Write the results of a study into a file, whole or not at all; the ending is that of `Study.save`."""
+    """Write the results of a study into a file, whole or not at all; `Study.save` describes the endings."""
     writers: dict[str, Callable[[StudyResults], bytes | memoryview]]
     writers = {".csv": _csv, ".json": _json, ".parquet": _parquet, ".h5": _hdf5, ".hdf5": _hdf5, ".nc": _hdf5}
     writer = writers.get(path.suffix.lower())

@@ -33,7 +33,7 @@ _FILE_KEYS = ("scene", "target_error", "vary")
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """What study.json holds: the scene that all points change, the axes, and the total error asked for.
+    """The content of study.json: the scene that all points change, the axes, and the total error asked for.
 
     `identities` are checksums of the identities of the scenes of the points, by their names.
     """
@@ -86,9 +86,9 @@ def describe(scenes: Mapping[str, Scene], axes: tuple[Axis, ...], target_error: 
 
 
 def write(folder: Path, description: Description) -> None:
-    """Write study.json and scene.toml, or those of more points; RecordError as `refuse_other`.
+    """Write study.json and scene.toml, also with more points; RecordError as `refuse_other`.
 
-    Of several processes that begin at once the first one places study.json, which says all that the others must fit. A
+    Of several processes that begin at once the first one places study.json, and the others must fit it. A
     damaged study.json is moved into the folder "damaged".
     """
     refuse_other(folder, description)
@@ -130,9 +130,9 @@ def _write_scene(path: Path, scene: Scene) -> None:
 
 
 def _move_aside(path: Path) -> None:
-    """Move a damaged file of a study into its folder "damaged", and say so in a warning."""
+    """Move a damaged file of a study into its folder "damaged", with a warning."""
     kept = set_aside(path, path.parent / "damaged")
-    words = f"{path} was damaged: it was moved to {kept}, and is written anew from the study that was given"
+    words = f"{path} was damaged: it was moved to {kept}, and is written again from the given study"
     warnings.warn(words, RuntimeWarning, stacklevel=2)
 
 
@@ -184,7 +184,7 @@ def _refuse_other_points(folder: Path, description: Description) -> None:
 
 
 def refuse_exchanged(folder: Path, description: Description) -> int:
-    """Refuse a study of which a point has the folder of another scene; return how many points were begun."""
+    """Refuse a study with the folder of another scene at a point; return the number of begun points."""
     places = [(point, folder / "points" / point.name) for point in description.points]
     begun = [(point, place) for point, place in places if folder_state(place) == "run"]
     for point, place in begun:
@@ -193,7 +193,7 @@ def refuse_exchanged(folder: Path, description: Description) -> int:
 
 
 def refuse_other_scene(place: Path, identity: Mapping[str, Any], point: Point, description: Description) -> None:
-    """Refuse the folder of a point that holds the run of another scene, as where two were exchanged: RecordError.
+    """Refuse the folder of a point that holds the run of another scene, as after an exchange: RecordError.
 
     `identity` is that of the scene which the folder holds.
     """
@@ -206,12 +206,12 @@ def refuse_other_scene(place: Path, identity: Mapping[str, Any], point: Point, d
     )
     raise RecordError(
         f"{place} does not hold the scene of its point: {differs}; give each folder in points/ its own name again, or "
-        "move this one away and give the study again, which computes the point anew"
+        "move this one away and give the study again, which computes the point again"
     )
 
 
 def is_study(folder: Path) -> bool:
-    """Return whether a folder is that of a study, also where its study.json was lost."""
+    """Return whether a folder belongs to a study, also without its study.json."""
     return (folder / _DESCRIPTION).is_file() or ((folder / "points").is_dir() and not (folder / "run.json").exists())
 
 
@@ -226,9 +226,9 @@ def _is_damaged(folder: Path) -> bool:
 
 
 def read(folder: Path) -> Description:
-    """Return what `write` wrote; DamagedError if study.json is damaged, RecordError if the folder is no study."""
+    """Return the description of a study; DamagedError if study.json is damaged, RecordError in another folder."""
     path = folder / _DESCRIPTION
-    again = f"give the study again, which writes it anew if the points fit: roughsim study STUDY -o {folder}"
+    again = f"give the study again, which writes it if the points fit: roughsim study STUDY -o {folder}"
     if not path.exists():
         if is_study(folder):
             raise RecordError(f"{folder} has points, but its {_DESCRIPTION} is lost; {again}")
@@ -246,7 +246,7 @@ def read(folder: Path) -> Description:
 
 
 def _description_of(content: dict[str, Any], source: str) -> Description:
-    """Return what study.json describes; ValueError, LookupError or another error of Python if it is damaged."""
+    """Return the description from study.json; ValueError, LookupError or another error of Python if damaged."""
     axes = tuple(
         Axis(tuple(map(str, axis["keys"])), tuple(tuple(map(_frozen, row)) for row in axis["values"]))
         for axis in content["axes"]
@@ -279,7 +279,7 @@ def _frozen(value: Any) -> Any:
 
 
 def base_scene(scene: Scene | str | Path | dict[str, Any]) -> tuple[dict[str, Any], str, Path | None]:
-    """Return what the file of a scene would hold, what errors call it, and the folder of the files that it names."""
+    """Return the content of a scene file, its name in errors, and the folder of the files that it names."""
     if isinstance(scene, Scene):
         return toml_content(scene.to_toml()), scene.title or "scene", Path()
     return scene_content(scene)

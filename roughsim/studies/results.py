@@ -20,7 +20,7 @@ _LIMITS = ("bandwidth", "last step", "pixel", "size")  # parts of an error that 
 
 
 class StudyResults:
-    """The points of a study with their runs and results; the attributes are those of `Study`."""
+    """The points of a study with their runs and results; `Study` describes the attributes."""
 
     def __init__(self, folder: str | Path, description: Description | None = None):
         self.folder = Path(folder)

@@ -1,4 +1,4 @@
-"""What a study varies: axes of keys with their values, and the points of their grid.
+"""The varied keys of a study: axes with their values, and the points of their grid.
 
 An axis is written as ``"sliding.nominal_pressure" = ["1 MPa", "5 MPa"]``, or with the ends and the number of values as
 ``{ logspace = ["1 MPa", "100 MPa", 9] }`` or ``{ linspace = ... }``. Keys that change together share an axis:
@@ -50,7 +50,7 @@ class Point:
 
 
 def read_axes(vary: Any) -> tuple[Axis, ...]:
-    """Return the axes that a mapping from keys to values describes; SceneError that names what cannot be used."""
+    """Return the axes of a mapping from keys to values; SceneError names an unusable key or value."""
     if not isinstance(vary, Mapping) or not vary:
         raise SceneError(f"vary = {as_written(vary)} must name at least one key and its values, for example {_EXAMPLE}")
     axes = tuple(_read_axis(keys, values) for keys, values in vary.items())
@@ -98,7 +98,7 @@ def _row_of(value: Any, count: int, where: str) -> list[Any]:
 
 
 def _refuse_mixture(key: str, values: Sequence[Any], where: str) -> None:
-    """Refuse numbers of a key of which some have a unit and some have none: a count, say, is no third load."""
+    """Refuse numbers of a key with and without units: a count is not a third load."""
     number = key_quantity(key)
     if number is None:
         return
@@ -117,7 +117,7 @@ def _refuse_mixture(key: str, values: Sequence[Any], where: str) -> None:
 
 
 def _leaves(values: Any) -> Iterator[Any]:
-    """Yield what lists within lists hold."""
+    """Yield the entries of nested lists."""
     for value in values:
         if isinstance(value, (list, tuple, np.ndarray)):
             yield from _leaves(value)
@@ -126,7 +126,7 @@ def _leaves(values: Any) -> Iterator[Any]:
 
 
 def _spaced(keys: tuple[str, ...], values: Mapping[str, Any], where: str) -> list[float]:
-    """Return the values that "logspace" or "linspace" stands for: first, last, and how many."""
+    """Return the values of "logspace" or "linspace", given by first, last and count."""
     (kind, ends), *more = [*values.items()] or [("", ())]
     if more or kind not in _SPACES or not isinstance(ends, Sequence) or isinstance(ends, str) or len(ends) != 3:
         written = shortened(literal(dict(values)))
@@ -187,7 +187,7 @@ def _label(value: Any) -> str:
 
 
 def short_names(keys: Sequence[str]) -> dict[str, str]:
-    """Return each key without its section where that is clear: "nominal_pressure", but "sliding_speed"."""
+    """Return each key without its section if that is unique: "nominal_pressure", but "sliding_speed"."""
     last = [key.rpartition(".")[2] for key in keys]
     taken = {"speed", "column", "observable", *OBSERVABLES}  # names in the tables
     return {
