@@ -1,8 +1,8 @@
 """Rounds: how many members each level has, as a pure function of exactly the members that are there.
 
-A round names the members of each level. When all of them exist, `judge` says from them alone that the run has ended, or
-names the next round. The rounds replayed from the files of a run have the same counts for any order of the members
-and any number of processes.
+A round names the members of each level. When all of them exist, `judge` ends the run from them alone, or names the next
+round. The rounds replayed from the files of a run have the same counts for any order of the members and any number of
+processes.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,7 +21,7 @@ from roughsim.scene.numerics import Numerics
 FIRST, FIRST_STEP, LATER = 12, 6, 4
 # errors that a higher level lowers, and the share that they may take of the squared target before one is added
 _OF_LEVELS, _SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
-_BESIDE = 2.0  # times the target: what columns beside the main one aim at, which serve comparisons alone
+_BESIDE = 2.0  # times the target: for columns beside the main one, which serve comparisons alone
 MEMBER = 5e5  # `work` of a member whatever its grid, a few milliseconds: handing out, file, reading
 TARGET = {"flash_temperature": 0.01}  # for the choice of levels in a run without a target
 Counts = tuple[int, ...]  # members of each level, by its number
