@@ -5,7 +5,8 @@
 The steel scenes, whose two faces are equally rough. A part f of C(q) rides with the moving body. Each member is one
 march over `Case.distance` at all speeds; it is kept in experiments/reference/two_bodies, and --solve computes those
 that are missing (minutes each). Without it, tables and figures come from what is kept. Printed is T_flash of the
-sliding bodies over that of the frozen contact of the same positions, which all the heat enters on the moving side.
+sliding bodies, that of `theory.two_bodies`, and the ratio to the frozen contact of the same positions, which all the
+heat enters on the moving side.
 --toy solves one small march.
 """
 
@@ -23,6 +24,7 @@ import roughsim as rs
 from roughsim.sliding.march import NUMBERS
 from roughsim.store.disk import place_bytes
 from roughsim.surface.synthesis import synthesize
+from theory import two_bodies
 
 KEPT = Path(__file__).parent / "reference" / "two_bodies"
 SPEEDS = (1.0, 5.0, 35.0, 100.0)
@@ -143,8 +145,28 @@ def mean_and_error(values: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     return many.mean(axis=0), spread / np.sqrt(len(values))
 
 
+def theory(case: Case) -> np.ndarray:
+    """T_flash of `theory.two_bodies` at each speed, K: mean over the last half of the distance."""
+    scene = rs.load_scene(f"steel-{case.hardness}GPa")
+    points, weights = np.polynomial.legendre.leggauss(3)
+    slid = two_bodies.sliding_temperatures(
+        SPEEDS,
+        scene.spectrum.truncated(q_max=case.q_max),
+        effective_modulus=scene.effective_modulus,
+        nominal_pressure=scene.sliding.nominal_pressure,
+        penetration_hardness=scene.penetration_hardness,
+        friction_coefficient=0.11,
+        conductivity=STEEL.conductivity,
+        diffusivity=STEEL.diffusivity,
+        moving_roughness=case.part,
+        slid_distance=case.distance * (3 + points[:, None]) / 4,
+    )
+    return weights @ slid.flash_temperature / 2
+
+
 def table(case: Case, members: list[dict[str, np.ndarray]]) -> None:
     """Print the means over the last half of the distance."""
+    expected = theory(case)
     print(f"\n{case.name}, {len(members)} members, last half of the distance")
     ratio = mean_and_error([late(case, m, "flash_temperature") / m["frozen_flash_temperature"] for m in members])
     share = mean_and_error([late(case, m, "moving_share") for m in members])
@@ -154,7 +176,7 @@ def table(case: Case, members: list[dict[str, np.ndarray]]) -> None:
     )
     for k, speed in enumerate(SPEEDS):
         print(
-            f"{speed:5g} m/s  T_flash {flash[0][k]:7.2f} ± {flash[1][k]:.2f} K, "
+            f"{speed:5g} m/s  T_flash {flash[0][k]:7.2f} ± {flash[1][k]:.2f} K, theory {expected[k]:.2f} K, "
             f"over frozen {ratio[0][k]:.3f} ± {ratio[1][k]:.3f}, share {share[0][k]:.3f}, "
             f"background {background[0][k]:.1f} K, contact {total[0][k]:.1f} ± {total[1][k]:.1f} K"
         )

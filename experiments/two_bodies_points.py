@@ -43,6 +43,7 @@ MODULUS, CELL, PERIODS = 110e9, 4e-3, 4
 POINTS = {"A": (256, 16.0), "B": (256, 12.0), "E": (256, 8.0)}  # along a side, and q_max/q_min
 COARSER = 0.75
 MEMBERS, ENOUGH, STEPS = (2, 12), 0.008, 1000  # standard error, and steps of all members, at which there are enough
+GOLDEN = (sqrt(5) - 1) / 2
 LAST = 0.5  # share of the slid distance over which means are taken
 COLOURS = {"A": "#0072b2", "B": "#d55e00", "E": "#009e73"}
 
@@ -290,7 +291,9 @@ def main() -> None:
     if options.toy:
         pairs = [replace(next(pair for pair in pairs if pair.name == "E01"), distance=4e-4)]
     if options.toy or options.solve:
-        for pair in sorted(pairs, key=lambda pair: pair.distance):
+        # distances evenly, however many pairs there is time for
+        ranks = {pair.name: rank for rank, pair in enumerate(sorted(pairs, key=lambda pair: pair.distance))}
+        for pair in sorted(pairs, key=lambda pair: GOLDEN * ranks[pair.name] % 1.0):
             cost = {"members": (2, 2), "points": 96} if options.toy else {"members": MEMBERS}
             rows.once("marches", pair.name, partial(solve, pair, **cost))
             print(f"{pair.name} marched", flush=True)
