@@ -32,6 +32,7 @@ STEEL = rs.Body(conductivity=30.0, diffusivity=30.0 / (7900.0 * 500.0))
 CELL = 3.957912004522574e-3  # m, the cell of the plans of these scenes
 BINS = 24  # of the slid distance, in geometric sequence
 LIVES = (0.1, 0.25, 0.5, 0.75, 0.9, 0.99)  # shares of the spots that have died by then
+LONG, SHORTER = 16e-3, (1 / 16, 1 / 8, 1 / 4, 1 / 2)  # m; parts of it from which marches are continued
 SEED = 4100
 TOLERANCE = 3e-3  # of the contacts
 COLOURS = ("#440154", "#31688e", "#35b779", "#c8a800")
@@ -129,12 +130,13 @@ def edges_of(first: float, last: float) -> np.ndarray:
     return np.geomspace(first * 0.99, last * 1.01, BINS + 1)
 
 
-def late(case: Case, member: dict[str, np.ndarray], name: str) -> np.ndarray:
-    """Return the mean of a number over the last half of the distance, for each speed."""
+def late(case: Case, member: dict[str, np.ndarray], name: str, distance: float | None = None) -> np.ndarray:
+    """Return the mean of a number over the last half of the distance, or of a shorter one, for each speed."""
+    end = distance or case.distance
     edges = edges_of(member["slid_distance"][0], case.distance)
     used = np.digitize(member["slid_distance"], edges) - 1
     # each bin counts by the part of it that lies in that half
-    inside = np.minimum(edges[1:], case.distance) - np.maximum(edges[:-1], case.distance / 2)
+    inside = np.minimum(edges[1:], end) - np.maximum(edges[:-1], end / 2)
     return np.average(member[name], axis=-1, weights=np.maximum(inside, 0.0)[used])
 
 
@@ -145,8 +147,8 @@ def mean_and_error(values: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     return many.mean(axis=0), spread / np.sqrt(len(values))
 
 
-def theory(case: Case) -> np.ndarray:
-    """T_flash of `theory.two_bodies` at each speed, K: mean over the last half of the distance."""
+def theory(case: Case, distance: float) -> np.ndarray:
+    """T_flash of `theory.two_bodies` at each speed, K: mean over the last half of a distance."""
     scene = rs.load_scene(f"steel-{case.hardness}GPa")
     points, weights = np.polynomial.legendre.leggauss(3)
     slid = two_bodies.sliding_temperatures(
@@ -159,14 +161,14 @@ def theory(case: Case) -> np.ndarray:
         conductivity=STEEL.conductivity,
         diffusivity=STEEL.diffusivity,
         moving_roughness=case.part,
-        slid_distance=case.distance * (3 + points[:, None]) / 4,
+        slid_distance=distance * (3 + points[:, None]) / 4,
     )
     return weights @ slid.flash_temperature / 2
 
 
 def table(case: Case, members: list[dict[str, np.ndarray]]) -> None:
     """Print the means over the last half of the distance."""
-    expected = theory(case)
+    expected = theory(case, case.distance)
     print(f"\n{case.name}, {len(members)} members, last half of the distance")
     ratio = mean_and_error([late(case, m, "flash_temperature") / m["frozen_flash_temperature"] for m in members])
     share = mean_and_error([late(case, m, "moving_share") for m in members])
@@ -180,6 +182,31 @@ def table(case: Case, members: list[dict[str, np.ndarray]]) -> None:
             f"over frozen {ratio[0][k]:.3f} ± {ratio[1][k]:.3f}, share {share[0][k]:.3f}, "
             f"background {background[0][k]:.1f} K, contact {total[0][k]:.1f} ± {total[1][k]:.1f} K"
         )
+
+
+def continued(results: dict[Case, list[dict[str, np.ndarray]]]) -> None:
+    """Print how well the theory continues marches to a longer distance and to a higher cut-off, and without it."""
+    changes: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # of ln T_flash over the true one: as it is, continued
+    for case, members in results.items():
+        if case.distance == LONG and case.steps is None:
+            whole = np.mean([late(case, m, "flash_temperature") for m in members], axis=0)
+            for part in SHORTER:
+                distance = part * LONG
+                short = np.mean([late(case, m, "flash_temperature", distance) for m in members], axis=0)
+                change = theory(case, LONG) / theory(case, distance)
+                name = f"from {1e3 * distance:g} to {1e3 * LONG:g} mm"
+                changes.setdefault(name, []).append((np.log(short / whole), np.log(short * change / whole)))
+        higher = replace(case, q_max=2 * case.q_max)
+        if higher in results:
+            first, second = (
+                np.mean([late(one, m, "flash_temperature") for m in results[one]], axis=0) for one in (case, higher)
+            )
+            change = theory(higher, case.distance) / theory(case, case.distance)
+            name = f"from q_max = {case.q_max:.0e} to {higher.q_max:.0e} 1/m"
+            changes.setdefault(name, []).append((np.log(first / second), np.log(first * change / second)))
+    for name, values in changes.items():
+        words = (f"rms {np.sqrt(np.mean(x**2)):.1%}, worst {np.abs(x).max():.1%}" for x in np.stack(values, axis=1))
+        print(f"{name}: T_flash as it is {next(words)}; continued by the theory {next(words)}")
 
 
 def drawn(results: dict[Case, list[dict[str, np.ndarray]]]) -> Figure:
@@ -225,6 +252,8 @@ def main() -> None:
     results = {case: members for case in cases if (members := kept(case, folder))}
     for case, members in results.items():
         table(case, members)
+    print()
+    continued(results)
     drawn(results).savefig(options.output / "two_bodies.png", dpi=150)
 
 
