@@ -8,10 +8,10 @@ E* is 110 GPa; contact has yielded altogether (kind A, 1 % of it still elastic a
 pair. Every sixth pair has one face that is smooth. Each pair slides at two speeds.
 
 `--solve` marches what is not there yet, into reference/two_bodies_marched.json: a cell of 4 mm with the longest waves
-four times a side, 256² points, and the same faces on 192². Members are added, 2 to 12, until the standard error of
-T_flash is 0.8 % or they have taken 1000 steps. On each grid T_flash over the last half of the slid distance is compared
-with the theory at those very distances, for C(q) up to the q_max of the march. The error of the pixel goes with its
-power 1 to 1.5: the logarithm of the ratio is extrapolated with the mean of both.
+four times a side, and 256² points. Members are added, 2 to 12, until the standard error of T_flash is 0.8 % or they
+have taken 1000 steps. Means over the last half of the slid distance are compared with the theory at those very
+distances, for C(q) up to the q_max of the march. The error of the pixel goes with its power 1 to 1.5: one march with
+half the pixel shows it, and ln of the ratio is extrapolated with the mean of both powers.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from script import Command, Row, Rows
 
 import roughsim as rs
 from roughsim.estimate.sliding import ORDERS
+from roughsim.sliding.path import oblique_path
 from theory import plasticity, two_bodies
 
 SEED = 20261126
@@ -41,7 +42,7 @@ DISTANCE = (1e-4, 16e-3)  # m; one pair in each of as many equal strata of its l
 COUNTS = {"A": 12, "B": 8, "E": 6}
 MODULUS, CELL, PERIODS = 110e9, 4e-3, 4
 POINTS = {"A": (256, 16.0), "B": (256, 12.0), "E": (256, 8.0)}  # along a side, and q_max/q_min
-COARSER = 0.75
+SPEEDS = ("slow", "fast")
 MEMBERS, ENOUGH, STEPS = (2, 12), 0.008, 1000  # standard error, and steps of all members, at which there are enough
 GOLDEN = (sqrt(5) - 1) / 2
 LAST = 0.5  # share of the slid distance over which means are taken
@@ -165,14 +166,27 @@ def write(pairs: list[Pair]) -> None:
     LIST.write_text("[\n" + ",\n".join(json.dumps(asdict(pair)) for pair in pairs) + "\n]\n", "utf-8")
 
 
+def late(pair: Pair, points: int) -> np.ndarray:
+    """Return the distances of the steps in the last half of the way, m."""
+    distance = oblique_path(rs.Grid((points, points), (CELL, CELL)), pair.distance).distance
+    return distance[distance > LAST * distance[-1]]
+
+
+def expected(pair: Pair, points: int) -> np.ndarray:
+    """Return T_flash in theory at the steps of a march, mean over the last half, K, (speeds,)."""
+    distances = late(pair, points)
+    few = np.unique(np.linspace(0, distances.size - 1, 8).round().astype(int))  # it varies smoothly
+    theory = pair.theory(distances[few], np.array(pair.speeds)[:, None])
+    return np.array([np.interp(distances, distances[few], row).mean() for row in theory.flash_temperature])
+
+
 def march(pair: Pair, points: int, member: int) -> np.ndarray:
-    """Slide one pair of faces; return ln of march over theory, (speeds, 3): T_flash, contact temperature, and share."""
+    """Slide one pair of faces; return T_flash, mean over the last half of the distance, K, (speeds,)."""
     grid = rs.Grid((points, points), (CELL, CELL))
     streams = np.random.SeedSequence(SEED, spawn_key=(ord(pair.name[0]), int(pair.name[1:]), member)).spawn(2)
     one, two = (rs.synthesize(pair.spectrum, grid, np.random.default_rng(stream)) for stream in streams)
-    still, riding = sqrt(1 - pair.part) * one, sqrt(pair.part) * two
     slid = rs.slide(
-        still,
+        sqrt(1 - pair.part) * one,
         grid,
         rs.Solid(MODULUS, inf if pair.hardness is None else pair.hardness),
         nominal_pressure=pair.pressure,
@@ -180,99 +194,81 @@ def march(pair: Pair, points: int, member: int) -> np.ndarray:
         speed=pair.speeds,
         moving=rs.Body(*pair.moving),
         resting=rs.Body(*pair.resting),
-        counter_heights=riding if pair.part else None,
+        counter_heights=sqrt(pair.part) * two if pair.part else None,
         slid_distance=pair.distance,
     )
-    late = slid.slid_distance > LAST * slid.slid_distance[-1]
-    distances = slid.slid_distance[late]
-    # the theory varies smoothly with the distance: eight of the steps stand for all
-    few = np.unique(np.linspace(0, distances.size - 1, 8).round().astype(int))
-    theory = pair.theory(distances[few], np.array(pair.speeds)[:, None])
-    flash = slid.flash_temperature[:, late].mean(axis=1) / _mean(theory.flash_temperature, distances, few)
-    total = slid.contact_temperature[:, late].mean(axis=1) / _mean(theory.contact_temperature, distances, few)
-    share = slid.moving_share[:, late].mean(axis=1) - _mean(theory.moving_share, distances, few)
-    return np.stack([np.log(flash), np.log(total), share], axis=1)
-
-
-def _mean(values: Any, distances: np.ndarray, few: np.ndarray) -> np.ndarray:
-    """Return the mean over the distances of what is known at a few of them."""
-    return np.array([np.interp(distances, distances[few], row).mean() for row in np.asarray(values)])
+    return slid.flash_temperature[:, -late(pair, points).size :].mean(axis=1)
 
 
 def solve(pair: Pair, members: tuple[int, int], points: int | None = None) -> Row:
-    """March the pair on both grids, with members until their scatter is small enough."""
+    """March the pair, with members until their scatter is small enough."""
     start = time.process_time()
     points = points or POINTS[pair.name[0]][0]
     rows: list[np.ndarray] = []
     while len(rows) < members[1]:
-        fine, coarse = (march(pair, n, len(rows)) for n in (points, round(COARSER * points)))
-        growth = np.mean([1 / (COARSER**-order - 1) for order in ORDERS])
-        rows.append(np.stack([fine + growth * (fine - coarse), fine]))
-        error = np.std(rows, axis=0, ddof=1)[0, :, 0] / sqrt(len(rows)) if len(rows) > 1 else np.full(2, inf)
+        rows.append(np.log(march(pair, points, len(rows))))
+        error = np.std(rows, axis=0, ddof=1) / sqrt(len(rows)) if len(rows) > 1 else np.full(2, inf)
         walked = len(rows) * pair.distance / CELL * points
         if len(rows) >= members[0] and (error.max() < ENOUGH or walked > STEPS):
             break
-    mean = np.mean(rows, axis=0)
-    row: Row = {"members": float(len(rows)), "seconds": time.process_time() - start}
-    for k, name in enumerate(("slow", "fast")):
-        row |= {
-            f"{name} flash": mean[0, k, 0],
-            f"{name} error": error[k],
-            f"{name} contact": mean[0, k, 1],
-            f"{name} share": mean[0, k, 2],
-            f"{name} flash, pixel not corrected": mean[1, k, 0],
-        }
+    row: Row = {"points": float(points), "members": float(len(rows)), "seconds": time.process_time() - start}
+    mean = np.exp(np.mean(rows, axis=0))
+    for k, name in enumerate(SPEEDS):
+        row |= {f"{name} flash": mean[k], f"{name} error": error[k]}
     return row
 
 
-def table(pairs: list[Pair], rows: dict[str, Row]) -> None:
+def refine(pair: Pair, points: int | None = None) -> Row:
+    """March the first member with the pixel and with half of it; return by how much ln T_flash then changes.
+
+    Both are read at slightly different distances. What the theory says of that is taken out.
+    """
+    points = points or POINTS[pair.name[0]][0]
+    coarse, fine = (np.log(march(pair, n, 0) / expected(pair, n)) for n in (points, 2 * points))
+    change = fine - coarse
+    return dict(zip(SPEEDS, change.tolist(), strict=True))
+
+
+def compared(pair: Pair, row: Row, change: Row) -> dict[str, np.ndarray]:
+    """Return ln of march over theory, (speeds,), corrected for the pixel and not, and the standard error."""
+    raw = np.log([float(row[f"{name} flash"]) for name in SPEEDS]) - np.log(expected(pair, int(row["points"])))
+    beyond = 1 + np.mean([1 / (2**order - 1) for order in ORDERS])
+    return {
+        "corrected": raw + beyond * np.array([float(change[name]) for name in SPEEDS]),
+        "as it is": raw,
+        "error": np.array([float(row[f"{name} error"]) for name in SPEEDS]),
+    }
+
+
+def table(found: dict[Pair, dict[str, np.ndarray]]) -> None:
     """Print how the theory compares with each march, and with all."""
-    print(
-        "march over theory of the same modes, ln in %; ± standard error of the march; in brackets pixel not corrected"
-    )
-    done = [pair for pair in pairs if pair.name in rows]
-    for pair in done:
-        row, texts = rows[pair.name], []
-        for speed, name in zip(pair.speeds, ("slow", "fast"), strict=True):
-            flash, error, raw, contact = (
-                100 * float(row[f"{name} {key}"]) for key in ("flash", "error", "flash, pixel not corrected", "contact")
-            )
-            share = float(row[f"{name} share"])
-            texts.append(
-                f"{speed:6.3g} m/s {flash:+5.1f} ± {error:.1f} ({raw:+5.1f}), "
-                f"contact {contact:+5.1f}, share {share:+.3f}"
-            )
+    print("march over theory of the same modes, ln in %; ± standard error of the march; in brackets as it is")
+    for pair, values in found.items():
+        texts = []
+        for k, speed in enumerate(pair.speeds):
+            corrected, raw, error = (100 * values[key][k] for key in ("corrected", "as it is", "error"))
+            texts.append(f"{speed:6.3g} m/s {corrected:+5.1f} ± {error:.1f} ({raw:+5.1f})")
         print(f"{pair.name} f {pair.part:4.2f} {1e3 * pair.distance:6.2f} mm  " + "   ".join(texts))
-    for kind in (*COUNTS, "all"):
-        some = [rows[pair.name] for pair in done if kind in ("all", pair.name[0])]
-        if some:
-            found = {
-                key: np.array([float(row[f"{n} {key}"]) for row in some for n in ("slow", "fast")])
-                for key in ("flash", "contact", "share", "flash, pixel not corrected")
-            }
-            texts = [
-                f"{key} rms {np.sqrt(np.mean(x**2)):.3f} worst {x[np.abs(x).argmax()]:+.3f} mean {x.mean():+.3f}"
-                for key, x in found.items()
-            ]
-            print(f"{kind}, {2 * len(some)} temperatures: " + "; ".join(texts))
+    chosen = {kind: [pair for pair in found if pair.name[0] == kind] for kind in COUNTS}
+    for low, high in ((0.1, 1.0), (1.0, 16.0)):
+        chosen[f"{low:g} … {high:g} mm"] = [pair for pair in found if low <= 1e3 * pair.distance < high]
+    for title, pairs in {**chosen, "all": list(found)}.items():
+        texts = []
+        for key in ("corrected", "as it is") if pairs else ():
+            values = np.concatenate([found[pair][key] for pair in pairs])
+            worst = values[np.abs(values).argmax()]
+            texts.append(f"{key} rms {np.sqrt(np.mean(values**2)):.3f} worst {worst:+.3f} mean {values.mean():+.3f}")
+        print(f"{title}, {2 * len(pairs)} temperatures: " + "; ".join(texts))
 
 
-def draw(pairs: list[Pair], rows: dict[str, Row], path: Path) -> None:
+def draw(found: dict[Pair, dict[str, np.ndarray]], path: Path) -> None:
     """March over theory, by the slid distance."""
     figure = Figure(figsize=(6.0, 3.2), layout="constrained")
     axes = figure.subplots()
-    for pair in pairs:
-        for name, marker in (("slow", "o"), ("fast", "^")):
-            if pair.name in rows:
-                row = rows[pair.name]
-                axes.errorbar(
-                    1e3 * pair.distance,
-                    exp(float(row[f"{name} flash"])),
-                    2 * float(row[f"{name} error"]),
-                    fmt=marker,
-                    ms=4,
-                    color=COLOURS[pair.name[0]],
-                )
+    for pair, values in found.items():
+        for k, marker in enumerate("o^"):
+            ratio, error = exp(values["corrected"][k]), 2 * values["error"][k]
+            axes.errorbar(1e3 * pair.distance, ratio, error, fmt=marker, ms=4, color=COLOURS[pair.name[0]])
     axes.axhline(1.0, color="0.6", lw=0.7)
     axes.axhspan(0.92, 1.08, color="0.9", zorder=0)
     axes.set(xscale="log", xlabel="slid distance (mm)", ylabel="T$_{flash}$, march / theory")
@@ -294,11 +290,14 @@ def main() -> None:
         # distances evenly, however many pairs there is time for
         ranks = {pair.name: rank for rank, pair in enumerate(sorted(pairs, key=lambda pair: pair.distance))}
         for pair in sorted(pairs, key=lambda pair: GOLDEN * ranks[pair.name] % 1.0):
-            cost = {"members": (2, 2), "points": 96} if options.toy else {"members": MEMBERS}
-            rows.once("marches", pair.name, partial(solve, pair, **cost))
+            number = 64 if options.toy else None
+            rows.once("marches", pair.name, partial(solve, pair, (2, 2) if options.toy else MEMBERS, number))
+            rows.once("half the pixel", pair.name, partial(refine, pair, number))
             print(f"{pair.name} marched", flush=True)
-    table(pairs, rows["marches"])
-    draw(pairs, rows["marches"], options.output / "two_bodies_points.png")
+    marches, finer = rows["marches"], rows["half the pixel"]
+    found = {pair: compared(pair, marches[pair.name], finer[pair.name]) for pair in pairs if pair.name in finer}
+    table(found)
+    draw(found, options.output / "two_bodies_points.png")
 
 
 if __name__ == "__main__":
