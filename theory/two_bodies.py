@@ -1,4 +1,4 @@
-"""Flash temperature of two rough bodies that slide over one another, in one line: from C(q), without a simulation.
+"""Flash temperature of two rough bodies that slide over one another, from C(q), without a simulation.
 
 The contact is a clipped Gaussian field, σ = F(z), `theory.clipped`. A part f of C(q) rides with the moving body, so
 
@@ -161,7 +161,7 @@ class _Body:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Memory:
-    """What the two bodies remember of the contact, by the place and the slid distance, whatever they conduct."""
+    """Memory of the contact in both bodies, by place and slid distance; it does not depend on their conductivities."""
 
     radius: Array  # m, in geometric sequence
     place: Array  # m: r, from 0
@@ -181,14 +181,16 @@ class _Memory:
             with np.errstate(under="ignore"):
                 begun = scipy.special.erfc(ahead) + scipy.special.erfcx(behind) * np.exp(-(ahead**2))
             passing = scipy.special.i0e(v * self.radius / (2 * diffusivity)) * begun / 2
-            result[n] = body.own @ (rates * still) + body.other @ (rates * passing) + self._met(body, v, t, diffusivity)
+            result[n] = (
+                body.own @ (rates * still) + body.other @ (rates * passing) + self._joint(body, v, t, diffusivity)
+            )
         return result
 
-    def _met(self, body: _Body, speed: float, time: float, diffusivity: float) -> Array:
-        """Return the part of summits that have met since, ∫ds √(D/πvs) of the mean over r; `both` is linear between."""
+    def _joint(self, body: _Body, speed: float, time: float, diffusivity: float) -> Array:
+        """Return the part of the summits of both bodies together, ∫ds √(D/πvs) of the mean over r of `both`."""
         spread = np.sqrt(4 * diffusivity * self.distance[1:] / speed)  # √2 times the standard deviation of r
         ratio = self.place[:, None] / spread
-        # ∫ of r/w² e^(−r²/2w²) over each interval, and of its excess over the beginning of the interval
+        # `both` is linear between places: ∫ of r/w² e^(−r²/2w²) over each interval, and its share of the upper end
         with np.errstate(under="ignore"):
             left = np.exp(-(ratio**2))
         beyond = sqrt(pi) / 2 * spread * scipy.special.erf(ratio)
