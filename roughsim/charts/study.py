@@ -101,6 +101,14 @@ def _draw_curves(axes: Axes, curves: Mapping[str, _Rows], x: Along, column: str,
         if label:
             handles.insert(0, Line2D([], [], color=colour, marker="o", ms=3.5, label=label))
     rows = [row for each in curves.values() for row in each]
+    _set_scales(axes, rows, x, column)
+    axes.set(xlabel=x.title, ylabel=with_unit(observable.replace("_", " "), UNITS[observable]))
+    handles += _common_handles(rows)
+    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), title=legend, title_fontsize=8)
+
+
+def _set_scales(axes: Axes, rows: _Rows, x: Along, column: str) -> None:
+    """Make an axis logarithmic if its values allow it."""
     places = [row[x.name] for row in rows]
     if _spans_decades(min(places), max(places)):
         axes.set_xscale("log")
@@ -111,9 +119,6 @@ def _draw_curves(axes: Axes, curves: Mapping[str, _Rows], x: Along, column: str,
         bottom, top = axes.get_ylim()
         if top / bottom < 100.0:
             plain_ticks(axes.yaxis)
-    axes.set(xlabel=x.title, ylabel=with_unit(observable.replace("_", " "), UNITS[observable]))
-    handles += _common_handles(rows)
-    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), title=legend, title_fontsize=8)
 
 
 def _spans_decades(low: float, high: float) -> bool:

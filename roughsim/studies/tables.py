@@ -1,6 +1,6 @@
 """A study as a table for people, and the words for varied keys and their values."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -61,33 +61,54 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     """Return a row for each point: the varied values, theory and simulation at the highest speed, and the trend."""
     points = study.points[:_MOST_ROWS]
     shown = _rows_at_highest_speed(study, observable)
-    sources = ["theory", "calibrated", study.column]
-    if any(SLIDING in columns for columns in shown.values()):
-        sources.append(SLIDING)
+    trends = _trends_at_highest_speed(study, observable)
+    sources = _sources(study, shown)
     rows = [columns[source] for columns in shown.values() for source in sources if source in columns]
     unknown = dict.fromkeys(part for row in rows for part in _unknown_parts(row))
     marks = {row["note"] for row in rows} - {""}
-    trends = _trends_at_highest_speed(study, observable)
-    exponents = [name for name in dict.fromkeys(study.keys.values()) if name in {name for _, name in trends}]
-
-    columns: list[tuple[Column, list[Cell]]] = []  # with a cell for each point
-    for key in study.keys:
-        columns.append(
-            (Column(words_of(key)[0], number=True), [value_text(key, point.values[key]) for point in points])
-        )
-    columns.append((Column("n", number=True), _counts(study, points, shown)))
-    for source in sources:
-        title = Column(with_unit(source, UNITS[observable]), number=True)
-        columns.append((title, [_value(shown, point, source, observable) for point in points]))
-    for name in exponents:
-        title = Column(f"∂ln/∂ln {name.replace('_', ' ')}", number=True)
-        columns.append((title, [_exponent(trends.get((point.name, name))) for point in points]))
+    columns = [
+        *_key_columns(study, points),
+        (Column("n", number=True), _counts(study, points, shown)),
+        *_value_columns(points, shown, sources, observable),
+        *_exponent_columns(study, points, trends),
+    ]
     if marks:
         columns.append((Column("note"), [_mark(shown.get(point.name, {})) for point in points]))
-
-    notes = _notes(study, observable, unknown, marks, trends)
     titles = [title for title, _ in columns]
-    return Table(titles, list(zip(*(cells for _, cells in columns), strict=True)), study.scene.title, notes)
+    cells = zip(*(cells for _, cells in columns), strict=True)
+    return Table(titles, list(cells), study.scene.title, _notes(study, observable, unknown, marks, trends))
+
+
+def _sources(study: StudyResults, shown: _Rows) -> list[str]:
+    """Return the columns of the comparison in the table."""
+    slides = any(SLIDING in columns for columns in shown.values())
+    return ["theory", "calibrated", study.column, *([SLIDING] if slides else [])]
+
+
+def _key_columns(study: StudyResults, points: Sequence[Point]) -> Iterator[tuple[Column, list[Cell]]]:
+    """Yield a column for each varied key."""
+    for key in study.keys:
+        yield Column(words_of(key)[0], number=True), [value_text(key, point.values[key]) for point in points]
+
+
+def _value_columns(
+    points: Sequence[Point], shown: _Rows, sources: Sequence[str], observable: str
+) -> Iterator[tuple[Column, list[Cell]]]:
+    """Yield a column for each source of values."""
+    for source in sources:
+        title = Column(with_unit(source, UNITS[observable]), number=True)
+        yield title, [_value(shown, point, source, observable) for point in points]
+
+
+def _exponent_columns(
+    study: StudyResults, points: Sequence[Point], trends: Mapping[tuple[str, str], dict[str, Any]]
+) -> Iterator[tuple[Column, list[Cell]]]:
+    """Yield a column for each key with trends."""
+    paired = {name for _, name in trends}
+    for name in study.keys.values():
+        if name in paired:
+            title = Column(f"∂ln/∂ln {name.replace('_', ' ')}", number=True)
+            yield title, [_exponent(trends.get((point.name, name))) for point in points]
 
 
 def _notes(
