@@ -12,7 +12,7 @@ import numpy as np
 
 from roughsim._kernels import REORDER, kernel
 
-ROUNDING = 2 * float(np.finfo(np.float64).eps)
+_ROUNDING = 2 * float(np.finfo(np.float64).eps)
 
 
 @kernel(fastmath=REORDER)
@@ -226,7 +226,7 @@ def advance(p: Any, gap: Any, step: Any, response: Any, length: float, slack: fl
     offset, stiffness, cap = law
     total = 0.0
     inside = 0
-    top = cap * (1.0 - ROUNDING)
+    top = cap * (1.0 - _ROUNDING)
     for i in range(p.size):
         x = p[i] + length * step[i]
         # the step was rounded when it was stored: what should have met a bound misses it by that

@@ -39,7 +39,7 @@ def extend(stages: int, rows: Any, _: Any, bottom: int, free: Any, field: Any, p
     size = 2 * value.shape[1] + 2
     line, doubled = np.empty(size, value.dtype), np.empty(size, value.dtype)
     if stages & FIRST:
-        push_finest(rows[0], rows[1], free, field, weight, value, inverse)
+        _push_finest(rows[0], rows[1], free, field, weight, value, inverse)
     if stages & UP:
         for i in range(bottom, top):
             weight, value = _plane(weights, levels, i), _plane(values, levels, i)
@@ -99,7 +99,7 @@ def transpose(
 
 
 @kernel(inline=True)
-def push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value: Any, inverse: Any) -> None:
+def _push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value: Any, inverse: Any) -> None:
     """Fill the parent rows of the rows start … stop − 1 (start even): weight, mean, 1/Σ weights."""
     columns = field.shape[1]
     one, third, zero = field.dtype.type(1.0), field.dtype.type(1.0 / 3.0), field.dtype.type(0.0)

@@ -27,20 +27,20 @@ def product(stages: int, task: int, execute: Any, source: Any, target: Any, rows
     first, last, row_group, row_plans, row_source, row_result, spectrum = rows
     start, stop, column_group, column_plans, whole, column_result, weights = columns
     if stages & ROWS:
-        rows_forward(execute, source, first, last, row_group, row_plans, row_source, row_result, spectrum)
+        _rows_forward(execute, source, first, last, row_group, row_plans, row_source, row_result, spectrum)
     if stages & COLUMNS:
         if task >= THERE:
             there = task == THERE
-            columns_alone(there, execute, start, stop, column_group, column_plans, whole, column_result, weights)
+            _columns_alone(there, execute, start, stop, column_group, column_plans, whole, column_result, weights)
         else:
             stiff = task == STIFFEN
-            columns_product(stiff, execute, start, stop, column_group, column_plans, whole, column_result, weights)
+            _columns_product(stiff, execute, start, stop, column_group, column_plans, whole, column_result, weights)
     if stages & BACK:
-        rows_backward(execute, target, first, last, row_group, row_plans, row_source, row_result, spectrum)
+        _rows_backward(execute, target, first, last, row_group, row_plans, row_source, row_result, spectrum)
 
 
 @kernel(inline=True)
-def rows_forward(
+def _rows_forward(
     execute: Any, field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
 ) -> None:
     """Transform pairs of rows to the columns of twice the half spectrum, transposed."""
@@ -67,10 +67,10 @@ def rows_forward(
 
 
 @kernel(inline=True)
-def rows_backward(
+def _rows_backward(
     execute: Any, field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
 ) -> None:
-    """Undo `rows_forward` but for factors."""
+    """Undo `_rows_forward` but for factors."""
     rows, columns = field.shape
     one, zero = field.dtype.type(1.0), field.dtype.type(0.0)
     for first in range(start, stop, group):
@@ -95,7 +95,7 @@ def rows_backward(
 
 
 @kernel(inline=True)
-def columns_product(
+def _columns_product(
     stiff: bool,
     execute: Any,
     start: int,
@@ -127,7 +127,7 @@ def columns_product(
 
 
 @kernel(inline=True)
-def columns_alone(
+def _columns_alone(
     there: bool,
     execute: Any,
     start: int,

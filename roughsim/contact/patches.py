@@ -21,8 +21,8 @@ from roughsim.errors import positive, real_field
 from roughsim.fourier.blocks import run, spans, total
 from roughsim.grid import Array, Field, Grid, need_grid
 
-Mask = NDArray[np.bool_]
-EDGE_SHARE = (math.pi - 1 + math.log(2)) / 24  # pixels by which each side of a pixel on the edge enlarges the contact
+_Mask = NDArray[np.bool_]
+_EDGE_SHARE = (math.pi - 1 + math.log(2)) / 24  # pixels by which each side of a pixel on the edge enlarges the contact
 RESOLVED = 4  # pixels: the size of a smaller patch is set by the grid, not by the contact
 
 
@@ -103,7 +103,7 @@ def corrected_area(mask: ArrayLike, grid: Grid) -> float:
     need_grid(grid)
     pixels = _pixels(mask, grid)
     touching, _, outer, _ = _counts(pixels, math.inf)
-    return (touching - EDGE_SHARE * outer) * math.prod(grid.spacing)
+    return (touching - _EDGE_SHARE * outer) * math.prod(grid.spacing)
 
 
 def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.inf) -> tuple[float, float]:
@@ -124,12 +124,12 @@ def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.
 def edge_corrected(field: Field, hardness: Any) -> tuple[float, float]:
     """Return `corrected_fractions` of a pressure whose bounds are known to hold."""
     touching, yielded, outer, inner = _counts(field, hardness)
-    return (touching - EDGE_SHARE * outer) / field.size, (yielded + EDGE_SHARE * inner) / field.size
+    return (touching - _EDGE_SHARE * outer) / field.size, (yielded + _EDGE_SHARE * inner) / field.size
 
 
-def yielded_points(pressure: Field, penetration_hardness: float) -> Mask:
+def yielded_points(pressure: Field, penetration_hardness: float) -> _Mask:
     """Return where p = σ_P, in the precision of the field; ValueError for pressures that no such solid carries."""
-    result: Mask = pressure == _checked_hardness(pressure, penetration_hardness)
+    result: _Mask = pressure == _checked_hardness(pressure, penetration_hardness)
     return result
 
 
@@ -146,13 +146,13 @@ def _checked_hardness(pressure: Field, penetration_hardness: float) -> Any:
     return limit
 
 
-def patch_sizes(mask: Mask, *, periodic: bool = True) -> NDArray[np.int64]:
+def patch_sizes(mask: _Mask, *, periodic: bool = True) -> NDArray[np.int64]:
     """Return the pixels of each connected patch, largest first; `periodic` joins them over the sides of the cell."""
     labels, count = labelled_patches(mask, periodic=periodic)
     return np.sort(np.bincount(labels.ravel(), minlength=count + 1)[1:])[::-1]
 
 
-def labelled_patches(mask: Mask, *, periodic: bool = True) -> tuple[NDArray[np.int64], int]:
+def labelled_patches(mask: _Mask, *, periodic: bool = True) -> tuple[NDArray[np.int64], int]:
     """Return the number of each pixel's patch, from 1, 0 off all patches; and how many there are."""
     from scipy import ndimage
     from scipy.sparse import coo_array
@@ -196,7 +196,7 @@ def _counts(field: Field, hardness: Any) -> tuple[float, ...]:
     return counts
 
 
-def _pixels(mask: ArrayLike, grid: Grid) -> Mask:
+def _pixels(mask: ArrayLike, grid: Grid) -> _Mask:
     pixels = np.asarray(mask)
     if pixels.dtype != np.bool_:
         raise TypeError(f"mask has dtype {pixels.dtype}; give true or false for each pixel, for example pressure > 0")

@@ -20,7 +20,7 @@ def convolve(field: NDArray[Any], response: NDArray[Any], shape: tuple[int, int]
     """
     rows = transformed_rows(field, shape)
     for part, block in transformed_columns(rows.spectrum, shape):
-        multiply_columns(block, block.result, response, part, rows.spectrum)
+        _multiply_columns(block, block.result, response, part, rows.spectrum)
     result: NDArray[Any] = np.multiply(rows.inverse()[:, : field.shape[1]], field.dtype.type(factor))
     return result
 
@@ -36,7 +36,7 @@ def convolutions(
     for response in responses:
         rows = transform((field.shape[0], shape[1]), field.dtype, (1,))
         for part, block in column_blocks(shape, field.dtype):
-            multiply_columns(block, source[part], response, part, rows.spectrum)
+            _multiply_columns(block, source[part], response, part, rows.spectrum)
         yield np.multiply(rows.inverse()[:, : field.shape[1]], field.dtype.type(factor))
 
 
@@ -101,7 +101,7 @@ def transformed_columns(spectrum: NDArray[Any], shape: tuple[int, int]) -> Itera
         yield part, block
 
 
-def multiply_columns(
+def _multiply_columns(
     block: Lines, source: NDArray[Any], response: NDArray[Any], part: slice, spectrum: NDArray[Any]
 ) -> None:
     """Multiply a block of transformed columns by the response, and write the product back into the spectrum."""

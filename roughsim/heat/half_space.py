@@ -150,7 +150,7 @@ def source_temperature(
     # then along sliding inside the hottest pixel
     fast = [k for k, axis in enumerate(pair) if axis.peclet > _SLOW]
     for k in fast * len(fast):
-        hottest = max(hottest, hottest_along(k, hottest[1], flux, pair, below, end))
+        hottest = max(hottest, _hottest_along(k, hottest[1], flux, pair, below, end))
     return SourceTemperature(
         flash_temperature=scale * float((mean * flux).sum() / flux.sum()),
         mean_temperature=scale * float((mean * weights).sum() / weights.sum()),
@@ -159,7 +159,7 @@ def source_temperature(
     )
 
 
-def hottest_along(
+def _hottest_along(
     k: int, place: Place, flux: Field, pair: tuple[Axis, Axis], depth: float, end: float
 ) -> tuple[float, Place]:
     """Return the highest κT along axis k inside the pixel of `place`, and where it is.

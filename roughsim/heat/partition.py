@@ -103,8 +103,8 @@ def partition_heat(
     if pointwise:
         total, scale = spectra[0] + spectra[1], float(np.linalg.norm(full[0][contact]))
         slower = min(abs(body.speed) / body.diffusivity for body in (resting, moving)) * grid.lengths[0]
-        inverse = nearly_inverse(contact, grid, total, slower)
-        change, residual, applications = close_the_jump(colder - warmer, contact, total, inverse, scale)
+        inverse = _nearly_inverse(contact, grid, total, slower)
+        change, residual, applications = _close_the_jump(colder - warmer, contact, total, inverse, scale)
         entering = np.zeros(grid.shape)
         entering[contact] = share * flux[contact] + change
         temperature = convolution.convolve(entering, spectra[1], padded_shape(grid.shape))
@@ -141,7 +141,7 @@ def on_contact(values: Field, contact: NDArray[np.bool_], spectrum: Field) -> Fi
     return result
 
 
-def close_the_jump(
+def _close_the_jump(
     jump: Field, contact: NDArray[np.bool_], total: Field, inverse: Callable[[Field], Field], scale: float
 ) -> tuple[Field, float, int]:
     """Return the change of flux whose S₁ + S₂ (`total`) is the jump of temperature, its residual, and the work.
@@ -172,7 +172,7 @@ def close_the_jump(
     return change, residual, applications
 
 
-def nearly_inverse(contact: NDArray[np.bool_], grid: Grid, spectrum: Field, slower: float) -> Callable[[Field], Field]:
+def _nearly_inverse(contact: NDArray[np.bool_], grid: Grid, spectrum: Field, slower: float) -> Callable[[Field], Field]:
     """Return an approximate inverse of a convolution restricted to the contact: the preconditioner of GMRES.
 
     The exact one is the inverse on the whole plane between an extension off the contact and its transpose. The pyramid

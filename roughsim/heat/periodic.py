@@ -31,7 +31,7 @@ from roughsim.grid import Array, Field, Grid, need_grid
 from roughsim.heat.precision import need_phases, need_resolved
 
 ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
-FORGOTTEN = 40.0  # D q² t from which on a mode is steady: e^-40 = 4e-18 of the start is left
+_FORGOTTEN = 40.0  # D q² t from which on a mode is steady: e^-40 = 4e-18 of the start is left
 COLD = 40.0  # z/2√(Dt) from which on no heat has come so deep: e^(−40²) is 0
 _SERIES = 0.1  # below |λ|√(Dt) = 0.1 the two terms of the buried transient cancel; a series replaces them
 
@@ -104,7 +104,7 @@ def sliding_temperature(
     if laps > 1.0 and np.isinf(durations).any():
         field = fields[np.isinf(durations).argmax()] * conductivity
         spread = diffusivity * chord / (2 * abs(speed))
-        excess = hot_track_excess(flux, field, grid, drift, depth, spread)
+        excess = _hot_track_excess(flux, field, grid, drift, depth, spread)
         warnings.warn(
             f"v L/(2πD) = {laps:.3g} exceeds 1: each source slides in its own periodic hot track for ever, and the "
             f"steady T_flash exceeds that of a start from rest over half the cell by {100 * excess:.3g} %; "
@@ -164,7 +164,7 @@ def _durations(speed: float, chord: float, slid_distance: float | None, time: Ar
         return np.asarray(np.float64(distance) / abs(speed))
 
 
-def hot_track_excess(
+def _hot_track_excess(
     flux: Field, field: Field, grid: Grid, drift: tuple[float, float], depth: float, spread: float
 ) -> float:
     """Relative excess of Σ T q̇ of the steady `field` (κT) over that a time t after the start; `spread` is D t, m².
@@ -173,15 +173,15 @@ def hot_track_excess(
     """
     source, total, excess = fourier.forward(flux), float(np.mean(flux * field, dtype=np.float64)), 0.0
     qx, qy = grid.wavevectors
-    columns = int((qy[0] ** 2 * spread < FORGOTTEN).sum())
+    columns = int((qy[0] ** 2 * spread < _FORGOTTEN).sum())
     weights = grid.multiplicity[:, :columns]
-    rows = np.flatnonzero(qx[:, 0] ** 2 * spread < FORGOTTEN)
+    rows = np.flatnonzero(qx[:, 0] ** 2 * spread < _FORGOTTEN)
     for part in np.array_split(rows, math.ceil(rows.size / ROWS)):
         along, across = drift[0] * qx[part], drift[1] * qy[:, :columns]
         square = qx[part] ** 2 + qy[:, :columns] ** 2
         power = np.abs(source[part, :columns]) ** 2 * weights
         power[square == 0.0], square[square == 0.0] = 0.0, 1.0
-        steady, young = (response_of_modes(square, along + across, depth, end).real for end in (math.inf, spread))
+        steady, young = (_response_of_modes(square, along + across, depth, end).real for end in (math.inf, spread))
         excess += float(np.sum(power * (steady - young)))
     return excess / (total - excess) if total != excess else math.nan
 
@@ -234,9 +234,9 @@ def _response_rows(
     square[square == 0.0] = 1.0  # q = 0: any finite response, replaced by the caller
 
     def both_signs_of_qy(part: slice, along: Field) -> NDArray[np.complex128]:
-        response = response_of_modes(square[part], along + across, depth, spread)
+        response = _response_of_modes(square[part], along + across, depth, spread)
         if grid.shape[1] % 2 == 0:
-            flipped = response_of_modes(square[part, -1:], along - across[:, -1:], depth, spread)
+            flipped = _response_of_modes(square[part, -1:], along - across[:, -1:], depth, spread)
             response[:, -1:] = (response[:, -1:] + flipped) / 2
         return response
 
@@ -246,14 +246,14 @@ def _response_rows(
     return response
 
 
-def response_of_modes(square: Field, advection: Field, depth: float, spread: float) -> NDArray[np.complex128]:
+def _response_of_modes(square: Field, advection: Field, depth: float, spread: float) -> NDArray[np.complex128]:
     """κT/q̇ of the modes with q² = `square` and q·v/D = `advection`, both 1/m²."""
     modulus = np.sqrt(square**2 + advection**2)  # |λ|²; real numbers cost half of a complex root
     real = np.sqrt((modulus + square) / 2)
     surface: NDArray[np.complex128] = np.empty(real.shape, np.complex128)
     surface.real, surface.imag = real / modulus, advection / (2 * real * modulus)  # 1/λ
     response = surface if depth == 0.0 else surface * np.exp(-depth * modulus * surface.conj())
-    young = square * spread < FORGOTTEN  # not steady yet
+    young = square * spread < _FORGOTTEN  # not steady yet
     if young.any():
         scaled = math.sqrt(spread) / surface[young]
         if depth > 2 * COLD * math.sqrt(spread):

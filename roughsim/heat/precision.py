@@ -5,7 +5,7 @@ import numpy as np
 from roughsim.grid import Array, Grid
 
 CELLS = (1e-30, 1e30)  # sides of cells in m: beyond them the fourth powers of wavenumbers leave double precision
-FASTEST = 1e20  # v L/D, L the longer side of the cell: far beyond it, no quadrature follows the heat in time
+_FASTEST = 1e20  # v L/D, L the longer side of the cell: far beyond it, no quadrature follows the heat in time
 FURTHEST = 1e12  # cells slid since a start from rest: beyond, the phases q·vt are lost in rounding
 
 
@@ -18,10 +18,10 @@ def need_resolved(grid: Grid, speed: float, diffusivity: float) -> None:
         )
     side = max(grid.lengths)
     laps = abs(speed) / diffusivity * side
-    if laps > FASTEST:
+    if laps > _FASTEST:
         raise ValueError(
             f"speed = {speed:.6g} m/s and diffusivity = {diffusivity:.6g} m²/s make the Péclet number v L/D = "
-            f"{laps:.3g} of a cell of {side:.6g} m; at most {FASTEST:g} can be computed: check the units"
+            f"{laps:.3g} of a cell of {side:.6g} m; at most {_FASTEST:g} can be computed: check the units"
         )
 
 

@@ -26,9 +26,9 @@ from roughsim.surface.synthesis import remembered_modes
 
 MOST_SHARE = 0.45  # beyond, the level is no longer that of peaks
 LEAST_SHARE = 1e-4
-ENOUGH_POINTS = 512  # per side: finer grids are thinned out. The mean over surfaces is that of any points
+_ENOUGH_POINTS = 512  # per side: finer grids are thinned out. The mean over surfaces is that of any points
 STEP, NODES = 0.1, 128  # of u: what is left is below 1e-10 where many modes make up the surface
-MOST_NODES = 1 << 15  # for surfaces of a few modes, whose ⟨e^(s h)⟩ falls slowly
+_MOST_NODES = 1 << 15  # for surfaces of a few modes, whose ⟨e^(s h)⟩ falls slowly
 LARGE = 0.05  # amplitude over the rms height; smaller modes enter by a power series
 
 
@@ -74,7 +74,7 @@ def excess(heights: Array, level: float, point: HeightsAtAPoint) -> float:
     """Return ⟨h − t; h > t⟩ of a surface less that of all surfaces, both in units of the rms height, as is t."""
     if point.rms == 0.0:
         return 0.0
-    thinned = heights[tuple(slice(None, None, max(n // ENOUGH_POINTS, 1)) for n in heights.shape)]
+    thinned = heights[tuple(slice(None, None, max(n // _ENOUGH_POINTS, 1)) for n in heights.shape)]
     above = thinned[thinned > level * point.rms] / point.rms - level
     return float(above.sum()) / thinned.size - mean_above(level, point)
 
@@ -112,7 +112,7 @@ def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
         if variance > 0.0:
             own = amplitude / sqrt(variance)
             mean = mean_exponential(own[phased], own[modes.real], s)
-        if nodes >= MOST_NODES or variance == 0.0 or abs(mean[-1] / s[-1]) <= 1e-10 * abs(mean[0]):
+        if nodes >= _MOST_NODES or variance == 0.0 or abs(mean[-1] / s[-1]) <= 1e-10 * abs(mean[0]):
             return HeightsAtAPoint(sqrt(variance), slope, s, mean)
         nodes *= 4
 

@@ -13,7 +13,7 @@ from roughsim.grid import Array
 from roughsim.surface.spectrum import Face
 
 # One stretch of C(q): from q_left to q_right, C(q) = psd_left (q/q_left)^(−exponent).
-Piece = tuple[float, float, float, float]
+_Piece = tuple[float, float, float, float]
 
 
 class PowerLaws(Face):
@@ -23,7 +23,7 @@ class PowerLaws(Face):
 
     @property
     @abstractmethod
-    def pieces(self) -> tuple[Piece, ...]:
+    def pieces(self) -> tuple[_Piece, ...]:
         """The stretches (q_left, q_right, C(q_left), exponent), rising in q."""
 
     @property
@@ -134,7 +134,7 @@ class SelfAffineSpectrum(PowerLaws):
         return unit
 
     @property
-    def pieces(self) -> tuple[Piece, ...]:
+    def pieces(self) -> tuple[_Piece, ...]:
         """The stretches (q_left, q_right, C(q_left), exponent), rising in q."""
         low, high = self.roll_off_exponent, 2.0 + 2.0 * self.hurst
         kink = min(max(self.q_roll_off, self.q_min), self.q_max)
@@ -207,7 +207,7 @@ class TabulatedSpectrum(PowerLaws):
         return type(self), (self.q, self.psd)
 
     @property
-    def pieces(self) -> tuple[Piece, ...]:
+    def pieces(self) -> tuple[_Piece, ...]:
         """The stretches (q_left, q_right, C(q_left), exponent), rising in q."""
         exponent = -np.diff(np.log(self.psd)) / np.diff(np.log(self.q))
         columns = self.q[:-1], self.q[1:], self.psd[:-1], exponent

@@ -58,7 +58,7 @@ def synthesize(
     # the modes are cached only for a spectrum that cannot change: a frozen record, or a truncated one
     whole = getattr(spectrum, "whole", spectrum)
     frozen = is_dataclass(whole) and vars(type(whole))["__dataclass_params__"].frozen
-    find_modes: Callable[..., DrawnModes] = remembered_modes if frozen else independent_modes
+    find_modes: Callable[..., _DrawnModes] = remembered_modes if frozen else independent_modes
     modes = find_modes(spectrum, grid)
     count, real = modes.kept.size, modes.real
     if amplitudes == "gaussian":
@@ -84,7 +84,7 @@ def synthesize(
     return heights
 
 
-class DrawnModes(NamedTuple):
+class _DrawnModes(NamedTuple):
     """The independent modes of a surface in the order in which they are drawn."""
 
     kept: NDArray[np.bool_]  # of all modes that are drawn: a Nyquist mode of this grid is two modes of a finer one
@@ -95,7 +95,7 @@ class DrawnModes(NamedTuple):
     deviation: Array  # √variance of one mode of the full plane, m
 
 
-def independent_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
+def independent_modes(spectrum: Spectrum, grid: Grid) -> _DrawnModes:
     """Return the modes of a surface, one of each conjugate pair, in order of the shortest wavenumber of their cells.
 
     A cell has variance if q_max lies above that wavenumber, so the modes of a lower q_max come first.
@@ -120,7 +120,7 @@ def independent_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
     own = mirror == kx
     real, paired = np.flatnonzero(lone_column & own), np.flatnonzero(lone_column & ~own)
     place, partner = kx * half[1] + ky, mirror[paired] * half[1] + ky[paired]
-    return DrawnModes(kept, place, paired, partner, real, np.sqrt(variance.flat[place]))
+    return _DrawnModes(kept, place, paired, partner, real, np.sqrt(variance.flat[place]))
 
 
 SMALL = 2**18  # points, of grids whose modes take a few MB
@@ -129,7 +129,7 @@ SMALL = 2**18  # points, of grids whose modes take a few MB
 _of_small, _of_large = (lru_cache(maxsize=most)(independent_modes) for most in (96, 12))
 
 
-def remembered_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
+def remembered_modes(spectrum: Spectrum, grid: Grid) -> _DrawnModes:
     """Return `independent_modes`, found once for each spectrum and grid."""
-    modes: DrawnModes = (_of_small if grid.points <= SMALL else _of_large)(spectrum, grid)  # type: ignore[arg-type]
+    modes: _DrawnModes = (_of_small if grid.points <= SMALL else _of_large)(spectrum, grid)  # type: ignore[arg-type]
     return modes

@@ -31,7 +31,7 @@ PADDING = 16  # complex numbers between rows of the spectrum, so that these do n
 KEPT = 1 << 18  # points of a grid, at most, whose buffers are kept for the next solve: to make them costs as much as
 # some steps there; 20 bytes for each point and precision
 MOST_KEPT = 12  # grids in each precision, the coarse ones of a cascade among them
-ONCE = [(0, 0)]  # the block of a stage that is not divided
+_ONCE = [(0, 0)]  # the block of a stage that is not divided
 SQUARE = 1.5  # ratio of the sides of a cell of the pyramid up to which both are doubled
 
 
@@ -46,8 +46,8 @@ class Operator:
         self.row_group, self.row_blocks = divided((rows + 1) // 2, columns, self.dtype)
         self.column_group, self.column_blocks = divided(half, rows, self.dtype)
         # columns are transformed where they are, in whole groups, each line beginning at a multiple of plans.ALIGNMENT
-        distance = rounded_up(rows + PADDING, plans.ALIGNMENT // 8)
-        self.whole = plans.aligned((rounded_up(half, self.column_group), 2 * distance), self.dtype)
+        distance = _rounded_up(rows + PADDING, plans.ALIGNMENT // 8)
+        self.whole = plans.aligned((_rounded_up(half, self.column_group), 2 * distance), self.dtype)
         self.spectrum = self.whole[:half]
         self.row_plans = plans.line_plans(self.row_group, columns, (columns + plans.PADDING,) * 2, self.dtype)
         self.column_plans = plans.line_plans(self.column_group, rows, (distance, rows + plans.PADDING), self.dtype)
@@ -177,11 +177,11 @@ def divided(count: int, points: int, dtype: np.dtype[Any]) -> tuple[int, list[tu
     group = math.ceil(count / max(round(count / fitting), 1))
     number = round(2 * count * points / POINTS)
     number = max(number, plans.get_threads() if number else 1)
-    size = rounded_up(math.ceil(count / number), group)
+    size = _rounded_up(math.ceil(count / number), group)
     return group, [(first, min(first + size, count)) for first in range(0, count, size)]
 
 
-def rounded_up(count: int, group: int) -> int:
+def _rounded_up(count: int, group: int) -> int:
     """Return the least multiple of `group` that is not below `count`."""
     return -(-count // group) * group
 
@@ -208,11 +208,11 @@ class Extension:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
         if self.bottom == 0:
             self.parents[0][...], self.parents[1][...] = free, field
-            self._stages(extension.extend, [(UP + DOWN, ONCE)], free, field, self.parents, self.pyramid)
+            self._stages(extension.extend, [(UP + DOWN, _ONCE)], free, field, self.parents, self.pyramid)
             field[...] = self.parents[1]
             return
         work = free, field, self.parents, self.pyramid
-        self._stages(extension.extend, [(FIRST, self.rows), (UP + DOWN, ONCE), (LAST, self.rows)], *work)
+        self._stages(extension.extend, [(FIRST, self.rows), (UP + DOWN, _ONCE), (LAST, self.rows)], *work)
 
     def transpose(self, free: NDArray[np.int8], field: Field, step: Field, response: Field) -> tuple[float, float]:
         """Gather `field` from the whole plane onto the free points, in place: the transpose of `extend`.
@@ -222,10 +222,10 @@ class Extension:
         work = free, field, self.parents, self.pyramid, step, response
         if self.bottom == 0:
             self.parents[1][...] = field
-            self._stages(extension.transpose, [(UP + DOWN, ONCE)], *work)
+            self._stages(extension.transpose, [(UP + DOWN, _ONCE)], *work)
             np.multiply(self.parents[1], free, out=field)
             return float(np.sum(field * response, dtype=float)), float(np.sum(free * step * response, dtype=float))
-        stages = [(FIRST, self.parent_rows), (UP + DOWN, ONCE), (LAST, self.rows)]
+        stages = [(FIRST, self.parent_rows), (UP + DOWN, _ONCE), (LAST, self.rows)]
         cross, own = total(self._stages(extension.transpose, stages, *work))
         return cross, own
 
@@ -240,15 +240,15 @@ class Extension:
         work = free, load, self.parents, self.pyramid
         if self.bottom == 0:
             self.parents[0][...], self.parents[1][...] = free, 0.0
-            self._stages(extension.extend, [(UP, ONCE)], *work)
+            self._stages(extension.extend, [(UP, _ONCE)], *work)
             self.parents[1][...] = load
-            self._stages(extension.transpose, [(UP + DOWN, ONCE)], *work, load, load)
+            self._stages(extension.transpose, [(UP + DOWN, _ONCE)], *work, load, load)
             change -= self.parents[1] * free
             trial = pressure + change
             clipped = np.clip(trial, 0.0, cap)
             return float(clipped.sum()), int(np.count_nonzero((clipped == trial) & (free > 0)))
-        self._stages(extension.extend, [(FIRST, self.rows), (UP, ONCE)], *work)
-        self._stages(extension.transpose, [(FIRST, self.parent_rows), (UP + DOWN, ONCE)], *work, load, load)
+        self._stages(extension.extend, [(FIRST, self.rows), (UP, _ONCE)], *work)
+        self._stages(extension.transpose, [(FIRST, self.parent_rows), (UP + DOWN, _ONCE)], *work, load, load)
         parents = self.parents[1], self.parents[2]
 
         def task(start: int, stop: int) -> tuple[float, int]:

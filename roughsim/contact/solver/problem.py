@@ -16,7 +16,7 @@ from roughsim.fourier.blocks import extremes, run, spans
 from roughsim.grid import Field, Grid
 
 LOADS = (1e-303, 1e250)  # σ₀ over E* times range over length
-COARSEST = 64  # an axis is halved while it keeps at least this many points
+_COARSEST = 64  # an axis is halved while it keeps at least this many points
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class ScaledProblem:
 
 
 @dataclass(slots=True, eq=False)
-class Relief:
+class _Relief:
     """What a contact problem has from its heights and grid alone, whatever the load."""
 
     heights: Field  # m; a copy where it is kept
@@ -64,16 +64,16 @@ class Relief:
 
 
 @dataclass(slots=True)
-class Latest:
+class _Latest:
     """The relief of the last solve on a small grid: other loads on the same heights may follow."""
 
-    relief: Relief | None = None
+    relief: _Relief | None = None
 
 
-_latest = Latest()
+_latest = _Latest()
 
 
-def relief_of(heights: Field, grid: Grid) -> Relief:
+def relief_of(heights: Field, grid: Grid) -> _Relief:
     """Return the relief of some heights, m; that of the solve before if it had the same ones."""
     latest = _latest.relief
     if latest is not None and latest.cell == grid and np.array_equal(latest.heights, heights):
@@ -90,11 +90,11 @@ def relief_of(heights: Field, grid: Grid) -> Relief:
 
     run(scale, spans(*grid.shape))
     spectrum = kept_half_space(unit_grid, np.float64).forward(scaled)
-    highest = highest_wavenumber(unit_grid, spectrum)
+    highest = _highest_wavenumber(unit_grid, spectrum)
     # κ = q_s/2 makes the residual close to the error of the pressure
     stiffness = 0.5 * max(highest, 2 * np.pi / max(unit_grid.lengths))
-    pressed = pressed_at(int(np.argmin(heights)), unit_grid, spectrum)
-    relief = Relief(heights, grid, unit_grid, middle, unit, spectrum, stiffness, pressed)
+    pressed = _pressed_at(int(np.argmin(heights)), unit_grid, spectrum)
+    relief = _Relief(heights, grid, unit_grid, middle, unit, spectrum, stiffness, pressed)
     if grid.points <= KEPT:
         relief.heights, relief.spectrum = heights.copy(), spectrum.copy()
         _latest.relief = relief
@@ -103,7 +103,7 @@ def relief_of(heights: Field, grid: Grid) -> Relief:
 
 def dimensionless(
     heights: Field, grid: Grid, effective_modulus: float, nominal_pressure: float, hardness: float
-) -> tuple[ScaledProblem, Relief, float]:
+) -> tuple[ScaledProblem, _Relief, float]:
     """Return the problem, the relief of its heights, and the unit of its pressures, Pa."""
     relief = relief_of(heights, grid)
     middle, unit = relief.middle, relief.unit
@@ -125,7 +125,7 @@ def squares(grid: Grid) -> tuple[Field, Field]:
     return along, across
 
 
-def highest_wavenumber(grid: Grid, spectrum: Field) -> float:
+def _highest_wavenumber(grid: Grid, spectrum: Field) -> float:
     """Return the highest |q| in the heights of this spectrum; modes below rounding are not in them."""
     along, across = squares(grid)
 
@@ -137,12 +137,12 @@ def highest_wavenumber(grid: Grid, spectrum: Field) -> float:
     return math.sqrt(max(square for _, square in greatest(least)))
 
 
-def coarser(finest: ScaledProblem, relief: Relief, known: int = 0) -> list[ScaledProblem]:
+def coarser(finest: ScaledProblem, relief: _Relief, known: int = 0) -> list[ScaledProblem]:
     """Return the problem and its spectrally truncated versions of more than `known` points, finest first."""
     levels = [finest]
     while True:
         fine = levels[-1].grid.shape
-        nx, ny = ((n + 1) // 2 if n >= 2 * COARSEST else n for n in fine)
+        nx, ny = ((n + 1) // 2 if n >= 2 * _COARSEST else n for n in fine)
         if (nx, ny) == fine or nx * ny <= known:
             return levels
         if (nx, ny) not in relief.coarse:
@@ -152,7 +152,7 @@ def coarser(finest: ScaledProblem, relief: Relief, known: int = 0) -> list[Scale
         levels.append(replace(finest, heights=heights, middle=0.0, unit=1.0, grid=grid, stiffness=stiffness))
 
 
-def truncated(relief: Relief, shape: tuple[int, int]) -> tuple[Grid, Field]:
+def truncated(relief: _Relief, shape: tuple[int, int]) -> tuple[Grid, Field]:
     """Return a coarser grid, and the heights on it."""
     (nx, ny), spectrum = shape, relief.spectrum
     grid, heights = Grid(shape, relief.grid.lengths), np.empty(shape)
@@ -169,7 +169,7 @@ def truncated(relief: Relief, shape: tuple[int, int]) -> tuple[Grid, Field]:
     return grid, heights
 
 
-def pressed_at(point: int, grid: Grid, spectrum: Field) -> float:
+def _pressed_at(point: int, grid: Grid, spectrum: Field) -> float:
     """Return p − load = |q|h/2 of full contact at one point of the flattened grid: one sum."""
     along, across = squares(grid)
     row, column = divmod(point, grid.shape[1])
@@ -184,7 +184,7 @@ def pressed_at(point: int, grid: Grid, spectrum: Field) -> float:
     return 0.5 * float(sum(run(pressed, spans(*spectrum.shape))))
 
 
-def full_contact(problem: ScaledProblem, relief: Relief) -> tuple[Field, Field] | None:
+def full_contact(problem: ScaledProblem, relief: _Relief) -> tuple[Field, Field] | None:
     """Return pressure and gap where p = load + |q|h/2 keeps to the bounds or the load is the cap; None elsewhere."""
     grid, load = problem.grid, problem.load
     if load == problem.cap:

@@ -36,7 +36,7 @@ from roughsim.fourier.blocks import run, spans
 from roughsim.grid import Field
 
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
-COARSE_TOLERANCE = 0.03  # tighter coarse solves do not help the next level
+_COARSE_TOLERANCE = 0.03  # tighter coarse solves do not help the next level
 PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled
 _LEAST_REACH = 1e-3  # of the active set after short steps: then points leave or join a bound nearly one by one
 _SHORT = 0.05  # length of a step below which it counts as bad
@@ -65,7 +65,7 @@ def solve_cascade(
     work = 0.0
     precise = False
     for problem in reversed(levels[1:]):
-        coarse = solve_level(problem, start, max(COARSE_TOLERANCE, tolerance), max_iterations, final=False)
+        coarse = solve_level(problem, start, max(_COARSE_TOLERANCE, tolerance), max_iterations, final=False)
         work += coarse.transforms * problem.grid.points / finest.grid.points
         start = coarse.pressure
         # single precision is enough for the first gap of a level unless rounding already blurs the coarser solution
@@ -100,7 +100,7 @@ def solve_level(
     state = check(problem, work, now, tolerance, reach)
     for iteration in range(max_iterations + 1):
         if final:
-            state = check_again(problem, work, now, state, tolerance, reach)
+            state = _check_again(problem, work, now, state, tolerance, reach)
         since_best = 0 if state.residual < 0.9 * best else since_best + 1
         best = state.residual if since_best == 0 else best
         met = state.residual <= tolerance and not (final and state.above)
@@ -139,7 +139,7 @@ def solve_level(
     return Solution(*fields, state.residual, iteration, now.transforms, state.blur)
 
 
-def check_again(
+def _check_again(
     problem: ScaledProblem, work: Workspace, now: Iterate, state: Check, tolerance: float, reach: float
 ) -> Check:
     """Check with a better gap where rounding errors matter, and with the range of the displacement as it is now."""

@@ -22,9 +22,9 @@ from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.fourier.blocks import extremes, run, spans, total
 from roughsim.grid import Field, Grid
 
-DOUBLE = float(np.finfo(np.float64).eps)
+_DOUBLE = float(np.finfo(np.float64).eps)
 NEGLIGIBLE = 0.1  # share of the tolerance that rounding may take
-_ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
+_ROUNDING = 64 * _DOUBLE  # what rounding may leave of the gap, in units of the heights
 _NEARBY = 0.01  # of the residual: from this share of the load on it matters where the load of the bounds goes
 
 
@@ -60,7 +60,7 @@ class Workspace:
         return total(self.do(kernel, arrays, *numbers))
 
 
-def make_workspace(grid: Grid, kind: Any) -> Workspace:
+def _make_workspace(grid: Grid, kind: Any) -> Workspace:
     """Return the operators and arrays for steps of a precision."""
     size = grid.points
     blocks = [(first * grid.shape[1], last * grid.shape[1]) for first, last in spans(*grid.shape)]
@@ -81,7 +81,7 @@ def make_workspace(grid: Grid, kind: Any) -> Workspace:
 
 def workspace_of(problem: ScaledProblem) -> Workspace:
     """Return the workspace for a problem, without a last step."""
-    work: Workspace = kept(make_workspace, problem.grid, np.dtype(problem.step_type))
+    work: Workspace = kept(_make_workspace, problem.grid, np.dtype(problem.step_type))
     work.step.fill(0.0)
     work.response.fill(0.0)
     return work
@@ -298,4 +298,4 @@ def rounding_floor(problem: ScaledProblem, pressure: Field) -> float:
     spread = float(np.abs(problem.heights - problem.middle).max()) / problem.unit
     rms = float(np.sqrt(np.mean(pressure**2)))
     contact = float(np.sqrt(np.mean(pressure > 0.0)))
-    return 4.0 * DOUBLE * (1.0 + problem.stiffness * spread * contact / rms)
+    return 4.0 * _DOUBLE * (1.0 + problem.stiffness * spread * contact / rms)

@@ -12,7 +12,7 @@ import numpy as np
 from roughsim.surface.topography.contents import Contents, NoHeightsError
 
 PICTURES = {b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF", b"II*\x00": "TIFF", b"MM\x00*": "TIFF"}
-PACKED = {b"BZh": "bzip2", b"\xfd7zXZ": "xz", b"7z\xbc\xaf": "7z", b"Rar!": "rar", b"\x28\xb5\x2f\xfd": "zstd"}
+_PACKED = {b"BZh": "bzip2", b"\xfd7zXZ": "xz", b"7z\xbc\xaf": "7z", b"Rar!": "rar", b"\x28\xb5\x2f\xfd": "zstd"}
 _TIFF = (b"II*\x00", b"MM\x00*")  # some instruments write heights into one
 _DOCUMENTS = re.compile(rb"\s*(%PDF|<!doctype html|<html)", re.IGNORECASE)
 _ANYTHING = ("hgt",)  # a reader that takes any file of the right size
@@ -82,7 +82,7 @@ def no_map(start: bytes) -> str | None:
     for magic, kind in PICTURES.items():
         if start.startswith(magic) and magic not in _TIFF:
             return f"is a picture ({kind}); heights need the file of the instrument"
-    for magic, kind in PACKED.items():
+    for magic, kind in _PACKED.items():
         if start.startswith(magic):
             return f"is packed ({kind}); unpack it and name its scan"
     if start[257:262] == b"ustar":

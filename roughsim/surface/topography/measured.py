@@ -65,7 +65,7 @@ class Bins:
         if missing <= 0.0:
             return first
         # 2π ∫ q C dq from q_low to q₁ = 2π C₁ q₁² (1 − (q_low/q₁)^p)/p, p = 2 − exponent, log for p = 0
-        share, power = missing / (2 * np.pi * psd * first**2), 2.0 - lowest_exponent(self.q, self.psd)
+        share, power = missing / (2 * np.pi * psd * first**2), 2.0 - _lowest_exponent(self.q, self.psd)
         inner = max(1.0 - share * power, 0.0)
         ratio = np.exp(-share) if abs(power) < 1e-9 else (inner ** (1.0 / power) if inner > 0.0 else 0.0)
         return first * float(np.clip(ratio, 0.4, 1.0))  # a mode at 2π/L stands for no wave longer than about 2L
@@ -79,13 +79,13 @@ def map_spectrum(heights: Array, grid: Grid, *, periodic: bool, reliable: float 
     """
     q_max = min(grid.nyquist, reliable)
     if periodic:
-        return radial_average(psd_of(heights, grid, np.ones(grid.shape)), grid, q_max)
+        return radial_average(_psd_of(heights, grid, np.ones(grid.shape)), grid, q_max)
     parts, part = discs(grid)
     weight = window(part)
     psd = np.zeros(part.half_shape)
     for place in parts:
         own = heights[place]
-        psd += psd_of(levelled(own) if len(parts) > 1 else own, part, weight) / len(parts)
+        psd += _psd_of(levelled(own) if len(parts) > 1 else own, part, weight) / len(parts)
     # modes under a window are correlated: so many of them count as one
     together = float(np.mean(weight**4) / np.mean(weight**2) ** 2)
     return radial_average(psd, part, q_max, together=together, share=share_of_scatter(weight, parts))
@@ -103,7 +103,7 @@ def levelled(heights: Array, periodic: bool = False) -> Array:
     return heights
 
 
-def psd_of(heights: Array, grid: Grid, weight: Array) -> Array:
+def _psd_of(heights: Array, grid: Grid, weight: Array) -> Array:
     """Return C at the modes of heights, m, under a window, m⁴, of `grid.half_shape`."""
     modes = np.fft.rfft2(heights * weight)
     psd: Array = modes.real**2 + modes.imag**2
@@ -218,7 +218,7 @@ def binned(
     return Bins(centre, level, exponent, error, low + np.flatnonzero(filled), variance, q_max)
 
 
-def lowest_exponent(q: Array, psd: Array) -> float:
+def _lowest_exponent(q: Array, psd: Array) -> float:
     """Return the exponent of the power law over the first rows, from 0 to 4."""
     first = slice(0, _FIRST_BINS)
     return float(np.clip(-np.polyfit(np.log(q[first]), np.log(psd[first]), 1)[0], 0.0, 4.0))
@@ -234,9 +234,9 @@ def combined(maps: Sequence[Bins]) -> MeasuredSpectrum:
         (one,) = maps
         q, psd, errors = one.q, one.psd, one.error[:, None]
     else:
-        q, psd, errors = mean_over_maps(maps)
+        q, psd, errors = _mean_over_maps(maps)
     longest = min(maps, key=lambda one: float(one.q[0])).longest
-    return with_ends(q, psd, errors, longest, max(one.q_max for one in maps))
+    return _with_ends(q, psd, errors, longest, max(one.q_max for one in maps))
 
 
 @dataclass(frozen=True)
@@ -255,7 +255,7 @@ class _OfContainer:
         return self.q, self.psd
 
 
-def mean_over_maps(maps: Sequence[Bins]) -> tuple[Array, Array, Array]:
+def _mean_over_maps(maps: Sequence[Bins]) -> tuple[Array, Array, Array]:
     """Return q, rad/m, in the middle of each bin that some map has, the mean C, m⁴, and its errors as they are kept."""
     from SurfaceTopography.Container.Averaging import log_average  # type: ignore[import-not-found,import-untyped,unused-ignore]
 
@@ -289,14 +289,14 @@ def mean_over_maps(maps: Sequence[Bins]) -> tuple[Array, Array, Array]:
     return q, psd, np.column_stack([sampling, *np.nan_to_num(without)])
 
 
-def with_ends(q: Array, psd: Array, errors: Array, longest: float, q_max: float) -> MeasuredSpectrum:
+def _with_ends(q: Array, psd: Array, errors: Array, longest: float, q_max: float) -> MeasuredSpectrum:
     """Return the table from the wavenumber `longest` to q_max, rad/m, as power laws beyond its first and last rows.
 
     A row that was added has the error of the row beside it. As they move together, the independent part of both is √2
     times as large: its square then is at least that of the sum.
     """
     rows = np.flatnonzero(q < q_max * (1 - 1e-6)).tolist()
-    slopes = -lowest_exponent(q, psd), float(np.log(psd[-1] / psd[-2]) / np.log(q[-1] / q[-2]))
+    slopes = -_lowest_exponent(q, psd), float(np.log(psd[-1] / psd[-2]) / np.log(q[-1] / q[-2]))
     last = min(len(rows), q.size - 1)  # the row that the end is nearest to
     first = [0] if longest < 0.999 * q[0] else []
     source = np.array([*first, *rows, last])  # row of the error of each row of the result

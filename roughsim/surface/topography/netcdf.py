@@ -16,7 +16,7 @@ _SCALES = (("scale_factor", 1.0), ("add_offset", 0.0))
 _ATTRIBUTES = ("unit", "units", _LENGTH, "_FillValue", "missing_value", *(key for key, _ in _SCALES))
 
 
-class Variable(NamedTuple):
+class _Variable(NamedTuple):
     """A variable of a netCDF file."""
 
     axes: tuple[str, ...]  # names of its dimensions
@@ -64,10 +64,10 @@ def of_netcdf(path: Path, start: bytes, check: Callable[[tuple[int, ...]], None]
     return None
 
 
-def _classic_variables(file: Any) -> dict[str, Variable]:
+def _classic_variables(file: Any) -> dict[str, _Variable]:
     """Return the variables of a classic file."""
     return {
-        name: Variable(
+        name: _Variable(
             tuple(one.dimensions),
             tuple(one.shape),
             {key: getattr(one, key) for key in _ATTRIBUTES if hasattr(one, key)},
@@ -77,7 +77,7 @@ def _classic_variables(file: Any) -> dict[str, Variable]:
     }
 
 
-def _hdf5_variables(file: Any) -> dict[str, Variable]:
+def _hdf5_variables(file: Any) -> dict[str, _Variable]:
     """Return the variables of the root group whose dimensions have scales, and these."""
     import h5py
 
@@ -89,11 +89,11 @@ def _hdf5_variables(file: Any) -> dict[str, Variable]:
         axes = (name,) if scale else tuple(axis[0].name.rsplit("/", 1)[-1] for axis in one.dims if len(axis))
         without_values = bytes(one.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension but not")
         if len(axes) == one.ndim and not without_values:
-            result[name] = Variable(axes, one.shape, dict(one.attrs), partial(one.__getitem__, ()))
+            result[name] = _Variable(axes, one.shape, dict(one.attrs), partial(one.__getitem__, ()))
     return result
 
 
-def _heights(variables: Mapping[str, Variable], check: Callable[[tuple[int, ...]], None]) -> Contents | None:
+def _heights(variables: Mapping[str, _Variable], check: Callable[[tuple[int, ...]], None]) -> Contents | None:
     """Return the map of the variables, or the line scan where there is no map."""
     if any(_LENGTH in variables[axis].attributes for axis in "xy" if axis in variables):
         return None
@@ -109,7 +109,7 @@ def _heights(variables: Mapping[str, Variable], check: Callable[[tuple[int, ...]
     return None
 
 
-def _is_length(variable: Variable) -> bool:
+def _is_length(variable: _Variable) -> bool:
     try:
         return variable.unit("") is not None
     except NoHeightsError:
@@ -117,7 +117,7 @@ def _is_length(variable: Variable) -> bool:
 
 
 def _with_axes(
-    name: str, variable: Variable, variables: Mapping[str, Variable], check: Callable[[tuple[int, ...]], None]
+    name: str, variable: _Variable, variables: Mapping[str, _Variable], check: Callable[[tuple[int, ...]], None]
 ) -> Contents:
     """Return the heights of a variable over its axes, x first, both rising."""
     shape = tuple(n for n in variable.shape if n > 1)

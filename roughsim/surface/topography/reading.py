@@ -23,11 +23,11 @@ from roughsim.surface.topography.texture import Texture, texture_of
 from roughsim.surface.topography.undefined import filled, without_marks
 from roughsim.untrusted import check_measured_file, unpacked
 
-MOST_UNDEFINED = 0.05  # share of points that are filled unasked
-MOST_FILLED = 0.5  # share of points that are filled on request
+_MOST_UNDEFINED = 0.05  # share of points that are filled unasked
+_MOST_FILLED = 0.5  # share of points that are filled on request
 FILLS = ("smooth",)
 LEAST_POINTS = 8  # along each side of a map
-LEAST_OF_LINE = 64  # of a line scan
+_LEAST_OF_LINE = 64  # of a line scan
 BYTES_PER_POINT = 64.0  # that reading a map and its C(q) take
 _NUMPY = b"\x93NUMPY"
 
@@ -141,8 +141,8 @@ def read_scan(
     try:
         with unpacked(path) as file:
             check_measured_file(file, path)
-            found = contents_of(file)
-        scan, notes = _scan_of(path, with_size_and_unit(found, size, unit), fill)
+            found = _contents_of(file)
+        scan, notes = _scan_of(path, _with_size_and_unit(found, size, unit), fill)
     except (RecordError, ImportError):
         raise
     except NoHeightsError as error:
@@ -162,7 +162,7 @@ def read_scan(
     return scan
 
 
-def contents_of(file: Path) -> Contents:
+def _contents_of(file: Path) -> Contents:
     """Return the heights of a file that was checked; NoHeightsError of one line otherwise."""
     with open(file, "rb") as stream:
         start = stream.read(4096)
@@ -170,13 +170,13 @@ def contents_of(file: Path) -> Contents:
             raise NoHeightsError(reason)
         if start.startswith(_NUMPY):
             return _of_array(file)
-        if (found := of_netcdf(file, start, check_points)) is not None:
+        if (found := of_netcdf(file, start, _check_points)) is not None:
             return found
         text = decoded(start) and decoded(file.read_bytes())
         if text is not None:
             return _of_text(text)
         stream.seek(0)
-        of_file = of_instrument(stream, check_points)
+        of_file = of_instrument(stream, _check_points)
     if of_file is None:
         raise NoHeightsError(unknown(file, start))
     return of_file
@@ -186,7 +186,7 @@ def _of_array(file: Path) -> Contents:
     numbers = np.load(file, mmap_mode="r", allow_pickle=False)
     if numbers.dtype.kind not in "uif":
         raise NoHeightsError(f"holds an array of dtype {numbers.dtype}; heights must be real numbers")
-    check_points(numbers.shape)
+    _check_points(numbers.shape)
     heights = np.array(numbers, dtype=np.float64)
     return without_coordinates(heights) if heights.ndim == 2 else Contents(heights)
 
@@ -205,17 +205,17 @@ def _of_text(text: str) -> Contents:
         refuse_damaged(table.header if table is not None else text.splitlines())
         if table is not None and table.layout.comma:
             text = text.replace(",", ".")
-        found = of_instrument(BytesIO(text.encode()), check_points, text=True)
+        found = of_instrument(BytesIO(text.encode()), _check_points, text=True)
         if found is not None:
             return found
     return heights_of(table if table is not None else table_of(text))
 
 
-def check_points(shape: tuple[int, ...]) -> None:
+def _check_points(shape: tuple[int, ...]) -> None:
     """Refuse what is no map and no line scan, or too small or too large, before its heights are read."""
     if len(shape) not in (1, 2):
         raise NoHeightsError(f"holds numbers of shape {shape}; C(q) of a surface needs a map or a line scan")
-    least = LEAST_POINTS if len(shape) == 2 else LEAST_OF_LINE
+    least = LEAST_POINTS if len(shape) == 2 else _LEAST_OF_LINE
     if min(shape) < least:
         kind = "along each side" if len(shape) == 2 else "of a line scan"
         raise NoHeightsError(f"has {shape} points; C(q) needs at least {least} {kind}")
@@ -227,7 +227,7 @@ def check_points(shape: tuple[int, ...]) -> None:
         )
 
 
-def with_size_and_unit(found: Contents, size: Sequence[float] | None, unit: float | None) -> Contents:
+def _with_size_and_unit(found: Contents, size: Sequence[float] | None, unit: float | None) -> Contents:
     """Return contents in m: by the file, or by what is given where the file does not say it."""
     own_size = found.sizes is not None and (found.lateral_unit is not None or size is None)
     needs_size = found.sizes is None or (found.lateral_unit is None and found.unit is not None)
@@ -269,17 +269,17 @@ def _scan_of(path: Path, found: Contents, fill: str | None) -> tuple[Topography 
     heights, marks = without_marks(found.heights)
     left_out = [*found.left_out, *(f"heights of {mark:g}, which stand for undefined points" for mark in marks)]
     notes = [f"left out: {' and '.join(left_out)}"] if left_out else []
-    check_points(heights.shape)
+    _check_points(heights.shape)
     sizes = tuple(float(size) for size in found.sizes or ())
     if not all(0.0 < size < np.inf for size in sizes):
         raise NoHeightsError(f"says sizes of {' and '.join(f'{size:.4g} m' for size in sizes)}; they must be above 0")
     undefined = np.isnan(heights)
     share = float(np.mean(undefined))
-    most = MOST_UNDEFINED if fill is None else MOST_FILLED
+    most = _MOST_UNDEFINED if fill is None else _MOST_FILLED
     if share > most:
         how = (
             'write topography_fill = "smooth" to fill them, or crop it'
-            if fill is None and share <= MOST_FILLED
+            if fill is None and share <= _MOST_FILLED
             else "crop it"
         )
         raise RecordError(f"{path}: {100 * share:.3g} % of its points are undefined, above {100 * most:g} %; {how}")

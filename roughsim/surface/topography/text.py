@@ -9,7 +9,7 @@ import numpy as np
 from roughsim.grid import Array
 from roughsim.surface.topography.contents import EVEN, Contents, NoHeightsError, even_step
 
-UNDEFINED = frozenset(("", "bad", "na", "n/a", "null", "none", "-", "--", "---", "***"))  # in place of a number
+_UNDEFINED = frozenset(("", "bad", "na", "n/a", "null", "none", "-", "--", "---", "***"))  # in place of a number
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?|[-+]?\d+(?:[eE][-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE)
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")
 _SAMPLE = 20  # lines that show how numbers are divided
@@ -36,7 +36,7 @@ class Layout(NamedTuple):
         if self.divider is not None and self.divider not in line:
             return False
         fields = [field.strip() for field in line.replace('"', "").strip().split(self.divider)]
-        values = [field for field in fields if field.lower() not in UNDEFINED]
+        values = [field for field in fields if field.lower() not in _UNDEFINED]
         number = _DECIMAL_COMMA.fullmatch if self.comma else _is_number
         return bool(values) and all(number(value) for value in values)
 
@@ -72,7 +72,7 @@ def table_of(text: str) -> Table:
     if first is None:
         raise NoHeightsError("holds no numbers; is it the right file?")
     data = [(k, line) for k, line in plain[first:] if line.strip()]
-    layout = layout_of([line for _, line in data[:_SAMPLE]])
+    layout = _layout_of([line for _, line in data[:_SAMPLE]])
     rows = []
     for k, line in data:
         try:
@@ -101,7 +101,7 @@ def refuse_damaged(lines: list[str]) -> None:
             raise NoHeightsError(f"has {wrong[0][:40]!r} in a line of numbers; it is damaged")
 
 
-def layout_of(lines: list[str]) -> Layout:
+def _layout_of(lines: list[str]) -> Layout:
     """Return how the numbers of these lines are divided; NoHeightsError where that can be read in two ways."""
     fitting = [one for one in _LAYOUTS if all(one.fits(line) for line in lines)]
     if not fitting:  # a line further down is no line of numbers: it is named when it is read
@@ -209,7 +209,7 @@ def _number(field: str) -> float:
     """Return the number of a field, NaN where undefined; ValueError for anything else, and for Python's 1_000."""
     if "_" in field:
         raise ValueError
-    return np.nan if field.lower() in UNDEFINED else float(field)
+    return np.nan if field.lower() in _UNDEFINED else float(field)
 
 
 def _is_number(field: str) -> bool:

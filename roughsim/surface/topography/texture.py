@@ -13,16 +13,16 @@ import numpy as np
 from roughsim.grid import Array, Grid
 from roughsim.surface.topography.periodic import periodic_part
 
-UNEVEN = 1.5  # rms slope across over along: above, T_flash differs by as much and more from direction to direction
+_UNEVEN = 1.5  # rms slope across over along: above, T_flash differs by as much and more from direction to direction
 LEAST_SHARE = 0.01  # of ⟨|∇h|²⟩ or of ⟨h²⟩: an octave of less is of no account
-LEAST_MODES = 64  # of a band: isotropic ones of fewer modes have a ratio above 1.5 by chance
-STRAIGHT = 1e6  # the largest ratio: straight grooves have no slope along them but rounding
-KURTOSIS = 6.0  # isotropic Gaussian maps with few long waves reach 5.8
-OUTLYING = 8.0  # rms heights: Gaussian maps have no point beyond, however large they are
-TOPS = 0.05  # share of the points that are the highest
-SLOPE_OF_TOPS = 2 / 3, 3 / 2  # of Gaussian maps: below there are flattened tops or deep pits, above sharp summits
+_LEAST_MODES = 64  # of a band: isotropic ones of fewer modes have a ratio above 1.5 by chance
+_STRAIGHT = 1e6  # the largest ratio: straight grooves have no slope along them but rounding
+_KURTOSIS = 6.0  # isotropic Gaussian maps with few long waves reach 5.8
+_OUTLYING = 8.0  # rms heights: Gaussian maps have no point beyond, however large they are
+_TOPS = 0.05  # share of the points that are the highest
+_SLOPE_OF_TOPS = 2 / 3, 3 / 2  # of Gaussian maps: below there are flattened tops or deep pits, above sharp summits
 DRAWN = "the theory and drawn surfaces are isotropic"
-INSTEAD = "`roughsim press` computes the map itself"
+_INSTEAD = "`roughsim press` computes the map itself"
 
 
 class Texture(NamedTuple):
@@ -41,26 +41,26 @@ class Texture(NamedTuple):
 
     @property
     def isotropic(self) -> bool:
-        """Whether slopes are as steep in all directions, within `UNEVEN`."""
-        return max(self.ratio, self.band_ratio) <= UNEVEN
+        """Whether slopes are as steep in all directions, within `_UNEVEN`."""
+        return max(self.ratio, self.band_ratio) <= _UNEVEN
 
     @property
     def gaussian(self) -> bool:
         """Whether nothing shows that the heights are not Gaussian."""
-        low, high = SLOPE_OF_TOPS
-        return self.kurtosis <= KURTOSIS and self.outlying == 0.0 and low <= self.slope_of_tops <= high
+        low, high = _SLOPE_OF_TOPS
+        return self.kurtosis <= _KURTOSIS and self.outlying == 0.0 and low <= self.slope_of_tops <= high
 
     @property
     def lay(self) -> float:
         """The angle of the lay, radians: of the octave with the largest ratio if that alone is uneven."""
-        return self.angle if self.ratio > UNEVEN or self.isotropic else self.band_angle
+        return self.angle if self.ratio > _UNEVEN or self.isotropic else self.band_angle
 
     def slopes(self) -> str:
         """Return the lay in words."""
-        text = f"slopes {self.ratio:.2g} times as steep across as along {in_degrees(self.angle)}"
-        if self.band_ratio > max(UNEVEN, self.ratio):
+        text = f"slopes {self.ratio:.2g} times as steep across as along {_in_degrees(self.angle)}"
+        if self.band_ratio > max(_UNEVEN, self.ratio):
             waves = f"waves of {2e6 * pi / self.band_high:.2g} to {2e6 * pi / self.band_low:.2g} µm"
-            text += f", {self.band_ratio:.2g} times along {in_degrees(self.band_angle)} in {waves}"
+            text += f", {self.band_ratio:.2g} times along {_in_degrees(self.band_angle)} in {waves}"
         return text
 
     def heights(self) -> str:
@@ -69,27 +69,27 @@ class Texture(NamedTuple):
 
     def extremes(self) -> str:
         """Return in words how steep the highest points are, and how many lie far out."""
-        outlying = f"; {100 * self.outlying:.2g} % of the points lie beyond {OUTLYING:g} rms" * (self.outlying > 0.0)
-        tops = f"the highest {100 * TOPS:g} % of the points have {self.slope_of_tops:.2g} of the rms slope of all"
+        outlying = f"; {100 * self.outlying:.2g} % of the points lie beyond {_OUTLYING:g} rms" * (self.outlying > 0.0)
+        tops = f"the highest {100 * _TOPS:g} % of the points have {self.slope_of_tops:.2g} of the rms slope of all"
         return tops + outlying
 
     def warnings(self, face: str) -> Iterator[str]:
         """Yield a warning for each way in which surfaces drawn from C(q) are not like the map of a face."""
         if not self.isotropic:
             yield (
-                f"the map of [{face}] is not isotropic: {self.slopes()}, above {UNEVEN:g}; {DRAWN}, and T_flash "
-                f"differs between the directions of sliding; {INSTEAD}, and gives T_flash along and across the lay"
+                f"the map of [{face}] is not isotropic: {self.slopes()}, above {_UNEVEN:g}; {DRAWN}, and T_flash "
+                f"differs between the directions of sliding; {_INSTEAD}, and gives T_flash along and across the lay"
             )
         if not self.gaussian:
             yield (
                 f"the heights of the map of [{face}] are not Gaussian: {self.heights()} (Gaussian 0 and 3); "
                 f"{self.extremes()} (Gaussian 1); drawn surfaces have its C(q), but Gaussian heights without its "
-                f"pits, flattened tops or dust, and T_flash may be off by a factor; {INSTEAD}, and gives the ratio of "
+                f"pits, flattened tops or dust, and T_flash may be off by a factor; {_INSTEAD}, and gives the ratio of "
                 "the map to a Gaussian twin"
             )
 
 
-def in_degrees(angle: float) -> str:
+def _in_degrees(angle: float) -> str:
     """Return the angle of an axis in whole degrees, from "0°" to "179°"."""
     return f"{round(degrees(angle)) % 180}°"
 
@@ -122,15 +122,15 @@ def texture_of(heights: Array, grid: Grid, *, periodic: bool, reliable: float = 
         *steepest,
         skewness=float(np.mean(standard**3)),
         kurtosis=float(np.mean(standard**4)),
-        outlying=float(np.mean(np.abs(standard) > OUTLYING)),
+        outlying=float(np.mean(np.abs(standard) > _OUTLYING)),
         slope_of_tops=slope_of_tops(heights, grid),
     )
 
 
-OneLay = tuple[float, float, float, float]  # ratio, angle, and the lowest and highest wavenumber
+_OneLay = tuple[float, float, float, float]  # ratio, angle, and the lowest and highest wavenumber
 
 
-def lays(power: Array, grid: Grid, q_max: float) -> tuple[OneLay, list[OneLay]]:
+def lays(power: Array, grid: Grid, q_max: float) -> tuple[_OneLay, list[_OneLay]]:
     """Return the lay of all waves up to `q_max`, rad/m, and those of octaves with enough modes.
 
     `power` is |h(q⃗)|² at the modes of `grid.half_shape`, times their multiplicity.
@@ -146,24 +146,24 @@ def lays(power: Array, grid: Grid, q_max: float) -> tuple[OneLay, list[OneLay]]:
     slopes, heights = sums[:, 0] + sums[:, 2], np.bincount(octave, weighted)
     present = (slopes > LEAST_SHARE * slopes.sum()) | (heights > LEAST_SHARE * heights.sum())
     found = [
-        (*principal_axes(*sums[k]), q_max * 0.5 ** (k + 1), q_max * 0.5**k)
-        for k in np.flatnonzero(present & (modes >= LEAST_MODES)).tolist()
+        (*_principal_axes(*sums[k]), q_max * 0.5 ** (k + 1), q_max * 0.5**k)
+        for k in np.flatnonzero(present & (modes >= _LEAST_MODES)).tolist()
     ]
-    return (*principal_axes(*sums.sum(axis=0)), float(q[inside].min()), q_max), found
+    return (*_principal_axes(*sums.sum(axis=0)), float(q[inside].min()), q_max), found
 
 
-def principal_axes(xx: float, xy: float, yy: float) -> tuple[float, float]:
+def _principal_axes(xx: float, xy: float, yy: float) -> tuple[float, float]:
     """Return the ratio of the rms slopes across and along, and the angle of the axis along, of ⟨∇h ∇hᵀ⟩."""
     mean, apart = 0.5 * (xx + yy), float(np.hypot(0.5 * (xx - yy), xy))
-    ratio = float(np.sqrt((mean + apart) / max(mean - apart, (mean + apart) / STRAIGHT**2)))
+    ratio = float(np.sqrt((mean + apart) / max(mean - apart, (mean + apart) / _STRAIGHT**2)))
     across = 0.5 * float(np.arctan2(2.0 * xy, xx - yy))  # of the larger eigenvalue
     return ratio, (across + 0.5 * pi) % pi
 
 
 def slope_of_tops(heights: Array, grid: Grid) -> float:
-    """Return the rms slope of the highest points, `TOPS` of all, over that of all, by central differences."""
+    """Return the rms slope of the highest points, `_TOPS` of all, over that of all, by central differences."""
     inner, (dx, dy) = heights[1:-1, 1:-1], grid.spacing
     along_x, along_y = heights[2:, 1:-1] - heights[:-2, 1:-1], heights[1:-1, 2:] - heights[1:-1, :-2]
     squares = (along_x / dx) ** 2 + (along_y / dy) ** 2
-    top = inner >= np.quantile(inner, 1.0 - TOPS)
+    top = inner >= np.quantile(inner, 1.0 - _TOPS)
     return float(np.sqrt(squares[top].mean() / squares.mean()))

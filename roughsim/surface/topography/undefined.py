@@ -9,9 +9,9 @@ from roughsim.grid import Array
 
 # numbers by which programs mark a point without a height: gridded files, 16-bit instruments, missing data of netCDF
 MARKS = (-9999.0, -99999.0, -32768.0, 32767.0, 65535.0, 9999.0, 99999.0)
-LARGEST = 1e30  # beyond it a number is a mark
+_LARGEST = 1e30  # beyond it a number is a mark
 _FAR = 100.0  # ranges of all other heights: a value that far away and there twice or more is a mark
-_NAMED = 3  # so many marks beyond `LARGEST` are named
+_NAMED = 3  # so many marks beyond `_LARGEST` are named
 _OFTEN = 10  # times as often as any other value
 
 
@@ -23,7 +23,7 @@ def without_marks(heights: Array) -> tuple[Array, list[float]]:
     hundred of their ranges away.
     """
     heights = np.where(np.isfinite(heights), heights, np.nan)
-    beyond = np.abs(heights) >= LARGEST
+    beyond = np.abs(heights) >= _LARGEST
     found = [float(mark) for mark in np.unique(heights[beyond])[:_NAMED]]
     heights = np.where(beyond, np.nan, heights)
     for _ in range(4):  # both ends, and a second mark at each
