@@ -105,7 +105,7 @@ def _datasets(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
 
 @contextmanager
 def unpacked(path: Path) -> Iterator[Path]:
-    """Give the path of a file, or of a temporary copy of what it holds if it is packed by gzip.
+    """Give the path of a file, or of a temporary unpacked copy if it is packed by gzip.
 
     RecordError for no regular file, more than an eighth of memory packed or unpacked, and a packed file that is
     damaged or holds another packed file.
@@ -202,7 +202,7 @@ def call_in_child(function: Callable[..., Any], *arguments: Any, seconds: float)
             if code in _CRASHES:
                 raise ChildEndedError(f"the library crashed, signal {-code}") from None
             raise OSError(f"{_OPENER} was ended from outside ({code}); try again") from None
-        except BaseException:  # after an interrupt, a late answer would be taken for that of the next call
+        except BaseException:  # after an interrupt, the next call would take this answer for its own
             child.kill()
             _wait(child)
             raise
@@ -212,7 +212,7 @@ def call_in_child(function: Callable[..., Any], *arguments: Any, seconds: float)
 
 
 def _started() -> Popen[bytes]:
-    """A new child that has said that it is ready."""
+    """Start a child, and wait until it is ready."""
     code = f"import sys; sys.path[:] = {sys.path!r}; from roughsim.untrusted import serve; serve()"
     child = _children[os.getpid()] = Popen([sys.executable, "-c", code], stdin=PIPE, stdout=PIPE, stderr=DEVNULL)
     assert child.stdout is not None
@@ -224,7 +224,7 @@ def _started() -> Popen[bytes]:
 def _wait(child: Popen[bytes]) -> int:
     """Wait for a child that is ending, close its pipes, and return its exit code."""
     _children.pop(os.getpid(), None)
-    child.communicate()  # drops what was not sent yet
+    child.communicate()  # drops unsent bytes
     return child.returncode
 
 
@@ -240,7 +240,7 @@ def end_child() -> None:
 def serve() -> None:
     """Answer calls on the standard streams until they are closed. Runs in the child."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent too, and it ends the child
-    # functions may print: what they print goes to the error stream, so that the answers stay apart from it
+    # output of functions goes to the error stream, apart from the answers
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     answers.write(b"+")

@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from roughsim import prediction
 from roughsim.ensemble.executors import Workers, interrupted_by_signals
 from roughsim.ensemble.tasks import ActiveRun, Tasks, remove_unfinished
 from roughsim.ensemble.workers import Source
@@ -123,7 +122,7 @@ def complete(
             home = folder.absolute()
             remove_unfinished(home, claims)
             run = open_run(folder, damaged="redo")
-            run.until = dict(scene.ensemble.until)  # another process may have written its own
+            run.until = dict(scene.ensemble.until)  # scene.toml may have those of another process
             run.max_realizations = scene.ensemble.max_realizations
             run.refresh()
             runs.append(ActiveRun(scene_of(scene, numerics), numerics, home, run, source))
@@ -223,10 +222,6 @@ def _description(scene: Scene, numerics: Numerics) -> dict[str, Any]:
         "format_version": FORMAT,
         "scene": scene.identity(),
         "numerics": numerics.to_dict(),
-        "seed": scene.ensemble.seed,
-        "until": dict(scene.ensemble.until),
-        "max_realizations": scene.ensemble.max_realizations,
-        "heat_partition": prediction.heat_partition(scene).tolist(),
         "reasons": [list(reason) for reason in numerics.reasons],
         "versions": versions(),
     }

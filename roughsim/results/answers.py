@@ -14,7 +14,7 @@ from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
-MEANINGS = {
+_MEANINGS = {
     "theory": "the analytic theory over the whole spectrum C(q)",
     "calibrated": "the theory with a stress spectrum fitted to simulations; its error is that of the fit; NaN where "
     "it was not compared with simulations",
@@ -23,26 +23,26 @@ MEANINGS = {
     "elastic": "simulated elastic contact",
     SLIDING: "simulated contact of two rough faces that slide over one another, with its own share of the heat",
 }
-TAIL, UNKNOWN, NOTE = "_total_error", "_unknown", "_note"  # after the name of an observable: what each entry has
+TAIL, UNKNOWN, NOTE = "_total_error", "_unknown", "_note"  # suffixes of the arrays beside an observable
 TAILS = (
     "NAME_total_error is its error, 95 %, NAME_unknown are the parts that this lacks, and NAME_note says where a value "
     "is not extrapolated (at q_c) or fixed by force balance (identity)."
 )
 
 
-def columns_of(run: Run) -> list[str]:
+def _columns_of(run: Run) -> list[str]:
     """Return the columns of the comparison that a run has, in their order."""
     return ["theory", "calibrated", *run.numerics.columns, *([SLIDING] if run.slides else [])]
 
 
 def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labelled]:
-    """Yield the columns, the speeds, the share of the heat, and observables with their total error, 95 %, and marks.
+    """Yield the columns, the speeds, the heat share, and observables with their total error, 95 %, and marks.
 
     They are (column, speed) or (column,). The marks are texts: the unknown parts of the error, and the note of
     `marks.notes_of`. Of a pressed map T_flash by the direction of sliding follows. ValueError if the run has no sound
     realization.
     """
-    columns = columns_of(run)
+    columns = _columns_of(run)
     yield Labelled("column", ("column",), np.array(columns), {"description": "what a value comes from, see README"})
     yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
     slid = [run.estimate("heat_partition", SLIDING).mean] if run.slides else []
@@ -68,10 +68,10 @@ def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labe
         tables = (np.array(table) for table in zip(*entries, strict=True))
         yield from marked(name, axes, *(table if record.per_speed else table[:, 0] for table in tables))
     if isinstance(run, Pressed):
-        yield from answers_of_directions(run)
+        yield from _answers_of_directions(run)
 
 
-def answers_of_directions(run: Pressed) -> Iterator[Labelled]:
+def _answers_of_directions(run: Pressed) -> Iterator[Labelled]:
     """Yield T_flash of a pressed map in each direction with its error, and over its Gaussian twin; all over speed."""
     for name, angle in run.angles.items():
         estimate, title = run.in_direction(name), f"flash_temperature_{name}"
@@ -103,8 +103,8 @@ def marked(
 
 
 def readme(run: Run) -> str:
-    """Say in words what an exported file holds."""
-    columns = columns_of(run)
+    """Return the description of an exported file, in words."""
+    columns = _columns_of(run)
     failed = f", {run.failed} of them failed and left out" if run.failed else ""
     levels = [
         f"- level {i}: {level.column} contact, {level.shape[0]} x {level.shape[1]} points{level.where}, "
@@ -116,7 +116,7 @@ def readme(run: Run) -> str:
         "Temperatures are above the background, with the share heat_share_used of the heat of both bodies.",
         "The answers are here at the top. Each observable is an array over the column that it comes from, and over the "
         f"speed if it depends on it. {TAILS} The columns are",
-        *(f"- {column}: {MEANINGS[column]}" for column in columns),
+        *(f"- {column}: {_MEANINGS[column]}" for column in columns),
         "The means are extrapolated to all of C(q) where the levels allow it. The raw numbers, one for each level and "
         "realization, are in the group members. Its levels are",
         *levels,

@@ -9,15 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.errors import number
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.results.means import Means
 from roughsim.store.member_files import KEPT_FIELDS
 
 Array = NDArray[Any]
 DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed
-OF_LEVELS = ("column", "q_max", "cell")  # names of coordinates of the levels
-SPECTRUM = "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
+_OF_LEVELS = ("column", "q_max", "cell")  # names of coordinates of the levels
+_SPECTRUM = "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
 SHARE = {"units": "1", "description": "share of the heat that the temperatures are of"}
 
 
@@ -41,19 +40,6 @@ class Stored:
             return np.asarray(self.read(self.indices[which])[tuple(inside)])
         parts = [self.read(index)[tuple(inside)] for index in self.indices[which]]
         return np.stack(parts) if parts else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *inside)]
-
-
-def check_field(name: str, speed: float | None, direction: float = 0.0) -> None:
-    """Refuse an unknown field, a missing or a useless speed, or a direction that is no number: ValueError."""
-    number("direction", direction, "rad")
-    if name not in (*KEPT_FIELDS, *DERIVED_UNITS):
-        raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}")
-    if name in DERIVED_UNITS:
-        if speed is None:
-            raise ValueError(f"speed is missing: {name} depends on it; give speed= in m/s")
-        number("speed", speed, "m/s")
-    elif speed is not None:
-        raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")
 
 
 class Labelled(NamedTuple):
@@ -81,17 +67,17 @@ def arrays_of(run: Means, read: Callable[..., Array]) -> Iterator[Labelled]:
     yield Labelled("q_max", ("level",), np.array([level.q_max for level in levels]), {"units": "1/m"})
     yield Labelled("cell", ("level",), cells, {"description": "half, quarter: of so much of the sides"})
     yield Labelled("heat_partition", ("level", "speed"), np.array(shares), SHARE)
-    yield from solves(run)
+    yield from _solves(run)
     for below in (False, True):
-        yield from numbers(run, shares, below)
+        yield from _numbers(run, shares, below)
         for level in range(len(levels)):
             yield from spectra(run, level, below)
     for level in numerics.single:
         if kept := run.kept(level):
-            yield from fields(run, level, kept, partial(read, level))
+            yield from _fields(run, level, kept, partial(read, level))
 
 
-def solves(run: Means) -> Iterator[Labelled]:
+def _solves(run: Means) -> Iterator[Labelled]:
     """Yield whether the contact of each member converged, its residual, and its iterations."""
     shape = len(run.counts), max(run.counts)
     converged = np.zeros(shape, np.int8)
@@ -108,7 +94,7 @@ def solves(run: Means) -> Iterator[Labelled]:
         yield Labelled(name, axes, values, {"units": "1", "description": "of the contact solve"})
 
 
-def numbers(run: Means, shares: list[Array], below: bool) -> Iterator[Labelled]:
+def _numbers(run: Means, shares: list[Array], below: bool) -> Iterator[Labelled]:
     """Yield the stored numbers, NaN without a sound member; temperatures with their share of the heat."""
     for name, record in NUMBERS.items():
         values = np.full((len(shares), max(run.counts), len(run.scene.speeds) if record.per_speed else 1), np.nan)
@@ -131,12 +117,12 @@ def spectra(run: Means, level: int, below: bool) -> Iterator[Labelled]:
     if wavenumber.size:
         padded = np.full((max(run.counts), wavenumber.size), np.nan)
         padded[: len(values)] = values
-        attributes = {"units": "Pa^2", "description": SPECTRUM}
+        attributes = {"units": "Pa^2", "description": _SPECTRUM}
         yield Labelled(axis, (axis,), wavenumber, {"units": "1/m"})
         yield Labelled(f"stress_spectrum{end}", ("realization", axis), padded, attributes)
 
 
-def fields(run: Means, level: int, kept: list[int], read: Callable[..., Array]) -> Iterator[Labelled]:
+def _fields(run: Means, level: int, kept: list[int], read: Callable[..., Array]) -> Iterator[Labelled]:
     """Yield the axes of a level's fields, and, unread, those that all the realizations in `kept` have stored."""
     numerics, end = run.numerics, f"_L{level}"
     grid, axes = numerics.grid(level), (f"kept_realization{end}", f"x{end}", f"y{end}")
@@ -177,5 +163,5 @@ def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:
     variables: dict[str, Any] = {}
     for name, axes, values, about in arrays:
         data = unread.lazy(values) if isinstance(values, Stored) else values
-        (coordinates if axes == (name,) or name in OF_LEVELS else variables)[name] = axes, data, about
+        (coordinates if axes == (name,) or name in _OF_LEVELS else variables)[name] = axes, data, about
     return xarray.Dataset(variables, coordinates, attributes)

@@ -20,14 +20,14 @@ from roughsim.store.disk import place_bytes
 from roughsim.surface import topography
 
 ENDINGS = (".h5", ".hdf5", ".nc")
-MANTISSA = 23  # explicit bits of a float32
-GZIP = 4  # level at which fields are packed
+_MANTISSA = 23  # explicit bits of a float32
+_GZIP = 4  # level at which fields are packed
 
 
 def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     """Write the answers of a run, the numbers of all members that count, and the kept fields into one file.
 
-    It is whole or not there. Its attribute README says what is in it. ``xarray.open_dataset(path)`` has the answers,
+    It is whole or not there. Its attribute README describes it. ``xarray.open_dataset(path)`` has the answers,
     and with ``group="members"`` the members.
 
     `path`, which is returned, ends in .h5, .hdf5 or .nc; a file there is replaced. `bits` are the explicit mantissa
@@ -41,14 +41,14 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     path = Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise ValueError(f"path = {str(path)!r} must end in {', '.join(ENDINGS)}")
-    if bits is not None and (isinstance(bits, bool) or int(bits) != bits or not 1 <= bits <= MANTISSA):
-        raise ValueError(f"bits = {bits!r} must be a whole number from 1 to {MANTISSA}")
+    if bits is not None and (isinstance(bits, bool) or int(bits) != bits or not 1 <= bits <= _MANTISSA):
+        raise ValueError(f"bits = {bits!r} must be a whole number from 1 to {_MANTISSA}")
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        with DeferringFile(temporary) as handle:
+        with _DeferringFile(temporary) as handle:
             with h5py.File(handle, "w", libver="v110", track_order=True) as file:
-                write_run(file, run, bits)
+                _write_run(file, run, bits)
             handle.settle()
         os.replace(temporary, path)
     except BaseException as error:
@@ -63,7 +63,7 @@ def export_surface(run: Run, path: str | Path, realization: int = 0, column: str
     """Write the composite heights of one kept realization for SurfaceTopography, ContactMechanics or tamaas.
 
     `path`, which is returned, ends in .nc (with sizes and unit) or .npy (the bare array, m); a file there is replaced.
-    They are those of the finest level of a column in the run's cell; `column` as in `Run.estimate`.
+    The heights are of the finest level of a column in the run's cell; `column` as in `Run.estimate`.
 
     ValueError for another ending, or a realization whose fields were not kept. RecordError if its file is damaged.
     OSError, naming the path, if the disk refuses.
@@ -81,7 +81,7 @@ def export_surface(run: Run, path: str | Path, realization: int = 0, column: str
     return path
 
 
-class DeferringFile(FileIO):
+class _DeferringFile(FileIO):
     """A new file that keeps the first failure to write until `settle`: HDF5 itself crashes on a full disk."""
 
     def __init__(self, path: Path):
@@ -108,13 +108,13 @@ class DeferringFile(FileIO):
             return size or 0
 
     def settle(self) -> None:
-        """Force the file to disk; raise what failed before."""
+        """Force the file to disk; raise the first failure, if there was one."""
         if self.failure is not None:
             raise self.failure
         os.fsync(self.fileno())
 
 
-def write_run(file: Any, run: Run, bits: int | None) -> None:
+def _write_run(file: Any, run: Run, bits: int | None) -> None:
     """Fill an HDF5 file with a run: answers, members, and the default plots of viewers."""
     from roughsim.store.hdf5 import write_arrays  # loads h5py
 
@@ -124,10 +124,10 @@ def write_run(file: Any, run: Run, bits: int | None) -> None:
     file.attrs.update(attributes_of(run) | {"README": readme(run), "NX_class": "NXroot", "default": "entry"})
     file.attrs.update(realizations=run.realizations, failed=run.failed)
     write_arrays(file, root)
-    write_arrays(group, members, GZIP)
+    write_arrays(group, members, _GZIP)
     entry = file.create_group("entry")
     entry.attrs.update(NX_class="NXentry", default="flash_temperature")
-    draw_answer(file, entry, root, run.column(None))
+    _draw_answer(file, entry, root, run.column(None))
     for array in members:
         if isinstance(array.data, Stored):
             shown = entry.create_group(array.name)
@@ -136,7 +136,7 @@ def write_run(file: Any, run: Run, bits: int | None) -> None:
                 shown[name] = group[name]
 
 
-def draw_answer(file: Any, entry: Any, root: list[Labelled], column: str) -> None:
+def _draw_answer(file: Any, entry: Any, root: list[Labelled], column: str) -> None:
     """Let viewers draw T_flash of a column over the speed, with its error, beside both theories."""
     from roughsim.store.hdf5 import write_arrays
 
@@ -169,7 +169,7 @@ def rounded(values: NDArray[np.float32], bits: int) -> NDArray[np.float32]:
 
     The relative error is at most 2^−(bits+1), for numbers of normal size.
     """
-    drop = MANTISSA - bits
+    drop = _MANTISSA - bits
     if drop == 0:
         return values
     pattern = np.ascontiguousarray(values, dtype=np.float32).view(np.uint32)

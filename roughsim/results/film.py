@@ -1,4 +1,4 @@
-"""The film of a march: the maps that a member has kept, what it measured there, and the summits that meet."""
+"""The film of a march: the kept maps of a member, its curves, and the highest summits of both faces."""
 
 import warnings
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from roughsim.sliding.member import faces
 from roughsim.sliding.path import oblique_path
 from roughsim.store.member_files import member_path, read_member
 
-SUMMITS = 60  # the highest of each face
+_SUMMITS = 60  # the highest of each face
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +30,7 @@ class MemberFilm:
     maps : Film
         Slid distance of each position, pressure, and temperature of the moving body above its background.
     curves : dict of str to ndarray
-        What the member stores over the slid distance, by the names of `roughsim.observables.catalogue.CURVES`.
+        The curves of the member over the slid distance, by the names of `roughsim.observables.catalogue.CURVES`.
     resting_summits : ndarray
         The highest summits of the face at rest, m, shape (summits, 2).
     moving_summits : ndarray
@@ -55,7 +55,7 @@ def filmed(run: Run) -> list[int]:
 
 
 def no_film(run: Run, index: int) -> ValueError:
-    """Return the error that says how to get the film of a realization."""
+    """Return the error for a realization without a film, with the command that makes one."""
     return ValueError(
         f'{run.folder} has no film of realization {index}; run a scene with history = "sliding" into a new folder '
         f"with --keep-fields {index + 1}"
@@ -80,7 +80,7 @@ def read_film(run: Run, index: int) -> MemberFilm:
     if not fits or steps.min(initial=0) < 0 or steps.max(initial=0) > way.steps:
         raise RecordError(f"{path} holds a film of other speeds, distances or points than this run: it is not its own")
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)  # the plan says so
+        warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)  # the plan warns of it
         resting, moving = (highest(heights) for heights in faces(problem))
     places = np.asarray(problem.grid.shape) / shape  # a point of the map is the middle of a block of points
     spacing = np.asarray(problem.grid.spacing)
@@ -100,4 +100,4 @@ def highest(heights: Array | None) -> NDArray[np.intp]:
         return np.empty((0, 2), np.intp)
     peaks = np.argwhere(heights == scipy.ndimage.maximum_filter(heights, size=3, mode="wrap"))
     order = np.argsort(-heights[tuple(peaks.T)], kind="stable")
-    return peaks[order[:SUMMITS]]
+    return peaks[order[:_SUMMITS]]

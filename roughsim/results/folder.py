@@ -4,13 +4,11 @@ A folder may come from elsewhere, so nothing in it is trusted.
 """
 
 import json
-from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
 
 from roughsim.errors import RecordError
 from roughsim.machine import available_memory, exceeds, in_words
-from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.members import Damaged
 from roughsim.results.pressed import Pressed, Quarters
 from roughsim.results.run import Run
@@ -21,9 +19,9 @@ from roughsim.store.disk import checksum, is_temporary, place_bytes, read_bytes
 from roughsim.store.kinds import MAP, MOST_BYTES, QUARTERS, RUN, again, kind_of
 from roughsim.store.member_files import check_format, member_name
 
-BEGUN = {"lock", "claims", "realizations"}  # names that a start may have made before run.json
-OPENED: dict[str, type[Run]] = {RUN: Run, MAP: Pressed, QUARTERS: Quarters}
-NAMED = 5  # members that a line names; of others it gives the number
+_BEGUN = {"lock", "claims", "realizations"}  # names that a start may have made before run.json
+_OPENED: dict[str, type[Run]] = {RUN: Run, MAP: Pressed, QUARTERS: Quarters}
+_NAMED = 5  # members that a line names; of others it gives the number
 
 
 def describe(folder: Path, description: dict[str, Any], scene: Scene, *, first: bool = False) -> None:
@@ -32,9 +30,9 @@ def describe(folder: Path, description: dict[str, Any], scene: Scene, *, first: 
     guarded = {**description, "checksums": {key: checksum(value) for key, value in description.items()}}
     for name, text in (("run.json", json.dumps(guarded, indent=1) + "\n"), ("scene.toml", scene.to_toml())):
         path = folder / name
-        # what is there already need not be written: a finished run on a disk that takes nothing is opened
+        # an equal file is not written again: a finished run on a full or read-only disk can be opened
         if first or not path.is_file() or path.read_bytes() != text.encode():
-            place_bytes(path, text.encode(), first=first and name == "run.json")  # who is first writes both
+            place_bytes(path, text.encode(), first=first and name == "run.json")  # the first process writes both
 
 
 def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
@@ -51,14 +49,14 @@ def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
         return "run"
     names = {path.name for path in folder.iterdir() if not is_temporary(path.name)}
     # a scene.toml alone may be somebody's own: describe() makes the folder for the realizations before it
-    begun = BEGUN | {"scene.toml"} if "realizations" in names else BEGUN
+    begun = _BEGUN | {"scene.toml"} if "realizations" in names else _BEGUN
     inside = folder / "realizations"
     empty = all(is_temporary(path.name) for path in inside.iterdir()) if inside.is_dir() else not inside.exists()
     return "free" if empty and not names - begun else "foreign"
 
 
 def read_description(folder: Path) -> dict[str, Any]:
-    """Return what `describe` wrote.
+    """Return the content of run.json.
 
     RecordError if the folder is no run, has a newer format, or if a value in run.json was changed by hand: the message
     names it. OSError if run.json cannot be read now.
@@ -98,11 +96,11 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
     Parameters
     ----------
     folder : str or Path
-        What `run` was given.
+        The folder of a run.
     damaged : {"refuse", "skip", "redo"}, optional
         Of a run with a damaged file: "refuse" raises RecordError and names the file. "skip" opens the run, counts the
-        realization as failed, and `Run.damaged` gives the reason. "redo", for who computes it again, moves the file
-        into the folder "damaged" with a warning.
+        realization as failed, and `Run.damaged` gives the reason. "redo", for runs that compute it again, moves the
+        file into the folder "damaged" with a warning.
 
     Returns
     -------
@@ -120,9 +118,9 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
         # roughsim stores a scene with its tables inline: one that names files was not written by it
         scene = parse_scene(read_bytes(path, MOST_BYTES).decode("utf-8"), source=str(path))
         numerics = Numerics.from_dict(description["numerics"])
-        refuse_impossible(description, scene, numerics)
+        _refuse_impossible(description, scene, numerics)
         kind = kind_of(folder)
-        run = OPENED[kind or RUN](folder, description, scene, numerics, damaged)
+        run = _OPENED[kind or RUN](folder, description, scene, numerics, damaged)
         if isinstance(run, Pressed):
             run.quarters = open_run(folder / QUARTERS, damaged=damaged)
     except (ValueError, LookupError, TypeError, AttributeError) as error:
@@ -131,17 +129,8 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
     return run
 
 
-def refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Numerics) -> None:
+def _refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Numerics) -> None:
     """Refuse a description that does not go with its scene, or asks for more than this machine has."""
-    speeds, share = len(scene.speeds), description["heat_partition"]
-    for name in ("seed", "max_realizations"):
-        if not isinstance(description[name], int) or description[name] < 0:
-            raise ValueError(f"run.json: {name} = {description[name]!r} must be a whole number ≥ 0")
-    if len(share) != speeds or not all(isfinite(part) and 0.0 < part <= 1.0 for part in share):
-        raise ValueError(f"run.json: heat_partition must be {speeds} numbers in (0, 1], one for each speed")
-    for name, goal in description["until"].items():
-        if name not in OBSERVABLES or not 0.0 < goal < 1.0:
-            raise ValueError(f"run.json: until = {name!r}, {goal!r} must be an observable and a target between 0 and 1")
     if not all(len(reason) == 3 and all(isinstance(word, str) for word in reason) for reason in description["reasons"]):
         raise ValueError("run.json: reasons must be lists of choice, value and reason")
     stored, written = description["scene"], scene.identity()
@@ -169,7 +158,7 @@ def gap(run: Run) -> list[str]:
 
 
 def left_out(run: Run) -> list[str]:
-    """Return a line each on what is missing and on what is damaged, with what follows; empty for a whole run."""
+    """Return a line each on missing and on damaged members, with the consequence; empty for a whole run."""
     names = _listed([member_name(*key) for key in run.damaged])
     damaged = [f"damaged and left out of the means: {names}; {again(run.folder)} to have them"] if names else []
     return gap(run) + damaged
@@ -177,4 +166,4 @@ def left_out(run: Run) -> list[str]:
 
 def _listed(names: list[str]) -> str:
     """Return the first names, and how many more there are."""
-    return ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
+    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")

@@ -43,7 +43,7 @@ def is_whole(unknown: str, note: str) -> bool:
 
 
 def meanings(unknown: Collection[str], notes: Collection[str]) -> Iterator[str]:
-    """Yield a sentence for each mark that a table has; `unknown` are parts of errors, `notes` those of `notes_of`."""
+    """Yield a sentence for each mark that a table has; `unknown` are parts of errors, `notes` are from `notes_of`."""
     if unknown:
         yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(unknown)})."
     if IDENTITY in notes:

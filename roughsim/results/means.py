@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from roughsim import prediction
 from roughsim.estimate.cell_size import size_error_of_sum
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import SOURCES, Estimate, estimate
@@ -43,8 +44,8 @@ class Means:
     max_realizations : int
         Members of a level at which it stops in any case.
     heat_partition : ndarray
-        Share of the heat, per speed, that the scene states, or that of the theory under the rules "mean" and "total".
-        Measured temperatures are then reported with that of their own column: `share`.
+        Share of the heat, per speed: stated by the scene, or by the theory under the rules "mean" and "total".
+        Under these rules measured temperatures are reported with the share of their own column: `share`.
     reasons : list of [str, str, str]
         Choice, value and reason of everything that the plan chose; empty if the numerics were given.
     members : Members
@@ -58,10 +59,10 @@ class Means:
 
     def __init__(self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics, treatment: Damaged):
         self.folder, self.scene, self.numerics = folder, scene, numerics
-        self.seed: int = description["seed"]
-        self.until: dict[str, float] = description["until"]
-        self.max_realizations: int = description["max_realizations"]
-        self.heat_partition: Array = np.array(description["heat_partition"])
+        self.seed = scene.ensemble.seed
+        self.until = dict(scene.ensemble.until)
+        self.max_realizations = scene.ensemble.max_realizations
+        self.heat_partition = prediction.heat_partition(scene)
         self.reasons: list[list[str]] = description["reasons"]
         self.members = Members(folder, numerics, scene.speeds, identity_of(description), treatment)
         self.damaged = self.members.damaged
@@ -80,12 +81,12 @@ class Means:
 
     @property
     def rounds(self) -> Rounds:
-        """Its progress, by the members that are there and the targets."""
+        """Progress of the run: the rounds that its members complete."""
         return replay(self.numerics, self.max_realizations, self.members.available, self._judged)
 
     @property
     def counts(self) -> Counts:
-        """How many members of each level count: those of the last complete round."""
+        """How many members of each level count: the members of the last complete round."""
         return self.rounds.counts
 
     @property
@@ -139,7 +140,7 @@ class Means:
         return min(len(self.members.sound(level, counts[level])) for level in self._lowest)
 
     def kept(self, level: int, name: str = "pressure") -> list[int]:
-        """Return the sound members of a level that count and store the field of this name, or what gives it."""
+        """Return the sound members of a level that count and store this field, or the pressure, which gives it."""
         return self.members.kept(level, name, self.members.sound(level, self.counts[level]))
 
     def column(self, column: str | None) -> str:
@@ -178,7 +179,7 @@ class Means:
     ) -> Values:
         """Return the values of an observable over the members that count, with all heat in the moving body.
 
-        Not extrapolated they are those of the highest cut-off. `counts` as in `pairs`, errors as `estimate`.
+        Not extrapolated, they are the values at the highest cut-off. `counts` as in `pairs`, errors as `estimate`.
         """
         if observable not in OBSERVABLES:
             raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
@@ -295,7 +296,7 @@ class Means:
         return self._verdicts.setdefault(key, verdict)
 
     def contact_temperature(self, column: str, warming: Array) -> Estimate:
-        """Return T₀ + T_flash of a column over speed; `warming` is T₀ with all the heat, K, not that of marches."""
+        """Return T₀ + T_flash of a column over speed; `warming` is T₀ of single contacts with all the heat, K."""
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
             return with_background(flash, self._marched()["sliding_background"])
@@ -340,7 +341,7 @@ class Means:
         return {name: self.members.numbers(level, name, indices) for name, n in NUMBERS.items() if n.of_march}
 
     def _coarsening(self) -> float:
-        """Return the pixel of the coarser grid of the marches over that of their own; 1 without a coarser one."""
+        """Return the pixel of the coarser grid of marches over the pixel of their own; 1 without a coarser grid."""
         level = self._marches()[0]
         grid = self.numerics.grid(level)
         coarser = coarser_grid(grid, self.numerics.levels[level].q_max)

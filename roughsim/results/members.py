@@ -29,8 +29,8 @@ from roughsim.store.member_files import (
     read_member,
 )
 
-KNOWN = {"residual", "iterations", "seconds", "versions", "written"}  # in the provenance of every member
-OF_RUN = {"scene", "numerics"}  # in the provenance of every member, too, and the same in all
+_KNOWN = {"residual", "iterations", "seconds", "versions", "written"}  # in the provenance of every member
+_OF_RUN = {"scene", "numerics"}  # in the provenance of every member, too, and the same in all
 Key = tuple[int, int]  # level and index
 Damaged = Literal["refuse", "skip", "redo"]
 
@@ -88,7 +88,7 @@ class Members(dict[Key, Member]):
             self[key] = Member(level, index, failure=str(error), provenance={"seconds": {}})
             return True
         self.damaged.pop(key, None)
-        own = {name: value for name, value in member.provenance.items() if name not in OF_RUN}
+        own = {name: value for name, value in member.provenance.items() if name not in _OF_RUN}
         self[key] = replace(member, curves={}, fields={}, provenance=own)
         return True
 
@@ -96,7 +96,7 @@ class Members(dict[Key, Member]):
         """Read a file and check that it is of this run; errors as `take`."""
         member = read_member(path, with_fields=self._treatment == "redo")
         provenance, grid = member.provenance, self.numerics.grid(member.level)
-        if not {*provenance} >= KNOWN or identity_of(provenance) != self._identity:
+        if not {*provenance} >= _KNOWN or identity_of(provenance) != self._identity:
             raise damaged(path, "is of another run: its scene, seed or numerics differ")
         if member.failure:
             return member
@@ -136,7 +136,7 @@ class Members(dict[Key, Member]):
         return [i for i in range(count) if i not in lost and (level, i) in self]
 
     def kept(self, level: int, name: str, indices: Iterable[int]) -> list[int]:
-        """Return those of the members that store a field, or the pressure, which gives all other fields."""
+        """Return the indices of members that store a field, or the pressure, which gives all other fields."""
         stored = name if name in FIELDS else "pressure"
         return [i for i in indices if stored in self[level, i].kept]
 
@@ -155,7 +155,7 @@ class Members(dict[Key, Member]):
         return wavenumber, np.array(rows).reshape(len(rows), len(wavenumber))
 
     def sample(self, level: int, indices: list[int], below: bool = False) -> Sample:
-        """Return the sample of sound members of a level, or what they have of the level below on the same surfaces."""
+        """Return the sample of sound members of a level, or of the level below on the same surfaces."""
         numerics = self.numerics
         of_level, grid = numerics.levels[level], numerics.grid(level)
         if below:
@@ -176,7 +176,7 @@ class Members(dict[Key, Member]):
         return np.array([sum(member.provenance["seconds"].values()) for member in members])
 
     def _moments(self, level: int, indices: Iterable[int], below: bool) -> list[Moments | None]:
-        """Return what was measured of each member; None where it is not there or has failed."""
+        """Return the moments of each member; None where it is missing or has failed."""
         found = (self[level, i].moments if (level, i) in self else [] for i in indices)
         return [moments[below] if len(moments) > below else None for moments in found]
 

@@ -1,4 +1,4 @@
-"""`Pressed`: an opened run folder of a measured map itself, with what its quarters show."""
+"""`Pressed`: an opened run folder of a pressed map; its four quarters give the scatter."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -21,15 +21,15 @@ NOTE = (
     "the scatter"
 )
 # quarters of one map share its longest waves: by `experiments/pressed_maps.py` maps of 2 and 4 longest waves differ by
-# 0.8 to 1.8 times what four independent quarters would; the interval has √(1 + 2/3) beside it
-SHARED = 1.2
-IN_DIRECTION = (
+# 0.8 to 1.8 times as far as four independent quarters would; the interval has √(1 + 2/3) beside it
+_SHARED = 1.2
+_IN_DIRECTION = (
     "the mean over all directions, times the ratio to it at the highest cut-off, half the length of the map after the "
     "start from rest"
 )
-OF_MAP = {
+_OF_MAP = {
     "statistical": "how far the mean over many maps of this size, from the same surface, may be: 95 %, by the scatter "
-    f"of the four quarters, {SHARED:g} times as they share the longest waves; Student t of three degrees of freedom",
+    f"of the four quarters, {_SHARED:g} times as they share the longest waves; Student t of three degrees of freedom",
     "size": "how far the mean of the four quarters is from the map: they have no wave longer than themselves, and "
     "twice the edge per area",
 }
@@ -43,7 +43,7 @@ class Directions(NamedTuple):
 
     angles: dict[str, float]  # radians
     over_mean: dict[str, Array]  # T_flash over its mean over all directions, (speeds,)
-    over_twin: Array | None  # T_flash over that of the Gaussian twin, (speeds,), of the map alone
+    over_twin: Array | None  # T_flash over T_flash of the Gaussian twin, (speeds,), of the map alone
 
 
 class Quarters(Run):
@@ -74,18 +74,18 @@ class Pressed(Quarters):
     """
 
     pressed = 1
-    sources: Mapping[str, str] = MappingProxyType({**SOURCES, **OF_MAP})
+    sources: Mapping[str, str] = MappingProxyType({**SOURCES, **_OF_MAP})
     quarters: Run  # realizations 0 … 3
 
     def refresh(self) -> None:
-        """Read what has come since, here and of the quarters."""
+        """Read the new members of the map and of its quarters."""
         super().refresh()
         if hasattr(self, "quarters"):
             self.quarters.refresh()
 
     @property
     def extent(self) -> str:
-        """What was computed, in words."""
+        """The number of pressed maps, in words."""
         return "the map itself" if self.realizations else "nothing of the map yet"
 
     @property
@@ -96,11 +96,11 @@ class Pressed(Quarters):
     def values(
         self, observable: str, column: str | None = None, *, extrapolated: bool = True, counts: Counts | None = None
     ) -> Values:
-        """Return the values of the map, with the scatter of its quarters: `SHARED` times theirs about their mean."""
+        """Return the values of the map, with the scatter of its quarters: `_SHARED` times theirs about their mean."""
         whole = super().values(observable, column, extrapolated=extrapolated, counts=counts)
         parts = self.quarters.values(observable, column, extrapolated=extrapolated)
         with np.errstate(all="ignore"):  # 0/0 at rest, and where nothing yields
-            size = SHARED * whole.mean / parts.mean
+            size = _SHARED * whole.mean / parts.mean
             scatter = {stream: rows * size for stream, rows in parts.scatter.items()}
         return whole._replace(scatter={stream: np.nan_to_num(rows) for stream, rows in scatter.items()})
 
@@ -121,7 +121,7 @@ class Pressed(Quarters):
 
     @property
     def over_twin(self) -> Array | None:
-        """T_flash of the map over that of its Gaussian twin, (speeds,); None while the map is missing."""
+        """Ratio of T_flash of the map and of its Gaussian twin, (speeds,); None while the map is missing."""
         found = _by_direction(self, 0)
         return None if found is None else found.over_twin
 
@@ -140,7 +140,7 @@ class Pressed(Quarters):
         over, *parts = (found.over_mean[name] for found in members if found is not None)
         rows = np.stack(parts)
         mean = self.estimate("flash_temperature", column)
-        error, freedom = spread(1.0 + SHARED * (rows / rows.mean(axis=0) - 1.0))
+        error, freedom = spread(1.0 + _SHARED * (rows / rows.mean(axis=0) - 1.0))
         budget = {part: values * over for part, values in mean.budget.items()}
         budget["statistical"] = np.hypot(budget["statistical"], mean.mean * over * half_width(error, freedom))
         budget["size"] = np.hypot(budget["size"], mean.mean * np.abs(rows.mean(axis=0) - over))
@@ -150,13 +150,13 @@ class Pressed(Quarters):
             standard_error=np.hypot(mean.standard_error * over, mean.mean * over * error),
             budget=budget,
             bias=mean.bias * over,
-            notes=(*mean.notes, IN_DIRECTION),
+            notes=(*mean.notes, _IN_DIRECTION),
         )
 
     def _estimate(
         self, observable: str, column: str | None = None, counts: Counts | None = None, *, all_heat: bool = False
     ) -> Estimate:
-        """Return the estimate of the map, with the meaning of its errors."""
+        """Return the estimate of the map, with a note on its errors."""
         result = super()._estimate(observable, column, counts, all_heat=all_heat)
         if self.overshoot > SOME_LOAD:
             result = replace(result, budget={**result.budget, "bandwidth": np.full_like(result.mean, np.nan)})

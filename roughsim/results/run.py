@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import prediction
-from roughsim.errors import RecordError
+from roughsim.errors import RecordError, number
 from roughsim.grid import Grid
 from roughsim.results import arrays
-from roughsim.results.arrays import Labelled
+from roughsim.results.arrays import DERIVED_UNITS, Labelled
 from roughsim.results.means import Means
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
-from roughsim.store.member_files import member_path, read_field
+from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
 
 Field = NDArray[np.float32]
 
@@ -53,7 +53,7 @@ class Run(Means):
         ValueError if there is no such field or column, the speed is missing, or no realization kept its fields.
         RecordError if a file is damaged.
         """
-        arrays.check_field(name, speed, direction)
+        _check_field(name, speed, direction)
         level = self.numerics.picture(self.column(column))
         indices = self.kept(level, name)
         if not indices:
@@ -62,7 +62,7 @@ class Run(Means):
 
     def field(self, level: int, index: int, name: str, *, speed: float | None = None, direction: float = 0.0) -> Field:
         """Return one field of one kept realization; name, speed and direction as in `fields`."""
-        arrays.check_field(name, speed)
+        _check_field(name, speed)
         path = member_path(self.folder, level, index)
         if speed is None:
             return read_field(path, name)
@@ -77,7 +77,7 @@ class Run(Means):
     ) -> Field:
         """Return the temperature, K, by the frictional heat of both bodies, W/m², on any grid of any cell.
 
-        It is that of the share of a column, left out: as in `estimate`.
+        The moving body takes the share of heat of a column, by default the one of `estimate`.
         """
         from roughsim.heat.periodic import sliding_temperature  # slow to import: means need no transforms
 
@@ -95,7 +95,7 @@ class Run(Means):
         return temperature
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
-        """Return the error that says how to get the fields of a realization, or, without an index, of any."""
+        """Return the error for fields that were not kept, of a realization or of all, with the way to get them."""
         if index is not None and (level, index) in self.damaged:
             return RecordError(self.damaged[level, index])
         missing = "has kept no fields" if index is None else f"has not kept the fields of realization {index}"
@@ -140,3 +140,16 @@ class Run(Means):
         realization yet.
         """
         return arrays.to_dataset(self.arrays(), arrays.attributes_of(self))
+
+
+def _check_field(name: str, speed: float | None, direction: float = 0.0) -> None:
+    """Refuse an unknown field, a missing or a useless speed, or a direction that is no number: ValueError."""
+    number("direction", direction, "rad")
+    if name not in (*KEPT_FIELDS, *DERIVED_UNITS):
+        raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}")
+    if name in DERIVED_UNITS:
+        if speed is None:
+            raise ValueError(f"speed is missing: {name} depends on it; give speed= in m/s")
+        number("speed", speed, "m/s")
+    elif speed is not None:
+        raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")

@@ -1,4 +1,4 @@
-"""The share of the heat that the temperatures of a run are reported with: the one stated, or that of its own contacts.
+"""The share of the heat in reported temperatures: as the scene states it, or as the contacts of the run give it.
 
 The rules "mean" and "total" need the temperatures of both bodies. A measured column has its own, and takes its share
 from them. The theory takes that of the theory.
@@ -26,7 +26,7 @@ def has_own_share(scene: Scene) -> bool:
 def times_share(values: Values, share: Values | Array) -> Values:
     """Return the values of a temperature, given with all the heat, with a share of it, (speeds,).
 
-    A `share` that was measured is that of the same surfaces.
+    A measured `share` is of the same surfaces.
     """
     return product(values, share) if isinstance(share, Values) else scaled(values, share)
 
@@ -45,7 +45,7 @@ def share_text(shares: dict[str, Array]) -> str:
 def with_warming(flash: Estimate, share: Estimate | Array, warming: Array) -> Estimate:
     """Return s (T₀ + T_flash) from s T_flash; `warming`, (speeds,), is T₀ with all the heat, which is exact, K.
 
-    The errors of a `share` that was measured add to those of s T_flash.
+    The errors of a measured `share` add to the errors of s T_flash.
     """
     if not isinstance(share, Estimate):
         return replace(flash, mean=flash.mean + share * warming)
@@ -60,7 +60,7 @@ def with_warming(flash: Estimate, share: Estimate | Array, warming: Array) -> Es
 
 
 def at_other_speed(scene: Scene, speed: float, known: Array, own: Array) -> float:
-    """Return the share of a run at a speed, m/s, that it has no moments for, from that of the theory there.
+    """Return the share of a run at a speed, m/s, without moments, from the share of the theory there.
 
     `known` and `own`, (speeds,), are the shares by the theory and by the run. s/(1 − s) is the temperature of the
     resting body over that of the moving one, each with all the heat. Its quotient by run and theory is linear in that

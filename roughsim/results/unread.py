@@ -1,4 +1,4 @@
-"""The bridge from stored fields to xarray, which is imported here: only who asks for a dataset needs it."""
+"""Stored fields as lazy arrays of xarray: the only module that imports xarray at its top."""
 
 from typing import Any
 
@@ -8,8 +8,8 @@ from xarray.core import indexing
 from roughsim.results.arrays import Stored
 
 
-class Unread(BackendArray):
-    """What xarray asks of a storage backend. It is pickled with the paths of the files, not with their content."""
+class _Unread(BackendArray):
+    """A storage backend of xarray. It is pickled with the paths of the files, not with their content."""
 
     def __init__(self, stored: Stored):
         self.stored, self.shape, self.dtype = stored, stored.shape, stored.dtype
@@ -21,4 +21,4 @@ class Unread(BackendArray):
 
 def lazy(stored: Stored) -> indexing.LazilyIndexedArray:
     """Return a field that is read when it is used."""
-    return indexing.LazilyIndexedArray(Unread(stored))
+    return indexing.LazilyIndexedArray(_Unread(stored))

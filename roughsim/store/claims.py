@@ -55,7 +55,7 @@ class Claims:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Give up the claims of this process, and remove those of processes that have ended."""
+        """Release the claims of this process, and remove the claims of processes that have ended."""
         self.release_all()
         self._end.set()
         self._thread.join()
@@ -81,7 +81,7 @@ class Claims:
     def take(self, claim: str) -> bool:
         """Claim a member, or the plan of a study, also from a process that has ended; False if it was claimed before.
 
-        Where claim files cannot be made, no other process is asked, and a warning says so once.
+        Where claim files cannot be made, claims are granted without a file, after one warning.
         """
         if claim in self.held:
             return False
@@ -128,7 +128,7 @@ class Claims:
         return self._is_silent(self.folder / owner if _PROCESS.fullmatch(owner) else path)
 
     def _is_silent(self, path: Path) -> bool:
-        """Whether a file has had the same content for a lease, or is of a process that is known to have ended."""
+        """Whether a file has had the same content for a lease, or is of a process that has ended for certain."""
         content, now = _start_of(path), time.monotonic()
         if path.name not in self._seen or self._seen[path.name][0] != content:
             self._seen[path.name] = content, now
@@ -178,7 +178,7 @@ def process_space() -> str:
 
 
 def _has_ended(content: str) -> bool:
-    """Whether a process is known to have ended: one of this very machine and container, whose number is free."""
+    """Whether a process has ended for certain: it was of this machine and container, and its number is free."""
     sign = _SIGN.fullmatch(content)
     if sign is None or sign["space"] == "unknown" or sign["space"] != process_space():
         return False
@@ -192,7 +192,7 @@ def _has_ended(content: str) -> bool:
 
 
 def _listed(folder: Path, name: re.Pattern[str]) -> list[Path]:
-    """Return what lies in a folder under such names, sorted; nothing where it cannot be read."""
+    """Return the paths in a folder with such names, sorted; empty where it cannot be read."""
     try:
         return sorted(path for path in folder.iterdir() if name.fullmatch(path.name))
     except OSError:

@@ -19,7 +19,7 @@ from roughsim.errors import RecordError
 from roughsim.machine import exceeds
 from roughsim.untrusted import regular_file
 
-TRIES = 5  # to write a file while other processes remove what was begun
+_TRIES = 5  # to write a file while other processes remove temporary files
 _TEMPORARY = re.compile(r"\..+\.[A-Za-z0-9_-]+\.tmp")
 
 
@@ -35,8 +35,8 @@ def place_bytes(path: Path, *content: bytes | memoryview, first: bool = False) -
     file stays.
     """
     host = re.sub("[^A-Za-z0-9]", "", socket.gethostname())[:24]
-    for tries_left in reversed(range(TRIES)):
-        # the name is that of this process and this try alone, and is_temporary() recognizes it
+    for tries_left in reversed(range(_TRIES)):
+        # a name for this process and this try alone, which is_temporary() recognizes
         temporary = path.with_name(f".{path.name}.{host}-{os.getpid()}-{secrets.token_hex(4)}.tmp")
         try:
             with open(temporary, "wb") as file:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from roughsim.machine import exceeds
 
-LARGEST_CHUNK = 256  # points along a side of a map: viewers read a part of a large one at a time
+_LARGEST_CHUNK = 256  # points along a side of a map: viewers read a part of a large one at a time
 
 
 def hdf5_bytes(fill: Callable[[Any], None]) -> memoryview:
@@ -46,7 +46,7 @@ def write_arrays(
         if data.dtype.kind == "U":
             dataset = group.create_dataset(name, data=data.tolist())
         elif data.dtype == np.float32 and len(data.shape) > 1:
-            chunk = (*(1 for _ in data.shape[:-2]), *(min(points, LARGEST_CHUNK) for points in data.shape[-2:]))
+            chunk = (*(1 for _ in data.shape[:-2]), *(min(points, _LARGEST_CHUNK) for points in data.shape[-2:]))
             packed = {"chunks": chunk, "shuffle": True, "compression": compression, "fletcher32": True}
             dataset = group.create_dataset(name, data.shape, data.dtype, **packed)
             for row, values in enumerate(data):

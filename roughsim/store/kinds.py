@@ -1,4 +1,4 @@
-"""What the folder of a run holds, by its run.json: drawn surfaces, a pressed map, or the quarters of one."""
+"""Kinds of run folders, by their run.json: drawn surfaces, a pressed map, or the quarters of a map."""
 
 import json
 from pathlib import Path
@@ -14,7 +14,7 @@ PRESS = "press"  # key in run.json: "of" the map or its quarters, how it was mad
 
 
 def kind_of(folder: Path) -> str | None:
-    """Return what a folder holds, or may alone hold: `RUN`, `MAP` or `QUARTERS`; None where any run may begin."""
+    """Return the kind of the run in a folder, or the only kind that may begin there; None where any may begin."""
     folder = folder.resolve()
     try:
         kind = json.loads(read_bytes(folder / DESCRIPTION, MOST_BYTES))[KIND]
@@ -28,7 +28,7 @@ def kind_of(folder: Path) -> str | None:
 
 
 def again(folder: Path) -> str:
-    """Return, for advice, how to compute what a folder lacks."""
+    """Return the advice to compute missing members of a run."""
     kind = kind_of(folder)
     if kind not in (MAP, QUARTERS):
         return "run the scene again"
@@ -37,7 +37,7 @@ def again(folder: Path) -> str:
 
 
 def content_of(folder: Path) -> str:
-    """Return in words what stands in the way of a new run or study; a file, or a folder that is not empty."""
+    """Return the content of a file or folder that prevents a new run or study, in words."""
     if folder.is_file():
         return "is a file"
     if (folder / STUDY).exists():

@@ -33,7 +33,7 @@ _LONGEST_SEAL = 200  # bytes
 
 
 class Kind(NamedTuple):
-    """What an array of a file is: its unit and the names of its axes; an axis has its own name there."""
+    """Unit and axes of an array in a file; the axes of an axis are its own name."""
 
     unit: str
     axes: tuple[str, ...]
@@ -61,7 +61,7 @@ KINDS = {
 
 
 class Moments(NamedTuple):
-    """What was measured of one contact: numbers, (speeds,) or (1,), and the stress spectrum, Pa², over q, rad/m."""
+    """Moments of one contact: numbers, (speeds,) or (1,), and the stress spectrum, Pa², over q, rad/m."""
 
     numbers: dict[str, Array]
     wavenumber: Array
@@ -70,7 +70,7 @@ class Moments(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Member:
-    """What is stored of one realization of one level."""
+    """One realization of one level, as it is stored."""
 
     level: int
     index: int  # of the realization
@@ -82,7 +82,7 @@ class Member:
     spectrum: Array = field(default_factory=lambda: np.empty(0))
     below: Moments | None = None  # the same of the level below, on the same surface
     curves: dict[str, Array] = field(default_factory=dict)  # over the slid distance, of the column "sliding" only
-    # heights, m, and pressure, Pa, or the film of a march, if kept
+    # heights, m, and pressure, Pa, or the film of a march, where they are kept
     fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
     lengths: tuple[float, float] = (1.0, 1.0)  # sides of the cell, m
     speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s
@@ -91,7 +91,7 @@ class Member:
 
     @property
     def moments(self) -> list[Moments]:
-        """What was measured: of its level, and of the level below it; nothing of a failure."""
+        """Moments of its level, and of the level below on the same surface; none of a failure."""
         if self.failure:
             return []
         own = Moments(self.numbers, self.wavenumber, self.spectrum)
@@ -137,7 +137,7 @@ def read_field(path: Path, name: str) -> NDArray[np.float32]:
 
 
 def damaged(path: Path, fault: str) -> DamagedError:
-    """Return the error that names a file with its fault, as "is damaged (…)", and says what to do."""
+    """Return the error that names a file with its fault, as "is damaged (…)", and gives advice."""
     advice = f"{again(path.parent.parent)}: it is moved into the folder 'damaged' and redone"
     return DamagedError(f"{path} {fault}; {advice}")
 

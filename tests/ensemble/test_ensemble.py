@@ -249,7 +249,7 @@ def test_run_json_tells_all_before_anything_slow(quick, tmp_path, monkeypatch):
     with pytest.raises(RuntimeError, match="not now"):
         rs.run(quick, tmp_path / "run")
     told = json.loads((tmp_path / "run" / "run.json").read_text())
-    assert told["seed"] == 3
+    assert told["scene"]["ensemble.seed"] == 3
     assert told["scene"]["sliding.friction_coefficient"] == 0.11
     assert {"numpy", "numba", "fft", "roughsim"} <= set(told["versions"])
     assert rs.load_scene(tmp_path / "run" / "scene.toml").sliding == quick.sliding

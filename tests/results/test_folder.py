@@ -95,10 +95,6 @@ def test_a_run_a_missing_folder_and_a_file_are_told_apart(folder, tmp_path):
 
 
 CHANGES = {
-    "heat_partition": [0.9, 0.9, 0.8],
-    "seed": 4,
-    "max_realizations": 40,
-    "until": {"flash_temperature": 0.5},
     "numerics": {},
     "reasons": [["a", "b", "c"]],
     "versions": {},
@@ -169,7 +165,12 @@ def test_five_missing_members_are_named_and_of_others_the_number(count, more, tm
 
 
 @pytest.mark.parametrize("goal", [0.0, 1.0, -0.1])
-def test_a_target_that_is_no_share_is_refused(capped_run, goal):
-    description = folder_module.read_description(capped_run.folder) | {"until": {"flash_temperature": goal}}
-    with pytest.raises(ValueError, match="must be an observable and a target between 0 and 1"):
-        folder_module.refuse_impossible(description, capped_run.scene, capped_run.numerics)
+def test_a_target_that_is_no_share_is_refused(folder, goal):
+    lines = (folder / "scene.toml").read_text().splitlines()
+    lines = [line for line in lines if not line.startswith("until")]
+    place = lines.index("[ensemble]") + 1
+    (folder / "scene.toml").write_text(
+        "\n".join([*lines[:place], f"until = {{ flash_temperature = {goal} }}", *lines[place:]])
+    )
+    with pytest.raises(rs.RecordError, match="scene.toml.*until"):
+        rs.open_run(folder)

@@ -11,7 +11,6 @@ import pytest
 from study_cases import LOADS, VARY, description_of
 
 import roughsim as rs
-from roughsim.results.folder import read_description
 from roughsim.show.table import Number
 from roughsim.studies.figure import NONE, SPEED, Choice, chosen_rows, usual_choice
 from roughsim.studies.files import save_study
@@ -259,7 +258,7 @@ def test_a_point_goes_on_until_its_total_error_meets_the_target(small, tmp_path)
     assert "errors of pixel are unknown" in run.rounds.verdict.why  # no level has half the pixel of another
     assert not run.target_met
     assert max(estimate.total_error[warm] / estimate.mean[warm]) <= target
-    assert read_description(run.folder)["until"] == run.until == {"flash_temperature": target}
+    assert dict(rs.load_scene(run.folder / "scene.toml").ensemble.until) == run.until == {"flash_temperature": target}
     assert point().counts == run.counts  # the same command finds it finished
 
 

@@ -193,13 +193,6 @@ def change(folder, **values):
 
 
 DESCRIPTIONS = {
-    "seed": ({"seed": "1; rm"}, "seed = '1; rm' must be a whole number"),
-    "negative": ({"max_realizations": -1}, "max_realizations = -1"),
-    "shares": ({"heat_partition": [0.9]}, "heat_partition must be 3 numbers"),
-    "zero": ({"heat_partition": [0.9, 0.0, 0.9]}, "heat_partition must be 3 numbers"),
-    "above one": ({"heat_partition": [0.9, 1.5, 0.9]}, "heat_partition must be 3 numbers"),
-    "nan": ({"heat_partition": [0.9, float("nan"), 0.9]}, "heat_partition must be 3 numbers"),
-    "until": ({"until": {"../x": 0.1}}, "until = '../x'"),
     "scene": ({"scene": {}}, "run.json and scene.toml are of different scenes"),
     "numerics": ({"numerics": {"levels": []}}, "cannot be opened"),
     "reasons": ({"reasons": [["a", "b"]]}, "reasons must be lists of choice, value and reason"),
