@@ -1,14 +1,12 @@
 """Transforms of planes, rows and lines by FFTW: access to its functions, its threads, and a cache of plans.
 
-Plans are made with FFTW_ESTIMATE, so the same machine and versions always give the same bits. They are plans of FFTW
-itself, called by address: compiled loops call those of lines too, from any thread. The functions are those of the
-libraries in the package pyfftw, which itself is not imported: that would import dask and xarray where they are
-installed, and take seconds. Without these libraries scipy.fft takes over: a warning is given once, and `backend()` is
-stored in the records.
+Plans are made with FFTW_ESTIMATE, so the same machine and versions always give the same bits. A plan of pyfftw owns
+its buffers, so each Python thread has plans of its own. `LinePlans` are plans of FFTW itself, which compiled loops call
+by address, from any thread. Without pyfftw, scipy.fft takes over: a warning says so once, and `backend()` tells the
+records.
 """
 
 import ctypes
-import importlib.util
 import operator
 import os
 import threading
@@ -16,8 +14,6 @@ import warnings
 import weakref
 from collections.abc import Callable
 from functools import cache, lru_cache
-from importlib import metadata
-from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any
 
@@ -25,21 +21,21 @@ import numpy as np
 import scipy
 from numpy.typing import DTypeLike, NDArray
 
+try:
+    import pyfftw
+except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do without it
+    pyfftw = None
+    warnings.warn("pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
+
 ALIGNMENT = 64  # bytes, of what is handed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache
-_ESTIMATE = 1 << 6  # FFTW_ESTIMATE
-_DESTROY_INPUT = 1 << 0
-_WORD, _INT, _FLAGS = ctypes.c_void_p, ctypes.c_int, ctypes.c_uint
+_ESTIMATE = 1 << 6 | 1 << 0  # FFTW_ESTIMATE, FFTW_DESTROY_INPUT
+_WORD, _INT = ctypes.c_void_p, ctypes.c_int
 _SIDE = [_WORD, _WORD, _INT, _INT]  # address, embedding, stride, distance
-_MANY = [_INT, _WORD, _INT, *_SIDE, *_SIDE]  # rank, points, number of transforms
 _SIGNATURES: dict[str, tuple[list[Any], Any]] = {
-    "plan_many_dft": ([*_MANY, _INT, _FLAGS], _WORD),
-    "plan_many_dft_r2c": ([*_MANY, _FLAGS], _WORD),
-    "plan_many_dft_c2r": ([*_MANY, _FLAGS], _WORD),
-    "init_threads": ([], _INT),
+    "plan_many_dft": ([_INT, _WORD, _INT, *_SIDE, *_SIDE, _INT, ctypes.c_uint], _WORD),
     "plan_with_nthreads": ([_INT], None),
     "make_planner_thread_safe": ([], None),
-    "execute": ([_WORD], None),
     "execute_dft": ([ctypes.c_size_t] * 3, None),  # as numba takes addresses
     "destroy_plan": ([_WORD], None),
 }
@@ -86,7 +82,7 @@ def forget_plans() -> None:
     """Forget in a forked process the plans of its parent, whose threads are gone."""
     global _orphaned, planning  # noqa: PLW0603
     planning = threading.RLock()
-    _orphaned = _orphaned or (_threaded and direct())
+    _orphaned = _orphaned or (_threaded and pyfftw is not None)
     state.__dict__.clear()
 
 
@@ -101,26 +97,31 @@ if hasattr(os, "register_at_fork"):  # there is no fork elsewhere
 
 def backend() -> str:
     """Name the library that computes the transforms, with its version."""
-    return f"pyfftw {metadata.version('pyfftw')}" if direct() else f"scipy.fft {scipy.__version__}"
+    if pyfftw is not None:
+        return f"pyfftw {pyfftw.__version__}" + ("" if direct() else ", out of reach of compiled code")
+    return f"scipy.fft {scipy.__version__}"
 
 
-@cache  # the functions are looked for once
+@cache
 def direct() -> bool:
-    """Whether FFTW is in reach: find its functions, start its threads, and have its planners wait for each other."""
-    prefixes = "fftw", "fftwf"
-    if None in [function(f"{prefix}_{name}") for prefix in prefixes for name in _SIGNATURES]:
-        # the wheel of pyfftw bundles GPL code; some sites do without it
-        warnings.warn("the FFTW of pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
+    """Whether compiled loops can call FFTW: find its functions, and have its planners wait for each other."""
+    if pyfftw is None:
         return False
-    for prefix in prefixes:
-        function(f"{prefix}_init_threads")()
+    if None in [function(f"{prefix}_{name}") for prefix in ("fftw", "fftwf") for name in _SIGNATURES]:
+        warnings.warn(
+            "compiled code cannot reach the FFTW of pyfftw: contact solves and convolutions are slower",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        return False
+    for prefix in ("fftw", "fftwf"):
         function(f"{prefix}_make_planner_thread_safe")()
     return True
 
 
-@cache  # the look into libraries takes longer than a transform
+@cache
 def function(name: str) -> Any:
-    """Return a function of the FFTW libraries of pyfftw; None if it is out of reach."""
+    """Return a function of the FFTW library that pyfftw has loaded; None if it is out of reach."""
     for path in libraries():
         try:
             library = ctypes.CDLL(str(path))
@@ -134,14 +135,10 @@ def function(name: str) -> Any:
 
 
 def libraries() -> list[Path]:
-    """Return the files that may hold FFTW's functions: pyfftw's extension module, and libraries beside it."""
-    package = importlib.util.find_spec("pyfftw")
-    if package is None or package.origin is None:
-        return []
-    folder = Path(package.origin).parent
-    modules = [folder / f"pyfftw{suffix}" for suffix in EXTENSION_SUFFIXES]
-    beside = [path for place in (folder, folder.with_name("pyfftw.libs")) for path in place.glob("*fftw3*")]
-    return [*filter(Path.exists, modules), *sorted(beside)]
+    """Return the files in which FFTW's functions may be: pyfftw's extension module, and libraries beside it."""
+    module = Path(pyfftw.pyfftw.__file__)
+    folders = module.parent, module.parent.with_name("pyfftw.libs")
+    return [module, *sorted(path for folder in folders for path in folder.glob("*fftw3*"))]
 
 
 def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
@@ -182,47 +179,34 @@ class Transform:
         # columns are read from the spectra of rows: padding keeps the entries of a column apart in the cache
         width = half if plane else half + PADDING - 1
         self.spectrum = aligned((shape[0], width), np.result_type(real, np.complex64))[:, :half]
-        self._plans = _PlanePlans(self.field, self.spectrum, plane) if direct() else None
+        if pyfftw is None:
+            return
+        flags = ("FFTW_ESTIMATE",) if plane else ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT")
+        options = {"axes": axes, "flags": flags, "threads": plan_threads()}
+        with planning:
+            self.there = pyfftw.FFTW(self.field, self.spectrum, **options)
+            self.back = pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options)
 
     def forward(self) -> NDArray[Any]:
         """Transform `field` into `spectrum` and return the latter."""
-        if self._plans is None:
+        if pyfftw is None:
             self.spectrum[...] = scipy.fft.rfftn(self.field, axes=self.axes, workers=get_threads())
         else:
-            self._plans.execute(self._plans.forward)
+            self.there.execute()
         if self.scale is not None:
             np.multiply(self.spectrum, self.scale, out=self.spectrum)
         return self.spectrum
 
     def inverse(self) -> NDArray[Any]:
         """Transform `spectrum` into `field` and return the latter; `spectrum` is destroyed."""
-        if self._plans is None:
+        if pyfftw is None:
             points = [self.field.shape[axis] for axis in self.axes]
             self.field[...] = scipy.fft.irfftn(
                 self.spectrum, s=points, axes=self.axes, norm="forward", workers=get_threads()
             )
         else:
-            self._plans.execute(self._plans.backward)
+            self.back.execute()
         return self.field
-
-
-class _PlanePlans:
-    """FFTW's plans between a real field and its half spectrum: of the plane, or of each row."""
-
-    def __init__(self, field: NDArray[Any], spectrum: NDArray[Any], plane: bool):
-        prefix = "fftwf" if field.dtype == np.float32 else "fftw"
-        rows, columns = field.shape
-        rank, count = (2, 1) if plane else (1, rows)
-        points = (_INT * rank)(*field.shape[-rank:])
-        near = field.ctypes.data, None, 1, columns
-        far = spectrum.ctypes.data, None, 1, spectrum.strides[0] // spectrum.itemsize
-        flags = _ESTIMATE if plane else _ESTIMATE | _DESTROY_INPUT
-        with planning:
-            function(f"{prefix}_plan_with_nthreads")(plan_threads())
-            self.forward = function(f"{prefix}_plan_many_dft_r2c")(rank, points, count, *near, *far, flags)
-            self.backward = function(f"{prefix}_plan_many_dft_c2r")(rank, points, count, *far, *near, flags)
-        self.execute = function(f"{prefix}_execute")
-        _own_plans(self, prefix, self.forward, self.backward, f"a field of {rows} × {columns} points")
 
 
 def transform(shape: tuple[int, int], dtype: DTypeLike, axes: tuple[int, ...] = (0, 1)) -> Transform:
@@ -246,33 +230,27 @@ class LinePlans:
         source, result = (aligned((count, distance), kind) for distance in distances)
         near, far = ((a.ctypes.data, None, 1, d) for a, d in zip((source, result), distances, strict=True))
         prefix = "fftwf" if kind == np.complex64 else "fftw"
-        make = function(f"{prefix}_plan_many_dft")
+        make, destroy = function(f"{prefix}_plan_many_dft"), function(f"{prefix}_destroy_plan")
         common = 1, ctypes.byref(ctypes.c_int(points)), count
-        flags = _ESTIMATE | _DESTROY_INPUT
         with planning:
             function(f"{prefix}_plan_with_nthreads")(1)
-            self.forward = make(*common, *near, *far, -1, flags)
-            self.backward = make(*common, *far, *near, +1, flags)
+            self.forward = make(*common, *near, *far, -1, _ESTIMATE)
+            self.backward = make(*common, *far, *near, +1, _ESTIMATE)
         self.execute = function(f"{prefix}_execute_dft")
-        _own_plans(self, prefix, self.forward, self.backward, f"{count} lines of {points} points")
+        weakref.finalize(self, destroy_plans, destroy, self.forward, self.backward).atexit = False
+        if not (self.forward and self.backward):
+            raise MemoryError(f"FFTW has no plan for {count} lines of {points} points: not enough memory")
 
 
 line_plans = lru_cache(maxsize=256)(LinePlans)  # kept for later calls from any thread
 
 
-def _own_plans(owner: Any, prefix: str, forward: int | None, backward: int | None, words: str) -> None:
-    """Hand plans back to FFTW with their owner; MemoryError if FFTW could not make them."""
-    destroy = function(f"{prefix}_destroy_plan")
-
-    def destroy_plans() -> None:
-        with planning:
-            for plan in (forward, backward):
-                if plan:
-                    destroy(plan)
-
-    weakref.finalize(owner, destroy_plans).atexit = False
-    if not (forward and backward):
-        raise MemoryError(f"FFTW has no plan for {words}: not enough memory")
+def destroy_plans(destroy: Callable[[int | None], None], *plans: int | None) -> None:
+    """Hand plans back to FFTW."""
+    with planning:
+        for plan in plans:
+            if plan:
+                destroy(plan)
 
 
 class Lines:

@@ -101,4 +101,4 @@ def test_threads_that_fftw_once_had_are_known_to_be_lost_in_a_fork(monkeypatch):
         monkeypatch.setattr(plans, name, value)
     assert fourier.get_threads() == 1
     plans.forget_plans()
-    assert plans._orphaned == fourier.direct()
+    assert plans._orphaned == (plans.pyfftw is not None)

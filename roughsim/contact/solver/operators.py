@@ -107,7 +107,7 @@ class Operator:
 
 
 class PlainOperator(Operator):
-    """The same products by two-dimensional transforms, for machines without FFTW."""
+    """The same products by two-dimensional transforms, for machines where compiled code cannot call FFTW."""
 
     def __init__(self, grid: Grid, dtype: Any):
         self.transform, self.half_wavenumbers = Transform(grid.shape, dtype), 0.5 * grid.wavenumbers
