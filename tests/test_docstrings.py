@@ -23,7 +23,7 @@ REFERS = re.compile(r"(?:[Aa]s(?: in)?|[Ss]ee(?: also)?) `(?:roughsim\.)?(\w+)`"
 
 def interface():
     """Every public function, class and method, by its name."""
-    for name in set(rs.__all__) - {"__version__"}:
+    for name in sorted(set(rs.__all__) - {"__version__"}):
         yield from whole(f"roughsim.{name}", getattr(rs, name))
     for part in FORMULAS:
         module = importlib.import_module(f"theory.{part}")
