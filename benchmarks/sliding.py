@@ -3,7 +3,7 @@
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/sliding.py [--points 512] [--steps N] [--share 0.1]
 
 steel-1.2GPa at 35 m/s, roughness up to 1e5 1/m. CPU seconds of one thread for the whole length of the cell. Measured is
-the first `--share` of it, after a march of a few steps that loads all kernels.
+the first `--share` of it, after a slide of a few steps that loads all kernels.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import time
 import numpy as np
 
 import roughsim as rs
-from roughsim.sliding.march import Motion, contacts, walk
 from roughsim.sliding.path import Path, oblique_path
+from roughsim.sliding.stepping import Motion, contacts, walk
 from roughsim.surface.synthesis import synthesize
 
 CELL, SPEED = 4e-3, 35.0  # m, m/s
@@ -56,16 +56,14 @@ def main() -> None:
             yield rs.solve_contact(composite, grid, solid, nominal_pressure=load, tolerance=TOLERANCE)
 
     times = whole.steps / count
-    marched = times * cpu(walk(contacts(first, second, grid, solid, load, part, TOLERANCE), grid, part, motions))
+    slid = times * cpu(walk(contacts(first, second, grid, solid, load, part, TOLERANCE), grid, part, motions))
     begun = times * cpu(contacts(first, second, grid, solid, load, part, TOLERANCE))
     cold = times * cpu(anew())
     print(f"{chosen.points}², {whole.steps} steps over one cell of {1e3 * CELL:g} mm, CPU seconds")
     print(f"contacts, each begun from the last: {begun:6.1f}")
     print(f"contacts, each anew:                {cold:6.1f}   {cold / begun:.2f} times as many")
-    print(f"the march, one speed:               {marched:6.1f}   of it heat {marched - begun:.1f}")
-    print(
-        f"with contacts anew:                 {marched - begun + cold:6.1f}   {(marched - begun + cold) / marched:.2f}"
-    )
+    print(f"the slide, one speed:               {slid:6.1f}   of it heat {slid - begun:.1f}")
+    print(f"with contacts anew:                 {slid - begun + cold:6.1f}   {(slid - begun + cold) / slid:.2f}")
 
 
 if __name__ == "__main__":

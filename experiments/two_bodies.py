@@ -3,11 +3,11 @@
     python experiments/two_bodies.py [--toy] [-o FOLDER] [--solve [CASE ...]]
 
 The steel scenes, whose two faces are equally rough. A part f of C(q) rides with the moving body. Each member is one
-march over `Case.distance` at all speeds; it is kept in experiments/reference/two_bodies, and --solve computes those
+slide over `Case.distance` at all speeds; it is kept in experiments/reference/two_bodies, and --solve computes those
 that are missing (minutes each). Without it, tables and figures come from what is kept. Printed is T_flash of the
 sliding bodies, that of `theory.two_bodies`, and the ratio to the frozen contact of the same positions, which all the
 heat enters on the moving side.
---toy solves one small march.
+--toy solves one small slide.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from script import Command
 
 import roughsim as rs
-from roughsim.sliding.march import NUMBERS
+from roughsim.sliding.stepping import NUMBERS
 from roughsim.store.disk import place_bytes
 from roughsim.surface.synthesis import synthesize
 from theory import two_bodies
@@ -32,7 +32,7 @@ STEEL = rs.Body(conductivity=30.0, diffusivity=30.0 / (7900.0 * 500.0))
 CELL = 3.957912004522574e-3  # m, the cell of the plans of these scenes
 BINS = 24  # of the slid distance, in geometric sequence
 LIVES = (0.1, 0.25, 0.5, 0.75, 0.9, 0.99)  # shares of the spots that have died by then
-LONG, SHORTER = 16e-3, (1 / 16, 1 / 8, 1 / 4, 1 / 2)  # m; parts of it from which marches are continued
+LONG, SHORTER = 16e-3, (1 / 16, 1 / 8, 1 / 4, 1 / 2)  # m; parts of it from which slides are continued
 SEED = 4100
 TOLERANCE = 3e-3  # of the contacts
 COLOURS = ("#440154", "#31688e", "#35b779", "#c8a800")
@@ -68,7 +68,7 @@ TOY = Case("1.2", q_max=4e4, points=64, distance=2e-3, members=1)
 
 
 def member(case: Case, index: int) -> dict[str, list]:
-    """March one pair of surfaces: means over bins of the slid distance."""
+    """Slide one pair of surfaces: means over bins of the slid distance."""
     scene = rs.load_scene(f"steel-{case.hardness}GPa")
     grid = rs.Grid((case.points, case.points), (CELL, CELL))
     spectrum = scene.spectrum.truncated(q_max=case.q_max)
@@ -185,7 +185,7 @@ def table(case: Case, members: list[dict[str, np.ndarray]]) -> None:
 
 
 def continued(results: dict[Case, list[dict[str, np.ndarray]]]) -> None:
-    """Print how well the theory continues marches to a longer distance and to a higher cut-off, and without it."""
+    """Print how well the theory continues slides to a longer distance and to a higher cut-off, and without it."""
     changes: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # of ln T_flash over the true one: as it is, continued
     for case, members in results.items():
         if case.distance == LONG and case.steps is None:
@@ -238,7 +238,7 @@ def drawn(results: dict[Case, list[dict[str, np.ndarray]]]) -> Figure:
 
 
 def main() -> None:
-    command = Command(__file__, __doc__, "one small march")
+    command = Command(__file__, __doc__, "one small slide")
     command.add_argument("--solve", nargs="*", metavar="CASE", help="compute missing members, of all cases or these")
     command.add_argument("--members", type=int, default=8, help="at most so many of each case: 8")
     options = command.parse()

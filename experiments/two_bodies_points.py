@@ -1,16 +1,16 @@
-"""Fresh pairs of rough bodies, drawn by chance, to test the theory of `theory.two_bodies` against marches.
+"""Fresh pairs of rough bodies, drawn by chance, to test the theory of `theory.two_bodies` against slides.
 
     python experiments/two_bodies_points.py [--draw] [--solve] [--toy] [-o FOLDER]
 
-The list was drawn when the theory had its form, and committed before any pair was marched. `--draw` writes it again.
+The list was drawn when the theory had its form, and committed before any pair was slid. `--draw` writes it again.
 E* is 110 GPa; contact has yielded altogether (kind A, 1 % of it still elastic at 1.5 to 5 times below q_max), in part
 (B, a share from 0.2 to 0.8 still elastic at q_max) or is elastic (E). The bodies are unlike but for every fourth
 pair. Every sixth pair has one face that is smooth. Each pair slides at two speeds.
 
-`--solve` marches what is not there yet, into reference/two_bodies_marched.json: a cell of 4 mm with the longest waves
+`--solve` slides what is not there yet, into reference/two_bodies_slides.json: a cell of 4 mm with the longest waves
 four times a side, and 256² points. Members are added, 2 to 12, until the standard error of T_flash is 0.8 % or they
 have taken 1000 steps. Means over the last half of the slid distance are compared with the theory at those very
-distances, for C(q) up to the q_max of the march. The error of the pixel goes with its power 1 to 1.5: one march with
+distances, for C(q) up to the q_max of the slide. The error of the pixel goes with its power 1 to 1.5: one slide with
 half the pixel shows it, and ln of the ratio is extrapolated with the mean of both powers.
 """
 
@@ -37,7 +37,7 @@ from theory import plasticity, two_bodies
 
 SEED = 20261126
 LIST = Path(__file__).parent / "reference" / "two_bodies_points.json"
-MARCHED = LIST.with_name("two_bodies_marched.json")
+SLIDES = LIST.with_name("two_bodies_slides.json")
 DISTANCE = (1e-4, 16e-3)  # m; one pair in each of as many equal strata of its logarithm
 COUNTS = {"A": 12, "B": 8, "E": 6}
 MODULUS, CELL, PERIODS = 110e9, 4e-3, 4
@@ -173,14 +173,14 @@ def late(pair: Pair, points: int) -> np.ndarray:
 
 
 def expected(pair: Pair, points: int) -> np.ndarray:
-    """Return T_flash in theory at the steps of a march, mean over the last half, K, (speeds,)."""
+    """Return T_flash in theory at the steps of a slide, mean over the last half, K, (speeds,)."""
     distances = late(pair, points)
     few = np.unique(np.linspace(0, distances.size - 1, 8).round().astype(int))  # it varies smoothly
     theory = pair.theory(distances[few], np.array(pair.speeds)[:, None])
     return np.array([np.interp(distances, distances[few], row).mean() for row in theory.flash_temperature])
 
 
-def march(pair: Pair, points: int, member: int) -> np.ndarray:
+def slide(pair: Pair, points: int, member: int) -> np.ndarray:
     """Slide one pair of faces; return T_flash, mean over the last half of the distance, K, (speeds,)."""
     grid = rs.Grid((points, points), (CELL, CELL))
     streams = np.random.SeedSequence(SEED, spawn_key=(ord(pair.name[0]), int(pair.name[1:]), member)).spawn(2)
@@ -201,12 +201,12 @@ def march(pair: Pair, points: int, member: int) -> np.ndarray:
 
 
 def solve(pair: Pair, members: tuple[int, int], points: int | None = None) -> Row:
-    """March the pair, with members until their scatter is small enough."""
+    """Slide the pair, with members until their scatter is small enough."""
     start = time.process_time()
     points = points or POINTS[pair.name[0]][0]
     rows: list[np.ndarray] = []
     while len(rows) < members[1]:
-        rows.append(np.log(march(pair, points, len(rows))))
+        rows.append(np.log(slide(pair, points, len(rows))))
         error = np.std(rows, axis=0, ddof=1) / sqrt(len(rows)) if len(rows) > 1 else np.full(2, inf)
         walked = len(rows) * pair.distance / CELL * points
         if len(rows) >= members[0] and (error.max() < ENOUGH or walked > STEPS):
@@ -219,18 +219,18 @@ def solve(pair: Pair, members: tuple[int, int], points: int | None = None) -> Ro
 
 
 def refine(pair: Pair, points: int | None = None) -> Row:
-    """March the first member with the pixel and with half of it; return by how much ln T_flash then changes.
+    """Slide the first member with the pixel and with half of it; return by how much ln T_flash then changes.
 
     Both are read at slightly different distances. What the theory says of that is taken out.
     """
     points = points or POINTS[pair.name[0]][0]
-    coarse, fine = (np.log(march(pair, n, 0) / expected(pair, n)) for n in (points, 2 * points))
+    coarse, fine = (np.log(slide(pair, n, 0) / expected(pair, n)) for n in (points, 2 * points))
     change = fine - coarse
     return dict(zip(SPEEDS, change.tolist(), strict=True))
 
 
 def compared(pair: Pair, row: Row, change: Row) -> dict[str, np.ndarray]:
-    """Return ln of march over theory, (speeds,), corrected for the pixel and not, and the standard error."""
+    """Return ln of slide over theory, (speeds,), corrected for the pixel and not, and the standard error."""
     raw = np.log([float(row[f"{name} flash"]) for name in SPEEDS]) - np.log(expected(pair, int(row["points"])))
     beyond = 1 + np.mean([1 / (2**order - 1) for order in ORDERS])
     return {
@@ -241,8 +241,8 @@ def compared(pair: Pair, row: Row, change: Row) -> dict[str, np.ndarray]:
 
 
 def table(found: dict[Pair, dict[str, np.ndarray]]) -> None:
-    """Print how the theory compares with each march, and with all."""
-    print("march over theory of the same modes, ln in %; ± standard error of the march; in brackets as it is")
+    """Print how the theory compares with each slide, and with all."""
+    print("slide over theory of the same modes, ln in %; ± standard error of the slide; in brackets as it is")
     for pair, values in found.items():
         texts = []
         for k, speed in enumerate(pair.speeds):
@@ -262,7 +262,7 @@ def table(found: dict[Pair, dict[str, np.ndarray]]) -> None:
 
 
 def draw(found: dict[Pair, dict[str, np.ndarray]], path: Path) -> None:
-    """March over theory, by the slid distance."""
+    """Slide over theory, by the slid distance."""
     figure = Figure(figsize=(6.0, 3.2), layout="constrained")
     axes = figure.subplots()
     for pair, values in found.items():
@@ -271,19 +271,19 @@ def draw(found: dict[Pair, dict[str, np.ndarray]], path: Path) -> None:
             axes.errorbar(1e3 * pair.distance, ratio, error, fmt=marker, ms=4, color=COLOURS[pair.name[0]])
     axes.axhline(1.0, color="0.6", lw=0.7)
     axes.axhspan(0.92, 1.08, color="0.9", zorder=0)
-    axes.set(xscale="log", xlabel="slid distance (mm)", ylabel="T$_{flash}$, march / theory")
+    axes.set(xscale="log", xlabel="slid distance (mm)", ylabel="T$_{flash}$, slide / theory")
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=130)
 
 
 def main() -> None:
-    command = Command(__file__, __doc__, "march one elastic pair on a small grid over a short way")
+    command = Command(__file__, __doc__, "slide one elastic pair on a small grid over a short way")
     command.add_argument("--draw", action="store_true", help="write the list of pairs again")
-    command.add_argument("--solve", action="store_true", help="march the pairs that have no row yet")
+    command.add_argument("--solve", action="store_true", help="slide the pairs that have no row yet")
     options = command.parse()
     if options.draw:
         write(drawn())
-    pairs, rows = points(), Rows(options.output / "marched.json" if options.toy else MARCHED, resume=not options.toy)
+    pairs, rows = points(), Rows(options.output / "slid.json" if options.toy else SLIDES, resume=not options.toy)
     if options.toy:
         pairs = [replace(next(pair for pair in pairs if pair.name == "E01"), distance=4e-4)]
     if options.toy or options.solve:
@@ -291,11 +291,11 @@ def main() -> None:
         ranks = {pair.name: rank for rank, pair in enumerate(sorted(pairs, key=lambda pair: pair.distance))}
         for pair in sorted(pairs, key=lambda pair: GOLDEN * ranks[pair.name] % 1.0):
             number = 64 if options.toy else None
-            rows.once("marches", pair.name, partial(solve, pair, (2, 2) if options.toy else MEMBERS, number))
+            rows.once("slides", pair.name, partial(solve, pair, (2, 2) if options.toy else MEMBERS, number))
             rows.once("half the pixel", pair.name, partial(refine, pair, number))
-            print(f"{pair.name} marched", flush=True)
-    marches, finer = rows["marches"], rows["half the pixel"]
-    found = {pair: compared(pair, marches[pair.name], finer[pair.name]) for pair in pairs if pair.name in finer}
+            print(f"{pair.name} slid", flush=True)
+    slides, finer = rows["slides"], rows["half the pixel"]
+    found = {pair: compared(pair, slides[pair.name], finer[pair.name]) for pair in pairs if pair.name in finer}
     table(found)
     draw(found, options.output / "two_bodies_points.png")
 

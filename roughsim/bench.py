@@ -223,7 +223,7 @@ def solve_level(scene: Scene, numerics: Numerics, level: int, realizations: int)
             solution = solve_problem(replace(problem, seed=SEED, index=index))
             seconds.append(time.process_time() - start)
             for name, number in NUMBERS.items():
-                if not number.of_march:
+                if not number.of_slide:
                     numbers[name].append(number.of_member(solution))
             stress = solution.observables.stress_spectrum
             spectra.append(stress.variance)

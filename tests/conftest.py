@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from march_cases import sliding_scene
+from slide_cases import sliding_scene
 from small_scene import CAPPED
 
 import roughsim as rs

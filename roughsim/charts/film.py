@@ -1,4 +1,4 @@
-"""The film of a march in print: pressure and temperature at a few slid distances, side by side."""
+"""The film of a slide in print: pressure and temperature at a few slid distances, side by side."""
 
 from pathlib import Path
 

@@ -54,7 +54,7 @@ def _choose_subject(
 
 
 def _choose_film(run: Run, realization: int | None, speed: float | None, column: str | None) -> Subject:
-    """Return the data of a film; ValueError if it was not kept, or the march does not follow that speed."""
+    """Return the data of a film; ValueError if it was not kept, or the slide does not follow that speed."""
     if column is not None:
         raise ValueError(f"column = {column!r}: a film has a column of its own; leave it out")
     indices = filmed(run)
@@ -63,8 +63,8 @@ def _choose_film(run: Run, realization: int | None, speed: float | None, column:
     speed = max(run.scene.speeds) if speed is None else number("speed", speed, "m/s")
     if speed not in run.scene.speeds:
         told = ", ".join(f"{v:g}" for v in run.scene.speeds)
-        raise ValueError(f"speed = {speed:g} m/s: the march has followed {told} m/s; choose one of them")
-    return Subject(run, SLIDING, run.numerics.march or 0, indices[0] if realization is None else realization, speed)
+        raise ValueError(f"speed = {speed:g} m/s: the slide has followed {told} m/s; choose one of them")
+    return Subject(run, SLIDING, run.numerics.slide or 0, indices[0] if realization is None else realization, speed)
 
 
 def _path_beside(run: Run, quantity: str, realization: int | None, speed: float | None, column: str | None) -> Path:

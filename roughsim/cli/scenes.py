@@ -130,13 +130,13 @@ def run(
 def _show_plan(scene: Any, numerics: Any) -> None:
     """Print the numerics of a run, and warnings, before its members are computed."""
     from roughsim.planning.limits import judge
-    from roughsim.planning.realization import march_problem
+    from roughsim.planning.realization import slide_problem
 
     for reason in numerics.reasons:
         if reason.choice in ("smoothed", "capped", "elastic"):
             tell(reason.value)
-    if numerics.march is not None:
-        steps = march_problem(scene, numerics).steps
+    if numerics.slide is not None:
+        steps = slide_problem(scene, numerics).steps
         tell(f"sliding: {steps} contacts in turn for each member; one that is interrupted begins again")
     for line in judge(scene, numerics).warnings:
         warn(line)

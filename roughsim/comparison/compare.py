@@ -216,7 +216,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
     elif comparison.run.drawn:
         yield from texture_warnings(comparison.run.scene)
     yield from overshoot_warnings(comparison.run)
-    if comparison.run.numerics.march is not None:
+    if comparison.run.numerics.slide is not None:
         yield (
             "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash is that "
             "above the background of the moving body, mean over the last half of the slid distance."
@@ -227,5 +227,5 @@ def meanings(comparison: Comparison) -> Iterator[str]:
         yield (
             f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, above its temperature when "
             "sliding began. T₀ is that of the theory of heat, not simulated"
-            + (", but in the column sliding that of the march." if comparison.run.numerics.march is not None else ".")
+            + (", but in the column sliding that of the slide." if comparison.run.numerics.slide is not None else ".")
         )

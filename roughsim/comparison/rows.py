@@ -11,7 +11,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.estimate.errors import Estimate, Uncertain, quantile, quotient, spread
 from roughsim.estimate.levels import Values
-from roughsim.estimate.sliding import OF_MARCH
+from roughsim.estimate.sliding import SLIDING_OBSERVABLES
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.values import Predicted
@@ -131,7 +131,7 @@ def rows_of(run: Run) -> Iterator[Row]:
     for observable in OBSERVABLES:
         predicted = {name: values[observable] for name, values in theories.items()}
         estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
-        if run.numerics.march is not None and observable in OF_MARCH:
+        if run.numerics.slide is not None and observable in SLIDING_OBSERVABLES:
             estimates[SLIDING] = run.estimate(observable, SLIDING)
         ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"])
         yield from _rows_of_one(run, observable, predicted, estimates, ratios)
@@ -162,7 +162,7 @@ def _rows_of_contact_temperature(run: Run, flash: dict[str, Array]) -> Iterator[
     """Yield T₀ + T_flash at each speed from T_flash of the theories."""
     background = prediction.background(run.scene)
     predicted = {name: values + background for name, values in flash.items()}
-    columns = run.numerics.columns if run.numerics.march is None else (*run.numerics.columns, SLIDING)
+    columns = run.numerics.columns if run.numerics.slide is None else (*run.numerics.columns, SLIDING)
     estimates = {name: run.contact_temperature(name, background) for name in columns}
     ratios = ratios_of(run, FLASH, predicted["theory_same_modes"], predicted["theory_at_cut_off"], background)
     yield from _rows_of_one(run, CONTACT_TEMPERATURE, predicted, estimates, ratios)
@@ -203,7 +203,7 @@ def _rows_of_one(
     notes = [notes_of(run, name, estimates[name]) for name in run.numerics.columns]
     for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
         cells = {name: _cell_of(estimate, k) for name, estimate in estimates.items()}
-        if run.numerics.march is not None:
+        if run.numerics.slide is not None:
             cells.setdefault(SLIDING, NOTHING)
         here = {of_column[k] for of_column in notes}
         yield Row(
@@ -224,7 +224,7 @@ def _theory_of_sliding(run: Run, name: str, frozen: Array) -> Array:
     `frozen` are the values of the calibrated law for a contact that does not change.
     """
     nothing = np.full(frozen.shape, nan)
-    slid = None if run.numerics.march is None else prediction.sliding_prediction(run.scene)
+    slid = None if run.numerics.slide is None else prediction.sliding_prediction(run.scene)
     if slid is None:
         return nothing
     return frozen if name == "contact_fraction" else getattr(slid, name, nothing)

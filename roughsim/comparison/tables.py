@@ -95,7 +95,7 @@ def sliding_note(scene: Scene) -> str:
         return f"{OF_SLIDING}: none, as {prediction.calibrated(scene).range}."
     return (
         f"{OF_SLIDING}: two bodies that slide, by the calibrated stress spectrum of a clipped Gaussian field, T_flash "
-        f"within {SLIDING_ERROR:.0%} of marches; mean over the last half of the slid distance."
+        f"within {SLIDING_ERROR:.0%} of slides; mean over the last half of the slid distance."
     )
 
 

@@ -76,9 +76,9 @@ def _reported(run: Run) -> list[str]:
 def losses(run: Run) -> list[str]:
     """Return a line each on failed, missing and damaged members; empty for a whole run."""
     lines = [f"{run.failed} did not converge and are left out of the means"] if run.failed else []
-    march = run.numerics.march
-    if march is not None:
-        failed = len(run.members.failed(march, run.counts[march]))
+    slide = run.numerics.slide
+    if slide is not None:
+        failed = len(run.members.failed(slide, run.counts[slide]))
         if failed:
             lines.append(f"{failed} members that slide did not converge and are left out of the column sliding")
     return lines + left_out(run)

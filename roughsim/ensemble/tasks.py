@@ -15,7 +15,7 @@ from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.workers import Job, Source, store_members
 from roughsim.errors import RecordError
 from roughsim.estimate.rounds import Counts
-from roughsim.planning.realization import below_problem, level_problem, march_problem
+from roughsim.planning.realization import below_problem, level_problem, slide_problem
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
@@ -48,10 +48,10 @@ class ActiveRun:
         """Return the job of a level."""
         if level not in self.jobs:
             about = self.scene, self.numerics
-            marches = level == self.numerics.march
+            slides = level == self.numerics.slide
             self.jobs[level] = Job(
                 level,
-                march_problem(*about) if marches else level_problem(*about, level),
+                slide_problem(*about) if slides else level_problem(*about, level),
                 below_problem(*about, level),
                 speeds=self.scene.speeds,
                 keep_fields=self.numerics.keep_fields,

@@ -17,7 +17,7 @@ from roughsim.observables.catalogue import NUMBERS
 from roughsim.pipeline import Problem, Solution, Solved, solve_problem, versions
 from roughsim.store.member_files import Member, Moments, write_member
 
-if TYPE_CHECKING:  # a worker that marches loads it with the problem; single contacts do without
+if TYPE_CHECKING:  # a worker that slides loads it with the problem; single contacts do without
     from roughsim.sliding.member import SlideProblem
 
 
@@ -77,7 +77,7 @@ def _store_member(job: Job, index: int, before: list[Solved]) -> list[Solved]:
                 solved = _solve(job, problem, before)
                 member = _contact_member(job, *solved)
             else:
-                member = _march_member(job, problem)
+                member = _slide_member(job, problem)
     except ConvergenceError as error:
         provenance = {"residual": error.residual, "iterations": error.iterations, "seconds": {}}
         member = Member(job.level, index, failure=str(error), provenance=provenance)
@@ -137,13 +137,13 @@ def _contact_member(job: Job, main: Solved, below: Solved | None = None) -> Memb
 
 def _moments(solution: Solution) -> Moments:
     """Return the stored numbers of a contact."""
-    numbers = {name: number.of_member(solution) for name, number in NUMBERS.items() if not number.of_march}
+    numbers = {name: number.of_member(solution) for name, number in NUMBERS.items() if not number.of_slide}
     spectrum = solution.observables.stress_spectrum
     return Moments(numbers, spectrum.wavenumber, spectrum.variance)
 
 
-def _march_member(job: Job, problem: "SlideProblem") -> Member:
-    """Compute the member of a march of one body over the other."""
+def _slide_member(job: Job, problem: "SlideProblem") -> Member:
+    """Compute the member of a slide of one body over the other."""
     from roughsim.sliding.member import solve_slide
 
     solution = solve_slide(problem, film=problem.index < job.keep_fields)

@@ -23,7 +23,7 @@ SOURCES = {
     "pixel": "left by the grid at fixed q_c",
     "size": "change by a larger cell, from the number of hills that carry load, measured on other scenes",
     "solver": "largest change by the contact solver's tolerance in measured contacts: for T_flash 0.3 of it",
-    "march": "of two bodies that slide: the low cut-off of the march, and the rest of its pixel and step",
+    "slide": "of two bodies that slide: the low cut-off of the slide, and the rest of its pixel and step",
     "scan": "of C(q) measured on maps: few long waves, none longer than a map, and other places than these",
 }
 

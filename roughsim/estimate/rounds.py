@@ -73,7 +73,7 @@ def replay(numerics: Numerics, most: int, available: Sequence[int], judged: Call
 
 
 def first_counts(numerics: Numerics, most: int) -> Counts:
-    """Return the first round: the lowest level of each column, the step above it, its partner, and the marches."""
+    """Return the first round: the lowest level of each column, the step above it, its partner, and the slides."""
     counts = [0] * len(numerics.levels)
     for column in numerics.columns:
         lowest, *steps = numerics.rungs(column)
@@ -81,9 +81,9 @@ def first_counts(numerics: Numerics, most: int) -> Counts:
         for level in (*steps[:1], numerics.partner(lowest)):
             if level is not None:
                 counts[level] = min(FIRST_STEP, most)
-    if numerics.march is not None:
-        first = numerics.levels[numerics.march].first
-        counts[numerics.march] = most if first is None else min(first, most)
+    if numerics.slide is not None:
+        first = numerics.levels[numerics.slide].first
+        counts[numerics.slide] = most if first is None else min(first, most)
     return tuple(counts)
 
 

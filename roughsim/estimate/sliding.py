@@ -1,6 +1,6 @@
 """Estimates of the column "sliding": the frozen contact, times the change by the histories of both bodies.
 
-The march is of low cut-off and few members. But on the contacts of each member T_flash is known both ways, and their
+The slide is of low cut-off and few members. But on the contacts of each member T_flash is known both ways, and their
 ratio scatters little and depends little on the cut-off. It is put onto the estimate of single contacts, which has all
 of C(q).
 """
@@ -13,7 +13,7 @@ from roughsim.estimate.errors import Estimate, half_width, spread
 from roughsim.grid import Array
 from roughsim.observables.record import ratio
 
-OF_MARCH = ("flash_temperature", "heat_partition", "contact_fraction")
+SLIDING_OBSERVABLES = ("flash_temperature", "heat_partition", "contact_fraction")
 # exponents of the pixel between which the error of the ratio falls, measured from 3 to 16 pixels per shortest wave
 ORDERS = 1.0, 1.5
 # 95 %, relative, of the ratio and of the share by the cut-off: in five scenes that yield or not, from 4 q_y to 16 q_y,
@@ -31,17 +31,19 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
     single : Estimate
         That of single contacts, with all the heat in the moving body.
     numbers : dict of str to ndarray
-        Those that marches store, (members, speeds); at least one member.
+        Those that slides store, (members, speeds); at least one member.
     coarsening : float
-        Pixel of the coarser grid of each march over that of its own; 1 without a coarser one: the error is unknown.
+        Pixel of the coarser grid of each slide over that of its own; 1 without a coarser one: the error is unknown.
 
     Raises
     ------
     ValueError
         For another observable.
     """
-    if observable not in OF_MARCH:
-        raise ValueError(f'observable = {observable!r} is not in column "sliding"; it has {", ".join(OF_MARCH)}')
+    if observable not in SLIDING_OBSERVABLES:
+        raise ValueError(
+            f'observable = {observable!r} is not in column "sliding"; it has {", ".join(SLIDING_OBSERVABLES)}'
+        )
     if observable == "contact_fraction":
         return single
     if observable == "heat_partition":
@@ -51,7 +53,7 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
             single,
             mean=share,
             standard_error=error,
-            budget={"statistical": scatter, "march": _DOUBT_OF_CUT_OFF * share},
+            budget={"statistical": scatter, "slide": _DOUBT_OF_CUT_OFF * share},
             bias=np.zeros_like(share),
             n=count,
             effective_n=freedom + 1.0,
@@ -63,7 +65,7 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
         coarser = ratio(
             numbers["sliding_coarser_flash_temperature"], numbers["sliding_coarser_frozen_flash_temperature"]
         )
-        # the error falls with the pixel to a power within ORDERS: of the difference from the coarser march either
+        # the error falls with the pixel to a power within ORDERS: of the difference from the coarser slide either
         # 1/(coarsening^p − 1) is left; their mean corrects, and half of their difference is doubt
         first, last = (1.0 / (coarsening**order - 1.0) for order in ORDERS)
         correction = 0.5 * (first + last) * (rows - coarser)
@@ -74,7 +76,7 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
     change, error, scatter, _ = _mean_of(rows + correction)
     budget = {name: part * change for name, part in single.budget.items()}
     budget["statistical"] = np.hypot(budget["statistical"], single.mean * scatter)
-    budget["march"] = single.mean * doubt
+    budget["slide"] = single.mean * doubt
     note = f"the frozen estimate with all heat in the moving body, times its change in {len(rows)} members that slide"
     return replace(
         single,
@@ -82,20 +84,20 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
         standard_error=np.hypot(single.standard_error * change, single.mean * error),
         budget=budget,
         bias=single.bias * change,
-        notes=(*single.notes, note, f"the march is {pixel}"),
+        notes=(*single.notes, note, f"the slide is {pixel}"),
     )
 
 
 def with_background(flash: Estimate, rows: Array) -> Estimate:
-    """Return T₀ + T_flash of the moving body: `rows`, (members, speeds), are T₀ at the end of each march, K.
+    """Return T₀ + T_flash of the moving body: `rows`, (members, speeds), are T₀ at the end of each slide, K.
 
-    T₀ depends on the march only by the share of the heat, so its doubt is that of the share. A larger share warms both
+    T₀ depends on the slide only by the share of the heat, so its doubt is that of the share. A larger share warms both
     parts, so the doubts add.
     """
     warm, error, scatter, _ = _mean_of(rows)
     budget = flash.budget | {
         "statistical": np.hypot(flash.budget["statistical"], scatter),
-        "march": flash.budget["march"] + _DOUBT_OF_CUT_OFF * warm,
+        "slide": flash.budget["slide"] + _DOUBT_OF_CUT_OFF * warm,
     }
     return replace(
         flash,

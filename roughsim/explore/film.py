@@ -25,7 +25,7 @@ _WORDS = (
     "move to the left. They touch where summits meet. Temperature: of the surface of the moving body, above its "
     "background. The colours are the same at all positions."
 )
-_NONE_YET = "No march has kept its maps yet: the first --keep-fields realizations do."
+_NONE_YET = "No slide has kept its maps yet: the first --keep-fields realizations do."
 
 
 class FilmView:

@@ -98,7 +98,7 @@ class Page:
         for name, curve in watched.theory.items():
             self.layout.curves[name].show_theory(*curve)
         self.film: FilmView | None = None
-        if watched.run.numerics.march is not None:
+        if watched.run.numerics.slide is not None:
             self.film = FilmView(watched.run, document, tasks(document, self.say).ask)
             self.layout.film.children = [self.film.root]
         self._connect()

@@ -17,7 +17,7 @@ from roughsim.observables.record import Observable, Sample, ratio
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """What the member of a march stores over the slid distance."""
+    """What the member of a slide stores over the slid distance."""
 
     unit: str
     per_speed: bool  # shape (speeds, distances), else (distances,)
@@ -177,7 +177,7 @@ TABLE: tuple[Observable, ...] = (
         "K",
         stored="<T sigma>/<sigma> above the moving body's background, last half of the slid distance",
         only_stored=True,
-        of_march=True,
+        of_slide=True,
         per_speed=True,
     ),
     Observable(
@@ -185,7 +185,7 @@ TABLE: tuple[Observable, ...] = (
         "1",
         stored="share of the heat that enters the moving body, last half of the slid distance",
         only_stored=True,
-        of_march=True,
+        of_slide=True,
         per_speed=True,
     ),
     Observable(
@@ -193,7 +193,7 @@ TABLE: tuple[Observable, ...] = (
         "K",
         stored="mean temperature of the surface of the moving body at the end of the slid distance",
         only_stored=True,
-        of_march=True,
+        of_slide=True,
         per_speed=True,
     ),
     Observable(
@@ -201,7 +201,7 @@ TABLE: tuple[Observable, ...] = (
         "K",
         stored="flash_temperature of the contacts on the last half of the slid distance, each slid on frozen",
         only_stored=True,
-        of_march=True,
+        of_slide=True,
         per_speed=True,
     ),
     Observable(
@@ -209,7 +209,7 @@ TABLE: tuple[Observable, ...] = (
         "K",
         stored="sliding_flash_temperature of the same faces with 4/3 of the pixel",
         only_stored=True,
-        of_march=True,
+        of_slide=True,
         per_speed=True,
     ),
     Observable(
@@ -217,7 +217,7 @@ TABLE: tuple[Observable, ...] = (
         "K",
         stored="sliding_frozen_flash_temperature of the same faces with 4/3 of the pixel",
         only_stored=True,
-        of_march=True,
+        of_slide=True,
         per_speed=True,
     ),
     Observable(

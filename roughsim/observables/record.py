@@ -101,7 +101,7 @@ class Observable:
     # takes the theory to its value; None: its entry of this name, or NaN
     theory: Callable[[Theory], ArrayLike] | None = None
     only_stored: bool = False  # other observables are made of it; by itself neither estimated nor compared
-    of_march: bool = False  # members of the column "sliding" store it, and no others
+    of_slide: bool = False  # members of the column "sliding" store it, and no others
     per_speed: bool = False  # one for each speed of the scene
     heated: bool = False  # proportional to the heat: reports multiply it by the share of the moving body
     spectra: bool = False  # `values` needs the stress spectra of the sample, which are read from disk

@@ -19,7 +19,7 @@ Lengths = tuple[float, float]  # of the cell, m
 
 PIXELS = 4  # per shortest wave of a level; its partner has twice as many
 SIDE = 4096  # points per side of the largest grid; half of it for elastic contact, whose continuation is well known
-# points per side of the lowest level, at most, and twice those that a level in a part of the cell has at least: on
+# points per side of the lowest level, within a factor of √2, and twice those that a level in a part of the cell has at least: on
 # seven scenes 512 took least time, or next to least
 BASE_SIDE = 512
 _SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
@@ -39,6 +39,7 @@ class _Grids(NamedTuple):
     column: Column
     lengths: Lengths
     parts: int
+    side: int  # the most points per side
 
     def points(self, q_max: float) -> float:
         """Return the points along the longer side of the cell at a cut-off, rad/m."""
@@ -48,11 +49,6 @@ class _Grids(NamedTuple):
     def highest(self) -> float:
         """The highest cut-off that a grid holds, rad/m."""
         return self.parts * self.side / self.points(1.0)
-
-    @property
-    def side(self) -> int:
-        """The most points per side."""
-        return SIDE if self.column == "capped" else SIDE // 2
 
     def level(self, q_max: float, *, pixels: int = PIXELS, lowest: bool = False) -> Level | None:
         """Return the level of a cut-off, the lowest in the whole cell; None if its grid is too large.
@@ -77,14 +73,15 @@ def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[Rung]:
     """Return the levels of a scene in a cell of these sides, m, for a relative error, the smoothed column first."""
     end, parts = scene.spectrum.breaks[-1], parts_of(scene, lengths, target)
     if scene.elastic:
-        return _climb(_Grids("elastic", lengths, parts), end, end)
+        return _climb(_Grids("elastic", lengths, parts, SIDE // 2), end, end)
     q_yield = prediction.yield_wavenumber(scene)
-    smoothed = _Grids("smoothed", lengths, 1)
-    if q_yield > smoothed.highest:  # such contact depends on the cell as elastic contact does
-        parts = 1
+    smoothed = _Grids("smoothed", lengths, 1, SIDE // 2)
+    capped = _Grids("capped", lengths, parts, SIDE)
+    if q_yield > smoothed.highest:  # contact at the cut-offs of all grids is next to elastic
+        return [*_climb(smoothed, end, end), *_climb(smoothed._replace(column="capped"), end, end)]
     return [
         *_climb(smoothed, min(_SMOOTHED_TOP * q_yield, end), end, q_yield),
-        *_climb(_Grids("capped", lengths, parts), end, end, q_yield),
+        *_climb(capped, end, end, q_yield),
     ]
 
 
@@ -94,7 +91,7 @@ def _climb(grids: _Grids, end: float, q_max: float, q_yield: float = 0.0) -> lis
     Cut-offs are in rad/m. `q_max` is the end of C(q), `q_yield` is q_y where there is a hardness.
     """
     top = min(end, grids.highest)
-    doublings = max(ceil(log2(grids.points(top) / (1.02 * BASE_SIDE))), 0)
+    doublings = max(round(log2(grids.points(top) / BASE_SIDE)), 0)
     rungs = []
     for k in range(doublings + 1):
         cut = top / 2 ** (doublings - k)

@@ -14,9 +14,9 @@ from roughsim.estimate.cell_size import choose_lengths
 from roughsim.estimate.rounds import FIRST_STEP, TARGET, first_counts, work
 from roughsim.machine import PROCESS
 from roughsim.planning.levels import levels_of
-from roughsim.planning.march import march_reasons, with_march
 from roughsim.planning.realization import largest_member
 from roughsim.planning.reasons import at_speeds, level_text, span, workers_reason
+from roughsim.planning.sliding import slide_reasons, with_slide
 from roughsim.prediction.scans import scan_of_hottest
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
@@ -68,7 +68,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         reasons += (Reason(rung.level.column, level_text((rung.level,)), rung.reason) for rung in rungs)
     keys = {key: getattr(scene.numerics, key) for key in DEFAULT_REASONS}
     keys = {key: value for key, value in keys.items() if value is not None}
-    numerics = with_march(scene, Numerics(levels, lengths, **keys))
+    numerics = with_slide(scene, Numerics(levels, lengths, **keys))
     if not scene.elastic and "elastic" in numerics.columns:
         raise ValueError('column = "elastic" does not fit a scene with a hardness; use "smoothed" or "capped"')
     reasons += _heat_reasons(scene)
@@ -81,7 +81,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         numerics,
         reasons=(
             *reasons,
-            *march_reasons(scene, numerics),
+            *slide_reasons(scene, numerics),
             _cost_reason(scene, numerics, target),
             workers_reason(numerics, member, why),
             Reason("memory", f"{(member + PROCESS) / 1e9:.2g} GB per worker", f"{member / 1e9:.2g} GB for {why}"),
@@ -112,7 +112,7 @@ def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
     """
     most = scene.ensemble.max_realizations
     works = [work(numerics, i) for i in numerics.single]
-    first = sum(n * each for n, each in zip(first_counts(numerics, most), works, strict=False))  # without the march
+    first = sum(n * each for n, each in zip(first_counts(numerics, most), works, strict=False))  # without the slide
     ladders = [numerics.rungs(column) for column in numerics.columns]
     low = max(first, _work_of(scene, numerics, ladders[-1][:2], target, _SCATTER[0]))
     high = FIRST_STEP * sum(works) + sum(_work_of(scene, numerics, ladder, target, _SCATTER[1]) for ladder in ladders)

@@ -18,7 +18,7 @@ from roughsim.sliding.member import SlideProblem
 from roughsim.sliding.path import oblique_path, pixel_of_path
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 
-_LEAST_STEPS = 4  # of a march: the last half has means
+_LEAST_STEPS = 4  # of a slide: the last half has means
 _AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
@@ -52,9 +52,9 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
     for name, (value, limit) in limits.items():
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:
             raise ValueError(f"{name} = {value!r} must be a whole number from 0 to below {limit:g}")
-    if level == numerics.march:
+    if level == numerics.slide:
         raise ValueError(
-            f"level = {level} is the march of one body over the other, which is no single contact; choose another "
+            f"level = {level} is the slide of one body over the other, which is no single contact; choose another "
             "level, or use roughsim.slide"
         )
     problem = level_problem(scene_of(scene, numerics), numerics, level)
@@ -70,16 +70,16 @@ def largest_member(scene: Scene, numerics: Numerics) -> tuple[float, str]:
     """Return the memory of the largest member of a run, bytes, and the name of that member."""
     points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
     memory = BYTES_PER_POINT * points, "largest grid"
-    if numerics.march is None:
+    if numerics.slide is None:
         return memory
-    march = march_problem(scene, numerics).memory, "the march: both bodies remember their heat, at each speed"
-    return max(memory, march)
+    slide = slide_problem(scene, numerics).memory, "the slide: both bodies remember their heat, at each speed"
+    return max(memory, slide)
 
 
 @lru_cache(maxsize=4)
-def march_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
-    """Return the march of realization 0, with the seed of the scene; `numerics.march` is its level."""
-    number = numerics.march or 0
+def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
+    """Return the slide of realization 0, with the seed of the scene; `numerics.slide` is its level."""
+    number = numerics.slide or 0
     level, grid = numerics.levels[number], numerics.grid(number)
     if min(scene.sliding.distances) < _LEAST_STEPS * (step := pixel_of_path(grid)) * (1 - 1e-9):
         k = int(np.argmin(scene.sliding.distances))

@@ -16,7 +16,7 @@ from roughsim.prediction.law import calibrated
 from roughsim.scene import Scene
 from theory.arguments import density
 
-ERROR = 0.12  # of T_flash: the worst over fresh pairs that were marched
+ERROR = 0.12  # of T_flash: the worst over fresh pairs that were slid
 _LATE = 0.5  # share of the slid distance, at its end, over which the means of the column sliding are taken
 _POINTS = 3  # of Gauss in that share: T grows as a root of the distance at most
 
@@ -57,14 +57,14 @@ def sliding_prediction(scene: Scene) -> SlidingPrediction | None:
         arguments["resting_diffusivity"] = constants.bodies.counter_diffusivity
         arguments["moving_roughness"] = _moving_roughness(scene)
         slid = late[:, None] * distances[indices]
-        on_the_way = theory.two_bodies.sliding_temperatures(
+        contacts_along = theory.two_bodies.sliding_temperatures(
             speeds[indices], scene.spectrum, slid_distance=slid, **arguments
         )
         at_the_end = theory.two_bodies.sliding_temperatures(
             speeds[indices], scene.spectrum, slid_distance=distances[indices], **arguments
         )
-        flash[indices] = 0.5 * weights @ on_the_way.flash_temperature
-        share[indices] = 0.5 * weights @ on_the_way.moving_share
+        flash[indices] = 0.5 * weights @ contacts_along.flash_temperature
+        share[indices] = 0.5 * weights @ contacts_along.moving_share
         contact[indices] = flash[indices] + at_the_end.background
     return SlidingPrediction(distances, flash, share, contact)
 

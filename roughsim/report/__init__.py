@@ -55,7 +55,7 @@ PICTURES = {
     "profile": (".svg", "Heights, pressure and temperature along the sliding direction through the hottest point."),
     "spectrum": (".svg", "Power spectra of the kept heights and of the stress."),
 }
-_PICTURES_OF_MARCH = {
+_SLIDING_PICTURES = {
     "sliding": (
         ".svg",
         "Both faces slide: temperatures, share of the heat and turnover of the contact over the slid distance.",
@@ -188,7 +188,7 @@ def figures_section(run: Run) -> Html:
         return tag("p", "There is no sound realization to draw yet.")
     parts: list[Html] = []
     reasons: dict[str, list[str]] = {}  # with the quantities that are not shown for it
-    pictures = PICTURES | (_PICTURES_OF_MARCH if run.numerics.march is not None else {})
+    pictures = PICTURES | (_SLIDING_PICTURES if run.numerics.slide is not None else {})
     for quantity, (ending, caption) in pictures.items():
         try:
             parts.append(picture(partial(plot_run, run, quantity), ending, caption))

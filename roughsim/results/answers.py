@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.sliding import OF_MARCH
+from roughsim.estimate.sliding import SLIDING_OBSERVABLES
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.arrays import SHARE, Labelled
@@ -58,7 +58,7 @@ def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labe
         entries = [(theory, nothing, unmarked, unmarked)]
         entries.append((calibrated, np.abs(calibrated) * bands.get(name, np.nan), unmarked, unmarked))
         for column in columns[2:]:
-            if column == SLIDING and name not in OF_MARCH:
+            if column == SLIDING and name not in SLIDING_OBSERVABLES:
                 entries.append((nothing, nothing, unmarked, unmarked))
                 continue
             estimate = run.estimate(name, column)

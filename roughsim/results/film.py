@@ -1,4 +1,4 @@
-"""The film of a march: the kept maps of a member, its curves, and the highest summits of both faces."""
+"""The film of a slide: the kept maps of a member, its curves, and the highest summits of both faces."""
 
 import warnings
 from dataclasses import dataclass, replace
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array, Grid
-from roughsim.planning.realization import march_problem
+from roughsim.planning.realization import slide_problem
 from roughsim.results.run import Run
 from roughsim.sliding import film
 from roughsim.sliding.member import faces
@@ -49,8 +49,8 @@ class MemberFilm:
 
 
 def filmed(run: Run) -> list[int]:
-    """Return the realizations that count and whose march has kept a film."""
-    level = run.numerics.march
+    """Return the realizations that count and whose slide has kept a film."""
+    level = run.numerics.slide
     return [] if level is None else run.kept(level, "film_pressure")
 
 
@@ -64,7 +64,7 @@ def no_film(run: Run, index: int) -> ValueError:
 
 def read_film(run: Run, index: int) -> MemberFilm:
     """Read the film of a realization and redraw its faces; ValueError without one, RecordError if it is damaged."""
-    level = run.numerics.march
+    level = run.numerics.slide
     if level is None or index not in filmed(run):
         raise no_film(run, index)
     path = member_path(run.folder, level, index)
@@ -72,7 +72,7 @@ def read_film(run: Run, index: int) -> MemberFilm:
     if missing := [name for name in film.FIELDS if name not in member.fields]:
         raise RecordError(f"{path} holds a film without {missing[0]}: it is damaged; move it out of the folder")
     maps = film.Film(*(member.fields[name] for name in film.FIELDS))
-    problem = replace(march_problem(run.scene, run.numerics), seed=run.seed, index=index)
+    problem = replace(slide_problem(run.scene, run.numerics), seed=run.seed, index=index)
     way = oblique_path(problem.grid, max(problem.distances))
     steps = np.rint(maps.distance / way.distance[1]).astype(np.intp)
     shape, speeds = film.film_shape(problem.grid.shape), len(run.scene.speeds)

@@ -14,7 +14,7 @@ from roughsim.estimate.errors import SOURCES, Estimate, estimate
 from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import Values, notes_of, values_of
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
-from roughsim.estimate.sliding import OF_MARCH, sliding_estimate, with_background
+from roughsim.estimate.sliding import SLIDING_OBSERVABLES, sliding_estimate, with_background
 from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS, NUMBERS, OBSERVABLES
 from roughsim.prediction.scans import scan_part
@@ -120,8 +120,8 @@ class Means:
     @property
     def slides(self) -> bool:
         """Whether there is a sound member of the column sliding."""
-        march = self.numerics.march
-        return march is not None and bool(self.members.sound(march, self.counts[march]))
+        slide = self.numerics.slide
+        return slide is not None and bool(self.members.sound(slide, self.counts[slide]))
 
     @property
     def scanned(self) -> bool:
@@ -247,7 +247,7 @@ class Means:
         """
         if column == SLIDING:
             single = self._estimate(observable, all_heat=True)
-            result = sliding_estimate(observable, single, self._marched(), self._coarsening())
+            result = sliding_estimate(observable, single, self._slideed(), self._coarsening())
         else:
             result = self._estimate(observable, column)
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
@@ -255,7 +255,7 @@ class Means:
 
     def estimates(self, column: str | None = None) -> dict[str, Estimate]:
         """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""
-        names = OF_MARCH if column == SLIDING else OBSERVABLES
+        names = SLIDING_OBSERVABLES if column == SLIDING else OBSERVABLES
         return {name: self.estimate(name, column) for name in names}
 
     def _estimate(
@@ -299,7 +299,7 @@ class Means:
         """Return T₀ + T_flash of a column over speed; `warming` is T₀ of single contacts with all the heat, K."""
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
-            return with_background(flash, self._marched()["sliding_background"])
+            return with_background(flash, self._slideed()["sliding_background"])
         own = has_own_share(self.scene)
         return with_warming(flash, self.estimate("heat_partition", column) if own else self.heat_partition, warming)
 
@@ -322,27 +322,27 @@ class Means:
 
         Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
         """
-        level, indices = self._marches()
+        level, indices = self._slides()
         rows = [read_member(member_path(self.folder, level, index)).curves for index in indices]
         return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}
 
-    def _marches(self) -> tuple[int, list[int]]:
-        """Return the level of marches, and which of those that count are sound; ValueError if there is none."""
-        level = self.numerics.march
+    def _slides(self) -> tuple[int, list[int]]:
+        """Return the level of slides, and which of those that count are sound; ValueError if there is none."""
+        level = self.numerics.slide
         if level is None:
             raise ValueError(f'{self.folder} has no column "sliding": its scene has history = "frozen"')
         if sound := self.members.sound(level, self.counts[level]):
             return level, sound
         raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
 
-    def _marched(self) -> dict[str, Array]:
-        """Return the numbers of the marches that count, (members, speeds); errors as `_marches`."""
-        level, indices = self._marches()
-        return {name: self.members.numbers(level, name, indices) for name, n in NUMBERS.items() if n.of_march}
+    def _slideed(self) -> dict[str, Array]:
+        """Return the numbers of the slides that count, (members, speeds); errors as `_slides`."""
+        level, indices = self._slides()
+        return {name: self.members.numbers(level, name, indices) for name, n in NUMBERS.items() if n.of_slide}
 
     def _coarsening(self) -> float:
-        """Return the pixel of the coarser grid of marches over the pixel of their own; 1 without a coarser grid."""
-        level = self._marches()[0]
+        """Return the pixel of the coarser grid of slides over the pixel of their own; 1 without a coarser grid."""
+        level = self._slides()[0]
         grid = self.numerics.grid(level)
         coarser = coarser_grid(grid, self.numerics.levels[level].q_max)
         return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]

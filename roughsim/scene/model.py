@@ -275,7 +275,7 @@ def _check_scene(scene: Scene) -> None:
 
 
 def _check_history(scene: Scene) -> None:
-    """Refuse a march of two bodies that lacks a second body or a distance, and a distance without a march."""
+    """Refuse a slide of two bodies that lacks a second body or a distance, and a distance without a slide."""
     sliding = scene.sliding
     if sliding.history == "frozen":
         if sliding.slid_distance is not None:

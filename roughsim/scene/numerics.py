@@ -18,7 +18,7 @@ from roughsim.show.table import Column as TableColumn
 from roughsim.show.table import Table, significant
 
 Column = Literal["smoothed", "capped", "elastic", "sliding"]
-SLIDING: Final = "sliding"  # the column of the march of two bodies; all others are of single contacts
+SLIDING: Final = "sliding"  # the column of the slide of two bodies; all others are of single contacts
 _Points = Annotated[int, whole("1024", 1, 2**31)]
 _Length = Annotated[float, Quantity("m", '"4 mm"', above=0)]
 _Distance = Annotated[
@@ -44,7 +44,7 @@ class Level(Record, section="numerics.levels"):
     Parameters
     ----------
     column : {"smoothed", "capped", "elastic", "sliding"}
-        Elastic contact on C_sm, capped contact on C, or elastic contact on C. Or the march of one body over the other
+        Elastic contact on C_sm, capped contact on C, or elastic contact on C. Or the slide of one body over the other
         ("sliding"), at most one level, and the last.
     shape : (int, int)
         Points along x and y.
@@ -54,7 +54,7 @@ class Level(Record, section="numerics.levels"):
         Which part of the sides of the run's cell its own have; None: all. The lowest level of a column lies in the
         run's cell. A higher one only corrects that, and may lie in a part of it.
     first : int or None
-        Of the march: how many realizations have it. None: all.
+        Of the slide: how many realizations have it. None: all.
     """
 
     column: Column
@@ -135,13 +135,13 @@ class Numerics(Record, section="numerics"):
                     f"numerics.levels[{i}].q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber "
                     f"{nyquist:.4g} rad/m of the grid {level.shape}; refine the grid or lower q_max"
                 )
-        self._check_march()
+        self._check_slide()
         for column in self.columns:
             self._check_column(column)
         return self
 
-    def _check_march(self) -> None:
-        """Refuse more than one march, one that is not the last level, and its keys on other levels."""
+    def _check_slide(self) -> None:
+        """Refuse more than one slide, one that is not the last level, and its keys on other levels."""
         for i, level in enumerate(self.levels):
             if level.column != SLIDING and level.first is not None:
                 raise ValueError(f'levels[{i}].first = {level.first} is for column = "{SLIDING}" only; remove it')
@@ -192,11 +192,11 @@ class Numerics(Record, section="numerics"):
         return Grid((x, y), self.grid(level).lengths)
 
     def below(self, level: int) -> int | None:
-        """Return the level that a level corrects; None for the lowest of a column, and for the march.
+        """Return the level that a level corrects; None for the lowest of a column, and for the slide.
 
         It is the next coarser one to the same q_max, or else the coarsest one to the next lower q_max.
         """
-        if level == self.march:
+        if level == self.slide:
             return None
         column = self.of_column(self.levels[level].column)
         lower = column[: column.index(level)]
@@ -243,14 +243,14 @@ class Numerics(Record, section="numerics"):
         return max(self.levels[i].parts for i in self.of_column(column))
 
     @property
-    def march(self) -> int | None:
-        """The level of the march of one body over the other; None where history = "frozen"."""
+    def slide(self) -> int | None:
+        """The level of the slide of one body over the other; None where history = "frozen"."""
         return len(self.levels) - 1 if self.levels[-1].column == SLIDING else None
 
     @property
     def single(self) -> range:
-        """The levels of single contacts: all but the march."""
-        return range(len(self.levels) if self.march is None else self.march)
+        """The levels of single contacts: all but the slide."""
+        return range(len(self.levels) if self.slide is None else self.slide)
 
     @property
     def columns(self) -> tuple[str, ...]:

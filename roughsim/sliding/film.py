@@ -1,4 +1,4 @@
-"""Maps of a few positions of a march: the pressure, and the temperature of the moving body, to look at."""
+"""Maps of a few positions of a slide: the pressure, and the temperature of the moving body, to look at."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from roughsim.grid import Grid
 from roughsim.sliding.path import Path
 
 if TYPE_CHECKING:  # as in `add`
-    from roughsim.sliding.march import Step
+    from roughsim.sliding.stepping import Step
 
 MOST_POINTS = 256  # along a side: of more points, blocks are averaged
 LEAST_POINTS = 128  # along a side: rather than to fewer, nothing is averaged
@@ -62,7 +62,7 @@ class Film:
 
 
 class Projector:
-    """Takes the fields of the steps `filmed` of a march, ascending and from 1 on."""
+    """Takes the fields of the steps `filmed` of a slide, ascending and from 1 on."""
 
     def __init__(self, grid: Grid, speeds: int, filmed: Sequence[int]) -> None:
         self.shape, self.filmed = grid.shape, {step: place for place, step in enumerate(filmed)}

@@ -2,8 +2,8 @@
 
     surface.synthesize, both faces  →  contact, and temperatures of both bodies, at each step  →  means and curves
 
-Beside the march stands the frozen T_flash of the very same contacts, with all the heat in the moving body. So the
-ratio of the two scatters little from member to member. A second march of the same faces on a coarser grid shows how the
+Beside the slide stands the frozen T_flash of the very same contacts, with all the heat in the moving body. So the
+ratio of the two scatters little from member to member. A second slide of the same faces on a coarser grid shows how the
 ratio depends on the pixel, and on the step, which is one pixel.
 """
 
@@ -22,21 +22,21 @@ from roughsim.observables.catalogue import AXIS, CURVES
 from roughsim.observables.moments import HeatSource
 from roughsim.observables.stress_spectrum import uniform_nodes
 from roughsim.pipeline import linear_algebra
-from roughsim.sliding.course import LAST, Course, follow
 from roughsim.sliding.film import Film
-from roughsim.sliding.march import Motion, contacts
+from roughsim.sliding.history import LAST, SlideHistory, follow
 from roughsim.sliding.path import Path, coarser_grid, oblique_path
+from roughsim.sliding.stepping import Motion, contacts
 from roughsim.surface.spectrum import Spectrum as Roughness
 from roughsim.surface.synthesis import synthesize
 
-BYTES_PER_POINT = 210.0, 340.0  # peak memory of a march, measured: of the contact, and of each speed
+BYTES_PER_POINT = 210.0, 340.0  # peak memory of a slide, measured: of the contact, and of each speed
 POINTS = 64  # distances, in geometric sequence, at which the curves are stored
 FRAMES = 32  # positions of a film, at most
 
 
 @dataclass(frozen=True, slots=True)
 class SlideProblem:
-    """Everything that decides the bits of one march; `replace(problem, index=7)` is that of another realization.
+    """Everything that decides the bits of one slide; `replace(problem, index=7)` is that of another realization.
 
     The random streams are SeedSequence(seed, spawn_key=(stream, index)) for the face at rest, and that with a further
     1 for the one that moves.
@@ -63,7 +63,7 @@ class SlideProblem:
 
     @property
     def memory(self) -> float:
-        """The peak memory of the march, bytes: both bodies remember their heat, at each speed."""
+        """The peak memory of the slide, bytes: both bodies remember their heat, at each speed."""
         contact, heat = BYTES_PER_POINT
         return self.grid.points * (contact + heat * len(self.distances))
 
@@ -87,7 +87,7 @@ class SlideProblem:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SlideSolution:
-    """What was measured on one march."""
+    """What was measured on one slide."""
 
     numbers: dict[str, Array]  # (speeds,), as `means_of` and `coarser_means` explain
     curves: dict[str, Array]  # those of `CURVES`; NaN after the distance of a speed
@@ -107,44 +107,44 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
     grid = problem.grid
     with linear_algebra().limit(limits=problem.threads):
         begin = time.perf_counter()
-        path, on_the_way = journey(problem)
+        path, contacts_along = sliding_contacts(problem)
         drawn = time.perf_counter()
-        course = follow(on_the_way, grid, path, problem.motions, filmed_steps(path) if film else ())
+        history = follow(contacts_along, grid, path, problem.motions, filmed_steps(path) if film else ())
         coarser = coarser_means(problem.coarser) if problem.coarser else {}
-        slid_through = time.perf_counter()
-    of_steps = numbers_of(course)
+        solved = time.perf_counter()
+    of_steps = numbers_of(history)
     over_distance = of_steps | {
-        AXIS: course.slid_distance,
-        "contact_fraction": course.contact_fraction,
-        "stress_correlation": course.stress_correlation,
-        "spot_survival": course.spot_survival,
+        AXIS: history.slid_distance,
+        "contact_fraction": history.contact_fraction,
+        "stress_correlation": history.stress_correlation,
+        "spot_survival": history.spot_survival,
     }
     return SlideSolution(
         means_of(of_steps, path, problem.distances) | coarser,
         curves_of(over_distance, path),
         uniform_nodes(grid).entries,
-        course.spectrum,
+        history.spectrum,
         float(np.nanmax(of_steps["residual"])),
         path.steps,
-        {"surface": drawn - begin, "contact": slid_through - drawn},
-        course.film,
+        {"surface": drawn - begin, "contact": solved - drawn},
+        history.film,
     )
 
 
 def coarser_means(problem: SlideProblem) -> dict[str, Array]:
-    """Return T_flash and the frozen one of a march on the coarser grid, means as `means_of`, by their stored names."""
-    path, on_the_way = journey(problem)
-    means = means_of(numbers_of(follow(on_the_way, problem.grid, path, problem.motions)), path, problem.distances)
+    """Return T_flash and the frozen one of a slide on the coarser grid, means as `means_of`, by their stored names."""
+    path, contacts_along = sliding_contacts(problem)
+    means = means_of(numbers_of(follow(contacts_along, problem.grid, path, problem.motions)), path, problem.distances)
     names = ("sliding_flash_temperature", "sliding_frozen_flash_temperature")
     return {name.replace("sliding_", "sliding_coarser_"): means[name] for name in names}
 
 
-def numbers_of(course: Course) -> dict[str, Array]:
+def numbers_of(history: SlideHistory) -> dict[str, Array]:
     """Return the numbers of each step, (speeds, steps), with the frozen T_flash."""
-    return course.numbers | {"frozen_flash_temperature": course.frozen_flash_temperature}
+    return history.numbers | {"frozen_flash_temperature": history.frozen_flash_temperature}
 
 
-def journey(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
+def sliding_contacts(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
     """Draw both faces; return the path, and the contacts along it, each solved when it is asked for."""
     path = oblique_path(problem.grid, max(problem.distances))
     load, tolerance = problem.nominal_pressure, problem.tolerance

@@ -14,7 +14,7 @@ from roughsim.grid import Grid
 ACROSS = ((math.sqrt(5.0) - 1.0) / 2.0) ** 4
 MOST_STEPS = 1_000_000  # over a day of CPU time on 64² points; the curves of all steps stay in memory
 FURTHEST = 1e12  # pixels
-COARSER = 0.75  # points along each side of the coarser grid of a march: 42 % of the work of the march itself
+COARSER = 0.75  # points along each side of the coarser grid of a slide: 42 % of the work of the slide itself
 _ROUNDING = 1e-9
 
 
@@ -42,7 +42,7 @@ class Path:
 def coarser_grid(grid: Grid, q_max: float) -> Grid | None:
     """Return a grid of 4/3 of the pixel in the same cell; None where it would not hold waves up to `q_max`, rad/m.
 
-    A march on it shows what pixel and step change.
+    A slide on it shows what pixel and step change.
     """
     x, y = (max(1, round(COARSER * n)) for n in grid.shape)
     coarser = Grid((x, y), grid.lengths)

@@ -11,9 +11,9 @@ from roughsim.errors import instance, number, positive, real_field, sized
 from roughsim.grid import Array, Grid, need_grid
 from roughsim.heat.partition import Body
 from roughsim.heat.precision import need_resolved
-from roughsim.sliding.course import follow
-from roughsim.sliding.march import Motion, contacts
+from roughsim.sliding.history import follow
 from roughsim.sliding.path import oblique_path
+from roughsim.sliding.stepping import Motion, contacts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,18 +138,18 @@ def slide(  # noqa: PLR0913  (two bodies)
     if counter_heights is not None:
         riding = real_field("counter_heights", counter_heights, grid.shape).astype(np.float64, copy=False)
     motions = [Motion(abs(v), friction, moving, resting) for v in speeds]
-    on_the_way = contacts(still, riding, grid, solid, load, path, tolerance)
-    course = follow(on_the_way, grid, path, motions)
+    contacts_along = contacts(still, riding, grid, solid, load, path, tolerance)
+    history = follow(contacts_along, grid, path, motions)
     shape = *np.shape(speed), path.steps
     return Slide(
-        slid_distance=course.slid_distance,
-        **{name: values.reshape(shape) for name, values in course.numbers.items()},
-        frozen_flash_temperature=course.frozen_flash_temperature.reshape(shape),
-        contact_fraction=course.contact_fraction,
-        plastic_fraction=course.plastic_fraction,
-        stress_correlation=course.stress_correlation,
-        spot_survival=course.spot_survival,
-        contact=course.contact,
+        slid_distance=history.slid_distance,
+        **{name: values.reshape(shape) for name, values in history.numbers.items()},
+        frozen_flash_temperature=history.frozen_flash_temperature.reshape(shape),
+        contact_fraction=history.contact_fraction,
+        plastic_fraction=history.plastic_fraction,
+        stress_correlation=history.stress_correlation,
+        spot_survival=history.spot_survival,
+        contact=history.contact,
     )
 
 

@@ -82,7 +82,7 @@ class Member:
     spectrum: Array = field(default_factory=lambda: np.empty(0))
     below: Moments | None = None  # the same of the level below, on the same surface
     curves: dict[str, Array] = field(default_factory=dict)  # over the slid distance, of the column "sliding" only
-    # heights, m, and pressure, Pa, or the film of a march, where they are kept
+    # heights, m, and pressure, Pa, or the film of a slide, where they are kept
     fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
     lengths: tuple[float, float] = (1.0, 1.0)  # sides of the cell, m
     speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s

@@ -18,7 +18,7 @@ from roughsim.scene.numerics import Level, Numerics
 LENGTH, POINTS = 1e-3, 32
 
 
-def numerics_of(*columns, rungs=3, partners=(0,), march=None):
+def numerics_of(*columns, rungs=3, partners=(0,), slide=None):
     """Numerics whose columns have doubling cut-offs, then partners of these rungs; levels count through the columns."""
     levels = []
     for column in columns:
@@ -26,8 +26,8 @@ def numerics_of(*columns, rungs=3, partners=(0,), march=None):
         own = [Level(column, (n, n), np.pi * n / LENGTH / 2) for n in points]
         own += [replace(own[k], shape=(2 * points[k],) * 2) for k in partners]
         levels += own
-    if march is not None:
-        levels.append(Level("sliding", (POINTS, POINTS), levels[0].q_max, first=march))
+    if slide is not None:
+        levels.append(Level("sliding", (POINTS, POINTS), levels[0].q_max, first=slide))
     return Numerics(tuple(levels), (LENGTH, LENGTH))
 
 
@@ -50,14 +50,14 @@ def test_no_level_has_more_members_than_are_allowed():
     assert first_counts(ONE, 3) == (3, 3, 0, 3)
 
 
-def test_a_march_has_its_members_from_the_beginning():
-    assert first_counts(numerics_of("elastic", partners=(), march=8), 400) == (12, 6, 0, 8)
-    assert first_counts(numerics_of("elastic", partners=(), march=8), 5) == (5, 5, 0, 5)
-    assert first_counts(replace_first(numerics_of("elastic", partners=(), march=8)), 20) == (12, 6, 0, 20)
+def test_a_slide_has_its_members_from_the_beginning():
+    assert first_counts(numerics_of("elastic", partners=(), slide=8), 400) == (12, 6, 0, 8)
+    assert first_counts(numerics_of("elastic", partners=(), slide=8), 5) == (5, 5, 0, 5)
+    assert first_counts(replace_first(numerics_of("elastic", partners=(), slide=8)), 20) == (12, 6, 0, 20)
 
 
 def replace_first(numerics):
-    """The same where all realizations have the march."""
+    """The same where all realizations have the slide."""
     return replace(numerics, levels=(*numerics.levels[:-1], replace(numerics.levels[-1], first=None)))
 
 
@@ -502,10 +502,10 @@ def test_a_tighter_target_goes_on_and_a_wider_one_stops_earlier():
         return replay(ONE, 10**6, done.counts, lambda c: judge(ONE, {NAME: goal}, 10**6, c, totals))
 
     assert with_those_of(tight, 0.04) == wide
-    on_the_way = with_those_of(wide, 0.02)
-    assert not on_the_way.finished
-    assert all(a <= b for a, b in zip(on_the_way.counts, wide.counts, strict=True))
-    assert any(want > have for want, have in zip(on_the_way.wanted, wide.counts, strict=True))
+    contacts_along = with_those_of(wide, 0.02)
+    assert not contacts_along.finished
+    assert all(a <= b for a, b in zip(contacts_along.counts, wide.counts, strict=True))
+    assert any(want > have for want, have in zip(contacts_along.wanted, wide.counts, strict=True))
 
 
 # as often as stated

@@ -24,8 +24,8 @@ def frozen():
     )
 
 
-def marched(*temperatures):
-    """The numbers that marches store: T_flash of sliding and frozen contact, then both with the larger pixel, K."""
+def slid(*temperatures):
+    """The numbers that slides store: T_flash of sliding and frozen contact, then both with the larger pixel, K."""
     names = "", "frozen_", "coarser_", "coarser_frozen_"
     return dict(zip((f"sliding_{name}flash_temperature" for name in names), temperatures, strict=True))
 
@@ -33,7 +33,7 @@ def marched(*temperatures):
 def test_the_scatter_of_the_ratio_and_of_the_frozen_estimate_add_as_squares():
     ratios = 1.1 + 0.1 * np.tile([-1.0, 1.0], 20)
     alone = np.full((40, 1), 100.0)
-    numbers = marched(alone * ratios[:, None], alone, alone * ratios[:, None], alone)
+    numbers = slid(alone * ratios[:, None], alone, alone * ratios[:, None], alone)
     found = sliding_estimate("flash_temperature", frozen(), numbers, 4 / 3)
     error = 0.1 / sqrt(39)
     half = stats.t.ppf(0.975, 39) * error
@@ -42,7 +42,7 @@ def test_the_scatter_of_the_ratio_and_of_the_frozen_estimate_add_as_squares():
     assert found.standard_error == pytest.approx([hypot(2.0 * 1.1, 200.0 * error)])
     assert found.budget["statistical"] == pytest.approx([hypot(4.0 * 1.1, 200.0 * half)], rel=0.02)
     assert found.budget["size"] == pytest.approx([1.1])
-    assert found.budget["march"] == pytest.approx([0.03 * 220.0])  # of the cut-off; the pixel changed nothing
+    assert found.budget["slide"] == pytest.approx([0.03 * 220.0])  # of the cut-off; the pixel changed nothing
 
 
 @pytest.mark.parametrize("order", [1.0, 1.25, 1.5])
@@ -50,8 +50,8 @@ def test_the_error_of_the_pixel_is_taken_off_and_what_its_order_leaves_is_in_the
     # ratios 1.2 − 0.05 h^order at pixels h = 1 and 4/3, and 1.2 without a pixel
     alone = np.full((8, 1), 100.0)
     fine, coarse = (1.2 - 0.05 * h**order for h in (1.0, 4 / 3))
-    found = sliding_estimate("flash_temperature", frozen(), marched(alone * fine, alone, alone * coarse, alone), 4 / 3)
-    without_cut_off = sqrt(found.budget["march"][0] ** 2 - (0.03 * 200.0 * fine) ** 2)
+    found = sliding_estimate("flash_temperature", frozen(), slid(alone * fine, alone, alone * coarse, alone), 4 / 3)
+    without_cut_off = sqrt(found.budget["slide"][0] ** 2 - (0.03 * 200.0 * fine) ** 2)
     assert 200.0 * fine < 0.99 * found.mean[0]
     assert abs(found.mean[0] - 200.0 * 1.2) <= without_cut_off * (1 + 1e-9)
     assert without_cut_off < 0.4 * (200.0 * (1.2 - fine))
@@ -62,12 +62,12 @@ def test_the_error_of_the_pixel_is_taken_off_and_what_its_order_leaves_is_in_the
 def test_what_the_orders_leave_open_is_half_of_their_difference(change):
     # between the orders 1 and 1.5 the change from 4/3 of the pixel leaves 3 times itself to 1/((4/3)^1.5 − 1) times
     alone = np.full((8, 1), 100.0)
-    numbers = marched(1.1 * alone, alone, (1.1 - change) * alone, alone)
+    numbers = slid(1.1 * alone, alone, (1.1 - change) * alone, alone)
     found = sliding_estimate("flash_temperature", frozen(), numbers, 4 / 3)
     most, least = 3.0, 1.0 / ((4 / 3) ** 1.5 - 1.0)
     assert found.mean == pytest.approx([200.0 * (1.1 + 0.5 * (most + least) * change)])
     of_orders = 0.5 * (most - least) * 0.02
-    assert found.budget["march"] == pytest.approx([200.0 * hypot(of_orders, 0.03 * 1.1)])
+    assert found.budget["slide"] == pytest.approx([200.0 * hypot(of_orders, 0.03 * 1.1)])
 
 
 def test_the_share_of_the_heat_is_that_of_the_members():
@@ -77,8 +77,8 @@ def test_the_share_of_the_heat_is_that_of_the_members():
     assert found.mean == pytest.approx([0.7])
     assert found.standard_error == pytest.approx([error])
     assert found.budget["statistical"] == pytest.approx([stats.t.ppf(0.975, 39) * error * sqrt(1 + 2 / 39)])
-    assert found.budget["march"] == pytest.approx([0.03 * 0.7])
-    assert list(found.budget) == ["statistical", "march"]
+    assert found.budget["slide"] == pytest.approx([0.03 * 0.7])
+    assert list(found.budget) == ["statistical", "slide"]
     assert found.bias == pytest.approx([0.0])
     assert (found.n, found.effective_n[0]) == (40, 40.0)
 
@@ -95,23 +95,23 @@ def test_members_share_the_scatter_of_both_pixels():
     ratios = 1.1 + 0.1 * np.tile([-1.0, 1.0], 20)[:, None]
     alone = np.full((40, 1), 100.0)
     found = sliding_estimate(
-        "flash_temperature", frozen(), marched(alone * ratios, alone, alone * (ratios - 0.01), alone), 4 / 3
+        "flash_temperature", frozen(), slid(alone * ratios, alone, alone * (ratios - 0.01), alone), 4 / 3
     )
     change = found.mean[0] / 200.0
     assert found.standard_error == pytest.approx([hypot(2.0 * change, 200.0 * 0.1 / sqrt(39))])
 
 
-def test_without_a_coarser_grid_the_error_of_the_march_is_unknown():
+def test_without_a_coarser_grid_the_error_of_the_slide_is_unknown():
     alone = np.full((8, 1), 100.0)
-    found = sliding_estimate("flash_temperature", frozen(), marched(1.1 * alone, alone, alone, alone), 1.0)
+    found = sliding_estimate("flash_temperature", frozen(), slid(1.1 * alone, alone, alone, alone), 1.0)
     assert found.mean == pytest.approx([220.0])
-    assert found.unknown == ("march",)
-    assert found.notes[-1] == "the march is not corrected for its pixel, as there is no coarser grid"
+    assert found.unknown == ("slide",)
+    assert found.notes[-1] == "the slide is not corrected for its pixel, as there is no coarser grid"
 
 
 def test_the_background_adds_with_its_scatter_and_the_doubt_of_its_share():
     flash = frozen()
-    flash.budget["march"] = np.array([12.0])
+    flash.budget["slide"] = np.array([12.0])
     rows = 300.0 + 3.0 * np.tile([-1.0, 1.0], 20)[:, None]
     found = with_background(flash, rows)
     error = 3.0 / sqrt(39)
@@ -120,4 +120,4 @@ def test_the_background_adds_with_its_scatter_and_the_doubt_of_its_share():
     assert found.standard_error == pytest.approx([hypot(2.0, error)])
     assert found.budget["statistical"] == pytest.approx([hypot(4.0, stats.t.ppf(0.975, 39) * error)], rel=0.01)
     assert found.budget["size"] == pytest.approx([1.0])
-    assert found.budget["march"] == pytest.approx([12.0 + 0.03 * 300.0])
+    assert found.budget["slide"] == pytest.approx([12.0 + 0.03 * 300.0])

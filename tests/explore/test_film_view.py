@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from march_cases import sliding_scene
+from slide_cases import sliding_scene
 from tasks_at_once import Now
 
 import roughsim as rs
@@ -113,13 +113,13 @@ def test_a_run_that_kept_no_maps_says_how_to_keep_them(tmp_path):
     rs.run(replace(scene, numerics=replace(scene.numerics, keep_fields=0)), tmp_path / "run", max_realizations=1)
     view = Page(WatchedRun(tmp_path / "run"), Document(), Now).film
     assert view.member.disabled
-    assert view.text.text == "No march has kept its maps yet: the first --keep-fields realizations do."
+    assert view.text.text == "No slide has kept its maps yet: the first --keep-fields realizations do."
     view.speed.value = "0"  # nothing to show
     view.slider.value = 1
     assert view.film is None
 
 
-def test_a_film_comes_up_when_its_march_is_there(sliding_run, tmp_path):
+def test_a_film_comes_up_when_its_slide_is_there(sliding_run, tmp_path):
     shutil.copytree(sliding_run.folder, tmp_path / "run")
     late = [tmp_path / "run" / "realizations" / f"L{level}-000000.h5" for level in (0, 1)]
     for path in late:

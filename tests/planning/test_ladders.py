@@ -10,7 +10,7 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.planning import levels as stage
 from roughsim.planning.levels import fast_size, levels_of
-from roughsim.planning.march import march_level
+from roughsim.planning.sliding import slide_level
 from roughsim.scene.numerics import Numerics
 
 WAVE = 2 * pi / 6350
@@ -176,12 +176,12 @@ def test_fast_sizes_are_just_large_enough(points):
     assert size <= max(8, 1.34 * points)
 
 
-def test_a_march_has_about_256_points_but_4_q_y_where_contact_yields():
+def test_a_slide_has_about_256_points_but_4_q_y_where_contact_yields():
     elastic = planned(rs.load_scene("rubber"), rs.plan(rs.load_scene("rubber")).lengths)
-    level = march_level(rs.load_scene("rubber"), elastic)
+    level = slide_level(rs.load_scene("rubber"), elastic)
     assert (level.column, level.shape, level.first) == ("sliding", (256, 256), 8)
     assert level.q_max == elastic.levels[elastic.rungs("elastic")[0]].q_max / 2
     steel = planned(rs.load_scene("steel-1.2GPa"))  # 512 points at 4 q_y
-    assert march_level(rs.load_scene("steel-1.2GPa"), steel).q_max == steel.levels[steel.of_column("capped")[0]].q_max
+    assert slide_level(rs.load_scene("steel-1.2GPa"), steel).q_max == steel.levels[steel.of_column("capped")[0]].q_max
     demo = planned(rs.load_scene("demo"))
-    assert march_level(rs.load_scene("demo"), demo).shape == (256, 256)
+    assert slide_level(rs.load_scene("demo"), demo).shape == (256, 256)

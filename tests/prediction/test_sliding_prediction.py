@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from march_cases import MILLIMETRE, sliding_scene
+from slide_cases import MILLIMETRE, sliding_scene
 from typer.testing import CliRunner
 
 from roughsim import prediction
@@ -32,10 +32,10 @@ def test_temperatures_are_means_over_the_last_half_of_the_distance():
     slid = prediction.sliding_prediction(scene)
     distances = np.linspace(0.5e-3, 1e-3, 41)
     for k, speed in enumerate(scene.speeds):
-        on_the_way = by_the_theory(scene, speed, distances)
-        mean = np.trapezoid(on_the_way.flash_temperature, distances) / 0.5e-3
+        expected = by_the_theory(scene, speed, distances)
+        mean = np.trapezoid(expected.flash_temperature, distances) / 0.5e-3
         assert slid.flash_temperature[k] == pytest.approx(mean, rel=1e-4)
-        at_the_end = float(on_the_way.background[-1])
+        at_the_end = float(expected.background[-1])
         assert slid.contact_temperature[k] == pytest.approx(mean + at_the_end, rel=1e-4)
     assert slid.heat_partition == pytest.approx([0.5, 0.5], abs=1e-12)
 
@@ -57,9 +57,9 @@ def test_the_roughness_of_the_surface_rides_and_that_of_the_counterface_rests():
     slid = prediction.sliding_prediction(scene)
     bodies = {"resting_conductivity": 300.0, "resting_diffusivity": 300 / (8900 * 400), "moving_roughness": 0.8}
     distances = np.linspace(0.5e-3, 1e-3, 41)
-    on_the_way = by_the_theory(scene, 35.0, distances, **bodies)
-    assert slid.heat_partition[1] == pytest.approx(np.trapezoid(on_the_way.moving_share, distances) / 0.5e-3, rel=1e-4)
-    mean = np.trapezoid(on_the_way.flash_temperature, distances) / 0.5e-3
+    expected = by_the_theory(scene, 35.0, distances, **bodies)
+    assert slid.heat_partition[1] == pytest.approx(np.trapezoid(expected.moving_share, distances) / 0.5e-3, rel=1e-4)
+    mean = np.trapezoid(expected.flash_temperature, distances) / 0.5e-3
     assert slid.flash_temperature[1] == pytest.approx(mean, rel=1e-4)
 
 

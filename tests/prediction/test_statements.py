@@ -12,7 +12,7 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.cli import app
 from roughsim.planning.limits import judge
-from roughsim.planning.realization import march_problem
+from roughsim.planning.realization import slide_problem
 from roughsim.prediction.statements import statements
 from roughsim.report import report_run
 from roughsim.scene import parse_scene
@@ -73,7 +73,7 @@ def test_a_lone_rough_face_is_computed_as_one_that_rests_on_the_counterface():
 def test_of_two_faces_that_slide_the_first_rides_with_the_moving_body():
     heights = {}
     for name, scene in {"two": scene_of(BRASS + OTHER, ON_BOTH), "lone": scene_of(BRASS, ON_BOTH)}.items():
-        problem = march_problem(scene, rs.plan(scene))
+        problem = slide_problem(scene, rs.plan(scene))
         faces = problem.resting_spectrum, problem.moving_spectrum
         heights[name] = [None if face is None else face.rms_height for face in faces]
     np.testing.assert_allclose(

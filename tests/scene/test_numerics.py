@@ -21,7 +21,7 @@ CAPPED = (
     Level("capped", (128, 128), 1e5, "half"),
     Level("sliding", (64, 64), 5e4, first=3),
 )
-TOP, LOWEST, FINE_SMOOTHED, PARTNER, MIDDLE, SMOOTHED, MIDDLE_PARTNER, MARCH = range(8)
+TOP, LOWEST, FINE_SMOOTHED, PARTNER, MIDDLE, SMOOTHED, MIDDLE_PARTNER, SLIDE = range(8)
 
 
 @pytest.fixture(scope="module")
@@ -35,12 +35,12 @@ def test_levels_of_a_column_are_ordered_by_cut_off_then_by_pixel(numerics):
     assert numerics.of_column("smoothed") == (SMOOTHED, FINE_SMOOTHED)
     assert numerics.rungs("capped") == (LOWEST, MIDDLE, TOP)
     assert numerics.rungs("smoothed") == (SMOOTHED,)
-    assert (numerics.march, list(numerics.single)) == (MARCH, list(range(MARCH)))
+    assert (numerics.slide, list(numerics.single)) == (SLIDE, list(range(SLIDE)))
 
 
 def test_a_level_corrects_the_next_lower_cut_off_and_a_partner_the_pixel(numerics):
     below = {LOWEST: None, PARTNER: LOWEST, MIDDLE: LOWEST, MIDDLE_PARTNER: MIDDLE, TOP: MIDDLE}
-    below |= {SMOOTHED: None, FINE_SMOOTHED: SMOOTHED, MARCH: None}
+    below |= {SMOOTHED: None, FINE_SMOOTHED: SMOOTHED, SLIDE: None}
     assert {level: numerics.below(level) for level in range(8)} == below
     partners = {LOWEST: PARTNER, MIDDLE: MIDDLE_PARTNER, SMOOTHED: FINE_SMOOTHED}
     assert {level: numerics.partner(level) for level in range(8)} == dict.fromkeys(range(8)) | partners
@@ -63,13 +63,13 @@ def test_the_level_below_keeps_its_pixel_in_the_cell_of_the_level(numerics):
 def test_each_level_has_surfaces_of_its_own_but_the_lowest_ones_are_paired(numerics):
     streams = [numerics.stream(level) for level in range(8)]
     assert streams[LOWEST] == streams[SMOOTHED] == LOWEST
-    assert [streams[level] for level in (TOP, FINE_SMOOTHED, PARTNER, MIDDLE, MIDDLE_PARTNER, MARCH)] == [
+    assert [streams[level] for level in (TOP, FINE_SMOOTHED, PARTNER, MIDDLE, MIDDLE_PARTNER, SLIDE)] == [
         TOP,
         FINE_SMOOTHED,
         PARTNER,
         MIDDLE,
         MIDDLE_PARTNER,
-        MARCH,
+        SLIDE,
     ]
 
 

@@ -35,9 +35,9 @@ def test_what_does_not_go_together_is_refused(history, text, sentence):
         scene(history, text)
 
 
-def test_a_march_among_the_levels_needs_the_history_and_the_last_place():
-    march = '{ column = "sliding", shape = [64, 64], q_max = 5e4, first = 3 },\n]'
-    text = MOVING.replace("},\n]", f"}},\n  {march}")
+def test_a_slide_among_the_levels_needs_the_history_and_the_last_place():
+    slide = '{ column = "sliding", shape = [64, 64], q_max = 5e4, first = 3 },\n]'
+    text = MOVING.replace("},\n]", f"}},\n  {slide}")
     assert scene('history = "sliding"\nslid_distance = 1', text).numerics.levels[-1].first == 3
     with pytest.raises(SceneError, match=r'levels\[3\].column = "sliding" needs sliding.history = "sliding"'):
         scene("", text)

@@ -1,4 +1,4 @@
-"""Films of marches: their fields against the numbers of the march and the faces, where they are kept, and refusals."""
+"""Films of slides: their fields against the numbers of the slide and the faces, where they are kept, and refusals."""
 
 import shutil
 from dataclasses import replace
@@ -6,7 +6,7 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from march_cases import sliding_scene
+from slide_cases import sliding_scene
 
 import roughsim as rs
 from roughsim.charts.plot import plot_run
@@ -18,7 +18,7 @@ from roughsim.sliding.path import oblique_path
 from roughsim.store.member_files import member_path, read_member, write_member
 from roughsim.surface.synthesis import synthesize
 
-MARCH = 1  # its level
+SLIDE = 1  # its level
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +26,8 @@ def film(sliding_run):
     return read_film(sliding_run, 0)
 
 
-def test_the_temperature_of_the_maps_is_that_of_the_march(film):
-    # ⟨Tσ⟩/⟨σ⟩ over the points of the maps, which are those of the march; the curves come from products of spectra
+def test_the_temperature_of_the_maps_is_that_of_the_slide(film):
+    # ⟨Tσ⟩/⟨σ⟩ over the points of the maps, which are those of the slide; the curves come from products of spectra
     pressure = film.maps.pressure.astype(float)
     assert film.maps.distance == pytest.approx(film.curves["slid_distance"], rel=1e-6)
     for k in range(2):
@@ -39,8 +39,8 @@ def test_the_temperature_of_the_maps_is_that_of_the_march(film):
 
 
 def test_bodies_touch_where_the_faces_redrawn_stand_highest(sliding_run, film):
-    grid, spectrum = sliding_run.numerics.grid(MARCH), sliding_run.scene.faces[0].truncated(q_max=2.5e4)
-    keys = (MARCH, 0), (MARCH, 0, 1)
+    grid, spectrum = sliding_run.numerics.grid(SLIDE), sliding_run.scene.faces[0].truncated(q_max=2.5e4)
+    keys = (SLIDE, 0), (SLIDE, 0, 1)
     resting, moving = (
         synthesize(spectrum, grid, np.random.default_rng(np.random.SeedSequence(sliding_run.seed, spawn_key=key)))
         for key in keys
@@ -84,7 +84,7 @@ def test_a_film_changes_no_number_and_goes_with_the_fields_that_are_kept(sliding
     scene = sliding_scene()
     none = replace(scene, numerics=replace(scene.numerics, keep_fields=0))
     run = rs.run(none, tmp_path / "run", max_realizations=1)
-    with_film, without = (read_member(member_path(one.folder, MARCH, 0)) for one in (sliding_run, run))
+    with_film, without = (read_member(member_path(one.folder, SLIDE, 0)) for one in (sliding_run, run))
     for name, values in with_film.numbers.items():
         assert (without.numbers[name] == values).all()
     assert without.kept == {}
@@ -99,7 +99,7 @@ def test_a_frozen_run_has_no_film(capped_run):
 
 
 def test_a_changed_byte_of_a_film_is_noticed(sliding_run, tmp_path):
-    path = member_path(sliding_run.folder, MARCH, 0)
+    path = member_path(sliding_run.folder, SLIDE, 0)
     content = bytearray(path.read_bytes())
     with h5py.File(path) as file:
         content[file["film_temperature"].id.get_chunk_info(3).byte_offset + 20] ^= 1
@@ -122,14 +122,14 @@ def test_a_changed_byte_of_a_film_is_noticed(sliding_run, tmp_path):
 )
 def test_a_forged_film_is_refused_by_name(sliding_run, tmp_path, change, told):
     shutil.copytree(sliding_run.folder, tmp_path / "run")
-    member = read_member(member_path(sliding_run.folder, MARCH, 0), with_fields=True)
+    member = read_member(member_path(sliding_run.folder, SLIDE, 0), with_fields=True)
     write_member(tmp_path / "run", replace(member, fields=change(member.fields)))
     with pytest.raises(rs.RecordError, match=f"L1-000000.h5 {told}"):
         read_film(rs.open_run(tmp_path / "run"), 0)
 
 
 def test_the_file_of_a_member_says_what_its_maps_are(sliding_run):
-    with h5py.File(member_path(sliding_run.folder, MARCH, 0)) as file:
+    with h5py.File(member_path(sliding_run.folder, SLIDE, 0)) as file:
         temperature = file["film_temperature"]
         assert [axis[0] for axis in temperature.dims] == [file[name] for name in ("speed", "film_distance", "x", "y")]
         assert {name: file[name].attrs["units"] for name in ("film_distance", "film_pressure", "film_temperature")} == {
@@ -168,7 +168,7 @@ def test_its_picture_has_four_positions_in_both_fields(sliding_run, tmp_path):
         assert words in text
     assert text.count("after ") == 4
     wrong = {
-        "speed = 2 m/s: the march has followed 1, 35 m/s": {"speed": 2.0},
+        "speed = 2 m/s: the slide has followed 1, 35 m/s": {"speed": 2.0},
         "has no film of realization 1; run .* --keep-fields 2": {"realization": 1},
         "a film has a column of its own": {"column": "capped"},
         "zoom and side_by_side are for maps": {"side_by_side": True},

@@ -156,7 +156,7 @@ def test_equal_bodies_at_rest_against_one_another_share_by_conductivity():
     assert slow.moving_share[-1] == pytest.approx(0.75, rel=1e-3)
 
 
-def test_speeds_in_one_march_are_the_same_as_alone():
+def test_speeds_in_one_slide_are_the_same_as_alone():
     first, second = bumps(32, 1), bumps(32, 2)
     both = partial(first, second, [5.0, 0.5])
     for k, speed in enumerate((5.0, 0.5)):

@@ -1,10 +1,10 @@
-"""What the pixel and the cut-off of a march change of its ratio to frozen contact.
+"""What the pixel and the cut-off of a slide change of its ratio to frozen contact.
 
-    python experiments/march_pixel.py [--toy] [-o FOLDER]
+    python experiments/sliding_pixel.py [--toy] [-o FOLDER]
 
 Two rough faces of five pairs of bodies, of which the contact yields at all waves, at some or at none. The same faces at
 cut-offs from 4 q_y (or the end of C(q)) to four times that, with 3 to 16 pixels per shortest wave. Printed: T_flash of
-the march over that of the same contacts slid on frozen, against the ratio with 4 pixels at the lowest cut-off.
+the slide over that of the same contacts slid on frozen, against the ratio with 4 pixels at the lowest cut-off.
 Correction: what a run makes of 3 and 4 pixels (`roughsim.estimate.sliding`); its test is the ratio with 8 and 16.
 """
 
@@ -53,7 +53,7 @@ SCENES = {
 
 
 def change(scene: rs.Scene, length: float, points: int, q_max: float, index: int) -> np.ndarray:
-    """Return T_flash of a march over one cell, over that of the same contacts frozen, mean of the last half."""
+    """Return T_flash of a slide over one cell, over that of the same contacts frozen, mean of the last half."""
     grid, bodies = rs.Grid((points, points), (length, length)), scene.conduction()
     streams = np.random.SeedSequence(77, spawn_key=(index,)).spawn(2)  # the same waves on every grid
     faces = [side.truncated(q_max=min(q_max, side.breaks[-1])) for side in scene.sliding_faces]
@@ -118,7 +118,7 @@ def main() -> None:
             shown["3 and 4 px, corrected"] = 100 * (corrected / first - 1)
             words = "; ".join(f"{key} {low:+.2f} {high:+.2f}" for key, (low, high) in shown.items())
             print(f"{name}, q_c × {times}: {words}", flush=True)
-    draw(drawn, options.output / "march_pixel.png")
+    draw(drawn, options.output / "sliding_pixel.png")
 
 
 if __name__ == "__main__":

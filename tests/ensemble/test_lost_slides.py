@@ -1,4 +1,4 @@
-"""Marches whose worker dies, in an executor of the caller."""
+"""Slides whose worker dies, in an executor of the caller."""
 
 import multiprocessing
 import os
@@ -7,19 +7,19 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
-from march_cases import sliding_scene
+from slide_cases import sliding_scene
 
 import roughsim as rs
 from roughsim.store.member_files import member_path, read_member
 
-MARCH = 1  # its level
+SLIDE = 1  # its level
 
 
 def dies_on_the_way(work, *arguments):
-    """What a worker does that is killed in the middle of a march."""
-    from roughsim.sliding import course
+    """What a worker does that is killed in the middle of a slide."""
+    from roughsim.sliding import history
 
-    genuine = course.walk
+    genuine = history.walk
 
     def walk(*words):
         for n, step in enumerate(genuine(*words)):
@@ -27,12 +27,12 @@ def dies_on_the_way(work, *arguments):
                 os.kill(os.getpid(), signal.SIGKILL)
             yield step
 
-    course.walk = walk
+    history.walk = walk
     return work(*arguments)
 
 
 class Dying(ProcessPoolExecutor):
-    """One process, which is killed in its first march."""
+    """One process, which is killed in its first slide."""
 
     def __init__(self):
         super().__init__(1, multiprocessing.get_context("spawn"))
@@ -43,7 +43,7 @@ class Dying(ProcessPoolExecutor):
 
 def assert_same(run, other):
     for index in (0, 1):
-        mine, his = (read_member(member_path(one.folder, MARCH, index)) for one in (run, other))
+        mine, his = (read_member(member_path(one.folder, SLIDE, index)) for one in (run, other))
         for name, values in his.numbers.items():
             np.testing.assert_array_equal(mine.numbers[name], values)
         for name, values in his.curves.items():
@@ -51,13 +51,13 @@ def assert_same(run, other):
 
 
 @pytest.mark.slow
-def test_a_worker_that_dies_in_a_march_ends_the_run_with_a_sentence_and_the_next_goes_on(sliding_run, tmp_path):
+def test_a_worker_that_dies_in_a_slide_ends_the_run_with_a_sentence_and_the_next_goes_on(sliding_run, tmp_path):
     with (
         Dying() as pool,
         pytest.raises(RuntimeError, match=r"the executor has lost a member .* the same call continues"),
     ):
         rs.run(sliding_scene(), tmp_path / "run", executor=pool)
-    assert not list((tmp_path / "run").glob(f"realizations/*L{MARCH}*"))  # nothing half done
+    assert not list((tmp_path / "run").glob(f"realizations/*L{SLIDE}*"))  # nothing half done
     assert not (tmp_path / "run" / "claims").exists()
     again = rs.run(sliding_scene(), tmp_path / "run")
     assert again.realizations == 4

@@ -1,4 +1,4 @@
-"""The march against a direct sum over all its past: by quadrature and dense systems of equations."""
+"""The slide against a direct sum over all its past: by quadrature and dense systems of equations."""
 
 from itertools import pairwise
 from math import pi
@@ -9,8 +9,8 @@ from scipy import integrate
 
 from roughsim import Body, Grid, Solid
 from roughsim.sliding.correlation import StressCorrelation
-from roughsim.sliding.march import NUMBERS, Motion, contacts, walk
 from roughsim.sliding.path import oblique_path
+from roughsim.sliding.stepping import NUMBERS, Motion, contacts, walk
 
 COUNT, CELL, SPEED = 12, 1e-3, 3.0
 BODIES = Body(30.0, 7.6e-6), Body(5.0, 2e-6, SPEED)  # resting, moving
@@ -28,8 +28,8 @@ def positions():
     first, second = (np.real(np.fft.ifft2(np.fft.fft2(rng.standard_normal((COUNT, COUNT))) * LOW)) for _ in range(2))
     grid = Grid((COUNT, COUNT), (CELL, CELL))
     path = oblique_path(grid, 1.7 * CELL)
-    on_the_way = contacts(1e-5 * first, 1e-5 * second, grid, Solid(1e9, 4e7), 1e7, path, tolerance=3e-3)
-    return list(walk(on_the_way, grid, path, [Motion(SPEED, 0.3, BODIES[1], BODIES[0])]))
+    contacts_along = contacts(1e-5 * first, 1e-5 * second, grid, Solid(1e9, 4e7), 1e7, path, tolerance=3e-3)
+    return list(walk(contacts_along, grid, path, [Motion(SPEED, 0.3, BODIES[1], BODIES[0])]))
 
 
 def directly(steps):
@@ -119,15 +119,15 @@ def directly(steps):
     return np.array(rows)
 
 
-def test_the_march_is_the_direct_sum_over_all_its_past():
+def test_the_slide_is_the_direct_sum_over_all_its_past():
     steps = positions()
     assert len(steps) > 18
     assert 0.2 < steps[-1].contact.contact_fraction < 0.8
     expected = directly(steps)
-    marched = np.array([step.numbers[:, 0] for step in steps[1:]])
+    slid = np.array([step.numbers[:, 0] for step in steps[1:]])
     for k, name in enumerate(NUMBERS[:6]):
         scale = np.abs(expected[:, k]).max()
-        assert np.abs(marched[:, k] - expected[:, k]).max() < 2e-4 * scale, name
+        assert np.abs(slid[:, k] - expected[:, k]).max() < 2e-4 * scale, name
 
 
 def test_the_stress_correlation_is_that_of_all_pairs_with_the_anchors():

@@ -1,11 +1,11 @@
 """Two rough steel faces that keep what has yielded while they slide: how the next encounter differs from a fresh one.
 
-    python experiments/yielding_on_the_way.py [--toy] [-o FOLDER]
+    python experiments/sliding_yielding.py [--toy] [-o FOLDER]
 
 `roughsim.slide` forgets: each position meets fresh surfaces. Here the plastic displacement of each position
 (`plastic_deformation`, as `follow_loads` adds it up) stays, half of it on each face, and travels with it. Printed and
 drawn, over the slid distance and with memory over without: contact area, yielded area, and the flash temperature twice:
-of the contact as it stands (frozen, all heat in one body), and of the march with both bodies in motion, which share the
+of the contact as it stands (frozen, all heat in one body), and of the slide with both bodies in motion, which share the
 heat at every point.
 """
 
@@ -19,9 +19,9 @@ from matplotlib.figure import Figure
 from script import Command
 
 import roughsim as rs
-from roughsim.sliding.course import Course, follow
-from roughsim.sliding.march import Motion
+from roughsim.sliding.history import SlideHistory, follow
 from roughsim.sliding.path import Path, oblique_path
+from roughsim.sliding.stepping import Motion
 
 SCENE = rs.load_scene("steel-1.2GPa")
 STEEL = rs.Body(conductivity=30.0, diffusivity=30.0 / (7900.0 * 500.0))
@@ -49,7 +49,7 @@ def contacts(grid: rs.Grid, path: Path, seed: int, *, memory: bool) -> Iterator[
             moving = moving - np.roll(half, offset, axis=(0, 1))
 
 
-def march(points: int, distance: float, steps: int | None, seed: int, *, memory: bool) -> Course:
+def slide(points: int, distance: float, steps: int | None, seed: int, *, memory: bool) -> SlideHistory:
     """Slide one face over the other, with or without memory of what has yielded."""
     grid = rs.Grid((points, points), (CELL, CELL))
     path = oblique_path(grid, distance, steps)
@@ -57,10 +57,10 @@ def march(points: int, distance: float, steps: int | None, seed: int, *, memory:
     return follow(contacts(grid, path, seed, memory=memory), grid, path, motions)
 
 
-def rows_of(course: Course) -> np.ndarray:
+def rows_of(history: SlideHistory) -> np.ndarray:
     """Return the numbers of `COLOURS` at each step, (steps, numbers)."""
-    fractions = course.contact_fraction, course.plastic_fraction
-    return np.stack([*fractions, *course.frozen_flash_temperature, *course.numbers["flash_temperature"]], axis=1)
+    fractions = history.contact_fraction, history.plastic_fraction
+    return np.stack([*fractions, *history.frozen_flash_temperature, *history.numbers["flash_temperature"]], axis=1)
 
 
 def main() -> None:
@@ -68,11 +68,11 @@ def main() -> None:
     points, laps, steps, seeds = (64, 1, 16, 1) if options.toy else (256, LAPS, None, 2)  # None: a pixel each
     ratios, parts = [], 5 * laps
     for seed in range(seeds):
-        fresh, kept = (march(points, laps * CELL, steps, seed, memory=memory) for memory in (False, True))
+        fresh, kept = (slide(points, laps * CELL, steps, seed, memory=memory) for memory in (False, True))
         distance = fresh.slid_distance
         # means over fifths of a lap: single positions scatter
         part = (parts * np.arange(len(distance))) // len(distance)
-        means = [[rows_of(course)[part == k].mean(axis=0) for k in range(parts)] for course in (fresh, kept)]
+        means = [[rows_of(history)[part == k].mean(axis=0) for k in range(parts)] for history in (fresh, kept)]
         ratios.append(np.array(means[1]) / np.array(means[0]))
     mean, spread = np.mean(ratios, axis=0), np.std(ratios, axis=0)
     way = [1e3 * distance[part == k].mean() for k in range(parts)]
@@ -80,7 +80,7 @@ def main() -> None:
     for k in range(parts):
         words = ", ".join(f"{name} {mean[k, i]:.3f} ± {spread[k, i]:.3f}" for i, name in enumerate(COLOURS))
         print(f"{way[k]:5.2f} mm: {words}")
-    draw(way, mean, spread, options.output / "yielding_on_the_way.png")
+    draw(way, mean, spread, options.output / "sliding_yielding.png")
 
 
 def draw(way: list[float], mean: np.ndarray, spread: np.ndarray, path: FilePath) -> None:

@@ -1,4 +1,4 @@
-"""The march of two sliding bodies: at each position the contact, and the temperatures of both bodies."""
+"""The slide of two sliding bodies: at each position the contact, and the temperatures of both bodies."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,11 +1,11 @@
-"""Scenes with history = "sliding": what a run stores of each march, the estimate made of it, resuming, and failures."""
+"""Scenes with history = "sliding": what a run stores of each slide, the estimate made of it, resuming, and failures."""
 
 import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from march_cases import MILLIMETRE, sliding_scene
+from slide_cases import MILLIMETRE, sliding_scene
 
 import roughsim as rs
 from roughsim import prediction
@@ -14,9 +14,9 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
 from roughsim.machine import Limit
-from roughsim.planning import march as planning_march
 from roughsim.planning import reasons as planning_reasons
-from roughsim.planning.realization import march_problem
+from roughsim.planning import slide as planning_slide
+from roughsim.planning.realization import slide_problem
 from roughsim.results.film import read_film
 from roughsim.sliding import member as sliding_member
 from roughsim.sliding.path import oblique_path
@@ -24,7 +24,7 @@ from roughsim.sliding.spots import SpotLives, survival
 from roughsim.store.member_files import member_path, read_member
 from roughsim.surface.synthesis import synthesize
 
-MARCH = 1  # its level
+SLIDE = 1  # its level
 STEEL = rs.Body(30.0, 30 / (7900 * 500))
 
 
@@ -35,8 +35,8 @@ def run(sliding_run):
 
 def faces(run, index):
     """Both faces of a member, each from a stream of its own."""
-    grid, spectrum = run.numerics.grid(MARCH), run.scene.faces[0].truncated(q_max=2.5e4)
-    keys = (MARCH, index), (MARCH, index, 1)
+    grid, spectrum = run.numerics.grid(SLIDE), run.scene.faces[0].truncated(q_max=2.5e4)
+    keys = (SLIDE, index), (SLIDE, index, 1)
     streams = (np.random.default_rng(np.random.SeedSequence(run.seed, spawn_key=key)) for key in keys)
     return grid, *(synthesize(spectrum, grid, stream) for stream in streams)
 
@@ -59,7 +59,7 @@ def slide(run, index, slid_distance, speed=(1.0, 35.0)):
 
 
 def test_a_member_holds_the_means_over_the_last_half_of_its_slide(run):
-    slid, numbers = slide(run, 1, 1e-3), run.members[MARCH, 1].numbers
+    slid, numbers = slide(run, 1, 1e-3), run.members[SLIDE, 1].numbers
     late = slid.slid_distance > 0.5 * slid.slid_distance[-1]
     assert numbers["sliding_flash_temperature"] == pytest.approx(slid.flash_temperature[:, late].mean(axis=1))
     assert numbers["sliding_share"] == pytest.approx(slid.moving_share[:, late].mean(axis=1))
@@ -86,7 +86,7 @@ def test_and_those_of_the_same_faces_on_a_coarser_grid(run):
         tolerance=1e-4,
     )
     late = slid.slid_distance > 0.5 * slid.slid_distance[-1]
-    numbers = run.members[MARCH, 1].numbers
+    numbers = run.members[SLIDE, 1].numbers
     for name in ("flash_temperature", "frozen_flash_temperature"):
         expected = getattr(slid, name)[:, late].mean(axis=1)
         assert numbers[f"sliding_coarser_{name}"] == pytest.approx(expected, rel=1e-6)
@@ -104,7 +104,7 @@ def test_beside_them_stands_the_frozen_temperature_of_the_same_contacts(run):
     late = path.distance[1:] > 0.5 * path.distance[-1]
     expected = np.mean(np.array(frozen)[late], axis=0)
     # contacts that begin from the last one differ by the tolerance
-    assert run.members[MARCH, 0].numbers["sliding_frozen_flash_temperature"] == pytest.approx(expected, rel=1e-3)
+    assert run.members[SLIDE, 0].numbers["sliding_frozen_flash_temperature"] == pytest.approx(expected, rel=1e-3)
 
 
 def test_curves_over_the_distance_are_those_of_the_slide(run):
@@ -131,11 +131,11 @@ def test_the_lives_of_spots_are_those_of_the_contacts_on_the_way(run):
 
 def test_the_estimate_is_the_frozen_one_times_the_paired_ratio(run):
     sliding, frozen = (
-        np.array([run.members[MARCH, i].numbers[f"sliding_{name}"] for i in (0, 1)])
+        np.array([run.members[SLIDE, i].numbers[f"sliding_{name}"] for i in (0, 1)])
         for name in ("flash_temperature", "frozen_flash_temperature")
     )
     coarser, coarser_frozen = (
-        np.array([run.members[MARCH, i].numbers[f"sliding_coarser_{name}"] for i in (0, 1)])
+        np.array([run.members[SLIDE, i].numbers[f"sliding_coarser_{name}"] for i in (0, 1)])
         for name in ("flash_temperature", "frozen_flash_temperature")
     )
     # 24 points a side in place of 32; the error falls with the pixel to a power from 1 to 1.5
@@ -152,14 +152,14 @@ def test_the_estimate_is_the_frozen_one_times_the_paired_ratio(run):
     error = np.std(rows, axis=0, ddof=1) / np.sqrt(2)
     expected = np.hypot(single.standard_error / 0.9 * ratio, single.mean / 0.9 * error)
     assert e.standard_error == pytest.approx(expected)
-    assert (e.budget["march"] > 0).all()
+    assert (e.budget["slide"] > 0).all()
 
 
-def test_compare_has_a_column_of_what_a_march_measures(run):
+def test_compare_has_a_column_of_what_a_slide_measures(run):
     rows = json.loads(json.dumps(rs.compare(run).to_dict()))["rows"]
     cells = {(row["observable"], row["speed"]): row["sliding"] for row in rows}
     assert cells["flash_temperature", 35.0]["mean"] == run.estimate("flash_temperature", "sliding").mean[1]
-    share = np.mean([run.members[MARCH, i].numbers["sliding_share"] for i in (0, 1)], axis=0)
+    share = np.mean([run.members[SLIDE, i].numbers["sliding_share"] for i in (0, 1)], axis=0)
     assert cells["heat_partition", 1.0]["mean"] == pytest.approx(share[0])
     assert cells["contact_fraction", None]["mean"] == run.estimate("contact_fraction").mean[0]
     assert cells["flash_width", 1.0]["mean"] is None
@@ -189,15 +189,15 @@ def test_another_observable_is_refused(run):
 
 def test_only_the_first_realizations_slide(run):
     assert run.realizations == 4
-    assert sorted(index for level, index in run.members if level == MARCH) == [0, 1]
+    assert sorted(index for level, index in run.members if level == SLIDE) == [0, 1]
     pytest.importorskip("xarray")
     dataset = run.to_xarray()
-    assert np.isfinite(dataset.sliding_share[MARCH].values).all(axis=1).tolist() == [True, True, False, False]
+    assert np.isfinite(dataset.sliding_share[SLIDE].values).all(axis=1).tolist() == [True, True, False, False]
 
 
-def test_a_lost_and_a_damaged_march_are_computed_again_to_the_bit(run, tmp_path):
+def test_a_lost_and_a_damaged_slide_are_computed_again_to_the_bit(run, tmp_path):
     again = rs.run(sliding_scene(), tmp_path / "run", max_realizations=2)
-    paths = [member_path(again.folder, MARCH, index) for index in (0, 1)]
+    paths = [member_path(again.folder, SLIDE, index) for index in (0, 1)]
     before = [read_member(path) for path in paths]
     paths[0].unlink()
     paths[1].write_bytes(paths[1].read_bytes()[:-500])
@@ -217,7 +217,7 @@ def test_two_processes_make_the_same_members(run, tmp_path):
         assert all((both.members[key].numbers[name] == values).all() for name, values in member.numbers.items())
 
 
-def test_a_march_that_fails_is_told_and_leaves_the_frozen_columns_alone(tmp_path, monkeypatch):
+def test_a_slide_that_fails_is_told_and_leaves_the_frozen_columns_alone(tmp_path, monkeypatch):
     genuine = sliding_member.solve_slide
 
     def fail(problem, **options):
@@ -239,7 +239,7 @@ def test_with_a_duration_each_speed_is_read_at_its_own_distance(tmp_path):
     run = rs.run(sliding_scene(history, ("speed = [1, 35]", "speed = [14, 35]")), tmp_path / "run", max_realizations=1)
     slid = slide(run, 0, 1e-3, speed=(14.0, 35.0))
     late = (slid.slid_distance > 0.2e-3) & (slid.slid_distance < 0.4e-3)
-    numbers = run.members[MARCH, 0].numbers["sliding_flash_temperature"]
+    numbers = run.members[SLIDE, 0].numbers["sliding_flash_temperature"]
     assert numbers[0] == pytest.approx(slid.flash_temperature[0, late].mean())
     # and followed no further: 0.4 mm are 6.3 steps
     curves = run.curves()["slide_flash_temperature"][0]
@@ -250,7 +250,7 @@ def test_with_a_duration_each_speed_is_read_at_its_own_distance(tmp_path):
     assert plot_run(run, "sliding", tmp_path / "one.svg").exists()
 
 
-def test_after_a_duration_the_column_has_the_background_of_the_march(tmp_path):
+def test_after_a_duration_the_column_has_the_background_of_the_slide(tmp_path):
     history = f'history = "sliding"\nduration = {1e-3 / 35}'
     scene = sliding_scene(history, ("speed = [1, 35]", "speed = [14, 35]"))
     run = rs.run(scene, tmp_path / "run", max_realizations=2)
@@ -260,7 +260,7 @@ def test_after_a_duration_the_column_has_the_background_of_the_march(tmp_path):
         total, flash = (rows[name, v].columns["sliding"] for name in ("contact_temperature", "flash_temperature"))
         # a share of the heat that hardly changes: 2 q √(Dt/π)/κ; whole steps are not quite the duration
         distance = 0.4e-3 if v == 14.0 else 1e-3
-        pixel = oblique_path(run.numerics.grid(MARCH), 1e-3).distance[1]
+        pixel = oblique_path(run.numerics.grid(SLIDE), 1e-3).distance[1]
         time, flux = (
             round(distance / pixel) * pixel / v,
             0.11 * 9e7 * v * rows["heat_partition", v].columns["sliding"].mean,
@@ -271,7 +271,7 @@ def test_after_a_duration_the_column_has_the_background_of_the_march(tmp_path):
         slid = [slide(run, i, 1e-3, speed=(14.0, 35.0)) for i in (0, 1)]
         at = round(distance / pixel) - 1
         assert total.mean - flash.mean == pytest.approx(np.mean([one.background[k, at] for one in slid]), rel=1e-9)
-    assert any("but in the column sliding that of the march" in note for note in comparison_table(table).notes)
+    assert any("but in the column sliding that of the slide" in note for note in comparison_table(table).notes)
 
 
 def test_one_rough_face_rests_and_its_one_contact_slides_on(tmp_path):
@@ -294,7 +294,7 @@ def test_each_body_carries_its_own_roughness_and_its_own_heat():
     resting = 'rms_height = "0.2 um"\nhurst = 0.5\nq_min = 6350\nq_max = 1e5\n'
     resting += "conductivity = 300\ndensity = 8900\nheat_capacity = 400"
     scene = sliding_scene(MILLIMETRE, ('like = "body"', resting))
-    problem = march_problem(scene, rs.plan(scene))
+    problem = slide_problem(scene, rs.plan(scene))
     whole = rs.SelfAffineSpectrum.from_rms_height(2e-7, hurst=0.5, q_min=6350, q_max=1e5)
     assert problem.resting_spectrum(1e4) == pytest.approx(whole(1e4), rel=1e-9)
     assert problem.moving_spectrum(1e4) == pytest.approx(scene.faces[0](1e4), rel=1e-9)
@@ -321,16 +321,16 @@ def test_hours_of_sliding_are_refused_before_any_work():
 def test_the_memory_of_both_bodies_is_planned(monkeypatch):
     scene = sliding_scene()
     reason = rs.plan(scene).reasons[-1]
-    words = "0.00091 GB for the march: both bodies remember their heat, at each speed"
+    words = "0.00091 GB for the slide: both bodies remember their heat, at each speed"
     assert reason == ("memory", "0.25 GB per worker", words)
     monkeypatch.setattr(planning_reasons, "available_memory", lambda: Limit(1e6, "here"))
-    with pytest.raises(rs.errors.ResolutionError, match=r"memory = 0.000911 GB \(the march: .* exceeds 80 % of the"):
+    with pytest.raises(rs.errors.ResolutionError, match=r"memory = 0.000911 GB \(the slide: .* exceeds 80 % of the"):
         rs.plan(scene)
 
 
-def test_the_march_is_no_single_contact(run):
-    with pytest.raises(ValueError, match="^level = 1 is the march of one body over the other"):
-        rs.realize(run.scene, run.numerics, seed=1, level=MARCH)
+def test_the_slide_is_no_single_contact(run):
+    with pytest.raises(ValueError, match="^level = 1 is the slide of one body over the other"):
+        rs.realize(run.scene, run.numerics, seed=1, level=SLIDE)
 
 
 def test_a_frozen_run_has_no_such_column(capped_run):
@@ -339,7 +339,7 @@ def test_a_frozen_run_has_no_such_column(capped_run):
     assert "sliding" not in rs.compare(capped_run).to_dict()["rows"][0]
 
 
-def test_the_plan_adds_a_march_on_the_lowest_rung():
+def test_the_plan_adds_a_slide_on_the_lowest_rung():
     scene = sliding_scene()
     free = replace(scene, numerics=replace(scene.numerics, levels=scene.numerics.levels[:1]))
     numerics = rs.plan(free)
@@ -347,17 +347,17 @@ def test_the_plan_adds_a_march_on_the_lowest_rung():
     values = {reason.choice: reason for reason in numerics.reasons}
     assert values["slid distance"].value == "1 mm"
     assert values["slid distance"].reason.startswith("0.5 lengths of the cell, in 16 steps of 63.2 µm")
-    assert values["marches"].value == "4"  # max_realizations
+    assert values["slides"].value == "4"  # max_realizations
     assert values["film"].value == "16 positions, up to 0.2 MB"  # of 32² points, at two speeds
 
 
 def test_a_speed_that_ends_earlier_costs_no_more_afterwards():
     scene = sliding_scene()
-    problem = march_problem(scene, rs.plan(scene))
-    both = 1 + 0.75**3  # the coarser march has fewer points and steps
-    contact, heat = (seconds * problem.grid.points * both for seconds in planning_march.STEP_SECONDS)
-    assert planning_march.seconds_of_march(problem) == pytest.approx(16 * (contact + 2 * heat))
-    half = planning_march.seconds_of_march(replace(problem, distances=(0.5e-3, 1e-3)))
+    problem = slide_problem(scene, rs.plan(scene))
+    both = 1 + 0.75**3  # the coarser slide has fewer points and steps
+    contact, heat = (seconds * problem.grid.points * both for seconds in planning_slide.STEP_SECONDS)
+    assert planning_slide.seconds_of_slide(problem) == pytest.approx(16 * (contact + 2 * heat))
+    half = planning_slide.seconds_of_slide(replace(problem, distances=(0.5e-3, 1e-3)))
     assert half == pytest.approx(16 * contact + (8 + 16) * heat)  # one speed is followed over half of the steps
 
 

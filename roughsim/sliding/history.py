@@ -1,4 +1,4 @@
-"""All of a march at once: what two sliding bodies did at every step, and maps of a few of its positions."""
+"""All of a slide at once: what two sliding bodies did at every step, and maps of a few of its positions."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -11,15 +11,15 @@ from roughsim.observables.moments import HeatSource, sums_over_directions
 from roughsim.observables.stress_spectrum import stress_spectrum
 from roughsim.sliding.correlation import StressCorrelation
 from roughsim.sliding.film import Film, Projector
-from roughsim.sliding.march import NUMBERS, Motion, walk
 from roughsim.sliding.path import Path
 from roughsim.sliding.spots import SpotLives, survival
+from roughsim.sliding.stepping import NUMBERS, Motion, walk
 
 LAST = 0.5  # share of a slid distance, at its end, over which means are taken
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class SlideHistory:
     """What two sliding bodies did, over the slid distance.
 
     Attributes
@@ -58,8 +58,8 @@ class Course:
 
 def follow(
     contacts: Iterator[Contact], grid: Grid, path: Path, motions: Sequence[Motion], filmed: Sequence[int] = ()
-) -> Course:
-    """March along a path and record every step; the steps `filmed`, ascending and from 1 on, with their fields."""
+) -> SlideHistory:
+    """Slide along a path and record every step; the steps `filmed`, ascending and from 1 on, with their fields."""
     sliding = HeatSource(
         speeds=[motion.speed for motion in motions],
         friction_coefficient=[motion.friction_coefficient for motion in motions],
@@ -86,7 +86,7 @@ def follow(
     heating = np.asarray(sliding.friction_coefficient) * np.array(sliding.speeds)
     factor = heating / (np.asarray(sliding.conductivity) * step.stress[0, 0].real)
     area, yielded = np.array(fractions).T
-    return Course(
+    return SlideHistory(
         path.distance[1:],
         dict(zip(NUMBERS, np.array(rows).transpose(1, 2, 0), strict=True)),
         (factor * np.array(frozen)).T,

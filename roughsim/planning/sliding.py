@@ -1,4 +1,4 @@
-"""The march of one body over the other in a plan: its level, its cost, and the reason of a frozen scene."""
+"""The slide of one body over the other in a plan: its level, its cost, and the reason of a frozen scene."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -8,7 +8,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.grid import Grid
 from roughsim.planning.levels import BASE_SIDE
-from roughsim.planning.realization import march_problem
+from roughsim.planning.realization import slide_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
 from roughsim.show.text import clock
@@ -21,18 +21,18 @@ _MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the n
 STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
 
 
-def with_march(scene: Scene, numerics: Numerics) -> Numerics:
-    """Return the numerics with a level for the march.
+def with_slide(scene: Scene, numerics: Numerics) -> Numerics:
+    """Return the numerics with a level for the slide.
 
     Numerics that have one, and those of a frozen scene, are returned as they are.
     """
-    if scene.sliding.history != SLIDING or numerics.march is not None:
+    if scene.sliding.history != SLIDING or numerics.slide is not None:
         return numerics
-    return replace(numerics, levels=(*numerics.levels, march_level(scene, numerics)))
+    return replace(numerics, levels=(*numerics.levels, slide_level(scene, numerics)))
 
 
-def march_level(scene: Scene, numerics: Numerics) -> Level:
-    """Return the level of a march: the lowest of the last column, halved to about half of the points of a lowest one.
+def slide_level(scene: Scene, numerics: Numerics) -> Level:
+    """Return the level of a slide: the lowest of the last column, halved to about half of the points of a lowest one.
 
     Contact that yields keeps `_LEAST_CUT_OFF`: from there on the ratio of sliding to frozen hardly depends on the
     cut-off. In elastic contact it changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8 from there to 512.
@@ -45,13 +45,13 @@ def march_level(scene: Scene, numerics: Numerics) -> Level:
     return Level(SLIDING, (x, y), q_max, first=_MEMBERS)
 
 
-def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
-    """Yield level and cost of the march; for a frozen scene of two rough faces, the effect and cost of a march."""
-    if numerics.march is None:
+def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
+    """Yield level and cost of the slide; for a frozen scene of two rough faces, the effect and cost of a slide."""
+    if numerics.slide is None:
         if len(scene.faces) == 2 and scene.counterface_conducts:
             yield left_out(scene, numerics)
         return
-    level, problem = numerics.levels[numerics.march], march_problem(scene, numerics)
+    level, problem = numerics.levels[numerics.slide], slide_problem(scene, numerics)
     x, y = level.shape
     why = "a low cut-off: the ratio of sliding to frozen contact hardly depends on q_c, and carries over to all of C(q)"
     if scene.numerics.levels is not None and level in scene.numerics.levels:
@@ -67,9 +67,9 @@ def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     pixels = f" with one of {COARSER:g} of the points, which shows the error of the pixel" * (
         problem.coarser is not None
     )
-    cost = f"about {clock(seconds_of_march(problem))} of CPU time each{pixels}"
+    cost = f"about {clock(seconds_of_slide(problem))} of CPU time each{pixels}"
     broken = "one that is broken off begins again"
-    yield Reason("marches", str(members), f"{cost}; {broken}; means are over the last half of the slid distance")
+    yield Reason("slides", str(members), f"{cost}; {broken}; means are over the last half of the slid distance")
     if filmed := min(numerics.keep_fields, members):
         sides = film_shape(problem.grid.shape)
         positions = len(filmed_steps(oblique_path(problem.grid, distances.max())))
@@ -79,8 +79,8 @@ def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
 
 
 def left_out(scene: Scene, numerics: Numerics) -> Reason:
-    """Return the effect and the cost of the march that a frozen scene of two rough faces leaves out."""
-    grid, cell = Grid(march_level(scene, numerics).shape, numerics.lengths), numerics.lengths[0]
+    """Return the effect and the cost of the slide that a frozen scene of two rough faces leaves out."""
+    grid, cell = Grid(slide_level(scene, numerics).shape, numerics.lengths), numerics.lengths[0]
     steps = cell / pixel_of_path(grid)
     seconds = _MEMBERS * steps * seconds_of_step(grid, len(scene.speeds))
     why = (
@@ -92,10 +92,10 @@ def left_out(scene: Scene, numerics: Numerics) -> Reason:
     return Reason("history", "frozen", why)
 
 
-def seconds_of_march(problem: SlideProblem) -> float:
-    """Return about how much CPU time a march takes, s; each speed is followed over its own distance."""
+def seconds_of_slide(problem: SlideProblem) -> float:
+    """Return about how much CPU time a slide takes, s; each speed is followed over its own distance."""
     followed = sum(problem.distances) / max(problem.distances)
-    both = 1.0 + COARSER**3 * (problem.coarser is not None)  # the march on the coarser grid comes after it
+    both = 1.0 + COARSER**3 * (problem.coarser is not None)  # the slide on the coarser grid comes after it
     return problem.steps * both * seconds_of_step(problem.grid, followed)
 
 
