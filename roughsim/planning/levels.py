@@ -19,8 +19,8 @@ Lengths = tuple[float, float]  # of the cell, m
 
 PIXELS = 4  # per shortest wave of a level; its partner has twice as many
 SIDE = 4096  # points per side of the largest grid; half of it for elastic contact, whose continuation is well known
-# points per side of the lowest level, within a factor of √2, and twice those that a level in a part of the cell has at least: on
-# seven scenes 512 took least time, or next to least
+# points per side of the lowest level, within a factor of √2: on seven scenes 512 took least time, or next to least;
+# a level in a part of the cell has at least half as many
 BASE_SIDE = 512
 _SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
 _PART: Final[dict[int, Literal["half", "quarter"] | None]] = {1: None, 2: "half", 4: "quarter"}

@@ -247,7 +247,7 @@ class Means:
         """
         if column == SLIDING:
             single = self._estimate(observable, all_heat=True)
-            result = sliding_estimate(observable, single, self._slideed(), self._coarsening())
+            result = sliding_estimate(observable, single, self._slide_numbers(), self._coarsening())
         else:
             result = self._estimate(observable, column)
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
@@ -299,7 +299,7 @@ class Means:
         """Return T₀ + T_flash of a column over speed; `warming` is T₀ of single contacts with all the heat, K."""
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
-            return with_background(flash, self._slideed()["sliding_background"])
+            return with_background(flash, self._slide_numbers()["sliding_background"])
         own = has_own_share(self.scene)
         return with_warming(flash, self.estimate("heat_partition", column) if own else self.heat_partition, warming)
 
@@ -335,7 +335,7 @@ class Means:
             return level, sound
         raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
 
-    def _slideed(self) -> dict[str, Array]:
+    def _slide_numbers(self) -> dict[str, Array]:
         """Return the numbers of the slides that count, (members, speeds); errors as `_slides`."""
         level, indices = self._slides()
         return {name: self.members.numbers(level, name, indices) for name, n in NUMBERS.items() if n.of_slide}
