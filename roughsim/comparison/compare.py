@@ -1,9 +1,9 @@
-"""Theory beside simulation: three columns and two ratios, never mixed.
+"""Comparison of theory and simulation in three columns and two ratios.
 
 theory (on C_sm, with the scene's γ) · smoothed (elastic contact of surfaces drawn from C_sm) · capped (contact of the
-original surface, p ≤ σ_P). smoothed/theory tests W(q); capped/smoothed tests Eq. (27), where γ drops out. An elastic
-scene has theory and elastic. `theory` is over the whole spectrum, everywhere the same number; the ratio to the theory
-is the one to `theory_same_modes`, the sum over the modes that the simulation itself has.
+original surface, p ≤ σ_P). smoothed/theory tests W(q); capped/smoothed tests Eq. (27), without γ. An elastic scene has
+theory and elastic. `theory` is over the whole spectrum; the ratio to the theory uses `theory_same_modes`, the sum over
+the modes of the simulation.
 """
 
 from collections.abc import Iterator
@@ -184,8 +184,8 @@ def _meanings_of_directions(run: Pressed) -> Iterator[str]:
     if run.over_twin is not None:
         ratios = ", ".join(f"{x:.2f} at {v:g} m/s" for x, v in zip(run.over_twin, run.scene.speeds, strict=True))
         yield (
-            f"map over Gaussian twin: {ratios}; T_flash over that of one map of the same |h(q)| with random phases. Of "
-            "Gaussian maps of four longest waves it scatters about 1 by 0.1, with grooves 5:1 by 0.2."
+            f"map over Gaussian twin: {ratios}; T_flash of the map over T_flash of one map of the same |h(q)| with "
+            "random phases. For Gaussian maps of four longest waves it scatters by 0.1, with grooves 5:1 by 0.2."
         )
 
 
@@ -206,7 +206,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
         measured = Number(slope.measured, error=slope.error)
         yield f"{band}: {slope.column} {measured} (statistical, 95 %), theory {slope.theory:.2f}"
     yield (
-        "± total error, 95 %. theory: over the whole spectrum. The ratio to theory is over the same modes: those of "
+        "± total error, 95 %. theory: over the whole spectrum. The ratio to theory is over the same modes: all of "
         "the cell, up to q_c."
     )
     yield calibrated_note(comparison.run.scene)
@@ -218,14 +218,14 @@ def meanings(comparison: Comparison) -> Iterator[str]:
     yield from overshoot_warnings(comparison.run)
     if comparison.run.numerics.slide is not None:
         yield (
-            "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash is that "
-            "above the background of the moving body, mean over the last half of the slid distance."
+            "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash above "
+            "the background of the moving body, mean over the last half of the slid distance."
         )
         yield sliding_note(comparison.run.scene)
     yield from marks.meanings(comparison.unknown, {row.note for row in comparison.rows})
     if any(row.observable == CONTACT_TEMPERATURE for row in comparison.rows):
         yield (
             f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, above its temperature when "
-            "sliding began. T₀ is that of the theory of heat, not simulated"
-            + (", but in the column sliding that of the slide." if comparison.run.numerics.slide is not None else ".")
+            "sliding began. T₀ is from the theory of heat, not simulated"
+            + (", but in the column sliding from the slide." if comparison.run.numerics.slide is not None else ".")
         )

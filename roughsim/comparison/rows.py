@@ -24,7 +24,7 @@ from roughsim.surface.spectrum import TruncatedSpectrum
 FLASH, _OVER_TWIN = "flash_temperature", "map_over_gaussian_twin"  # of the rows of a map that is pressed
 NOTICED = 0.02  # relative difference of two theories that a note names
 CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
-_BIN_WIDTH, _LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; how many make a band that has a slope
+_BIN_WIDTH, _LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; least number of bins for a slope
 
 
 class Cell(NamedTuple):
@@ -50,7 +50,7 @@ class Ratio(NamedTuple):
 
     @property
     def z(self) -> float:
-        """(value − 1)/standard_error; 0 where both agree to rounding, infinite where they differ without scatter."""
+        """(value − 1)/standard_error; 0 for agreement to rounding, infinite for a difference without scatter."""
         if self.standard_error > 0.0:
             return (self.value - 1.0) / self.standard_error
         if isnan(self.value):
@@ -73,11 +73,11 @@ class Slope(NamedTuple):
 class Row:
     """One observable at one speed (None without a speed): theory, the measured columns, and their ratios.
 
-    `theory` is integrated over all of C(q), `theory_at_cut_off` up to q_c, and `theory_same_modes` is summed over the
-    modes of the cell up to q_c: the ratio to the theory is the one to it. `calibrated` is by the calibrated stress
-    spectrum; NaN where it was not compared with contacts. `sliding_calibrated` is that of two sliding bodies, for the
-    column sliding. `note` is "identity" where force balance fixes the value, "at q_c" where the value has no limit in
-    the cut-off, or the run does not show one.
+    `theory` is integrated over all of C(q), `theory_at_cut_off` up to q_c. `theory_same_modes` is summed over the modes
+    of the cell up to q_c; ratios to the theory use it. `calibrated` uses the calibrated stress spectrum; NaN outside
+    the range compared with contacts. `sliding_calibrated` is the calibrated theory of two sliding bodies, for the
+    column sliding. `note` is "identity" for a value fixed by force balance, "at q_c" for a value without a limit in the
+    cut-off, or if the run shows none.
     """
 
     observable: str
@@ -94,7 +94,7 @@ class Row:
 
     @property
     def cut(self) -> bool:
-        """Whether the theory up to q_c differs from that over the whole spectrum by more than `NOTICED`."""
+        """Whether the theory up to q_c differs from the theory over the whole spectrum by more than `NOTICED`."""
         return abs(self.theory_at_cut_off - self.theory) > NOTICED * abs(self.theory)
 
     def to_dict(self) -> dict[str, Any]:
@@ -147,7 +147,7 @@ def _theories_of(run: Run) -> dict[str, Predicted]:
     grid, q_c = finest(run)
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
     with warnings.catch_warnings():
-        if not run.drawn:  # the longest waves of C(q) stand for those of the map, and its cell lacks none of them
+        if not run.drawn:  # the longest waves of C(q) represent the longest of the map: its cell lacks none
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
         summed = prediction.mode_sums(run.scene, drawn, grid)
     return {
@@ -219,9 +219,9 @@ def _rows_of_one(
 
 
 def _theory_of_sliding(run: Run, name: str, frozen: Array) -> Array:
-    """Return the calibrated theory of two sliding bodies for the column sliding; NaN where there is none.
+    """Return the calibrated theory of two sliding bodies for the column sliding; NaN without one.
 
-    `frozen` are the values of the calibrated law for a contact that does not change.
+    `frozen` are the values of the calibrated law for a frozen contact.
     """
     nothing = np.full(frozen.shape, nan)
     slid = None if run.numerics.slide is None else prediction.sliding_prediction(run.scene)
@@ -244,9 +244,9 @@ def _ratio_of(quotient: Uncertain, k: int) -> Ratio:
 
 
 def finest(run: Run) -> tuple[Grid, float]:
-    """Return a grid in the run's cell with the pixel of the first column's finest level, and its cut-off, rad/m.
+    """Return a grid of the run's cell with the pixel of the first column's finest level, and its cut-off, rad/m.
 
-    That is the finest level that has members which count.
+    Levels without sound members are ignored.
     """
     level = run.numerics.levels[run.pairs(run.numerics.columns[0])[-1].level]
     return Grid((level.parts * level.shape[0], level.parts * level.shape[1]), run.numerics.lengths), level.q_max
@@ -265,7 +265,7 @@ def ratios_of(
     first, first_size = _values_of(run, observable, columns[0], background, extrapolated=False)
     with np.errstate(all="ignore"):  # 0/0 at rest
         apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
-    # the theory is by the C(q) of the scans, also where the map itself is pressed
+    # the theory uses the C(q) of the scans, also if the map itself is pressed
     size = np.hypot(first_size, apart)
     over_theory = quotient(first, summed, size=size, solver=solver, scanned=run.scene.scanned)
     result = {f"{columns[0]}_over_theory": over_theory}
@@ -294,11 +294,11 @@ def _values_of(
 def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     """Return the slope of |σ_q|² at the finest level of a column; that level needs two sound members.
 
-    With C ∝ q^(−2−2H) full contact has |σ_q|² ∝ q^(−2H). Where contact is lost P ∝ 1/√G ∝ q^(H−1), so that the theory's
-    slope tends to −(1 + H) in a long band. The error does not include the effect of a finite pixel.
+    With C ∝ q^(−2−2H) full contact has |σ_q|² ∝ q^(−2H). Loss of contact gives P ∝ 1/√G ∝ q^(H−1), so that the slope of
+    the theory tends to −(1 + H) in a long band. The error does not include the effect of a finite pixel.
 
-    The band goes from the last kink of C(q) to q_c, or to where contact has yielded. None where it is too short to have
-    a slope, as in steels that yield below q_roll_off.
+    The band extends from the last kink of C(q) to q_c, or to the yield wavenumber. None if the band is too short for a
+    slope, as in steels that yield below q_roll_off.
     """
     name, scene = run.column(column), run.scene
     pair = run.pairs(name)[-1]
@@ -308,7 +308,7 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     bins = int(log(high / low) / _BIN_WIDTH)
     if bins < _LEAST_BINS:
         return None
-    # how many modes of the plane lie in each bin of ln q, and their mean ln q
+    # number of modes of the plane in each bin of ln q, and their mean ln q
     edges = np.linspace(log(low), log(high), 1 + bins)
     grid = run.numerics.grid(pair.level)
     modes = modes_between(grid)

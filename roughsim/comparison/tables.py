@@ -138,7 +138,7 @@ def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> 
             rows.append([name, speed, estimate.number(k), *estimate.parts(k, parts)])
     notes = [
         f"n = {estimates[0].n} realizations. total error: 95 %, the root of the sum of squares of the parts; "
-        "≥ where one of them is unknown, as no level of the run shows it (–).",
+        "≥ if one of them is unknown, as no level of the run shows it (–).",
         "finest − mean: the value at the finest level minus the mean.",
     ]
     columns = [Column("observable", name=True), *(Column(title, number=True) for title in titles)]

@@ -1,7 +1,7 @@
 """Error of the theory for a scene, estimated with the calibrated law of the stress spectrum.
 
 The calibrated law was compared with simulations, and its error bands by observable are known. The difference between
-theory and law, with the band of the law, estimates the error of the theory where no simulation is at hand.
+theory and law, with the band of the law, estimates the error of the theory without a simulation.
 """
 
 from __future__ import annotations

@@ -1,15 +1,15 @@
 """The periodic cell: the length of its sides, and the error of its finite size.
 
-Each cell bears the same load, while in an infinite plane the load gathers where hills are high. So a small cell has too
-low a T_flash. Its relative error is that of the number of hills which carry load, with hills as large as the
-autocorrelation ρ of the heights:
+Each cell bears the same load, while in an infinite plane the load gathers on high hills. So a small cell has too low a
+T_flash. Its relative error falls with the number N of hills, whose size follows from the autocorrelation ρ of the
+heights after yielding:
 
     error = (a/A + b) / N,    N = L²/∫(ρ + ρ²)d²r
 
-over what yielding leaves of the waves. The share A of the hills that carry load is that of the area in contact by waves
-down to half a hill. It was measured on scenes made by hand, in cells of 2 to 16 waves, and tested on scenes drawn at
-random (`experiments/cell_size.py`). A run cannot show the error of its own cell, nor can the theory: summed over the
-modes of a cell with four longest waves per side it is within 0.6 % of its integral.
+The share A of hills that carry load equals the contact fraction of waves down to half a hill. The constants were
+measured on scenes made by hand, in cells of 2 to 16 waves, and tested on scenes drawn at random
+(`experiments/cell_size.py`). Neither a run nor the theory shows the error of its cell: the theory summed over the modes
+of a cell with four longest waves per side is within 0.6 % of its integral.
 """
 
 from functools import lru_cache
@@ -21,8 +21,8 @@ from roughsim import prediction
 from roughsim.grid import Array
 from roughsim.scene import Scene
 
-# relative error × number of hills: of a slow T_flash where few hills carry load, times their share (of fast sliding,
-# and of all else, it is half of it), and where all of them do. By the same experiment
+# relative error × number of hills, by the same experiment: times A if few hills carry load (T_flash at low speed; half
+# of it at high speed and for other observables), and if all hills carry load
 _FEW_HILLS, _ALL_HILLS = 0.03, 0.2
 # relative error of T_flash of capped contact in a part of the cell, at most: in smaller ones corrections scatter so
 # much that the doubt of the last step adds levels
@@ -32,11 +32,11 @@ _WAVES = range(4, 33, 2)  # per side of a cell: pictures and g_σ(r) need four, 
 
 
 def choose_lengths(scene: Scene, target: float = inf) -> tuple[tuple[float, float], str]:
-    """Return the sides of the cell, m, and the reason: those that the scene gives, or the shortest that suffice.
+    """Return the sides of the cell, m, given in the scene or the shortest that suffice, and the reason.
 
-    The square of its error takes at most `SIZE_SHARE` of that of the relative error `target`, as far as `_WAVES` allow.
-    A cell for C(q) that is flat below a roll-off has 8 of its waves, or 4 of the longest: on rocks shorter ones left
-    .7 % unexplained.
+    The squared error of the cell is at most `SIZE_SHARE` of the squared relative error `target`, as far as `_WAVES`
+    allow. If C(q) is flat below a roll-off, a side holds at least 8 roll-off waves, or 4 of the longest waves: on rocks
+    shorter sides left an error of .7 %.
     """
     if scene.numerics.lengths is not None:
         return scene.numerics.lengths, "given in the scene"
@@ -57,9 +57,9 @@ def _worst(scene: Scene, side: float) -> float:
 
 
 def parts_of(scene: Scene, lengths: tuple[float, float], target: float = inf) -> int:
-    """Return how many sides of a cell for corrections make one of these sides, m: 4, 2, or 1, which is no such cell.
+    """Return the ratio of these sides, m, to the sides of a smaller cell for corrections: 4, 2, or 1 for no such cell.
 
-    T_flash of elastic contact errs there by the relative error `target` at most, so that corrections err by half of it.
+    The relative error of elastic T_flash in the smaller cell is at most `target`; corrections err by half of it.
     """
     most = target if scene.elastic else _PART_ERROR
     return next((parts for parts in (4, 2) if _worst(scene, min(lengths) / parts) <= most), 1)
@@ -76,10 +76,10 @@ def _correction_error(error: Array | float, elastic: bool) -> Array | float:
 def size_error(
     scene: Scene, lengths: tuple[float, float], observable: str = "flash_temperature", column: str = ""
 ) -> Array:
-    """Return the relative error of a mean in a cell of these sides, m, of which the shorter one counts.
+    """Return the relative error of a mean in a cell whose shorter side, m, counts.
 
-    Of shape (speeds,) for T_flash, else one number. `column` left out is the capped or the elastic one. NaN for the
-    distance where g_σ first vanishes: that jumped by 40 % in a steel whose g_σ only touches zero.
+    Shape (speeds,) for T_flash, else one number. Default column: capped or elastic. NaN for the first zero of g_σ: it
+    jumped by 40 % in a steel whose g_σ only touches zero.
     """
     if observable == "correlation_radius_0":
         return np.array(nan)
@@ -99,9 +99,9 @@ def size_error(
 
 @lru_cache(maxsize=32)
 def hill_area(scene: Scene, side: float) -> float:
-    """Return ∫(ρ + ρ²)d²r of the smoothed heights, m², with their autocorrelation ρ.
+    """Return ∫(ρ + ρ²)d²r, m², of the autocorrelation ρ of the smoothed heights.
 
-    ∫ρ d²r is (2π)² C/⟨h²⟩ at the longest wave of the cell of this side, m: 0 where that is longer than all of C(q).
+    ∫ρ d²r is (2π)² C/⟨h²⟩ at the longest wave of a cell of this side, m; zero if the side exceeds all waves of C(q).
     """
     spectrum = prediction.smoothed_spectrum(scene)
     q = np.geomspace(spectrum.breaks[0] * (1 + 1e-12), spectrum.breaks[-1] * (1 - 1e-12), 1001)
@@ -117,9 +117,9 @@ def hill_area(scene: Scene, side: float) -> float:
 def size_error_of_sum(
     scene: Scene, lengths: tuple[float, float], parts: int, observable: str, column: str, from_part: Array | float
 ) -> Array:
-    """Return the relative error by the finite cell of a mean with a share `from_part` from a part of the cell.
+    """Return the relative error by the finite cell of a mean whose share `from_part` comes from a smaller cell.
 
-    The sides of the part are `lengths`, m, over `parts`. The error is an array of the shape of the share.
+    The sides of the smaller cell are `lengths`, m, over `parts`. The error has the shape of the share.
     """
     whole = size_error(scene, lengths, observable, column)
     part = size_error(scene, (lengths[0] / parts, lengths[1] / parts), observable, column)

@@ -1,4 +1,4 @@
-"""Means with all parts of their errors (statistical, bandwidth, pixel, finite size, solver), and the rule to stop."""
+"""Means with all parts of their errors: statistical, bandwidth, pixel, finite size, solver."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -32,20 +32,20 @@ SOURCES = {
 class Uncertain:
     """A mean, or a ratio of two, with its errors; arrays over speed, or of one entry."""
 
-    mean: Array  # extrapolated in q_c and the pixel where a limit exists and the levels show it
+    mean: Array  # extrapolated in q_c and the pixel if a limit exists and the levels show it
     standard_error: Array  # of the mean, statistical
-    # the parts of the 95 % error by source, keys of `SOURCES`; NaN where they are unknown. "scan" is there only if C(q)
-    # was measured on maps, "last step" only if it counts at some speed
+    # the parts of the 95 % error by source, keys of `SOURCES`; NaN: unknown. "scan" is there only if C(q) was measured
+    # on maps, "last step" only if it counts at some speed
     budget: dict[str, Array]
 
     @property
     def total_error(self) -> Array:
-        """Root of the sum of squares of the known parts of `budget`; NaN where there is no mean."""
+        """Root of the sum of squares of the known parts of `budget`; NaN for an undefined mean."""
         total = np.sqrt(sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in self.budget.values()))
         return np.where(np.isnan(self.mean), np.nan, total)
 
     def unknown_at(self, k: int) -> tuple[str, ...]:
-        """The unknown parts of `budget` at entry k; none where there is no mean, or it is exactly zero."""
+        """The unknown parts of `budget` at entry k; none if the mean is undefined or exactly zero."""
         has_error = np.isfinite(self.mean[k]) and self.mean[k] != 0.0
         return tuple(name for name, part in self.budget.items() if has_error and np.isnan(part[k]))
 
@@ -56,11 +56,11 @@ class Estimate(Uncertain):
 
     observable: str
     unit: str  # SI
-    bias: Array  # value at the finest level minus `mean`; zero where nothing is extrapolated
+    bias: Array  # value at the finest level minus `mean`; zero without extrapolation
     n: int  # realizations
     effective_n: Array  # independent realizations that would give the same interval: degrees of freedom and one
     notes: tuple[str, ...] = ()  # sentences on extrapolation and missing levels, for `explain`
-    speeds: tuple[float, ...] = ()  # of the entries, m/s; empty where it does not depend on the speed
+    speeds: tuple[float, ...] = ()  # of the entries, m/s; empty for an observable that does not depend on the speed
     sources: Mapping[str, str] = field(default_factory=SOURCES.copy)  # meaning of each part of `budget`
 
     @property
@@ -81,7 +81,7 @@ class Estimate(Uncertain):
     def parts(self, k: int, names: Iterable[str] | None = None) -> list[Number]:
         """Return the parts of the error of entry k, and the value at the finest level minus the mean, for tables.
 
-        `names` are those that the table has, also parts that are none here; left out: those of `budget`.
+        `names` are the columns of the table; a part that `budget` lacks is zero. Default: the names of `budget`.
         """
         errors = [float(self.budget[name][k]) if name in self.budget else 0.0 for name in names or self.budget]
         return [Number(error, self.unit, digits=2) for error in (*errors, float(self.bias[k]))]
@@ -131,7 +131,7 @@ def estimate(
     """Return mean, errors and bias of an observable from its values.
 
     Relative errors: `size` by the finite cell, from `cell_size`; `solver` by the contact solves; `scan` by a C(q)
-    measured on maps, (speeds,), NaN where it is unknown.
+    measured on maps, (speeds,), NaN if unknown.
     """
     mean = values.mean
     error, freedom = spread_of(values)
@@ -160,12 +160,11 @@ def quotient(
     solver: float = 0.0,
     scanned: bool = False,
 ) -> Uncertain:
-    """Return above/below and its errors, (speeds,), of two columns of a run, or of a column and exact values.
+    """Return the ratio above/below, (speeds,), of two columns, or of a column and exact values, with its errors.
 
-    `size` is the relative error of the ratio by the finite cell; `solver` and `scanned` as in `estimate`. Scatter of
-    surfaces that both share drops out of the statistical part. The other parts are added as squares: the columns differ
-    in levels and in the kind of contact. Exact values share the cut-off of the column and have no errors: then the part
-    of q_c drops out.
+    `size` is the relative error of the ratio by the finite cell; `solver` and `scanned` as in `estimate`. The common
+    scatter of shared surfaces cancels. The other parts add as squares, because the columns differ in levels and in the
+    kind of contact. Exact values share the cut-off of the column and have no errors: then the error by q_c is zero.
     """
     if isinstance(below, Values):
         ratio, columns = above.scattered.over(below.scattered), [above, below]
@@ -176,7 +175,7 @@ def quotient(
         columns = [above._replace(errors=above.errors | {"bandwidth": nothing, "last step": nothing})]
     value = ratio.value
     error, freedom = spread_of(ratio)
-    if not np.any(above.mean):  # elastic contact has no plastic area: there is no ratio to speak of
+    if not np.any(above.mean):  # elastic contact has no plastic area: the ratio is undefined
         value = np.full_like(value, np.nan)
     with np.errstate(all="ignore"):  # 0/0 at rest: the ratio is NaN, and its errors are
         errors = {}
@@ -219,9 +218,8 @@ def spread_of(values: "Values | Mean") -> tuple[Array, Array]:
 def quantile(freedom: Array | float) -> Array:
     """Return the half-width of a 95 % interval in standard errors: Student's t, times √(1 + 2/f).
 
-    A run that stops itself does so where the scatter happens to be small: as much as about two of the f degrees of
-    freedom are worth (M. Woodroofe, Annals of Statistics 5, 984, 1977, has the order 1/f). Measured by
-    `experiments/coverage.py`.
+    Runs tend to stop when the scatter is low by chance, which costs about two of the f degrees of freedom (of order
+    1/f: M. Woodroofe, Annals of Statistics 5, 984, 1977). Measured by `experiments/coverage.py`.
     """
     freedom = np.maximum(freedom, 1.0)
     factor: Array = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(1.0 + 2.0 / freedom)

@@ -44,7 +44,7 @@ class Rung(NamedTuple):
 def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
     """Return the rungs of a column, lowest first; `of_level` gives the influence values of a sample, (n, speeds).
 
-    A step is the ratio of means where all values have one sign, else their difference.
+    A step is the ratio of the means if all values have the same sign, else their difference.
     """
     rows = [(of_level(pair.sample), None if pair.below is None else of_level(pair.below)) for pair in pairs]
     values = np.concatenate([level for both in rows for level in both if level is not None])
@@ -76,9 +76,9 @@ def change_by_pixel(rungs: list[Rung], order: float, fall: float, end: float) ->
     """Return the change by a vanishing pixel at a cut-off `end`, rad/m, and its error, both relative; NaN if unknown.
 
     `order` is the order of convergence in the pixel at one cut-off; NaN for lengths that converge non-monotonically:
-    these are taken from the finest grid, and the change by finer ones is their error. Along the ladder the pixel is a
-    fixed part of the shortest wave, and its effect falls as q_c^(−fall). So the change by the highest partner is
-    carried to `end`. The exponent is not known well, and all that is carried counts as error.
+    their value is from the finest grid, and the expected change by finer grids is their error. Along the ladder the
+    pixel is a fixed part of the shortest wave, and its effect falls as q_c^(−fall). So the change measured at the
+    highest partner is scaled to `end`. Since the exponent is uncertain, the whole scaled change counts as error.
     """
     shown, shape = next((rung for rung in reversed(rungs) if rung.finer is not None), None), rungs[-1].mean.value.shape
     nothing = Mean(np.zeros(shape), {})
@@ -87,7 +87,7 @@ def change_by_pixel(rungs: list[Rung], order: float, fall: float, end: float) ->
     beyond = _TURNING if isnan(order) else 1.0 / (shown.refined**order - 1.0)
     unseen, carried = shown.last.times(beyond), (shown.q_max / max(end, shown.q_max)) ** fall
     change = shown.finer if isnan(order) else shown.finer.plus(unseen)
-    known = np.isfinite(change.value)  # not 0/0 where nothing yields, or at rest
+    known = np.isfinite(change.value)  # 0/0 without yielding, or at rest
     change = change.where(known, nothing).times(carried)
     moved = change.value if carried < 1.0 - SAME else 0.0
     return change, np.hypot(carried * np.where(known, unseen.value, 0.0), moved)

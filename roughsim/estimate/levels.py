@@ -1,4 +1,4 @@
-"""From the levels of a column to one value: multilevel Monte Carlo (Giles, Acta Numerica 24, 259, 2015).
+"""Multilevel Monte Carlo mean of the levels of a column (Giles, Acta Numerica 24, 259, 2015).
 
 Level l has the cut-off q_l = q_0·2^l at a fixed number of pixels per shortest wave, and surfaces of its own, each
 solved at l and at the level below. The mean is T = ⟨T₀⟩ Π ⟨T_l⟩/⟨T_(l−1)⟩. Levels are independent: variances add.
@@ -28,16 +28,16 @@ _TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum
 class Values(NamedTuple):
     """One observable of a column, (speeds,) or (1,), with its scatter as in `Mean`, and its other errors, 95 %.
 
-    `mean` is continued to the end of C(q) and to a vanishing pixel where there is such a limit; `finest` is that of the
-    highest cut-off and the finest grid there. `from_part` is the share of the mean that comes from levels in a part of
-    the cell. `way` is the way by which the mean was continued, in words.
+    `mean` is extrapolated to the end of C(q) and to a vanishing pixel, if such a limit exists; `finest` is the mean at
+    the highest cut-off on its finest grid. `from_part` is the share of the mean from levels in a smaller cell. `way`
+    describes the extrapolation in words.
     """
 
     mean: Array
     finest: Array
     scatter: Scatter
-    # "bandwidth" and "pixel", NaN where no level shows them, and "last step": the change by the last rise of q_c where
-    # nothing continues it although there is a limit, else 0
+    # "bandwidth" and "pixel", NaN if no level shows them, and "last step": the change by the last rise of q_c if a
+    # limit exists and no extrapolation reaches it, else 0
     errors: dict[str, Array]
     from_part: Array
     way: str = ""
@@ -59,8 +59,8 @@ def values_of(
 ) -> Values:
     """Return the values of an observable from the levels of a column, lowest first, with all heat in the moving body.
 
-    They are those in the limit, or, not `extrapolated`, those of the highest cut-off. Not `continued`, they are
-    extrapolated in the pixel alone, and the change by shorter waves is unknown.
+    `extrapolated` to the end of C(q), or up to the highest cut-off. Without `continued` only the pixel is extrapolated,
+    and the change by shorter waves is unknown.
     """
     if observable == "heat_partition":
         return _share_of(scene, column, pairs, extrapolated=extrapolated, continued=continued)
@@ -228,7 +228,7 @@ def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, val
         last = (
             ", and the change by the last step to it is part of the error" if np.any(values.errors["last step"]) else ""
         )
-        notes.append(f"where the bandwidth is unknown, the value of the highest q_c{last}")
+        notes.append(f"the bandwidth error is unknown: value of the highest q_c{last}")
     if OBSERVABLES[observable].per_speed:
         notes.append(f"speeds {', '.join(f'{v:g}' for v in scene.speeds)} m/s")
     return tuple(notes)

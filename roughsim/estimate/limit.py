@@ -1,7 +1,7 @@
-"""The rest of a mean beyond the highest cut-off: by a law, with the shape of the theory, or as a power of the cut-off.
+"""Extrapolation of a mean beyond the highest cut-off: by a law, by the theory, or as a power of the cut-off.
 
-Each gives a shape over the cut-off. The mean stays in proportion to it, or the steps of the mean to its steps. The
-error is the difference of two such ways, and at least a share of the rest.
+Each gives a shape over the cut-off. The mean is proportional to the shape, or its steps to the steps of the shape. The
+error is the difference of the two results, and at least a share of the rest, the change beyond the highest cut-off.
 """
 
 from typing import NamedTuple
@@ -59,7 +59,7 @@ def by_shape(rungs: list[Rung], theory: Array) -> Limit:
 def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
     """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two rungs or more.
 
-    p is that of the last two steps and the usual one, each with the weight that its scatter gives it.
+    p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances.
     """
     q = np.array([rung.q_max for rung in rungs[-2:]] + [end])[:, None]
     exponent = np.full(rungs[-1].mean.value.shape, usual)

@@ -51,7 +51,7 @@ class Mean(NamedTuple):
 
     @property
     def variance(self) -> dict[int, Array]:
-        """The variance of the mean by stream; infinite where a single realization shows none."""
+        """The variance of the mean by stream; infinite for a single realization."""
         parts = {}
         for stream, rows in self.scatter.items():
             n = len(rows)

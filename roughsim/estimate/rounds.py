@@ -1,8 +1,8 @@
-"""Rounds: how many members each level has, as a pure function of exactly the members that are there.
+"""Rounds of a run: the number of members of each level, as a pure function of the members of the rounds before.
 
-A round names the members of each level. When all of them exist, `judge` ends the run from them alone, or names the next
-round. The rounds replayed from the files of a run have the same counts for any order of the members and any number of
-processes.
+A round sets the number of members of each level. When all of them exist, `judge` ends the run or sets the next round
+from these members alone. So the rounds replayed from the files of a run have the same counts for any order of the
+members and any number of processes.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,24 +17,24 @@ from roughsim.estimate.levels import Values
 from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
 
-# members that the lowest level, the others of the first round, and later ones begin with: fewer show too little scatter
+# first members of the lowest level, of the others of the first round, and of later ones; fewer show too little scatter
 FIRST, FIRST_STEP, LATER = 12, 6, 4
 # errors that a higher level lowers, and the share that they may take of the squared target before one is added
 _OF_LEVELS, _SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
-_BESIDE = 2.0  # times the target: for columns beside the main one, which serve comparisons alone
-MEMBER = 5e5  # `work` of a member whatever its grid, a few milliseconds: handing out, file, reading
+_BESIDE = 2.0  # times the target: for columns beside the main one, which only serve comparisons
+MEMBER = 5e5  # `work` of a member on any grid, a few milliseconds: handing out, file, reading
 TARGET = {"flash_temperature": 0.01}  # for the choice of levels in a run without a target
 Counts = tuple[int, ...]  # members of each level, by its number
 Totals = Callable[[str, str, Counts], tuple[Values, Estimate]]  # by observable, column and counts
 
 
 class Verdict(NamedTuple):
-    """Whether a run has met its targets with the members of a round, and its next round."""
+    """Verdict on a run after a round: targets met or not, and the next round."""
 
     met: bool  # whether the targets are met
     next: Counts | None  # the next round; None: the run has ended
-    needed: Counts  # about how many members it takes in the end
-    why: str  # why it has ended, or which part of the error is largest
+    needed: Counts  # estimated members of each level at the end of the run
+    why: str  # reason of the end, or the largest part of the error
     errors: dict[str, float]  # relative total error, 95 %, of each target at the worst speed
 
 
@@ -93,16 +93,16 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
     Parameters
     ----------
     numerics : Numerics
-        Whose levels `counts` are of.
+        Numerics with the levels of `counts`.
     until : dict of str to float
         Relative total 95 % error of each named observable, at the worst speed, in the main column. Empty: the run ends
         with `most` members of its lowest level.
     most : int
         Members that a level may have.
     counts : tuple of int
-        Those that are there.
+        Existing members of each level.
     totals : callable
-        Gives values and estimate of an observable of a column from so many members.
+        Returns values and estimate of an observable and a column from these counts.
     """
     main = numerics.columns[-1]
     needed, following = list(counts), list(counts)
@@ -119,14 +119,14 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
                 lowest = numerics.rungs(column)[0]
                 times = most / max(wanted[lowest], 1)
                 wanted = {level: max(ceil(times * count), counts[level]) for level, count in wanted.items()}
-                wanted[lowest] = most  # also where nothing scatters
+                wanted[lowest] = most  # also without scatter
             for level, count in wanted.items():
                 needed[level] = max(needed[level], min(count, most))
                 following[level] = max(following[level], min(needed[level], 2 * counts[level]))
             if added is not None:
                 needed[added] = following[added] = min(LATER, most)
     lowest_of_main = numerics.rungs(main)[0]
-    for column in numerics.columns[:-1]:  # its lowest level has no more surfaces than that of the main column
+    for column in numerics.columns[:-1]:  # its lowest level has at most as many surfaces as the main column's
         lowest = numerics.rungs(column)[0]
         following[lowest] = max(min(following[lowest], following[lowest_of_main]), counts[lowest])
     errors, largest, unknown = _standing(of_main, until)
@@ -207,10 +207,10 @@ def _next_level(
 def _allocation(
     numerics: Numerics, column: str, values: Values, found: Estimate, counts: Counts, goal: Array
 ) -> dict[int, int]:
-    """Return by level the members that bring the statistical error, relative, to `goal`, (speeds,), with least work.
+    """Return the members by level that reach the relative statistical error `goal`, (speeds,), with the least work.
 
-    N_l = √(V_l/C_l) Σ √(V_k C_k) z²/goal², at the speed that wants most; V_l is the variance by a member, C_l its work.
-    z is that of the degrees of freedom which so many members have; if no level grows by it, of those which are there.
+    N_l = √(V_l/C_l) Σ √(V_k C_k) z²/goal², at the speed with the largest N_l; V_l is the variance of a member, C_l its
+    work. z is the quantile for the expected degrees of freedom; if it adds no member, for the present ones.
     """
     levels = {numerics.stream(level): level for level in numerics.of_column(column) if counts[level]}
     _, freedom = spread_of(values)
@@ -241,7 +241,7 @@ def work(numerics: Numerics, level: int) -> float:
 
 
 def _ended(until: dict[str, float], most: int, counts: Counts, largest: str, unknown: list[str]) -> str:
-    """Return why a run has ended that does not meet its targets."""
+    """Return the reason of the end of a run that misses its targets."""
     if until and not largest:
         return f"out of reach: errors of {' and '.join(unknown)} are unknown, and no level is left that shows them"
     if not until or max(counts) >= most:

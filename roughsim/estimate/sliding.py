@@ -1,8 +1,8 @@
 """Estimates of the column "sliding": the frozen contact, times the change by the histories of both bodies.
 
-The slide is of low cut-off and few members. But on the contacts of each member T_flash is known both ways, and their
-ratio scatters little and depends little on the cut-off. It is put onto the estimate of single contacts, which has all
-of C(q).
+The slide has a low cut-off and few members. But each member gives T_flash of its contacts both with their history and
+as frozen contacts. The ratio scatters little and depends little on the cut-off. It multiplies the estimate of single
+contacts, which includes all of C(q).
 """
 
 from dataclasses import replace
@@ -27,13 +27,13 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
     Parameters
     ----------
     observable : {"flash_temperature", "heat_partition", "contact_fraction"}
-        T_flash above the background of the moving body; its share of the heat; the area, that of single contacts.
+        T_flash above the background of the moving body; its share of the heat; the area of single contacts.
     single : Estimate
-        That of single contacts, with all the heat in the moving body.
+        Estimate of single contacts, with all the heat in the moving body.
     numbers : dict of str to ndarray
-        Those that slides store, (members, speeds); at least one member.
+        Numbers stored by slides, (members, speeds); at least one member.
     coarsening : float
-        Pixel of the coarser grid of each slide over that of its own; 1 without a coarser one: the error is unknown.
+        Ratio of pixels, coarser grid over own grid of a slide; 1 without a coarser grid: the error is unknown.
 
     Raises
     ------
@@ -91,8 +91,8 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
 def with_background(flash: Estimate, rows: Array) -> Estimate:
     """Return T₀ + T_flash of the moving body: `rows`, (members, speeds), are T₀ at the end of each slide, K.
 
-    T₀ depends on the slide only by the share of the heat, so its doubt is that of the share. A larger share warms both
-    parts, so the doubts add.
+    T₀ depends on the slide only by the share of the heat, and has its relative error. A larger share warms both parts,
+    so these errors add.
     """
     warm, error, scatter, _ = _mean_of(rows)
     budget = flash.budget | {

@@ -476,11 +476,11 @@ def test_notes_say_what_values_are_made_of(steel, resting, asked):
     for scene, column in ((steel, pairs), (resting, at_rest)):
         cut = notes(values_of(scene, "capped", NAME, column, continued=False))
         assert cut[1] == (
-            "where the bandwidth is unknown, the value of the highest q_c, and the change by the last step to it is "
+            "the bandwidth error is unknown: value of the highest q_c, and the change by the last step to it is "
             "part of the error"
         )
     one = notes(values_of(steel, "capped", NAME, pairs[:1]))
-    assert one[1] == "where the bandwidth is unknown, the value of the highest q_c"
+    assert one[1] == "the bandwidth error is unknown: value of the highest q_c"
     gradients = ladder(at_speeds(-9.0, -8.0), (1e5, 2e5), name=GRADIENT)
     endless = notes(values_of(steel, "capped", GRADIENT, gradients), GRADIENT)
     assert endless[1] == "does not converge with the grid: the value of the finest level, not extrapolated"
