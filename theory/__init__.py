@@ -19,7 +19,7 @@ Weight
     W = P[γ + (1 − γ)P²], γ explicit everywhere (the paper does not give it); γ = 1 is W = P, and a callable W(P, q)
     may stand in its place.
 
-Equation numbers are those of B.N.J. Persson, "Flash temperature in sliding contacts".
+Equation numbers follow B.N.J. Persson, "Flash temperature in sliding contacts".
 """
 
 from importlib import import_module
@@ -41,7 +41,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a module of the package when it is first asked for (PEP 562)."""
+    """Import a module of the package at its first use (PEP 562)."""
     if name not in __all__:
         raise AttributeError(f"module 'theory' has no attribute {name!r}")
     return import_module(f"theory.{name}")

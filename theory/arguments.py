@@ -82,7 +82,7 @@ def density(spectrum: Spectrum, wavenumber: Array, place: tuple[Array, Array] | 
     """Return `spectrum` at `wavenumber`; ValueError when it is not finite, negative, or of another shape.
 
     `place` is a break q_k at or below each wavenumber, and ln(q/q_k). It is handed to a spectrum with a method `above`:
-    close above a break q alone, a rounded number, does not say how far above the break it lies.
+    close above a break q alone, a rounded number, has lost its distance from the break.
     """
     above = getattr(spectrum, "above", None)
     result = spectrum(wavenumber) if place is None or above is None else above(wavenumber, *place)

@@ -36,7 +36,7 @@ def temperature(
     conductivity, diffusivity : float
         κ, W/(m K), and D, m²/s, of the body.
     breaks : sequence of float
-        Times, s, where a callable q̇ jumps or has kinks.
+        Times of the jumps and kinks of a callable q̇, s.
 
     Returns
     -------

@@ -29,8 +29,8 @@ _LIMITS = {
 def jaeger(peclet: ArrayLike) -> Array | float:
     """Mean temperature of a uniform square by Jaeger's two formulas: 0.946 when slow, 1.064 Pe^(−1/2) when fast.
 
-    Between them Jaeger gives curves; here the lesser counts, so the value is an upper bound and worst where they meet:
-    39 % too high at Pe = 1.26, 8.5 % at L = 5; beyond, the error falls to 0.
+    Between them Jaeger gives curves; here the lesser counts, so the value is an upper bound. Its error is
+    largest at their intersection: +39 % at Pe = 1.26, +8.5 % at L = 5; beyond, it falls to 0.
 
     Source: J.C. Jaeger, Proc. Roy. Soc. NSW 56, 203 (1942).
 
@@ -58,7 +58,7 @@ def archard(peclet: ArrayLike) -> Array | float:
     """Mean temperature of a uniform disc by Archard's regimes, Q̇ = πq̇R² the power.
 
     0.25 Q̇/κR for L < 0.1, 0.31 (Q̇/κR)(D/vR)^(1/2) for L > 5, and between them 0.25 α Q̇/κR with α from 0.85 at
-    L = 0.1 to 0.35 at L = 5, here straight in log L where Archard draws a curve. Errors: −7.5 % at rest, −24 % at
+    L = 0.1 to 0.35 at L = 5, here straight in log L in place of the curve of Archard. Errors: −7.5 % at rest, −24 % at
     Pe = 0.9, +4.6 % just above L = 5, 0.02 % when fast; it jumps at both bounds.
 
     Source: J.F. Archard, Wear 2, 438 (1959).

@@ -79,7 +79,7 @@ def odd_integral(a: Array) -> Array:
 def square_integral(a: Array) -> Array:
     """Return ∫₀^{π/2} (1 + a² cos²φ)^(−1/2) dφ = K(−a²) of checked ratios a = v/Dq: π/2 at rest, then ln(4|a|)/|a|."""
     h = np.hypot(1.0, a)
-    # K(−a²) = K(1 − 1/h²)/h; far beyond, where h² overflows, K(1 − 1/h²) is ln 4h to rounding
+    # K(−a²) = K(1 − 1/h²)/h; for large h, before h² overflows, K(1 − 1/h²) is ln 4h to rounding
     return np.asarray(np.where(h < 1e9, scipy.special.ellipkm1(np.minimum(h, 1e9) ** -2.0), np.log(4.0 * h)) / h)
 
 
@@ -142,7 +142,7 @@ def flash_temperature(
     friction_coefficient : float
         μ, dimensionless, > 0.
     conductivity, diffusivity : float
-        κ in W/(m K) and D in m²/s of the body whose temperature is meant.
+        κ in W/(m K) and D in m²/s of the body whose temperature is computed.
     effective_modulus : float
         E*, Pa. Not used with `stress_spectrum`.
     gamma : float or callable
@@ -300,7 +300,7 @@ def temperature_correlation(
     tracks along the direction of sliding; this is the mean over all directions of x − x′.
 
     `r` are distances ≥ 0 of any shape, m, and `speed` is one speed of either sign, m/s. Returns K² in the shape of `r`;
-    T_rms² at r = 0. Other parameters, errors: as `flash_temperature`; QuadratureError also where the integral with J₀
+    T_rms² at r = 0. Other parameters, errors: as `flash_temperature`; QuadratureError also if the integral with J₀
     does not reach its accuracy, 1e-11 of T_rms².
     """
     distance = not_negative_array("r", r, "m")

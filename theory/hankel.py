@@ -1,9 +1,9 @@
 """Integrals with J₀(qr), exact to rounding however often the Bessel function oscillates.
 
-A panel over which J₀ oscillates little more than once is summed over its Gauss nodes. Where the phase turns faster,
-the method of Levin applies: ∫ F J₀ dt is p₀J₀ + p₁J₁ between the ends, where p₀′ + rq′p₁ = F and
-p₁′ − rq′p₀ − (q′/q)p₁ = 0 have a solution as smooth as F, found by collocation at the nodes. Its cost does not grow
-with r.
+A panel over which J₀ oscillates little more than once is summed over its Gauss nodes. At a faster phase the
+method of Levin applies: ∫ F J₀ dt is p₀J₀ + p₁J₁ between the ends, with p₀′ + rq′p₁ = F and
+p₁′ − rq′p₀ − (q′/q)p₁ = 0. These have a solution as smooth as F, found by collocation at the nodes. The cost does not
+grow with r.
 (D. Levin, Math. Comp. 38 (1982) 531; J. Comput. Appl. Math. 67 (1996) 95.)
 """
 
@@ -44,14 +44,14 @@ def hankel_transform(panels: Panels, values: Array, distance: Array) -> Array:
         error = abs(result[place] - _transform(panels, values, float(r)))
         if not error <= TOLERANCE * whole:
             raise QuadratureError(
-                f"the integral with J₀(qr) at r = {r:.6g} m has the error {error / whole:.1e} of that at r = 0, above "
-                f"{TOLERANCE:.0e}; name the kinks of the spectrum in its breaks"
+                f"the integral with J₀(qr) at r = {r:.6g} m has the error {error / whole:.1e} of its value at r = 0, "
+                f"above {TOLERANCE:.0e}; name the kinks of the spectrum in its breaks"
             )
     return result
 
 
 def first_crossing(panels: Panels, values: Array, fraction: float) -> float:
-    """Return the smallest r, m, where the transform equals `fraction` of its value at r = 0."""
+    """Return the smallest r, m, at which the transform equals `fraction` of its value at r = 0."""
     q = panels.nodes()[0]
     whole = float((values @ WEIGHTS).sum())
     if whole == 0.0:

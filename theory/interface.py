@@ -3,7 +3,7 @@
 σ(x; q) is the pressure at x averaged over all roughness finer than q, d(σ; q) the mean gap that this roughness keeps
 at the local pressure σ. A wave of q, of height dh, meets that interface and the half-space in series:
 
-    δσ = κ dh,    1/κ = c + 2/(E*q),    c(σ; q) = −∂d/∂σ, the compliance of what is finer than q.
+    δσ = κ dh,    1/κ = c + 2/(E*q),    c(σ; q) = −∂d/∂σ, the compliance of the waves beyond q.
 
 The mean over one shell of waves, dv = 2π q C dq, gives two equations and nothing else:
 
@@ -11,7 +11,7 @@ The mean over one shell of waves, dv = 2π q C dq, gives two equations and nothi
     forwards from q_min     −∂P/∂v = ½ ∂²/∂σ² [κ² P],      P = δ(σ − σ₀) at q_min
 
 At q_max stand hard walls: c = 0 for 0 < σ < σ_P, and σ can reach neither wall before. P is the probability of the local
-pressure; its mean stays σ₀, and its variance grows by ⟨κ²⟩ dv. Where κ = E*q/2 everywhere this is Persson's diffusion.
+pressure; its mean stays σ₀, and its variance grows by ⟨κ²⟩ dv. For κ = E*q/2 everywhere this is Persson's diffusion.
 
 The pressures are σ = σ_P Φ(z) on a uniform grid of z, with a node at σ₀. There c = √v E/(σ_P φ(z)), and E is 1
 wherever roughness is stiff against the half-space; E obeys, with t = ln v and m = 2σ_P φ/(E*q √v),
@@ -32,7 +32,7 @@ from theory.arguments import Array, Spectrum, breaks_of, density
 
 _FURTHEST = 6.5  # of z on both sides: the pressures run from 4e-11 σ_P to σ_P less that
 # With half of _SPACING, of STEP and of the bins and angles of theory.scattering, T_flash of 91 contacts changes by .4 %
-# (rms; 1.1 % at most), g_σ(0) by .3 % (1.2 %), the contact area by .4 % (1.4 %); where q_max → ∞ g_σ(0) stays.
+# (rms; 1.1 % at most), g_σ(0) by .3 % (1.2 %), the contact area by .4 % (1.4 %); g_σ(0) stays for q_max → ∞.
 _SPACING = 0.2  # of z
 STEP = 0.25  # in ln v and ln q
 UNREACHED = 7.0  # standard deviations of the full-contact pressure above σ₀: no pressure is higher
@@ -48,7 +48,7 @@ class Diffusion:
     """The local pressure at each wavenumber; n wavenumbers, m pressures."""
 
     wavenumber: Array  # q, rad/m, rising, (n,)
-    variance: Array  # v, height variance of what is finer than q, m², (n,)
+    variance: Array  # v, height variance of the waves beyond q, m², (n,)
     pressure: Array  # σ, Pa, rising, (m,)
     stiffness: Array  # κ, Pa/m, (n, m)
     probability: Array  # of each pressure, (n, m); rows sum to 1, their mean is σ₀
@@ -69,7 +69,7 @@ def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float
     bell = np.exp(-(z**2) / 2) / sqrt(2 * pi)
     compliance = np.sqrt(variance)[:, None] * interface_law(z, variance, ramp)  # times σ_P φ
     stiffness = highest * bell / (ramp[:, None] * bell + compliance)
-    stiffness[:, [0, -1]] = 0.0  # the walls hold what has come to them
+    stiffness[:, [0, -1]] = 0.0  # the walls absorb
     rates = _rates(z, highest)
     growth = between_shells(stiffness**2, variance)
     probability = _spread(growth, rates, below)
@@ -86,7 +86,7 @@ def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Arr
     inner = np.exp(logs[:-1, None] + width[:, None] * (1 + share) / 2)
     power = 2 * pi * inner**2 * density(spectrum, inner) @ weights / 2 * width
     spread = sqrt(modulus**2 / 4 * float(np.sum(power * np.exp(2 * (logs[:-1] + width / 2)))))
-    end = np.array(breaks[-1:])  # and not exp(ln q_max): rounding may put that beyond C(q), where C = 0
+    end = np.array(breaks[-1:])  # and not exp(ln q_max): rounding may put it beyond C(q), at C = 0
     last = 2 * pi * float((end**2 * density(spectrum, end))[0]) * _SMOOTHED
     table = max(last, _SMOOTHED * power[-1]) + np.append(np.cumsum(power[::-1])[::-1], 0.0)
     finer = 1 + (_FIRST - 1) * (table[:-1] / table[0]) ** 2
@@ -97,7 +97,7 @@ def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Arr
 
 
 def interface_law(z: Array, variance: Array, ramp: Array) -> Array:
-    """Return E at each wavenumber and pressure, shape (variance, z): 1 where roughness is stiff, 0 in full contact.
+    """Return E at each wavenumber and pressure, shape (variance, z): 1 for stiff roughness, 0 in full contact.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def interface_law(z: Array, variance: Array, ramp: Array) -> Array:
 def _walls(z: Array, ramp: float) -> Array:
     """Return E of hard walls `ramp` apart, smoothed by waves of unit variance: an exact bed of springs.
 
-    Its tails, where E is up to 1.6, are cut to 1, that of stiff roughness, which the next waves lead to in any case.
+    Its tails, E up to 1.6, are cut to 1, the limit of stiff roughness, which the next waves lead to in any case.
     """
     x = np.concatenate([np.linspace(-9, 9, _FINE), np.linspace(-9, 9, _FINE) - ramp])
     if ramp > 18.0:

@@ -48,7 +48,7 @@ def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
     resting_conductivity, resting_diffusivity : float, optional
         The same of the resting body; None: as the moving one.
     rule : {"mean", "total"}
-        See above.
+        Equal T_flash of both bodies, steady; or equal T_flash + T₀ at the time `duration`.
     duration : float, optional
         Time since sliding began, s, for "total"; "mean" is steady and takes none.
 

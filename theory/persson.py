@@ -97,7 +97,7 @@ def wang_mueser(share: Array, wavenumber: Array) -> Array:
 
     Source: A. Wang and M.H. Müser, Tribology Letters 65(3) (2017), in the form that the public code
     PerssonModelFudgeFactor (Persson_LE_SE_WM17) gives it. There P follows from the stress spectrum so weighted; here,
-    as everywhere in this package, from that of full contact.
+    as everywhere in this package, from full contact.
 
     Parameters
     ----------
@@ -160,9 +160,9 @@ def correlation_radius(
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
 ) -> float:
-    """Smallest distance where g_σ(r) = `fraction` · g_σ(0), m; `fraction` = 0 is the first zero.
+    """Smallest distance r with g_σ(r) = `fraction` · g_σ(0), m; `fraction` = 0 is the first zero.
 
-    At `fraction` = α, 0.1 say, it is the effective diameter of the macroasperity contacts (Sec. 2, after Eq. 2).
+    At `fraction` = α, e.g. 0.1, it is the effective diameter of the macroasperity contacts (Sec. 2, after Eq. 2).
 
     Parameters, errors: as `pressure_correlation`; `fraction` from 0 up to, not including, 1.
     """
@@ -317,5 +317,5 @@ def _stress_of(
         whole = pi / 2 * modulus**2 * q**3 * density(spectrum, q, panels.place())
         return whole * weight(probability(half, pressure), q, gamma)
 
-    layers = table.layers(pressure**2 / (pi * modulus**2))  # G = σ₀²/4, where P = erf(1)
+    layers = table.layers(pressure**2 / (pi * modulus**2))  # at G = σ₀²/4, P = erf(1)
     return quadrature.graded(quadrature.panels_between(breaks_of(spectrum)), layers), stress

@@ -37,7 +37,7 @@ __all__ = [
     "yield_wavenumber",
 ]
 
-_MILESTONES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 70.0)  # g where the smoothing bends: breaks that help piecewise rules
+_MILESTONES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 70.0)  # g, bends of the smoothing: breaks that help piecewise rules
 _BLOCK = 65536  # wavenumbers at a time: stays in the cache
 
 
@@ -100,8 +100,8 @@ class SmoothedSpectrum:
     """C_sm(q) = [1 − (A_pl/A_pl0)⁶] C(q), m⁴, as made by `smoothed_spectrum`. Eq. (27).
 
     Equal and equally hashed when all physical arguments (`spectrum`, `effective_modulus`, `nominal_pressure` and
-    `penetration_hardness`, Pa) are; `breaks` are those of `spectrum` and those where the
-    smoothing bends.
+    `penetration_hardness`, Pa) are; `breaks` are the breaks of `spectrum` and the bends of
+    the smoothing.
     """
 
     spectrum: Spectrum
@@ -120,7 +120,7 @@ class SmoothedSpectrum:
                 f"penetration_hardness = {self.penetration_hardness:.6g} Pa: the surface has yielded within a relative "
                 f"width of 1e-16 above its smallest wavenumber, {ends[0]:.6g} rad/m, so no wave of it is left; raise "
                 "penetration_hardness or lower the roughness or the modulus; check the units of the roughness, too: "
-                "C(q) is in m⁴, where µm⁴ is 1e-24"
+                "C(q) is in m⁴, and 1 µm⁴ is 1e-24 m⁴"
             )
         inner = [q for q in bends if ends[0] < q < ends[-1]]
         object.__setattr__(self, "breaks", tuple(sorted({*ends.tolist(), *inner})))
@@ -135,14 +135,14 @@ class SmoothedSpectrum:
         return np.asarray(density(self.spectrum, wavenumber) * result.reshape(wavenumber.shape))
 
     def above(self, q: Array, start: Array, rise: Array) -> Array:
-        """Return C_sm at q = start·e^rise, rad/m, elementwise, m⁴: exact also where a layer above q_min yields at once.
+        """Return C_sm at q = start·e^rise, rad/m, elementwise, m⁴: exact also if a layer above q_min yields at once.
 
         `start` lies within the breaks, and no break of the unsmoothed spectrum between it and q.
         """
         return np.asarray(density(self.spectrum, q, (start, rise)) * self._remaining(self._table.above(start, rise)))
 
     def _remaining(self, integral: Array) -> Array:
-        """Return the factor of Eq. (27) where ∫ q³ C dq has risen to `integral`."""
+        """Return the factor of Eq. (27) at ∫ q³ C dq = `integral`."""
         s, rest, _ = shares(self.nominal_pressure, self.penetration_hardness)
         return smoothing(s, rest, self._rate() * integral)
 
@@ -179,7 +179,7 @@ def smoothed_spectrum(
 
 
 def smoothing(s: float, rest: float, g: Array) -> Array:
-    """Return 1 − (A_pl/s)⁶ with `rest` = 1 − s, to its own relative accuracy: also where it vanishes."""
+    """Return 1 − (A_pl/s)⁶ with `rest` = 1 − s, to its own relative accuracy, also near 0."""
     missing = np.empty(g.shape)
     early = g < SWITCH
     missing[early] = _missing_early(s, rest, g[early])
@@ -189,7 +189,7 @@ def smoothing(s: float, rest: float, g: Array) -> Array:
 
 
 def _missing_early(s: float, rest: float, g: Array) -> Array:
-    """Return δ from the images; near full yield they are taken about s = 1, where δ is proportional to `rest`."""
+    """Return δ from the images; near full yield they are taken about s = 1, since δ is proportional to `rest` there."""
     if s <= 0.5:
         return np.asarray(1 - images(s, rest, g) / s)
     later = sum(erfc_drop(2 * k - rest, rest, g) for k in range(1, IMAGES // 2 + 1))

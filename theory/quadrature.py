@@ -1,7 +1,7 @@
 """Integrals over wavenumber: Gauss panels between the breaks, refined until two resolutions agree.
 
 A piece between two breaks q_k < q_{k+1} is mapped by ln q = ln q_k + y² ln(q_{k+1}/q_k), 0 ≤ y ≤ 1. The square
-opens up the boundary layer just above a break where the roughness sets in: there P falls as (q − q_k)^(−1/2), so its
+opens up the boundary layer just above the break at the onset of roughness: there P falls as (q − q_k)^(−1/2), so its
 integral is smooth in y, however thin the layer.
 """
 
@@ -106,7 +106,7 @@ class Panels:
 
 
 def extents(lower: Array, upper: Array) -> Array:
-    """Return ln(upper/lower), to its own relative accuracy also where the two are nearly equal."""
+    """Return ln(upper/lower), to its own relative accuracy also for nearly equal bounds."""
     return np.asarray(np.log1p((upper - lower) / lower))
 
 
@@ -146,7 +146,7 @@ def refine(integrands: Integrands, panels: Panels, *, running: bool = False) -> 
     integrands : callable
         Takes panels to the integrands with respect to t at their nodes, shape (integrands, panels, NODES), ≥ 0.
     panels : Panels
-        Where to start.
+        The first panels.
     running : bool
         Measure the error against the integral from the first break up to the panel, not against the whole.
 
@@ -265,7 +265,7 @@ class Primitive:
         return np.asarray(total)
 
     def inverse(self, value: float) -> float:
-        """Return the lowest wavenumber where the integral reaches `value` ≥ 0, rad/m; ∞ if it never does."""
+        """Return the lowest wavenumber at which the integral reaches `value` ≥ 0, rad/m; ∞ if it never does."""
         last = np.array([self.panels.start.size - 1])
         if value > float(self._within(last, self.panels.stop[last])[0]):
             return float("inf")
@@ -281,7 +281,7 @@ class Primitive:
         return float(self.panels.take(index).at((start + fraction * (stop - start))[:, None])[0][0, 0])
 
     def layers(self, value: float) -> list[tuple[float, float]]:
-        """Return (piece, y) above each break where the integral has risen to `value`, or doubled, if within a panel.
+        """Return (piece, y) above each break at which the integral reaches `value`, or doubles, if within a panel.
 
         The weight P of the stress falls from there on. A layer thinner than a panel is not seen by its nodes: cut the
         panel there.
@@ -301,7 +301,7 @@ Density = Callable[[Array, tuple[Array, Array]], Array]
 def primitive(density: Density, breaks: Array) -> Primitive:
     """Return the integral of a density ≥ 0 from the first of `breaks` up to any q.
 
-    It is called with wavenumbers and where they lie in their pieces, see `Panels.place`.
+    It is called with wavenumbers and their places in the pieces, see `Panels.place`.
 
     Raises
     ------

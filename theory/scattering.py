@@ -28,7 +28,7 @@ _BELOW = 1.0  # e-folds below q_min down to which sidebands are resolved; below 
 _ABOVE = 2.5  # and above q_max
 _FURTHER = 20  # bins above q that the sums of waves up to q can reach
 _LAST = 1e-4  # of the sidebands is cut off at the upper end
-_FAINT = 1e-2  # the least weight of a bin of sidebands, those that hardly a wave reaches
+_FAINT = 1e-2  # the least weight of a bin of sidebands, for bins that hardly a wave reaches
 _NOTHING = 1e-14  # of the largest variance of a bin: full contact has no sidebands, but they have a logarithm
 
 
@@ -59,7 +59,7 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     square = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness**2))
     uneven = np.diff(stiffness_variance(diffusion, x, logs), axis=1)  # V(q, k), k in the same shells
     whole = mean**2 + uneven.sum(axis=1)
-    own = mean**2 / whole  # before the response g, coherent part and sidebands add up to what has grown
+    own = mean**2 / whole  # before the response g, coherent part and sidebands add up to the growth
     grid = np.arange(x[0] - _BELOW, x[-1] + _ABOVE, BIN)
     sides = beside(x, own, uneven / whole[:, None], grid)
     soft = np.maximum(mean / square - 2 / (modulus * q), 0.0)[:, None]
@@ -95,12 +95,12 @@ def beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
     result = np.zeros((x.size, count))
     for i in range(x.size):
         end = min(low[i] + _FURTHER, count)  # hardly a sum of waves up to q is longer
-        # waves of the shell itself are modulated as those of the shell before
+        # waves of the shell itself are modulated like the waves of the shell before
         waves = share[i, :i] @ lies[:i, :end] + share[i, i] * lies[max(i - 1, 0), :end]
         for bin_of_q, weight in ((low[i], 1 - part[i]), (low[i] + 1, part[i])):
             start = count - bin_of_q
             result[i, :end] += weight * (waves @ table[start : start + end, start : start + end])
-        result[i, 0] += waves.sum() - result[i].sum()  # what has fallen below the grid
+        result[i, 0] += waves.sum() - result[i].sum()  # the part below the grid
         lies[i] = own[i] * lies[i] + result[i]
     return result
 

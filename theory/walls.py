@@ -1,4 +1,4 @@
-"""The pressure between two absorbing walls: how much of it has been lost, has yielded, or is still between.
+"""Diffusion of the pressure between two absorbing walls: shares without contact, in plastic and in elastic contact.
 
 The pressure diffuses, as roughness is added, from σ₀ between absorbing walls at 0 (contact lost) and σ_P (yielded).
 With s = σ₀/σ_P, g = G/σ_P² and w = 1/2√g, the share that has reached σ_P, the plastic area, is
@@ -9,7 +9,7 @@ the share that has reached 0 is the same with 1 − s for s, and the elastic res
 
     erf(sw) + Σ_{j≥1} (−1)^j [erfc((j−s)w) − erfc((j+s)w)]  =  (4/π) Σ_{n odd} sin(nπs)/n · exp(−n²π²g).
 
-Images (left) and modes (right) are used where they converge fast; no digits are lost to cancellation in either.
+Images (left) and modes (right) are used in their ranges of convergence; no digits are lost to cancellation in either.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def yield_wavenumber(
     penetration_hardness: float,
     elastic_share: float = 0.01,
 ) -> float:
-    """Wavenumber q_y up to which roughness must be seen for A_el/(A_el + A_pl) to fall to `elastic_share`, rad/m.
+    """Wavenumber q_y, rad/m: with roughness up to q_y, A_el/(A_el + A_pl) is `elastic_share`.
 
     Parameters, errors: as `smoothed_spectrum`; `elastic_share` between 0 and 1.
 
@@ -156,7 +156,7 @@ def images(s: float, rest: float, g: Array) -> Array:
 
 
 def erfc_drop(near_side: float, s: float, g: Array) -> Array:
-    """Return erfc(near_side/2√g) − erfc((near_side + 2s)/2√g); by quadrature where the two are nearly equal."""
+    """Return erfc(near_side/2√g) − erfc((near_side + 2s)/2√g); by quadrature if the two are nearly equal."""
     centre = near_side + s
     result = _erfc_ratio(near_side, g) - _erfc_ratio(centre + s, g)
     near = centre * s < g

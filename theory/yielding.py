@@ -2,8 +2,8 @@
 
 The waves put their pressure at their own wavenumber and beside it, `theory.scattering`. Beyond the sums of two waves,
 from ONSET q_max on, the edges of the contacts make a tail: q⁻³ of a step up to the width of its rim, q⁻⁴ beyond. It has
-the share EDGE of the sidebands above q_max. It also has what is missing from M₁ = σ₀σ_P − σ₀², the variance of contact
-which has all yielded, but for the part exp(−D/(RIM σ_P²)) of that, where D is the variance of full contact. The fourth
+the share EDGE of the sidebands above q_max. It also has the difference to M₁ = σ₀σ_P − σ₀², the variance of contact
+which has all yielded, times 1 − exp(−D/(RIM σ_P²)), with D the variance of full contact. The fourth
 constant is the ANSWER of the half-space. Elastic contact is the limit σ_P → ∞: there the tail is q⁻⁴, and nothing is
 missing. docs/yielding.md derives all of it.
 """
@@ -39,12 +39,12 @@ _SHARE = (0.005, 0.6)  # σ₀/σ_P
 _BAND = (2.0, inf)  # q_max/q_min
 _PLATEAU = (1.0, 16.0)  # q_r/q_min, with q²C largest at q_r
 _HURST = (0.3, 1.0)  # H of C ~ q^(−2−2H) from q_r to q_max
-_YIELDED = (0.25, 8.0)  # q_y/q_r where all has yielded at q_max
-_YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
+_YIELDED = (0.25, 8.0)  # q_y/q_r if all has yielded at q_max
+_YIELDING = (1.0, 32.0)  # q_max/q_r if not
 GAPS = (0.0, 1.5)  # octaves of waves whose part of G is below FAINT of the part of waves on both sides
 FAINT = 0.1
 # the range of the elastic contacts
-_ELASTIC_LOAD = (0.002, inf)  # σ₀/(E*h′): up to full contact, where the law is exact
+_ELASTIC_LOAD = (0.002, inf)  # σ₀/(E*h′): up to full contact, for which the law is exact
 _ELASTIC_BAND = (3.7, inf)  # q_max/q_min
 _ELASTIC_END = (1.0, 64.0)  # q_max/q_r
 _ELASTIC_GAPS = (0.0, 0.5)  # octaves: none with wider gaps was compared
@@ -93,14 +93,14 @@ def stress_spectrum(
     Returns
     -------
     YieldingSpectrum
-        |σ_q|² in Pa² m², with `breaks` beyond both ends of C(q). Where no pressure reaches σ_P, which lies seven
+        |σ_q|² in Pa² m², with `breaks` beyond both ends of C(q). If no pressure reaches σ_P, which lies seven
         standard deviations of full contact away, it is `persson.calibrated_spectrum`.
 
     Raises
     ------
     TypeError, ValueError
         If an argument is not real, finite and of the right sign, σ₀ > σ_P, or the contact lies outside the range that
-        was compared with boundary-element contacts: the message names what does.
+        was compared with boundary-element contacts; the message names the quantity.
     """
     modulus = positive("effective_modulus", effective_modulus, "Pa")
     _, _, hardness = shares(nominal_pressure, penetration_hardness)
@@ -164,8 +164,8 @@ def _check_range(spectrum: Spectrum, modulus: float, pressure: float, hardness: 
     for name, (value, (least, most)) in compared.items():
         if not least * (1 - 1e-3) <= value <= most * (1 + 1e-3):
             raise ValueError(
-                f"{name} = {value:.3g} lies outside {least:g} … {most:g}, where the calibrated law was compared with "
-                "contacts; use the paper's weight for it"
+                f"{name} = {value:.3g} lies outside {least:g} … {most:g}, the range of the contacts behind the "
+                "calibrated law; use the paper's weight for it"
             )
 
 
@@ -174,7 +174,7 @@ class YieldingSpectrum:
     """|σ_q|² in Pa² m², a callable with `breaks`, by `plasticity.stress_spectrum` or `persson.calibrated_spectrum`.
 
     `breaks` reach from q_min/1000 to 1000 q_max: unevenness of the contact makes stress on both sides of C(q).
-    `contact_fraction` A/A₀ and `plastic_fraction` A_pl/A₀ are shares of the nominal area: those of a pressure that
+    `contact_fraction` A/A₀ and `plastic_fraction` A_pl/A₀ are shares of the nominal area, of a pressure that
     diffused between absorbing walls at 0 and σ_P until it had the variance of this spectrum. At σ_P = ∞ contact is
     elastic.
     """
@@ -271,7 +271,7 @@ def edges(x: Array, rim: float) -> Array:
     return np.asarray(x**-3 / (1 + (ONSET / x) ** 8) * (1 + rim) / (x + rim))
 
 
-@lru_cache(maxsize=64)  # of one contact both areas are asked for
+@lru_cache(maxsize=64)  # both areas of one contact use one solution
 def _area_fractions(share: float, variance: float) -> tuple[float, float]:
     """Return A_el/A₀ and A_pl/A₀ of a pressure between absorbing walls that has the `variance`, over σ_P²."""
     _, left, plastic = area_fractions(half_variance_of(share, variance), share, 1.0)

@@ -168,7 +168,7 @@ def test_a_surface_that_never_yields_so_far_says_so(surface):
 
 
 def test_a_surface_that_has_yielded_everywhere_is_refused_with_the_units_to_check(surface):
-    with pytest.raises(ValueError, match=r"no wave of it is left.*C\(q\) is in m⁴, where µm⁴ is 1e-24"):
+    with pytest.raises(ValueError, match=r"no wave of it is left.*C\(q\) is in m⁴, and 1 µm⁴ is 1e-24 m⁴"):
         plasticity.smoothed_spectrum(surface, effective_modulus=1e30, nominal_pressure=9e7, penetration_hardness=1e9)
 
 

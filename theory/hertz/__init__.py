@@ -1,7 +1,7 @@
 """Moving circular Hertz source of heat, exact at any speed (Sec. 3 and Appendix A), beside the disc and the square.
 
 The flux q̇₁ √(1 − r²/R²) moves along +x over a half-space. Temperatures are in units of q̇₁R/κ, lengths of R, and
-Pe = vR/D; the wake lies at x < 0, where the Appendix has its x > 0. For the uniform disc q̇₁ is its flux, for the
+Pe = vR/D; the wake lies at x < 0 (at x > 0 in the Appendix). For the uniform disc q̇₁ is its flux, for the
 uniform square R is half its side.
 """
 

@@ -17,7 +17,7 @@ _COARSE = leggauss(POINTS.size - 3)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rule:
-    """Nodes and weights of an integral, and those of a coarser one on the same panels."""
+    """Nodes and weights of an integral, with a coarser set on the same panels."""
 
     nodes: Array
     weights: Array

@@ -15,7 +15,7 @@ _FAR = 6.0  # from here on series: the closed forms cancel
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """Limit of the Hertz source: multiply by Pe^(−1/2) what is a temperature, a gradient or a Laplacian when fast.
+    """Limit of the Hertz source: when fast, temperatures, gradients and Laplacians are times Pe^(−1/2).
 
     Temperatures in q̇₁R/κ, the gradient in q̇₁/κ, the Laplacian in q̇₁/κR, lengths in R; `hottest_point` is x < 0.
     `flash_temperature`, `mean_temperature` and `max_temperature` are Eqs. (14), (16) and (15), `flash_gradient` and
@@ -144,5 +144,5 @@ def _far_wake(t: Array) -> Array:
 
 
 def _below_one(m: Array) -> Array:
-    """Keep K(m) finite where its factor vanishes."""
+    """Keep K(m) finite at m = 1, the zero of its factor."""
     return np.minimum(m, np.nextafter(1.0, 0.0))

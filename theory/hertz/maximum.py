@@ -44,7 +44,7 @@ def max_temperature(peclet: ArrayLike) -> Array | float:
 
 
 def hottest_point(peclet: ArrayLike) -> Array | float:
-    """Where the Hertz contact is hottest, x/R: behind the centre, x < 0 for Pe > 0. To about 1e-7.
+    """Position x/R of the highest temperature of the Hertz contact: behind the centre, x < 0 for Pe > 0. To about 1e-7.
 
     Parameters, errors: as `max_temperature`.
     """
@@ -57,7 +57,7 @@ def disc_max_temperature(peclet: ArrayLike) -> Array | float:
 
 
 def disc_hottest_point(peclet: ArrayLike) -> Array | float:
-    """Where a uniform moving disc is hottest, x/R. Parameters, errors: as `max_temperature`."""
+    """Position x/R of the highest temperature of a uniform moving disc. Parameters, errors: as `max_temperature`."""
     return _hottest(peclet, _disc_line, DISC_FAST.max_temperature, DISC_FAST.hottest_point)[1]
 
 
@@ -70,7 +70,7 @@ def square_max_temperature(peclet: ArrayLike) -> Array | float:
 
 
 def square_hottest_point(peclet: ArrayLike) -> Array | float:
-    """Where a uniform square is hottest, x/l. Parameters, errors: as `max_temperature`."""
+    """Position x/l of the highest temperature of a uniform square. Parameters, errors: as `max_temperature`."""
     return _hottest(peclet, _square_line, SQUARE_FAST.max_temperature, SQUARE_FAST.hottest_point)[1]
 
 

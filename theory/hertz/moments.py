@@ -24,7 +24,7 @@ _BLOCK = 64  # Péclet numbers at a time: bounds the memory
 
 
 def _over_distance() -> Rule:
-    """Return a rule for 0 ≤ r ≤ 2: graded towards 0, and with r = 2 − w² near 2, where g has powers of √(2 − r)."""
+    """Return a rule for 0 ≤ r ≤ 2: graded towards 0, and with r = 2 − w² near 2, for the powers of √(2 − r) of g."""
     near = rule(towards_zero(1e-33, 1.0))
     return near.joined(rule(np.array([0.0, 0.5, 1.0])).mapped(lambda w: 2 - w**2, lambda w: 2 * w))
 
