@@ -1,5 +1,6 @@
 """Executors that compute the members of a run: this process, a pool of worker processes, or one of the caller."""
 
+import os
 import signal
 import threading
 import warnings
@@ -90,7 +91,7 @@ class Workers(AbstractContextManager["Workers"]):
         self._member = member
 
     def executor(self) -> Executor:
-        """Return the executor: the same one until it breaks."""
+        """Return the executor: the same one until it breaks; BrokenExecutor if its workers cannot start."""
         if self._given is not None:
             return self._given
         if self.in_process:
@@ -102,6 +103,10 @@ class Workers(AbstractContextManager["Workers"]):
             self._pool = ProcessPoolExecutor(
                 self.count, context, _begin_worker, (receiver, self._begun, text.notes_are_shown)
             )
+            # A script without a guard calls `run` again in each worker, which would wait for the claims of this
+            # process. So no member is claimed before all workers have imported the script.
+            for started in [self._pool.submit(os.getpid) for _ in range(self.count)]:
+                started.result()
         return self._pool
 
     def replace_broken(self, error: Exception) -> None:

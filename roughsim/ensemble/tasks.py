@@ -123,6 +123,8 @@ class Tasks:
 
     def _work(self, workers: Workers) -> None:
         """Keep an executor busy until all runs have ended."""
+        if not self.unfinished:
+            return
         executor = workers.executor()
         pending: dict[Future[str], Assignment] = {}
         try:
