@@ -1,5 +1,8 @@
-"""Scenes small enough to run in a test."""
+"""Scenes small enough to run in a test, and the conditions that several tests set for them."""
 
+import contextlib
+import importlib
+import sys
 from dataclasses import replace
 
 import pytest
@@ -7,6 +10,7 @@ from slide_cases import sliding_scene
 from small_scene import CAPPED
 
 import roughsim as rs
+from roughsim.machine import Limit
 from roughsim.scene import parse_scene
 
 # σ₀ ≥ 11 √G: full contact, where W = 1 to rounding and every mode sum is exact
@@ -86,3 +90,63 @@ def drawn(monkeypatch):
     figures = []
     monkeypatch.setattr(style, "save", lambda figure, path: figures.append(figure))
     return figures
+
+
+@pytest.fixture
+def no_pictures(monkeypatch):
+    """Pages without pictures, which take their time and are looked at in one test."""
+    from roughsim import report
+    from roughsim.show.markup import tag
+
+    monkeypatch.setattr(report, "picture", lambda draw, ending, caption: tag("figure", caption))
+
+
+@pytest.fixture
+def in_tmp_path(tmp_path):
+    """The test runs in its own folder."""
+    with contextlib.chdir(tmp_path):
+        yield
+
+
+@pytest.fixture
+def soon(monkeypatch):
+    """Short times, so that the end of a process is noticed within a test."""
+    monkeypatch.setattr("roughsim.store.claims.LEASE", 0.3)
+    monkeypatch.setattr("roughsim.store.claims.RENEWAL", 0.03)
+    monkeypatch.setattr("roughsim.ensemble.tasks.PAUSE", 0.01)
+
+
+@pytest.fixture
+def failing(monkeypatch):
+    """Contact solves that do not converge: `failing(which)` chooses them by their problem."""
+    from roughsim.ensemble import workers
+
+    genuine = workers.solve_problem
+
+    def solves_fail(which):
+        def solve(problem, *rest):
+            if which(problem):
+                raise rs.ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
+            return genuine(problem, *rest)
+
+        monkeypatch.setattr(workers, "solve_problem", solve)
+
+    return solves_fail
+
+
+@pytest.fixture
+def memory(monkeypatch):
+    """A machine with so many bytes of memory: `memory(amount)`."""
+
+    def limited(amount):
+        for name in ("machine", "untrusted", "bench", "planning.reasons", "ensemble.executors", "results.folder"):
+            module = importlib.import_module(f"roughsim.{name}")
+            monkeypatch.setattr(module, "available_memory", lambda: Limit(amount, "limit of the test"))
+
+    return limited
+
+
+@pytest.fixture
+def without(monkeypatch):
+    """An environment that lacks a package: `without(name)`."""
+    return lambda name: monkeypatch.setitem(sys.modules, name, None)

@@ -178,17 +178,8 @@ def test_the_readme_lists_the_verbs_that_there_are():
     assert set(re.findall(r"^\| `roughsim (\w+)", readme, re.MULTILINE)) == verbs
 
 
-def test_too_many_failures_make_the_exit_code_tell(capsys, tmp_path, quick, monkeypatch):
-    from roughsim import ConvergenceError
-    from roughsim.ensemble import workers
-
-    def fails(*_, **__):
-        raise ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
-
-    genuine = workers.solve_problem
-    monkeypatch.setattr(
-        workers, "solve_problem", lambda problem, *_: fails() if problem.index == 1 else genuine(problem)
-    )
+def test_too_many_failures_make_the_exit_code_tell(capsys, tmp_path, quick, failing):
+    failing(lambda problem: problem.index == 1)
     (tmp_path / "scene.toml").write_text(quick.to_toml())
     words = ("run", tmp_path / "scene.toml", "-o", tmp_path / "run", "--workers", 1, "--max", 3)
     code, _, err = inside(capsys, *words)

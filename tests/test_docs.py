@@ -134,15 +134,13 @@ def run_page(page, capped_run):
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page) and not is_slow(page)], ids=name)
-def test_every_example_runs(page, tmp_path, monkeypatch, capped_run):
-    monkeypatch.chdir(tmp_path)
+def test_every_example_runs(page, in_tmp_path, capped_run):
     run_page(page, capped_run)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [page for page in PAGES if is_slow(page)], ids=name)
-def test_every_slow_example_runs(page, tmp_path, monkeypatch, capped_run):
-    monkeypatch.chdir(tmp_path)
+def test_every_slow_example_runs(page, in_tmp_path, capped_run):
     run_page(page, capped_run)
 
 

@@ -32,9 +32,8 @@ def test_the_pages_that_a_notebook_names_exist(path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_every_cell_of_a_notebook_runs(path, tmp_path, monkeypatch):
+def test_every_cell_of_a_notebook_runs(path, in_tmp_path):
     pytest.importorskip("IPython")
-    monkeypatch.chdir(tmp_path)
     names = {}
     for cell in cells(path):
         if cell["cell_type"] == "code":

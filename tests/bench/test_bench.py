@@ -12,7 +12,6 @@ from roughsim import bench as measurements
 from roughsim import cli
 from roughsim.bench import bench, bench_dict
 from roughsim.charts.error_over_cost import Point, error_over_cost_chart, front, panels
-from roughsim.machine import Limit
 
 
 def point(error, seconds, method="a"):
@@ -208,8 +207,8 @@ def test_a_scene_at_rest_has_no_flash_temperature_to_measure():
         bench(still, numerics=numerics)
 
 
-def test_grids_that_the_memory_does_not_hold_are_refused_before_any_work(monkeypatch):
+def test_grids_that_the_memory_does_not_hold_are_refused_before_any_work(memory):
     scene, numerics = small()
-    monkeypatch.setattr(measurements, "available_memory", lambda: Limit(9.8e6, "here"))  # 256² × 120 B / 0.8 = 9.83e6
+    memory(9.8e6)  # 256² × 120 B / 0.8 = 9.83e6
     with pytest.raises(rs.ResolutionError, match=r"memory = 0.00786 GB \(a grid 4 times as fine as planned\) exceeds"):
         bench(scene, numerics=numerics)

@@ -223,17 +223,8 @@ def test_a_run_that_goes_on_may_keep_more_fields(quick, tmp_path):
     assert rs.run(quick, tmp_path / "run", numerics=most, max_realizations=4).kept(0) == [0, 1, 3]
 
 
-def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, monkeypatch):
-    from roughsim.ensemble import workers
-
-    genuine = workers.solve_problem
-
-    def some_fail(problem, *rest):
-        if problem.index == 1:
-            raise rs.ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
-        return genuine(problem, *rest)
-
-    monkeypatch.setattr(workers, "solve_problem", some_fail)
+def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, failing):
+    failing(lambda problem: problem.index == 1)
     run = rs.run(quick, tmp_path / "run", max_realizations=4)
     assert (run.realizations, run.failed) == (4, 1)
     assert run.estimate("flash_temperature").n == 3

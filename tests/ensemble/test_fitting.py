@@ -17,12 +17,11 @@ from roughsim.show import text
 
 
 @pytest.fixture
-def job(monkeypatch):
+def job(monkeypatch, memory):
     """A job with so many cores and GB."""
 
-    def of(cores, memory):
-        for module in (reasons, executors):
-            monkeypatch.setattr(module, "available_memory", lambda: Limit(1e9 * memory, "limit of the test"))
+    def of(cores, gigabytes):
+        memory(1e9 * gigabytes)
         for module in (reasons, executors):
             monkeypatch.setattr(module, "usable_cores", lambda: Limit(cores, "cores of the test"))
 

@@ -80,15 +80,8 @@ def test_the_mean_is_that_of_the_lowest_level_times_ratios_of_each_step(run):
     assert np.sign(by_hand) == np.sign(partner)
 
 
-def test_a_failed_solve_of_either_level_is_the_failure_of_the_member(capped_scene, numerics, tmp_path, monkeypatch):
-    genuine = workers.solve_problem
-
-    def some_fail(problem, *rest):
-        if problem.grid.shape == (32, 32) and problem.index == 1:
-            raise rs.ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
-        return genuine(problem, *rest)
-
-    monkeypatch.setattr(workers, "solve_problem", some_fail)
+def test_a_failed_solve_of_either_level_is_the_failure_of_the_member(capped_scene, numerics, tmp_path, failing):
+    failing(lambda problem: problem.grid.shape == (32, 32) and problem.index == 1)
     run = rs.run(capped_scene, tmp_path / "run", numerics=numerics, max_realizations=3)
     member = stored(run, STEP, 1)
     assert "stalled" in member.failure

@@ -59,17 +59,8 @@ def test_a_run_reports_the_mean_at_the_mean_peak_volume(scene, tmp_path):
     assert found.finest[2] == pytest.approx(at_mean(hot, stored).mean() * above / below, rel=1e-9)
 
 
-def test_failed_members_take_no_part(scene, tmp_path, monkeypatch):
-    from roughsim.ensemble import workers
-
-    solve = workers.solve_problem
-
-    def fails(problem, *rest):
-        if (problem.stream, problem.index) == (0, 2):
-            raise rs.ConvergenceError("residual = 1 exceeds 1e-4", residual=1.0, iterations=10)
-        return solve(problem, *rest)
-
-    monkeypatch.setattr(workers, "solve_problem", fails)
+def test_failed_members_take_no_part(scene, tmp_path, failing):
+    failing(lambda problem: (problem.stream, problem.index) == (0, 2))
     run = rs.run(scene, tmp_path / "run")
     assert run.failed == 1
     rows = [i for i in range(COUNT) if i != 2]

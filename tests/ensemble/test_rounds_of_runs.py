@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.ensemble import tasks
 from roughsim.ensemble.run import begin
 from roughsim.estimate.rounds import Verdict
 from roughsim.results import means
@@ -116,8 +115,3 @@ def test_a_process_whose_round_others_complete_computes_ahead(two_levels, tmp_pa
     for key in ((0, 5), (1, 3)):
         mine, theirs = (read_member(member_path(one.folder, *key)).numbers for one in (run, whole))
         assert all((mine[name] == theirs[name]).all() for name in theirs)
-
-
-@pytest.fixture
-def soon(monkeypatch):
-    monkeypatch.setattr(tasks, "PAUSE", 0.01)

@@ -111,11 +111,8 @@ def test_the_numbers_for_machines_are_those_of_rounds_and_estimates(running):
     assert found["speed"] == [0.0, 0.1, 35.0]
 
 
-def test_a_run_without_a_sound_member_ends_and_says_so(quick, tmp_path, monkeypatch):
-    def fails(*_):
-        raise rs.ConvergenceError("contact solve stalled", 0.1, 7)
-
-    monkeypatch.setattr("roughsim.ensemble.workers.solve_problem", fails)
+def test_a_run_without_a_sound_member_ends_and_says_so(quick, tmp_path, failing):
+    failing(lambda problem: True)
     scene = replace(quick, ensemble=replace(quick.ensemble, max_realizations=2, until=()))
     _, state, failed = status.status_lines(rs.run(scene, tmp_path / "run"))
     assert state == "2 realizations, 2 members; finished: no contact of its lowest level has converged"

@@ -1,5 +1,6 @@
 """Executors of a run: workers that die, that outlive their parent, other machines, and signals."""
 
+import contextlib
 import multiprocessing
 import os
 import re
@@ -127,11 +128,11 @@ class Elsewhere(Executor):
         return future
 
 
-def test_workers_that_started_elsewhere_write_into_the_run_folder(quick, tmp_path, monkeypatch):
+def test_workers_that_started_elsewhere_write_into_the_run_folder(quick, tmp_path):
     (tmp_path / "here").mkdir()
     (tmp_path / "there").mkdir()
-    monkeypatch.chdir(tmp_path / "here")
-    run = rs.run(quick, "run", max_realizations=3, executor=Elsewhere(tmp_path / "there"))
+    with contextlib.chdir(tmp_path / "here"):
+        run = rs.run(quick, "run", max_realizations=3, executor=Elsewhere(tmp_path / "there"))
     assert run.realizations == 3
     assert len(list((tmp_path / "here" / "run" / "realizations").iterdir())) == 3
     assert list((tmp_path / "there").iterdir()) == []

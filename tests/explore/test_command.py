@@ -34,8 +34,8 @@ def test_the_help_never_imports_bokeh():
     assert done.stdout.endswith("set()\n")
 
 
-def test_a_missing_extra_says_the_pip_line(capped_run, capsys, monkeypatch):
-    monkeypatch.setattr("roughsim.explore.find_spec", lambda name: None)
+def test_a_missing_extra_says_the_pip_line(capped_run, capsys, without):
+    without("bokeh")
     assert "pip install 'roughsim[explore]'" in refused([str(capped_run.folder)], capsys)
 
 

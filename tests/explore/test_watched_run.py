@@ -80,8 +80,7 @@ def test_a_run_of_which_one_column_has_members_yet_shows_that_column(empty):
     assert (summary.sound[0], summary.sound[1]) == ([], [0, 1, 2, 3, 4, 5])
 
 
-def test_a_growing_run_is_followed(empty, monkeypatch):
-    monkeypatch.setattr("roughsim.store.claims.RENEWAL", 0.2)
+def test_a_growing_run_is_followed(empty, soon):
     folder, aside = empty
     run = WatchedRun(folder)
     before = run.summary()

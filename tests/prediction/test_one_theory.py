@@ -13,7 +13,7 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import theory_dict
 from roughsim.estimate import cell_size
 from roughsim.scene import parse_scene
-from roughsim.show.markup import digits, html_table, tag
+from roughsim.show.markup import digits, html_table
 from roughsim.show.table import Number
 from roughsim.surface.spectrum import TruncatedSpectrum
 
@@ -79,7 +79,7 @@ def compared(request, tmp_path_factory):
     return rs.compare(rs.run(toy, tmp_path_factory.mktemp("toys") / "run"))
 
 
-def test_table_chart_page_and_theory_say_the_same_number(compared, monkeypatch):
+def test_table_chart_page_and_theory_say_the_same_number(compared, no_pictures):
     scene = compared.run.scene
     said = theory_dict(scene)["flash_temperature"]
     rows = [row for row in compared.rows if row.observable == "flash_temperature"]
@@ -89,14 +89,13 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, monkeypatch):
     table = comparison_table(compared)
     (theory,) = (table.cells(k) for k, column in enumerate(table.columns) if column.title == "theory")
     assert theory[: len(said)] == [f"{value:.4g}" for value in said]
-    monkeypatch.setattr(report, "picture", lambda draw, ending, caption: tag("figure", caption))
     assert f'class="value">{digits(Number(said[-1]))}<small> K' in report.answer(compared)
     assert f">{digits(Number(said[0]))}</td>" in html_table(table)
-    axes, bands = Figure().subplots(), []
-    monkeypatch.setattr(chart, "band", lambda _, x, mean, error, colour: bands.append(error))
+    axes = Figure().subplots()
     chart.draw_over_speed(axes, compared.run, compared.rows, "flash_temperature")
     speed, line = axes.get_lines()[0].get_data()
     np.testing.assert_allclose([line[list(speed).index(v)] for v in scene.speeds], said, rtol=1e-12)
+    bands = [line.half_width for line in axes.get_lines() if line.get_gid() == "measured"]
     for column, half in zip(compared.run.numerics.columns, bands, strict=True):
         np.testing.assert_array_equal(half, compared.run.estimate("flash_temperature", column).total_error)
 

@@ -15,7 +15,7 @@ from roughsim import report
 from roughsim.cli import main
 from roughsim.report import page, report_run
 from roughsim.scene import parse_scene
-from roughsim.show.markup import digits, html_table, tag, text
+from roughsim.show.markup import digits, html_table, text
 from roughsim.show.table import Column, Number, Table
 from roughsim.store.member_files import member_path
 
@@ -65,12 +65,6 @@ def written(kept_run, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:  # one of lines and one of points: each takes its time
         patch.setattr(report, "PICTURES", {name: report.PICTURES[name] for name in ("pressure", "profile")})
         return report_run(kept_run, tmp_path_factory.mktemp("page") / "new" / "report.html")
-
-
-@pytest.fixture
-def no_pictures(monkeypatch):
-    """Pictures take their time, and are looked at in one test."""
-    monkeypatch.setattr(report, "picture", lambda draw, ending, caption: tag("figure", caption))
 
 
 @pytest.fixture

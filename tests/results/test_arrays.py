@@ -1,5 +1,6 @@
 """A run as an xarray dataset: names, axes and units, and arrays that are read when they are used."""
 
+import contextlib
 import pickle
 import subprocess
 import sys
@@ -13,8 +14,8 @@ import roughsim as rs
 from roughsim.store.member_files import member_path, read_member
 
 
-def test_xarray_says_how_to_install_it(kept_run, monkeypatch):
-    monkeypatch.setitem(sys.modules, "xarray", None)
+def test_xarray_says_how_to_install_it(kept_run, without):
+    without("xarray")
     with pytest.raises(ImportError, match=r"pip install 'roughsim\[xarray\]'"):
         kept_run.to_xarray()
 
@@ -115,14 +116,13 @@ def test_a_failed_member_is_nan_and_counted(kept_run):
     assert np.isfinite(data.flash_temperature).sum() == 8 * 3
 
 
-def test_a_dataset_is_pickled_with_the_paths_of_its_fields_and_read_in_another_directory(kept_run, monkeypatch):
+def test_a_dataset_is_pickled_with_the_paths_of_its_fields_and_read_in_another_directory(kept_run):
     pytest.importorskip("xarray")
-    monkeypatch.chdir(kept_run.folder.parent)
-    data = rs.open_run(kept_run.folder.name).to_xarray()
-    content = pickle.dumps(data)
-    monkeypatch.chdir("/")
+    with contextlib.chdir(kept_run.folder.parent):
+        data = rs.open_run(kept_run.folder.name).to_xarray()
+        content = pickle.dumps(data)
     code = "import pickle, sys; print(float(pickle.load(sys.stdin.buffer).pressure_L0.sum()))"
-    elsewhere = subprocess.run([sys.executable, "-c", code], input=content, capture_output=True, check=True)
+    elsewhere = subprocess.run([sys.executable, "-c", code], cwd="/", input=content, capture_output=True, check=True)
     copy = pickle.loads(content)
     assert copy.identical(data)
     assert float(elsewhere.stdout) == pytest.approx(float(copy.pressure_L0.sum()), rel=1e-12)

@@ -11,7 +11,6 @@ from roughsim.ensemble import status
 from roughsim.ensemble.status import status_dict, status_lines
 from roughsim.explore.content import WatchedRun
 from roughsim.results import folder as folder_module
-from roughsim.store import claims
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import member_path
 
@@ -40,8 +39,7 @@ def test_members_beyond_a_lowered_maximum_are_not_lost(folder):
 
 
 @pytest.mark.parametrize("study", [False, True])
-def test_what_a_run_lacks_while_a_process_computes_it_is_not_lost(folder, tmp_path, monkeypatch, study):
-    monkeypatch.setattr(claims, "RENEWAL", 0.2)
+def test_what_a_run_lacks_while_a_process_computes_it_is_not_lost(folder, tmp_path, soon, study):
     (folder / "realizations" / "L0-000003.h5").unlink()
     if study:  # its processes sign in the folder of the study
         (tmp_path / "study/points").mkdir(parents=True)

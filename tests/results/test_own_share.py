@@ -16,7 +16,6 @@ from roughsim.charts import comparison as chart
 from roughsim.cli import app
 from roughsim.explore.content import load_fields, measured_curves
 from roughsim.scene import parse_scene
-from roughsim.show.markup import tag
 from theory import background
 
 SPEEDS = (0.0, 0.1, 1.0, 35.0)
@@ -151,7 +150,7 @@ def test_the_theory_keeps_its_own_share_and_ratios_have_none(run):
         assert row.ratios["smoothed_over_theory"].value == pytest.approx(alone[0] / theory, rel=1e-12)
 
 
-def outputs(run, column, folder, monkeypatch):
+def outputs(run, column, folder):
     """Yield the name of each output with what it has as T_flash of a column at 1 m/s, K."""
     comparison = rs.compare(run)
     row = next(r for r in comparison.rows if (r.observable, r.speed) == ("flash_temperature", 1.0))
@@ -171,19 +170,19 @@ def outputs(run, column, folder, monkeypatch):
     data = run.to_xarray()
     yield "xarray", float(data.flash_temperature.isel(level=level, speed=2).mean())
     yield "share in xarray", float(data.heat_partition.isel(level=level, speed=2)) * moving
-    axes, bands = Figure().subplots(), []
-    monkeypatch.setattr(chart, "band", lambda _, x, mean, error, colour: bands.append((x, mean)))
+    axes = Figure().subplots()
     chart.draw_over_speed(axes, run, comparison.rows, "flash_temperature")
-    x, mean = bands[level]
+    bands = [line for line in axes.get_lines() if line.get_gid() == "measured"]
+    x, mean = bands[level].get_data()
     yield "chart", mean[list(x).index(1.0)]
     again = rs.open_run(run.folder)
     yield "opened again", again.estimate("flash_temperature", column).mean[2]
 
 
 @pytest.mark.parametrize("column", COLUMNS)
-def test_all_outputs_have_the_temperature_of_that_share(mean_run, column, tmp_path, monkeypatch):
+def test_all_outputs_have_the_temperature_of_that_share(mean_run, column, tmp_path):
     _, temperature = by_hand(*moments(mean_run, COLUMNS.index(column)))
-    said = dict(outputs(mean_run, column, tmp_path, monkeypatch))
+    said = dict(outputs(mean_run, column, tmp_path))
     assert len(said) == 11
     for where, value in said.items():
         assert value == pytest.approx(temperature[2], rel=1e-9), where
@@ -244,8 +243,7 @@ def test_a_contact_temperature_has_the_background_of_the_same_share(tmp_path):
                     assert found == pytest.approx(error[k] + float(warm) * of_share.budget[part][k], rel=1e-12)
 
 
-def test_the_page_names_the_share_of_each_column(mean_run, monkeypatch):
-    monkeypatch.setattr(report, "picture", lambda draw, ending, caption: tag("figure", caption))
+def test_the_page_names_the_share_of_each_column(mean_run, no_pictures):
     page = report.answer(rs.compare(mean_run))
     for name, share in {"theory": mean_run.heat_partition, **{c: mean_run.share(c) for c in COLUMNS}}.items():
         assert f"{share.min():.3g} to {share.max():.3g} ({name})" in page

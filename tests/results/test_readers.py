@@ -166,10 +166,9 @@ def test_stored_numbers_are_found_by_their_names(kept_run, files, engine, as_tex
         assert float(data.pressure.mean()) == pytest.approx(90e6, rel=1e-4)  # force balance, solver tolerance 1e-4
 
 
-def test_the_examples_of_the_page_on_files_run(kept_run, tmp_path, monkeypatch):
+def test_the_examples_of_the_page_on_files_run(kept_run, tmp_path, in_tmp_path):
     for name in ("xarray", "h5netcdf", "netCDF4", "nexusformat.nexus"):
         pytest.importorskip(name)
-    monkeypatch.chdir(tmp_path)
     (tmp_path / "runs").mkdir()
     (tmp_path / "runs" / "steel").symlink_to(kept_run.folder)
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "files.md").read_text(encoding="utf-8"), re.DOTALL)

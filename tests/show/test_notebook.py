@@ -1,7 +1,6 @@
 """What a notebook shows of a run, a comparison and the like: small, without scripts, all text escaped."""
 
 import re
-import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 
@@ -131,8 +130,8 @@ def test_a_data_frame_has_the_numbers_of_the_comparison(capped_run):
     assert {key for key in keys if key != "observable"} <= set(frame.columns)
 
 
-def test_a_data_frame_says_what_to_install(capped_run, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pandas", None)
+def test_a_data_frame_says_what_to_install(capped_run, without):
+    without("pandas")
     with pytest.raises(ImportError, match="pip install pandas"):
         rs.compare(capped_run).to_dataframe()
 

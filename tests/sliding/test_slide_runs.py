@@ -13,8 +13,6 @@ from roughsim.charts.plot import plot_run
 from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
-from roughsim.machine import Limit
-from roughsim.planning import reasons as planning_reasons
 from roughsim.planning import slide as planning_slide
 from roughsim.planning.realization import slide_problem
 from roughsim.results.film import read_film
@@ -318,12 +316,12 @@ def test_hours_of_sliding_are_refused_before_any_work():
         rs.plan(sliding_scene(hours))
 
 
-def test_the_memory_of_both_bodies_is_planned(monkeypatch):
+def test_the_memory_of_both_bodies_is_planned(memory):
     scene = sliding_scene()
     reason = rs.plan(scene).reasons[-1]
     words = "0.00091 GB for the slide: both bodies remember their heat, at each speed"
     assert reason == ("memory", "0.25 GB per worker", words)
-    monkeypatch.setattr(planning_reasons, "available_memory", lambda: Limit(1e6, "here"))
+    memory(1e6)
     with pytest.raises(rs.errors.ResolutionError, match=r"memory = 0.000911 GB \(the slide: .* exceeds 80 % of the"):
         rs.plan(scene)
 

@@ -8,7 +8,6 @@ import time
 import pytest
 from claims_cases import ONE, TWO, silent
 
-from roughsim.store import claims
 from roughsim.store.claims import Claims, process_space, writer
 
 
@@ -48,15 +47,13 @@ def test_a_silent_process_loses_its_claims_after_a_lease_on_the_clock_of_the_rea
 
 
 @pytest.mark.parametrize("moment", [0.0, 1e9, 1e10], ids=["1970", "2001", "2286"])
-def test_the_times_of_files_count_for_nothing(tmp_path, moment, monkeypatch):
+def test_the_times_of_files_count_for_nothing(tmp_path, moment, soon):
     # a server or another machine may have any clock
     silent(tmp_path)
     for path in (tmp_path / "claims").iterdir():
         os.utime(path, (moment, moment))
     with Claims(tmp_path) as mine:
         assert not mine.take(ONE)
-    monkeypatch.setattr(claims, "LEASE", 0.2)
-    monkeypatch.setattr(claims, "RENEWAL", 0.02)
     with Claims(tmp_path) as other, Claims(tmp_path) as mine:
         other.take(TWO)
         end = time.monotonic() + 0.4

@@ -44,10 +44,8 @@ def write(folder, name, array, **how):
         ("b.csv", {"delimiter": ";"}),
     ],
 )
-def test_numbers_alone_are_heights_in_the_unit_given_row_by_row_along_x(tmp_path, surface, name, how, monkeypatch):
-    import sys
-
-    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)  # it is not needed
+def test_numbers_alone_are_heights_in_the_unit_given_row_by_row_along_x(tmp_path, surface, name, how, without):
+    without("SurfaceTopography")  # it is not needed
     path = write(tmp_path, name, surface * 1e9 + 5.0, **how)
     found = read_topography(path, size=GRID.lengths, unit=1e-9)
     assert (found.grid, found.periodic) == (GRID, False)

@@ -334,7 +334,7 @@ def test_hdf5_without_a_size_takes_it_from_the_keys(tmp_path, heights):
         read_topography(tmp_path / "a.h5", **GIVEN)
 
 
-def test_a_packed_file_is_what_it_holds(tmp_path, heights, monkeypatch):
+def test_a_packed_file_is_what_it_holds(tmp_path, heights, memory):
     grid = rs.Grid(SHAPE, SIZE)
     content = encoded(1e-6 * heights, grid, ".nc")
     pytest.importorskip("SurfaceTopography", exc_type=ImportError)
@@ -351,9 +351,7 @@ def test_a_packed_file_is_what_it_holds(tmp_path, heights, monkeypatch):
             read_topography(save(tmp_path, name, packed))
     bomb = save(tmp_path, "bomb.gz", gzip.compress(bytes(30_000_000)))
     assert bomb.stat().st_size < 40_000
-    from roughsim.machine import Limit
-
-    monkeypatch.setattr("roughsim.untrusted.available_memory", lambda: Limit(16e6, "a test"))
+    memory(16e6)
     with pytest.raises(
         rs.RecordError, match="bomb.gz unpacks to more than 0.002 GB, an eighth of the available memory"
     ):

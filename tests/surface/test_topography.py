@@ -193,10 +193,8 @@ def test_files_that_are_no_map_with_size_and_unit_are_refused_in_one_line(librar
         read_topography(tmp_path / "none.x3p")
 
 
-def test_a_missing_extra_says_what_to_type(monkeypatch, tmp_path, scene_file):
-    import sys
-
-    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
+def test_a_missing_extra_says_what_to_type(without, tmp_path, scene_file):
+    without("SurfaceTopography")
     for name in ("scan.x3p", "scan.nc"):
         (tmp_path / name).write_bytes(b"\x01\x02\x03 of an instrument")
     with pytest.raises(ImportError, match=r"pip install 'roughsim\[topography\]'"):

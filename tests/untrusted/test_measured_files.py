@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.machine import Limit, available_memory
+from roughsim.machine import available_memory
 from roughsim.surface.topography import read_topography
 from roughsim.untrusted import check_measured_file
 
@@ -56,12 +56,12 @@ def test_pickles_are_not_unpacked(tmp_path, kind):
     assert not trace.exists()
 
 
-def test_a_zip_that_unpacks_beyond_memory_is_refused(tmp_path, monkeypatch):
+def test_a_zip_that_unpacks_beyond_memory_is_refused(tmp_path, memory):
     path = tmp_path / "scan.x3p"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("bindata/data.bin", bytes(40_000_000))
     assert path.stat().st_size < 100_000
-    monkeypatch.setattr("roughsim.machine.available_memory", lambda: Limit(6e7, "here"))
+    memory(6e7)
     with pytest.raises(rs.RecordError, match="unpacks to 0.04 GB, above half of the available memory"):
         check_measured_file(path)
 

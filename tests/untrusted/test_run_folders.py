@@ -13,7 +13,6 @@ from damage_cases import forged
 
 import roughsim as rs
 from roughsim.cli import main
-from roughsim.ensemble import tasks
 from roughsim.results.export import export_run
 from roughsim.store import claims
 from roughsim.store.disk import checksum
@@ -147,10 +146,7 @@ def test_a_pipe_is_refused_and_does_not_block(folder):
         rs.open_run(folder)
 
 
-def test_claims_from_elsewhere_neither_block_nor_crash(folder, quick, monkeypatch):
-    monkeypatch.setattr(claims, "LEASE", 0.1)
-    monkeypatch.setattr(claims, "RENEWAL", 0.02)
-    monkeypatch.setattr(tasks, "PAUSE", 0.01)
+def test_claims_from_elsewhere_neither_block_nor_crash(folder, quick, soon):
     place = folder / "claims"
     place.mkdir()
     os.mkfifo(place / "process-pipe")
