@@ -13,7 +13,7 @@ from roughsim.charts.plot import plot_run
 from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
-from roughsim.planning import slide as planning_slide
+from roughsim.planning import sliding as planning_slide
 from roughsim.planning.realization import slide_problem
 from roughsim.results.film import read_film
 from roughsim.sliding import member as sliding_member
