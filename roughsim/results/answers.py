@@ -1,4 +1,4 @@
-"""The answers of a run as arrays: every observable in every column with its total error, beside both theories."""
+"""Results of a run as arrays: every observable in every column with its total error, and both theories."""
 
 from collections.abc import Iterable, Iterator
 
@@ -16,8 +16,8 @@ from roughsim.scene.numerics import SLIDING
 
 _MEANINGS = {
     "theory": "the analytic theory over the whole spectrum C(q)",
-    "calibrated": "the theory with a stress spectrum fitted to simulations; its error is that of the fit; NaN where "
-    "it was not compared with simulations",
+    "calibrated": "the theory with a stress spectrum fitted to simulations, with the error of the fit; NaN outside the "
+    "range compared with simulations",
     "smoothed": "simulated elastic contact of surfaces with the smoothed spectrum C_sm(q)",
     "capped": "simulated contact, in which the pressure never exceeds the hardness",
     "elastic": "simulated elastic contact",
@@ -25,8 +25,8 @@ _MEANINGS = {
 }
 TAIL, UNKNOWN, NOTE = "_total_error", "_unknown", "_note"  # suffixes of the arrays beside an observable
 TAILS = (
-    "NAME_total_error is its error, 95 %, NAME_unknown are the parts that this lacks, and NAME_note says where a value "
-    "is not extrapolated (at q_c) or fixed by force balance (identity)."
+    "NAME_total_error is its error, 95 %, NAME_unknown are the missing parts of this error, and NAME_note marks values "
+    "that are not extrapolated (at q_c) or fixed by force balance (identity)."
 )
 
 
@@ -43,7 +43,7 @@ def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labe
     realization.
     """
     columns = _columns_of(run)
-    yield Labelled("column", ("column",), np.array(columns), {"description": "what a value comes from, see README"})
+    yield Labelled("column", ("column",), np.array(columns), {"description": "source of a value, see README"})
     yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
     slid = [run.estimate("heat_partition", SLIDING).mean] if run.slides else []
     shares = [run.heat_partition] * 2 + [run.share(column) for column in run.numerics.columns] + slid
@@ -80,7 +80,7 @@ def _answers_of_directions(run: Pressed) -> Iterator[Labelled]:
         error = {"units": "K", "description": "total error of the mean, 95 %"}
         yield Labelled(title + TAIL, ("speed",), estimate.total_error, error)
     if run.over_twin is not None:
-        words = "T_flash of the map over that of one map of the same |h(q)| with random phases"
+        words = "ratio of T_flash, map over one map of the same |h(q)| with random phases"
         yield Labelled("map_over_gaussian_twin", ("speed",), run.over_twin, {"units": "1", "description": words})
 
 
@@ -92,7 +92,7 @@ def marked(
     parts = ", ".join(sorted({part for text in unknown.ravel() for part in str(text).split(", ")} - {""}))
     words = {
         TAIL: "total error of the mean, 95 %"
-        + (f"; at least, where parts of it are unknown ({parts})" if parts else ""),
+        + (f"; a lower bound if parts of it are unknown ({parts})" if parts else ""),
         UNKNOWN: "unknown parts of the total error",
         NOTE: "identity: fixed by force balance; at q_c: not extrapolated in the cut-off",
     }
@@ -103,7 +103,7 @@ def marked(
 
 
 def readme(run: Run) -> str:
-    """Return the description of an exported file, in words."""
+    """Return the README text of an exported file."""
     columns = _columns_of(run)
     failed = f", {run.failed} of them failed and left out" if run.failed else ""
     levels = [
@@ -114,16 +114,17 @@ def readme(run: Run) -> str:
     parts = [
         f"{run.scene.title or run.folder.resolve().name}: {run.realizations} realizations{failed}. Units are SI. "
         "Temperatures are above the background, with the share heat_share_used of the heat of both bodies.",
-        "The answers are here at the top. Each observable is an array over the column that it comes from, and over the "
-        f"speed if it depends on it. {TAILS} The columns are",
+        "The root group holds the results. Each observable is an array over the columns, and over the speed if it "
+        f"depends on it. {TAILS} The columns are",
         *(f"- {column}: {_MEANINGS[column]}" for column in columns),
-        "The means are extrapolated to all of C(q) where the levels allow it. The raw numbers, one for each level and "
+        "The means are extrapolated to all of C(q) if the levels allow it. The raw numbers, one for each level and "
         "realization, are in the group members. Its levels are",
         *levels,
         "Arrays of one level, as pressure_L2, end with its number: spectra, and fields (heights, pressure, and "
-        "temperature at the highest speed) of the realizations that kept them. The group entry links to what viewers "
-        "draw (NeXus).",
-        f'For example in Python: h5py.File(NAME)["flash_temperature"][{len(columns) - 1}] is that of column '
-        f'"{columns[-1]}" over the speed; xarray.open_dataset(NAME).flash_temperature.sel(column="{columns[-1]}").',
+        "temperature at the highest speed) of the realizations that kept them. The group entry links to the data for "
+        "viewers (NeXus).",
+        f'For example in Python, T_flash of column "{columns[-1]}" over the speed: '
+        f'h5py.File(NAME)["flash_temperature"][{len(columns) - 1}] or '
+        f'xarray.open_dataset(NAME).flash_temperature.sel(column="{columns[-1]}").',
     ]
     return "\n".join(parts)

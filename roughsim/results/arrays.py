@@ -1,4 +1,4 @@
-"""Numbers and fields of a run as arrays with names, axes and units, for `Run.to_xarray` and the exported file."""
+"""Numbers and fields of a run as named arrays with axes and units, for `Run.to_xarray` and the exported file."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -17,13 +17,13 @@ Array = NDArray[Any]
 DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed
 _OF_LEVELS = ("column", "q_max", "cell")  # names of coordinates of the levels
 _SPECTRUM = "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
-SHARE = {"units": "1", "description": "share of the heat that the temperatures are of"}
+SHARE = {"units": "1", "description": "share of the heat used for the temperatures"}
 
 
 class Stored:
-    """A field of many members as one array, (member, x, y): each is read, or computed, when it is asked for.
+    """A field of many members as one lazy array, (member, x, y).
 
-    `read` takes the index of a realization to its field, of the shape `shape`.
+    `read` returns the field of a realization, of the shape `shape`, by its index.
     """
 
     dtype = np.dtype("<f4")
@@ -52,10 +52,10 @@ class Labelled(NamedTuple):
 
 
 def arrays_of(run: Means, read: Callable[..., Array]) -> Iterator[Labelled]:
-    """Yield all numbers of the members that count over the level, and the spectra and fields of each level.
+    """Yield all numbers of the counted members over the level, and the spectra and fields of each level.
 
-    `read` is `Run.field`. What is of the level below, on the same surfaces, has "_below" in its name; what depends on
-    the grid of a level has the number of the level, as "pressure_L2".
+    `read` is `Run.field`. Arrays of the level below, on the same surfaces, have "_below" in their name; arrays that
+    depend on the grid of a level have the number of the level, as "pressure_L2".
     """
     numerics, levels = run.numerics, run.numerics.levels
     shares = [run.share(level.column if level.column in numerics.columns else None) for level in levels]
@@ -89,7 +89,7 @@ def _solves(run: Means) -> Iterator[Labelled]:
             for name, values in solved.items():
                 values[level, index] = member.provenance.get(name, np.nan)
     axes = ("level", "realization")
-    yield Labelled("converged", axes, converged, {"units": "1", "description": "1 where the contact converged"})
+    yield Labelled("converged", axes, converged, {"units": "1", "description": "1 for a converged contact"})
     for name, values in solved.items():
         yield Labelled(name, axes, values, {"units": "1", "description": "of the contact solve"})
 
@@ -105,13 +105,13 @@ def _numbers(run: Means, shares: list[Array], below: bool) -> Iterator[Labelled]
             continue
         attributes = {"units": record.unit, "description": record.stored + " (level below)" * below}
         if record.heated:
-            attributes["comment"] = "of the share of the heat that the run uses"
+            attributes["comment"] = "with the share of the heat used by the run"
         axes, values = ("level", "realization", "speed"), values if record.per_speed else values[..., 0]
         yield Labelled(name + "_below" * below, axes[: values.ndim], values, attributes)
 
 
 def spectra(run: Means, level: int, below: bool) -> Iterator[Labelled]:
-    """Yield the wavenumbers and stress spectra of a level, NaN where a member failed."""
+    """Yield the wavenumbers and stress spectra of a level, NaN for failed members."""
     wavenumber, values = run.members.spectra(level, range(run.counts[level]), below)
     axis, end = f"wavenumber{'_below' * below}_L{level}", f"{'_below' * below}_L{level}"
     if wavenumber.size:

@@ -1,8 +1,8 @@
-"""One portable file of a run for every HDF5 and netCDF-4 reader, and surfaces for other contact programs.
+"""Export of a run to one file for HDF5 and netCDF-4 readers, and of surfaces to other contact programs.
 
-The root group has the answers: every observable with its error, and both theories. The group ``members`` has all that
-`Run.to_xarray` has: numbers and kept fields. All arrays have dimension scales and units, as netCDF-4 wants it. The
-group ``entry`` links to some as NeXus wants it, so that viewers know what to show first.
+The root group has the results: every observable with its error, and both theories. The group ``members`` has the
+arrays of `Run.to_xarray`: numbers and kept fields. All arrays have dimension scales and units (netCDF-4). The group
+``entry`` links to the default plots of viewers (NeXus).
 """
 
 import os

@@ -26,7 +26,7 @@ class MemberFilm:
     Attributes
     ----------
     grid : Grid
-        Of the maps.
+        Grid of the maps.
     maps : Film
         Slid distance of each position, pressure, and temperature of the moving body above its background.
     curves : dict of str to ndarray
@@ -34,7 +34,7 @@ class MemberFilm:
     resting_summits : ndarray
         The highest summits of the face at rest, m, shape (summits, 2).
     moving_summits : ndarray
-        Those of the moving face at each position, m, shape (positions, summits, 2); none of a flat.
+        Highest summits of the moving face at each position, m, shape (positions, summits, 2); none of a flat.
     """
 
     grid: Grid
@@ -44,12 +44,12 @@ class MemberFilm:
     moving_summits: Array
 
     def positions(self, speed: int) -> int:
-        """Return how many positions the speed of this number has: it ends where it has slid its own distance."""
+        """Return the number of positions at the speed with this index, up to the slid distance of that speed."""
         return int(np.isfinite(self.maps.temperature[speed, :, 0, 0]).sum())
 
 
 def filmed(run: Run) -> list[int]:
-    """Return the realizations that count and whose slide has kept a film."""
+    """Return the counted realizations with a stored film of their slide."""
     level = run.numerics.slide
     return [] if level is None else run.kept(level, "film_pressure")
 

@@ -36,10 +36,10 @@ def describe(folder: Path, description: dict[str, Any], scene: Scene, *, first: 
 
 
 def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
-    """Return whether a run can start in a folder ("free"), goes on there ("run"), or must not ("foreign").
+    """Return the state of a folder: a run can start ("free"), can continue ("run"), or is refused ("foreign").
 
-    "free": the folder does not exist, is empty, or holds only what an interrupted start has made before run.json.
-    "run": it has a run.json. "foreign": it is a file, or holds something else.
+    "free": the folder does not exist, is empty, or holds only files of a start interrupted before run.json.
+    "run": it has a run.json. "foreign": it is a file, or holds other files.
     """
     if not folder.exists():
         return "free"
@@ -48,7 +48,7 @@ def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
     if (folder / "run.json").exists():
         return "run"
     names = {path.name for path in folder.iterdir() if not is_temporary(path.name)}
-    # a scene.toml alone may be somebody's own: describe() makes the folder for the realizations before it
+    # a scene.toml alone may be a user's own file: describe() makes the folder for the realizations before it
     begun = _BEGUN | {"scene.toml"} if "realizations" in names else _BEGUN
     inside = folder / "realizations"
     empty = all(is_temporary(path.name) for path in inside.iterdir()) if inside.is_dir() else not inside.exists()
@@ -58,8 +58,8 @@ def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
 def read_description(folder: Path) -> dict[str, Any]:
     """Return the content of run.json.
 
-    RecordError if the folder is no run, has a newer format, or if a value in run.json was changed by hand: the message
-    names it. OSError if run.json cannot be read now.
+    RecordError if the folder is no run, has a newer format, or if a value in run.json was changed by hand, with the
+    key. OSError if run.json cannot be read now.
     """
     path = folder / "run.json"
     if not folder.exists():
@@ -98,8 +98,8 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
     folder : str or Path
         The folder of a run.
     damaged : {"refuse", "skip", "redo"}, optional
-        Of a run with a damaged file: "refuse" raises RecordError and names the file. "skip" opens the run, counts the
-        realization as failed, and `Run.damaged` gives the reason. "redo", for runs that compute it again, moves the
+        Treatment of a damaged file: "refuse" raises RecordError with the name of the file. "skip" opens the run, counts
+        the realization as failed, and adds the reason to `Run.damaged`. "redo", for runs that recompute it, moves the
         file into the folder "damaged" with a warning.
 
     Returns
@@ -115,7 +115,7 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
     folder = Path(folder)
     description, path = read_description(folder), folder / "scene.toml"
     try:
-        # roughsim stores a scene with its tables inline: one that names files was not written by it
+        # roughsim stores tables inline in scene.toml: a scene with names of files is not its own
         scene = parse_scene(read_bytes(path, MOST_BYTES).decode("utf-8"), source=str(path))
         numerics = Numerics.from_dict(description["numerics"])
         _refuse_impossible(description, scene, numerics)
@@ -136,7 +136,7 @@ def _refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Nume
     stored, written = description["scene"], scene.identity()
     if stored != written:
         key = next((key for key in stored | written if stored.get(key) != written.get(key)), "a key")
-        raise ValueError(f"run.json and scene.toml are of different scenes: {key} differs; put back what was edited")
+        raise ValueError(f"run.json and scene.toml are of different scenes: {key} differs; undo the edit")
     most = max(level.shape[0] * level.shape[1] for level in numerics.levels)
     if exceeds(8.0 * most, 0.5):
         needed = f"{8e-9 * most:.3g} GB, more than half of the {in_words(available_memory())}"
@@ -144,9 +144,9 @@ def _refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Nume
 
 
 def gap(run: Run) -> list[str]:
-    """Return a line on the members that are missing although later ones exist; empty where none is.
+    """Return a line on gaps, members that are missing although later ones exist; empty without gaps.
 
-    They are lost if no process computes the run now; to find out takes a few seconds.
+    They are lost if no process computes the run now; this check takes a few seconds.
     """
     if not run.missing:
         return []
@@ -158,12 +158,12 @@ def gap(run: Run) -> list[str]:
 
 
 def left_out(run: Run) -> list[str]:
-    """Return a line each on missing and on damaged members, with the consequence; empty for a whole run."""
+    """Return a line each on missing and on damaged members, with the consequence; empty for a complete run."""
     names = _listed([member_name(*key) for key in run.damaged])
     damaged = [f"damaged and left out of the means: {names}; {again(run.folder)} to have them"] if names else []
     return gap(run) + damaged
 
 
 def _listed(names: list[str]) -> str:
-    """Return the first names, and how many more there are."""
+    """Return the first names, and the number of further ones."""
     return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")

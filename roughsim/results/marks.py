@@ -33,12 +33,12 @@ def notes_of(run: Run, column: str, estimate: Estimate) -> list[str]:
 
 
 def unknown_words(parts: Sequence[str]) -> str:
-    """Return the unknown parts of an error as one text, for tables and files; "" where all are known."""
+    """Return the unknown parts of an error as one text, for tables and files; "" if all are known."""
     return ", ".join(parts)
 
 
 def is_whole(unknown: str, note: str) -> bool:
-    """Return whether a value with these marks is extrapolated, and its error has all of its parts."""
+    """Return whether a value with these marks is extrapolated and has a complete error."""
     return not unknown and note != AT_CUT_OFF
 
 

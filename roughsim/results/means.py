@@ -1,4 +1,4 @@
-"""`Means`: the members of a run folder that count, and the means over them with their errors."""
+"""`Means`: the counted members of a run folder, and their means with errors."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -27,34 +27,34 @@ from roughsim.store.member_files import member_path, read_member
 
 
 class Means:
-    """A run folder as it stands when it is opened; `refresh` reads the members that have come since.
+    """State of a run folder at the time of opening; `refresh` reads members written since.
 
     Attributes
     ----------
     folder : Path
-        Its path.
+        Path of the folder.
     scene : Scene
         The physics.
     numerics : Numerics
         Levels, cell and tolerances.
     seed : int
-        Of all random streams.
+        Seed of all random streams.
     until : dict of str to float
-        Relative total 95 % errors at which it stops.
+        Relative total 95 % errors at which the run stops.
     max_realizations : int
-        Members of a level at which it stops in any case.
+        Largest number of members of a level.
     heat_partition : ndarray
         Share of the heat, per speed: stated by the scene, or by the theory under the rules "mean" and "total".
         Under these rules measured temperatures are reported with the share of their own column: `share`.
     reasons : list of [str, str, str]
-        Choice, value and reason of everything that the plan chose; empty if the numerics were given.
+        Choices of the plan, each with its value and reason; empty if the numerics were given.
     members : Members
         The members that were read, by level and index, without fields.
     damaged : dict of (int, int) to str
-        Level and index of files that cannot be used, and why; empty unless opened with ``damaged="skip"``.
+        Reasons for unusable files by level and index; empty unless opened with ``damaged="skip"``.
     """
 
-    drawn = True  # whether the surfaces are drawn from C(q); else they are a map, which ends with its own waves
+    drawn = True  # whether the surfaces are drawn from C(q), or are a map without shorter waves
     sources: Mapping[str, str] = SOURCES  # the parts of an error, in words
 
     def __init__(self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics, treatment: Damaged):
@@ -73,7 +73,7 @@ class Means:
         self._verdicts: dict[tuple[Any, ...], Verdict] = {}
 
     def refresh(self) -> None:
-        """Read the members that have come since, of each level up to the first gap.
+        """Read the members written since the last call, up to the first gap of each level.
 
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
@@ -81,17 +81,17 @@ class Means:
 
     @property
     def rounds(self) -> Rounds:
-        """Progress of the run: the rounds that its members complete."""
+        """Progress of the run: its rounds, complete up to the last one."""
         return replay(self.numerics, self.max_realizations, self.members.available, self._judged)
 
     @property
     def counts(self) -> Counts:
-        """How many members of each level count: the members of the last complete round."""
+        """Number of counted members of each level: the members of the last complete round."""
         return self.rounds.counts
 
     @property
     def realizations(self) -> int:
-        """How many members of the lowest level of the main column count."""
+        """Number of counted members of the lowest level of the main column."""
         return self.counts[self._lowest[-1]]
 
     @property
@@ -112,7 +112,7 @@ class Means:
 
     @property
     def failed(self) -> int:
-        """How many of the members of single contacts that count did not converge."""
+        """Number of counted members of single contacts that did not converge."""
         counts = self.counts
         failed = {(level, i) for level in self.numerics.single for i in self.members.failed(level, counts[level])}
         return len(failed - set(self.damaged))
@@ -135,30 +135,30 @@ class Means:
 
     @property
     def independent(self) -> int:
-        """How many sound members of the lowest level show the scatter, in the column that has the fewest."""
+        """Number of sound members of the lowest level, smallest over the columns."""
         counts = self.counts
         return min(len(self.members.sound(level, counts[level])) for level in self._lowest)
 
     def kept(self, level: int, name: str = "pressure") -> list[int]:
-        """Return the sound members of a level that count and store this field, or the pressure, which gives it."""
+        """Return the sound counted members of a level that store this field, or the pressure to compute it from."""
         return self.members.kept(level, name, self.members.sound(level, self.counts[level]))
 
     def column(self, column: str | None) -> str:
-        """Return the name of a column; None is the capped one, or else the elastic one. ValueError if it is missing."""
+        """Return the name of a column; None: capped, else elastic. ValueError if it is missing."""
         name = self.numerics.columns[-1] if column is None else column
         if name not in self.numerics.columns:
             raise ValueError(f"column = {name!r} is not in this run; it has {', '.join(self.numerics.columns)}")
         return name
 
     def picture(self, column: str | None = None) -> int:
-        """Return the finest level of a column in the run's cell that has members which count."""
+        """Return the finest level of a column in the run's cell with counted members."""
         levels = [pair.level for pair in self.pairs(column)]
         return next(level for level in reversed(levels) if self.numerics.levels[level].cell is None)
 
     def pairs(self, column: str | None = None, counts: Counts | None = None) -> list[Pair]:
         """Return the sound members of a column's levels, lowest first; levels without any are left out.
 
-        They are those that count, or the first `counts` of each level. ValueError if there is none.
+        The counted members, or the first `counts` of each level. ValueError if there is none.
         """
         name, counts = self.column(column), counts or self.counts
         if (name, counts) not in self._pairs:
@@ -177,9 +177,9 @@ class Means:
     def values(
         self, observable: str, column: str | None = None, *, extrapolated: bool = True, counts: Counts | None = None
     ) -> Values:
-        """Return the values of an observable over the members that count, with all heat in the moving body.
+        """Return the values of an observable over the counted members, with all heat in the moving body.
 
-        Not extrapolated, they are the values at the highest cut-off. `counts` as in `pairs`, errors as `estimate`.
+        `extrapolated`, or at the highest cut-off. `counts` as in `pairs`, errors as `estimate`.
         """
         if observable not in OBSERVABLES:
             raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
@@ -193,30 +193,30 @@ class Means:
         return self._values[key]
 
     def reported(self, observable: str, column: str | None = None, counts: Counts | None = None) -> Values:
-        """Return `values` as they are reported: temperatures with their share of the heat."""
+        """Return `values` for reports: temperatures with their share of the heat."""
         values = self.values(observable, column, counts=counts)
         return times_share(values, self._share(column, counts)) if OBSERVABLES[observable].heated else values
 
     def _share(self, column: str | None, counts: Counts | None = None) -> Values | Array:
-        """Return the share of the heat that the temperatures of a column are reported with, per speed.
+        """Return the share of the heat in the reported temperatures of a column, per speed.
 
-        Under the rules "mean" and "total" it is that of the column's own contacts. Else it is the one that the scene
-        states, (speeds,). Arguments and errors as `values`.
+        Under the rules "mean" and "total" it follows from the column's own contacts. Else it is given by the scene,
+        (speeds,). Arguments and errors as `values`.
         """
         own = has_own_share(self.scene)
         return self.values("heat_partition", column, counts=counts) if own else self.heat_partition
 
     def share(self, column: str | None = None) -> Array:
-        """Return the share of the heat, (speeds,), that the temperatures of a column are reported with."""
+        """Return the share of the heat, (speeds,), in the reported temperatures of a column."""
         share = self._share(column)
         return share.mean if isinstance(share, Values) else share
 
     def shares(self) -> dict[str, Array]:
-        """Return the share of the heat, (speeds,), that the theory and each measured column are reported with."""
+        """Return the share of the heat, (speeds,), in the reported temperatures of the theory and each column."""
         return {"theory": self.heat_partition} | {column: self.share(column) for column in self.numerics.columns}
 
     def heat_share(self, speed: float, column: str | None = None) -> float:
-        """Return the share of the heat that the temperatures of a column are reported with, at any speed, m/s."""
+        """Return the share of the heat in the reported temperatures of a column, at any speed, m/s."""
         speed = abs(speed)
         if speed in self.scene.speeds:
             return float(self.share(column)[self.scene.speeds.index(speed)])
@@ -235,13 +235,13 @@ class Means:
         observable : str
             One of the observables of `roughsim.observables.catalogue.OBSERVABLES`.
         column : {"smoothed", "capped", "elastic", "sliding"}, optional
-            Left out: capped where there is a hardness, else elastic.
+            Default: capped for a scene with a hardness, else elastic.
 
         Returns
         -------
         Estimate
-            Arrays over speed, or of one entry. Temperatures are those of the heat share used (`share`), whose errors
-            they include; in the column sliding, of the share that its own heat takes.
+            Arrays over speed, or of one entry. Temperatures have the heat share used (`share`), and include its errors;
+            in the column sliding, the share follows from its own heat.
 
         ValueError if there is no such observable or column, or no realization yet.
         """
@@ -281,7 +281,7 @@ class Means:
         )
 
     def _judged(self, counts: Counts) -> Verdict:
-        """Return the verdict on so many members of each level; each round is judged again and again."""
+        """Return the verdict on these counts of members, remembered because each round is judged repeatedly."""
         key = counts, self.max_realizations, *self.until.items()
         if key in self._verdicts:
             return self._verdicts[key]
@@ -327,7 +327,7 @@ class Means:
         return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}
 
     def _slides(self) -> tuple[int, list[int]]:
-        """Return the level of slides, and which of those that count are sound; ValueError if there is none."""
+        """Return the level of slides, and its sound counted members; ValueError if there is none."""
         level = self.numerics.slide
         if level is None:
             raise ValueError(f'{self.folder} has no column "sliding": its scene has history = "frozen"')
@@ -336,12 +336,12 @@ class Means:
         raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
 
     def _slide_numbers(self) -> dict[str, Array]:
-        """Return the numbers of the slides that count, (members, speeds); errors as `_slides`."""
+        """Return the numbers of the counted slides, (members, speeds); errors as `_slides`."""
         level, indices = self._slides()
         return {name: self.members.numbers(level, name, indices) for name, n in NUMBERS.items() if n.of_slide}
 
     def _coarsening(self) -> float:
-        """Return the pixel of the coarser grid of slides over the pixel of their own; 1 without a coarser grid."""
+        """Return the ratio of pixels of slides, coarser grid over own grid; 1 without a coarser grid."""
         level = self._slides()[0]
         grid = self.numerics.grid(level)
         coarser = coarser_grid(grid, self.numerics.levels[level].q_max)

@@ -1,4 +1,4 @@
-"""The members of a run: their files, each read once, level by level up to the first gap, as one table of each level."""
+"""The members of a run: their files, each read once, up to the first gap of each level, as a table per level."""
 
 import os
 import warnings
@@ -59,7 +59,7 @@ class Members(dict[Key, Member]):
         self._streams = {level: numerics.stream(level) for level in numerics.single}
 
     def refresh(self, most: int) -> None:
-        """Read the members that have appeared, of each level at most `most`; errors as `take`."""
+        """Read new members, of each level at most `most`; errors as `take`."""
         for level in range(len(self.available)):
             while self.available[level] < most and self.take(level, self.available[level]):
                 self.available[level] += 1
@@ -93,7 +93,7 @@ class Members(dict[Key, Member]):
         return True
 
     def _checked(self, path: Path) -> Member:
-        """Read a file and check that it is of this run; errors as `take`."""
+        """Read a file and check that it belongs to this run; errors as `take`."""
         member = read_member(path, with_fields=self._treatment == "redo")
         provenance, grid = member.provenance, self.numerics.grid(member.level)
         if not {*provenance} >= _KNOWN or identity_of(provenance) != self._identity:
@@ -108,8 +108,8 @@ class Members(dict[Key, Member]):
             raise damaged(path, "is of another run: its speeds, levels or points differ")
         if modes != self._modes.setdefault(member.level, modes):
             raise RecordError(
-                f"{path} is of another run, or those of its level that were read before: their wavenumbers differ; "
-                f"move what is not of this run out of the folder"
+                f"{path} or the members of its level read before are of another run: their wavenumbers differ; "
+                f"move files of other runs out of the folder"
             )
         return member
 
@@ -141,13 +141,13 @@ class Members(dict[Key, Member]):
         return [i for i in indices if stored in self[level, i].kept]
 
     def numbers(self, level: int, name: str, indices: Iterable[int], below: bool = False) -> Array:
-        """Return a number of members of a level, or of the level below; (n, speeds) or (n, 1), NaN where it is not."""
+        """Return a number of members of a level, or of the level below; (n, speeds) or (n, 1), NaN if not stored."""
         nothing = np.full(len(self.speeds) if NUMBERS[name].per_speed else 1, np.nan)
         rows = [one.numbers.get(name, nothing) if one else nothing for one in self._moments(level, indices, below)]
         return np.array(rows).reshape(-1, len(nothing))
 
     def spectra(self, level: int, indices: Iterable[int], below: bool = False) -> tuple[Array, Array]:
-        """Return wavenumbers, rad/m, and stress spectra of members of a level, Pa²; NaN where there is none."""
+        """Return wavenumbers, rad/m, and stress spectra of members of a level, Pa²; NaN if not stored."""
         found = self._moments(level, indices, below)
         wavenumber = next((one.wavenumber for one in found if one), np.empty(0))
         nothing = np.full(len(wavenumber), np.nan)
@@ -171,18 +171,18 @@ class Members(dict[Key, Member]):
         )
 
     def seconds(self, level: int) -> Array:
-        """Return how long each member of a level took to compute, s."""
+        """Return the computing time of each member of a level, s."""
         members = [member for (of_level, _), member in self.items() if of_level == level]
         return np.array([sum(member.provenance["seconds"].values()) for member in members])
 
     def _moments(self, level: int, indices: Iterable[int], below: bool) -> list[Moments | None]:
-        """Return the moments of each member; None where it is missing or has failed."""
+        """Return the moments of each member; None for a missing or failed one."""
         found = (self[level, i].moments if (level, i) in self else [] for i in indices)
         return [moments[below] if len(moments) > below else None for moments in found]
 
 
 def identity_of(description: dict[str, Any]) -> list[Any]:
-    """Return the identity that a run and its members share: scene with seed, and numerics without `keep_fields`."""
+    """Return the common identity of a run and its members: scene with seed, and numerics without `keep_fields`."""
     numerics = description.get("numerics")
     if isinstance(numerics, dict):
         numerics = {key: value for key, value in numerics.items() if key != "keep_fields"}

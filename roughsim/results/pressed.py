@@ -17,24 +17,24 @@ from roughsim.results.run import Run
 from roughsim.store.member_files import member_path
 
 NOTE = (
-    "the value is that of the map itself, without waves shorter than it shows; n counts its four quarters, which show "
+    "value of the map itself, without waves shorter than its pixels resolve; n counts its four quarters, which give "
     "the scatter"
 )
-# quarters of one map share its longest waves: by `experiments/pressed_maps.py` maps of 2 and 4 longest waves differ by
-# 0.8 to 1.8 times as far as four independent quarters would; the interval has √(1 + 2/3) beside it
+# factor on the scatter of quarters, which share the longest waves of their map: by `experiments/pressed_maps.py` maps
+# of 2 and 4 longest waves scatter 0.8 to 1.8 times as much as independent quarters; the interval also has √(1 + 2/3)
 _SHARED = 1.2
 _IN_DIRECTION = (
     "the mean over all directions, times the ratio to it at the highest cut-off, half the length of the map after the "
     "start from rest"
 )
 _OF_MAP = {
-    "statistical": "how far the mean over many maps of this size, from the same surface, may be: 95 %, by the scatter "
-    f"of the four quarters, {_SHARED:g} times as they share the longest waves; Student t of three degrees of freedom",
-    "size": "how far the mean of the four quarters is from the map: they have no wave longer than themselves, and "
+    "statistical": "95 % error of the mean over many maps of this size from the same surface, by the scatter of the "
+    f"four quarters, {_SHARED:g} times as they share the longest waves; Student t of three degrees of freedom",
+    "size": "difference of the mean of the four quarters from the map: they have no wave longer than themselves, and "
     "twice the edge per area",
 }
 DIRECTIONS = "directions"  # key in the provenance of members of the last level
-OVERSHOOT = "overshoot"  # key beside it: share of the load where waves stand far above all points around
+OVERSHOOT = "overshoot"  # key beside it: share of the load on waves far above all points around
 SOME_LOAD = 0.01  # beyond it the bandwidth error is unknown; without spikes the share is below 1e-4
 
 
@@ -66,10 +66,10 @@ class Quarters(Run):
 
 
 class Pressed(Quarters):
-    """The run of one map: realization 0 is the map as it is, and there is no other.
+    """The run of one map, its only realization.
 
     Its quarters are pressed one by one with the same pressure, in a run of their own. Their scatter gives the
-    statistical error: how far the map may be from the mean over many such maps. The difference of the mean of the
+    statistical error, the deviation of the map from the mean over many such maps. The difference of the mean of the
     quarters from the map is the error of its size and of its edges: quarters have twice the edge per area.
     """
 
@@ -90,29 +90,29 @@ class Pressed(Quarters):
 
     @property
     def independent(self) -> int:
-        """How many sound quarters show the scatter."""
+        """Number of sound quarters."""
         return self.quarters.independent
 
     def values(
         self, observable: str, column: str | None = None, *, extrapolated: bool = True, counts: Counts | None = None
     ) -> Values:
-        """Return the values of the map, with the scatter of its quarters: `_SHARED` times theirs about their mean."""
+        """Return the values of the map, with `_SHARED` times the scatter of its quarters about their mean."""
         whole = super().values(observable, column, extrapolated=extrapolated, counts=counts)
         parts = self.quarters.values(observable, column, extrapolated=extrapolated)
-        with np.errstate(all="ignore"):  # 0/0 at rest, and where nothing yields
+        with np.errstate(all="ignore"):  # 0/0 at rest, and without yielding
             size = _SHARED * whole.mean / parts.mean
             scatter = {stream: rows * size for stream, rows in parts.scatter.items()}
         return whole._replace(scatter={stream: np.nan_to_num(rows) for stream, rows in scatter.items()})
 
     def size_error(self, observable: str, column: str, values: Values) -> Array:
-        """Return how far the mean of the quarters is from the map, relative to the map."""
+        """Return the relative difference of the mean of the quarters from the map."""
         whole, parts = (run.values(observable, column).mean for run in (self, self.quarters))
         with np.errstate(all="ignore"):  # 0/0 at rest
             return np.asarray(np.nan_to_num(np.abs(parts / whole - 1.0), posinf=0.0))
 
     @property
     def angles(self) -> dict[str, float]:
-        """Directions of sliding in which T_flash is known, radians: along and across the lay of the map, and "asked".
+        """Directions of sliding with their own T_flash, radians: along and across the lay of the map, and "asked".
 
         Empty while the map or a quarter is missing.
         """
@@ -127,14 +127,14 @@ class Pressed(Quarters):
 
     @property
     def overshoot(self) -> float:
-        """Share of the load where the waves of the map stand far above its points around; NaN while it is missing."""
+        """Share of the load on waves of the map far above its points around; NaN while it is missing."""
         return float(_of_last_level(self, 0).get(OVERSHOOT, np.nan))
 
     def in_direction(self, name: str, column: str | None = None) -> Estimate:
         """Return T_flash in one of the directions `angles`: its mean over directions, times their ratio in the contact.
 
-        The scatter of the ratio is that of the four quarters, and the difference of their mean from the map an error of
-        its size. LookupError if the direction was not computed.
+        The scatter of the ratio is from the four quarters; the difference of their mean from the map is an error of its
+        size. LookupError if the direction was not computed.
         """
         members = [_by_direction(self, 0), *(_by_direction(self.quarters, part) for part in range(4))]
         over, *parts = (found.over_mean[name] for found in members if found is not None)

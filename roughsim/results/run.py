@@ -21,27 +21,27 @@ Field = NDArray[np.float32]
 
 
 class Run(Means):
-    """A run folder as it stands when it is opened; `refresh` reads the members that have come since.
+    """State of a run folder at the time of opening; `refresh` reads members written since.
 
-    Its attributes are those of `Means`.
+    Attributes as of `Means`.
     """
 
     def fields(
         self, name: str, column: str | None = None, *, speed: float | None = None, direction: float = 0.0
     ) -> Iterator[tuple[int, Field]]:
-        """Go through the kept fields of a column's finest level in the run's cell, one in memory at a time.
+        """Iterate over the kept fields of a column's finest level in the run's cell, one in memory at a time.
 
         Parameters
         ----------
         name : {"heights", "pressure", "heat_flux", "temperature"}
-            Composite heights, m; pressure, Pa; the frictional heat μσ|v| of both bodies, W/m²; the temperature above
-            the mean of the cell that the share of that heat leaves in the moving body, K, after the slide from rest
-            that the numerics say (`slid_distance`). The last two are computed from the stored pressure.
+            Composite heights, m; pressure, Pa; the frictional heat μσ|v| of both bodies, W/m²; the temperature of the
+            moving body with its share of the heat, above the mean of the cell, K, after the slide from rest over the
+            `slid_distance` of the numerics. The last two are computed from the stored pressure.
         column : str, optional
             As in `estimate`.
         speed : float, optional
-            v, m/s, for heat_flux and temperature: any speed, also one that the run has no moments for; a negative
-            one slides the other way.
+            v, m/s, for heat_flux and temperature: any speed, also one without moments in the run; negative: the
+            opposite direction.
         direction : float
             Angle of sliding, radians from axis 0 towards axis 1.
 
@@ -95,7 +95,7 @@ class Run(Means):
         return temperature
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
-        """Return the error for fields that were not kept, of a realization or of all, with the way to get them."""
+        """Return the error for fields that were not kept, of a realization or of all, with advice."""
         if index is not None and (level, index) in self.damaged:
             return RecordError(self.damaged[level, index])
         missing = "has kept no fields" if index is None else f"has not kept the fields of realization {index}"
@@ -121,20 +121,20 @@ class Run(Means):
         return in_notebook(*lines, Table(columns, rows, "flash_temperature, K", notes))
 
     def arrays(self) -> list[Labelled]:
-        """Return all numbers of all members that count, and the kept fields, with names, axes and units."""
+        """Return all numbers of all counted members, and the kept fields, with names, axes and units."""
         self.pairs()
         here = copy(self)
         here.folder = self.folder.absolute()  # an unpickled dataset may be used in another directory
         return list(arrays.arrays_of(self, here.field))
 
     def to_xarray(self) -> Any:
-        """Return all numbers of all members that count, and the kept fields, as an `xarray.Dataset`.
+        """Return all numbers of all counted members, and the kept fields, as an `xarray.Dataset`.
 
         Its dimensions are level, realization and speed, with column, q_c and cell of each level as coordinates, so that
-        ``ds.flash_temperature.isel(level=-1).mean("realization")`` is a curve over speed of that level alone, which
-        may be one in half the cell. What depends on the grid of a level carries its number: ``pressure_L2``
-        (kept_realization_L2, x_L2, y_L2) is read when it is used. Temperatures are those of the heat share used,
-        `heat_partition` (level, speed). Failed members are NaN with converged = 0.
+        ``ds.flash_temperature.isel(level=-1).mean("realization")`` is a curve over speed of that level alone, which may
+        be one in half the cell. Arrays that depend on the grid of a level have its number: ``pressure_L2``
+        (kept_realization_L2, x_L2, y_L2), loaded lazily. Temperatures have the heat share `heat_partition`
+        (level, speed). Failed members are NaN with converged = 0.
 
         ImportError if xarray is not installed: ``pip install 'roughsim[xarray]'``. ValueError if the run has no sound
         realization yet.
@@ -143,7 +143,7 @@ class Run(Means):
 
 
 def _check_field(name: str, speed: float | None, direction: float = 0.0) -> None:
-    """Refuse an unknown field, a missing or a useless speed, or a direction that is no number: ValueError."""
+    """Refuse an unknown field, a missing or an unneeded speed, or a direction that is no number: ValueError."""
     number("direction", direction, "rad")
     if name not in (*KEPT_FIELDS, *DERIVED_UNITS):
         raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}")

@@ -1,7 +1,7 @@
-"""The share of the heat in reported temperatures: as the scene states it, or as the contacts of the run give it.
+"""The share of the heat in reported temperatures, given by the scene or computed from the contacts of the run.
 
-The rules "mean" and "total" need the temperatures of both bodies. A measured column has its own, and takes its share
-from them. The theory takes that of the theory.
+The rules "mean" and "total" need the temperatures of both bodies. The share of a measured column follows from its own
+temperatures, the share of the theory from the theory.
 """
 
 from dataclasses import replace
@@ -15,7 +15,7 @@ from roughsim.grid import Array
 from roughsim.scene import Scene
 
 OWN = ("mean", "total")  # the rules by which each measured column has a share of its own
-NOTE = "with the share of the heat by the temperatures that this contact itself gives both bodies"
+NOTE = "with the share of the heat from the temperatures of both bodies in this contact"
 
 
 def has_own_share(scene: Scene) -> bool:
@@ -24,15 +24,15 @@ def has_own_share(scene: Scene) -> bool:
 
 
 def times_share(values: Values, share: Values | Array) -> Values:
-    """Return the values of a temperature, given with all the heat, with a share of it, (speeds,).
+    """Return the values of a temperature, given with all the heat, times a share of it, (speeds,).
 
-    A measured `share` is of the same surfaces.
+    A measured `share` is from the same surfaces.
     """
     return product(values, share) if isinstance(share, Values) else scaled(values, share)
 
 
 def share_text(shares: dict[str, Array]) -> str:
-    """Return in words the shares of columns over speed, (speeds,) each; one text where all are equal."""
+    """Return in words the shares of columns over speed, (speeds,) each; one text if all are equal."""
     texts = {
         name: " to ".join(dict.fromkeys(f"{value:.3g}" for value in (share.min(), share.max())))
         for name, share in shares.items()
@@ -43,7 +43,7 @@ def share_text(shares: dict[str, Array]) -> str:
 
 
 def with_warming(flash: Estimate, share: Estimate | Array, warming: Array) -> Estimate:
-    """Return s (T₀ + T_flash) from s T_flash; `warming`, (speeds,), is T₀ with all the heat, which is exact, K.
+    """Return s (T₀ + T_flash) from s T_flash; `warming`, (speeds,), is the exact T₀ with all the heat, K.
 
     The errors of a measured `share` add to the errors of s T_flash.
     """
@@ -62,9 +62,9 @@ def with_warming(flash: Estimate, share: Estimate | Array, warming: Array) -> Es
 def at_other_speed(scene: Scene, speed: float, known: Array, own: Array) -> float:
     """Return the share of a run at a speed, m/s, without moments, from the share of the theory there.
 
-    `known` and `own`, (speeds,), are the shares by the theory and by the run. s/(1 − s) is the temperature of the
-    resting body over that of the moving one, each with all the heat. Its quotient by run and theory is linear in that
-    of the theory between those speeds, and constant beyond.
+    `known` and `own`, (speeds,), are the shares by the theory and by the run. The odds s/(1 − s) are the ratio of the
+    temperatures of the resting and the moving body, each with all the heat. The odds of the run over the odds of the
+    theory are interpolated linearly over the odds of the theory, and constant beyond.
     """
     theory = float(prediction.heat_partition(scene, (speed,))[0])
     if not has_own_share(scene):

@@ -109,7 +109,7 @@ def test_the_mean_is_the_map_and_the_scatter_that_of_its_quarters(scene_file, tm
     assert found.n == 4
     said = found.explain()
     assert "scatter of the four quarters" in said
-    assert "size: how far the mean of the four quarters is from the map" in said
+    assert "size: difference of the mean of the four quarters from the map" in said
     assert "doubling cells" not in said  # of drawn surfaces
 
 

@@ -78,7 +78,7 @@ def test_a_start_leaves_nothing_of_killed_ones_behind(finished, folder):
 def test_an_edited_scene_of_a_run_is_refused_by_the_key(folder):
     text = (folder / "scene.toml").read_text()
     (folder / "scene.toml").write_text(text.replace("hurst = 0.8", "hurst = 0.7"))
-    with pytest.raises(rs.RecordError, match=r"of different scenes: surface\.hurst differs; put back what was edited"):
+    with pytest.raises(rs.RecordError, match=r"of different scenes: surface\.hurst differs; undo the edit"):
         rs.open_run(folder)
 
 

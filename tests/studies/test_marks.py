@@ -158,7 +158,7 @@ def test_files_of_a_study_have_the_marks(mixed, tmp_path):
         assert file["flash_temperature_unknown"].asstr()[2, 1, column, -1] == "bandwidth"
         assert file["flash_temperature_note"].asstr()[2, 1, column, -1] == "at q_c"
         assert file["flash_temperature_unknown"].asstr()[0, 0, column, -1] == ""
-        words = "total error of the mean, 95 %; at least, where parts of it are unknown (bandwidth)"
+        words = "total error of the mean, 95 %; a lower bound if parts of it are unknown (bandwidth)"
         assert file["flash_temperature_total_error"].attrs["description"] == words
         beside = file["flash_temperature"].attrs["ancillary_variables"].split()
         assert beside == [f"flash_temperature_{part}" for part in ("total_error", "unknown", "note")]
