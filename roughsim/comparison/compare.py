@@ -17,7 +17,7 @@ from roughsim.comparison.rows import CONTACT_TEMPERATURE, FLASH, NOTICED, Row, S
 from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.prediction.statements import statements, texture_warnings
 from roughsim.results import marks
-from roughsim.results.folder import left_out
+from roughsim.results.folder import left_out, open_run
 from roughsim.results.pressed import SOME_LOAD, Pressed
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
@@ -124,13 +124,13 @@ class Comparison:
         comparison_chart(self.run, self.rows, Path(path))
 
 
-def compare(run: Run) -> Comparison:
+def compare(run: Run | str | Path) -> Comparison:
     """Set a run beside the theory.
 
     Parameters
     ----------
-    run : Run
-        From `run` or `open_run`; at least two sound realizations.
+    run : Run, str or Path
+        From `run` or `open_run`, or its folder; at least two sound realizations.
 
     Returns
     -------
@@ -142,6 +142,8 @@ def compare(run: Run) -> Comparison:
     ValueError
         If the run has fewer than two sound realizations: there is no error to compare with.
     """
+    if not isinstance(run, Run):
+        run = open_run(run)
     sound = run.independent
     if sound < 2:
         raise ValueError(f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on")

@@ -20,7 +20,7 @@ from roughsim.planning.plan import plan
 from roughsim.planning.realization import largest_member, scene_of
 from roughsim.results.folder import describe, folder_state, open_run, read_description
 from roughsim.results.run import Run
-from roughsim.scene import Scene
+from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.show.text import is_notebook
 from roughsim.store.claims import Claims
@@ -29,7 +29,7 @@ from roughsim.store.member_files import FORMAT
 
 
 def run(
-    scene: Scene,
+    scene: SceneLike,
     folder: str | Path,
     *,
     numerics: Numerics | None = None,
@@ -44,8 +44,8 @@ def run(
 
     Parameters
     ----------
-    scene : Scene
-        Scene to compute.
+    scene : Scene, str, path or dict
+        Scene to compute, or an argument of `load_scene`.
     folder : str or Path
         Run folder; made if it does not exist. The same scene, numerics and seed resume it. Several processes may work
         on one run, also on different machines: each takes members that no other computes.
@@ -90,7 +90,7 @@ def run(
         Naming the argument, before any work.
     """
     allowed = Workers(workers, executor)
-    scene = aimed(scene, seed=seed, until=until, max_realizations=max_realizations)
+    scene = aimed(as_scene(scene), seed=seed, until=until, max_realizations=max_realizations)
     if observer is None and is_notebook():
         from roughsim.ensemble.progress import Progress  # rich is slow to import
 

@@ -18,7 +18,7 @@ from roughsim.planning.realization import largest_member
 from roughsim.planning.reasons import at_speeds, level_text, span, workers_reason
 from roughsim.planning.sliding import slide_reasons, with_slide
 from roughsim.prediction.scans import scan_of_hottest
-from roughsim.scene import Scene
+from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
 
 # relative standard deviation of T_flash over the members of a lowest level, × longest waves per side × √(contact area
@@ -27,13 +27,13 @@ _SCATTER = 0.012, 0.046
 _SECONDS = 5e-9  # of CPU time over the work of a member, on one core of a server of 2020
 
 
-def plan(scene: Scene, target_error: float | None = None) -> Numerics:
+def plan(scene: SceneLike, target_error: float | None = None) -> Numerics:
     """Choose the numerics of a scene by rule; keys of its [numerics] section are taken as they are.
 
     Parameters
     ----------
-    scene : Scene
-        What is to be computed.
+    scene : Scene, str, path or dict
+        Scene to compute, or an argument of `load_scene`.
     target_error : float, optional
         Relative total error of T_flash to aim at. Left out: that of the scene's `until`, or 1 %.
 
@@ -49,6 +49,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     ResolutionError
         If the machine has too little memory for the largest grid.
     """
+    scene = as_scene(scene)
     target = (TARGET | dict(scene.ensemble.until))["flash_temperature"] if target_error is None else target_error
     if not 0.0 < number("target_error", target) < 1.0:
         raise ValueError(f"target_error = {target:.6g} must lie between 0 and 1; 0.01 is 1 %")

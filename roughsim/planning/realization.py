@@ -12,7 +12,7 @@ from roughsim.grid import Grid
 from roughsim.heat.partition import Body
 from roughsim.observables.moments import HeatSource
 from roughsim.pipeline import BYTES_PER_POINT, Problem, Solution, linear_algebra, solve_problem
-from roughsim.scene import Scene
+from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import Numerics
 from roughsim.sliding.member import SlideProblem
 from roughsim.sliding.path import oblique_path, pixel_of_path
@@ -22,13 +22,13 @@ _LEAST_STEPS = 4  # of a slide: the last half has means
 _AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
-def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, index: int = 0) -> Solution:
+def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, index: int = 0) -> Solution:
     """Compute one member of an ensemble.
 
     Parameters
     ----------
-    scene : Scene
-        What is computed.
+    scene : Scene, str, path or dict
+        Scene to compute, or an argument of `load_scene`.
     numerics : Numerics
         How accurately; its `levels[level]` has the column, grid and cut-off.
     seed : int
@@ -48,6 +48,7 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
     ValueError
         If `seed`, `level` or `index` is no whole number, or out of range.
     """
+    scene = as_scene(scene)
     limits = {"seed": (seed, np.inf), "level": (level, len(numerics.levels)), "index": (index, np.inf)}
     for name, (value, limit) in limits.items():
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:

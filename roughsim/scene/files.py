@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _MAX_BYTES = 64 * 1024
 _FEW_ROWS = 6  # of a table C(q) that a text for people shows
 _MAX_TABLE_BYTES = 1024 * 1024
+SceneLike = Scene | str | os.PathLike[str] | Mapping[str, Any]  # a scene, or an argument of `load_scene`
 BLANK = "blank"  # the form to fill in: every key, commented out; it is no scene by itself
 
 
@@ -68,6 +69,11 @@ def load_scene(
     """
     content, source, folder = scene_content(name_or_path)
     return scene_of(content, changes or {}, source, folder)
+
+
+def as_scene(scene: SceneLike) -> Scene:
+    """Return a scene as it is, or load it by name, path or content; errors as of `load_scene`."""
+    return scene if isinstance(scene, Scene) else load_scene(scene)
 
 
 def scene_content(name_or_path: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[dict[str, Any], str, Path | None]:

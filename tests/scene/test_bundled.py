@@ -127,3 +127,18 @@ def test_new_prints_the_form(capsys):
     with pytest.raises(SystemExit):
         cli.main(["new", "blank"])
     assert capsys.readouterr().out == scene_text(BLANK)
+
+
+def test_plan_realize_run_and_compare_take_a_name_a_path_or_a_folder(tmp_path):
+    path, folder = tmp_path / "mine.toml", tmp_path / "run"
+    path.write_text(scene_text("demo"))
+    numerics = rs.plan("demo")
+    assert rs.plan(path) == rs.plan(rs.load_scene("demo")) == numerics
+    fraction = rs.realize("demo", numerics, seed=1).contact.contact_fraction
+    assert fraction == rs.realize(rs.load_scene(path), numerics, seed=1).contact.contact_fraction
+    run = rs.run("demo", folder, max_realizations=2, until={})
+    assert rs.compare(folder).to_dict() == rs.compare(run).to_dict()
+    with pytest.raises(SceneError, match="is not bundled"):
+        rs.plan("granit")
+    with pytest.raises(TypeError, match="must be the name of a bundled scene, a path or a mapping"):
+        rs.plan(7)
