@@ -33,10 +33,10 @@ class Limit(NamedTuple):
 
 
 def available_memory(root: Path = _ROOT) -> Limit:
-    """Return the memory that this process and those it starts can still take together.
+    """Return the memory available to this process and its children together.
 
-    A limit of the address space holds for each process; it is taken for all together, as batch systems set it so. inf
-    where the system gives no number. `root` is the folder with proc and sys.
+    A limit of the address space holds for each process; it is applied to all together, as batch systems intend it. inf
+    if the system gives no number. `root` is the folder with proc and sys.
     """
     limits = [_machine_memory(root), *_group_memory(root), *_own_limits(root)]
     return min(limits, key=lambda limit: limit.amount)
@@ -49,9 +49,9 @@ def usable_cores(root: Path = _ROOT) -> Limit:
 
 
 def workers_that_fit(wanted: int, member: float, why: str, available: Limit) -> int:
-    """Return how many processes can compute members of so many bytes at the same time, 1 to `wanted`.
+    """Return the number of processes, 1 to `wanted`, whose members, of `member` bytes each, fit into memory together.
 
-    ResolutionError if there is no room for one member; `why` is the part that takes its memory.
+    ResolutionError if one member does not fit; `why` is the part that needs the memory.
     """
     room = SHARE * available.amount
     if member > room:
@@ -74,7 +74,7 @@ def exceeds(needed: float, share: float) -> bool:
 
 
 def _machine_memory(root: Path = _ROOT) -> Limit:
-    """Return the memory of the machine that no program uses; without Linux all that it has; inf where it is unknown."""
+    """Return the free memory of the machine; without Linux its total memory; inf if unknown."""
     for line in _lines_of(root / "proc/meminfo"):
         if line.startswith("MemAvailable:"):
             return Limit(1024.0 * float(line.split()[1]), "free on this machine")
@@ -120,7 +120,7 @@ def allowed_cores() -> Limit:
 
 
 def _group_cores(root: Path = _ROOT) -> Iterator[Limit]:
-    """Yield how many cores' worth of time each control group of this process gives, in whole cores, at least 1."""
+    """Yield the CPU quota of each control group of this process, in whole cores, at least 1."""
     for folder, version in _control_groups("cpu", root):
         if version == 2:
             words = [word for line in _lines_of(folder / "cpu.max") for word in line.split()]
@@ -134,8 +134,8 @@ def _group_cores(root: Path = _ROOT) -> Iterator[Limit]:
 def _control_groups(controller: str, root: Path = _ROOT) -> Iterator[tuple[Path, int]]:
     """Yield the folder and version of the control group of this process, and of each one above it.
 
-    /proc/self/cgroup has the path of the group in its hierarchy, /proc/self/mountinfo where the hierarchy is mounted,
-    and which part of it: in a container the group may lie above that part, or have the path "/".
+    /proc/self/cgroup has the path of the group in its hierarchy, /proc/self/mountinfo the mount point of the hierarchy
+    and the mounted part: in a container the group may lie above that part, or have the path "/".
     """
     paths: dict[tuple[int, str], str] = {}
     for line in _lines_of(root / "proc/self/cgroup"):
@@ -171,7 +171,7 @@ def _as_number(text: str, default: float = inf) -> float:
 
 
 def _lines_of(path: Path) -> list[str]:
-    """Return the lines of a small file of the system; none where it cannot be read."""
+    """Return the lines of a small file of the system; none if it cannot be read."""
     try:
         return path.read_text(errors="replace").splitlines()
     except OSError:

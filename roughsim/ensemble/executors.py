@@ -126,7 +126,7 @@ class Workers(AbstractContextManager["Workers"]):
         before = self.count
         self._asked = self.count = max(before - 1, 1)
         warnings.warn(
-            f"a worker has died ({reason}), as where memory runs out: {before} workers need about {before} × "
+            f"a worker has died ({reason}), as if memory ran out: {before} workers need about {before} × "
             f"{(self._member + PROCESS) / 1e9:.3g} GB, and {in_words(self._memory)} at the start of the run; ask for "
             f"more memory, or for fewer workers; the run continues with {self.count}",
             RuntimeWarning,

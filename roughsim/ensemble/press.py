@@ -33,7 +33,7 @@ MOST_SIDE = 2048  # points per side of the contact of a map
 _BYTES_PER_POINT = 64.0  # of the map with its mirror images
 _EDGES = {
     "mirror": "made periodic by its mirror images: no step, but the slope changes its sign at the edges",
-    "tile": "side by side as it is: where opposite edges differ there is a step, which carries load",
+    "tile": "repeated side by side: unequal opposite edges make a step, which carries load",
 }
 _ALL_WAVES = "all waves of the map; none are added beyond"
 _FEWER_WAVES = "too many points for the shortest waves; half the cut-off shows their effect"
@@ -62,9 +62,9 @@ def press(
     folder : str or Path
         Folder of the run; the same call resumes it.
     edges : {"mirror", "tile"}, optional
-        How the map is made periodic. "mirror": with its mirror images, in a cell of twice its sides, without a step.
-        "tile": as it is, side by side, with steps where opposite edges differ. Default: tile if the file marks the map
-        as periodic, else mirror.
+        Way to make the map periodic. "mirror": with its mirror images, in a cell of twice its sides, without a step.
+        "tile": repeated side by side, with steps at unequal opposite edges. Default: tile if the file marks the map as
+        periodic, else mirror.
     changes : mapping, optional
         Other values of some keys of the scene, as for `load_scene`.
     workers : int, optional
@@ -164,10 +164,10 @@ class Resolution(NamedTuple):
 
 
 def resolution_of(scene: Scene, grid: Grid) -> Resolution:
-    """Return cut-off and pixels of a cell for at most 2048 points per side, and twice that on the finer grid.
+    """Return cut-off and pixels of a cell for at most 2048 points per side, and twice as many on the finer grid.
 
-    Maps of few points have 4 and 8 pixels per shortest wave. Others have 2 and 4, without their shortest waves where
-    the points do not suffice.
+    Maps of few points have 4 and 8 pixels per shortest wave. Others have 2 and 4, without their shortest waves if the
+    points do not suffice.
     """
     longest = max(n * max(grid.spacing) for n in grid.shape)  # with square pixels
     all_waves = min(grid.nyquist, float(scene.spectrum.breaks[-1]))
@@ -179,7 +179,7 @@ def resolution_of(scene: Scene, grid: Grid) -> Resolution:
 
 
 def _numerics(scene: Scene, grid: Grid, resolution: Resolution, edges: str) -> Numerics:
-    """Return the levels of a map: the cut-off on two grids, and half of it on two more where waves are left out."""
+    """Return the levels of a map: the cut-off on two grids, and half of it on two more if waves are left out."""
     column: Column = "elastic" if scene.elastic else "capped"
     q_max, pixels, whole = resolution
     factor = pixels * q_max * max(grid.spacing) / (2 * pi)  # points of the level per point of the map

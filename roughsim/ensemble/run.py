@@ -60,8 +60,8 @@ def run(
         Largest number of members of each level; default: from the scene. Each of several processes stops by its own
         `until` and `max_realizations`; run.json has the values of the process that started last.
     workers : int, optional
-        Processes; 1 computes in this one. None: as many as this process has cores. There are fewer, with a warning,
-        where they would take more than 80 % of the available memory. A script that asks for more than one needs
+        Processes; 1 computes in this one. None: as many as this process has cores. The number is reduced, with a
+        warning, to use at most 80 % of the available memory. A script with several workers needs
         ``if __name__ == "__main__":``; a notebook does not.
     executor : concurrent.futures.Executor, optional
         Used in place of own processes; twice `workers` members are submitted at a time. Their memory is not checked.
@@ -122,7 +122,7 @@ def complete(
             home = folder.absolute()
             remove_unfinished(home, claims)
             run = open_run(folder, damaged="redo")
-            run.until = dict(scene.ensemble.until)  # scene.toml may have those of another process
+            run.until = dict(scene.ensemble.until)  # scene.toml may have the targets of another process
             run.max_realizations = scene.ensemble.max_realizations
             run.refresh()
             runs.append(ActiveRun(scene_of(scene, numerics), numerics, home, run, source))

@@ -48,9 +48,8 @@ class Job:
 def store_members(jobs: list[Job], index: int) -> str:
     """Compute one member of each run, write their files, and return the name of this host.
 
-    Neighbours in the list share their surface and their contact where these are equal. A solve that does not converge
-    is stored as a failure. RecordError if this process does not see a run folder; OSError, naming the path, if the disk
-    refuses.
+    Neighbours in the list with an equal surface or contact share it. A solve that does not converge is stored as a
+    failure. RecordError if a run folder does not exist for this process; OSError with the path if the disk refuses.
     """
     host = socket.gethostname()
     solved: list[Solved] = []
@@ -65,7 +64,7 @@ def store_members(jobs: list[Job], index: int) -> str:
 
 
 def _store_member(job: Job, index: int, before: list[Solved]) -> list[Solved]:
-    """Compute one member and write its file; return the solved contacts, or `before` where there are none."""
+    """Compute one member and write its file; return its solved contacts, or `before` if it has none."""
     problem = replace(job.problem, index=index)
     solved = before
     fourier.set_threads(problem.threads)

@@ -88,7 +88,7 @@ def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[Rung]:
 def _climb(grids: _Grids, end: float, q_max: float, q_yield: float = 0.0) -> list[Rung]:
     """Return the levels of a column up to the end of its spectrum, each with its partners.
 
-    Cut-offs are in rad/m. `q_max` is the end of C(q), `q_yield` is q_y where there is a hardness.
+    Cut-offs are in rad/m. `q_max` is the end of C(q), `q_yield` is q_y for a scene with a hardness.
     """
     top = min(end, grids.highest)
     doublings = max(round(log2(grids.points(top) / BASE_SIDE)), 0)
@@ -108,7 +108,7 @@ def _climb(grids: _Grids, end: float, q_max: float, q_yield: float = 0.0) -> lis
         elif cut == top:
             why += f"; the largest grid of a plan, C(q) goes on to {q_max:.3g} rad/m"
         rungs.append(Rung(level, why))
-        # a change by the pixel is carried to the end of C(q) from below, and seen best there
+        # the change by the pixel is extrapolated to the end of C(q), and most accurate if measured there
         finer = (2, 4) if cut == end else (2,) if k < 2 else ()
         partners = [grids.level(cut, pixels=times * PIXELS) for times in finer]
         why = "half the pixel of the level before: the change by the pixel"

@@ -1,6 +1,6 @@
-"""The sizes that follow from a scene, and a warning for each number that is beyond the model.
+"""Derived quantities of a scene, and a warning for each number outside the range of the model.
 
-A warning has the value, the limit, and what to check. The table at the end of docs/limits.md has the same limits.
+A warning has the value, the limit, and advice. The table at the end of docs/limits.md has the same limits.
 """
 
 from collections.abc import Iterator
@@ -157,7 +157,7 @@ def _heat_lines(scene: Scene, known: Facts) -> Lines:
         )
     elif hottest > _HOTTEST:
         units = "check the units of heat, load and roughness"
-        yield f"{reached}, above {_HOTTEST:g} K, where no material is solid; {units}"
+        yield f"{reached}, above {_HOTTEST:g} K: no material is solid there; {units}"
     fastest = float(known.peclet_number.max())
     if fastest > 1.0 and (depth := known.hot_spot_radius * sqrt(2.0 / fastest)) < _FREE_PATH:
         yield (
@@ -179,7 +179,7 @@ def _share_lines(scene: Scene, known: Facts) -> Lines:
     if alike and 1 / _LIKE <= first / second <= _LIKE:
         about = "about " if scene.tables else ""  # a table over temperature has another value at another share
         yield (
-            f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is that of hot spots that rest on the counterface, "
+            f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is for hot spots that rest on the counterface, "
             "but two equally rough faces of one material share the heat evenly; heat_partition = 0.5 makes "
             f"temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md"
         )

@@ -22,20 +22,20 @@ from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
 
 # relative standard deviation of T_flash over the members of a lowest level, × longest waves per side × √(contact area
-# of the theory there): the least and the largest of 20 scenes, elastic and capped, contact on .0005 … .25 of the area
+# of the theory there): smallest and largest of 20 scenes, elastic and capped, with contact on .0005 … .25 of the area
 _SCATTER = 0.012, 0.046
 _SECONDS = 5e-9  # of CPU time over the work of a member, on one core of a server of 2020
 
 
 def plan(scene: SceneLike, target_error: float | None = None) -> Numerics:
-    """Choose the numerics of a scene by rule; keys of its [numerics] section are taken as they are.
+    """Choose the numerics of a scene by rule; keys given in its [numerics] section are kept.
 
     Parameters
     ----------
     scene : Scene, str, path or dict
         Scene to compute, or an argument of `load_scene`.
     target_error : float, optional
-        Relative total error of T_flash to aim at. Left out: that of the scene's `until`, or 1 %.
+        Target for the relative total error of T_flash. Default: from the scene's `until`, or 1 %.
 
     Returns
     -------
@@ -125,10 +125,11 @@ def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
 
 
 def _work_of(scene: Scene, numerics: Numerics, rungs: Sequence[int], target: float, scatter: float) -> float:
-    """Return the work by which the scatter of some levels falls to a relative error; `scatter` as in `_SCATTER`.
+    """Return the work that reduces the scatter of some levels to a relative error; `scatter` as in `_SCATTER`.
 
-    Levels are independent, and each has members in proportion to its scatter over the root of the work of one. What a
-    level corrects scatters half as much as below it, and in a part of the cell by the parts more.
+    Levels are independent, and their number of members is proportional to the scatter over the square root of the work
+    of a member. The correction of each level scatters half as much as that below it; in a smaller cell, more by the
+    ratio of the sides.
     """
     lowest = numerics.levels[rungs[0]].q_max
     area = prediction.area_fractions(scene, lowest)["contact_fraction"]

@@ -30,16 +30,16 @@ def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, 
     scene : Scene, str, path or dict
         Scene to compute, or an argument of `load_scene`.
     numerics : Numerics
-        How accurately; its `levels[level]` has the column, grid and cut-off.
+        Numerical parameters; `levels[level]` has the column, grid and cut-off.
     seed : int
-        Of the ensemble, ≥ 0.
+        Seed of the ensemble, ≥ 0.
     level, index : int
-        Which member.
+        Level and number of the member.
 
     Returns
     -------
     Solution
-        The surface, its contact, and what was measured of it at the scene's speeds.
+        The surface, its contact, and the observables at the scene's speeds.
 
     Raises
     ------

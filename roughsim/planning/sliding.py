@@ -24,7 +24,7 @@ STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the
 def with_slide(scene: Scene, numerics: Numerics) -> Numerics:
     """Return the numerics with a level for the slide.
 
-    Numerics that have one, and those of a frozen scene, are returned as they are.
+    Numerics with a slide, and the numerics of a frozen scene, are returned unchanged.
     """
     if scene.sliding.history != SLIDING or numerics.slide is not None:
         return numerics
@@ -32,10 +32,11 @@ def with_slide(scene: Scene, numerics: Numerics) -> Numerics:
 
 
 def slide_level(scene: Scene, numerics: Numerics) -> Level:
-    """Return the level of a slide: the lowest of the last column, halved to about half of the points of a lowest one.
+    """Return the level of a slide: the lowest of the last column, halved to about half of `BASE_SIDE` points per side.
 
-    Contact that yields keeps `_LEAST_CUT_OFF`: from there on the ratio of sliding to frozen hardly depends on the
-    cut-off. In elastic contact it changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8 from there to 512.
+    The cut-off of yielding contact stays above `_LEAST_CUT_OFF`, beyond which the ratio of sliding to frozen hardly
+    depends on it. In elastic contact the ratio changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8 % from
+    256 to 512.
     """
     level = numerics.levels[numerics.rungs(numerics.columns[-1])[0]]
     (x, y), q_max = level.shape, level.q_max
@@ -86,20 +87,20 @@ def left_out(scene: Scene, numerics: Numerics) -> Reason:
     why = (
         'the contact slides on unchanged, as if the counterface alone were rough. With history = "sliding" both faces '
         "move, equal bodies take half of the heat each, and T_flash differs by 10 to 60 %: it is lower at low speeds "
-        "and higher at high ones, where summits of the moving body stay hot; "
+        "and higher at high ones, as summits of the moving body stay hot; "
         f"about {clock(seconds)} of CPU time for each {1e3 * cell:.3g} mm slid"
     )
     return Reason("history", "frozen", why)
 
 
 def seconds_of_slide(problem: SlideProblem) -> float:
-    """Return about how much CPU time a slide takes, s; each speed is followed over its own distance."""
+    """Return the approximate CPU time of a slide, s; each speed is computed over its own distance."""
     followed = sum(problem.distances) / max(problem.distances)
     both = 1.0 + COARSER**3 * (problem.coarser is not None)  # the slide on the coarser grid comes after it
     return problem.steps * both * seconds_of_step(problem.grid, followed)
 
 
 def seconds_of_step(grid: Grid, speeds: float) -> float:
-    """Return about how much CPU time a step takes, s."""
+    """Return the approximate CPU time of a step, s."""
     contact, heat = STEP_SECONDS
     return grid.points * (contact + heat * speeds)

@@ -42,7 +42,7 @@ def _parts_of(key: Any) -> tuple[str, str, str]:
 
 
 def _set(inside: dict[str, Any], name: str, value: Any) -> None:
-    """Set a value; None takes it away."""
+    """Set a value; None removes it."""
     if value is None:
         inside.pop(name, None)
     else:
@@ -52,8 +52,8 @@ def _set(inside: dict[str, Any], name: str, value: Any) -> None:
 def read_changes(words: list[str]) -> dict[str, Any]:
     """Return changes written as "sliding.nominal_pressure=5 MPa"; SceneError for another form.
 
-    A value is read as TOML where it is such (35.0, ["1 m/s", "10 m/s"]), else as a text; without one the key is taken
-    away.
+    A value is read as TOML if it is valid TOML (35.0, ["1 m/s", "10 m/s"]), else as a text; without a value the key is
+    removed.
     """
     changes: dict[str, Any] = {}
     for word in words:

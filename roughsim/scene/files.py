@@ -57,15 +57,14 @@ def load_scene(
         relative to its folder. Or the sections themselves, as {"surface": {...}, "body": {...}, "sliding": {...}};
         paths are then relative to the current directory.
     changes : mapping, optional
-        Other values of some keys, as if the file had them: {"sliding.nominal_pressure": "5 MPa"}. None takes a key
-        away.
+        Values of keys that replace those in the file: {"sliding.nominal_pressure": "5 MPa"}. None removes a key.
 
     Raises
     ------
     SceneError
-        One line that names the file, the key, its value, the limit and what to do.
+        One line with the file, the key, its value, the limit and advice.
     FileNotFoundError
-        If a path leads nowhere.
+        If a file does not exist.
     """
     content, source, folder = scene_content(name_or_path)
     return scene_of(content, changes or {}, source, folder)

@@ -55,7 +55,7 @@ class Scene(Record, section=""):
     Raises
     ------
     SceneError
-        One line naming the key, its value, the limit and what to do.
+        One line with the key, its value, the limit and advice.
     """
 
     title: Annotated[str, BeforeValidator(read_title)] = ""
@@ -92,9 +92,9 @@ class Scene(Record, section=""):
 
     @property
     def sliding_faces(self) -> tuple[Face, Face | None]:
-        """C(q), m⁴, of the face that rests and of the one that rides with the moving body, None for a flat.
+        """C(q), m⁴, of the resting and of the moving face, None for a flat.
 
-        A scene with one rough face has it at rest. Of two, that of [surface] rides with [body].
+        The only rough face of a scene rests. Of two, the face of [surface] moves with [body].
         """
         return (self.faces[0], None) if len(self.faces) == 1 else (self.faces[1], self.faces[0])
 
@@ -117,7 +117,7 @@ class Scene(Record, section=""):
 
     @property
     def scanned(self) -> bool:
-        """Whether a C(q) was measured on one map, so that its own error is unknown."""
+        """Whether a C(q) was measured on maps, and has an error of its own."""
         faces = (self.surface, self.counterface)
         return any(face is not None and face.psd_source == "scan" for face in faces)
 
@@ -281,7 +281,7 @@ def _check_history(scene: Scene) -> None:
         if sliding.slid_distance is not None:
             raise ValueError(
                 f'sliding.slid_distance = {sliding.slid_distance:.6g} m goes with history = "sliding"; add it, or '
-                "remove the distance (numerics.slid_distance is that of temperature fields)"
+                "remove the distance (numerics.slid_distance is for temperature fields)"
             )
         return
     if not scene.counterface_conducts:
@@ -326,7 +326,7 @@ def _check_background(scene: Scene) -> None:
         )
     if not low <= kelvin <= high:
         raise ValueError(
-            f"{background} must lie between {low:g} K and {high:g} K, where the tables over temperature are given; "
+            f"{background} must lie between {low:g} K and {high:g} K, the range of the tables over temperature; "
             "extend them"
         )
 
@@ -343,7 +343,7 @@ def _check_derived(scene: Scene) -> None:
             rows = body.conductivity if isinstance(body.conductivity, tuple) else ((None, body.conductivity),)
             derived += [(name, _conduction_of(body, kelvin)[1], "m²/s") for kelvin, kappa in rows if kappa is not None]
     except (ArithmeticError, ValueError) as error:
-        raise ValueError(f"surface or body: numbers beyond what can be computed with ({error}); check them") from None
+        raise ValueError(f"surface or body: numbers beyond the range of floats ({error}); check them") from None
     for name, value, unit in derived:
         if not 0.0 < value < math.inf:
             raise ValueError(f"surface or body: the {name} becomes {value:.6g} {unit}; check the numbers it is made of")

@@ -49,12 +49,12 @@ class Level(Record, section="numerics.levels"):
     shape : (int, int)
         Points along x and y.
     q_max : float
-        Where the spectrum is cut, rad/m, at most the Nyquist wavenumber.
+        Cut-off of the spectrum, rad/m, at most the Nyquist wavenumber.
     cell : {"half", "quarter"} or None
-        Which part of the sides of the run's cell its own have; None: all. The lowest level of a column lies in the
-        run's cell. A higher one only corrects that, and may lie in a part of it.
+        Sides of its cell as a part of the sides of the run's cell; None: all. The lowest level of a column has the
+        run's cell. Higher levels are corrections, and may have smaller cells.
     first : int or None
-        Of the slide: how many realizations have it. None: all.
+        Number of realizations with a slide, for the slide only. None: all.
     """
 
     column: Column
@@ -65,12 +65,12 @@ class Level(Record, section="numerics.levels"):
 
     @property
     def parts(self) -> int:
-        """Side of the run's cell over the side of its own."""
+        """Ratio of the sides of the run's cell and of its own cell."""
         return {None: 1, "half": 2, "quarter": 4}[self.cell]
 
     @property
     def where(self) -> str:
-        """In which part of the run's cell it lies, in words to append; empty for all of it."""
+        """The size of its cell, in words to append; empty for the run's cell."""
         return {None: "", "half": " in half the cell", "quarter": " in a quarter of the cell"}[self.cell]
 
     @property
@@ -149,8 +149,8 @@ class Numerics(Record, section="numerics"):
                 raise ValueError(f'levels[{i}].cell does not go with column = "{SLIDING}"; remove it')
             if level.column == SLIDING and (i == 0 or i < len(self.levels) - 1):
                 raise ValueError(
-                    f'levels[{i}].column = "{SLIDING}" must be that of the last level, after those of single contacts; '
-                    "keep one and move it to the end"
+                    f'levels[{i}].column = "{SLIDING}" must be the last level, after all single contacts; keep one and '
+                    "move it to the end"
                 )
 
     def _check_column(self, column: str) -> None:
@@ -244,7 +244,7 @@ class Numerics(Record, section="numerics"):
 
     @property
     def slide(self) -> int | None:
-        """The level of the slide of one body over the other; None where history = "frozen"."""
+        """The level of the slide of one body over the other; None for history = "frozen"."""
         return len(self.levels) - 1 if self.levels[-1].column == SLIDING else None
 
     @property

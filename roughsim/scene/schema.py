@@ -2,8 +2,8 @@
 
 A section is a `Record`, whose fields are its keys; a number is annotated with its unit and limits, as in
 ``Annotated[float, Quantity("Pa", ...)]``. Numbers are SI; strings carry a unit ("0.90 um") and are converted by pint in
-decimal arithmetic, so that "0.90 um" is exactly 9e-7. Inside, a refusal is a ValueError whose text continues the key:
-``" = 3 Pa must be ..."``; what leaves a record is a `SceneError` of one line.
+decimal arithmetic, so that "0.90 um" is exactly 9e-7. Checks raise a ValueError whose text continues the key:
+``" = 3 Pa must be ..."``; a record turns it into a `SceneError` of one line.
 """
 
 import json
@@ -69,14 +69,14 @@ def shortened(text: str) -> str:
 
 
 def nearest(word: str, names: Iterable[str]) -> str | None:
-    """Return the name that a misspelt word comes close to, whatever its case; None if there is none."""
+    """Return the name closest to a misspelt word, ignoring case; None if none is close."""
     by_lower = {name.lower(): name for name in names}
     near = get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
     return by_lower[near[0]] if near else None
 
 
 def did_you_mean(word: str, names: Iterable[str]) -> str:
-    """Return ``did you mean "..."?``, or the list of all names where none is close to the word."""
+    """Return ``did you mean "..."?``, or the list of all names if none is close to the word."""
     names = list(names)
     near = nearest(word, names)
     return f'did you mean "{near}"?' if near else f"the choice is {', '.join(names)}"
@@ -84,9 +84,9 @@ def did_you_mean(word: str, names: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class Quantity:
-    """One number: its SI unit ("" if it has none), an example as a file would write it, and its limits.
+    """A number of a scene: its SI unit ("" for none), an example as written in a file, and its limits.
 
-    As the annotation of a field it reads the value before pydantic checks the type.
+    As the annotation of a field it converts the value before pydantic checks the type.
     """
 
     unit: str
@@ -104,7 +104,7 @@ class Quantity:
         return core_schema.no_info_before_validator_function(self, handler(source))
 
     def __call__(self, value: Any, where: str = "") -> Any:
-        """Return `value` in SI; `where` is its place within the key, such as "[2]"."""
+        """Return `value` in SI; the second argument is its place within the key, such as "[2]"."""
         as_text = isinstance(value, str) and not self.whole
         number = self.of_text(value, where) if as_text else self.of_number(value, where)
         bounds = {"above": self.above, "at least": self.at_least, "below": self.below, "at most": self.at_most}
@@ -309,7 +309,7 @@ def _where_known(word: str, record: type[Record]) -> str:
         return OTHER_NAMES[word]
     if word in keys:  # of a file, whose content the record has
         key = _dotted((record.section, word))
-        return f'it names a file, which is read where a scene is loaded: roughsim.load_scene(SCENE, {{"{key}": PATH}})'
+        return f'it names a file, read only when a scene is loaded: roughsim.load_scene(SCENE, {{"{key}": PATH}})'
     return f"it belongs in [{homes[0]}]" if homes and not nearest(word, keys) else did_you_mean(word, keys)
 
 

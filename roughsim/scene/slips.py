@@ -25,7 +25,7 @@ _USUAL = {
 
 
 def slips(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each number that is most likely a slip, with its value, the limit and the keys to check."""
+    """Yield a warning for each number that is probably a mistake, with its value, the limit and the keys to check."""
     height, ends = scene.spectrum.rms_height, scene.spectrum.breaks
     longest, shortest = 2 * pi / ends[0], 2 * pi / ends[-1]
     if height < _FLAT:
@@ -41,7 +41,7 @@ def slips(scene: Scene) -> Iterator[str]:
     if longest > _LONGEST:
         yield (
             f"the longest wave, 2π/q_min = {longest:.3g} m, is above {_LONGEST:g} m, and that is shape, not roughness; "
-            'check the units: q in rad/m, where 1/µm is 1e6 1/m ("0.1 1/um" or 1e5), and C(q) in m⁴, where µm⁴ is 1e-24'
+            'check the units: q in rad/m (1/µm is 1e6 1/m: "0.1 1/um" or 1e5), and C(q) in m⁴ (µm⁴ is 1e-24 m⁴)'
         )
     for key, kelvin in _temperatures(scene):
         if kelvin < _COLDEST:
@@ -85,7 +85,7 @@ def _slips_of_body(name: str, body: BodySection | CounterfaceSection, speed: flo
     for quantity, value in _properties(body):
         low, high, unit = _USUAL[quantity]
         if not low <= value <= high:
-            units = "its unit" if quantity != "diffusivity" else "those of conductivity, density and heat_capacity"
+            units = "its unit" if quantity != "diffusivity" else "the units of conductivity, density and heat_capacity"
             yield (
                 f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, the range of "
                 f"solids; check {units}"
@@ -99,7 +99,7 @@ def _slips_of_body(name: str, body: BodySection | CounterfaceSection, speed: flo
     if hardness is not None and hardness < _SOFTEST:
         yield (
             f"{name}.penetration_hardness = {hardness:.3g} Pa is below {_SOFTEST:g} Pa, and no solid is so soft; check "
-            "its unit, and those of youngs_modulus and nominal_pressure"
+            "its unit, and the units of youngs_modulus and nominal_pressure"
         )
     waves = inf  # speed of shear waves, √(G/ρ)
     if modulus is not None and body.poisson_ratio is not None and body.density is not None:

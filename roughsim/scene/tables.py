@@ -123,13 +123,13 @@ FrictionCoefficient = Annotated[
 
 
 def at_temperature(value: float | Rows, temperature: float | None) -> float:
-    """Return a number as it is, or a table at an absolute temperature, K, linear between its rows."""
+    """Return a number unchanged, or a table at an absolute temperature, K, by linear interpolation."""
     if not isinstance(value, tuple):
         return value
     low, high = value[0][0], value[-1][0]
     if temperature is None or not low <= temperature <= high:
         raise SceneError(
-            f"temperature = {as_written(temperature, 'K')} must lie between {low:g} K and {high:g} K, where the table "
-            "is given"
+            f"temperature = {as_written(temperature, 'K')} must lie between {low:g} K and {high:g} K, the range of the "
+            "table"
         )
     return float(np.interp(temperature, *np.array(value).T))

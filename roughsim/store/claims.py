@@ -38,7 +38,7 @@ class Claims:
         self.name = f"{self._host}-{os.getpid()}-{secrets.token_hex(8)}"
         self.path = self.folder / f"process-{self.name}"
         self.held: set[str] = set()
-        self._seen: dict[str, tuple[str, float]] = {}  # name of a file → content, and when it was first seen, s
+        self._seen: dict[str, tuple[str, float]] = {}  # name of a file → content, and time of its first reading, s
         self._warned = False
         self._end = Event()
         self._thread = Thread(target=self._keep_signing, daemon=True)
@@ -68,7 +68,7 @@ class Claims:
             self.folder.rmdir()
 
     def sign(self, count: int) -> None:
-        """Give the sign of life number `count`; OSError if the disk refuses."""
+        """Write the sign of life number `count`; OSError if the disk refuses."""
         _write_in_place(self.path, f"{count:020d}\n{self._host} {os.getpid()} {process_space()}\n")
 
     def _keep_signing(self) -> None:
@@ -81,7 +81,7 @@ class Claims:
     def take(self, claim: str) -> bool:
         """Claim a member, or the plan of a study, also from a process that has ended; False if it was claimed before.
 
-        Where claim files cannot be made, claims are granted without a file, after one warning.
+        If claim files cannot be made, claims are granted without a file, after one warning.
         """
         if claim in self.held:
             return False
@@ -105,7 +105,7 @@ class Claims:
         return False  # another process was quicker
 
     def release(self, claim: str) -> None:
-        """Give a claim up, unless another process has taken it over."""
+        """Release a claim, unless another process has taken it over."""
         path = self.folder / claim
         if _start_of(path) == self.name:
             with suppress(OSError):
@@ -113,7 +113,7 @@ class Claims:
         self.held.discard(claim)  # at last: an interrupt before it leaves the claim to `release_all`
 
     def release_all(self) -> None:
-        """Give all claims of this process up."""
+        """Release all claims of this process."""
         for claim in list(self.held):
             self.release(claim)
 
@@ -148,8 +148,8 @@ class Claims:
 def writer(run_folder: Path) -> str | None:
     """Return the processes that compute a run now, as "process 12 on host" or "3 processes on 2 hosts"; None if none.
 
-    A process counts if it gives a sign of life while this function waits: a few seconds at most, and no time where no
-    process has left a file. Those that compute a study, STUDY/points/RUN, sign in the folder of the study.
+    A process counts if it renews its file while this function waits: a few seconds at most, and no time without such
+    files. Processes that compute a study, STUDY/points/RUN, have their file in the folder of the study.
     """
     home = run_folder.absolute()
     homes = [home, home.parent.parent] if home.parent.name == POINTS else [home]
@@ -192,7 +192,7 @@ def _has_ended(content: str) -> bool:
 
 
 def _listed(folder: Path, name: re.Pattern[str]) -> list[Path]:
-    """Return the paths in a folder with such names, sorted; empty where it cannot be read."""
+    """Return the paths in a folder with matching names, sorted; empty if it cannot be read."""
     try:
         return sorted(path for path in folder.iterdir() if name.fullmatch(path.name))
     except OSError:
@@ -209,7 +209,7 @@ def _start_of(path: Path) -> str:
 
 
 def _write_in_place(path: Path, text: str, flags: int = 0) -> None:
-    """Write a small file without moving it, so that other machines see it when they open it."""
+    """Write a small file in place, so that it is visible to other machines when they open it."""
     handle = os.open(path, os.O_CREAT | os.O_WRONLY | flags, 0o644)
     try:
         os.write(handle, text.encode())

@@ -1,8 +1,8 @@
 """HDF5 in memory: arrays with units, dimension scales and checksums, which netCDF-4 readers open too.
 
-Members are read by the lower interface of h5py: that takes two thirds of the time of the one above.
+Members are read by the low-level interface of h5py, in two thirds of the time of its high-level interface.
 
-Modules import it where they use it, because h5py is slow to import.
+Modules import it inside functions, because h5py is slow to import.
 """
 
 import io

@@ -14,7 +14,7 @@ PRESS = "press"  # key in run.json: "of" the map or its quarters, how it was mad
 
 
 def kind_of(folder: Path) -> str | None:
-    """Return the kind of the run in a folder, or the only kind that may begin there; None where any may begin."""
+    """Return the kind of the run in a folder, or the only kind that may begin there; None if any may begin."""
     folder = folder.resolve()
     try:
         kind = json.loads(read_bytes(folder / DESCRIPTION, MOST_BYTES))[KIND]

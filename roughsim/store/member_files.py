@@ -1,10 +1,10 @@
-"""The file of a member (one realization of one level): written whole, and checked to the last byte.
+"""The file of a member (one realization of one level): written in one piece, with a checksum.
 
-It is HDF5 and netCDF-4 at once. `numbers` has all numbers over `below`, `number` and `speed`; a number that does not
-depend on the speed stands at the first one. `stress_spectrum` lies over `below` and `wavenumber`. The axis `below` is 0
-for the level of the file, and 1 for the level below it on the same surface. What there is not is NaN. The attribute
-`header` is JSON and holds what is no array. Where fields are kept, the group `entry` links to them as NeXus wants it.
-After the end of the HDF5 data comes the seal: a line with the name of the file and the SHA-256 of all bytes before it.
+It is an HDF5 file in the netCDF-4 format. `numbers` has all numbers over `below`, `number` and `speed`; numbers that do
+not depend on the speed are stored at the first one. `stress_spectrum` has the axes `below` and `wavenumber`. The axis
+`below` is 0 for the level of the file, and 1 for the level below it on the same surface. Missing values are NaN. The
+attribute `header` holds all other data as JSON. If fields are kept, the group `entry` links to them (NeXus). The HDF5
+data is followed by the seal: a line with the name of the file and the SHA-256 of all bytes before it.
 """
 
 import hashlib
@@ -82,7 +82,7 @@ class Member:
     spectrum: Array = field(default_factory=lambda: np.empty(0))
     below: Moments | None = None  # the same of the level below, on the same surface
     curves: dict[str, Array] = field(default_factory=dict)  # over the slid distance, of the column "sliding" only
-    # heights, m, and pressure, Pa, or the film of a slide, where they are kept
+    # heights, m, and pressure, Pa, or the film of a slide, if they are kept
     fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
     lengths: tuple[float, float] = (1.0, 1.0)  # sides of the cell, m
     speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s
@@ -162,7 +162,7 @@ def _check_seal(path: Path, content: bytes) -> None:
     if hashlib.sha256(memoryview(content)[: seal.start(4)]).hexdigest() != digest:
         raise damaged(path, "is damaged (its SHA-256 does not match)")
     if name != path.name:
-        raise damaged(path, f"is damaged (it holds level {int(level)}, index {int(index)}, not what its name says)")
+        raise damaged(path, f"is damaged (it holds level {int(level)}, index {int(index)}, unlike its name)")
 
 
 def _fill(file: Any, member: Member) -> None:
@@ -253,7 +253,7 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
     check_format(path, int(header.get("format_version", FORMAT - 1)), header.get("provenance"))
     level, index = (int(number) for number in path.stem[1:].split("-"))
     if [header["level"], header["index"]] != [level, index]:
-        raise ValueError(f"it holds level {header['level']!r}, index {header['index']!r}, not what its name says")
+        raise ValueError(f"it holds level {header['level']!r}, index {header['index']!r}, unlike its name")
     failure, provenance = header["failure"], header["provenance"]
     if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(header["numbers"]):
         raise ValueError("its header is none that a writer of this format makes")
@@ -283,7 +283,7 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
 def _moments(names: list[str], speeds: int, numbers: Array, wavenumber: Array, spectra: Array) -> Iterator[Moments]:
     """Yield the moments of the level of a file, and of the level below it; ValueError if the sizes do not fit."""
     if numbers.shape[1:] != (len(names), speeds) or spectra.shape != (len(numbers), len(wavenumber)):
-        raise ValueError("its arrays have other sizes than its header says")
+        raise ValueError("its arrays and its header have different sizes")
     for rows, spectrum in zip(numbers, spectra, strict=True):
         # numbers of a package that is not installed here are left out
         known = {name: row for name, row in zip(names, rows, strict=True) if name in NUMBERS}

@@ -43,7 +43,7 @@ def test_a_slide_among_the_levels_needs_the_history_and_the_last_place():
         scene("", text)
     single, slid = Level("capped", (32, 32), 1e4), Level("sliding", (32, 32), 1e4)
     for levels in ((slid, single), (slid,), (single, slid, slid)):
-        with pytest.raises(ValueError, match="must be that of the last level"):
+        with pytest.raises(ValueError, match="must be the last level"):
             Numerics(levels, (2e-3, 2e-3))
     with pytest.raises(ValueError, match=r"levels\[0\].first = 4 is for column"):
         Numerics((replace(single, first=4),), (2e-3, 2e-3))

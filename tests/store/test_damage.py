@@ -63,10 +63,10 @@ def test_the_file_or_the_digest_of_another_member_is_refused(path, tmp_path):
     with pytest.raises(rs.RecordError, match="its SHA-256 does not match"):
         read_member(path)
     path.write_bytes(theirs)
-    with pytest.raises(rs.RecordError, match="it holds level 1, index 43, not what its name says"):
+    with pytest.raises(rs.RecordError, match="it holds level 1, index 43, unlike its name"):
         read_member(path)
     sealed(path, without_seal(theirs))
-    with pytest.raises(rs.RecordError, match="it holds level 1, index 43, not what its name says"):
+    with pytest.raises(rs.RecordError, match="it holds level 1, index 43, unlike its name"):
         read_member(path)
 
 
@@ -123,7 +123,7 @@ def test_a_header_that_is_not_one_text_is_refused_before_it_is_read(path, header
 @pytest.mark.parametrize("changes", [{"level": "1"}, {"level": None}, {"index": 43}])
 def test_a_level_or_index_that_is_not_that_of_the_name_is_refused(path, changes):
     with_header(path, **changes)
-    with pytest.raises(disk.DamagedError, match="not what its name says"):
+    with pytest.raises(disk.DamagedError, match="unlike its name"):
         read_member(path)
 
 

@@ -23,7 +23,7 @@ class Spectrum(Record):
     hurst: Hurst
     q_min: QMin
     q_roll_off: QRollOff
-    """Where the plateau bends into q^(−2−2H)."""
+    """Transition from the plateau to q^(−2−2H)."""
     q_max: QMax
 
     @model_validator(mode="after")
