@@ -262,9 +262,9 @@ def bench(
 ) -> list[Point]:
     """Measure error and cost of several ways to compute a scene, stage by stage.
 
-    `numerics` is the choice that the points mark as chosen; left out, it is that of `plan`. Scatter and bias are
-    measured over `realizations` ≥ 4. ValueError if a stage is unknown, there are too few realizations, or no speed of
-    the scene is above zero.
+    Points with `numerics`, by default from `plan`, are marked as chosen. Scatter and bias are measured over
+    `realizations` ≥ 4. ValueError if a stage is unknown, there are too few realizations, or no speed of the scene is
+    above zero.
     """
     for name in stages:
         if name not in STAGES:
@@ -275,7 +275,7 @@ def bench(
         raise ValueError(f"realizations = {realizations!r} must be a whole number ≥ 4, to measure scatter and bias")
     numerics = plan(scene) if numerics is None else numerics
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # they warn of the very errors that are measured here
+        warnings.simplefilter("ignore", RuntimeWarning)  # they warn of errors that are measured here
         return in_pairs(point for name in stages for point in STAGES[name](scene, numerics, realizations))
 
 

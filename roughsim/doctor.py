@@ -53,7 +53,7 @@ def examine(folder: Path) -> dict[str, Any]:
         "cores": int(cores.amount),
         "cores_limit": cores.source,
         "threads": _none_if_broken(_library_threads),
-        # inf where the system gives no number: int(inf) raises, and the result is None
+        # inf if the system gives no number: int(inf) raises, and the result is None
         "memory_bytes": _none_if_broken(lambda: int(memory.amount)),
         "memory_limit": memory.source,
         "free_bytes": _none_if_broken(lambda: shutil.disk_usage(folder).free),

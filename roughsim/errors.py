@@ -104,8 +104,8 @@ def not_negative(name: str, value: Any, unit: str = "") -> float:
 def real_field(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None) -> NDArray[Any]:
     """Return `value` as a finite real 2-D array: float32 stays, everything else real becomes float64.
 
-    TypeError for masked, complex, string and object arrays, which a conversion would silently change; ValueError where
-    it is not two-dimensional, not of `shape`, empty, or holds NaN or infinity.
+    TypeError for masked, complex, string and object arrays, which a conversion would silently change; ValueError if it
+    is not two-dimensional, not of `shape`, empty, or holds NaN or infinity.
     """
     array = real_plane(name, value, shape)
     need_finite(name, array)

@@ -3,10 +3,10 @@
 An HDF5 file can name other files (external links, external and virtual datasets), and declare shapes that no memory
 holds. Such a file is refused, and the message names the object.
 
-64 zeroed bytes in the header of an HDF5 file make the library loop in C, where no signal handler of Python runs. So
-files of instruments are opened in a child process: a library that hangs or crashes there ends only the child. One child
+64 zeroed bytes in the header of an HDF5 file make the library loop in C, without a chance for Python's signal handlers.
+So files of instruments are opened in a child process: a library that hangs or crashes ends only the child. One child
 serves all calls of a process; the first call starts it. It is no `multiprocessing` child, which would run the caller's
-script again. Members of a run are opened in this process: their seal excludes damage, but not a forger.
+script again. Members of a run are opened in this process: their seal excludes damage, but not forgery.
 """
 
 import atexit
@@ -136,7 +136,7 @@ def check_measured_file(file: Path, path: Path | None = None) -> None:
 
     Other programs will read it. Refused are: no regular file, more than an eighth of memory, a zip whose entries
     unpack to more than half of memory, a pickle, and an HDF5 file that leads elsewhere, declares too much, or cannot be
-    read. `path` is the name in messages, where `file` is a copy.
+    read. `path` is the name in messages if `file` is a copy.
     """
     path = path or file
     size = regular_file(file).stat().st_size

@@ -58,7 +58,7 @@ class _Row(Protocol):
 
 
 def comparison_chart(run: Run, rows: Sequence[_Row], path: Path) -> None:
-    """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v); `rows` are those of `roughsim.compare`."""
+    """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v); `rows` as of `roughsim.compare`."""
     with new_figure(path, (9.6, 5.8)) as figure:
         psd, correlation, *over_speed, words = figure.subplots(2, 3).ravel()
         draw_psd(psd, run.scene, 1.4)

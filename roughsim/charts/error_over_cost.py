@@ -68,7 +68,7 @@ def error_over_cost_chart(points: Iterable[Point], path: Path) -> None:
             axis.set_ylabel("relative error")
         for axis in axes[len(charts) :]:
             axis.remove()
-        # one legend for all where the methods are the same everywhere
+        # one legend for all panels if their methods are the same
         methods = [list(dict.fromkeys(p.method for p in group)) for group in charts.values()]
         if all(names == methods[0] for names in methods):
             handles, columns = axes[0].get_legend_handles_labels(), 3 if across > 1 else 2

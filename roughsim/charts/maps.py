@@ -209,10 +209,10 @@ def share_at_hardness(pressure: Array, scene: Scene, column: str) -> float:
 
 
 def colour_range(name: str, field: Array, hard: float = 0.0) -> dict[str, Any]:
-    """Return colour map and ends: of heights about their mean plane, of all else from the smallest value.
+    """Return colour map and limits: symmetric about the mean plane for heights, else from the smallest value.
 
-    Where a share `hard` of the contact is at the hardness, that is grey, and the colours show the rest: nearly all of
-    it would have the same colour otherwise.
+    If a share `hard` of the contact is at the hardness, it is grey, and the colours show the rest: otherwise nearly all
+    of it would have the same colour.
     """
     limit = float(np.abs(field).max())
     if hard:

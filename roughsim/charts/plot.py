@@ -94,24 +94,24 @@ def plot_run(
 ) -> Path:
     """Draw one quantity of a run, and return the path of the picture.
 
-    Maps are of "heights", "pressure", "temperature" or "heat_flux". "distribution" is that of the temperature over the
-    contact, "profile" the line along x through the hottest point, "spectrum" shows the power spectra of the kept
-    heights and of the stress, "correlation" g_σ(r), "sliding" temperatures and share over the slid distance, "film"
-    pressure and temperature at four slid distances.
+    Maps are of "heights", "pressure", "temperature" or "heat_flux". "distribution" shows the distribution of the
+    temperature over the contact, "profile" the line along x through the hottest point, "spectrum" the power spectra of
+    the kept heights and of the stress, "correlation" g_σ(r), "sliding" temperatures and share over the slid distance,
+    "film" pressure and temperature at four slid distances.
 
-    `path` ends in .png, .pdf or .svg; left out: a .png beside the run folder. `realization` is the first that was kept,
-    or all for spectra, `speed` the scene's highest, m/s, `column` as in `Run.estimate`. Of a map `zoom` draws the
-    points between these ends along x and along y, m, and `side_by_side` heights, pressure and temperature (or
-    heat_flux, if that is the quantity) beside each other.
+    `path` ends in .png, .pdf or .svg; default: a .png beside the run folder. `realization` is by default the first kept
+    one, or all for spectra, `speed` the scene's highest, m/s, `column` as in `Run.estimate`. Of a map `zoom` draws the
+    points between these ends along x and along y, m, and `side_by_side` heights, pressure and temperature (or heat_flux
+    if that is the quantity) beside each other.
 
-    `look` says whether the figure has a title, its size, and whether the numbers that are drawn get a file. ValueError
-    names what does not exist, fit, or was not kept.
+    `look` sets title and size of the figure, and whether the drawn numbers get a file. ValueError if an argument is
+    unknown or does not fit the quantity, or if the field was not kept.
     """
     if quantity not in QUANTITIES:
         raise ValueError(f"quantity = {quantity!r} cannot be drawn; choose one of {', '.join(QUANTITIES)}")
     if quantity not in FIELDS and (zoom is not None or side_by_side):
         maps = ", ".join(FIELDS)
-        raise ValueError(f"zoom and side_by_side are for maps, and {quantity} is none; choose one of {maps}")
+        raise ValueError(f"zoom and side_by_side are for maps, and {quantity} is not a map; choose one of {maps}")
     path = _path_beside(run, quantity, realization, speed, column) if path is None else Path(path)
     check_ending(path)
     if side_by_side:

@@ -98,8 +98,8 @@ def _drawn_wavenumbers(first: float, last: float) -> Array:
 def radial_psd(heights: NDArray[Any], grid: Grid, q: Array, ends: tuple[float, float]) -> Array:
     """Return the measured C(q), m⁴: |h(q)|² over the area of a mode in the plane of wavevectors, averaged around |q|.
 
-    The mean is over the modes between `ends`, rad/m, with Gaussian weights in ln q; |h(q)|² q⁴ is what is averaged, so
-    that a steep spectrum is not bent by its own mean.
+    The mean is over the modes between `ends`, rad/m, with Gaussian weights in ln q. It is taken of |h(q)|² q⁴, which
+    avoids a bias of steep spectra.
     """
     power = np.abs(fourier.forward(np.ascontiguousarray(heights, dtype=np.float64))) ** 2
     return _sum_near(grid, q, power * grid.wavenumbers**4, ends) / _mode_area(grid, q, ends) / q**4
@@ -148,7 +148,7 @@ def correlation_chart(subject: Subject, path: Path) -> None:
             axes.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²")
         left.set(xscale="log", title="From the smallest distances", xlim=(near[0] * 1e6, near[-1] * 1e6))
         values = np.concatenate([line.get_ydata() for line in right.lines[:2]])
-        right.set(title="Far: where it is negative", xlim=(0, far[-1] * 1e6))
+        right.set(title="Long distances: negative part", xlim=(0, far[-1] * 1e6))
         right.set_ylim(1.2 * values.min(), 0.1 * values.max())
         count = len(run.pairs(subject.column)[0].sample.rows)
         title = f"{count} realizations of the lowest level, band: statistical, 95 %"

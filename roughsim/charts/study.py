@@ -18,7 +18,7 @@ from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
 
 _DARKEST, _BRIGHTEST = 0.0, 0.85  # of the colours of curves; the end of the scale is too pale for paper
-_MOST_CURVES = 8  # of one panel: more cannot be told apart
+_MOST_CURVES = 8  # of one panel: more cannot be distinguished
 _DEVIATIONS = (-50.0, -30.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)  # %, of the theory
 _HOLLOW = "hollow: at $q_c$, or\na part of ± unknown"
 _DASHES: Any = (0, (4, 2))

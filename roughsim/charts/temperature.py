@@ -58,7 +58,7 @@ def distribution_chart(subject: Subject, path: Path) -> None:
         hotter.axvline(contact.flash_temperature, color=colour, lw=1.0, ls="--")
         hotter.set(xlabel="$T$, K", ylabel="% hotter than $T$", title="Share that is hotter", ylim=(0.0, 100.0))
         joint = joint_distribution(subject.field("temperature"), pressure, bins=_BINS)
-        percent = np.ma.masked_equal(100.0 * joint.share.T, 0.0)  # nothing is drawn where there is no contact
+        percent = np.ma.masked_equal(100.0 * joint.share.T, 0.0)  # bins without contact stay empty
         factor, unit = scaled(float(joint.pressure[-1]), "Pa")
         colours = LogNorm(percent.min(), percent.max())
         mesh = both.pcolormesh(joint.pressure * factor, joint.temperature, percent, cmap="viridis", norm=colours)

@@ -98,7 +98,7 @@ def run(
     threads: Annotated[int | None, Option(metavar="N", min=1, help="Threads of each process.")] = None,
     keep_fields: Annotated[int | None, Option(metavar="K", min=0, help="Store fields of the first K members.")] = None,
 ) -> None:
-    """Compute realizations of a scene. The same command goes on where it was stopped.
+    """Compute realizations of a scene. The same command resumes an interrupted run.
 
     For example: roughsim run demo -o runs/demo --until flash_temperature=1%
     """
@@ -169,7 +169,7 @@ def study(
     workers: Workers = None,
     as_json: Json = False,
 ) -> None:
-    """Compute a scene for many values of its keys, a run for each. The same command goes on where it was stopped.
+    """Compute a scene for many values of its keys, a run for each. The same command resumes an interrupted study.
 
     A study file: scene = "demo", target_error = "2 %", and a table [vary] with lines such as
     "sliding.nominal_pressure" = ["1 MPa", "5 MPa"].

@@ -1,7 +1,7 @@
 """A local page to look at a run: fields, temperatures at any speed and direction, curves over the theory.
 
-`content` computes what is shown, without Bokeh. `layout` has the controls and figures of the page, `page` what they do,
-and `server` sends it to the browser. The extra `explore` is needed.
+`content` computes the displayed data, without Bokeh. `layout` has the controls and figures of the page, `page` their
+callbacks, and `server` serves the page to the browser. The extra `explore` is needed.
 """
 
 import webbrowser

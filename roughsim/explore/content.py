@@ -88,7 +88,7 @@ class WatchedRun:
         with self._lock:
             before, latest = self._latest
             if self.deleted:  # show the last summary
-                line = f"{self.run.folder} was deleted or moved; what had been read of it is still shown"
+                line = f"{self.run.folder} was deleted or moved; the last results remain on the page"
                 if before != "deleted":
                     self._latest = "deleted", latest._replace(problems=[line])
                 return self._latest[1]
@@ -256,7 +256,7 @@ def image_of(field: Field, grid: Grid, view: tuple[Ends, Ends], limits: Ends | N
     its mean. Of a view beyond the cell one point stays. Blocks start at multiples of their size, so that an image does
     not shimmer while the view is moved. The last ones may reach beyond the cell; their means are over fewer points.
     """
-    means, sides = field, []  # along x and y: where the blocks begin, how far they reach, how many points each has
+    means, sides = field, []  # along x and y: begin, end and number of points of each block
     for count, spacing, ends in zip(grid.shape, grid.spacing, view, strict=True):
         first, last = (int(np.clip(np.floor(end / spacing + 0.5), 0, count - 1)) for end in sorted(ends))
         step = 1

@@ -21,9 +21,9 @@ _SIDE = 286  # screen pixels along the longer side of a map: one map fits on a t
 _FRAME = 300  # ms that a position is shown while the film plays
 _AT_REST, _RIDING = "#3fae2a", MARK  # summits of either face: visible on white, black and yellow
 _WORDS = (
-    "Both faces slide. Triangles: the highest summits of the face at rest. Circles: those of the moving face, which "
-    "move to the left. They touch where summits meet. Temperature: of the surface of the moving body, above its "
-    "background. The colours are the same at all positions."
+    "Both faces slide. Triangles: the highest summits of the face at rest. Circles: the highest summits of the moving "
+    "face, which move to the left. Contact forms at meeting summits. Temperature: of the surface of the moving body, "
+    "above its background. The colours are the same at all positions."
 )
 _NONE_YET = "No slide has kept its maps yet: the first --keep-fields realizations do."
 
@@ -69,7 +69,7 @@ class FilmView:
     def _add_maps(self) -> None:
         """Make the maps, which are zoomed together, with the summits of both faces."""
         lengths = self.run.numerics.lengths
-        # half the cell is in view at first: in less one sees spots come and go
+        # the first view is half the cell: in a smaller one spots appear and vanish
         view: dict[str, Any] = {
             f"{axis}_range": models.Range1d(0, length * self.factor / 2, reset_end=length * self.factor)
             for axis, length in zip("xy", lengths, strict=True)

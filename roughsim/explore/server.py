@@ -86,9 +86,9 @@ def page_of(folder: Path) -> Callable[[Any], object]:
 class _GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no types here
     """A Bokeh application of one session, served on a port, all of whose paths begin with a random token.
 
-    Every request is checked before any route is chosen, so that no route of this or a later Bokeh is without guard. The
-    host must be this computer by a name that no other machine can take (a foreign name that resolves to 127.0.0.1 is
-    refused), the origin, where there is one, the page itself, and the path must begin with the token.
+    Every request is checked before routing, so that no route of this or a later version of Bokeh is unguarded. The host
+    must be a local name of this computer (a foreign name that resolves to 127.0.0.1 is refused), the origin, if given,
+    must be the page itself, and the path must begin with the token.
     """
 
     def __init__(self, application: Application, port: int):

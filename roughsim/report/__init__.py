@@ -216,14 +216,14 @@ def _plan_section(run: Run) -> Html:
 
 
 def scene_section(run: Run) -> Html:
-    """Return the scene file, with long tables C(q) shortened, and sizes that follow from it."""
+    """Return the scene file, with long tables C(q) shortened, and derived quantities."""
     scene = run.scene
     follows: list[list[Cell]] = [
         ["effective modulus E*", Number(scene.effective_modulus / 1e9), "GPa"],
         ["penetration hardness", Number(scene.penetration_hardness / 1e9), "GPa"],
         ["thermal diffusivity", diffusivity_text(scene), "mm²/s"],
     ]
-    titles = [Column("what follows from it"), Column("", number=True), Column("")]
+    titles = [Column("derived quantity"), Column("", number=True), Column("")]
     toml = with_short_tables(scene.to_toml())
     parts = [html_table(Table(titles, follows)), html_table(judge(scene, run.numerics).table()), tag("pre", toml)]
     return joined(*parts)
@@ -239,7 +239,7 @@ def _provenance_section(run: Run) -> Html:
     """Return seed, versions, residual and time of the members, the failures, and the command that repeats the run."""
     name = run.folder.resolve().name
     counts = [f"{count} of level {level}" for level, count in enumerate(run.counts) if count]
-    files = f"{len(run.members)} of one realization and level each; what counts: {', '.join(counts) or 'none yet'}"
+    files = f"{len(run.members)} of one realization and level each; counted: {', '.join(counts) or 'none yet'}"
     rows = [["run", name], ["seed", str(run.seed)], ["files", files], *_rows_of_members(run)]
     rows.append(["written", time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime())])
     parts = [html_table(Table([Column(""), Column("")], rows))]

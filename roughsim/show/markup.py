@@ -62,9 +62,9 @@ def in_notebook(*parts: str | Table) -> Html:
 
 
 def html_table(table: Table, *, aligned: bool = False) -> Html:
-    """Return a table with its notes; names that repeat become lines of their own above their rows.
+    """Return a table with its notes; repeated names become lines of their own above their rows.
 
-    Cells have classes, for a page with a style of its own; with `aligned` they say themselves how they are aligned.
+    Cells have classes, for a page with a style sheet; with `aligned` they have a style attribute for their alignment.
     """
     columns, rows = list(table.columns), [list(row) for row in table.rows]
     names = [str(row[0]) for row in rows]

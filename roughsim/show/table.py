@@ -40,11 +40,11 @@ class _Written(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number of a table, in SI; people read it in the unit of `shown`, which the title of its column or row has."""
+    """A number of a table, in SI; printed in the unit of `shown`, which is in the title of its column or row."""
 
     value: float  # NaN and inf are written "–"
     unit: str = "1"  # SI
-    error: float = 0.0  # total, 95 %; 0 where the number has none, as of theory
+    error: float = 0.0  # total, 95 %; 0 for numbers without an error, such as theory
     unknown: Sequence[str] = ()  # unknown parts of the error: the rest is a lower bound, "208.33 ± ≥0.38"
     digits: int = 4  # significant, of a number without an error
 
@@ -105,13 +105,13 @@ class Table:
 
 
 def significant(value: float, digits: int) -> str:
-    """Return a number of some significant digits; up to 99999 without a power of ten, "120" where `g` has 1.2e+02."""
+    """Return a number with some significant digits, up to 99999 without an exponent: "120" in place of 1.2e+02."""
     text = f"{value + 0.0:.{digits}g}"  # + 0.0: no zero is negative
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e5 else text
 
 
 def json_value(value: Any) -> Any:
-    """Return numbers, arrays, lists and dicts as JSON can hold them: NaN and infinity are None."""
+    """Return numbers, arrays, lists and dicts as JSON values: NaN and infinity become None."""
     if hasattr(value, "tolist"):  # an array or a number of NumPy
         value = value.tolist()
     if isinstance(value, dict):

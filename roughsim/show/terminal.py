@@ -22,7 +22,7 @@ class PlainConsole(Console):
     """A console of rich that takes no text as markup, emoji or command; only code sets styles."""
 
     def __init__(self, *, stderr: bool = False, file: IO[str] | None = None, piped: int = PIPED):
-        stream = file or (sys.stderr if stderr else sys.stdout)  # None where it was closed before the start
+        stream = file or (sys.stderr if stderr else sys.stdout)  # None if it was closed before the start
         width = None if stream is not None and stream.isatty() else piped
         super().__init__(stderr=stderr, file=file, markup=False, emoji=False, highlight=False, width=width)
 

@@ -137,9 +137,9 @@ def _move_aside(path: Path) -> None:
 
 
 def refuse_other(folder: Path, description: Description) -> None:
-    """Refuse a folder that holds anything but this study, with these points or others: RecordError.
+    """Refuse a folder with other content than this study, with these points or others: RecordError.
 
-    Where study.json is damaged or lost, the points that are there must be those of this study.
+    If study.json is damaged or lost, all points in the folder must belong to this study.
     """
     if folder.is_file():
         raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the study")
@@ -163,7 +163,7 @@ def refuse_other(folder: Path, description: Description) -> None:
 
 
 def _refuse_other_points(folder: Path, description: Description) -> None:
-    """Refuse a folder without a sound study.json, unless nothing is computed there, or points of this study are."""
+    """Refuse a folder without a sound study.json, unless it has no points, or only points of this study."""
     if refuse_exchanged(folder, description) or not folder.exists():
         return
     names = {path.name for path in folder.iterdir() if not is_temporary(path.name)}
@@ -193,9 +193,9 @@ def refuse_exchanged(folder: Path, description: Description) -> int:
 
 
 def refuse_other_scene(place: Path, identity: Mapping[str, Any], point: Point, description: Description) -> None:
-    """Refuse the folder of a point that holds the run of another scene, as after an exchange: RecordError.
+    """Refuse the folder of a point with the run of another scene, as after an exchange of folders: RecordError.
 
-    `identity` is that of the scene which the folder holds.
+    `identity` is the identity of the scene in the folder.
     """
     if checksum(identity) == description.identities[point.name]:
         return
@@ -267,14 +267,14 @@ def _description_of(content: dict[str, Any], source: str) -> Description:
 
 
 def _refuse_constant(word: str) -> None:
-    """Refuse NaN and infinity, which no study writes."""
+    """Refuse NaN and infinity: no study writes them."""
     raise ValueError(f"{word} is no value of a study")
 
 
 def _frozen(value: Any) -> Any:
     """Return a JSON value with its lists as tuples; ValueError for a number that no float holds."""
     if isinstance(value, (int, float)) and not abs(value) <= sys.float_info.max:
-        raise ValueError("a number is beyond what a float holds")
+        raise ValueError("a number is beyond the range of floats")
     return tuple(map(_frozen, value)) if isinstance(value, list) else value
 
 

@@ -6,7 +6,7 @@ from roughsim.ensemble.progress import Progress
 from roughsim.ensemble.status import needed
 from roughsim.results.run import Run
 
-_LINES = 5  # printed at most where there is no terminal
+_LINES = 5  # printed at most without a terminal
 
 
 class StudyProgress(Progress):
@@ -15,7 +15,7 @@ class StudyProgress(Progress):
     def __init__(self, points: int):
         super().__init__(f"planning {points} points")
         self._points = points
-        self._shares: dict[Path, float] = {}  # of the work of each point; 1 where it has finished
+        self._shares: dict[Path, float] = {}  # finished share of the work of each point
 
     def update(self, run: Run) -> None:
         """Show the number of finished points, and the current one."""

@@ -128,9 +128,9 @@ class StudyResults:
     def rows(self, observable: str | None = None) -> Iterator[dict[str, Any]]:
         """Yield the tidy table: a row for each point, observable (or a single one), column and speed, in SI.
 
-        `speed` is None for an observable without speeds. `total_error` is that of 95 %, NaN for the theory; `unknown`
-        names its unknown parts, as "bandwidth, pixel". `note` is "at q_c" for a value that is not extrapolated in the
-        cut-off, "identity" for one that force balance fixes, or "". Temperatures include the heat share used.
+        `speed` is None for an observable without speeds. `total_error` is the 95 % error, NaN for the theory; `unknown`
+        lists its unknown parts, as "bandwidth, pixel". `note` is "at q_c" for a value that is not extrapolated in the
+        cut-off, "identity" for a value fixed by force balance, or "". Temperatures include the heat share used.
         """
         names = [name for name in OBSERVABLES if observable in (None, name)]
         for point, run in self.results:

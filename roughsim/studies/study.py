@@ -20,20 +20,19 @@ class Study(StudyResults):
     Attributes
     ----------
     folder : Path
-        Its folder.
+        Path of the folder.
     scene : Scene
-        The scene that all points change.
+        The base scene of all points.
     axes : tuple of Axis
         The varied keys, with their values in SI.
     points : tuple of Point
-        Their grid, the last axis varying fastest: `name` is that of a folder in points/, `values` are those of the
-        keys.
+        Grid of the axes, the last axis varying fastest: `name` of the folder in points/, and `values` of the keys.
     target_error : float or None
-        Relative total error of T_flash that was asked for; None: the targets of the scene.
+        Target for the relative total error of T_flash; None: the targets of the scene.
     """
 
     def reread(self) -> "Study":
-        """Return the study as it is now; finished points are not read again."""
+        """Return the present state of the study; finished points are not read again."""
         again = Study(self.folder)
         for point, run in self.results:
             if run.finished:

@@ -146,13 +146,13 @@ def scenes_of(scene: Any, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], di
         other = identities.setdefault(json.dumps(each.identity(), sort_keys=True), name) if name else name
         if other != name:
             raise SceneError(
-                f"the points {other} and {name} are the same scene: no number of a member depends on what differs"
+                f"the points {other} and {name} are the same scene: no number of a member depends on their difference"
             )
     return axes, scenes
 
 
 def families_of(scenes: dict[str, Scene]) -> dict[str, dict[str, Scene]]:
-    """Return the scenes by family, and by their names; a family can have the same levels and surfaces."""
+    """Return the scenes by family and name; scenes of a family can have the same levels and surfaces."""
     families: dict[str, dict[str, Scene]] = {}
     for name, scene in scenes.items():
         families.setdefault(family(scene), {})[name] = scene
@@ -165,9 +165,9 @@ def _begun_of(folder: Path, names: Iterable[str]) -> list[str]:
 
 
 def _plans_of(folder: Path, scenes: dict[str, Scene]) -> dict[str, Numerics]:
-    """Plan each family of points of which none is there, for its middle load; write nothing.
+    """Plan each family without a begun point, for its median load; write nothing.
 
-    Fields are kept only where the scene has their number: maps are computed again when they are shown.
+    Fields are kept only if the scene sets their number: maps are recomputed for display.
     """
     plans = {}
     for key, members in families_of(scenes).items():
@@ -183,9 +183,9 @@ def _plans_of(folder: Path, scenes: dict[str, Scene]) -> dict[str, Numerics]:
 
 
 def _begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numerics]) -> list[list[PointRun]]:
-    """Begin the run of each point, or check the one that is there; return groups with the same levels.
+    """Begin the run of each point, or check an existing one; return groups with the same levels.
 
-    `plans` are those of `_plans_of`. A point that comes later has the numerics of its family.
+    `plans` as of `_plans_of`. A point added later has the numerics of its family.
     """
     groups: dict[str, list[PointRun]] = {}
     for key, members in families_of(scenes).items():
@@ -207,7 +207,7 @@ def _begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numer
 
 
 def family(scene: Scene) -> str:
-    """Return the keys that scenes with the same levels and surfaces share, as text."""
+    """Return the common keys of scenes with the same levels and surfaces, as text."""
     keys = {f"{face}.{key}" for face in ("surface", "counterface") for key in (*ROUGHNESS_KEYS, "like")}
     keys |= {"ensemble.seed", "sliding.history"}
     identity = {key: value for key, value in scene.identity().items() if key in keys or key.startswith("numerics.")}

@@ -142,7 +142,7 @@ def test_a_deleted_folder_is_said_in_a_line_and_what_was_read_stays(copied):
     before = run.summary()
     moved = copied.rename(copied.with_name("moved"))
     gone = run.summary()
-    assert gone.problems == [f"{copied} was deleted or moved; what had been read of it is still shown"]
+    assert gone.problems == [f"{copied} was deleted or moved; the last results remain on the page"]
     assert gone.measured is before.measured
     assert run.summary() is gone
     assert run.state() == "its folder is gone"

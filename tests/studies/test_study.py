@@ -62,7 +62,7 @@ def test_a_resumed_study_computes_only_what_is_missing_and_may_grow(small, done,
         ({"sliding.nominal_presure": [1e8]}, "did you mean"),
         (
             {"body.melting_temperature": [1500.0, 1800.0]},
-            "are the same scene: no number of a member depends on what differs",
+            "are the same scene: no number of a member depends on their difference",
         ),
     ],
 )
