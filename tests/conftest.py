@@ -2,8 +2,10 @@
 
 import contextlib
 import importlib
+import os
 import sys
 from dataclasses import replace
+from fnmatch import fnmatch
 
 import pytest
 from slide_cases import sliding_scene
@@ -150,3 +152,41 @@ def memory(monkeypatch):
 def without(monkeypatch):
     """An environment that lacks a package: `without(name)`."""
     return lambda name: monkeypatch.setitem(sys.modules, name, None)
+
+
+@pytest.fixture
+def unreadable(monkeypatch):
+    """Files that the system does not open: ``with unreadable(pattern, number):`` an error number for such names."""
+
+    @contextlib.contextmanager
+    def refused(pattern, number):
+        genuine = open
+
+        def refuse(file, *given, **named):
+            if fnmatch(str(file), pattern):
+                raise OSError(number, os.strerror(number), str(file))
+            return genuine(file, *given, **named)
+
+        with monkeypatch.context() as system:
+            system.setattr("builtins.open", refuse)
+            yield
+
+    return refused
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """Counts the calls of a function of a module: each adds its arguments to the list that is returned."""
+
+    def counted(module, name):
+        made, function = [], getattr(module, name)
+        monkeypatch.setattr(module, name, lambda *rest: made.append(rest) or function(*rest))
+        return made
+
+    return counted
+
+
+@pytest.fixture
+def theory_table(monkeypatch):
+    """Sets the function that computes the table of `roughsim theory`."""
+    return lambda function: monkeypatch.setattr("roughsim.comparison.tables.theory_table", function)

@@ -238,16 +238,14 @@ def test_help_loads_nothing_heavy():
     assert found.stdout.splitlines()[-1] == "[]"
 
 
-def test_a_warning_is_one_line_without_the_place_in_the_code(capsys, monkeypatch, tmp_path):
+def test_a_warning_is_one_line_without_the_place_in_the_code(capsys, theory_table, tmp_path):
     import warnings
-
-    from roughsim.comparison import tables
 
     def warned(scene):
         warnings.warn("the cell\nis small", RuntimeWarning, stacklevel=1)
         return ""
 
-    monkeypatch.setattr(tables, "theory_table", warned)
+    theory_table(warned)
     with warnings.catch_warnings():
         warnings.simplefilter("default")
         code, _, err = inside(capsys, "theory", "demo")
@@ -255,13 +253,11 @@ def test_a_warning_is_one_line_without_the_place_in_the_code(capsys, monkeypatch
     assert err.startswith("roughsim: warning: the cell is small\nroughsim: warning: the heat share")
 
 
-def test_too_little_memory_is_said_in_one_line(capsys, monkeypatch):
-    from roughsim.comparison import tables
-
+def test_too_little_memory_is_said_in_one_line(capsys, theory_table):
     def greedy(scene):
         raise MemoryError("Unable to allocate 512. TiB")
 
-    monkeypatch.setattr(tables, "theory_table", greedy)
+    theory_table(greedy)
     code, out, err = inside(capsys, "theory", "demo")
     assert (code, out) == (1, "")
     assert err.startswith("roughsim: out of memory (Unable to allocate 512. TiB); lower numerics.levels")

@@ -3,6 +3,9 @@
 import importlib
 import json
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,8 +26,18 @@ def found(tmp_path_factory):
     return doctor.examine(tmp_path_factory.mktemp("empty"))
 
 
-def declared(*requirements):
-    return lambda name: list(requirements)
+@pytest.fixture
+def declared(monkeypatch, tmp_path):
+    """An installation of roughsim that declares these requirements."""
+
+    def install(*requirements):
+        about = tmp_path / "site" / "roughsim-1.0.dist-info"
+        about.mkdir(parents=True)
+        lines = ["Metadata-Version: 2.1", "Name: roughsim", "Version: 1.0"]
+        (about / "METADATA").write_text("\n".join([*lines, *(f"Requires-Dist: {one}" for one in requirements), ""]))
+        monkeypatch.syspath_prepend(about.parent)
+
+    return install
 
 
 def test_a_sound_installation_computes_two_exact_cases(found):
@@ -56,22 +69,25 @@ def test_a_solver_that_is_off_by_a_percent_is_found_out(monkeypatch, capsys):
     assert out.strip().endswith("something is wrong: see the lines above")
 
 
-def test_what_breaks_altogether_is_told_in_one_line(monkeypatch, tmp_path):
-    def broken():
-        raise ImportError("libfftw3.so.3:\ncannot open")
-
-    monkeypatch.setattr(doctor, "CHECKS", {"contact": broken})
-    monkeypatch.setattr(rs.fourier, "backend", broken)
-    found = doctor.examine(tmp_path)
+def test_what_breaks_altogether_is_told_in_one_line(tmp_path):
+    # a package that cannot be imported stands before the sound one
+    (tmp_path / "scipy").mkdir()
+    (tmp_path / "scipy" / "__init__.py").write_text('raise ImportError("libopenblas.so.0:\\ncannot open")')
+    places = os.pathsep.join([str(tmp_path), str(Path(rs.__file__).parents[1])])
+    words = [sys.executable, "-m", "roughsim.cli", "doctor", "--json"]
+    ended = subprocess.run(
+        words, env={**os.environ, "PYTHONPATH": places}, cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    found = json.loads(ended.stdout)
+    assert ended.returncode == 1
     assert not found["sound"]
-    assert found["checks"][0]["says"] == "failed, ImportError: libfftw3.so.3: cannot open"
+    assert found["checks"][0]["says"] == "failed, ImportError: libopenblas.so.0: cannot open"
     assert found["fft"] is None
 
 
-def test_missing_and_old_packages_come_with_the_line_that_installs_them(monkeypatch, tmp_path):
+def test_missing_and_old_packages_come_with_the_line_that_installs_them(declared, tmp_path):
     needs = ("numpy>=999", "no-such-package>=1.2", "rich", 'also-none>=3; extra == "sky"', 'rich>=1; extra == "earth"')
-    monkeypatch.setattr(doctor.metadata, "requires", declared(*needs, 'pytest>=8; extra == "test"'))
-    monkeypatch.setattr(doctor, "CHECKS", {})
+    declared(*needs, 'pytest>=8; extra == "test"')
     found = doctor.examine(tmp_path)
     lines = doctor.lines(found)
     assert not found["sound"]
@@ -83,17 +99,14 @@ def test_missing_and_old_packages_come_with_the_line_that_installs_them(monkeypa
     assert set(found["extras"]) == {"sky", "earth"}  # what only developers need is not missed
 
 
-def test_missing_pyfftw_is_told_and_does_without(monkeypatch, tmp_path):
-    monkeypatch.setattr(doctor.metadata, "requires", declared("pyfftw>=999"))
-    monkeypatch.setattr(doctor, "CHECKS", {})
+def test_missing_pyfftw_is_told_and_does_without(declared, tmp_path):
+    declared("pyfftw>=999")
     found = doctor.examine(tmp_path)
     assert found["sound"]
     assert any("pyfftw>=999" in line for line in doctor.lines(found))
 
 
-def test_runs_below_are_named_with_who_computes_them_or_who_is_gone(monkeypatch, tmp_path):
-    monkeypatch.setattr(doctor, "CHECKS", {})
-    monkeypatch.setattr("roughsim.store.claims.RENEWAL", 0.2)
+def test_runs_below_are_named_with_who_computes_them_or_who_is_gone(soon, tmp_path):
     for name in ("one", "deep/two", "other"):
         (tmp_path / name / "claims").mkdir(parents=True)
         if name != "other":

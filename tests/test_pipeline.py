@@ -99,10 +99,9 @@ def test_a_worker_needs_neither_scenes_nor_the_theory_nor_the_disk():
     assert done.stdout.strip() == "[]"
 
 
-def test_what_two_problems_have_in_common_is_taken_over_with_the_same_bits(capped_scene, capped_numerics, monkeypatch):
+def test_what_two_problems_have_in_common_is_taken_over_with_the_same_bits(capped_scene, capped_numerics, calls):
     problem = level_problem(capped_scene, capped_numerics, 0)
-    drawn, genuine = [], pipeline.synthesize
-    monkeypatch.setattr(pipeline, "synthesize", lambda *rest: drawn.append(rest) or genuine(*rest))
+    drawn = calls(pipeline, "synthesize")
     others = {
         "surface and contact": replace(problem, sliding=replace(problem.sliding, friction_coefficient=0.3)),
         "surface": replace(problem, nominal_pressure=1.5 * problem.nominal_pressure),

@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 import sys
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.ensemble import tasks
 from roughsim.store.member_files import member_path, read_member
 
 ROOT = Path(__file__).parents[2]
@@ -232,13 +231,13 @@ def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, 
     assert rs.compare(run).to_dict()["failed"] == 1
 
 
-def test_run_json_tells_all_before_anything_slow(quick, tmp_path, monkeypatch):
-    def never(*_):
-        raise RuntimeError("not now")
+def test_run_json_tells_all_before_anything_slow(quick, tmp_path):
+    class Never(Executor):
+        def submit(self, *_):
+            raise RuntimeError("not now")
 
-    monkeypatch.setattr(tasks, "store_members", never)
     with pytest.raises(RuntimeError, match="not now"):
-        rs.run(quick, tmp_path / "run")
+        rs.run(quick, tmp_path / "run", executor=Never())
     told = json.loads((tmp_path / "run" / "run.json").read_text())
     assert told["scene"]["ensemble.seed"] == 3
     assert told["scene"]["sliding.friction_coefficient"] == 0.11

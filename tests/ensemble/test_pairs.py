@@ -92,7 +92,7 @@ def test_a_failed_solve_of_either_level_is_the_failure_of_the_member(capped_scen
 
 
 def test_runs_that_are_computed_together_share_surfaces_and_contacts_of_both_levels(
-    capped_scene, numerics, tmp_path, monkeypatch
+    capped_scene, numerics, tmp_path, calls
 ):
     # with another friction the contact is the same; with another load the surface
     scenes = [
@@ -104,10 +104,7 @@ def test_runs_that_are_computed_together_share_surfaces_and_contacts_of_both_lev
     jobs = [ActiveRun(run.scene, numerics, run.folder, run).job(STEP) for run in runs]
     alone = [member_path(run.folder, STEP, 0).read_bytes() for run in runs]
     before = [stored(run, STEP, 0) for run in runs]
-    drawn, solved = [], []
-    synthesize, loaded = pipeline.synthesize, pipeline.loaded
-    monkeypatch.setattr(pipeline, "synthesize", lambda *rest: drawn.append(1) or synthesize(*rest))
-    monkeypatch.setattr(pipeline, "loaded", lambda *rest: solved.append(1) or loaded(*rest))
+    drawn, solved = calls(pipeline, "synthesize"), calls(pipeline, "loaded")
     workers.store_members(jobs, 0)
     assert (len(drawn), len(solved)) == (2, 4)  # two levels; two levels and two loads
     for run, one, content in zip(runs, before, alone, strict=True):

@@ -96,38 +96,32 @@ def test_levels_add_their_variances_by_stream(steel):
 
 
 @pytest.fixture
-def asked(monkeypatch):
-    """The steel follows neither theory nor law, and falls with the exponent .8; what was asked for."""
-    calls = []
-    monkeypatch.setattr(prediction, "continuation", lambda *a: calls.append(("theory", *a[1:])))
-    monkeypatch.setattr(prediction, "yielded_fall", lambda *a: calls.append(("law", *a[1:])))
-    monkeypatch.setattr(prediction, "usual_exponent", lambda _, q: calls.append(("usual", q)) or 0.8)
-    return calls
+def asked(foretold):
+    """The calls for predictions: the steel follows neither theory nor law, and falls with the exponent .8."""
+    return foretold.calls
 
 
 def power_law(q, exponent):
     return 7.0 + 3.0 * np.asarray(q) ** -exponent
 
 
-def test_contact_that_follows_the_theory_goes_on_with_its_shape(steel, asked, monkeypatch):
-    table = np.outer([1.0, 2.0, 3.5], np.ones(SPEEDS))
-    monkeypatch.setattr(prediction, "continuation", lambda *a: asked.append(a[1:]) or table)
+def test_contact_that_follows_the_theory_goes_on_with_its_shape(steel, foretold):
+    foretold.theory = np.outer([1.0, 2.0, 3.5], np.ones(SPEEDS))
     for column in ("elastic", "capped"):
         values = values_of(steel, column, NAME, ladder(at_speeds(8.0, 9.0), (1e5, 2e5)))
         np.testing.assert_allclose(values.mean, 10.5, rtol=1e-12)
         np.testing.assert_allclose(values.errors["bandwidth"], np.abs(1.5 - 9.0 * 0.75), rtol=1e-12)
         np.testing.assert_array_equal(values.errors["last step"], 0.0)
         assert values.way == "with the shape of the theory"
-    assert asked == [(column, (1e5, 2e5), NAME) for column in ("elastic", "capped")]
+    assert foretold.calls == [("theory", column, (1e5, 2e5), NAME) for column in ("elastic", "capped")]
 
 
-def test_t_flash_of_yielded_contact_goes_on_by_the_law_of_the_upper_two_cut_offs(steel, asked, monkeypatch):
-    law = np.outer([4.0, 3.6, 3.0], np.ones(SPEEDS))
-    monkeypatch.setattr(prediction, "yielded_fall", lambda *a: asked.append(("law", *a[1:])) or law)
+def test_t_flash_of_yielded_contact_goes_on_by_the_law_of_the_upper_two_cut_offs(steel, foretold):
+    foretold.law = np.outer([4.0, 3.6, 3.0], np.ones(SPEEDS))
     values = values_of(steel, "capped", NAME, ladder(at_speeds(12.0, 10.0, 9.0), (1e5, 2e5, 4e5)))
     np.testing.assert_allclose(values.mean, 9.0 * 3.0 / 3.6, rtol=1e-12)
     np.testing.assert_allclose(values.errors["bandwidth"], 0.07 * 1.5, rtol=1e-12)
-    assert asked == [("theory", "capped", (1e5, 2e5, 4e5), NAME), ("law", (2e5, 4e5))]
+    assert foretold.calls == [("theory", "capped", (1e5, 2e5, 4e5), NAME), ("law", (2e5, 4e5))]
 
 
 def test_where_no_law_holds_t_flash_goes_on_as_a_power(steel, asked):
@@ -201,21 +195,25 @@ def test_the_temperature_of_each_body_goes_on_by_itself(two_bodies, asked):
     np.testing.assert_allclose(cut.errors["last step"], cut.mean * (1.0 - cut.mean) * steps, rtol=1e-9)
 
 
-def test_mean_temperatures_of_the_surfaces_come_on_top(two_bodies, monkeypatch):
-    monkeypatch.setattr(prediction, "backgrounds", lambda *_: (np.full(SPEEDS, 5.0), np.full(SPEEDS, 1.0)))
+def test_mean_temperatures_of_the_surfaces_come_on_top(two_bodies, foretold):
+    foretold.backgrounds = np.full(SPEEDS, 5.0), np.full(SPEEDS, 1.0)
     values = values_of(two_bodies, "elastic", "heat_partition", [Pair(0, 0, bodies(20.0, 6.0, END), None)])
     np.testing.assert_allclose(values.mean, 13.0 / (13.0 + 25.0), rtol=1e-12)
     np.testing.assert_allclose(values.finest, 13.0 / (13.0 + 25.0), rtol=1e-12)
 
 
-def test_the_resting_body_follows_the_theory_of_slow_sliding(two_bodies, monkeypatch):
-    asked = []
-    monkeypatch.setattr(prediction, "continuation", lambda scene, *_: asked.append(scene.speeds))
-    low = bodies(9.0, 8.0, 1e5)
-    values_of(two_bodies, "elastic", "heat_partition", [Pair(0, 0, low, None)])
-    assert asked[0] == two_bodies.speeds
-    assert max(asked[1]) < 1e-9
-    assert len(asked[1]) == SPEEDS
+def test_the_resting_body_follows_the_theory_of_slow_sliding(two_bodies):
+    q = 1e4, 2e4
+    low, high = (bodies(t, 0.9 * t, cut_off) for t, cut_off in zip((1.0, 1.5), q, strict=True))
+    values = values_of(two_bodies, "elastic", "heat_partition", [Pair(0, 0, low, None), Pair(1, 1, high, low)])
+    slow = replace(two_bodies, sliding=replace(two_bodies.sliding, speed=tuple(1e-10 * (k + 1) for k in range(SPEEDS))))
+
+    def to_the_end(scene, first, last):
+        theory = prediction.continuation(scene, "elastic", q, NAME)
+        return last + (last - first) * (theory[2] - theory[1]) / (theory[1] - theory[0])
+
+    moving, resting = to_the_end(two_bodies, 1.0, 1.5), 2.0 * to_the_end(slow, 0.9, 1.35)
+    np.testing.assert_allclose(values.mean, resting / (resting + moving), rtol=1e-6)
 
 
 def test_at_rest_the_share_is_that_of_slow_sliding(two_bodies):
@@ -310,9 +308,8 @@ def test_in_capped_contact_what_has_no_limit_stays_the_value_of_the_finest_level
 
 
 @pytest.mark.parametrize("column", ["elastic", "capped"])
-def test_where_nothing_continues_the_last_step_is_part_of_the_error(steel, asked, monkeypatch, column):
-    unknown = np.full((4, SPEEDS), np.nan)
-    monkeypatch.setattr(prediction, "continuation", lambda *_: unknown)
+def test_where_nothing_continues_the_last_step_is_part_of_the_error(steel, foretold, column):
+    foretold.theory = np.full((4, SPEEDS), np.nan)
     pairs = with_partner(ladder(at_speeds(14.77, 25.92, 40.21), (1e5, 2e5, 4e5), scatter=0.01), 0.0, 4e5)
     values = values_of(steel, column, NAME, pairs)
     np.testing.assert_allclose(values.mean, 40.21, rtol=1e-12)

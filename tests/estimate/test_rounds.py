@@ -9,7 +9,6 @@ import pytest
 from ladder_cases import NAME, lowest, step
 from scipy import stats
 
-from roughsim import prediction
 from roughsim.estimate.errors import estimate
 from roughsim.estimate.levels import Values, values_of
 from roughsim.estimate.rounds import MEMBER, Verdict, first_counts, judge, replay
@@ -574,15 +573,12 @@ def test_runs_that_stop_themselves_hold_the_truth_where_scatter_is_all(sliding_s
 
 
 @pytest.mark.statistical
-def test_runs_that_choose_their_levels_hold_the_truth(sliding_scene, monkeypatch):
+def test_runs_that_choose_their_levels_hold_the_truth(sliding_scene, foretold):
     # what follows beyond a cut-off differs from the shape foretold, and the pixel's change falls faster than assumed
     means = {5e4: 8.0, 1e5: 9.2, 2e5: 9.8}
-    foretold = {5e4: 8.0, 1e5: 9.3, np.inf: 10.0, 2e5: 10.0}
+    shape = {5e4: 8.0, 1e5: 9.3, np.inf: 10.0, 2e5: 10.0}
 
-    def theory(scene, column, cut_offs, observable):
-        return np.array([[foretold[q]] for q in (*cut_offs, np.inf)])
-
-    monkeypatch.setattr(prediction, "continuation", theory)
+    foretold.theory = lambda column, cut_offs, observable: np.array([[shape[q]] for q in (*cut_offs, np.inf)])
     numerics = elastic_levels((5e4, 1e5, 2e5))
     finer = 0.99  # by half the pixel, at order 2: 4/3 of it in all, and (5e4/2e5)^.7 of that at the end
     truth = 9.8 * (1.0 - 4 / 3 * 0.01 * 0.25**0.7)

@@ -67,8 +67,8 @@ def test_at_rest_nothing_heats_and_that_is_exact(at_rest):
     assert at_rest.estimate("flash_temperature").explain().splitlines()[1].startswith("0 K: ")
 
 
-def test_a_run_of_a_rough_surface_is_continued_with_its_own_exponent(capped_scene, tmp_path, monkeypatch):
-    monkeypatch.setattr(prediction, "yielded_fall", lambda *_: None)
+def test_a_run_of_a_rough_surface_is_continued_with_its_own_exponent(capped_scene, tmp_path, foretold):
+    foretold.exponent = None
     rough = replace(capped_scene, surface=replace(capped_scene.surface, hurst=0.3, q_max=1e7))
     levels = tuple(Level("capped", (n, n), 1e3 * n) for n in (48, 96))
     run = rs.run(rough, tmp_path / "run", numerics=Numerics(levels, (2e-3, 2e-3)), max_realizations=2, workers=1)
@@ -126,7 +126,6 @@ def test_one_realization_has_an_unknown_error_and_no_infinite_one(partial, tmp_p
 
 
 def test_a_ratio_to_a_sum_that_is_no_measure_of_the_theory_says_so(capped_run, monkeypatch):
-    from roughsim import prediction
 
     true = prediction.mode_sums
     monkeypatch.setattr(prediction, "mode_sums", lambda *a: {k: 1.5 * v for k, v in true(*a).items()})

@@ -1,6 +1,5 @@
 """Runs with members that are damaged, foreign, or not to be read now: each is named, and nothing is lost."""
 
-import builtins
 import os
 import shutil
 from dataclasses import replace
@@ -17,23 +16,15 @@ from roughsim.store.member_files import member_path, read_member, write_member
 
 
 @pytest.mark.parametrize("number", PASSING)
-def test_members_that_cannot_be_read_now_are_an_error_and_stay_where_they_are(folder, whole, number, monkeypatch):
+def test_members_that_cannot_be_read_now_are_an_error_and_stay_where_they_are(folder, whole, number, unreadable):
     before = {path.name: path.read_bytes() for path in (folder / "realizations").iterdir()}
-    true = builtins.open
-
-    def refuse(file, *given, **named):
-        if str(file).endswith(".h5"):
-            raise OSError(number, os.strerror(number), str(file))
-        return true(file, *given, **named)
-
-    monkeypatch.setattr(builtins, "open", refuse)
-    for how in ("refuse", "skip"):
-        with pytest.raises(OSError, match=r"L\d-000000.h5 cannot be read now") as told:
-            rs.open_run(folder, damaged=how)
-        assert not isinstance(told.value, rs.RecordError)
-    with pytest.raises(OSError, match=r"L\d-000000.h5 cannot be read now"):
-        rs.run(whole.scene, folder, max_realizations=COUNT + 1)  # goes on with nothing, redoes nothing
-    monkeypatch.undo()
+    with unreadable("*.h5", number):
+        for how in ("refuse", "skip"):
+            with pytest.raises(OSError, match=r"L\d-000000.h5 cannot be read now") as told:
+                rs.open_run(folder, damaged=how)
+            assert not isinstance(told.value, rs.RecordError)
+        with pytest.raises(OSError, match=r"L\d-000000.h5 cannot be read now"):
+            rs.run(whole.scene, folder, max_realizations=COUNT + 1)  # goes on with nothing, redoes nothing
     assert {path.name: path.read_bytes() for path in (folder / "realizations").iterdir()} == before
     assert rs.open_run(folder).members.available[0] == COUNT
 

@@ -10,7 +10,6 @@ import pytest
 
 import roughsim as rs
 from roughsim.ensemble import run as ensemble_run
-from roughsim.store import disk
 from roughsim.store.member_files import member_path, read_member
 
 
@@ -33,19 +32,12 @@ def contents(folder):
 
 @pytest.mark.parametrize("number", [errno.ENOLCK, errno.ESTALE, errno.EIO, errno.EACCES, errno.EMFILE, errno.EAGAIN])
 def test_a_member_that_cannot_be_read_now_stops_the_run_with_a_sentence_and_nothing_is_done_to_it(
-    quick, folder, monkeypatch, number
+    quick, folder, unreadable, number
 ):
-    before, genuine = contents(folder), open
-
-    def refusing(path, *arguments):
-        if path.name == "L0-000001.h5":
-            raise OSError(number, os.strerror(number), str(path))
-        return genuine(path, *arguments)
-
-    with monkeypatch.context() as broken:
-        broken.setattr(disk, "open", refusing, raising=False)
-        with pytest.raises(OSError, match=r"L0-000001.h5 cannot be read now \(.*\); nothing was changed") as told:
-            rs.run(quick, folder, max_realizations=4)
+    before = contents(folder)
+    said = r"L0-000001.h5 cannot be read now \(.*\); nothing was changed"
+    with unreadable("*L0-000001.h5", number), pytest.raises(OSError, match=said) as told:
+        rs.run(quick, folder, max_realizations=4)
     assert told.value.errno == number
     assert contents(folder) == before
     assert rs.run(quick, folder, max_realizations=4).realizations == 4

@@ -54,10 +54,8 @@ def test_a_band_too_wide_to_integrate_over_is_refused_at_once():
         parse_scene(with_number(text, "q_min", "1e-10"))
 
 
-def test_what_arithmetic_gives_up_names_the_command(capsys, monkeypatch):
-    from roughsim.comparison import tables
-
-    monkeypatch.setattr(tables, "theory_table", lambda scene: 1.0 / 0.0)
+def test_what_arithmetic_gives_up_names_the_command(capsys, theory_table):
+    theory_table(lambda scene: 1.0 / 0.0)
     with pytest.raises(SystemExit):
         cli.main(["theory", "demo"])
     error = capsys.readouterr().err

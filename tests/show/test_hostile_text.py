@@ -143,11 +143,10 @@ def test_a_file_in_place_of_a_run_is_named(told, tmp_path):
         assert "[x].toml is a file; name the folder of a run" in told(verb, tmp_path / "[x].toml", expect=1)
 
 
-def test_letters_that_the_font_lacks_are_named_once_for_all_pictures(capsys, monkeypatch, tmp_path):
+def test_letters_that_the_font_lacks_are_named_once_for_all_pictures(capsys, theory_table, tmp_path):
     from matplotlib.figure import Figure
 
     from roughsim.charts.style import save
-    from roughsim.comparison import tables
 
     def draw(scene):
         for _ in range(2):
@@ -156,7 +155,7 @@ def test_letters_that_the_font_lacks_are_named_once_for_all_pictures(capsys, mon
             save(figure, tmp_path / "x.png")
         return ""
 
-    monkeypatch.setattr(tables, "theory_table", draw)
+    theory_table(draw)
     with warnings.catch_warnings():
         warnings.simplefilter("default")
         with pytest.raises(SystemExit):

@@ -9,7 +9,8 @@ from claims_cases import TWO, silent
 
 import roughsim as rs
 from roughsim.ensemble import run as ensemble_run
-from roughsim.ensemble import tasks
+from roughsim.ensemble.executors import SerialExecutor
+from roughsim.results.folder import describe
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import member_path, read_member
 
@@ -35,23 +36,36 @@ def test_members_that_a_process_left_are_computed_when_it_is_taken_for_gone(quic
     assert len(list((run.folder / "realizations").iterdir())) == 4
 
 
-def test_members_of_another_process_are_counted_and_not_computed_again(quick, tmp_path, soon, monkeypatch):
+class Recording(SerialExecutor):
+    """Computes members in this process, records their indices, and calls `before` with those so far."""
+
+    def __init__(self, before=lambda computed: None):
+        self.computed, self.before = [], before
+
+    def submit(self, function, jobs, index):
+        self.computed.append(index)
+        self.before(self.computed)
+        return super().submit(function, jobs, index)
+
+
+def copy_member(source, target, index):
+    """Store a member as another process does."""
+    member_path(target.folder, 0, index).write_bytes(member_path(source.folder, 0, index).read_bytes())
+
+
+def test_members_of_another_process_are_counted_and_not_computed_again(quick, tmp_path, soon):
     whole = rs.run(quick, tmp_path / "whole", max_realizations=4)
     run = rs.run(quick, tmp_path / "run", max_realizations=1)
-    computed, genuine = [], tasks.store_members
 
-    def store(*arguments):
-        computed.append(arguments[1])
-        for index in (1, 3):  # meanwhile the other one has been at work
-            path = member_path(run.folder, 0, index)
-            path.write_bytes(member_path(whole.folder, 0, index).read_bytes())
-        return genuine(*arguments)
+    def others(_):  # meanwhile the other one has been at work
+        for index in (1, 3):
+            copy_member(whole, run, index)
 
-    monkeypatch.setattr(tasks, "store_members", store)
+    pool = Recording(others)
     with Claims(run.folder) as other:
         other.take(TWO)
-        result = rs.run(quick, run.folder, max_realizations=4)
-    assert computed == [2]
+        result = rs.run(quick, run.folder, max_realizations=4, executor=pool, workers=1)
+    assert pool.computed == [2]
     assert result.realizations == 4
 
 
@@ -76,7 +90,9 @@ def test_of_two_starts_at_once_the_first_plan_counts(quick, tmp_path, monkeypatc
     folder = tmp_path / "run"
 
     def late(scene):
-        monkeypatch.setattr(ensemble_run, "plan", lambda _: other)
+        if folder.exists():
+            return other
+        folder.mkdir()
         assert ensemble_run.begin(scene, folder) == other
         return planned
 
@@ -101,12 +117,14 @@ def test_each_of_two_processes_stops_where_it_was_told_and_run_json_tells_the_la
     assert rs.run(quick, longer.folder, max_realizations=6).realizations == 6
 
 
-def test_the_versions_are_those_of_the_process_that_began(quick, tmp_path, monkeypatch):
+def test_the_versions_are_those_of_the_process_that_began(quick, tmp_path):
     folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
-    began = json.loads((folder / "run.json").read_text())["versions"]
-    monkeypatch.setattr(ensemble_run, "versions", lambda: {"numpy": "another"})
+    description = json.loads((folder / "run.json").read_text())
+    description["versions"]["numpy"] = "1.26.0"
+    del description["checksums"]
+    describe(folder, description, quick)
     rs.run(quick, folder, max_realizations=2)
-    assert json.loads((folder / "run.json").read_text())["versions"] == began
+    assert json.loads((folder / "run.json").read_text())["versions"] == description["versions"]
 
 
 def test_a_member_that_is_damaged_while_the_run_goes_on_is_moved_aside_and_done_again(quick, tmp_path, soon):
@@ -129,21 +147,12 @@ def test_a_member_that_is_damaged_while_the_run_goes_on_is_moved_aside_and_done_
         assert all((mine[name] == theirs[name]).all() for name in theirs)
 
 
-def test_a_member_that_was_stored_between_two_looks_is_not_computed_again(quick, tmp_path, soon, monkeypatch):
+def test_a_member_that_was_stored_between_two_looks_is_not_computed_again(quick, tmp_path, soon):
     whole = rs.run(quick, tmp_path / "whole", max_realizations=3)
-    folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
-    computed, genuine, take = [], tasks.store_members, Claims.take
-
-    def late(claims, claim):
-        if claim == TWO:  # its process has just stored it and given it up
-            path = member_path(folder, 0, 1)
-            path.write_bytes(member_path(whole.folder, 0, 1).read_bytes())
-        return take(claims, claim)
-
-    monkeypatch.setattr(Claims, "take", late)
-    monkeypatch.setattr(tasks, "store_members", lambda *rest: computed.append(rest[1]) or genuine(*rest))
-    assert rs.run(quick, folder, max_realizations=3).realizations == 3
-    assert computed == [2]
+    run = rs.run(quick, tmp_path / "run", max_realizations=1)
+    pool = Recording(lambda _: copy_member(whole, run, 2))  # between the submissions of the first member and the next
+    assert rs.run(quick, run.folder, max_realizations=3, executor=pool, workers=1).realizations == 3
+    assert pool.computed == [1]
 
 
 def test_what_a_living_process_is_writing_is_not_swept_away(quick, tmp_path, soon):
@@ -188,18 +197,15 @@ def test_where_claims_cannot_be_made_no_member_is_handed_out_twice(quick, tmp_pa
     assert handed == [1, 2, 3, 4, 5]
 
 
-def test_a_member_that_another_process_has_left_comes_before_those_after_it(quick, tmp_path, monkeypatch):
+def test_a_member_that_another_process_has_left_comes_before_those_after_it(quick, tmp_path):
     run = rs.run(quick, tmp_path / "run", max_realizations=1)
-    computed, genuine = [], tasks.store_members
 
-    def store(job, index):
-        computed.append(index)
+    def left(computed):
         if len(computed) == 3:
-            other.release("L0-000001")
-        return genuine(job, index)
+            other.release(TWO)
 
-    monkeypatch.setattr(tasks, "store_members", store)
+    pool = Recording(left)
     with Claims(run.folder) as other:
-        other.take("L0-000001")
-        assert rs.run(quick, run.folder, max_realizations=9).realizations == 9
-    assert computed == [2, 3, 4, 1, 5, 6, 7, 8]
+        other.take(TWO)
+        assert rs.run(quick, run.folder, max_realizations=9, executor=pool, workers=1).realizations == 9
+    assert pool.computed == [2, 3, 4, 1, 5, 6, 7, 8]

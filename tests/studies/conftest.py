@@ -23,15 +23,3 @@ def small(capped_scene):
 def done(small, tmp_path_factory):
     """A finished study; tests only read it."""
     return rs.study(small, vary=VARY, folder=tmp_path_factory.mktemp("studies") / "loads")
-
-
-@pytest.fixture
-def calls(monkeypatch):
-    """Counts the calls of a function of a module: each adds to the list that is returned."""
-
-    def counted(module, name):
-        made, function = [], getattr(module, name)
-        monkeypatch.setattr(module, name, lambda *rest: made.append(1) or function(*rest))
-        return made
-
-    return counted
