@@ -12,7 +12,16 @@ from pydantic.dataclasses import dataclass
 from pydantic_core import to_jsonable_python
 
 from roughsim.scene.changes import with_changes
-from roughsim.scene.numerics import DEFAULT_SOLVER, SLIDING, NumericsSection
+from roughsim.scene.checks import (
+    check_background,
+    check_heat_partition,
+    check_history,
+    check_levels,
+    check_load,
+    check_rows,
+    missing_second_body,
+)
+from roughsim.scene.numerics import NumericsSection
 from roughsim.scene.schema import Record
 from roughsim.scene.sections import (
     NOT_IDENTITY,
@@ -25,7 +34,7 @@ from roughsim.scene.sections import (
     read_title,
 )
 from roughsim.scene.shown import scene_table
-from roughsim.scene.tables import MAX_ROWS, PSD_SCALES, Rows, at_temperature
+from roughsim.scene.tables import PSD_SCALES, Rows, at_temperature
 from roughsim.scene.written import key_line, literal
 from roughsim.show.markup import in_notebook
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
@@ -69,7 +78,13 @@ class Scene(Record, section=""):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        _check_scene(self)
+        sliding, missing = self.sliding, missing_second_body(self.counterface)
+        check_load(sliding, self.body, self.penetration_hardness)
+        check_heat_partition(sliding, missing)
+        check_background(sliding, list(self.tables), self.temperature_range, self.melting_temperature)
+        check_history(sliding, missing, self.numerics.solver)
+        check_rows(self.surface, self.counterface)
+        check_levels(self.numerics, sliding.history, self.elastic)
         _check_derived(self)
         return self
 
@@ -232,103 +247,6 @@ def _face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
     if face.rms_height is not None:
         return SelfAffineSpectrum.from_rms_height(face.rms_height, **shape)
     return SelfAffineSpectrum.from_rms_slope(face.rms_slope, **shape)  # type: ignore[arg-type]
-
-
-def _check_scene(scene: Scene) -> None:
-    """Refuse sections that contradict each other."""
-    load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
-    if load > hardness:
-        softer = "body" if scene.body.penetration_hardness == hardness else "counterface"
-        raise ValueError(
-            f"sliding.nominal_pressure = {load:.6g} Pa exceeds {softer}.penetration_hardness = {hardness:.6g} Pa, "
-            "which no contact can carry; lower the pressure or raise the hardness"
-        )
-    rule = scene.sliding.heat_partition
-    if rule in ("mean", "total") and not scene.counterface_conducts:
-        missing = "[counterface]" if scene.counterface is None else "counterface.conductivity"
-        raise ValueError(
-            f'sliding.heat_partition = "{rule}" shares the heat with a second body, but {missing} is missing; add it '
-            '(like = "body" for the same material), or write "all" or a number'
-        )
-    if rule == "total" and scene.sliding.duration is None:
-        needed = 'needs the time since sliding began; add for example duration = "1 ms"'
-        raise ValueError(f'sliding.heat_partition = "total" {needed}')
-    _check_background(scene)
-    _check_history(scene)
-    rows = sum(len(face.psd or ()) for face in (scene.surface, scene.counterface) if face is not None)
-    if rows > MAX_ROWS:
-        raise ValueError(
-            f"counterface.psd and surface.psd together have {rows} rows, above the limit of {MAX_ROWS}; average C over "
-            "bins of log q"
-        )
-    for number, level in enumerate(scene.numerics.levels or ()):
-        if level.column == SLIDING and scene.sliding.history != SLIDING:
-            raise ValueError(
-                f'numerics.levels[{number}].column = "{SLIDING}" needs sliding.history = "{SLIDING}"; add it or remove '
-                "the level"
-            )
-        if scene.elastic and level.column not in ("elastic", SLIDING):
-            raise ValueError(
-                f'numerics.levels[{number}].column = "{level.column}" needs a body.penetration_hardness; add it or '
-                'write "elastic"'
-            )
-
-
-def _check_history(scene: Scene) -> None:
-    """Refuse a slide of two bodies that lacks a second body or a distance, and a distance without a slide."""
-    sliding = scene.sliding
-    if sliding.history == "frozen":
-        if sliding.slid_distance is not None:
-            raise ValueError(
-                f'sliding.slid_distance = {sliding.slid_distance:.6g} m goes with history = "sliding"; add it, or '
-                "remove the distance (numerics.slid_distance is for temperature fields)"
-            )
-        return
-    if not scene.counterface_conducts:
-        missing = "[counterface]" if scene.counterface is None else "counterface.conductivity"
-        raise ValueError(
-            f'sliding.history = "sliding" follows the heat of two bodies, but {missing} is missing; add it '
-            '(like = "body" for the same material), or write "frozen"'
-        )
-    if (sliding.slid_distance is None) == (sliding.duration is None):
-        both = "are both given" if sliding.duration is not None else "are both missing"
-        raise ValueError(
-            f'sliding.slid_distance and sliding.duration {both}; history = "sliding" needs exactly one, for example '
-            'slid_distance = "4 mm"'
-        )
-    if 0.0 in sliding.speed:
-        raise ValueError(
-            'sliding.speed = 0 m/s does not go with history = "sliding": nothing slides; remove that speed'
-        )
-    if (solver := scene.numerics.solver) not in (None, DEFAULT_SOLVER):
-        raise ValueError(
-            f'numerics.solver = "{solver}" does not go with sliding.history = "sliding", whose contacts begin from '
-            f'the last one; write "{DEFAULT_SOLVER}" or history = "frozen"'
-        )
-
-
-def _check_background(scene: Scene) -> None:
-    """Refuse a background temperature that is missing, needed for nothing, or outside a table κ(T) or μ(T)."""
-    low, high = scene.temperature_range
-    kelvin = scene.sliding.background_temperature
-    if kelvin is None:
-        if high < math.inf:
-            raise ValueError(
-                f"sliding.background_temperature is missing; a {next(iter(scene.tables))} that is a table over "
-                'temperature needs it: add for example background_temperature = "300 K"'
-            )
-        return
-    background = f"sliding.background_temperature = {kelvin:g} K"
-    if min(high, scene.melting_temperature) == math.inf:
-        raise ValueError(
-            f"{background} goes with a conductivity that is a table over temperature, with a friction_coefficient that "
-            "is one, or with a melting_temperature; remove it"
-        )
-    if not low <= kelvin <= high:
-        raise ValueError(
-            f"{background} must lie between {low:g} K and {high:g} K, the range of the tables over temperature; "
-            "extend them"
-        )
 
 
 def _check_derived(scene: Scene) -> None:

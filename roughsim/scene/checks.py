@@ -1,0 +1,126 @@
+"""Checks of the sections of a scene against each other; each raises a ValueError with the keys, values and limits."""
+
+import math
+from collections.abc import Sequence
+
+from roughsim.scene.numerics import DEFAULT_SOLVER, SLIDING, NumericsSection
+from roughsim.scene.sections import BodySection, CounterfaceSection, SlidingSection, SurfaceSection
+from roughsim.scene.tables import MAX_ROWS
+
+
+def missing_second_body(counterface: CounterfaceSection | None) -> str:
+    """Return the section or key that is missing for a second body with a temperature; empty if none is."""
+    if counterface is None:
+        return "[counterface]"
+    conducts = counterface.like or counterface.conductivity is not None
+    return "" if conducts else "counterface.conductivity"
+
+
+def check_load(sliding: SlidingSection, body: BodySection, hardness: float) -> None:
+    """Refuse a nominal pressure above the hardness of the softer body, Pa."""
+    load = sliding.nominal_pressure
+    if load > hardness:
+        softer = "body" if body.penetration_hardness == hardness else "counterface"
+        raise ValueError(
+            f"sliding.nominal_pressure = {load:.6g} Pa exceeds {softer}.penetration_hardness = {hardness:.6g} Pa, "
+            "which no contact can carry; lower the pressure or raise the hardness"
+        )
+
+
+def check_heat_partition(sliding: SlidingSection, missing: str) -> None:
+    """Refuse a rule of the heat share without the second body or the duration that it needs."""
+    rule = sliding.heat_partition
+    if rule in ("mean", "total") and missing:
+        raise ValueError(
+            f'sliding.heat_partition = "{rule}" shares the heat with a second body, but {missing} is missing; add it '
+            '(like = "body" for the same material), or write "all" or a number'
+        )
+    if rule == "total" and sliding.duration is None:
+        needed = 'needs the time since sliding began; add for example duration = "1 ms"'
+        raise ValueError(f'sliding.heat_partition = "total" {needed}')
+
+
+def check_background(
+    sliding: SlidingSection, tables: Sequence[str], temperature_range: tuple[float, float], melting: float
+) -> None:
+    """Refuse a background temperature that is missing, unneeded, or outside a table κ(T) or μ(T).
+
+    `tables` are the keys with a table, which are given within `temperature_range`, K; `melting` is inf without a
+    melting temperature.
+    """
+    low, high = temperature_range
+    kelvin = sliding.background_temperature
+    if kelvin is None:
+        if high < math.inf:
+            raise ValueError(
+                f"sliding.background_temperature is missing; a {tables[0]} that is a table over temperature needs it: "
+                'add for example background_temperature = "300 K"'
+            )
+        return
+    background = f"sliding.background_temperature = {kelvin:g} K"
+    if min(high, melting) == math.inf:
+        raise ValueError(
+            f"{background} goes with a conductivity that is a table over temperature, with a friction_coefficient that "
+            "is one, or with a melting_temperature; remove it"
+        )
+    if not low <= kelvin <= high:
+        raise ValueError(
+            f"{background} must lie between {low:g} K and {high:g} K, the range of the tables over temperature; "
+            "extend them"
+        )
+
+
+def check_history(sliding: SlidingSection, missing: str, solver: str | None) -> None:
+    """Refuse a slide of two bodies that lacks a second body or a distance, and a distance without a slide."""
+    if sliding.history == "frozen":
+        if sliding.slid_distance is not None:
+            raise ValueError(
+                f'sliding.slid_distance = {sliding.slid_distance:.6g} m goes with history = "sliding"; add it, or '
+                "remove the distance (numerics.slid_distance is for temperature fields)"
+            )
+        return
+    if missing:
+        raise ValueError(
+            f'sliding.history = "sliding" follows the heat of two bodies, but {missing} is missing; add it '
+            '(like = "body" for the same material), or write "frozen"'
+        )
+    if (sliding.slid_distance is None) == (sliding.duration is None):
+        both = "are both given" if sliding.duration is not None else "are both missing"
+        raise ValueError(
+            f'sliding.slid_distance and sliding.duration {both}; history = "sliding" needs exactly one, for example '
+            'slid_distance = "4 mm"'
+        )
+    if 0.0 in sliding.speed:
+        raise ValueError(
+            'sliding.speed = 0 m/s does not go with history = "sliding": nothing slides; remove that speed'
+        )
+    if solver not in (None, DEFAULT_SOLVER):
+        raise ValueError(
+            f'numerics.solver = "{solver}" does not go with sliding.history = "sliding", whose contacts begin from '
+            f'the last one; write "{DEFAULT_SOLVER}" or history = "frozen"'
+        )
+
+
+def check_rows(surface: SurfaceSection, counterface: CounterfaceSection | None) -> None:
+    """Refuse tables C(q) of both faces with too many rows."""
+    rows = sum(len(face.psd or ()) for face in (surface, counterface) if face is not None)
+    if rows > MAX_ROWS:
+        raise ValueError(
+            f"counterface.psd and surface.psd together have {rows} rows, above the limit of {MAX_ROWS}; average C over "
+            "bins of log q"
+        )
+
+
+def check_levels(numerics: NumericsSection, history: str, elastic: bool) -> None:
+    """Refuse levels of a column that the scene does not have."""
+    for number, level in enumerate(numerics.levels or ()):
+        if level.column == SLIDING and history != SLIDING:
+            raise ValueError(
+                f'numerics.levels[{number}].column = "{SLIDING}" needs sliding.history = "{SLIDING}"; add it or remove '
+                "the level"
+            )
+        if elastic and level.column not in ("elastic", SLIDING):
+            raise ValueError(
+                f'numerics.levels[{number}].column = "{level.column}" needs a body.penetration_hardness; add it or '
+                'write "elastic"'
+            )
