@@ -299,7 +299,7 @@ def bench_dict(points: list[Point]) -> dict[str, Any]:
 
 
 def bench_tables(points: list[Point]) -> list[Table]:
-    """Return a table per stage and observable: the points of the front, those that the plan chooses, and failures."""
+    """Return a table per stage and observable: the Pareto front, the choice of the plan, and failures."""
     tables = []
     for title, group in panels(points).items():
         best = front(group)

@@ -1,4 +1,4 @@
-"""Files from elsewhere are checked before they are read: links, declared sizes, pickles, and damage.
+"""Checks of untrusted files before reading: links, declared sizes, pickles, and damage.
 
 An HDF5 file can name other files (external links, external and virtual datasets), and declare shapes that no memory
 holds. Such a file is refused, and the message names the object.
@@ -230,7 +230,7 @@ def _wait(child: Popen[bytes]) -> int:
 
 @atexit.register
 def end_child() -> None:
-    """End the child of this process, if there is one."""
+    """End the child process, if it runs."""
     child = _children.get(os.getpid())
     if child is not None:
         child.kill()

@@ -110,7 +110,7 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[_Row], observable: str)
 
 
 def _draw_measured(axes: Axes, rows: Sequence[_Row], column: str, factor: float) -> None:
-    """Draw the values of a column over the speed with their errors; none of those that a slide does not measure."""
+    """Draw the values of a column over the speed with their errors; nothing for observables that a slide lacks."""
     speed = np.array([row.speed for row in rows])
     mean = np.array([row.columns[column].mean for row in rows]) * factor
     error = np.array([row.columns[column].total_error for row in rows]) * factor

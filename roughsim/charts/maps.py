@@ -1,4 +1,4 @@
-"""Maps of fields: the whole cell, and, for a cell of many points, an enlarged part beside it."""
+"""Maps of fields: the whole cell, and an enlarged part for a cell of many points."""
 
 from math import inf
 from pathlib import Path
@@ -34,7 +34,7 @@ _AT_HARDNESS = 1e-5  # relative; fields are stored in single precision
 
 
 def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None) -> None:
-    """Draw a field in colours; beside a cell of many points its hottest, or most pressed, part is enlarged."""
+    """Draw a field in colours, with an enlarged view of the hottest, or most loaded, part of a large cell."""
     field, pressure, grid = subject.field(name), subject.field("pressure"), subject.grid
     window, hot = _window_of(grid, zoom), name == "temperature"
     narrow = subject.look.size is not None and subject.look.size[0] < _TWO_PANELS
@@ -65,7 +65,7 @@ def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None)
 
 
 def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | None = None) -> None:
-    """Draw heights, pressure and a third field beside each other; the contact is outlined on all but the pressure."""
+    """Draw heights, pressure and a third field side by side; the contact is outlined on all but the pressure."""
     grid, pressure = subject.grid, subject.field("pressure")
     window, names = _window_of(grid, zoom), ("heights", "pressure", third)
     size = 3.9 * len(names), 3.3 * _height_over_width(grid, window) + 1.35

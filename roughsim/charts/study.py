@@ -54,7 +54,7 @@ def study_chart(
     subtitle: str = "",
     y: Along | None = None,
 ) -> None:
-    """Draw an observable of a study over a varied number, and as a map over two if there is a second one.
+    """Draw an observable of a study over a varied number, and as a map if two numbers are varied.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def _spans_decades(low: float, high: float) -> bool:
 
 
 def _draw_points(axes: Axes, points: _Points, marker: str, colour: Any) -> None:
-    """Draw points with their errors; those that are not whole are hollow."""
+    """Draw points with their errors; points at q_c or with unknown parts of the error are hollow."""
     for whole, face in ((True, colour), (False, "white")):
         drawn = points.whole == whole
         style = {"ls": "", "marker": marker, "ms": 3.5, "mfc": face, "color": colour, "elinewidth": 0.9, "zorder": 3}

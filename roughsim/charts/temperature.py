@@ -67,7 +67,7 @@ def distribution_chart(subject: Subject, path: Path) -> None:
 
 
 def profile_chart(subject: Subject, path: Path) -> None:
-    """Draw the fields along the line, and beside it the part around the hottest point; contact is shaded."""
+    """Draw the fields along the line, and an enlarged part around the hottest point; contact is shaded."""
     dx, dy = subject.grid.spacing
     hottest, across, lines = lines_through_hottest_point(subject)
     count = len(lines["heights"])

@@ -34,7 +34,7 @@ def _print_version(asked: bool) -> None:
 def options(
     version: Annotated[bool, Option("--version", callback=_print_version, is_eager=True, help="The version.")] = False,
 ) -> None:
-    """Flash temperatures of rough sliding contacts: Monte Carlo simulation beside the analytic theory."""
+    """Flash temperatures of rough sliding contacts: Monte Carlo simulation and analytic theory."""
 
 
 for verb in _VERBS:

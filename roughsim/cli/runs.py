@@ -21,7 +21,7 @@ from roughsim.show.text import tell
 
 
 def status(run: RunFolder, as_json: Json = False) -> None:
-    """Show how far a run is: means and errors, failures, time left. The run may still be going on."""
+    """Show the progress of a run, also while it is computed: means and errors, failures, time left."""
     if (study := study_of(run)) is not None:
         from roughsim.studies.tables import study_table
 

@@ -1,4 +1,4 @@
-"""The verbs that take a scene, and those that take nothing."""
+"""Commands that take a scene, and commands without arguments."""
 
 import json
 import time

@@ -1,1 +1,1 @@
-"""Theory beside simulation: the comparison, the slope of the stress spectrum, and the error of the theory."""
+"""Comparison of theory and simulation, slope of the stress spectrum, and error of the theory."""

@@ -125,7 +125,7 @@ class Comparison:
 
 
 def compare(run: Run | str | Path) -> Comparison:
-    """Set a run beside the theory.
+    """Compare a run with the theory.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def _meanings_of_directions(run: Pressed) -> Iterator[str]:
 
 
 def overshoot_warnings(run: Run) -> Iterator[str]:
-    """Yield a warning if waves of the map carry load beside its spikes, at points without heights."""
+    """Yield a warning if waves of the map overshoot next to spikes and carry load there."""
     if isinstance(run, Pressed) and run.overshoot > SOME_LOAD:
         yield (
             f"{100 * run.overshoot:.2g} % of the load is on heights that the map does not have: its waves overshoot "

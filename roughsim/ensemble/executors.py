@@ -66,7 +66,7 @@ class Workers(AbstractContextManager["Workers"]):
         return self._given is None
 
     def fit(self, member: float, source: str, threads: int) -> None:
-        """Lower the number of workers to those that memory allows, each with a member of so many bytes.
+        """Lower the number of workers to fit into memory, each with a member of this size in bytes.
 
         A number that was asked for is lowered with a RuntimeWarning. ResolutionError if one member does not fit;
         `source` is the part of the member that takes its memory. Executors of the caller are left as they are.

@@ -1,4 +1,4 @@
-"""`press`: a measured map itself in contact, as a source of members beside random surfaces."""
+"""`press`: contact of a measured map itself, in place of random surfaces."""
 
 import hashlib
 import os

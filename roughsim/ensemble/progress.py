@@ -50,7 +50,7 @@ class Progress(AbstractContextManager["Progress"]):
         self._stage = stage
 
     def update(self, run: Run) -> None:
-        """Show the round of a run, the errors beside their targets, and the time left."""
+        """Show the round of a run, the errors with their targets, and the time left."""
         new = run.rounds.number != self._stage
         if not new and time.monotonic() - self._shown < _INTERVAL:
             return

@@ -154,7 +154,7 @@ def aimed(
 def begin(
     scene: Scene, folder: Path, numerics: Numerics | None = None, *, pressed: Mapping[str, str] | None = None
 ) -> Numerics:
-    """Begin a run in a folder, or check that the run there is of the same scene; return the numerics of the run.
+    """Begin a run in a folder, or check the scene of an existing run; return the numerics of the run.
 
     `pressed` has the values of the key `PRESS` in run.json; None: random surfaces. RecordError, before anything is
     planned, if the folder holds other files, another kind of run or another scene, naming the first key that differs.

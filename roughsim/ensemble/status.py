@@ -85,7 +85,7 @@ def losses(run: Run) -> list[str]:
 
 
 def state_line(run: Run) -> str:
-    """Return one line: how far a run is, the errors beside their targets, and the processes that compute it."""
+    """Return one line: progress of a run, the errors with their targets, and the processes that compute it."""
     if run.finished:
         return f"{run.extent}, {sum(run.counts)} members; finished: {outcome(run)}"
     process = writer(run.folder)
@@ -94,7 +94,7 @@ def state_line(run: Run) -> str:
 
 
 def outcome(run: Run) -> str:
-    """Return the reason why a run has ended, with the errors beside their targets."""
+    """Return the reason of the end of a run, with the errors and their targets."""
     why = run.rounds.verdict.why if run.rounds.verdict else ""
     return ("target not reached: " if run.until and not run.target_met else "") + why + errors_text(run)
 
@@ -105,7 +105,7 @@ def total_errors(run: Run) -> dict[str, float]:
 
 
 def errors_text(run: Run) -> str:
-    """Return the total errors beside their targets, to follow other words; empty while there are none."""
+    """Return the total errors with their targets, as the end of a line; empty before the first estimate."""
     text = ""
     for name, error in total_errors(run).items():
         size = f"{100 * error:.2g} %" if isfinite(error) else "unknown"

@@ -168,7 +168,7 @@ class Tasks:
         return None
 
     def _in_order(self, wanted: list[tuple[ActiveRun, Counts]], ahead: bool) -> Iterator[tuple[int, int]]:
-        """Yield level and index of the members up to the wanted counts, beyond those that all runs have.
+        """Yield level and index of the members up to the wanted counts that some run lacks.
 
         In a round the largest grids come first, so that it ends evenly; ahead of it the level that grows most.
         """

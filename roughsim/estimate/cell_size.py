@@ -66,7 +66,7 @@ def parts_of(scene: Scene, lengths: tuple[float, float], target: float = inf) ->
 
 
 def _correction_error(error: Array | float, elastic: bool) -> Array | float:
-    """Return the relative error of a ratio of means in a cell whose means have this relative error.
+    """Return the relative error of a ratio of means from the relative error of the means.
 
     It is the square. In elastic contact ratios of T_flash erred by a third of the error itself: half is charged.
     """

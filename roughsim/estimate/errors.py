@@ -70,7 +70,7 @@ class Estimate(Uncertain):
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """The unknown parts of `budget`, at some speed whose mean is finite; `total_error` is without them."""
+        """The unknown parts of `budget` at any speed with a finite mean; `total_error` excludes them."""
         defined = np.isfinite(self.mean)
         return tuple(name for name, part in self.budget.items() if np.any(np.isnan(part) & defined))
 

@@ -142,7 +142,7 @@ def _share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: boo
 
 
 def _finest_of(rungs: list[Rung]) -> Array:
-    """Return the value at the highest cut-off, on the finest grid that it has."""
+    """Return the value at the highest cut-off on its finest grid."""
     top = rungs[-1]
     with np.errstate(invalid="ignore"):
         return top.mean.value * (1.0 if top.finer is None else 1.0 + top.finer.value)
@@ -195,7 +195,7 @@ def at_rest(values: Values, limit: float, scene: Scene) -> Values:
 
 
 def product(first: Values, second: Values) -> Values:
-    """Return the product of two observables of a column. Their other errors add, as they have the same causes."""
+    """Return the product of two observables of a column; their other errors add, as they have the same causes."""
     both = first.scattered.by(second.scattered)
     errors = {}
     with np.errstate(invalid="ignore"):  # a product of zero has no error

@@ -1,4 +1,4 @@
-"""Scatter that comes from the peak volume of the surfaces, taken off as a control variate: its exact mean is known.
+"""Control variate: the peak volume of the surfaces, whose exact mean is known, reduces the scatter.
 
 T_flash of a realization follows the volume of the peaks of its surface (`surface.peak_volume`), which is known without
 a contact. A surface has it by chance: x, the excess over the exact mean, has the mean zero. So Y − b x has the mean of

@@ -84,7 +84,7 @@ class WatchedRun:
             return "its folder is gone" if self.deleted else state_line(self.run)
 
     def summary(self) -> Summary:
-        """Read new members, and return the summary: the same object as long as nothing has changed."""
+        """Read new members, and return the summary: the same object if it is unchanged."""
         with self._lock:
             before, latest = self._latest
             if self.deleted:  # show the last summary

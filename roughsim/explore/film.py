@@ -1,4 +1,4 @@
-"""The film of two sliding bodies on the page: pressure and temperature at the kept positions, T_flash beside them."""
+"""The film of two sliding bodies on the page: pressure and temperature at the kept positions, and T_flash."""
 
 from collections.abc import Callable
 from typing import Any
@@ -29,7 +29,7 @@ _NONE_YET = "No slide has kept its maps yet: the first --keep-fields realization
 
 
 class FilmView:
-    """The film of a run whose faces slide; `root` is its part of the page.
+    """The film of a run with two sliding faces; `root` is its part of the page.
 
     `ask` runs a first function in a thread and shows its result by a second one.
     """

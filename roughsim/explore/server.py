@@ -84,7 +84,7 @@ def page_of(folder: Path) -> Callable[[Any], object]:
 
 
 class _GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no types here
-    """A Bokeh application of one session, served on a port, all of whose paths begin with a random token.
+    """A Bokeh application of one session on a local port; all paths begin with a random token.
 
     Every request is checked before routing, so that no route of this or a later version of Bokeh is unguarded. The host
     must be a local name of this computer (a foreign name that resolves to 127.0.0.1 is refused), the origin, if given,
@@ -136,7 +136,7 @@ class _GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no t
 
 
 class _PrivateHeaders(OutputTransform):  # type: ignore[misc]
-    """Headers of every answer that keep the address and the page private; those that open it to others are removed."""
+    """Set headers that keep the address and the page private, and remove headers that allow access from other pages."""
 
     def __init__(self, request: HTTPServerRequest, *, hosts: frozenset[str]):
         # a policy cannot name [::1], and 'self' is enough there

@@ -34,7 +34,7 @@ class Rung(NamedTuple):
 
 
 class _Grids(NamedTuple):
-    """The grids of a column in a cell of these sides, m; those that correct may lie in 1/`parts` of the sides."""
+    """The grids of a column in a cell with these sides, m; higher levels may have 1/`parts` of the sides."""
 
     column: Column
     lengths: Lengths

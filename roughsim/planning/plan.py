@@ -107,7 +107,7 @@ def _heat_reasons(scene: Scene) -> Iterator[Reason]:
 
 
 def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
-    """Return about how much CPU time a run takes to a relative total 95 % error of T_flash.
+    """Return the approximate CPU time of a run up to a relative total 95 % error of T_flash.
 
     At least the first round, and two cut-offs of the column that the target concerns; at most all of all columns.
     """

@@ -14,7 +14,7 @@ def plan_table(reasons: Sequence[Reason]) -> Table:
 
 
 def workers_reason(numerics: Numerics, member: float, why: str) -> Reason:
-    """Return how many processes would compute members of so many bytes; ResolutionError if none can."""
+    """Return the number of processes whose members, of this size in bytes, fit into memory; ResolutionError if none."""
     cores, memory = usable_cores(), available_memory()
     wanted = max(int(cores.amount) // numerics.threads, 1)
     workers = workers_that_fit(wanted, member, why, memory)
@@ -25,7 +25,7 @@ def workers_reason(numerics: Numerics, member: float, why: str) -> Reason:
 
 
 def level_text(levels: Sequence[Level]) -> str:
-    """Return grids and cut-offs in words, with the column of each if there are several."""
+    """Return grids and cut-offs in words, with their columns if there are several."""
     texts = (
         f"{level.column} " * (len(levels) > 1)
         + f"{level.shape[0]} × {level.shape[1]} to q_c = {level.q_max:.3g} rad/m"

@@ -47,7 +47,7 @@ def page(study: Study) -> str:
 
 
 def chart(study: Study, observable: str, caption: str) -> Html:
-    """Return a chart, or why there is none."""
+    """Return a chart, or the reason for its absence."""
     try:
         return picture(partial(study.chart, observable=observable), ".svg", caption)
     except ValueError as error:

@@ -123,7 +123,7 @@ def spectra(run: Means, level: int, below: bool) -> Iterator[Labelled]:
 
 
 def _fields(run: Means, level: int, kept: list[int], read: Callable[..., Array]) -> Iterator[Labelled]:
-    """Yield the axes of a level's fields, and, unread, those that all the realizations in `kept` have stored."""
+    """Yield the axes of a level's fields, and the lazy fields stored by all realizations in `kept`."""
     numerics, end = run.numerics, f"_L{level}"
     grid, axes = numerics.grid(level), (f"kept_realization{end}", f"x{end}", f"y{end}")
     yield Labelled(axes[0], axes[:1], np.array(kept), {"units": "1"})
@@ -154,7 +154,7 @@ def attributes_of(run: Means) -> dict[str, Any]:
 
 
 def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:
-    """Return arrays as an `xarray.Dataset` in which stored ones are read when they are used; ImportError without it."""
+    """Return arrays as an `xarray.Dataset` with lazy stored fields; ImportError without xarray."""
     try:
         xarray, unread = import_module("xarray"), import_module("roughsim.results.unread")
     except ImportError:

@@ -89,7 +89,7 @@ class _DeferringFile(FileIO):
         self.failure: OSError | None = None
 
     def write(self, data: Any) -> int:
-        """Write all of `data`, or nothing once a write has failed."""
+        """Write all of `data`, or nothing after a failed write."""
         rest = memoryview(data).cast("B")
         whole = len(rest)
         try:
@@ -137,7 +137,7 @@ def _write_run(file: Any, run: Run, bits: int | None) -> None:
 
 
 def _draw_answer(file: Any, entry: Any, root: list[Labelled], column: str) -> None:
-    """Let viewers draw T_flash of a column over the speed, with its error, beside both theories."""
+    """Set the default plot of viewers: T_flash of a column over the speed, with its error, and both theories."""
     from roughsim.store.hdf5 import write_arrays
 
     tables = {array.name: array.data for array in root}  # not read from the file: a full disk has taken nothing
@@ -152,7 +152,7 @@ def _draw_answer(file: Any, entry: Any, root: list[Labelled], column: str) -> No
 
 
 def _rounded(array: Labelled, bits: int | None) -> Labelled:
-    """Return a kept field of which `bits` explicit mantissa bits stay, and other arrays as they are."""
+    """Return a kept field rounded to `bits` explicit mantissa bits, and other arrays unchanged."""
     if not isinstance(array.data, Stored):
         return array
     attributes = {**array.attributes, "interpretation": "image"}

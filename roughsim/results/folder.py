@@ -130,7 +130,7 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
 
 
 def _refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Numerics) -> None:
-    """Refuse a description that does not go with its scene, or asks for more than this machine has."""
+    """Refuse a description that does not match its scene, or needs more memory than available."""
     if not all(len(reason) == 3 and all(isinstance(word, str) for word in reason) for reason in description["reasons"]):
         raise ValueError("run.json: reasons must be lists of choice, value and reason")
     stored, written = description["scene"], scene.identity()

@@ -119,7 +119,7 @@ class Means:
 
     @property
     def slides(self) -> bool:
-        """Whether there is a sound member of the column sliding."""
+        """Whether the column sliding has a sound member."""
         slide = self.numerics.slide
         return slide is not None and bool(self.members.sound(slide, self.counts[slide]))
 

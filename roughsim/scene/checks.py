@@ -9,7 +9,7 @@ from roughsim.scene.tables import MAX_ROWS
 
 
 def missing_second_body(counterface: CounterfaceSection | None) -> str:
-    """Return the section or key that is missing for a second body with a temperature; empty if none is."""
+    """Return the missing section or key of a heat-conducting second body; empty if it is complete."""
     if counterface is None:
         return "[counterface]"
     conducts = counterface.like or counterface.conductivity is not None

@@ -144,7 +144,7 @@ class Scene(Record, section=""):
 
     @property
     def counterface_conducts(self) -> bool:
-        """Whether there is a second body that takes up heat."""
+        """Whether a second body conducts heat."""
         return len(self.bodies) == 2 and self.bodies[1].conductivity is not None
 
     @property
@@ -159,7 +159,7 @@ class Scene(Record, section=""):
 
     @property
     def temperature_range(self) -> tuple[float, float]:
-        """Absolute temperatures, K, at which all tables are given: (0, inf) if there is none."""
+        """Range of absolute temperatures common to all tables, K: (0, inf) without tables."""
         tables = [rows for several in self.tables.values() for rows in several]
         low, high = ([rows[end][0] for rows in tables] for end in (0, -1))
         return max(low, default=0.0), min(high, default=math.inf)
@@ -180,7 +180,7 @@ class Scene(Record, section=""):
 
     @property
     def bodies(self) -> tuple[BodySection | CounterfaceSection, ...]:
-        """The moving body, and the resting one if there is one."""
+        """The moving body, and the resting one if the scene has it."""
         if self.counterface is None:
             return (self.body,)
         return self.body, self.body if self.counterface.like else self.counterface

@@ -39,7 +39,7 @@ class Reason(NamedTuple):
 
 @dataclass(frozen=True)
 class Level(Record, section="numerics.levels"):
-    """One contact problem, solved for surfaces of its own.
+    """A contact problem with its own random surfaces.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ class Numerics(Record, section="numerics"):
         return below is not None and self.levels[below].q_max == self.levels[level].q_max
 
     def partner(self, level: int) -> int | None:
-        """Return the level that corrects the pixel of a level; None if there is none."""
+        """Return the level that corrects the pixel of a level, or None."""
         of_pixel = (i for i in self.single if self.is_partner(i) and self.below(i) == level)
         return next(of_pixel, None)
 
@@ -258,7 +258,7 @@ class Numerics(Record, section="numerics"):
         return tuple(column for column in get_args(Column) if column != SLIDING and self.of_column(column))
 
     def stream(self, level: int) -> int:
-        """Return the level that names the random stream of a level: its own, as each level has surfaces of its own.
+        """Return the number of the random stream of a level: its own, as each level has its own surfaces.
 
         The lowest levels of all columns share one, so that each smoothed contact is paired with a capped one.
         """

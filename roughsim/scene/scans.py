@@ -1,4 +1,4 @@
-"""Scans that a scene names: their sizes and units, and the C(q) that stands in their place."""
+"""Scans named in a scene: their sizes and units, and the C(q) that replaces them."""
 
 import re
 from collections.abc import Iterator, Mapping

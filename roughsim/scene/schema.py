@@ -135,7 +135,7 @@ class Quantity:
         return int(value) if self.whole else number
 
     def of_text(self, value: str, where: str) -> float:
-        """Return the number that a string with a unit stands for, in SI."""
+        """Return the value of a string with a unit, in SI."""
         match = _NUMBER_AND_UNIT.fullmatch(value) if len(value) <= 100 else None
         key = f"{where} = {as_written(value)}"
         if match is None:
@@ -184,7 +184,7 @@ QMax = Annotated[float, Quantity("rad/m", '"4.15e7 1/m"', above=0)]
 
 
 def one_or_list(count: int = 1) -> WrapValidator:
-    """Return the annotation of a tuple that may be written as one value, which then stands for `count` of them."""
+    """Return the annotation of a tuple of `count` equal values, which may be written as one value."""
 
     def read(value: Any, handler: Callable[[Any], Any]) -> Any:
         if isinstance(value, (list, tuple)):

@@ -28,7 +28,7 @@ class DamagedError(RecordError):
 
 
 def place_bytes(path: Path, *content: bytes | memoryview, first: bool = False) -> None:
-    """Write a file, in parts, beside its place, force it to disk, and move it there: whole or not at all.
+    """Write a file atomically: in parts to a temporary file, forced to disk, and renamed.
 
     Any number of processes may write the same file at once. The last whole file stays; with `first` the first one
     stays, and the others get FileExistsError. If the disk refuses, the OSError names the path, and no half-written
@@ -74,7 +74,7 @@ def _move_if_absent(temporary: Path, path: Path) -> None:
 
 
 def is_temporary(name: str) -> bool:
-    """Whether `place_bytes` gives such a name to a file that it is writing; the writer may still be at work."""
+    """Whether a name is of a temporary file of `place_bytes`, whose writer may still be at work."""
     return _TEMPORARY.fullmatch(name) is not None
 
 

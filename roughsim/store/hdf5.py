@@ -63,7 +63,7 @@ def write_arrays(
 
 
 def opened_array(file: Any, name: str, axes: int) -> Any:
-    """Return an array of an open file, unread; nothing in the file is trusted, and nothing else in it is opened.
+    """Return an unread array of an open, untrusted file; other objects in the file are not opened.
 
     ValueError if it leads elsewhere or has not this number of axes, MemoryError if it is too large. `write_arrays`
     makes chunked arrays, which are neither external nor virtual ones.

@@ -154,7 +154,7 @@ def check_format(path: Path, version: int, provenance: Any) -> None:
 
 
 def _check_seal(path: Path, content: bytes) -> None:
-    """Refuse bytes that are not those that the seal was made of, or that were written for another place."""
+    """Refuse bytes that do not match their seal, or a file with another name than in its seal."""
     seal = _SEAL.search(content, max(len(content) - _LONGEST_SEAL, 0))
     if seal is None:
         raise damaged(path, "is damaged (its last line with the SHA-256 is missing)")
@@ -222,7 +222,7 @@ def _show(file: Any, names: list[str]) -> None:
 
 
 def _opened(path: Path, fields: Iterable[str]) -> Member:
-    """Return the member in a file whose seal is sound, with these of its fields; errors as for `read_member`."""
+    """Return the member of a file with a valid seal, and the given fields; errors as for `read_member`."""
     from roughsim.store.hdf5 import opened_hdf5  # loads h5py
 
     content = read_bytes(path)

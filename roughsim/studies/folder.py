@@ -33,7 +33,7 @@ _FILE_KEYS = ("scene", "target_error", "vary")
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """The content of study.json: the scene that all points change, the axes, and the total error asked for.
+    """The content of study.json: the base scene, the axes, and the target for the total error.
 
     `identities` are checksums of the identities of the scenes of the points, by their names.
     """
@@ -80,7 +80,7 @@ def _with_dotted_keys(vary: dict[str, Any]) -> dict[str, Any]:
 
 
 def describe(scenes: Mapping[str, Scene], axes: tuple[Axis, ...], target_error: float | None) -> Description:
-    """Return the description of a study from the scenes of its points by their names; "" is the one that all change."""
+    """Return the description of a study from the scenes of its points by their names; "" is the base scene."""
     identities = {name: checksum(scene.identity()) for name, scene in scenes.items() if name}
     return Description(scenes[""], axes, target_error, identities)
 

@@ -40,7 +40,7 @@ class StudyResults:
 
     @property
     def numeric_keys(self) -> list[str]:
-        """The keys whose values are numbers, the first of each axis."""
+        """The first key of each axis with numbers as values."""
         keys = []
         for axis in self.axes:
             if all(isinstance(row[0], (int, float)) for row in axis.values):
@@ -84,7 +84,7 @@ class StudyResults:
         return [point.name for point, run in self.runs if any(reason[0] == LATER for reason in run.reasons)]
 
     def misfits(self) -> dict[str, tuple[str, float]]:
-        """Return the points whose levels or cell do not suit them, with the largest part of the error, relative.
+        """Return the points with unsuitable levels or cell, with the largest relative part of the error.
 
         The part is bandwidth, last step, pixel or size of T_flash at the worst speed, and exceeds the error asked for:
         `target_error`, or else the target of the point.
@@ -109,7 +109,7 @@ class StudyResults:
         return "capped" if "capped" in columns or not columns else columns[0]
 
     def common_speeds(self) -> list[float] | None:
-        """Return the speeds of all points; None if each has a single one of its own. ValueError for other lists."""
+        """Return the common speeds of all points; None if each has its own single speed. ValueError for other lists."""
         lists = {run.scene.speeds for _, run in self.results}
         if len(lists) == 1:
             return list(lists.pop())

@@ -199,7 +199,7 @@ def _missing_notes(trends: Iterable[dict[str, Any]]) -> list[str]:
 
 
 def target_note(study: StudyResults) -> list[str]:
-    """Return a sentence on the points within the total error asked for; none if the study has no target.
+    """Return a sentence on the points within the target error; none if the study has no target.
 
     A point with an unknown part of its error, at any speed, does not count as within.
     """
@@ -225,7 +225,7 @@ def target_note(study: StudyResults) -> list[str]:
 
 
 def _level_notes(study: StudyResults) -> list[str]:
-    """Return sentences on points with the levels of others, and on points whose levels or cell do not suit them."""
+    """Return sentences on points with the levels of others, and on points with unsuitable levels or cell."""
     notes = []
     later = study.later
     if later:

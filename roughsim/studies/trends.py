@@ -34,7 +34,7 @@ def trends_of(study: StudyResults, observable: str, column: str | None) -> Itera
 
 
 def _lines_along(study: StudyResults, key: str) -> list[list[Point]]:
-    """Return the points that differ in a key, and in those that change with it, alone; each line ascends in the key."""
+    """Return lines of points that differ only in a key and the keys coupled to it, in ascending order of the key."""
     together = next(axis.keys for axis in study.axes if key in axis.keys)
     lines: dict[tuple[str, ...], list[Point]] = {}
     for point in study.points:

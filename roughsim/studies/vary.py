@@ -155,7 +155,7 @@ def _end(key: str, value: Any, kind: str, where: str) -> float:
 
 
 def key_quantity(key: str) -> Quantity | None:
-    """Return the `Quantity` of a key of the scene; None if its values are no numbers, or there is no such key."""
+    """Return the `Quantity` of a key of the scene; None for an unknown key, or one without numbers."""
     section, _, name = key.partition(".")
     return quantity(SECTIONS[section], name) if section in SECTIONS and name else None
 
@@ -178,7 +178,7 @@ def _in_si(key: str, value: Any, where: str) -> Any:
 
 
 def _label(value: Any) -> str:
-    """Return a value as a few letters that may stand in the name of a folder; a long one is cut, with a digest."""
+    """Return a value as a short part of a folder name; a long one is cut, with a digest."""
     if isinstance(value, tuple):
         value = "-".join(map(_label, value))
     text = f"{value:.{_DIGITS}g}" if isinstance(value, float) else str(value)

@@ -133,7 +133,7 @@ def planning_alone(folder: Path) -> Iterator[None]:
 
 
 def scenes_of(scene: Any, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], dict[str, Scene]]:
-    """Return the axes, and the scenes by the names of their points; "" is the one that all change."""
+    """Return the axes, and the scenes by the names of their points; "" is the base scene."""
     content, source, folder = base_scene(scene)
     axes = read_axes(vary)
     scenes = {"": scene if isinstance(scene, Scene) else scene_of(content, {}, source, folder)}
