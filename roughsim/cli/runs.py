@@ -21,7 +21,7 @@ from roughsim.show.text import tell
 
 
 def status(run: RunFolder, as_json: Json = False) -> None:
-    """Show the progress of a run, also while it is computed: means and errors, failures, time left."""
+    """Show the progress of a run: errors, failures, time left. It may still be computed."""
     if (study := study_of(run)) is not None:
         from roughsim.studies.tables import study_table
 
