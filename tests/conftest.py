@@ -12,6 +12,7 @@ from slide_cases import sliding_scene
 from small_scene import CAPPED
 
 import roughsim as rs
+from roughsim import extensions
 from roughsim.machine import Limit
 from roughsim.scene import parse_scene
 
@@ -190,3 +191,31 @@ def calls(monkeypatch):
 def theory_table(monkeypatch):
     """Sets the function that computes the table of `roughsim theory`."""
     return lambda function: monkeypatch.setattr("roughsim.comparison.tables.theory_table", function)
+
+
+@pytest.fixture
+def install(monkeypatch, tmp_path):
+    """Puts a package on the path of this process: `install(name, requires, entry_points, modules)`."""
+    site = tmp_path / "site-packages"
+    site.mkdir()
+    monkeypatch.syspath_prepend(site)
+
+    def package(name, requires=(), entry_points=None, modules=None):
+        about = site / f"{name}-1.0.dist-info"
+        about.mkdir(exist_ok=True)
+        needs = [f"Requires-Dist: {one}" for one in requires]
+        (about / "METADATA").write_text(
+            "\n".join(["Metadata-Version: 2.1", f"Name: {name}", "Version: 1.0", *needs, ""])
+        )
+        lines = []
+        for group, entries in (entry_points or {}).items():
+            lines += [f"[{group}]", *(f"{key} = {target}" for key, target in entries.items())]
+        (about / "entry_points.txt").write_text("\n".join([*lines, ""]))
+        for module, source in (modules or {}).items():
+            (site / f"{module}.py").write_text(source)
+        extensions.installed.cache_clear()
+        extensions.loaded.cache_clear()
+
+    yield package
+    extensions.installed.cache_clear()
+    extensions.loaded.cache_clear()

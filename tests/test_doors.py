@@ -4,6 +4,7 @@ import io
 import os
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import pytest
@@ -27,17 +28,15 @@ def started(*words, environment=None, **streams):
 
 
 @pytest.fixture
-def in_ascii(monkeypatch):
+def in_ascii():
     """Runs a command whose streams know ASCII alone; returns what was written."""
 
     def call(*words):
         streams = [io.TextIOWrapper(io.BytesIO(), encoding="ascii") for _ in range(2)]
         words = [str(word) for word in words]
-        with monkeypatch.context() as patch:
-            patch.setattr(sys, "stdout", streams[0])
-            patch.setattr(sys, "stderr", streams[1])
-            with pytest.raises(SystemExit) as ended:
-                cli.main(words)
+        out, err = streams
+        with redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as ended:
+            cli.main(words)
         assert ended.value.code in (None, 0)
         for stream in streams:
             stream.flush()

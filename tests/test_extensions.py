@@ -1,18 +1,14 @@
 """What other packages add by entry points: in the order of names, after what roughsim has, and nothing is replaced."""
 
-from importlib.metadata import EntryPoint
-from types import SimpleNamespace
-
 import pytest
 
 from roughsim.extensions import INSIDE, extensions, loaded
 
 
 @pytest.mark.parametrize("kind", ["spectra", "solvers", "observables"])
-def test_extensions_come_in_the_order_of_their_names_and_take_none_of_the_package(kind, monkeypatch):
+def test_extensions_come_in_the_order_of_their_names_and_take_none_of_the_package(kind, install):
     names = ["zeta", *INSIDE[kind], "alpha"]
-    installed = {f"roughsim.{kind}": [EntryPoint(name, "math:pi", f"roughsim.{kind}") for name in names]}
-    monkeypatch.setattr("roughsim.extensions.installed", lambda: SimpleNamespace(select=lambda group: installed[group]))
+    install("others", entry_points={f"roughsim.{kind}": dict.fromkeys(names, "math:pi")})
     assert [*extensions(kind)] == sorted(names)
     assert {name: extensions(kind)[name].value for name in INSIDE[kind]} == INSIDE[kind]
     assert extensions(kind)["zeta"].load() == pytest.approx(3.14159, abs=1e-5)

@@ -45,8 +45,11 @@ def many_cores(monkeypatch):
 
 
 @pytest.fixture(autouse=True)
-def no_own_limits(monkeypatch):
-    monkeypatch.setattr(resource, "getrlimit", lambda which: (resource.RLIM_INFINITY,) * 2)
+def own_limits(monkeypatch):
+    """The limits of this process, bytes, by their number: none but those that a test sets."""
+    limits = {}
+    monkeypatch.setattr(resource, "getrlimit", lambda one: (limits.get(one, resource.RLIM_INFINITY), 0))
+    return limits
 
 
 def test_without_limits_the_memory_is_what_the_machine_has_free(tmp_path):
@@ -60,7 +63,6 @@ def test_without_the_files_of_linux_it_is_all_that_the_machine_has(tmp_path):
 
 
 def test_where_the_system_does_not_say_there_is_no_limit(tmp_path, monkeypatch):
-    monkeypatch.setattr(os, "sysconf", None)
     monkeypatch.setattr(os, "sysconf", lambda name: (_ for _ in ()).throw(OSError))
     assert available_memory(tmp_path).amount == inf
     assert workers_that_fit(5, 1e30, "a grid", available_memory(tmp_path)) == 5
@@ -148,11 +150,10 @@ def test_a_group_of_less_than_one_core_still_has_one_worker_and_one_that_is_full
 
 
 @pytest.mark.parametrize(("which", "used"), [("RLIMIT_AS", 1000), ("RLIMIT_DATA", 300)])
-def test_the_own_limits_count_less_what_this_process_uses(tmp_path, monkeypatch, which, used):
+def test_the_own_limits_count_less_what_this_process_uses(tmp_path, own_limits, which, used):
     root = tree(tmp_path, "", "", {})
     (root / "proc/self/statm").write_text("1000 500 200 10 0 300 0\n")  # pages
-    limits = {getattr(resource, which): 4_000_000_000}
-    monkeypatch.setattr(resource, "getrlimit", lambda one: (limits.get(one, resource.RLIM_INFINITY), 0))
+    own_limits[getattr(resource, which)] = 4_000_000_000
     assert available_memory(root).amount == 4e9 - used * resource.getpagesize()
 
 

@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from damage_cases import forged
 
 import roughsim as rs
 from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.rows import stress_slope
+from roughsim.store.member_files import member_path
 
 
 @pytest.fixture(scope="module")
@@ -29,15 +31,15 @@ def test_a_band_that_yielding_leaves_no_room_for_has_no_slope(capped_run):
     assert rs.compare(capped_run).slopes == ()
 
 
-def test_the_error_of_the_slope_is_the_scatter_of_the_realizations(full, monkeypatch):
-    (pair,) = full.pairs("elastic")
-    q = pair.sample.wavenumber
+def test_the_error_of_the_slope_is_the_scatter_of_the_realizations(full_scene, tmp_path):
     tilts = np.array([-0.05, 0.01, 0.04])
-    shape = pair.sample.spectrum[:1] * (q / q[0]) ** tilts[:, None]
-    tilted = [pair._replace(sample=replace(pair.sample, spectrum=shape))]
-    monkeypatch.setattr(type(full), "pairs", lambda *_: tilted)
+    run = rs.run(full_scene, tmp_path / "run", max_realizations=3)
+    for index, tilt in enumerate(tilts):
+        with forged(member_path(run.folder, 0, index)) as file:
+            q = file["wavenumber"][:]
+            file["stress_spectrum"][...] *= (q / q[0]) ** tilt
     flat = -2 * 0.8
-    found = stress_slope(full)
+    found = stress_slope(rs.open_run(run.folder))
     assert found.measured == pytest.approx(flat + tilts.mean(), abs=0.02)
     student = 4.3026527 * np.sqrt(1 + 2 / 2)  # 2 degrees of freedom, widened for runs that stop themselves
     assert found.error == pytest.approx(student * tilts.std(ddof=1) / np.sqrt(3), rel=0.1)
@@ -52,12 +54,9 @@ def test_the_slope_stands_under_the_table_and_in_the_json(full):
     assert told == stress_slope(full)._asdict()
 
 
-def test_the_slope_of_one_realization_has_an_unknown_error(full, monkeypatch):
-    (pair,) = full.pairs("elastic")
-    table = rs.compare(full)
-    one = pair._replace(sample=replace(pair.sample, spectrum=pair.sample.spectrum[:1]))
-    monkeypatch.setattr(type(full), "pairs", lambda *_: [one])
-    alone = replace(table, slopes=(stress_slope(full),))
+def test_the_slope_of_one_realization_has_an_unknown_error(full, full_scene, tmp_path):
+    one = rs.run(full_scene, tmp_path / "run", max_realizations=1)
+    alone = replace(rs.compare(full), slopes=(stress_slope(one),))
     assert "± unknown (statistical" in comparison_table(alone).notes[0]
     assert alone.to_dict()["stress_slopes"][0]["error"] is None  # JSON has no infinity
 

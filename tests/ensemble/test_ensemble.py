@@ -202,16 +202,17 @@ def test_a_lower_target_goes_on_and_a_higher_one_stops_at_an_earlier_round(quick
 
 
 @pytest.mark.slow
-def test_a_planned_run_goes_on_with_what_it_began_with(tmp_path, monkeypatch):
+def test_a_planned_run_goes_on_with_what_it_began_with(tmp_path, calls):
     from roughsim.ensemble import run as ensemble_run
 
     scene = rs.load_scene("demo")
     began = rs.run(scene, tmp_path / "run", max_realizations=2, until={})
-    monkeypatch.setattr(ensemble_run, "plan", lambda *_: pytest.fail("planned again"))
+    planned = calls(ensemble_run, "plan")
     run = rs.run(scene, tmp_path / "run", max_realizations=3, until={"flash_temperature": 1e-4})
     assert run.realizations == 3
     assert run.numerics == began.numerics
     assert run.reasons == began.reasons != []
+    assert planned == []
 
 
 def test_a_run_that_goes_on_may_keep_more_fields(quick, tmp_path):

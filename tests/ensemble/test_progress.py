@@ -3,7 +3,7 @@
 import errno
 import io
 import re
-import sys
+from contextlib import redirect_stderr
 
 import pytest
 
@@ -54,9 +54,9 @@ def test_a_run_warns_in_the_form_of_every_verb(quick, tmp_path, capsys):
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EPIPE])
 @pytest.mark.parametrize("terminal", [True, False])
-def test_a_terminal_that_takes_no_more_stops_no_run(quick, tmp_path, monkeypatch, number, terminal):
-    monkeypatch.setattr(sys, "stderr", Broken(number, terminal))
-    run_command(quick, tmp_path)
+def test_a_terminal_that_takes_no_more_stops_no_run(quick, tmp_path, number, terminal):
+    with redirect_stderr(Broken(number, terminal)):
+        run_command(quick, tmp_path)
     assert rs.open_run(tmp_path / "run").realizations == 2
 
 

@@ -1,6 +1,8 @@
 """Where a run stands: its round, the errors beside their targets, how long it will take, and why it has ended."""
 
+import os
 import shutil
+import socket
 from dataclasses import replace
 
 import numpy as np
@@ -9,29 +11,37 @@ import pytest
 import roughsim as rs
 from roughsim.ensemble import status
 from roughsim.estimate.rounds import Rounds, Verdict
+from roughsim.results.folder import read_description
+from roughsim.results.run import Run
 from roughsim.show.text import clock
+from roughsim.store.claims import Claims
 from roughsim.store.member_files import member_path
 
 NEAR = ", flash_temperature total error 2.5 % (target 1 %)"
 ERRORS = {"flash_temperature": 0.0251}
 
 
+class Standing(Run):
+    """A run whose progress a test sets."""
+
+    rounds = None
+
+
 @pytest.fixture
-def running(capped_run, tmp_path, monkeypatch):
+def running(capped_run, tmp_path):
     """In the second round: six members of each level, of seven that it takes, and of ten, six and eight in the end."""
     shutil.copytree(capped_run.folder, tmp_path / "run")
-    run = rs.open_run(tmp_path / "run")
+    run = Standing(
+        tmp_path / "run", read_description(capped_run.folder), capped_run.scene, capped_run.numerics, "refuse"
+    )
+    run.rounds = Rounds((6, 6, 6), (7, 7, 7), 1, Verdict(False, (7, 7, 7), (10, 6, 8), "statistical", ERRORS))
+    run.refresh()
     run.until = {"flash_temperature": 0.01}
-    verdict = Verdict(False, (7, 7, 7), (10, 6, 8), "statistical", ERRORS)
-    monkeypatch.setattr(type(run), "rounds", Rounds((6, 6, 6), (7, 7, 7), 1, verdict))
-    monkeypatch.setattr(status, "writer", lambda _: None)
     return run
 
 
-def ended(run, monkeypatch, *, met, why):
-    monkeypatch.setattr(
-        type(run), "rounds", Rounds((6, 6, 6), (6, 6, 6), 1, Verdict(met, None, (6, 6, 6), why, ERRORS))
-    )
+def ended(run, *, met, why, errors=ERRORS):
+    run.rounds = Rounds((6, 6, 6), (6, 6, 6), 1, Verdict(met, None, (6, 6, 6), why, errors))
 
 
 @pytest.mark.parametrize(
@@ -42,13 +52,14 @@ def test_time_is_given_in_minutes_and_seconds(seconds, words):
     assert clock(seconds) == words
 
 
-def test_a_run_in_progress_has_its_round_its_errors_and_the_time_left(running, monkeypatch):
+def test_a_run_in_progress_has_its_round_its_errors_and_the_time_left(running, soon):
     lines = status.status_lines(running)
     assert lines[0] == f"{running.folder}: small capped"
     left = f"about {clock(status.seconds_left(running))} of computing left"
     assert lines[1] == f"6 realizations, round 2: 18 of 21 members{NEAR}; not being computed now, {left}"
-    monkeypatch.setattr(status, "writer", lambda _: "process 1 on here")
-    assert f"{NEAR}; being computed by process 1 on here, {left}" in status.state_line(running)
+    with Claims(running.folder):
+        process = f"process {os.getpid()} on {socket.gethostname()}"
+        assert f"{NEAR}; being computed by {process}, {left}" in status.state_line(running)
 
 
 def test_the_time_left_is_the_members_still_needed_times_the_mean_time_of_their_level(running):
@@ -81,21 +92,20 @@ def test_before_the_first_round_is_complete_neither_errors_nor_the_time_left_are
     assert any("L0-000003" in line for line in status.status_lines(rs.open_run(run.folder)))
 
 
-def test_an_error_that_is_not_known_is_called_so(running, monkeypatch):
-    monkeypatch.setitem(ERRORS, "flash_temperature", np.inf)
+def test_an_error_that_is_not_known_is_called_so(running):
+    verdict = running.rounds.verdict._replace(errors={"flash_temperature": np.inf})
+    running.rounds = running.rounds._replace(verdict=verdict)
     assert status.errors_text(running) == ", flash_temperature total error unknown (target 1 %)"
     assert status.status_dict(running)["errors"] == {"flash_temperature": None}
 
 
-def test_a_finished_run_says_why_it_ended(running, monkeypatch):
-    ended(running, monkeypatch, met=True, why="the targets are met")
+def test_a_finished_run_says_why_it_ended(running):
+    ended(running, met=True, why="the targets are met")
     assert status.state_line(running) == f"6 realizations, 18 members; finished: the targets are met{NEAR}"
-    ended(running, monkeypatch, met=False, why="out of reach: pixel errors are too large")
+    ended(running, met=False, why="out of reach: pixel errors are too large")
     assert status.outcome(running) == f"target not reached: out of reach: pixel errors are too large{NEAR}"
     running.until = {}
-    monkeypatch.setattr(
-        type(running), "rounds", Rounds((6,) * 3, (6,) * 3, 0, Verdict(False, None, (6,) * 3, "all", {}))
-    )
+    ended(running, met=False, why="all", errors={})
     assert status.outcome(running) == "all"
 
 

@@ -11,13 +11,11 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from roughsim.observables import catalogue
-from roughsim.observables.record import Observable
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "how-to" / "extend.md").read_text()
@@ -95,15 +93,16 @@ def test_the_page_has_one_file_and_one_entry_point_for_each():
     assert [*map(list, ENTRY_POINTS)] == [["roughsim.spectra"], ["roughsim.solvers"], ["roughsim.observables"]]
 
 
-def test_an_observable_from_outside_may_not_take_the_name_of_another(monkeypatch):
-    def outside(*records):
-        entry = SimpleNamespace(name="own", load=lambda: records)
-        monkeypatch.setattr("roughsim.extensions.installed", lambda: SimpleNamespace(select=lambda group: [entry]))
+def test_an_observable_from_outside_may_not_take_the_name_of_another(install):
+    def outside(name):
+        module = f"records_of_{name}"
+        source = f'from roughsim.observables.record import Observable\nRECORDS = (Observable("{name}", "m"),)\n'
+        install("others", entry_points={"roughsim.observables": {"own": f"{module}:RECORDS"}}, modules={module: source})
         return runpy.run_path(catalogue.__file__)
 
-    assert [*outside(Observable("own", "m"))["OBSERVABLES"]] == [*catalogue.OBSERVABLES, "own"]
+    assert [*outside("own")["OBSERVABLES"]] == [*catalogue.OBSERVABLES, "own"]
     with pytest.raises(ValueError, match="'flash_width' is defined twice; rename the one of your package"):
-        outside(Observable("flash_width", "m"))
+        outside("flash_width")
 
 
 @pytest.mark.slow

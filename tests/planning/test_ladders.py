@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import inf, pi
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,9 +19,11 @@ CELL = (4 * WAVE, 4 * WAVE)
 
 
 @pytest.fixture(autouse=True)
-def halves(monkeypatch):
-    """Capped contact is corrected in half the cell, whatever was measured of cells."""
-    monkeypatch.setattr(stage, "parts_of", lambda scene, *_: 1 if scene.elastic else 2)
+def cell(monkeypatch):
+    """Capped contact is corrected in half the cell, or in another part that a test sets, whatever was measured."""
+    part = SimpleNamespace(parts=2)
+    monkeypatch.setattr(stage, "parts_of", lambda scene, *_: 1 if scene.elastic else part.parts)
+    return part
 
 
 def planned(scene, lengths=CELL):
@@ -137,8 +140,8 @@ def test_a_short_spectrum_is_one_cut_off_and_its_partners(steel):
 
 
 @pytest.mark.parametrize("parts", [1, 2, 4])
-def test_grids_divide_by_the_parts_and_are_not_larger_than_the_limit(monkeypatch, parts):
-    monkeypatch.setattr(stage, "parts_of", lambda *_: parts)
+def test_grids_divide_by_the_parts_and_are_not_larger_than_the_limit(monkeypatch, cell, parts):
+    cell.parts = parts
     numerics = planned(steel_to(4e9, 5.3e4, monkeypatch), (CELL[0], 0.7 * CELL[0]))  # numerics refuse what does not fit
     lowest, *higher = (numerics.levels[i] for i in numerics.of_column("capped"))
     assert lowest.parts == 1
@@ -147,10 +150,9 @@ def test_grids_divide_by_the_parts_and_are_not_larger_than_the_limit(monkeypatch
     assert 2048 < most <= 4096
 
 
-def test_a_part_of_the_cell_holds_finer_grids_than_all_of_it(monkeypatch):
+def test_a_part_of_the_cell_holds_finer_grids_than_all_of_it(monkeypatch, cell):
     tops = []
-    for parts in (1, 2, 4):
-        monkeypatch.setattr(stage, "parts_of", lambda *_, parts=parts: parts)
+    for cell.parts in (1, 2, 4):
         tops.append(cut_offs(planned(steel_to(4e9, 5.1e4, monkeypatch)), "capped", 5.1e4)[-1])
     assert tops == pytest.approx([32.0, 64.0, 128.0], rel=0.01)
 

@@ -3,7 +3,6 @@
 import json
 import shutil
 from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
 
@@ -156,11 +155,12 @@ def test_a_run_whose_field_needs_more_than_half_of_the_memory_is_refused(quick, 
 
 
 @pytest.mark.parametrize(("count", "more"), [(5, ""), (6, " and 1 more")])
-def test_five_missing_members_are_named_and_of_others_the_number(count, more, tmp_path, monkeypatch):
+def test_five_missing_members_are_named_and_of_others_the_number(count, more, quick, tmp_path):
     names = [f"L0-00000{index}" for index in range(1, count + 1)]
-    run = SimpleNamespace(folder=tmp_path, missing=names, realizations=1, damaged={})
-    monkeypatch.setattr(folder_module, "open_run", lambda folder, damaged: run)
-    (line,) = folder_module.left_out(run)
+    run = rs.run(quick, tmp_path / "run", max_realizations=count + 2, until={})
+    for name in names:
+        (run.folder / "realizations" / f"{name}.h5").unlink()
+    (line,) = folder_module.left_out(rs.open_run(run.folder))
     assert line.startswith(f"lost: {', '.join(names[:5])}{more}; only the 1")
 
 

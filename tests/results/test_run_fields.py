@@ -68,11 +68,10 @@ def test_a_stated_share_is_that_of_all_speeds(kept_run):
     assert [kept_run.heat_share(speed) for speed in (-35.0, 0.01, 7.0, 90.0)] == [0.9] * 4
 
 
-def test_one_field_is_in_memory_at_a_time(kept_run, monkeypatch):
+def test_one_field_is_in_memory_at_a_time(kept_run, calls):
     from roughsim.results import run
 
-    read = []
-    monkeypatch.setattr(run, "read_field", lambda path, name: read.append(path) or np.zeros(1))
+    read = calls(run, "read_field")
     stream = kept_run.fields("pressure")
     assert read == []
     next(stream)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from importlib.metadata import EntryPoint
-from types import SimpleNamespace
 from typing import Annotated, Any, Literal
 
 import pytest
@@ -80,19 +78,15 @@ class Mine(Record):
         return self.psd_at_q_min * (q / self.q_min) ** -3.6
 
 
-def test_a_key_of_a_named_spectrum_may_not_mean_something_else_than_elsewhere(monkeypatch):
-    monkeypatch.setitem(INSIDE["spectra"], "other", f"{__name__}:Other")
+def test_a_key_of_a_named_spectrum_may_not_mean_something_else_than_elsewhere(install):
+    install("others", entry_points={"roughsim.spectra": {"other": f"{__name__}:Other"}})
     text = named(name="other", **dict.fromkeys(K.keys() - {"name", "hurst"}))
     assert "surface.spectrum.hurst has another unit or other limits than in [surface]" in refusal(text)
 
 
-def test_a_spectrum_of_another_package_is_an_entry_point_and_takes_no_name_of_the_package(monkeypatch):
-    outside = [
-        EntryPoint("mine", f"{__name__}:Mine", "roughsim.spectra"),
-        EntryPoint("k_correlation", "no", "roughsim.spectra"),
-    ]
-    others = SimpleNamespace(select=lambda group: outside * (group == "roughsim.spectra"))
-    monkeypatch.setattr("roughsim.extensions.installed", lambda: others)
+def test_a_spectrum_of_another_package_is_an_entry_point_and_takes_no_name_of_the_package(install):
+    outside = {"mine": f"{__name__}:Mine", "k_correlation": "no"}
+    install("others", entry_points={"roughsim.spectra": outside})
     text = named(name="mine", psd_at_q_min="1e-22 m^4", hurst=None, rms_height=None, q_roll_off=None)
     scene = parse_scene(text)
     assert scene.surface.spectrum == Mine(name="mine", psd_at_q_min=1e-22, q_min=7e3, q_max=9e6)

@@ -1,6 +1,7 @@
 """Claims: who computes what, who is gone, and that nothing depends on it."""
 
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -115,18 +116,19 @@ def test_a_claim_that_names_no_process_is_stale_after_a_lease(tmp_path, content,
         assert mine.take(ONE)
 
 
-def test_a_folder_that_goes_and_a_full_disk_cost_claims_only(tmp_path, monkeypatch):
+def test_a_folder_that_goes_and_a_full_disk_cost_claims_only(tmp_path):
     with Claims(tmp_path) as mine:
         (tmp_path / "claims" / f"process-{mine.name}").unlink()
         (tmp_path / "claims").rmdir()
         assert mine.take(ONE)
 
-        def full(*_):
-            raise OSError(28, "No space left on device")
-
-        monkeypatch.setattr(os, "write", full)
-        with pytest.warns(RuntimeWarning, match="No space left on device"):
-            assert mine.take(TWO)
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (0, before[1]))
+        try:
+            with pytest.warns(RuntimeWarning, match="File too large"):
+                assert mine.take(TWO)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
         assert mine.take("L0-000002")  # and says no more
 
 

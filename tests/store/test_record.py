@@ -10,7 +10,6 @@ from damage_cases import forged, member, with_header
 
 import roughsim as rs
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.store import member_files
 from roughsim.store.member_files import Member, Moments, member_path, read_field, read_member, write_member
 
 
@@ -171,11 +170,9 @@ def test_a_newer_format_is_refused(path):
 
 
 @pytest.mark.parametrize(("version", "words"), [("0.9.1", r" \(0\.9\.1\)$"), (None, "$")])
-def test_an_older_format_is_refused_in_one_sentence(tmp_path, path, monkeypatch, version, words):
-    monkeypatch.setattr(member_files, "FORMAT", 4)
+def test_an_older_format_is_refused_in_one_sentence(tmp_path, path, version, words):
     about = {"versions": {"roughsim": version}} if version else {"versions": "unknown"}
-    write_member(tmp_path, replace(member(), provenance=about))
-    monkeypatch.undo()
+    with_header(path, format_version=4, provenance=about)
     said = "has the older format 4; read or export it with the roughsim that wrote it"
     with pytest.raises(rs.RecordError, match=said + words):
         read_member(path)

@@ -48,7 +48,7 @@ def test_a_crash_is_told_from_an_end_from_outside():
     assert call_in_child(len, "four", seconds=5.0) == 4
 
 
-def test_an_interrupt_comes_through_and_the_next_answer_is_not_that_of_the_last_call(monkeypatch):
+def test_an_interrupt_comes_through_and_the_next_answer_is_not_that_of_the_last_call():
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, 0.3)
     try:
