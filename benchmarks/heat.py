@@ -88,9 +88,7 @@ def kernels(grid):
         for peclet in (0.0, 0.01, 1.0, 100.0)
     }
     table["free kernel from rest, √(Dt) 30 pixels"] = lambda: free(0.1, 30.0)
-    table["periodic kernel from rest"] = lambda: periodic.turned_response.__wrapped__(
-        grid, (pixel, 0.0), 0.0, "d", 0.5 / pixel
-    )
+    table["periodic kernel from rest"] = lambda: periodic.turned_response(grid, (pixel, 0.0), 0.0, "d", 0.5 / pixel)
     table["moments, 20 speeds, mean over directions"] = lambda: rs.measure(
         contact, grid, rs.HeatSource(speeds, 0.1, 1.0, 1.0)
     )

@@ -16,9 +16,9 @@ INSIDE = {
 }
 
 
-@lru_cache
+@lru_cache  # 8 ms, .5 ms when the packages are known
 def installed() -> Any:  # a class of its own in Python 3.11
-    """Return the entry points of all packages, to `select` from: the search takes 15 ms, so it is done once."""
+    """Return the entry points of all packages, to `select` from."""
     return entry_points()
 
 
@@ -32,7 +32,6 @@ def extensions(kind: str) -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in (*sorted(installed().select(group=group)), *ours)}
 
 
-@lru_cache
 def loaded(kind: str, name: str) -> Any:
     """Import the object of an entry point: a spectrum's record, a solver called as `solve_contact`, or observables."""
     return extensions(kind)[name].load()

@@ -2,7 +2,6 @@
 
 import operator
 from dataclasses import dataclass
-from functools import lru_cache
 from math import inf, pi
 from typing import Any, NamedTuple
 
@@ -78,7 +77,6 @@ class Grid:
         return min(limits, default=inf)
 
     @property
-    @lru_cache(maxsize=16)  # noqa: B019  (equal grids share the arrays)
     def wavevectors(self) -> tuple[Array, Array]:
         """(q_x, q_y) of the half spectrum, rad/m, shapes (n_x, 1) and (1, n_y//2 + 1); read-only."""
         (nx, ny), (lx, ly) = self.shape, self.lengths
@@ -88,7 +86,6 @@ class Grid:
         return qx, qy
 
     @property
-    @lru_cache(maxsize=4)  # noqa: B019
     def wavenumbers(self) -> Array:
         """|q| of the half spectrum, rad/m, shape `half_shape`; read-only."""
         q = np.hypot(*self.wavevectors)
@@ -96,7 +93,6 @@ class Grid:
         return q
 
     @property
-    @lru_cache(maxsize=16)  # noqa: B019
     def multiplicity(self) -> Array:
         """Modes of the full plane that each column of the half spectrum stands for: 1 or 2, shape (1, n_y//2 + 1)."""
         counts = np.full((1, self.shape[1] // 2 + 1), 2.0)

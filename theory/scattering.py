@@ -11,7 +11,6 @@ part are modulated by coarser ones as the pressure of k is: some lie at k, some 
 behind a mean interface responds with g(Q) = 1/(⟨c⟩ + 2/E*Q), ⟨c⟩ = ⟨κ⟩/⟨κ²⟩ − 2/E*q. docs/yielding.md derives it.
 """
 
-from functools import lru_cache
 from math import pi
 from typing import NamedTuple
 
@@ -105,7 +104,6 @@ def beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
     return result
 
 
-@lru_cache(maxsize=8)
 def sums_of_waves(count: int) -> Array:
     """Return the chance of ln |q + k| in bins from ln q, by ln k in bins from ln q: both from −count to count − 1."""
     apart = np.arange(-count, count)

@@ -236,7 +236,7 @@ def _shared(hot: Array, cold: Array, hot_background: Array, cold_background: Arr
     return SlidingTemperatures(*(float_if_scalar(values.reshape(shape)) for values in numbers))
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # .3 s, the same at all speeds and slid distances
 def _memory(
     spectrum: Spectrum, effective_modulus: float, nominal_pressure: float, penetration_hardness: float | None, f: float
 ) -> _Memory:

@@ -11,7 +11,6 @@ missing. docs/yielding.md derives all of it.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
 from math import ceil, expm1, inf, isinf, log, pi, sqrt
 from typing import TYPE_CHECKING
 
@@ -245,7 +244,9 @@ class YieldingSpectrum:
 
     def _areas(self) -> tuple[float, float]:
         """Return A_el/A₀ and A_pl/A₀."""
-        return _area_fractions(self._mean / self._highest, self._variance / self._highest**2)
+        share, variance = self._mean / self._highest, self._variance / self._highest**2
+        _, elastic, plastic = area_fractions(half_variance_of(share, variance), share, 1.0)
+        return float(elastic), float(plastic)
 
     def __call__(self, q: ArrayLike) -> Array:
         """Return |σ_q|² at the wavenumbers `q`, rad/m, elementwise, Pa² m²."""
@@ -269,13 +270,6 @@ class YieldingSpectrum:
 def edges(x: Array, rim: float) -> Array:
     """Return the tail of the edges at q = x q_max, in any unit: q⁻³ up to x = `rim`, q⁻⁴ beyond."""
     return np.asarray(x**-3 / (1 + (ONSET / x) ** 8) * (1 + rim) / (x + rim))
-
-
-@lru_cache(maxsize=64)  # both areas of one contact use one solution
-def _area_fractions(share: float, variance: float) -> tuple[float, float]:
-    """Return A_el/A₀ and A_pl/A₀ of a pressure between absorbing walls that has the `variance`, over σ_P²."""
-    _, left, plastic = area_fractions(half_variance_of(share, variance), share, 1.0)
-    return float(left), float(plastic)
 
 
 def _value(spline: BSpline, q: Array) -> Array:

@@ -37,6 +37,11 @@ def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Call
     return decorate
 
 
+def is_loaded(function: Callable[..., Any]) -> bool:
+    """Whether a kernel is ready in this process, from the cache or compiled."""
+    return bool(getattr(function, "signatures", True))  # there are none with NUMBA_DISABLE_JIT=1
+
+
 def was_compiled(function: Callable[..., Any]) -> bool:
     """Whether this process compiled a kernel, and keeps it for later ones; False if it came from the cache."""
     statistics = getattr(function, "stats", None)  # there are none with NUMBA_DISABLE_JIT=1

@@ -14,6 +14,7 @@ from roughsim.estimate.levels import Values
 from roughsim.estimate.sliding import SLIDING_OBSERVABLES
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.prediction.sliding import SlidingPrediction
 from roughsim.prediction.values import Predicted
 from roughsim.results.marks import AT_CUT_OFF, IDENTITY, notes_of, unknown_words
 from roughsim.results.pressed import Pressed
@@ -128,16 +129,17 @@ class Row:
 def rows_of(run: Run) -> Iterator[Row]:
     """Yield a row for each observable and speed; at the end the contact temperatures, if the scene has a duration."""
     theories = _theories_of(run)
+    slid = None if run.numerics.slide is None else prediction.sliding_prediction(run.scene)
     for observable in OBSERVABLES:
         predicted = {name: values[observable] for name, values in theories.items()}
         estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
         if run.numerics.slide is not None and observable in SLIDING_OBSERVABLES:
             estimates[SLIDING] = run.estimate(observable, SLIDING)
         ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"])
-        yield from _rows_of_one(run, observable, predicted, estimates, ratios)
+        yield from _rows_of_one(run, observable, predicted, estimates, ratios, slid)
     if run.scene.sliding.duration is not None:
         flash = {name: values[FLASH] for name, values in theories.items()}
-        yield from _rows_of_contact_temperature(run, flash)
+        yield from _rows_of_contact_temperature(run, flash, slid)
     if isinstance(run, Pressed):
         yield from _rows_of_directions(run)
 
@@ -158,14 +160,16 @@ def _theories_of(run: Run) -> dict[str, Predicted]:
     }
 
 
-def _rows_of_contact_temperature(run: Run, flash: dict[str, Array]) -> Iterator[Row]:
+def _rows_of_contact_temperature(
+    run: Run, flash: dict[str, Array], slid: SlidingPrediction | None
+) -> Iterator[Row]:
     """Yield T₀ + T_flash at each speed from T_flash of the theories."""
     background = prediction.background(run.scene)
     predicted = {name: values + background for name, values in flash.items()}
     columns = run.numerics.columns if run.numerics.slide is None else (*run.numerics.columns, SLIDING)
     estimates = {name: run.contact_temperature(name, background) for name in columns}
     ratios = ratios_of(run, FLASH, predicted["theory_same_modes"], predicted["theory_at_cut_off"], background)
-    yield from _rows_of_one(run, CONTACT_TEMPERATURE, predicted, estimates, ratios)
+    yield from _rows_of_one(run, CONTACT_TEMPERATURE, predicted, estimates, ratios, slid)
 
 
 def _rows_of_directions(run: Pressed) -> Iterator[Row]:
@@ -192,13 +196,14 @@ def _rows_of_one(
     predicted: dict[str, Array],
     estimates: dict[str, Estimate],
     ratios: dict[str, Uncertain],
+    slid: SlidingPrediction | None,
 ) -> Iterator[Row]:
     """Yield a row for each speed of an observable.
 
     `predicted` has its theories by the field of a row, with all heat in the moving body; `estimates` its columns.
     """
     record = OBSERVABLES[FLASH if observable == CONTACT_TEMPERATURE else observable]
-    sliding = _theory_of_sliding(run, observable, predicted["calibrated"])
+    sliding = _theory_of_sliding(slid, observable, predicted["calibrated"])
     share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
     notes = [notes_of(run, name, estimates[name]) for name in run.numerics.columns]
     for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
@@ -218,13 +223,12 @@ def _rows_of_one(
         )
 
 
-def _theory_of_sliding(run: Run, name: str, frozen: Array) -> Array:
+def _theory_of_sliding(slid: SlidingPrediction | None, name: str, frozen: Array) -> Array:
     """Return the calibrated theory of two sliding bodies for the column sliding; NaN without one.
 
     `frozen` are the values of the calibrated law for a frozen contact.
     """
     nothing = np.full(frozen.shape, nan)
-    slid = None if run.numerics.slide is None else prediction.sliding_prediction(run.scene)
     if slid is None:
         return nothing
     return frozen if name == "contact_fraction" else getattr(slid, name, nothing)

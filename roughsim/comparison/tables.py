@@ -91,7 +91,7 @@ def calibrated_note(scene: Scene) -> str:
 
 def sliding_note(scene: Scene) -> str:
     """Return a note on the theory of the column sliding, with its accuracy."""
-    if prediction.sliding_prediction(scene) is None:
+    if prediction.calibrated(scene).stress_spectrum is None:
         return f"{OF_SLIDING}: none, as {prediction.calibrated(scene).range}."
     return (
         f"{OF_SLIDING}: two bodies that slide, by the calibrated stress spectrum of a clipped Gaussian field, T_flash "

@@ -55,8 +55,9 @@ def trust(scene: Scene) -> Trust:
         return Trust("not known", law.range)
     peclet = _peclet_numbers(scene)
     judgements = []
+    by_theory, by_law = prediction.predictions(scene), prediction.calibrated_predictions(scene)
     for name, band in law.errors.items():
-        theory, calibrated = prediction.predictions(scene)[name], prediction.calibrated_predictions(scene)[name]
+        theory, calibrated = by_theory[name], by_law[name]
         speeds: list[tuple[int, float | None]] = [(0, None)]
         if OBSERVABLES[name].per_speed:
             # no heat at rest

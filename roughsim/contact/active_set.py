@@ -7,13 +7,12 @@ goes to dimensionless units and back, and judges the result; the algorithm is in
 """
 
 import warnings
-from functools import cache
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roughsim._kernels import was_compiled
+from roughsim._kernels import is_loaded, was_compiled
 from roughsim._kernels.active_set import contact_sum, to_si
 from roughsim.contact import Contact, Solid, checked_load, need_solid
 from roughsim.contact.solver.problem import ScaledProblem, coarser, dimensionless, full_contact
@@ -119,9 +118,10 @@ def solve_contact(
     )
 
 
-@cache  # once in a process
 def _note_compilation() -> None:
-    """Print a line if the first kernel is not in numba's cache: then all others follow, one by one."""
+    """Print a line if the first kernel of a process is not in numba's cache: then all others follow, one by one."""
+    if is_loaded(contact_sum):
+        return
     contact_sum(np.ones(1), np.ones(1))
     if was_compiled(contact_sum):
         note("compiling the contact solver, once on this machine: some seconds")

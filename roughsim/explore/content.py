@@ -1,7 +1,6 @@
 """The content of the page, computed without Bokeh: the run as it grows, and the fields of a member."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import ceil, cos, floor, isinf, log10, sin
 from pathlib import Path
 from threading import Lock
@@ -64,14 +63,10 @@ class WatchedRun:
 
     def __init__(self, folder: str | Path):
         self.run: Run = open_run(folder, damaged="skip")
+        self.theory: dict[str, tuple[Any, Any]] = theory_curves(self.run)
         self._lock = Lock()
         nothing: dict[int, list[int]] = {level: [] for level in self.run.numerics.single}
         self._latest: tuple[Any, Summary] = None, Summary([], {}, {}, nothing, nothing, [])
-
-    @cached_property
-    def theory(self) -> dict[str, tuple[Any, Any]]:
-        """The curves of the theory."""
-        return theory_curves(self.run)
 
     @property
     def deleted(self) -> bool:

@@ -78,9 +78,7 @@ def page_of(folder: Path) -> Callable[[Any], object]:
     if is_study(folder):
         open_study(folder)  # refused here, before a page is asked for
         return partial(StudyPage, folder)
-    run = WatchedRun(folder)
-    _ = run.theory  # computed once, before the first page opens
-    return partial(Page, run)
+    return partial(Page, WatchedRun(folder))
 
 
 class _GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no types here

@@ -13,7 +13,7 @@ import threading
 import warnings
 import weakref
 from collections.abc import Callable
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -102,24 +102,33 @@ def backend() -> str:
     return f"scipy.fft {scipy.__version__}"
 
 
-@cache
 def direct() -> bool:
-    """Whether compiled loops can call FFTW: find its functions, and have its planners wait for each other."""
+    """Whether compiled loops can call FFTW."""
+    return bool(functions())
+
+
+@cache  # 2 ms, which each solve and each plan would take
+def functions() -> dict[str, Any]:
+    """Return the functions of the FFTW library that pyfftw has loaded, by name; none if any is out of reach.
+
+    The planners wait for each other from then on.
+    """
     if pyfftw is None:
-        return False
-    if None in [function(f"{prefix}_{name}") for prefix in ("fftw", "fftwf") for name in _SIGNATURES]:
+        return {}
+    names = [f"{prefix}_{name}" for prefix in ("fftw", "fftwf") for name in _SIGNATURES]
+    by_name = {name: function(name) for name in names}
+    if None in by_name.values():
         warnings.warn(
             "compiled code cannot reach the FFTW of pyfftw: contact solves and convolutions are slower",
             RuntimeWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
-        return False
+        return {}
     for prefix in ("fftw", "fftwf"):
-        function(f"{prefix}_make_planner_thread_safe")()
-    return True
+        by_name[f"{prefix}_make_planner_thread_safe"]()
+    return by_name
 
 
-@cache
 def function(name: str) -> Any:
     """Return a function of the FFTW library that pyfftw has loaded; None if it is out of reach."""
     for path in libraries():
@@ -230,19 +239,17 @@ class LinePlans:
         source, result = (aligned((count, distance), kind) for distance in distances)
         near, far = ((a.ctypes.data, None, 1, d) for a, d in zip((source, result), distances, strict=True))
         prefix = "fftwf" if kind == np.complex64 else "fftw"
-        make, destroy = function(f"{prefix}_plan_many_dft"), function(f"{prefix}_destroy_plan")
+        fftw = functions()
+        make, destroy = fftw[f"{prefix}_plan_many_dft"], fftw[f"{prefix}_destroy_plan"]
         common = 1, ctypes.byref(ctypes.c_int(points)), count
         with planning:
-            function(f"{prefix}_plan_with_nthreads")(1)
+            fftw[f"{prefix}_plan_with_nthreads"](1)
             self.forward = make(*common, *near, *far, -1, _ESTIMATE)
             self.backward = make(*common, *far, *near, +1, _ESTIMATE)
-        self.execute = function(f"{prefix}_execute_dft")
+        self.execute = fftw[f"{prefix}_execute_dft"]
         weakref.finalize(self, destroy_plans, destroy, self.forward, self.backward).atexit = False
         if not (self.forward and self.backward):
             raise MemoryError(f"FFTW has no plan for {count} lines of {points} points: not enough memory")
-
-
-line_plans = lru_cache(maxsize=256)(LinePlans)  # kept for later calls from any thread
 
 
 def destroy_plans(destroy: Callable[[int | None], None], *plans: int | None) -> None:
@@ -268,7 +275,7 @@ class Lines:
         self.source_pairs, self.result_pairs = (buffer.view(dtype) for buffer in padded)  # contiguous, for kernels
         self._ends = self.source.ctypes.data, self.result.ctypes.data
         distances = points + PADDING, points + PADDING
-        self.plans = line_plans(count, points, distances, np.dtype(dtype)) if direct() else None
+        self.plans = LinePlans(count, points, distances, np.dtype(dtype)) if direct() else None
 
     def forward(self) -> None:
         """Transform `source` into `result`."""

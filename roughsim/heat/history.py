@@ -107,7 +107,7 @@ def mean_weights(steps: int) -> tuple[Array, Array]:
     return np.concatenate([[4 / 3], inner]), first
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # .17 s for both bodies at each speed of each slide
 def exponentials(steps: int) -> tuple[Array, Array]:
     """Return rates s and weights w > 0 with Σ w e^(−sτ) = τ^(−1/2) to `KERNEL_ERROR`, for τ from 1 to `steps`.
 

@@ -17,7 +17,6 @@ exponential here can overflow. Two cautions come with the periodic cell:
 import math
 import warnings
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -137,7 +136,6 @@ def uniform_temperature(
     return result if instants.ndim else float(result)
 
 
-@lru_cache(maxsize=2)  # as large as the field: the latest two
 def turned_response(grid: Grid, drift: tuple[float, float], depth: float, precision: str, spread: float) -> Field:
     """κT/q̇ of all modes, transposed as `convolution.convolve` takes it, shape (n_y//2 + 1, n_x)."""
     turned: Field = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
@@ -296,15 +294,14 @@ def fields_over_time(
 ) -> Field:
     """Return one field per entry of `spreads`: one forward transform for all, one inverse each; zero where D t = 0.
 
-    `response(*arguments, spread)` is what `convolution.convolve` takes; its `lru_cache` keeps that of a single field,
-    but not those of a series, which would fill the memory.
+    `response(*arguments, spread)` is what `convolution.convolve` takes.
     """
     flowing = np.flatnonzero(spreads > 0.0)
     if spreads.size == flowing.size == 1:
         return convolution.convolve(flux, response(*arguments, float(spreads[0])), shape, factor)[None]
     fields = np.zeros((spreads.size, *flux.shape), flux.dtype)
     if flowing.size:
-        series = (response.__wrapped__(*arguments, float(spread)) for spread in spreads[flowing])
+        series = (response(*arguments, float(spread)) for spread in spreads[flowing])
         for index, field in zip(flowing, convolution.convolutions(flux, series, shape, factor), strict=True):
             fields[index] = field
     return fields

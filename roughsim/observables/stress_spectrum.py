@@ -9,7 +9,7 @@ compact entries then equals the sum over the modes to rounding.
 
 import math
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -117,7 +117,7 @@ class StressSpectrum:
             row[:] = np.bincount(cell, power, minlength=cells)
             power = power * offset
         variance = np.zeros(cells + _STENCIL - 1)
-        for j, part in enumerate(_lagrange_coefficients()[:, :_POWERS] @ moments):
+        for j, part in enumerate(_LAGRANGE[:, :_POWERS] @ moments):
             variance[j : j + cells] += part
         nodes = spacing * (np.arange(variance.size) + _STENCIL // 2 + 1)
         wavenumber = np.concatenate((self.wavenumber[low], nodes))
@@ -132,11 +132,17 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
     """
     from roughsim.fourier.power import gathered_power  # loads numba
 
-    nodes, waves = uniform_nodes(grid), nyquist_waves(grid)
+    nodes, waves = _gathering(grid)
     quarter, sums = gathered_power(amplitude, grid.multiplicity, nodes.slot, nodes.slots)
     share: Array = quarter.ravel()[waves.mode] * waves.unseen_share
     unseen: Array = np.bincount(waves.entry, share, minlength=waves.wavenumber.size).astype(np.float64, copy=False)
     return StressSpectrum(nodes.entries, nodes.compacted(sums), 0.5 * math.hypot(*grid.lengths)), unseen
+
+
+@lru_cache(maxsize=8)  # 4 ms for each contact of 768² points; the grids of a run come in turn
+def _gathering(grid: Grid) -> "tuple[UniformNodes, NyquistWaves]":
+    """Return the compact wavenumbers of a grid, and its waves that have no derivative along an axis."""
+    return uniform_nodes(grid), nyquist_waves(grid)
 
 
 class NyquistWaves(NamedTuple):
@@ -152,7 +158,6 @@ class NyquistWaves(NamedTuple):
     wavenumber: Array  # rad/m, increasing
 
 
-@lru_cache(maxsize=8)
 def nyquist_waves(grid: Grid) -> NyquistWaves:
     """Return the waves of a grid that have no derivative along an axis."""
     (nx, ny), (qx, qy) = grid.shape, grid.wavevectors
@@ -230,7 +235,7 @@ class UniformNodes:
             moments = np.zeros((POWERS, cells))
             moments_of_columns(table, self.offset, moments)
             # the polynomials of nodes ±x are mirror images: their even powers are equal, their odd ones opposite
-            coefficients = _lagrange_coefficients()[:half, :POWERS]
+            coefficients = _LAGRANGE[:half, :POWERS]
             # products of matrices: these sums are too short for a BLAS to share them among threads
             even, odd = (coefficients[:, s::2] @ moments[s::2] for s in (0, 1))
             for j, part in enumerate((*(even + odd), *(even - odd)[::-1])):
@@ -238,7 +243,6 @@ class UniformNodes:
         return np.concatenate((own, spread), dtype=np.float64)[self.order]
 
 
-@lru_cache(maxsize=8)
 def uniform_nodes(grid: Grid) -> UniformNodes:
     """Return the compact wavenumbers of a grid; every mode keeps its own if there are not fewer nodes than modes."""
     wavenumber, entry = distinct_wavenumbers(grid)
@@ -263,7 +267,6 @@ def uniform_nodes(grid: Grid) -> UniformNodes:
     return UniformNodes(slot[entry], kept, offset, order, entries)
 
 
-@cache
 def _lagrange_coefficients() -> Array:
     """Coefficients, by powers of the distance from the middle, of the 24 Lagrange polynomials with nodes ±½, ±3/2 …"""
     nodes = range(1 - _STENCIL, _STENCIL, 2)  # twice the distances: whole numbers, so that all is exact
@@ -278,3 +281,6 @@ def _lagrange_coefficients() -> Array:
         scale = math.prod(own - node for node in nodes if node != own)
         rows.append([(coefficient << power) / scale for power, coefficient in enumerate(reversed(others))])
     return np.array(rows)
+
+
+_LAGRANGE = _lagrange_coefficients()

@@ -12,7 +12,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.planning.levels import SIDE
-from roughsim.prediction.facts import STEEP, YIELDED, Facts, facts, gentle_end
+from roughsim.prediction.facts import STEEP, YIELDED, Facts, gentle_end
 from roughsim.prediction.scans import scan_of_hottest
 from roughsim.prediction.statements import Statement, cautions, statements
 from roughsim.scene import Scene
@@ -59,7 +59,7 @@ def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
     """
     stated, plain = statements(scene), [*slips(scene), *_scan_lines(scene), *cautions(scene)]
     try:
-        known = facts(scene, choose_lengths(scene)[0])
+        known = Facts(scene, choose_lengths(scene)[0])
     except (ValueError, ArithmeticError, RuntimeError) as error:
         line = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
         lines = [*_slope_lines(scene, scene.spectrum.rms_slope), *plain, " ".join(line.split())]

@@ -1,7 +1,6 @@
 """From scene and numerics to the contact problem of each member."""
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -77,7 +76,6 @@ def largest_member(scene: Scene, numerics: Numerics) -> tuple[float, str]:
     return max(memory, slide)
 
 
-@lru_cache(maxsize=4)
 def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
     """Return the slide of realization 0, with the seed of the scene; `numerics.slide` is its level."""
     number = numerics.slide or 0
@@ -108,13 +106,11 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
     )
 
 
-@lru_cache(maxsize=64)
 def level_problem(scene: Scene, numerics: Numerics, level: int) -> Problem:
     """Return the contact problem of a level for realization 0, with the seed of the scene."""
     return _problem(scene, numerics, level, numerics.levels[level].q_max, numerics.grid(level))
 
 
-@lru_cache(maxsize=64)
 def below_problem(scene: Scene, numerics: Numerics, level: int) -> Problem | None:
     """Return the contact problem of the level below on the surfaces of `level`; None for the lowest of a column."""
     below = numerics.below(level)

@@ -1,18 +1,15 @@
 """Contact area in theory, its yielded share, and the wavenumber at which the contact has yielded."""
 
 from dataclasses import replace
-from functools import lru_cache
 from math import inf
 
 import theory
 from roughsim.prediction.bodies import load_arguments, pressure_arguments
 from roughsim.scene import Scene
 
-REMEMBERED = 1024  # scenes whose numbers are kept: a study goes through its points again and again
 _NEVER = 1e-6  # share of the theory's contact: if less yields, the hardness changes no number
 
 
-@lru_cache(maxsize=REMEMBERED)
 def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
     """Return the contact and the plastic share of the area with all roughness, or with waves up to q_max, rad/m."""
     spectrum, load = scene.spectrum, load_arguments(scene)
@@ -33,7 +30,6 @@ def yielded_share(scene: Scene, q_max: float = inf) -> float:
     return areas["plastic_fraction"] / areas["contact_fraction"] if areas["plastic_fraction"] else 0.0
 
 
-@lru_cache(maxsize=REMEMBERED)
 def computed(scene: Scene) -> Scene:
     """Return the scene that is computed: without a hardness that the theory's contact never reaches.
 
@@ -48,7 +44,6 @@ def computed(scene: Scene) -> Scene:
     return replace(scene, body=replace(body, penetration_hardness=None), counterface=counterface)
 
 
-@lru_cache(maxsize=REMEMBERED)
 def yield_wavenumber(scene: Scene) -> float:
     """Return q_y, rad/m, at which 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
     return float(theory.plasticity.yield_wavenumber(scene.spectrum, **pressure_arguments(scene)))

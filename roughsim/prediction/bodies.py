@@ -48,7 +48,7 @@ def heat_arguments(friction_coefficient: float, bodies: Conduction) -> dict[str,
     }
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # .01 s for each number of the theory of contact that yields
 def smoothed_spectrum(scene: Scene) -> Spectrum:
     """Return C_sm of a capped scene (Eq. 27), or C(q) itself of an elastic one: a callable with `breaks`."""
     if scene.elastic:
@@ -122,7 +122,7 @@ def heating(scene: Scene, speed: float) -> Heating:
     return _heating_of_contact(scene, speed)
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=1024)  # 6 ms for each number at a speed, with tables of μ or κ over temperature
 def _heating_of_contact(scene: Scene, speed: float) -> Heating:
     """Return μ, κ and D from their tables, at the temperature that the contact reaches with them.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 import theory
 from roughsim.grid import Array
-from roughsim.prediction.areas import REMEMBERED, yielded_share
+from roughsim.prediction.areas import yielded_share
 from roughsim.prediction.bodies import pressure_arguments
 from roughsim.prediction.theories import over_speed, predictions
 from roughsim.scene import Scene
@@ -44,7 +44,6 @@ def continuation(scene: Scene, column: str, cut_offs: tuple[float, ...], observa
     return values if follows else np.full_like(values, nan)
 
 
-@lru_cache(maxsize=REMEMBERED)
 def follows_theory(scene: Scene, column: str, q_max: float) -> bool | None:
     """Return whether a column follows the theory from the cut-off q_max, rad/m, to the end of the spectrum.
 

@@ -1,6 +1,5 @@
 """The sizes that follow from a scene: roughness, load, contact area, hot spots, Péclet numbers and temperatures."""
 
-from functools import lru_cache
 from math import exp, inf, isfinite, isinf, log, nan, pi
 from typing import Any
 
@@ -86,9 +85,6 @@ class Facts:
             ("T_flash", f"{_range_text(self.flash_temperature)} K", f"in theory, {speeds}, {background}"),
         ]
         return [Statement(*row) for row in rows]
-
-
-facts = lru_cache(maxsize=8)(Facts)
 
 
 def _range_text(values: Array) -> str:

@@ -29,7 +29,7 @@ class Calibrated:
     range: str  # "inside", or the number of the scene that lies outside, with the range that was compared
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # .02 s, up to .1 s; ten times in a comparison or report
 def calibrated(scene: Scene) -> Calibrated:
     """Return the calibrated law of a scene: that of elastic contact where there is no hardness."""
     errors = ELASTIC_BANDS if scene.elastic else ERROR_BANDS

@@ -33,7 +33,7 @@ _NORMAL = 1.959964  # standard errors of a 95 % interval
 _Changes = dict[str, Array]  # of the logarithm of every observable, over speeds or of one entry
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # a theory for each row of the table of C(q): .1 s to seconds, for each mean of a run
 def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
     """Return the relative 95 % error of every observable by the scans that C(q) was measured on.
 

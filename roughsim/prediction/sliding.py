@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -41,7 +40,6 @@ class SlidingPrediction:
     contact_temperature: Array
 
 
-@lru_cache(maxsize=64)
 def sliding_prediction(scene: Scene) -> SlidingPrediction | None:
     """Return the theory of a scene with `history = "sliding"`; None where the calibrated law does not hold."""
     if calibrated(scene).stress_spectrum is None:

@@ -13,7 +13,7 @@ import numpy as np
 import theory
 from roughsim.grid import Array
 from roughsim.observables.record import Theory
-from roughsim.prediction.areas import REMEMBERED, area_fractions
+from roughsim.prediction.areas import area_fractions
 from roughsim.prediction.bodies import groups, heat_arguments, heat_partition, smoothed_spectrum, stress_arguments
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.values import NOTHING, Predicted
@@ -24,7 +24,7 @@ from theory.yielding import YieldingSpectrum
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
 
 
-@lru_cache(maxsize=REMEMBERED)
+@lru_cache(maxsize=1024)  # .02 s for each row of a comparison, and for each point of a study in each of its tables
 def predictions(scene: Scene, q_max: float = inf) -> Predicted:
     """Return every observable over C(q), or over its part up to q_max, rad/m; NaN where there is no theory.
 
@@ -100,7 +100,6 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
     return density * weight
 
 
-@lru_cache(maxsize=REMEMBERED)
 def calibrated_predictions(scene: Scene) -> Predicted:
     """Return every observable by the calibrated law, as `predictions`; NaN where the law does not hold."""
     return Predicted(calibrated_integrals(scene), scene, calibrated(scene).observables)

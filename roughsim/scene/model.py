@@ -3,7 +3,6 @@
 import math
 import tomllib
 from dataclasses import asdict
-from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
@@ -89,7 +88,6 @@ class Scene(Record, section=""):
         return self
 
     @property
-    @lru_cache(maxsize=64)  # noqa: B019  (equal scenes share it)
     def spectrum(self) -> Face | SumSpectrum:
         """Composite C(q) = C₁(q) + C₂(q) of the two uncorrelated faces, m⁴, Persson's convention."""
         faces = self.faces

@@ -1,7 +1,6 @@
 """`Numerics`: levels, cell and tolerance of a computation. `plan` chooses it, a run records it."""
 
 from dataclasses import field, fields
-from functools import cached_property
 from math import isinf
 from typing import Annotated, Any, Final, Literal, NamedTuple, Self, get_args
 
@@ -219,16 +218,8 @@ class Numerics(Record, section="numerics"):
 
     def of_column(self, column: str) -> tuple[int, ...]:
         """Return the levels of a column by q_max, then by the pixel, the coarser first."""
-        return self._ladders.get(column, ())
-
-    @cached_property
-    def _ladders(self) -> dict[str, tuple[int, ...]]:
-        """The levels of each column, as of `of_column`: asked for again and again."""
-        ladders: dict[str, tuple[int, ...]] = {}
-        for i in sorted(range(len(self.levels)), key=lambda i: self.levels[i].resolved):
-            column = self.levels[i].column
-            ladders[column] = (*ladders.get(column, ()), i)
-        return ladders
+        levels = (i for i, level in enumerate(self.levels) if level.column == column)
+        return tuple(sorted(levels, key=lambda i: self.levels[i].resolved))
 
     def rungs(self, column: str) -> tuple[int, ...]:
         """Return the levels of a column that are no partners: one for each q_max."""

@@ -161,7 +161,7 @@ class Quantity:
             raise ValueError(f"{key} cannot be turned into {self.unit}; {expected}") from None
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=1)  # .4 s
 def _unit_registry() -> Any:
     """Return pint's units, made when the first string with a unit is read."""
     import pint  # loading it and its definitions costs more than the rest of a scene
@@ -238,7 +238,6 @@ def optional_keys(record: type[Record]) -> Any:
     return make_dataclass(f"Optional{record.__name__}", keys, bases=(Record,), frozen=True, kw_only=True)
 
 
-@lru_cache(maxsize=64)
 def _key_types(record: type[Record]) -> dict[str, Any]:
     """Return the annotated type of each key of a record."""
     return get_type_hints(record, include_extras=True)

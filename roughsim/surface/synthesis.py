@@ -123,13 +123,5 @@ def independent_modes(spectrum: Spectrum, grid: Grid) -> _DrawnModes:
     return _DrawnModes(kept, place, paired, partner, real, np.sqrt(variance.flat[place]))
 
 
-SMALL = 2**18  # points, of grids whose modes take a few MB
-# the levels of a run come in turn, and so do the points of a study, each with a C_sm of its own: fewer than there are
-# would never be met again
-_of_small, _of_large = (lru_cache(maxsize=most)(independent_modes) for most in (96, 12))
-
-
-def remembered_modes(spectrum: Spectrum, grid: Grid) -> _DrawnModes:
-    """Return `independent_modes`, found once for each spectrum and grid."""
-    modes: _DrawnModes = (_of_small if grid.points <= SMALL else _of_large)(spectrum, grid)  # type: ignore[arg-type]
-    return modes
+# .02 s for each member of a run, a fifth of its time; the dozen spectra and grids of a run come in turn
+remembered_modes = lru_cache(maxsize=16)(independent_modes)

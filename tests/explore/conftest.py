@@ -12,16 +12,14 @@ def watched(capped_run):
 
 
 @pytest.fixture
-def opened(watched):
-    """Opens another folder of the same scene; its theory is known already."""
+def opened():
+    """Opens the page of another folder."""
     from bokeh.document import Document
 
     from roughsim.explore.page import Page
 
     def open_page(folder):
-        other = WatchedRun(folder)
-        other.theory = watched.theory
-        return Page(other, Document(), Now)
+        return Page(WatchedRun(folder), Document(), Now)
 
     return open_page
 

@@ -275,7 +275,7 @@ def test_a_plan_that_fftw_cannot_make_is_refused():
 def test_fftw_in_one_precision_is_out_of_reach(monkeypatch, missing):
     monkeypatch.setattr(plans, "function", lambda name: None if name == missing else list)
     with pytest.warns(RuntimeWarning, match="compiled code cannot reach the FFTW"):
-        assert not plans.direct.__wrapped__()
+        assert not plans.functions.__wrapped__()
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.complex64])
@@ -315,7 +315,7 @@ def test_fftw_is_found_beside_an_extension_module_that_does_not_give_it():
 def test_a_file_beside_that_is_no_library_is_passed_over(monkeypatch, tmp_path):
     (tmp_path / "fftw3.txt").write_text("no library")
     monkeypatch.setattr(plans, "libraries", lambda: [tmp_path / "fftw3.txt"])
-    assert plans.function.__wrapped__("fftw_execute_dft") is None
+    assert plans.function("fftw_execute_dft") is None
 
 
 def test_plans_are_made_from_many_python_threads_at_a_time():

@@ -221,5 +221,5 @@ def test_contact_has_yielded_from_99_percent_on_and_follows_the_theory_while_les
 
     monkeypatch.setattr("roughsim.prediction.areas.area_fractions", areas)
     rock = rs.load_scene("granite")
-    assert prediction.follows_theory.__wrapped__(rock, "capped", 4e5) is follows
-    assert prediction.follows_theory.__wrapped__(rock, "smoothed", 4e5) is True
+    assert prediction.follows_theory(rock, "capped", 4e5) is follows
+    assert prediction.follows_theory(rock, "smoothed", 4e5) is True

@@ -13,7 +13,6 @@ pixels are oblong, only their shorter side is doubled at first.
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -49,8 +48,8 @@ class Operator:
         distance = _rounded_up(rows + PADDING, plans.ALIGNMENT // 8)
         self.whole = plans.aligned((_rounded_up(half, self.column_group), 2 * distance), self.dtype)
         self.spectrum = self.whole[:half]
-        self.row_plans = plans.line_plans(self.row_group, columns, (columns + plans.PADDING,) * 2, self.dtype)
-        self.column_plans = plans.line_plans(self.column_group, rows, (distance, rows + plans.PADDING), self.dtype)
+        self.row_plans = plans.LinePlans(self.row_group, columns, (columns + plans.PADDING,) * 2, self.dtype)
+        self.column_plans = plans.LinePlans(self.column_group, rows, (distance, rows + plans.PADDING), self.dtype)
         self.single: tuple[Any, ...] | None = None  # what `_lines` returns where there is one block
 
     def comply(self, pressure: Field, displacement: Field) -> None:
@@ -154,7 +153,6 @@ def kept(make: Callable[..., Any], grid: Grid, *others: Any) -> Any:
     return plans.thread_cache(make.__name__, key, lambda: make(grid, *others), most=MOST_KEPT)
 
 
-@lru_cache(maxsize=16)
 def rms_compliance(grid: Grid) -> float:
     """Root mean square of 2/|q| over all modes, q = 0 left out."""
     qx, qy = grid.wavevectors

@@ -46,6 +46,7 @@ class Workspace:
     response: Field  # S·step
     slack: float  # relative rounding errors of a step
     cost: float  # of a product, in real float64 transforms
+    compliance: float  # root mean square of 2/|q|
 
     def do(self, kernel: Any, arrays: tuple[Field, ...], *numbers: Any) -> list[Any]:
         """Run a kernel on all blocks of some arrays; return its results."""
@@ -76,6 +77,7 @@ def _make_workspace(grid: Grid, kind: Any) -> Workspace:
         response=np.zeros(size, kind),
         slack=2.0 * float(np.finfo(kind).eps),
         cost=1.0 if kind == np.float32 else 2.0,
+        compliance=rms_compliance(grid),
     )
 
 
@@ -134,13 +136,13 @@ def compute_gap(problem: ScaledProblem, work: Workspace, now: Iterate, dtype: An
     now.span = high - low
     arrays = problem.heights.ravel(), now.pressure, now.gap
     squares = work.sums(kernels.subtract_heights, arrays, problem.middle, problem.unit)
-    now.noise = 2.0 * float(np.finfo(dtype).eps) * _displacement_size(problem, *squares)
+    now.noise = 2.0 * float(np.finfo(dtype).eps) * _displacement_size(work, *squares)
 
 
-def _displacement_size(problem: ScaledProblem, pressure_square: float, displacement_square: float) -> float:
+def _displacement_size(work: Workspace, pressure_square: float, displacement_square: float) -> float:
     """The size that rounding errors of S p are relative to: rms of S p, and of S times noise as large as p."""
-    points = problem.grid.points
-    spread = rms_compliance(problem.grid) * float(np.sqrt(pressure_square / points))
+    points = work.field.size
+    spread = work.compliance * float(np.sqrt(pressure_square / points))
     return spread + float(np.sqrt(displacement_square / points))
 
 
@@ -262,7 +264,7 @@ def respond(problem: ScaledProblem, work: Workspace, now: Iterate) -> tuple[floa
     work.operator.comply(work.step.reshape(shape), work.response.reshape(shape))
     now.transforms += work.cost
     curvature, *squares = work.sums(kernels.curvature, (work.step, work.response))
-    return curvature, work.slack * _displacement_size(problem, *squares)
+    return curvature, work.slack * _displacement_size(work, *squares)
 
 
 def move(problem: ScaledProblem, work: Workspace, now: Iterate, length: Length) -> None:

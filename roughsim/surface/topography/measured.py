@@ -10,7 +10,6 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -49,7 +48,7 @@ class Bins:
     variance: float  # ⟨h²⟩ of all modes, m²
     q_max: float  # where the map ends to be reliable, rad/m
 
-    @cached_property
+    @property
     def table(self) -> TabulatedSpectrum:
         """The rows, carried on to q_max."""
         q, psd = self.q, self.psd

@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from io import BytesIO
 from pathlib import Path
 
@@ -42,12 +41,12 @@ class Topography:
     reliable: float = np.inf  # wavenumber up to which the instrument resolves, rad/m
     undefined: float = 0.0  # share of points that were filled, weighted as in C(q)
 
-    @cached_property
+    @property
     def bins(self) -> Bins:
         """C(q), averaged over directions and bins of log q."""
         return map_spectrum(self.heights, self.grid, periodic=self.periodic, reliable=self.reliable)
 
-    @cached_property
+    @property
     def texture(self) -> Texture:
         """The lay of its slopes, and how far its heights are from Gaussian ones."""
         return texture_of(self.heights, self.grid, periodic=self.periodic, reliable=self.reliable)
