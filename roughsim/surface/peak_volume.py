@@ -98,7 +98,7 @@ def mean_above(level: float, point: HeightsAtAPoint) -> float:
 @lru_cache(maxsize=16)  # .01 s for each member, as long as the smallest contacts take; as many as `remembered_modes`
 def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
     """Return how the heights of surfaces with fixed amplitudes are distributed at any point."""
-    modes = remembered_modes(spectrum, grid)
+    modes = remembered_modes(spectrum, grid)  # type: ignore[arg-type]
     phased = np.full(modes.place.shape, True)
     phased[modes.real] = False
     amplitude = np.where(phased, 2.0, 1.0) * modes.deviation
