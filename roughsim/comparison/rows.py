@@ -160,9 +160,7 @@ def _theories_of(run: Run) -> dict[str, Predicted]:
     }
 
 
-def _rows_of_contact_temperature(
-    run: Run, flash: dict[str, Array], slid: SlidingPrediction | None
-) -> Iterator[Row]:
+def _rows_of_contact_temperature(run: Run, flash: dict[str, Array], slid: SlidingPrediction | None) -> Iterator[Row]:
     """Yield T₀ + T_flash at each speed from T_flash of the theories."""
     background = prediction.background(run.scene)
     predicted = {name: values + background for name, values in flash.items()}
