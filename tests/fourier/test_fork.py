@@ -4,12 +4,8 @@ import os
 import subprocess
 import sys
 import textwrap
-import threading
 
 import pytest
-
-from roughsim import fourier
-from roughsim.fourier import plans
 
 FORK = """
     import os, signal, sys, warnings
@@ -94,11 +90,3 @@ def test_a_fork_waits_for_the_plan_another_thread_is_making():
     code = [sys.executable, "-W", "ignore", "-c", textwrap.dedent(FORK_WHILE_PLANNING)]
     done = subprocess.run(code, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 0, done.stderr
-
-
-def test_threads_that_fftw_once_had_are_known_to_be_lost_in_a_fork(monkeypatch):
-    for name, value in (("_threaded", True), ("_orphaned", False), ("state", threading.local()), ("planning", None)):
-        monkeypatch.setattr(plans, name, value)
-    assert fourier.get_threads() == 1
-    plans.forget_plans()
-    assert plans._orphaned == (plans.pyfftw is not None)

@@ -10,7 +10,7 @@ from scipy.special import j0, j1, jv, jvp
 
 from roughsim import Grid, HeatSource, measure
 from roughsim.observables.moments import StressSpectrum
-from roughsim.observables.stress_spectrum import _FALLING, _FOURTH, first_root, further_derivatives
+from roughsim.observables.stress_spectrum import first_root, further_derivatives
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,7 @@ def test_the_radius_is_the_first_crossing_even_if_the_curve_only_dips():
 def test_no_fourth_derivative_of_the_bessel_function_exceeds_the_bound_of_the_steps():
     x = np.concatenate((np.linspace(0.0, 100.0, 20001), np.geomspace(100.0, 1e6, 20001)))
     fourth = np.abs(3 * j0(x) - 4 * jv(2, x) + jv(4, x)) / 8  # J_n′ = (J_{n−1} − J_{n+1})/2, four times
-    bound = _FOURTH / np.hypot(1.0, x / _FALLING) ** 0.5
+    bound = 0.375 / np.hypot(1.0, x / 6.0) ** 0.5  # 3/8 (1 + (x/6)²)^(−1/4)
     assert np.all(fourth <= bound * (1 + 1e-12))
     assert fourth[0] == bound[0] == 0.375
     assert np.all(np.diff(bound) <= 0.0)
