@@ -23,6 +23,7 @@ _MEANINGS = {
     "elastic": "simulated elastic contact",
     SLIDING: "simulated contact of two rough faces that slide over one another, with its own share of the heat",
 }
+_Entry = tuple[Array, Array, list[str], list[str]]  # values, total errors, unknown parts and notes, over speed
 TAIL, UNKNOWN, NOTE = "_total_error", "_unknown", "_note"  # suffixes of the arrays beside an observable
 TAILS = (
     "NAME_total_error is its error, 95 %, NAME_unknown are the missing parts of this error, and NAME_note marks values "
@@ -55,20 +56,23 @@ def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labe
         heat = run.heat_partition if record.heated else np.ones(len(run.heat_partition) if record.per_speed else 1)
         theory, calibrated = (by[name] * heat for by in theories)
         nothing, unmarked = np.full_like(theory, np.nan), [""] * len(theory)
-        entries = [(theory, nothing, unmarked, unmarked)]
+        entries: list[_Entry] = [(theory, nothing, unmarked, unmarked)]
         entries.append((calibrated, np.abs(calibrated) * bands.get(name, np.nan), unmarked, unmarked))
         for column in columns[2:]:
-            if column == SLIDING and name not in SLIDING_OBSERVABLES:
-                entries.append((nothing, nothing, unmarked, unmarked))
-                continue
-            estimate = run.estimate(name, column)
-            unknown = [unknown_words(estimate.unknown_at(place)) for place in range(len(theory))]
-            entries.append((estimate.mean, estimate.total_error, unknown, notes_of(run, column, estimate)))
+            measured = column != SLIDING or name in SLIDING_OBSERVABLES
+            entries.append(_measured(run, name, column) if measured else (nothing, nothing, unmarked, unmarked))
         axes = ("column", "speed") if record.per_speed else ("column",)
         tables = (np.array(table) for table in zip(*entries, strict=True))
         yield from marked(name, axes, *(table if record.per_speed else table[:, 0] for table in tables))
     if isinstance(run, Pressed):
         yield from _answers_of_directions(run)
+
+
+def _measured(run: Run, observable: str, column: str) -> _Entry:
+    """Return mean, total error, unknown parts and notes of an observable in a column."""
+    estimate = run.estimate(observable, column)
+    unknown = [unknown_words(estimate.unknown_at(k)) for k in range(len(estimate.mean))]
+    return estimate.mean, estimate.total_error, unknown, notes_of(run, column, estimate)
 
 
 def _answers_of_directions(run: Pressed) -> Iterator[Labelled]:

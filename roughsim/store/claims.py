@@ -154,18 +154,28 @@ def writer(run_folder: Path) -> str | None:
     home = run_folder.absolute()
     homes = [home, home.parent.parent] if home.parent.name == POINTS else [home]
     first = {path: _start_of(path) for home in homes for path in _listed(home / "claims", _PROCESS)}
-    waiting, alive = set(first), set[Path]()
+    signs = [_SIGN.fullmatch(first[path]) for path in _renewed(first)]
+    signed = [sign for sign in signs if sign is not None]
+    if not signed:
+        return None
+    hosts = sorted({sign["host"] for sign in signed})
+    if len(signed) == 1:
+        return f"process {signed[0]['pid']} on {hosts[0]}"
+    return f"{len(signed)} processes on {hosts[0] if len(hosts) == 1 else f'{len(hosts)} hosts'}"
+
+
+def _renewed(first: dict[Path, str]) -> set[Path]:
+    """Wait until each file has changed since its `first` content or its process has ended; return the changed ones."""
+    waiting = set(first)
+    renewed = set[Path]()
     end = time.monotonic() + 3.0 * RENEWAL
     while waiting and time.monotonic() < end:
         now = {path: _start_of(path) for path in waiting}
-        alive |= {path for path, content in now.items() if content not in ("", first[path])}
-        waiting -= alive | {path for path, content in now.items() if not content or _has_ended(content)}
-        time.sleep(0.05 * bool(waiting))
-    signed = [sign for path in alive if (sign := _SIGN.fullmatch(first[path]))]
-    hosts = sorted({sign["host"] for sign in signed})
-    if len(signed) > 1:
-        return f"{len(signed)} processes on {hosts[0] if len(hosts) == 1 else f'{len(hosts)} hosts'}"
-    return f"process {signed[0]['pid']} on {hosts[0]}" if signed else None
+        renewed |= {path for path, content in now.items() if content not in ("", first[path])}
+        waiting -= renewed | {path for path, content in now.items() if not content or _has_ended(content)}
+        if waiting:
+            time.sleep(0.05)
+    return renewed
 
 
 def process_space() -> str:

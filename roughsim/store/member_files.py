@@ -252,11 +252,8 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
     # older headers have no version: it stood beside them
     check_format(path, int(header.get("format_version", FORMAT - 1)), header.get("provenance"))
     level, index = (int(number) for number in path.stem[1:].split("-"))
-    if [header["level"], header["index"]] != [level, index]:
-        raise ValueError(f"it holds level {header['level']!r}, index {header['index']!r}, unlike its name")
+    _check_header(header, level, index)
     failure, provenance = header["failure"], header["provenance"]
-    if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(header["numbers"]):
-        raise ValueError("its header is none that a writer of this format makes")
     speeds = tuple(float(speed) for speed in header["speeds"])
     length_x, length_y = (float(length) for length in header["lengths"])
     own, below = Moments({}, np.empty(0), np.empty(0)), None
@@ -278,6 +275,17 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
         provenance,
         {name: dataset.shape for name, dataset in kept.items()},
     )
+
+
+def _check_header(header: dict[str, Any], level: int, index: int) -> None:
+    """Refuse a header of another member, or one that no writer of this format makes: ValueError."""
+    if [header["level"], header["index"]] != [level, index]:
+        raise ValueError(f"it holds level {header['level']!r}, index {header['index']!r}, unlike its name")
+    failure = header["failure"]
+    if not isinstance(header["provenance"], dict) or not isinstance(failure, str):
+        raise ValueError("its header is none that a writer of this format makes")
+    if bool(failure) == bool(header["numbers"]):  # a member has either a failure or numbers
+        raise ValueError("its header is none that a writer of this format makes")
 
 
 def _moments(names: list[str], speeds: int, numbers: Array, wavenumber: Array, spectra: Array) -> Iterator[Moments]:
