@@ -108,7 +108,7 @@ def test_members_of_one_level_with_other_wavenumbers_are_named_and_all_of_them_s
     path = foreign(whole, folder, "modes")
     wrong = path.read_bytes()
     for look in (rs.open_run, lambda place: rs.run(whole.scene, place, max_realizations=COUNT)):
-        with pytest.raises(rs.RecordError, match="L1-000002.h5 is of another run, or those .* move what is"):
+        with pytest.raises(rs.RecordError, match="L1-000002.h5 or the members .* move files of other runs"):
             look(folder)
     assert path.read_bytes() == wrong
     assert not (folder / "damaged").exists()

@@ -80,7 +80,7 @@ def test_the_share_is_that_of_the_runs_own_members_and_temperatures_carry_it(mea
         plain = np.array([run.members[level, index].numbers[name] for index in range(run.realizations)]).mean(axis=0)
         found = run.estimate(name, column).mean
         np.testing.assert_allclose(found[moving], (share * plain)[moving], rtol=1e-12)
-    assert any("this contact itself" in note for note in estimate.notes)
+    assert any("both bodies in this contact" in note for note in estimate.notes)
 
 
 @pytest.mark.parametrize("level", [0, 1])
@@ -253,4 +253,4 @@ def test_a_stated_share_is_that_of_all_columns(capped_run):
     assert capped_run.shares().keys() == {"theory", "smoothed", "capped"}
     for share in capped_run.shares().values():
         np.testing.assert_array_equal(share, 0.9)
-    assert not any("this contact itself" in note for note in capped_run.estimate("flash_temperature").notes)
+    assert not any("both bodies in this contact" in note for note in capped_run.estimate("flash_temperature").notes)

@@ -269,7 +269,7 @@ def test_after_a_duration_the_column_has_the_background_of_the_slide(tmp_path):
         slid = [slide(run, i, 1e-3, speed=(14.0, 35.0)) for i in (0, 1)]
         at = round(distance / pixel) - 1
         assert total.mean - flash.mean == pytest.approx(np.mean([one.background[k, at] for one in slid]), rel=1e-9)
-    assert any("but in the column sliding that of the slide" in note for note in comparison_table(table).notes)
+    assert any("but in the column sliding from the slide" in note for note in comparison_table(table).notes)
 
 
 def test_one_rough_face_rests_and_its_one_contact_slides_on(tmp_path):
