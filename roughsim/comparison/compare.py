@@ -208,8 +208,8 @@ def meanings(comparison: Comparison) -> Iterator[str]:
         measured = Number(slope.measured, error=slope.error)
         yield f"{band}: {slope.column} {measured} (statistical, 95 %), theory {slope.theory:.2f}"
     yield (
-        "± total error, 95 %. theory: over the whole spectrum. The ratio to theory is over the same modes: all of "
-        "the cell, up to q_c."
+        "± total error, 95 %. theory: over the whole spectrum. The ratio to theory is over the modes of the cell, "
+        "up to q_c."
     )
     yield calibrated_note(comparison.run.scene)
     yield from map(str, statements(comparison.run.scene))
