@@ -21,6 +21,13 @@ with k = ⟨ψψ′⟩ and m = ⟨zψ′⟩ = ⟨ψz′⟩. By Stein's rule ⟨x
 
     ⟨F F′⟩;    ⟨F F′ψ′⟩ = m⟨F_z F′⟩;    ⟨F z′F′ψ′⟩ = m⟨F_z z′F′⟩;    ⟨Fψ F′ψ′⟩ = k⟨F F′⟩ + m²⟨F_z F′_z⟩;
     ⟨Fψ z′F′ψ′⟩ = k⟨F z′F′⟩ + m²⟨F_z (z′F′)_z⟩;    ⟨zFψ z′F′ψ′⟩ = k⟨zF z′F′⟩ + m²⟨(zF)_z (z′F′)_z⟩.
+
+A third normal, χ, has opposite signs at the front of a spot and at its rear. It is the Riesz transform of z along x,
+each wave times −iq_x/q. With S the spectrum of ρ, r at the angle φ to x, and N_k = ∫ S(q) J_k(qr) d²q, its correlations
+are ⟨zχ′⟩ = N₁ cos φ, which is odd, and ⟨χχ′⟩ = (ρ − N₂ cos 2φ)/2. With n = ⟨zχ′⟩ = −⟨χz′⟩, s = ⟨ψχ′⟩ = −⟨χψ′⟩ and c = ⟨χχ′⟩
+
+    ⟨F F′χ′⟩ = n⟨F_z F′⟩;    ⟨Fψ F′χ′⟩ = s⟨F F′⟩ + nm⟨F_z F′_z⟩;    ⟨zFψ F′χ′⟩ = s⟨zF F′⟩ + nm⟨(zF)_z F′_z⟩;
+    ⟨Fχ F′χ′⟩ = c⟨F F′⟩ − n²⟨F_z F′_z⟩;    the first three change their sign when both places are exchanged.
 """
 
 from __future__ import annotations
@@ -39,7 +46,7 @@ from theory.persson import calibrated_spectrum, half_variance
 from theory.walls import MODES, SWITCH, area_fractions, half_variance_of
 from theory.yielding import stress_spectrum
 
-PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # i, j of ⟨F w_i F′ w′_j⟩, which is symmetric
+PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2), (0, 3), (1, 3), (2, 3), (3, 3))  # i, j of ⟨F w_i F′ w′_j⟩
 _STEPS = 48  # of F
 _FINE = 4000  # intervals of the pressure where F is inverted
 _FAR = 7.0  # standard deviations of full contact above σ₀: no pressure of elastic contact is higher
@@ -49,6 +56,8 @@ _ANGLES = 256  # intervals of θ
 _RADII = 8192  # distances at which g_σ is found
 _ROOM = 1e3  # wavenumbers beyond both ends of |σ_q|², for the transform, which is periodic in ln q
 _BIAS = -0.6  # power of q that is taken out for the transform: errors, evenly over r, are then 1e-5 of g_σ(0)
+_RIESZ_BIAS = 0.3, -0.5  # the same for its two transforms: errors of N₁/r are then below 1 % down to `_LINEAR`
+_LINEAR = 1e-5  # of the furthest distance: below it N₁ is linear in r
 _GAUSS = leggauss(3)
 
 
@@ -79,33 +88,47 @@ class Products:
         """⟨F²⟩ − ⟨F⟩², Pa²."""
         return float(self.joint[0]) - self.mean_square
 
-    def shared(self, own: Array, other: Array, part: float) -> Array:
-        """Return ⟨F w_i F′ w′_j⟩ − ⟨F w_i⟩⟨F w_j⟩ of two bodies for the `PAIRS` of w = (1, ψ, zψ), Pa².
+    def shared(
+        self, correlations: tuple[Array, Array], part: float, odd: tuple[Array, Array], even: tuple[Array, Array]
+    ) -> Array:
+        """Return ⟨F w_i F′ w′_j⟩ − ⟨F w_i⟩⟨F w_j⟩ of two bodies for the `PAIRS` of w = (1, ψ, zψ, χ), Pa².
 
         z = √(1 − f) z₁ + √f z₂ and ψ = √f z₁ − √(1 − f) z₂, of which z₁ belongs to one body and z₂ to the other.
+        χ is a linear transform of z, which is independent of z and ψ at the same place.
 
-        `own` is ⟨z₁z₁′⟩, `other` is ⟨z₂z₂′⟩, arrays that broadcast, and `part` is f.
+        `correlations` are ⟨z₁z₁′⟩ and ⟨z₂z₂′⟩, arrays that broadcast, and `part` is f; `odd` has ⟨zχ′⟩ = −⟨χz′⟩ and
+        `even` ⟨χχ′⟩ of z₁ and of z₂.
         """
+        own, other = correlations
         p = np.clip((1 - part) * own + part * other, -1.0, 1.0)
         k = part * own + (1 - part) * other  # ⟨ψψ′⟩
-        m = sqrt(part * (1 - part)) * (own - other)  # ⟨zψ′⟩
+        mixed = sqrt(part * (1 - part))
+        m = mixed * (own - other)  # ⟨zψ′⟩
+        n = (1 - part) * odd[0] + part * odd[1]  # ⟨zχ′⟩
+        s = mixed * (odd[0] - odd[1])  # ⟨ψχ′⟩
+        c = (1 - part) * even[0] + part * even[1]  # ⟨χχ′⟩
         index = np.arccos(p) * (_ANGLES / pi)
         left = np.minimum(index.astype(np.intp), _ANGLES - 1)
         lower = self.table[:, left]
         values = lower + (index - left) * (self.table[:, left + 1] - lower)
         joint, edge, edge_level, edges, edges_level, edges_levels = values
         sine = np.sqrt(1 - p**2)
-        sharp = m**2 / np.maximum(sine, 1e-9)
+        steep = 1 / np.maximum(sine, 1e-3)
+        sharp = m**2 * steep
         other_end = p * edge_level + sine * edges  # ⟨F_z z′F′⟩
         return np.stack(
-            [
+            np.broadcast_arrays(
                 joint - self.mean_square,
                 m * edge,
                 m * other_end,
                 k * joint + sharp * edges,
                 k * (1 + p) * edge + m**2 * edge + sharp * edges_level,
                 k * (other_end + p * (joint + edge_level)) + m**2 * (joint + 2 * edge_level) + sharp * edges_levels,
-            ]
+                n * edge,
+                s * joint + n * m * steep * edges,
+                s * (1 + p) * edge + n * m * (edge + steep * edges_level),
+                c * joint - n**2 * steep * edges,
+            )
         )
 
 
@@ -170,6 +193,20 @@ class ClippedField:
         of_angle = self.products
         share = (of_angle.joint - of_angle.mean_square) / of_angle.variance
         return np.interp(-self.pressure_correlation / self.variance, -share, np.linspace(0.0, pi, share.size))
+
+    def riesz(self, furthest: float) -> tuple[Array, Array]:
+        """Return N₁ and N₂ of the Riesz transform of z at each `distance`; ρ fades beyond `furthest`, m."""
+        r = self.distance
+        rho = np.cos(self.angles()) * np.exp(-((r / furthest) ** 4))
+        step = log(r[1] / r[0])
+        first, back = _RIESZ_BIAS
+        spectrum = fht(rho * r, step, 0.0, bias=first)  # q times the transform of ρ
+        slope = fht(spectrum, step, 1.0, bias=back) / r**2  # N₁/r
+        near = int(np.searchsorted(r, _LINEAR * furthest))
+        slope[:near] = slope[near]
+        # J₂(x) = 2 J₁(x)/x − J₀(x), so that N₂ + ρ is the mean of ρ over the disk of radius r
+        disk = 2 * step * (np.cumsum(rho * r**2) - rho * r**2 / 2) + r[0] ** 2
+        return slope * r, disk / r**2 - rho
 
     def correlation(self, r: ArrayLike) -> Array:
         """Return ρ at the distances `r`, m, elementwise; 1 below the least of `distance` and 0 beyond the last.
