@@ -24,7 +24,7 @@ with k = ⟨ψψ′⟩ and m = ⟨zψ′⟩ = ⟨ψz′⟩. By Stein's rule ⟨x
 
 A third normal, χ, has opposite signs at the front of a spot and at its rear. It is the Riesz transform of z along x,
 each wave times −iq_x/q. With S the spectrum of ρ, r at the angle φ to x, and N_k = ∫ S(q) J_k(qr) d²q, its correlations
-are ⟨zχ′⟩ = N₁ cos φ, which is odd, and ⟨χχ′⟩ = (ρ − N₂ cos 2φ)/2. With n = ⟨zχ′⟩ = −⟨χz′⟩, s = ⟨ψχ′⟩ = −⟨χψ′⟩ and c = ⟨χχ′⟩
+are ⟨zχ′⟩ = N₁ cos φ, which is odd, and ⟨χχ′⟩ = (ρ − N₂ cos 2φ)/2. With n = ⟨zχ′⟩, s = ⟨ψχ′⟩ and c = ⟨χχ′⟩
 
     ⟨F F′χ′⟩ = n⟨F_z F′⟩;    ⟨Fψ F′χ′⟩ = s⟨F F′⟩ + nm⟨F_z F′_z⟩;    ⟨zFψ F′χ′⟩ = s⟨zF F′⟩ + nm⟨(zF)_z F′_z⟩;
     ⟨Fχ F′χ′⟩ = c⟨F F′⟩ − n²⟨F_z F′_z⟩;    the first three change their sign when both places are exchanged.

@@ -257,10 +257,10 @@ def _pulses(values: Array, n: int) -> Array:
     ages = _AGES[1:]
     passed = _AGES[n] - _AGES[: n + 1]
     with np.errstate(divide="ignore"):
-        index = np.clip(np.log(passed / ages[0]) / np.log(ages[1] / ages[0]), 0.0, ages.size - 1.001)
-    left = index.astype(np.intp)
+        index = np.log(passed / ages[0]) / np.log(ages[1] / ages[0])
+    left = np.clip(index, 0, ages.size - 2).astype(np.intp)
     tail = (1,) * (values.ndim - 2)
-    between, root = (x.reshape(-1, *tail) for x in (index - left, np.sqrt(passed)))
+    between, root = (x.reshape(-1, *tail) for x in (np.clip(index - left, 0.0, 1.0), np.sqrt(passed)))
     # over √age they change slowly with ln age, and are constant at first
     scaled = values[:, 1:] / np.sqrt(ages).reshape(-1, *tail)
     seen = root * (scaled[:, left] + between * (scaled[:, left + 1] - scaled[:, left]))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.polynomial.hermite_e import hermeval
 from scipy.optimize import brentq
-from scipy.special import erf, ndtr, ndtri, owens_t
+from scipy.special import erf, ive, ndtr, ndtri, owens_t
 from yielding_cases import HARDNESS, MODULUS, SelfAffine
 
 from theory import clipped, persson, plasticity
@@ -59,21 +59,41 @@ def test_shared_products_are_those_of_drawn_normal_heights(own, other, part):
     levels, heights = np.array([0.2, 1.1, 1.2]), np.array([0.5, 1.0, 1.5])
     rng = np.random.default_rng([int(100 * own), int(100 * part)])
     draws = 1_000_000
-    one, two = rng.standard_normal((2, 2, draws))
-    here = one[0], two[0]
-    there = own * one[0] + np.sqrt(1 - own**2) * one[1], other * two[0] + np.sqrt(1 - other**2) * two[1]
+    # z and χ of both bodies, here and there; z and χ have the same spectrum, and χ is odd
+    odd, even = (0.1, -0.05), (0.9 * own, 0.8 * other)
+    bodies = []
+    for rho, n, c in zip((own, other), odd, even, strict=True):
+        covariance = np.array([[1, 0, rho, n], [0, 1, -n, c], [rho, -n, 1, 0], [n, c, 0, 1]])
+        bodies.append(rng.multivariate_normal(np.zeros(4), covariance, draws, method="cholesky").T)
     weighted = []
-    for first, second in (here, there):
+    for place in (slice(0, 2), slice(2, 4)):
+        (first, first_chi), (second, second_chi) = (body[place] for body in bodies)
         z = np.sqrt(1 - part) * first + np.sqrt(part) * second
         psi = np.sqrt(part) * first - np.sqrt(1 - part) * second
+        chi = np.sqrt(1 - part) * first_chi + np.sqrt(part) * second_chi
         pressure = (z[:, None] > levels) @ heights
-        weighted.append((pressure, pressure * psi, pressure * z * psi))
-    values = clipped.products(levels, heights).shared(np.asarray(own), np.asarray(other), part)
+        weighted.append((pressure, pressure * psi, pressure * z * psi, pressure * chi))
+    given = (np.asarray(pair) for pair in (own, other))
+    values = clipped.products(levels, heights).shared(tuple(given), part, odd, even)
     mean = (heights @ ndtr(-levels)) ** 2
     for value, (i, j) in zip(values, clipped.PAIRS, strict=True):
         drawn = weighted[0][i] * weighted[1][j] - (mean if i == j == 0 else 0.0)
         # four standard errors, and 1e-3 of the heights' squares for the table
         assert value == pytest.approx(drawn.mean(), abs=4 * drawn.std() / np.sqrt(draws) + 1e-3)
+
+
+def test_the_riesz_transform_of_a_gaussian_correlation_is_closed():
+    # half of the area is in contact: ⟨FF′⟩ − ¼ = arcsin ρ/2π; S is e^(−q²/2) for ρ = e^(−r²/2)
+    r = np.exp(np.arange(-4096, 4096) * 2e-3 + 1e-3)
+    rho = np.exp(-(r**2) / 2)
+    steps = np.array([0.0]), np.array([1.0])
+    field = clipped.ClippedField(*steps, r, np.arcsin(rho) / (2 * np.pi), 0.25, clipped.products(*steps))
+    first, second = field.riesz(100.0)
+    near = (r > 0.1) & (r < 10.0)
+    r = r[near]
+    expected = np.sqrt(np.pi / 8) * r * (ive(0, r**2 / 4) - ive(1, r**2 / 4))
+    assert first[near] == pytest.approx(expected, abs=3e-4)
+    assert second[near] == pytest.approx(2 * (1 - rho[near]) / r**2 - rho[near], abs=3e-4)
 
 
 @pytest.mark.parametrize("spectrum", [YIELDED, PARTLY])

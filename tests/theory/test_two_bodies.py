@@ -40,12 +40,11 @@ def test_both_bodies_have_one_contact_temperature_and_all_the_heat(part):
     total = slid.resting_flash_temperature + slid.resting_background
     assert slid.contact_temperature == pytest.approx(total, rel=1e-11)
     assert slid.contact_temperature == pytest.approx(slid.flash_temperature + slid.background, rel=1e-12)
-    for n, speed in enumerate(SPEEDS):
-        flux = FRICTION * speed * SOLID["nominal_pressure"]
-        moving = background.temperature(4e-3 / speed, heat_flux=flux * slid.moving_share[n], **STEEL)
-        glass = {"conductivity": 1.0, "diffusivity": 5e-7}
-        resting = background.temperature(4e-3 / speed, heat_flux=flux * (1 - slid.moving_share[n]), **glass)
-        assert (slid.background[n], slid.resting_background[n]) == pytest.approx((moving, resting), rel=1e-12)
+    # the mean temperatures go with the heat that has entered, whenever it did, by the effusivities κ/√D
+    flux = FRICTION * SPEEDS * SOLID["nominal_pressure"]
+    alone = [background.temperature(4e-3 / v, heat_flux=q, **STEEL) for v, q in zip(SPEEDS, flux, strict=True)]
+    effusivity = (1.0 / np.sqrt(5e-7)) / (30.0 / np.sqrt(7.6e-6))
+    assert slid.background + effusivity * slid.resting_background == pytest.approx(alone, rel=1e-12)
 
 
 @pytest.mark.parametrize("part", [0.0, 0.2, 0.5])
@@ -64,16 +63,16 @@ def test_the_bodies_exchanged_with_their_roughness_exchange_their_temperatures(p
 
 
 @pytest.mark.parametrize("bodies", [{}, GLASS])
-def test_a_smooth_moving_face_has_the_share_of_equal_totals(bodies):
+def test_over_a_smooth_face_the_share_is_nearly_that_of_equal_totals_and_spots_are_hotter(bodies):
     stress, _, _ = law()
     heat = {"stress_spectrum": stress, "nominal_pressure": SOLID["nominal_pressure"], **STEEL}
     slid = sliding(moving_roughness=0.0, **bodies)
     for n, speed in enumerate(SPEEDS):
         share = partition.moving_share(speed, rule="total", duration=4e-3 / speed, **heat, **bodies)
         flashed = share * flash.flash_temperature(speed, friction_coefficient=FRICTION, **heat)
-        # that rule has the steady T_flash of the moving body: v²t/D is 50 and more
-        assert slid.moving_share[n] == pytest.approx(share, rel=2e-3)
-        assert slid.flash_temperature[n] == pytest.approx(flashed, rel=2e-3)
+        # that rule has one share for all times and places: front and rear of a spot cannot differ
+        assert slid.moving_share[n] == pytest.approx(share, rel=3e-2)
+        assert 0.99 * flashed < slid.flash_temperature[n] < 1.1 * flashed
 
 
 def test_a_resting_source_grows_as_the_error_function_of_each_wave():
@@ -85,7 +84,7 @@ def test_a_resting_source_grows_as_the_error_function_of_each_wave():
         root = np.sqrt(7.6e-6 * distance / speed)
         expected = FRICTION * speed / (30.0 * SOLID["nominal_pressure"]) * (weight * erf(q * root) / q).sum()
         assert slid.resting_flash_temperature == pytest.approx(expected, rel=1e-3)
-        assert slid.moving_share < 1e-5
+        assert slid.moving_share < 1e-4
 
 
 def test_a_moving_source_grows_as_the_complex_error_function_of_each_wave():
@@ -114,48 +113,81 @@ def test_before_any_sliding_both_bodies_have_half_of_a_resting_source():
 
 
 def drawn_means(field, rng, speed, time, part, body):
-    """Return (κσ₀/μv)⟨T w_i σ⟩ for the heat σw_j of one body, (3, 3), by the definition: drawn heights, ages and ways.
+    """Return (κσ₀/μv)⟨T w_i σ⟩ over the age for the heat σw_j of one body, by drawn heights, ages and ways.
 
     The heat of the time τ ago entered at a normal distance of variance 2Dτ an axis. A pressure of other heights, far
     away, is subtracted: its products have the mean ⟨σ⟩², and most of the scatter.
     """
     draws, diffusivity = 100_000, BODIES[body][1]
     # dτ/√τ = 2√t dx with τ = tx²; short times count most, so that x = u² is drawn
-    u = rng.random(draws)
+    u = np.sort(rng.random(draws))
     age = time * u**4
     measure = 2 * np.sqrt(time) * 2 * u * np.sqrt(diffusivity / np.pi)
     way = rng.standard_normal((2, draws)) * np.sqrt(2 * diffusivity * age)
-    still, passing = field.correlation(np.hypot(*way)), field.correlation(np.hypot(way[0] - speed * age, way[1]))
-    first, second = (still, passing) if body == "resting" else (passing, still)
-    now, other = rng.standard_normal((2, 2, draws))
-    before = np.array(
-        [rho * x + np.sqrt(1 - rho**2) * y for rho, x, y in zip((first, second), now, other, strict=True)]
-    )
+    driven = way + np.array([[speed], [0.0]]) * age * (1 if body == "resting" else -1)
+    first, second = (way, driven) if body == "resting" else (driven, way)
+    riesz = field.riesz(50 / 2e4)
+    now, before, other = np.empty((3, 2, 2, draws))  # z and χ of each body
+    for n, r in enumerate((first, second)):
+        distance = np.hypot(*r)
+        cosine = r[0] / distance
+        rho = field.correlation(distance)
+        odd, even = (np.interp(np.log(distance), np.log(field.distance), values) for values in riesz)
+        odd, even = odd * cosine, (rho - even * (2 * cosine**2 - 1)) / 2
+        z, chi, new, turn, now_other, chi_other = rng.standard_normal((6, draws))
+        chi, chi_other = chi / np.sqrt(2), chi_other / np.sqrt(2)
+        # z′ and χ′ where z and χ are known
+        variance = np.maximum(1 - rho**2 - 2 * odd**2, 1e-12)
+        mixed = 2 * odd * even - rho * odd
+        rest = np.maximum(0.5 - odd**2 - 2 * even**2 - mixed**2 / variance, 0.0)
+        now[n], other[n] = (z, chi), (now_other, chi_other)
+        before[n, 0] = rho * z - 2 * odd * chi + np.sqrt(variance) * new
+        before[n, 1] = odd * z + 2 * even * chi + mixed / np.sqrt(variance) * new + np.sqrt(rest) * turn
 
-    def weighted(heights):
-        z = np.sqrt(1 - part) * heights[0] + np.sqrt(part) * heights[1]
-        psi = np.sqrt(part) * heights[0] - np.sqrt(1 - part) * heights[1]
-        return field.pressure(z) * np.array([np.ones(draws), psi, z * psi])
+    def weighted(bodies):
+        (one, one_chi), (two, two_chi) = bodies
+        z = np.sqrt(1 - part) * one + np.sqrt(part) * two
+        psi = np.sqrt(part) * one - np.sqrt(1 - part) * two
+        chi = np.sqrt(1 - part) * one_chi + np.sqrt(part) * two_chi
+        return field.pressure(z) * np.array([np.ones(draws), psi, z * psi, chi])
 
-    return (measure * weighted(now)) @ (weighted(before) - weighted(other)).T / draws
+    products = np.einsum("n,in,jn->nij", measure / draws, weighted(now), weighted(before) - weighted(other))
+    grown = np.concatenate([np.zeros((1, 4, 4)), np.cumsum(products, axis=0)])
+    return lambda since: grown[np.searchsorted(age, since)]
 
 
-@pytest.mark.parametrize(("speed", "part", "distance"), [(0.3, 0.5, 4e-3), (4.0, 0.3, 1e-3), (40.0, 0.6, 4e-3)])
+@pytest.mark.parametrize(("speed", "part", "distance"), [(4.0, 0.5, 2e-5), (4.0, 0.3, 1e-4), (40.0, 0.6, 5e-5)])
 def test_temperatures_are_those_of_drawn_heights_and_drawn_ways_of_the_heat(speed, part, distance):
     field = clipped.clipped_field(SPECTRUM, **SOLID)
     rng = np.random.default_rng([int(10 * speed), int(10 * part)])
     time, mean = distance / speed, SOLID["nominal_pressure"]
+    ages = time * np.linspace(0.0, 1.0, 7) ** 2
     batches = []
     for _ in range(12):
-        flashes, totals = {}, {}
+        heated, warmed = {}, {}
         for body, (conductivity, diffusivity) in BODIES.items():
-            means = drawn_means(field, rng, speed, time, part, body) * field.variance / field.products.variance
-            flashes[body] = FRICTION * speed / (conductivity * mean) * means
-            grown = 2 * FRICTION * speed * mean * np.sqrt(diffusivity * time / np.pi) / conductivity
-            totals[body] = flashes[body] + np.diag([grown, 0.0, 0.0])
-        into_resting = np.linalg.solve(totals["moving"] + totals["resting"], totals["moving"][:, 0])
-        moving = flashes["moving"][0, 0] - flashes["moving"][0] @ into_resting
-        batches.append((1 - into_resting[0], moving, flashes["resting"][0] @ into_resting))
+            means = drawn_means(field, rng, speed, time, part, body)
+            factor = FRICTION * speed / (conductivity * mean)
+
+            def flash_of(since, means=means, factor=factor):
+                return factor * field.variance / field.products.variance * means(since)
+
+            def total_of(since, flash_of=flash_of, factor=factor, diffusivity=diffusivity):
+                total = flash_of(since)
+                total[:, 0, 0] += 2 * factor * mean**2 * np.sqrt(diffusivity * since / np.pi)
+                return total
+
+            heated[body], warmed[body] = flash_of, total_of
+        shares = np.zeros((ages.size - 1, 4))
+        for n in range(1, ages.size):
+            since = ages[n] - ages[: n + 1]
+            pulses = {body: -np.diff(total(since), axis=0) for body, total in warmed.items()}
+            both = pulses["moving"] + pulses["resting"]
+            known = pulses["moving"][:, :, 0].sum(axis=0) - np.einsum("nij,nj->i", both[:-1], shares[: n - 1])
+            shares[n - 1] = np.linalg.solve(both[-1], known)
+        since = ages[-1] - ages
+        moving, resting = (-np.diff(heated[body](since), axis=0)[:, 0] for body in ("moving", "resting"))
+        batches.append((1 - shares[-1, 0], moving[:, 0].sum() - (moving * shares).sum(), (resting * shares).sum()))
     slid = sliding(speed, slid_distance=distance, moving_roughness=part, **GLASS)
     error = np.std(batches, axis=0) / np.sqrt(len(batches) - 1)
     drawn = np.mean(batches, axis=0)
@@ -165,14 +197,14 @@ def test_temperatures_are_those_of_drawn_heights_and_drawn_ways_of_the_heat(spee
 
 
 def test_elastic_bodies_need_no_hardness():
+    # all heat enters the moving body: the resting one does not conduct
     spectrum = SelfAffine(level=3e-27, q_max=1e6, q_min=2e4)
     solid = {"nominal_pressure": 3e8, "penetration_hardness": None, "moving_roughness": 0.0}
-    slid = sliding(spectrum=spectrum, slid_distance=2e-2, **solid)
+    insulating = {"resting_conductivity": 1e-9, "resting_diffusivity": 7.6e-6}
+    slid = sliding(spectrum=spectrum, slid_distance=2e-2, **solid, **insulating)
     stress = persson.calibrated_spectrum(spectrum, effective_modulus=MODULUS, nominal_pressure=3e8)
     heat = {"stress_spectrum": stress, "nominal_pressure": 3e8, "friction_coefficient": FRICTION, **STEEL}
-    assert slid.flash_temperature == pytest.approx(
-        slid.moving_share * flash.flash_temperature(SPEEDS, **heat), rel=3e-3
-    )
+    assert slid.flash_temperature == pytest.approx(flash.flash_temperature(SPEEDS, **heat), rel=3e-3)
 
 
 def test_temperatures_go_with_friction_and_do_not_know_the_direction():
