@@ -66,7 +66,7 @@ class SlidingTemperatures(NamedTuple):
     flash_temperature, resting_flash_temperature : ndarray
         ⟨Tσ⟩/⟨σ⟩ of the moving and the resting body above the background of each, K.
     moving_share : ndarray
-        Share of the heat that enters the moving body.
+        Share of the heat at the end of the slid distance that enters the moving body.
     background, resting_background : ndarray
         Mean temperature of the surface of each, K above the start.
     contact_temperature : ndarray
