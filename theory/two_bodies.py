@@ -216,7 +216,9 @@ class _Memory:
         weight[1:] += later
         mean = np.einsum("kij,ij->kj", body.both[:, :, 1:], weight)
         mean = np.concatenate([body.both[:, :1, 0], mean], axis=1)
-        return sqrt(diffusivity / (pi * speed)) * (_root_weights(self.distance, speed * times[:, None]) @ mean.T)
+        return np.asarray(
+            sqrt(diffusivity / (pi * speed)) * _root_weights(self.distance, speed * times[:, None]) @ mean.T
+        )
 
 
 def _root_weights(s: Array, last: Array) -> Array:
