@@ -269,7 +269,7 @@ def _pulses(values: Array, n: int) -> Array:
     return np.asarray(seen[:, :-1] - seen[:, 1:])
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # .4 s, the same at all speeds and slid distances
 def _memory(
     spectrum: Spectrum, effective_modulus: float, nominal_pressure: float, penetration_hardness: float | None, f: float
 ) -> _Memory:
