@@ -1,4 +1,4 @@
-"""Compiled inner loops: the only place that imports numba. Kernels take arrays and numbers, and know nothing else."""
+"""Compiled inner loops, of arrays and numbers alone; the only place that imports numba."""
 
 import warnings
 from collections.abc import Callable
@@ -15,8 +15,8 @@ REORDER = frozenset({"reassoc", "contract", "nsz"})
 def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Callable[[Function], Function]:
     """Return the decorator that all kernels share: compiled once, cached on disk, without the GIL.
 
-    The compiler builds a kernel into the kernels that call it, but not where it loads these from the disk. The last
-    bits must not depend on that. So a kernel that others call keeps the order of its sums (no `fastmath`), or it is
+    The compiler builds a kernel into the kernels that call it, but not if it loads these from the disk. The last bits
+    must not depend on that. So a kernel that others call keeps the order of its sums (no `fastmath`), or it is
     `inline`: then it is always built in.
     """
 

@@ -1,9 +1,9 @@
 """Loops of the contact solver: load, active set, directions, steps.
 
-Arrays are flat, of one length and of one or two precisions: pressure p and gap in that of the solution, the others in
-that of the steps. Each loop returns sums over its points; the caller may divide the arrays and add the sums. `cap` is
-the highest pressure (may be infinite); `free` is 1 on the free points and 0 elsewhere; `law` holds the offset d, the
-stiffness κ and the cap of clip(p − κ(gap − d), 0, cap).
+Arrays are flat, of one length and of one or two precisions: pressure p and gap in the precision of the solution, the
+others in the precision of the steps. Each loop returns sums over its points; the caller may divide the arrays and add
+the sums. `cap` is the highest pressure (may be infinite); `free` is 1 on the free points and 0 elsewhere; `law` holds
+the offset d, the stiffness κ and the cap of clip(p − κ(gap − d), 0, cap).
 """
 
 from typing import Any
@@ -42,7 +42,7 @@ def extent(heights: Any, gap: Any, middle: float, unit: float) -> Any:
 
 @kernel(fastmath=REORDER)
 def contact_sum(p: Any, gap: Any) -> Any:
-    """Σ gap where p > 0, and the number of these points."""
+    """Σ gap over the points with p > 0, and their number."""
     total = 0.0
     count = 0
     for i in range(p.size):
@@ -70,10 +70,10 @@ def clipped_sum(p: Any, gap: Any, law: Any) -> Any:
 def classify(p: Any, gap: Any, free: Any, rest: Any, law: Any, reach: float, unit: float, limit: float) -> Any:
     """Fill the active set, and gap − d on the free points (zero elsewhere).
 
-    A point is free where 0 < p − reach κ (gap − d) < cap. With x = clip(p − κ(gap − d), 0, cap) and m = p − x, return
-    Σ x, how many x lie between the bounds, Σ (m·unit)², Σ (p·unit)², the number of free points, and that of points
-    with |m| > limit; `unit` keeps the squares of tiny pressures alive. A free point that near its bound may have a
-    gap of 1/reach times its |m|: there the limit is `reach` times as large.
+    A point is free if 0 < p − reach κ (gap − d) < cap. With x = clip(p − κ(gap − d), 0, cap) and m = p − x, return Σ x,
+    how many x lie between the bounds, Σ (m·unit)², Σ (p·unit)², and the numbers of free points and of points with |m| >
+    limit; `unit` keeps the squares of tiny pressures alive. A free point that near its bound may have a gap of 1/reach
+    times its |m|: there the limit is `reach` times as large.
     """
     offset, stiffness, cap = law
     near_bound = reach * limit
@@ -119,9 +119,9 @@ def propose(
     count = 0.0
     added = 0.0
     for i in range(p.size):
-        # as a number: masks from bytes are slow to mix with those from pressures
+        # as a number: masks from bytes and masks from pressures mix slowly
         inside = float(free[i])
-        # pressed beyond the flat it goes to the cap, else to zero; at exactly d it goes where it carries already
+        # pressed beyond the flat it goes to the cap, else to zero; at exactly d it stays on its side
         r = gap[i] - offset
         bound = cap if (r < 0.0) | ((r == 0.0) & (p[i] > 0.0)) else 0.0
         # both are computed and one is taken: a branch here would keep the loop from vector units
@@ -220,8 +220,8 @@ def curvature(step: Any, response: Any) -> Any:
 def advance(p: Any, gap: Any, step: Any, response: Any, length: float, slack: float, law: Any) -> Any:
     """Add τ step to the pressure and τ S·step to the gap; return the sums of `clipped_sum` there.
 
-    What the rounding of the step left of a bound (a share `slack` of the step) goes onto the bound: no more, since the
-    gap does not follow.
+    Points within the rounding of the step (a share `slack` of it) go onto the bound, and no others, since the gap does
+    not follow.
     """
     offset, stiffness, cap = law
     total = 0.0
@@ -229,7 +229,7 @@ def advance(p: Any, gap: Any, step: Any, response: Any, length: float, slack: fl
     top = cap * (1.0 - _ROUNDING)
     for i in range(p.size):
         x = p[i] + length * step[i]
-        # the step was rounded when it was stored: what should have met a bound misses it by that
+        # the stored step is rounded, so a point that should meet a bound misses it by that much
         x = 0.0 if x <= slack * p[i] else x
         x = cap if x >= top - slack * length * step[i] else x
         p[i] = x
@@ -246,7 +246,7 @@ def advance(p: Any, gap: Any, step: Any, response: Any, length: float, slack: fl
 def to_si(p: Any, u: Any, heights: Any, units: Any, bounds: Any) -> Any:
     """Turn the pressure and the gap into Pa and a displacement in m; return the numbers of touching and yielded points.
 
-    `units` are those of pressure and gap and the middle of the heights, `bounds` the cap and the hardness, Pa.
+    `units` are the units of pressure and gap and the middle of the heights, `bounds` the cap and the hardness, Pa.
     """
     pressure_unit, unit, middle = units
     cap, hardness = bounds

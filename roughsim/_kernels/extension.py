@@ -2,8 +2,8 @@
 
 Weights are 1 on the free points. A parent cell has the weight min(1, Σ/3) and the weighted mean of its (up to) four
 children; on the way back u = w v + (1 − w)·(bilinear interpolation of the parents), periodic. The weights of the finest
-level are the bytes of the free set, and its field is zero off the free points. Above it, levels[l] says where level l
-lies in flat arrays: its start, rows and columns. Where only one axis is halved, which these say, a parent has two
+level are the bytes of the free set, and its field is zero off the free points. Above it, levels[l] holds the start,
+rows and columns of level l in flat arrays. If only one axis is halved from a level to the next, a parent has two
 children and the weight min(1, Σ/`WHOLE`), and the interpolation is linear.
 
 `extend` and `transpose` do some stages in one call: `stages` is a sum of `FIRST`, `UP`, `DOWN` and `LAST`, and `rows`
@@ -35,7 +35,7 @@ def extend(stages: int, rows: Any, _: Any, bottom: int, free: Any, field: Any, p
     weight, value, inverse = parents
     levels, weights, inverses, values = pyramid
     top = len(levels) - 1
-    # made here: where the compiler knows that these overlap with nothing else, the loops of `pull` are a third faster
+    # made here: the compiler then proves that these do not overlap, and the loops of `pull` are a third faster
     size = 2 * value.shape[1] + 2
     line, doubled = np.empty(size, value.dtype), np.empty(size, value.dtype)
     if stages & FIRST:
@@ -75,7 +75,7 @@ def transpose(
     top = len(levels) - 1
     if stages & FIRST:
         gather(rows[2], rows[3], free, field, value, line)
-    # the transposes of the steps down, in reverse order, then those of the steps up
+    # the transposes of the steps down, in reverse order, then of the steps up
     if stages & UP:
         for i in range(bottom, top):
             parent = _plane(sources, levels, i + 1)
@@ -212,7 +212,7 @@ def gather(start: int, stop: int, weight: Any, source: Any, parent: Any, line: A
 
 @kernel(inline=True)
 def scatter(i: int, weight: Any, parent: Any, inverse: Any, source: Any, line: Any) -> None:
-    """Write w (source + what the parent has for its children) in row i: the push transposed."""
+    """Write w (source + share of the parent) in row i: the push transposed."""
     kind, columns, width = source.dtype.type, source.shape[1], parent.shape[1]
     k = i // 2 if source.shape[0] > parent.shape[0] else i
     for j in range(width):
@@ -228,7 +228,7 @@ def scatter(i: int, weight: Any, parent: Any, inverse: Any, source: Any, line: A
 def scatter_load(
     start: int, stop: int, line: Any, free: Any, parent: Any, inverse: Any, p: Any, cap: float, change: Any
 ) -> Any:
-    """Take what reaches the free points from their change; `line` is a buffer for one row.
+    """Subtract the result at the free points from their change; `line` is a buffer for one row.
 
     Return Σ clip(p + change, 0, cap) and how many free points stay between the bounds.
     """

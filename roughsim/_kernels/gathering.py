@@ -4,14 +4,14 @@ from typing import Any
 
 from roughsim._kernels import kernel
 
-POWERS = 12  # `observables.stress_spectrum` says why; known to the compiler, which unrolls the loop over them
+POWERS = 12  # see `observables.stress_spectrum`; a constant, so that the compiler unrolls the loop over them
 
 
 @kernel()
 def gather_power(amplitude: Any, multiplicity: Any, slot: Any, quarter: Any, sums: Any) -> None:
     """Write Σ|amplitude|² over the four modes (±q_x, ±q_y) to `quarter`, and add each to the sum that its slot names.
 
-    `amplitude` is the half spectrum of a real field, and `multiplicity` says for how many modes each column stands.
+    `amplitude` is the half spectrum of a real field, and `multiplicity` is the number of modes of each column.
     """
     for i in range(quarter.shape[0]):
         opposite = amplitude.shape[0] - i

@@ -1,4 +1,4 @@
-"""Loop over the memory of a half-space: what each exponential of its kernel keeps of the heat that has entered."""
+"""Loop over the memory of a half-space: convolutions of the heat that has entered with exponentials."""
 
 from typing import Any
 
@@ -7,19 +7,19 @@ import numpy as np
 from roughsim._kernels import REORDER, kernel
 
 _SMALL = 0.02  # decays in a step below which series replace differences of almost equal numbers
-_FORGOTTEN = 40.0  # decays in a step from which on nothing is left of what was before: e^-40 = 4e-18
+_FORGOTTEN = 40.0  # decays in a step from which on the memory is empty: e^-40 = 4e-18
 
 
 @kernel(fastmath=REORDER)
 def remember(
     along: Any, across: Any, rates: Any, weights: Any, new: Any, old: Any, latest: Any, memory: Any, result: Any
 ) -> None:
-    """Take one more step into the memory, and write what all of it gives at the end of the next step.
+    """Add one step to the memory, and write the temperature that it gives at the end of the next step.
 
-    `along[i]` + `across[j]` is D q² Δt of each mode; `rates` and `weights` are those of the exponentials, in units of
-    the step. `new` and `old` are the spectra of the flux at the two ends of the step, linear in between. `latest`,
-    real, is what `new` itself gives then. `memory`, shape (n_x, n_y//2 + 1, 2, exponentials), holds the real and the
-    imaginary part of ∫ exp(−(rate + D q² Δt) u) flux du over the past, u in steps.
+    `along[i]` + `across[j]` is D q² Δt of each mode; `rates` and `weights` of the exponentials are in units of the
+    step. `new` and `old` are the spectra of the flux at the two ends of the step, linear in between. `latest`, real, is
+    the response to `new` itself. `memory`, shape (n_x, n_y//2 + 1, 2, exponentials), holds the real and the imaginary
+    part of ∫ exp(−(rate + D q² Δt) u) flux du over the past, u in steps.
     """
     count = rates.size
     falls, falls_along, falls_across = np.exp(-rates), np.exp(-along), np.exp(-across)

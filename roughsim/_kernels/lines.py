@@ -14,12 +14,12 @@ import numpy as np
 from roughsim._kernels import REORDER, kernel
 
 ROWS, COLUMNS, BACK = 1, 2, 4  # stages of a product, to be added up
-COMPLY, STIFFEN, THERE, BACKWARD = range(4)  # what is done with the columns
+COMPLY, STIFFEN, THERE, BACKWARD = range(4)  # operation on the columns
 
 
 @kernel()
 def product(stages: int, task: int, execute: Any, source: Any, target: Any, rows: Any, columns: Any) -> None:
-    """Multiply a field by q/2 or by 2/q, or do one stage of that on some of the lines.
+    """Multiply a field by q/2 or by 2/q, or do one stage of the product on some of the lines.
 
     `stages` is a sum of `ROWS`, `COLUMNS` and `BACK`. `task` is the work on the columns: `COMPLY`, `STIFFEN`, or their
     transform `THERE` or `BACKWARD` alone. `rows` and `columns` hold the arguments of the stages.
@@ -156,7 +156,7 @@ def _columns_alone(
 
 @kernel()
 def highest(start: int, stop: int, spectrum: Any, along: Any, across: Any, least: float) -> Any:
-    """The greatest |f(q)|² in these rows of a half spectrum, and the greatest q² where |f(q)|² > least."""
+    """The greatest |f(q)|² in these rows of a half spectrum, and the greatest q² with |f(q)|² > least."""
     top, reached = 0.0, 0.0
     for k in range(start, stop):
         for i in range(along.size):

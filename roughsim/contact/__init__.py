@@ -74,5 +74,5 @@ def checked_load(name: str, nominal_pressure: float, solid: Solid) -> float:
 
 
 def need_solid(solid: Any) -> None:
-    """Refuse with a TypeError what is no `Solid`."""
+    """Raise a TypeError unless `solid` is a `Solid`."""
     instance("solid", solid, Solid, "Solid(effective_modulus=1.1e11)")

@@ -39,7 +39,7 @@ def solve_contact(
 
     TypeError or ValueError, before any work, for an argument of the wrong kind or out of range; ConvergenceError, with
     residual, iterations and the best pressure, if the tolerance is not met. A RuntimeWarning if the tolerance lies
-    below what rounding allows: the solve stops at that floor.
+    below the rounding floor: the solve stops at that floor.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def solve_contact(
     problem, relief, pressure_unit = dimensionless(
         surface, grid, solid.effective_modulus, load, solid.penetration_hardness
     )
-    # where no point lifts off the fields are known; elsewhere they are solved for, coarse grids first
+    # if no point lifts off, closed form; else a solve, coarse grids first
     closed_form = full_contact(problem, relief)
     if closed_form is not None:
         (pressure, gap), residual, iterations, transforms = closed_form, 0.0, 0, 2.0
@@ -94,7 +94,7 @@ def solve_contact(
         if solution.residual > tolerance:
             _warn_or_raise(solution, problem, tolerance, limit, pressure_unit)
         pressure, gap, residual, iterations, transforms, _ = solution
-        transforms += 1.0  # that of the heights
+        transforms += 1.0  # of the heights
     # back to SI, in place
     fields = pressure, gap, problem.heights
     units = pressure_unit, problem.unit, problem.middle
@@ -145,8 +145,8 @@ def _warn_or_raise(
     iterations = solution.iterations
     if residual <= 100.0 * rounding_floor(problem, solution.pressure.ravel()):
         warnings.warn(
-            f"tolerance = {tolerance:.3g} lies below what rounding allows for these heights and this load: the solve "
-            f"stopped at residual {residual:.3g}; ask for a tolerance above it",
+            f"tolerance = {tolerance:.3g} lies below the rounding floor of these heights and this load: the solve "
+            f"stopped at residual {residual:.3g}; choose a tolerance above it",
             RuntimeWarning,
             stacklevel=3,
         )

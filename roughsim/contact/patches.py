@@ -5,9 +5,9 @@ areas are too large by a strip along the edge of the contact. Yastrebov, Anciaux
 114, 2017, 161) found its area from how straight edges of all directions cut the pixels: (π − 1 + ln 2)/24 pixels for
 each side of a pixel on the edge.
 
-Yielded patches are the mirror image: with σ_P − p for p and −h for h, the points at the hardness become those without
-contact. So a yielded area is counted too small, by the same strip. Where contact goes from nothing to the hardness
-from one pixel to the next, neither is known to be too large or too small, and nothing is corrected.
+Yielded patches are the mirror image: with σ_P − p for p and −h for h, the points at the hardness become the points
+without contact. So a yielded area is counted too small, by the same strip. An edge from no contact to the hardness
+between two pixels has no known bias, and is not corrected.
 """
 
 import math
@@ -90,7 +90,7 @@ def contact_patches(mask: ArrayLike, grid: Grid) -> Patches:
 
 
 def corrected_area(mask: ArrayLike, grid: Grid) -> float:
-    """Return the area of a contact, m², corrected for what its pixels add along its edge.
+    """Return the area of a contact, m², corrected for the bias of the pixels along its edge.
 
     A − (π − 1 + ln 2)/24 · S Δx, S the length of the edge as the pixels draw it; for oblong pixels the strip along
     each side has the pixel's width across it. Two things are assumed. The edges have all directions alike, as in rough
@@ -111,7 +111,7 @@ def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.
 
     Along an edge of elastic contact with no contact the pixels add (π − 1 + ln 2)/24 of a pixel per side; along its
     edge with yielded contact they take as much from the yielded. A side between no contact and yielded contact has no
-    elastic strip that the grid could see, and is not corrected: what has yielded altogether keeps A = σ₀/σ_P.
+    elastic strip that the grid resolves, and is not corrected: a contact which has all yielded keeps A = σ₀/σ_P.
 
     `pressure` is p of the whole periodic cell, 0 ≤ p ≤ σ_P, Pa; `penetration_hardness` is σ_P, Pa, left out: elastic.
     The result keeps 0 ≤ plastic ≤ contact ≤ 1. TypeError or ValueError if `pressure` is no finite real field or leaves
@@ -122,19 +122,19 @@ def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.
 
 
 def edge_corrected(field: Field, hardness: Any) -> tuple[float, float]:
-    """Return `corrected_fractions` of a pressure whose bounds are known to hold."""
+    """Return `corrected_fractions` of a pressure within its bounds (not checked again)."""
     touching, yielded, outer, inner = _counts(field, hardness)
     return (touching - _EDGE_SHARE * outer) / field.size, (yielded + _EDGE_SHARE * inner) / field.size
 
 
 def yielded_points(pressure: Field, penetration_hardness: float) -> _Mask:
-    """Return where p = σ_P, in the precision of the field; ValueError for pressures that no such solid carries."""
+    """Return the mask of p = σ_P, in the precision of the field; ValueError for pressures beyond the hardness."""
     result: _Mask = pressure == _checked_hardness(pressure, penetration_hardness)
     return result
 
 
 def _checked_hardness(pressure: Field, penetration_hardness: float) -> Any:
-    """Return σ_P in the precision of the field; ValueError for pressures that no such solid carries."""
+    """Return σ_P in the precision of the field; ValueError for pressures beyond the hardness."""
     if penetration_hardness != math.inf:
         positive("penetration_hardness", penetration_hardness, "Pa")
     limit = pressure.dtype.type(penetration_hardness)

@@ -1,11 +1,11 @@
 """Permanent deformation by hardness-capped contact: the plastic displacement, and how it acts on later loads.
 
-The material is elastic and perfectly plastic (Almqvist et al. 2007): where p = σ_P the elastic surface would overlap
-the flat, gap < d, and the overlap w = d − gap is the plastic displacement. On the surface h − w the same pressures
-meet the conditions of elastic contact. So the same load repeats them without new yielding, lower loads are
-elastic, and higher ones go on where the first loading stopped: plastic displacements add up to that of the highest
-load. The plastic work is σ_P times the volume, since the pressure stays at σ_P while w grows. Pile-up is left out:
-the volume is that of pressed-in material, which real metals push up beside the contact.
+The material is elastic and perfectly plastic (Almqvist et al. 2007): at p = σ_P the elastic surface would overlap the
+flat, gap < d, and the overlap w = d − gap is the plastic displacement. On the surface h − w the same pressures meet the
+conditions of elastic contact. So the same load repeats them without new yielding, lower loads are elastic, and higher
+ones continue the first loading: plastic displacements add up to the displacement of the highest load. The plastic work
+is σ_P times the volume, since the pressure stays at σ_P while w grows. Pile-up is left out: the volume counts
+pressed-in material, which real metals push up beside the contact.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,10 +27,10 @@ from roughsim.grid import Array, Field, Grid, need_grid
 class PlasticDeformation:
     """The permanent deformation of a surface by one contact."""
 
-    displacement: Array  # w ≥ 0, shape `grid.shape`, m, away from the flat: what is left when the load is gone
+    displacement: Array  # w ≥ 0, shape `grid.shape`, m, away from the flat, left after unloading
     heights: Array  # the deformed surface, heights − w, m
     volume: float  # ∫ w, m³; times σ_P it is the plastic work, J
-    flat_height: float  # where the flat lies under load, m, on the scale of the heights; higher ones are pressed down
+    flat_height: float  # height of the flat under load, m, on the scale of the heights; higher ones are pressed down
 
 
 class LoadStep(NamedTuple):
@@ -48,7 +48,7 @@ def plastic_deformation(contact: Contact, heights: ArrayLike, grid: Grid, solid:
     point and the highest free one: the smallest displacement is taken.
 
     TypeError or ValueError for fields that are not finite, real and of `grid.shape`, for pressures beyond the hardness,
-    and for heights whose gap is not constant over the elastic contact: they, or the cell, are not those of the contact.
+    and for heights whose gap is not constant over the elastic contact: they, or the cell, do not belong to the contact.
     """
     need_grid(grid)
     need_solid(solid)
@@ -90,10 +90,9 @@ def follow_loads(
 ) -> Iterator[LoadStep]:
     """Press the surface of a `solid` with one load after another, each on the surface that the last one left.
 
-    `heights` are those of the new surface, shape `grid.shape`, m; `nominal_pressures` σ₀ of each step, Pa, rising or
-    falling; `tolerance` that of each solve. Yields each step's `contact`, and the `deformation` that it adds, whose
-    `heights` are the surface after it. Errors are those of `solve_contact`; all loads are checked before the first
-    solve.
+    `heights` is the new surface, shape `grid.shape`, m; `nominal_pressures` σ₀ of each step, Pa, rising or falling;
+    `tolerance` of each solve. Yields each step's `contact`, and the `deformation` that it adds, whose `heights` are the
+    surface after it. Errors: as `solve_contact`; all loads are checked before the first solve.
     """
     need_grid(grid)
     need_solid(solid)

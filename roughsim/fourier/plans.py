@@ -1,9 +1,9 @@
 """Transforms of planes, rows and lines by FFTW: access to its functions, its threads, and a cache of plans.
 
-Plans are made with FFTW_ESTIMATE, so the same machine and versions always give the same bits. A plan of pyfftw owns
-its buffers, so each Python thread has plans of its own. `LinePlans` are plans of FFTW itself, which compiled loops call
-by address, from any thread. Without pyfftw, scipy.fft takes over: a warning says so once, and `backend()` tells the
-records.
+Plans are made with FFTW_ESTIMATE, so the same machine and versions always give the same bits. A plan of pyfftw owns its
+buffers, so each Python thread has plans of its own. `LinePlans` are plans of FFTW itself, which compiled loops call by
+address, from any thread. Without pyfftw, scipy.fft takes over: with one warning, and `backend()` names the library for
+the records.
 """
 
 import ctypes
@@ -27,7 +27,7 @@ except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do witho
     pyfftw = None
     warnings.warn("pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
 
-ALIGNMENT = 64  # bytes, of what is handed to FFTW by address
+ALIGNMENT = 64  # bytes, of memory passed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache
 _ESTIMATE = 1 << 6 | 1 << 0  # FFTW_ESTIMATE, FFTW_DESTROY_INPUT
 _WORD, _INT = ctypes.c_void_p, ctypes.c_int
@@ -160,7 +160,7 @@ def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
 
 
 def thread_cache(kind: str, key: Any, make: Callable[[], Any], *, most: int) -> Any:
-    """Return what this Python thread keeps under a key, or make it; of each kind the latest `most` are kept."""
+    """Return the entry of this Python thread under a key, or make it; the latest `most` of each kind are kept."""
     cache = state.__dict__.setdefault(kind, {})
     if key not in cache:
         if len(cache) >= most:
@@ -173,9 +173,9 @@ def thread_cache(kind: str, key: Any, make: Callable[[], Any], *, most: int) -> 
 class Transform:
     """A pair of buffers joined by a real transform, for loops that must not allocate.
 
-    Of the plane: `forward()` fills `spectrum` with (1/N) Σ field·exp(−iq·x), and `inverse()` fills `field` with
-    Σ spectrum·exp(+iq·x) and destroys `spectrum`. With `axes=(1,)` the rows are transformed each by itself, neither
-    direction is scaled, and each destroys what it starts from. It does not survive a fork: its threads are gone there.
+    Of the plane: `forward()` fills `spectrum` with (1/N) Σ field·exp(−iq·x), and `inverse()` fills `field` with Σ
+    spectrum·exp(+iq·x) and destroys `spectrum`. With `axes=(1,)` the rows are transformed each by itself, neither
+    direction is scaled, and each destroys its input. It does not survive a fork: its threads are gone there.
     """
 
     def __init__(self, shape: tuple[int, int], dtype: DTypeLike = np.float64, *, axes: tuple[int, ...] = (0, 1)):
@@ -230,8 +230,8 @@ class LinePlans:
     """FFTW's plans for complex lines, by address, for compiled loops: for any buffers and from any thread.
 
     `execute(forward, source, result)` transforms the lines at the address `source`, `distances[0]` complex numbers
-    apart, to those at `result`, `distances[1]` apart; `execute(backward, result, source)` goes back. Neither
-    direction is scaled, and each destroys what it starts from. Memory begins at multiples of `ALIGNMENT` bytes.
+    apart, to the lines at `result`, `distances[1]` apart; `execute(backward, result, source)` goes back. Neither
+    direction is scaled, and each destroys its input. Memory begins at multiples of `ALIGNMENT` bytes.
     """
 
     def __init__(self, count: int, points: int, distances: tuple[int, int], dtype: Any):
@@ -263,9 +263,9 @@ def destroy_plans(destroy: Callable[[int | None], None], *plans: int | None) -> 
 class Lines:
     """A few complex lines, transformed along the last axis from `source` to `result` and back.
 
-    Neither direction is scaled, and each destroys what it starts from. Out of place, since FFTW is twice as slow in
-    place when it plans by estimate. `source_pairs` and `result_pairs` show the same memory, its padding included, as
-    (real, imaginary) pairs.
+    Neither direction is scaled, and each destroys its input. Out of place, since FFTW is twice as slow in place when it
+    plans by estimate. `source_pairs` and `result_pairs` show the same memory, its padding included, as (real,
+    imaginary) pairs.
     """
 
     def __init__(self, count: int, points: int, dtype: DTypeLike = np.float64):

@@ -13,8 +13,8 @@ def gathered_power(
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return Σ|f(q)|² over the four modes (±q_x, ±q_y), and its sums over the modes of each slot.
 
-    `amplitude` is the half spectrum f(q), shape (n_x, n_y//2 + 1), and `multiplicity` that of its columns; `slot` says
-    where each mode of the quarter plane belongs, below `slots`, flattened. The results have the shapes
+    `amplitude` is the half spectrum f(q), shape (n_x, n_y//2 + 1), and `multiplicity` holds the weights of its columns;
+    `slot` maps each mode of the quarter plane to its slot, below `slots`, flattened. The results have the shapes
     (n_x//2 + 1, n_y//2 + 1) and (slots,).
     """
     quarter, sums = np.empty((amplitude.shape[0] // 2 + 1, amplitude.shape[1])), np.zeros(slots)

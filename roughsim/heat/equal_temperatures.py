@@ -1,6 +1,6 @@
 """The heat of one step, shared between two bodies so that their temperatures agree at every point of the contact.
 
-With what is left of earlier heat known, the flux x into the second body obeys
+With the temperature left by earlier heat given, the flux x into the second body obeys
 
     (R₁ + R₂) x = K₁ − K₂ + R₁ q̇    on the contact,    x = 0 elsewhere,
 
@@ -25,9 +25,9 @@ def equalize(contact: NDArray[np.bool_], jump: Array, response: Array, limit: fl
     Parameters
     ----------
     contact : ndarray of bool
-        Where the bodies touch.
+        Mask of the contact.
     jump : ndarray
-        Temperature of the first body less that of the second, at the points of the contact, K.
+        Temperature of the first body minus the second, at the points of the contact, K.
     response : ndarray
         R₁ + R₂ of each mode, shape `grid.half_shape`, K m²/W.
     limit : float

@@ -92,12 +92,12 @@ def influence_response(x: Axis, y: Axis, depth: float, precision: str, spread: f
 
 @dataclass(frozen=True, slots=True)
 class SourceTemperature:
-    """Temperatures of a source, K above that of the body far away."""
+    """Temperatures of a source, K above the temperature of the body far away."""
 
     flash_temperature: float  # Σ T q̇/Σ q̇ with T the mean over each pixel: exact for heat constant over each pixel
     mean_temperature: float  # mean over the contact area
     max_temperature: float  # the highest of all points of the surface, not of the centres of pixels alone
-    hottest_point: tuple[float, float]  # where that is, m from the centre of the pixel (0, 0)
+    hottest_point: tuple[float, float]  # its position, m from the centre of the pixel (0, 0)
 
 
 def source_temperature(
@@ -114,9 +114,9 @@ def source_temperature(
 ) -> SourceTemperature:
     """Return T_flash, T_av and T_max of a sliding source on the free half-space, no heat outside the grid.
 
-    The arguments are those of `half_space_temperature`, with `heat_flux` ≥ 0 and one `time` > 0. For the mean over the
-    contact area `covered`, shape `grid.shape`, is the share of each pixel that belongs to the contact, 0 to 1; left
-    out: where `heat_flux` > 0. All is NaN, with a RuntimeWarning, if there is no heat. TypeError or ValueError for an
+    Arguments as in `half_space_temperature`, with `heat_flux` ≥ 0 and one `time` > 0. For the mean over the contact
+    area `covered`, shape `grid.shape`, is the share of each pixel that belongs to the contact, 0 to 1; default: the
+    pixels with `heat_flux` > 0. All is NaN, with a RuntimeWarning, if there is no heat. TypeError or ValueError for an
     argument of the wrong kind, not finite or out of its range.
     """
     flux = checked_flux(heat_flux, grid.shape)
@@ -164,7 +164,7 @@ def source_temperature(
 def _hottest_along(
     k: int, place: Place, flux: Field, pair: tuple[Axis, Axis], depth: float, end: float
 ) -> tuple[float, Place]:
-    """Return the highest κT along axis k inside the pixel of `place`, and where it is.
+    """Return the highest κT along axis k inside the pixel of `place`, and its position.
 
     The trailing edge of the pixel is colder than just ahead of it. The distance from that edge is halved until heat no
     longer drifts over it, and then a parabola is laid through the three points around the best.

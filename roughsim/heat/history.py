@@ -3,8 +3,8 @@
     κ T(q, t) = √(D/π) ∫₀^t q̇(q, t − τ) τ^(−1/2) e^(−D q² τ) dτ
 
 (Carslaw & Jaeger 1959, 2.9 and 10.7). The flux is linear between the steps. The latest step is integrated exactly. For
-what is older τ^(−1/2) is a sum of decaying exponentials, so that each mode keeps a few numbers and not its past. The
-mean, q = 0, decays too slowly for an error that adds up: it is summed over all steps.
+older heat τ^(−1/2) is a sum of decaying exponentials, so that each mode keeps a few numbers and not its past. The mean,
+q = 0, decays too slowly for an error that adds up: it is summed over all steps.
 """
 
 import math
@@ -24,7 +24,7 @@ _TERMS = range(4, 40)  # exponentials: 10 to 18 are usual
 
 
 class History:
-    """What one half-space remembers of the heat that has entered it.
+    """Memory of one half-space of the heat that has entered it.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ import scipy
 from roughsim.grid import Array
 
 _REACH = 10.0  # in units of u: erfc(10/2) = 2e-12 of the heat has gone further
-_STEP = 5.0  # a panel where heat drifts over the edge of a pixel, in units of the width 1/p of that passage
+_STEP = 5.0  # a panel at the passage of heat over the edge of a pixel, in units of the width 1/p of that passage
 _FAR = 300.0  # in units of the box: beyond it the heat has spread so far that a closed form is exact to 1e-9
 _GROWTH = 4.0  # of u over a panel: 16 nodes then err by less than 1e-9 of the influence of a pixel on itself
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)

@@ -70,13 +70,13 @@ def partition_heat(
 ) -> Partition:
     """Share the frictional heat between two bodies on the free half-space.
 
-    `heat_flux` is the heat set free in the contact, shape `grid.shape`, W/m², ≥ 0; the contact is where it is positive,
-    and nothing lies around the grid. Of the bodies `moving` and `resting` the shares are those of the first.
-    `pointwise`: equal temperatures at each pixel of the contact; False: one share for all, from equal flash
-    temperatures. `time` is that since the start from rest, s, > 0, the same for both bodies; inf is the steady state.
+    `heat_flux` is the heat set free in the contact, shape `grid.shape`, W/m², ≥ 0; its positive pixels are the contact,
+    and nothing lies around the grid. The shares are of the body `moving`, the rest enters `resting`. `pointwise`: equal
+    temperatures at each pixel of the contact; False: one share for all, from equal flash temperatures. `time` is the
+    time since the start from rest, s, > 0, the same for both bodies; inf is the steady state.
 
     All is NaN, with a RuntimeWarning, if there is no contact. TypeError or ValueError for an argument of the wrong
-    kind, not finite or out of its range; ConvergenceError where the two temperatures do not agree to 1e-8 within three
+    kind, not finite or out of its range; ConvergenceError if the two temperatures do not agree to 1e-8 within three
     rounds of 40 applications of their operator.
     """
     need_grid(grid)
@@ -95,7 +95,7 @@ def partition_heat(
     spectra = [body_spectrum(body, grid, duration) for body in (resting, moving)]
     full = [convolution.convolve(flux, spectrum, padded_shape(grid.shape)) for spectrum in spectra]
     flash = [float((temperature * flux).sum() / flux.sum()) for temperature in full]
-    # the one-number rule, and where it lets the two temperatures differ
+    # the one-number rule, and the difference of the two temperatures under it
     share = moving_share = flash[0] / sum(flash)
     colder, warmer = ((1 - share) * full[0])[contact], (share * full[1])[contact]
     mismatch = float(np.abs(colder - warmer).max() / max(colder.max(), warmer.max()))
@@ -133,7 +133,7 @@ def body_spectrum(body: Body, grid: Grid, time: float) -> Field:
 
 
 def on_contact(values: Field, contact: NDArray[np.bool_], spectrum: Field) -> Field:
-    """Convolve values of the contact pixels, zero elsewhere; return those at the contact pixels."""
+    """Convolve values of the contact pixels, zero elsewhere; return the result at the contact pixels."""
     field = np.zeros(contact.shape)
     field[contact] = values
     shape = padded_shape((contact.shape[0], contact.shape[1]))

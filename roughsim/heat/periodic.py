@@ -1,7 +1,7 @@
 """Frictional heat on the periodic cell: from heat flux to surface temperature.
 
-Heat enters where the source presses, and the source moves with `speed` through the body. In the frame of the source
-(Persson, flash temperature, Eq. (4) before the averages)
+Heat enters under the source, which moves with `speed` through the body. In the frame of the source (Persson, flash
+temperature, Eq. (4) before the averages)
 
     κ T(q) = q̇(q) / λ,    λ = √(q² − i q·v/D),
 
@@ -50,10 +50,10 @@ def sliding_temperature(
     """Return the temperature above the background that a sliding heat source leaves in the body.
 
     The source has slid a finite distance since it started from rest, or, with `slid_distance` = inf, for ever. The
-    waves at the Nyquist wavenumber of an axis run both ways along it, so their response is the mean of both: real
-    where they lie along the sliding direction. TypeError or ValueError for an argument of the wrong kind, not finite
-    or out of its range, or for both `time` and `slid_distance`. A RuntimeWarning for the steady kernel with
-    v L/(2πD) > 1, L the chord of the cell along sliding: the field is biased by the periodic cell.
+    waves at the Nyquist wavenumber of an axis run both ways along it, so their response is the mean of both: real if
+    they lie along the sliding direction. TypeError or ValueError for an argument of the wrong kind, not finite or out
+    of its range, or for both `time` and `slid_distance`. A RuntimeWarning for the steady kernel with v L/(2πD) > 1, L
+    the chord of the cell along sliding: the field is biased by the periodic cell.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def sliding_temperature(
         excess = _hot_track_excess(flux, field, grid, drift, depth, spread)
         warnings.warn(
             f"v L/(2πD) = {laps:.3g} exceeds 1: each source slides in its own periodic hot track for ever, and the "
-            f"steady T_flash exceeds that of a start from rest over half the cell by {100 * excess:.3g} %; "
+            f"steady T_flash exceeds a start from rest over half the cell by {100 * excess:.3g} %; "
             "use a finite slid_distance",
             RuntimeWarning,
             stacklevel=2,
@@ -146,7 +146,7 @@ def turned_response(grid: Grid, drift: tuple[float, float], depth: float, precis
 
 
 def _durations(speed: float, chord: float, slid_distance: float | None, time: ArrayLike | None) -> Array:
-    """Times since the start from rest, s, of the shape that the caller asked for."""
+    """Times since the start from rest, s, in the shape of the argument."""
     if time is not None:
         if slid_distance is not None:
             raise ValueError(
@@ -210,8 +210,8 @@ def responses(
         if start == 0:
             response[0, 0] = 0.0
         yield rows, response
-        # the rows at −q_x follow from those at q_x where the source slides along an axis
-        inner = (rows > 0) & (2 * rows != count)  # those have a partner at −q_x
+        # the rows at −q_x follow from the rows at q_x if the source slides along an axis
+        inner = (rows > 0) & (2 * rows != count)  # rows with a partner at −q_x
         if not inner.any():
             continue
         if drift[1] == 0.0:
@@ -226,7 +226,7 @@ def responses(
 def _response_rows(
     grid: Grid, rows: NDArray[np.intp], qx: Field, drift: tuple[float, float], depth: float, spread: float
 ) -> NDArray[np.complex128]:
-    """κT/q̇ at the wavevectors (qx, q_y ≥ 0), averaged over both signs where an axis is at its Nyquist wavenumber."""
+    """κT/q̇ at the wavevectors (qx, q_y ≥ 0), averaged over both signs at the Nyquist wavenumber of an axis."""
     qy = grid.wavevectors[1]
     along, across, square = drift[0] * qx, drift[1] * qy, qx**2 + qy**2
     square[square == 0.0] = 1.0  # q = 0: any finite response, replaced by the caller
@@ -266,7 +266,7 @@ def _response_of_modes(square: Field, advection: Field, depth: float, spread: fl
 def _buried(b: NDArray[np.complex128], a: float) -> NDArray[np.complex128]:
     """[e^(−2ab) erfc(a−b) − e^(2ab) erfc(a+b)]/(2b) with b = λ√(Dt), a = z/2√(Dt), free of overflow.
 
-    Either term is e^(−a²−b²) w(i(a∓b)), w the Faddeeva function, where Re(a∓b) ≥ 0.
+    Either term is e^(−a²−b²) w(i(a∓b)), w the Faddeeva function, for Re(a∓b) ≥ 0.
     """
     tail = np.exp(-(a * a) - b * b)
     shallow = b.real > a
@@ -292,9 +292,9 @@ def fields_over_time(
     shape: tuple[int, int],
     factor: float,
 ) -> Field:
-    """Return one field per entry of `spreads`: one forward transform for all, one inverse each; zero where D t = 0.
+    """Return one field per entry of `spreads`: one forward transform for all, one inverse each; zero for D t = 0.
 
-    `response(*arguments, spread)` is what `convolution.convolve` takes.
+    `response(*arguments, spread)` is the response of `convolution.convolve`.
     """
     flowing = np.flatnonzero(spreads > 0.0)
     if spreads.size == flowing.size == 1:

@@ -1,4 +1,4 @@
-"""What double precision resolves of a moving source of heat: the size of the cell, the speed, the slid distance."""
+"""Limits of double precision for a moving source of heat: size of the cell, speed, slid distance."""
 
 import numpy as np
 
@@ -31,5 +31,5 @@ def need_phases(grid: Grid, speed: float, durations: Array) -> None:
     if abs(speed) * longest > FURTHEST * side:
         raise ValueError(
             f"speed = {speed:.6g} m/s over {longest:.6g} s slides further than {FURTHEST:g} cells of {side:.6g} m, "
-            "where the phase of a wave is lost in rounding; take the steady state, slid_distance = inf"
+            "so the phase of a wave is lost in rounding; take the steady state, slid_distance = inf"
         )

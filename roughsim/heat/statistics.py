@@ -1,7 +1,7 @@
 """Statistics of a temperature field: means, distributions, correlation, hot spots, profiles, effective properties.
 
-Weights are the heat set free, as in T_flash = Σ T q̇/Σ q̇; where μ and v are the same everywhere the pressure will do. An
-empty contact gives NaN with a warning.
+Weights are the heat set free, as in T_flash = Σ T q̇/Σ q̇; for uniform μ and v the pressure will do. An empty contact
+gives NaN with a warning.
 """
 
 import math
@@ -34,7 +34,7 @@ class ContactTemperature:
 
 
 def contact_temperature(temperature: ArrayLike, heat_flux: ArrayLike) -> ContactTemperature:
-    """Return T_flash, T_max and the distribution of temperature over the contact, where `heat_flux` > 0.
+    """Return T_flash, T_max and the distribution of temperature over the contact, `heat_flux` > 0.
 
     Both are fields of one shape, K and W/m², the flux ≥ 0; TypeError or ValueError otherwise. All is NaN, with a
     RuntimeWarning, for an empty contact.
@@ -52,9 +52,9 @@ def contact_temperature(temperature: ArrayLike, heat_flux: ArrayLike) -> Contact
 def share_above(
     temperature: ArrayLike, heat_flux: ArrayLike, threshold: float, *, background_temperature: float = 0.0
 ) -> float:
-    """Return the share of the contact area where T₀ + T exceeds a threshold, K, such as a melting temperature.
+    """Return the share of the contact area with T₀ + T above a threshold, K, such as a melting temperature.
 
-    The fields are those of `contact_temperature`; T₀ is the background temperature, K.
+    Fields as in `contact_temperature`; T₀ is the background temperature, K.
     """
     excess = number("threshold", threshold, "K") - number("background_temperature", background_temperature, "K")
     values, _ = _contact_pixels(temperature, heat_flux)
@@ -71,7 +71,7 @@ class JointDistribution:
 
 
 def joint_distribution(temperature: ArrayLike, pressure: ArrayLike, *, bins: int = 64) -> JointDistribution:
-    """Return how much of the contact area has which pressure and temperature together, where `pressure` > 0.
+    """Return the joint distribution of pressure and temperature over the contact area, `pressure` > 0.
 
     Both are fields of one shape, K and Pa, the pressure ≥ 0. A rate that stress and heat raise together, such as
     exp((σV − E)/k_B T), is summed over these shares. `bins` ≥ 1 is their number from the least to the largest value,
@@ -124,9 +124,9 @@ def wake_profile(
     (`heat_flux` > 0) whose neighbour at smaller x is none, at half a pixel from its centre, and ends at the next
     contact, or, unless `periodic`, at the side of the grid. The mean at a distance is over the tracks that are longer:
     over their width, not weighted by heat. Between the centres of pixels the temperature is linear. Rim and width are
-    known to a pixel. A contact of n rows errs by up to 1/n: one row more or less is at its sides, where tracks are
-    cold. At 16 pixels per radius the mean behind a Hertz contact is 2.7 % too high with its centre on a pixel, within
-    .1 % with its centre between four, and .7 % too high on the mean of positions, as of many contacts.
+    exact to a pixel. A contact of n rows errs by up to 1/n: one row more or less is at its cold sides. At 16 pixels per
+    radius the mean behind a Hertz contact is 2.7 % too high with its centre on a pixel, within .1 % with its centre
+    between four, and .7 % too high on the mean of positions, as of many contacts.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def wake_profile(
     Returns
     -------
     ndarray
-        K above the background of the field, shape (n,); NaN where no track is as long.
+        K above the background of the field, shape (n,); NaN if no track is as long.
 
     Raises
     ------
@@ -218,7 +218,7 @@ def effective_conductivity(
     effective constant can replace it.
 
     `conductivity` is κ(T), W/(m K), on the scale of T₀ + T, K; `flash_temperature` gives T_flash, K above the
-    background T₀, for a constant κ. ValueError where κ or T_flash is not finite, or κ ≤ 0; ConvergenceError as
+    background T₀, for a constant κ. ValueError if κ or T_flash is not finite, or κ ≤ 0; ConvergenceError as
     `effective_temperature`.
     """
 
@@ -230,10 +230,10 @@ def effective_conductivity(
 
 
 def effective_temperature(flash_temperature: Callable[[float], float], *, background_temperature: float = 0.0) -> float:
-    """Return T = T₀ + 0.75 T_flash where T_flash depends on the properties at T: the fixed point next above T₀.
+    """Return T = T₀ + 0.75 T_flash, with T_flash by the properties at T: the fixed point next above T₀.
 
-    `flash_temperature` gives T_flash, K above the background T₀, for properties at a temperature on the scale of
-    T₀ + T, K. ValueError where T_flash is not finite; ConvergenceError without a fixed point in 100 steps.
+    `flash_temperature` gives T_flash, K above the background T₀, for properties at a temperature on the scale of T₀ +
+    T, K. ValueError if T_flash is not finite; ConvergenceError without a fixed point in 100 steps.
     """
     start = number("background_temperature", background_temperature, "K")
     value, weight, last = start, 1.0, 0.0

@@ -1,1 +1,1 @@
-"""What is measured of a solved contact, and how each observable is stored, averaged and set beside the theory."""
+"""Observables of a solved contact, with their storage, averages and theory."""

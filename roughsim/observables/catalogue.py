@@ -17,7 +17,7 @@ from roughsim.observables.record import Observable, Sample, ratio
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """What the member of a slide stores over the slid distance."""
+    """A curve over the slid distance, stored by each member of a slide."""
 
     unit: str
     per_speed: bool  # shape (speeds, distances), else (distances,)
@@ -156,13 +156,13 @@ TABLE: tuple[Observable, ...] = (
     Observable(
         "contact_fraction_corrected",
         "1",
-        stored="A/A0 less what the pixels add along the edge of the contact",
+        stored="A/A0, corrected for the pixels along the edge of the contact",
         only_stored=True,
     ),
     Observable(
         "plastic_fraction_corrected",
         "1",
-        stored="plastic_fraction with what the pixels take along its edge",
+        stored="plastic_fraction, corrected for the pixels along its edge",
         only_stored=True,
     ),
     Observable(
@@ -245,7 +245,7 @@ CURVES = {
     "slide_contact_temperature": Curve("K", True, "<T sigma>/<sigma> of both bodies, background included"),
     "slide_frozen_flash_temperature": Curve("K", True, "T_flash if the contact there slid on frozen, all heat moving"),
     "slide_contact_fraction": Curve("1", False, "A/A0"),
-    "slide_stress_correlation": Curve("1", False, "of the stress with that at earlier positions, so far away"),
+    "slide_stress_correlation": Curve("1", False, "of the stress with the stress at positions so much earlier"),
     "slide_spot_survival": Curve("1", False, "share of the contact spots that live for longer than that"),
 }
 UNITS = {name: record.unit for name, record in OBSERVABLES.items()}

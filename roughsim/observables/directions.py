@@ -13,9 +13,9 @@ def flash_temperature_along(
 ) -> Array:
     """Return ⟨Tσ⟩/⟨σ⟩ in one direction of sliding, K, at each speed, without q = 0.
 
-    The temperature is that of `sliding_temperature` from rest: the steady moments of one direction have every spot in
-    its own hot track, for ever, and above v L/(2πD) = 1 they are too high. With the sides four and more longest waves,
-    the mean over directions is within 2 % that of `measure`.
+    The temperature follows `sliding_temperature` from rest: the steady moments of one direction have every spot in its
+    own hot track, for ever, and above v L/(2πD) = 1 they are too high. With the sides four and more longest waves, the
+    mean over directions is within 2 % of `measure`.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ class Moments:
     resting_flash_temperature: Array  # ⟨Tσ⟩/σ₀, K, of the same heat μσ|v| in a body that does not move under it
     contact_fraction: float  # share of the pixels, as in `Contact`
     plastic_fraction: float  # the same
-    contact_fraction_corrected: float  # less what the pixels add along the edges (`roughsim.contact.patches`)
+    contact_fraction_corrected: float  # corrected for the pixels along the edges (`roughsim.contact.patches`)
     plastic_fraction_corrected: float
     nominal_pressure: float  # σ₀, the mean pressure, Pa
     stress_spectrum: StressSpectrum  # variance of the stress by wavenumber
@@ -133,8 +133,8 @@ def measure(contact: Contact, grid: Grid, sliding: HeatSource) -> Moments:
     """Measure the moments of one contact at all speeds from one forward transform.
 
     Of `contact` the pressure (shape `grid.shape`, Pa) and the fractions of contact and plastic contact are read;
-    `sliding` says speeds, friction and the body. Returns the moments of steady sliding; for one direction they are
-    those of the steady periodic field, hot tracks included.
+    `sliding` holds speeds, friction and the body. Returns the moments of steady sliding; for one direction they are
+    moments of the steady periodic field, hot tracks included.
 
     TypeError or ValueError if the pressure is not a finite real field of `grid.shape`, or has no positive mean though
     it is not zero. A RuntimeWarning if there is no contact: temperatures, width and length are then NaN.
@@ -164,7 +164,7 @@ def measure(contact: Contact, grid: Grid, sliding: HeatSource) -> Moments:
         sums = sums_over_directions(spectrum, unseen, grid, sliding)
     else:
         sums = _sums_of_one_direction(amplitude, grid, sliding)
-    # what the pixels add and take along the edges of the contact
+    # corrections for the pixels along the edges of the contact
     hardness = high if contact.plastic_fraction > 0.0 else math.inf
     corrected = edge_corrected(np.maximum(pressure, 0.0) if low < 0.0 else pressure, hardness)
     # the factor of the sums, and their ratios; 0/0 without stress variance is NaN
@@ -202,7 +202,7 @@ def angular_means(ratio: Array) -> tuple[Array, Array]:
     s = 1.0 / np.hypot(1.0, ratio)
     slid = s * ratio / (1.0 + s)  # as/(1+s) = √(m/(1−m)), without the cancellation of 1−s
     slope = np.sqrt(0.5 * (1.0 + s))  # k′ = √(1−m)
-    # a descending Landen step takes m to n² ≤ 0.0295, where ten terms of the series of K and D give 1e-17
+    # a descending Landen step takes m to n² ≤ 0.0295, so that ten terms of the series of K and D give 1e-17
     landen = (slid * slope / (1.0 + slope)) ** 2  # n = (1−k′)/(1+k′) = m/(1+k′)², m = slid²k′²
     square = landen * landen
     complete = polyval(square, _K_SERIES)

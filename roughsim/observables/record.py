@@ -25,7 +25,7 @@ class Measured:
     grid: Grid
     heights: NDArray[np.float64]  # of both faces together, shape `grid.shape`, m
     contact: "Contact"
-    observables: "Moments"  # at the speeds asked for, averaged over directions
+    observables: "Moments"  # at the speeds of the scene, averaged over directions
     peak_volume: float  # of the surface (`surface.peak_volume`); zero if it was not drawn
 
 
@@ -108,11 +108,11 @@ class Observable:
     at_rest: float | None = None  # the exact value at speed zero, for one measured at a tiny speed
     limit: bool = True  # whether it has a limit in q_c in capped contact, so that it may be extrapolated
     # orders of convergence in the pixel at fixed q_c, of elastic and of capped contact; all here were measured from 2
-    # to 16 pixels per shortest wave. NaN where finer pixels change it now up, now down: then the value of the finest
+    # to 16 pixels per shortest wave. NaN if it converges non-monotonically with the pixel: then the value of the finest
     # grid stays, with 1.5 times the last change as its error
     pixel_orders: tuple[float, float] = (2.0, 1.4)
-    distance: bool = False  # a distance in the plane: extrapolated only where the shortest waves are shorter than it
-    by_force_balance: bool = False  # force balance alone fixes it where all contact has yielded
+    distance: bool = False  # a distance in the plane: extrapolated only if the shortest waves are shorter than it
+    by_force_balance: bool = False  # force balance alone fixes it once all contact has yielded
     # error of its mean by the contact solves over their tolerance: at most this was measured in elastic and capped
     # contact of all bundled scenes, for tolerances up to 1e-2
     solver_share: float = 2.0

@@ -1,9 +1,9 @@
 """The compact stress spectrum: the variance of the stress by wavenumber, from which every moment is summed.
 
 Σ_q |σ(q)|² f(|q|) needs f at up to a million wavenumbers. Here f is J₀(qr) with r inside the cell, or the response
-A(v/Dq)/q and the like, whose singularities in the complex plane of q lie on the imaginary axis. Either is smooth on
-the scale 1/r_max, once q is many times that. So each mode is spread over uniform nodes with the weights of Lagrange's
-interpolation; the few modes of longest wavelength, where A/q is not smooth, stay as they are. The sum of f over the
+A(v/Dq)/q and the like, whose singularities in the complex plane of q lie on the imaginary axis. Either is smooth on the
+scale 1/r_max, once q is many times that. So each mode is spread over uniform nodes with the weights of Lagrange's
+interpolation; the few modes of longest wavelength, at which A/q is not smooth, stay as they are. The sum of f over the
 compact entries then equals the sum over the modes to rounding.
 """
 
@@ -68,9 +68,9 @@ class StressSpectrum:
     def correlation_radius(self, fraction: float, *, start: float = 0.0) -> float:
         """Return the smallest r ≥ start, m, with g_σ(r) = fraction·g_σ(0); NaN if there is none within `reach`.
 
-        From r the curve cannot fall below its cubic by more than Ds⁴/24 within s, D = Σ|σ(q)|²|J₀⁗|q⁴ ≥ |g⁗|. Each
-        step goes to where that bound first meets the target: it never steps over a crossing, and converges faster than
-        Newton's method. TypeError or ValueError where `fraction` is not a number in [0, 1).
+        From r the curve cannot fall below its cubic by more than Ds⁴/24 within s, D = Σ|σ(q)|²|J₀⁗|q⁴ ≥ |g⁗|. Each step
+        goes to the first s at which that bound meets the target: it never steps over a crossing, and converges faster
+        than Newton's method. TypeError or ValueError unless `fraction` is a number in [0, 1).
         """
         from scipy.special import j0, j1  # slow to import, as above
 
@@ -95,7 +95,7 @@ class StressSpectrum:
                 if r > 2.0 * bounded:  # the bound at a smaller r holds as well
                     bound, bounded = _ordered_sum(np.abs(odd[1]) * q, _FOURTH / np.hypot(1.0, x / _FALLING) ** 0.5), r
                 second, third = further_derivatives(r, g1, g2, g3)
-                # a step that the falling terms alone allow: Newton's method for where they have used up the excess
+                # a step that the falling terms alone allow: Newton's method for the s at which they use up the excess
                 falling = [max(0.0, term) for term in (g1, -0.5 * second, -third / 6.0, bound / 24.0)]
                 step = first_root(excess, falling)
                 if step < 1e-14 * self.reach:
@@ -186,7 +186,7 @@ def further_derivatives(r: float, g1: float, g2: float, g3: float) -> tuple[floa
 
 
 def first_root(excess: float, terms: list[float]) -> float:
-    """Return the s > 0 where the sum of terms·s, s², s³, s⁴ (each ≥ 0, the last > 0) reaches an excess > 0."""
+    """Return the s > 0 at which the sum of terms·s, s², s³, s⁴ (each ≥ 0, the last > 0) reaches an excess > 0."""
     a, b, c, d = terms
     s = math.sqrt(math.sqrt(excess / d))  # not below it: from there on Newton's method falls towards it
     for _ in range(60):
@@ -222,7 +222,7 @@ class UniformNodes:
         return self.kept + self.offset.size
 
     def compacted(self, sums: Array) -> Array:
-        """Return the variance at each entry from that in each slot."""
+        """Return the variance at each entry from the variance in each slot."""
         own = sums[1 : self.kept]
         table: Array = sums[self.kept :].reshape(self.offset.shape)
         cells, half = table.shape[1], _STENCIL // 2

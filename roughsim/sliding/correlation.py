@@ -1,4 +1,4 @@
-"""How the stress of two sliding bodies turns over: its correlation with that at earlier positions."""
+"""Correlation of the stress of two sliding bodies with the stress at earlier positions."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ _ANCHORS = 8  # positions with which the stress of later ones is correlated
 
 
 class StressCorrelation:
-    """Correlation of the stress at points of the resting body with that at several earlier positions."""
+    """Correlation of the stress at points of the resting body with the stress at several earlier positions."""
 
     def __init__(self, grid: Grid) -> None:
         self.grid, self.every, self.taken = grid, 1, 0

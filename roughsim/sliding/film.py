@@ -32,7 +32,7 @@ FIELDS = {
     AXIS: FilmField("m", (AXIS,), "slid distance of the positions of the film"),
     "film_pressure": FilmField("Pa", (AXIS, "x", "y"), "contact pressure, in the frame of the resting body"),
     "film_temperature": FilmField(
-        "K", ("speed", AXIS, "x", "y"), "surface of the moving body above its background, where it stands then"
+        "K", ("speed", AXIS, "x", "y"), "surface of the moving body above its background, at its position then"
     ),
 }
 
@@ -46,10 +46,10 @@ class Film:
     distance : ndarray
         Slid until then, m, shape (positions,).
     pressure : ndarray
-        Pa, shape (positions, points along x, along y); means over blocks of points where the grid is larger.
+        Pa, shape (positions, points along x, along y); means over blocks of points if the grid is larger.
     temperature : ndarray
-        Of the surface of the moving body above its background, K, shape (speeds, positions, …); NaN where a speed has
-        slid its own distance already.
+        Of the surface of the moving body above its background, K, shape (speeds, positions, …); NaN after the distance
+        of a speed.
     """
 
     distance: Frames
@@ -84,7 +84,7 @@ class Projector:
                 self.temperature[k, place] = in_blocks(surface - spectrum[0, 0].real, sides)
 
     def film(self, path: Path) -> Film | None:
-        """Return the film; None if no step was asked for."""
+        """Return the film; None if no step was selected."""
         if not self.filmed:
             return None
         return Film(path.distance[list(self.filmed)].astype(np.float32), self.pressure, self.temperature)

@@ -1,4 +1,4 @@
-"""All of a slide at once: what two sliding bodies did at every step, and maps of a few of its positions."""
+"""All steps of a slide of two bodies, and maps of a few of its positions."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ LAST = 0.5  # share of a slid distance, at its end, over which means are taken
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SlideHistory:
-    """What two sliding bodies did, over the slid distance.
+    """Observables of two sliding bodies over the slid distance.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class SlideHistory:
     contact_fraction, plastic_fraction : ndarray
         Shape (steps,).
     stress_correlation : ndarray
-        Of the stress with that at earlier positions, `slid_distance` away, shape (steps,).
+        Of the stress with the stress at positions `slid_distance` earlier, shape (steps,).
     spot_survival : ndarray
         Share of the contact spots that live for longer than `slid_distance`, shape (steps,); NaN of a flat face.
     spectrum : ndarray
@@ -41,7 +41,7 @@ class SlideHistory:
     contact : Contact
         The last one.
     film : Film or None
-        Maps of the positions that were asked for.
+        Maps of the selected positions.
     """
 
     slid_distance: Array

@@ -2,9 +2,9 @@
 
     surface.synthesize, both faces  →  contact, and temperatures of both bodies, at each step  →  means and curves
 
-Beside the slide stands the frozen T_flash of the very same contacts, with all the heat in the moving body. So the
-ratio of the two scatters little from member to member. A second slide of the same faces on a coarser grid shows how the
-ratio depends on the pixel, and on the step, which is one pixel.
+Beside the slide stands the frozen T_flash of the same contacts, with all the heat in the moving body. So the ratio of
+the two scatters little from member to member. A second slide of the same faces on a coarser grid shows how the ratio
+depends on the pixel, and on the step, which is one pixel.
 """
 
 import math
@@ -36,7 +36,7 @@ FRAMES = 32  # positions of a film, at most
 
 @dataclass(frozen=True, slots=True)
 class SlideProblem:
-    """Everything that decides the bits of one slide; `replace(problem, index=7)` is that of another realization.
+    """All inputs of one slide; `replace(problem, index=7)` is another realization.
 
     The random streams are SeedSequence(seed, spawn_key=(stream, index)) for the face at rest, and that with a further
     1 for the one that moves.
@@ -69,7 +69,7 @@ class SlideProblem:
 
     @property
     def coarser(self) -> "SlideProblem | None":
-        """The same faces on the `coarser_grid`; None where it would not hold all of their waves."""
+        """The same faces on the `coarser_grid`; None if it does not resolve all of their waves."""
         faces = [face for face in (self.resting_spectrum, self.moving_spectrum) if face is not None]
         grid = coarser_grid(self.grid, max(face.breaks[-1] for face in faces))
         return None if grid is None else replace(self, grid=grid)
@@ -87,16 +87,16 @@ class SlideProblem:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SlideSolution:
-    """What was measured on one slide."""
+    """Observables of one slide."""
 
     numbers: dict[str, Array]  # (speeds,), as `means_of` and `coarser_means` explain
-    curves: dict[str, Array]  # those of `CURVES`; NaN after the distance of a speed
+    curves: dict[str, Array]  # as in `CURVES`; NaN after the distance of a speed
     wavenumber: Array  # rad/m, of the spectrum
     spectrum: Array  # of the stress, Pa², mean over the last half of the longest distance
     residual: float  # the largest ‖T₁ − T₂‖/‖T₁ + T₂‖ on the contact
     steps: int
     seconds: dict[str, float]  # spent in each stage: surface, contact (with the temperatures)
-    film: Film | None  # maps of some positions, if they were asked for
+    film: Film | None  # maps of some positions, if selected
 
 
 def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
@@ -145,7 +145,7 @@ def numbers_of(history: SlideHistory) -> dict[str, Array]:
 
 
 def sliding_contacts(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
-    """Draw both faces; return the path, and the contacts along it, each solved when it is asked for."""
+    """Draw both faces; return the path, and the contacts along it, each solved on demand."""
     path = oblique_path(problem.grid, max(problem.distances))
     load, tolerance = problem.nominal_pressure, problem.tolerance
     return path, contacts(*faces(problem), problem.grid, problem.solid, load, path, tolerance)

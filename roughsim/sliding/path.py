@@ -20,7 +20,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
-    """Where the moving body stands at each step.
+    """Position of the moving body at each step.
 
     Attributes
     ----------
@@ -40,9 +40,9 @@ class Path:
 
 
 def coarser_grid(grid: Grid, q_max: float) -> Grid | None:
-    """Return a grid of 4/3 of the pixel in the same cell; None where it would not hold waves up to `q_max`, rad/m.
+    """Return a grid of 4/3 of the pixel in the same cell; None if it does not resolve waves up to `q_max`, rad/m.
 
-    A slide on it shows what pixel and step change.
+    A slide on it measures the error of pixel and step.
     """
     x, y = (max(1, round(COARSER * n)) for n in grid.shape)
     coarser = Grid((x, y), grid.lengths)
@@ -75,8 +75,8 @@ def oblique_path(grid: Grid, slid_distance: float, steps: int | None = None, *, 
         )
     if pixels > FURTHEST:
         raise ValueError(
-            f"slid_distance = {slid_distance:.6g} m is {pixels:.3g} pixels; at most {FURTHEST:g} can be told apart in "
-            "double precision: slide less far"
+            f"slid_distance = {slid_distance:.6g} m is {pixels:.3g} pixels; double precision resolves at most "
+            f"{FURTHEST:g}: slide less far"
         )
     stride = 1
     if steps is not None:

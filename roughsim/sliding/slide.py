@@ -18,10 +18,10 @@ from roughsim.sliding.stepping import Motion, contacts
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slide:
-    """What two sliding bodies did, over the slid distance.
+    """Observables of two sliding bodies over the slid distance.
 
-    Arrays have shape (steps,); those that depend on the speed (speeds, steps) where an array of speeds was given.
-    Temperatures are above that of both bodies before sliding.
+    Arrays have shape (steps,); for an array of speeds those that depend on the speed (speeds, steps). Temperatures are
+    above the initial temperature of both bodies.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Slide:
     background, resting_background : ndarray
         Mean temperature of the surface of the moving and the resting body, K.
     contact_temperature : ndarray
-        ⟨Tσ⟩/⟨σ⟩, background included, K: that of both bodies.
+        ⟨Tσ⟩/⟨σ⟩, background included, K; the same for both bodies.
     residual : ndarray
         ‖T₁ − T₂‖/‖T₁ + T₂‖ on the contact.
     frozen_flash_temperature : ndarray
@@ -46,7 +46,7 @@ class Slide:
         of a uniform stress.
     spot_survival : ndarray
         Share of the contact spots of 4 pixels or more, born on the way, that live for longer than `slid_distance`; NaN
-        beyond what was seen, and over a flat.
+        beyond the observed lives, and over a flat.
     contact : Contact
         The last one, in the frame of the resting body.
     """
@@ -85,7 +85,7 @@ def slide(  # noqa: PLR0913  (two bodies)
     """Slide one rough body over another, and follow the contact and the temperatures of both.
 
     `heights` rest with the resting body. `counter_heights` ride with the moving one, which moves towards −x (so that
-    the contact moves along +x through it); left out it is flat. At each step the contact is solved anew, and the heat
+    the contact moves along +x through it); left out it is flat. At each step the contact is solved again, and the heat
     μvσ of each point of the contact is shared so that both surfaces have one temperature there. Each half-space keeps
     the history of its own heat, exactly in the last step; nothing is steady and nothing is averaged. The path is
     slightly oblique to the cell, so that other rows meet when it wraps around.
@@ -116,8 +116,8 @@ def slide(  # noqa: PLR0913  (two bodies)
     tolerance : float
         Of each contact solve.
 
-    TypeError or ValueError for an argument of the wrong kind or out of its range; ConvergenceError where a contact or
-    the share of its heat is not found.
+    TypeError or ValueError for an argument of the wrong kind or out of its range; ConvergenceError if a contact or the
+    share of its heat is not found.
     """
     need_grid(grid)
     need_solid(solid)

@@ -22,9 +22,9 @@ class Lives(NamedTuple):
 class SpotLives:
     """Follows the contact spots of two sliding bodies from position to position, by overlap.
 
-    A spot goes on as the one that it shares most pixels with at the next position. Where several go on as one, the one
-    that shares most lives on in it, and the others have died. Where one goes on as several, it lives on in the one that
-    it shares most with, and the others are born. The steps must be shorter than the spots: one pixel is.
+    A spot goes on as the one that it shares most pixels with at the next position. If several go on as one, the one
+    that shares most lives on in it, and the others have died. If one goes on as several, it lives on in the one that it
+    shares most with, and the others are born. The steps must be shorter than the spots: one pixel is.
     """
 
     def __init__(self) -> None:
@@ -37,7 +37,7 @@ class SpotLives:
         self._last, self._unseen = np.nan, 0
 
     def add(self, slid_distance: float, touching: NDArray[np.bool_]) -> None:
-        """Take the next position: its slid distance, m, further than the last, and where the bodies touch."""
+        """Take the next position: its slid distance, m, further than the last, and its mask of contact."""
         labels, count = labelled_patches(touching)
         pixels = np.bincount(labels.ravel(), minlength=count + 1)[1:].astype(np.float64)
         if self._labels is None:
@@ -74,10 +74,10 @@ class SpotLives:
 
 
 def survival(lives: Lives, distance: Array) -> Array:
-    """Return the share of contact spots that live for longer than a distance, m; NaN where none was watched so long.
+    """Return the share of contact spots that live for longer than a distance, m; NaN if none was observed so long.
 
-    Spots of `RESOLVED` pixels or more count, on the mean over their life. Those that were there at the first position
-    do not: nobody saw how long they had lived. Those that are there at the last one count as long as they were seen
+    Spots of `RESOLVED` pixels or more count, on the mean over their life. Spots of the first position do not count,
+    since their birth was not observed. Spots of the last position count for their observed life: they are censored
     (Kaplan & Meier, J. Am. Stat. Assoc. 53, 1958, 457).
     """
     ends = np.sort(lives.distance[lives.pixels >= RESOLVED])
@@ -93,7 +93,7 @@ def survival(lives: Lives, distance: Array) -> Array:
 
 
 def successors(labels: NDArray[np.int64], count: int, later: NDArray[np.int64], later_count: int) -> NDArray[np.intp]:
-    """Return for each spot the index of the later one in which it lives on, −1 where it has died."""
+    """Return for each spot the index of the later one in which it lives on, −1 if it has died."""
     shared = (labels > 0) & (later > 0)
     pairs, pixels = np.unique((labels[shared] - 1) * later_count + later[shared] - 1, return_counts=True)
     earlier, heirs = np.divmod(pairs, max(later_count, 1))

@@ -37,16 +37,16 @@ class Step:
     Attributes
     ----------
     slid_distance : float
-        m; 0 at the start, where both bodies are still cold.
+        m; 0 at the start, with both bodies still cold.
     contact : Contact
         In the frame of the resting body.
     stress : ndarray
         Half spectrum of its pressure, Pa.
     numbers : ndarray
-        Those of `NUMBERS` at each speed, shape (numbers, speeds); NaN after the distance of a speed.
+        The `NUMBERS` at each speed, shape (numbers, speeds); NaN after the distance of a speed.
     temperatures : list of ndarray or None
-        Half spectrum of the surface temperature of the moving body at each speed, K, where that body stands now; None
-        at the start, and after the distance of a speed.
+        Half spectrum of the surface temperature of the moving body at each speed, K, at its present position; None at
+        the start, and after the distance of a speed.
     """
 
     slid_distance: float
@@ -69,7 +69,7 @@ class Motion(NamedTuple):
 def walk(contacts: Iterable[Contact], grid: Grid, path: Path, motions: Sequence[Motion]) -> Iterator[Step]:
     """Yield each position of a path with the temperatures of both bodies, at several speeds.
 
-    `contacts` are those at each position, the first included.
+    `contacts` yields one contact at each position, the first included.
     """
     pairs: list[Pair | None] = []
     last = [round(min(motion.slid_distance, path.distance[-1]) / path.distance[1]) for motion in motions]
@@ -173,7 +173,7 @@ class Pair:
 
 
 def phases(grid: Grid, offset: Any) -> Spectrum:
-    """Return e^(iq·s) of each mode: it brings a spectrum from the frame of the moving body to that of the resting."""
+    """Return e^(iq·s) of each mode: it brings a spectrum from the frame of the moving body to the resting frame."""
     qx, qy = grid.wavevectors
     along, across = (1j * q * (n * d) for q, n, d in zip((qx, qy), offset, grid.spacing, strict=True))
     phase: Spectrum = np.exp(along) * np.exp(across)

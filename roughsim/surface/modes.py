@@ -1,4 +1,4 @@
-"""What the modes of a cell hold of a spectrum: integrals over their Fourier cells."""
+"""Share of a spectrum in the modes of a cell: integrals over their Fourier cells."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -32,11 +32,11 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
             f"q_max = {ends[1]:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the grid "
             f"{grid.shape}; refine the grid or lower q_max"
         )
-    # a long and narrow cell loses waves above its lowest mode too: those in the Fourier cell of q = 0
+    # a long and narrow cell loses waves above its lowest mode too, in the Fourier cell of q = 0
     lowest = max(2 * pi / max(grid.lengths), hypot(pi / grid.lengths[0], pi / grid.lengths[1]))
     if ends[0] < lowest * (1 - 1e-9):
         warnings.warn(
-            f"q_min = {ends[0]:.4g} rad/m lies below {lowest:.4g} rad/m, what the lowest modes of the cell reach: "
+            f"q_min = {ends[0]:.4g} rad/m lies below {lowest:.4g} rad/m, the lower end of the modes of the cell: "
             f"roughness of longer waves is left out; enlarge the cell to keep it",
             RuntimeWarning,
             stacklevel=3,
@@ -52,10 +52,10 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
 def mean_over_cells(
     weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid, modes: NDArray[np.bool_]
 ) -> Array:
-    """Return ∫ C w d²q / ∫ C d²q over the Fourier cells of some modes: the mean that their roughness sees.
+    """Return ∫ C w d²q / ∫ C d²q over the Fourier cells of some modes, the mean of w weighted by C.
 
     `weight` is w of wavenumbers within the breaks of the spectrum, rad/m, one-dimensional, smooth between the breaks;
-    `modes` says which modes, bool, shape `grid.half_shape`, all of them with C > 0 somewhere in their cell. The means
+    `modes` selects the modes, bool, shape `grid.half_shape`, all of them with C > 0 somewhere in their cell. The means
     are in the order of `np.nonzero(modes)`.
     """
     breaks = spectrum.breaks
@@ -83,7 +83,7 @@ def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     result = np.zeros(near.shape)
     covered = (far > breaks[0]) & (near < breaks[-1])
     covered[0, 0] = False
-    # of many breaks only those where C(q) itself jumps are sharp: both ends, and the ends of each term of a sum
+    # of many breaks only jumps of C(q) itself are sharp: both ends, and the ends of each term of a sum
     sharp = np.asarray(breaks, dtype=np.float64)
     if len(breaks) > _MANY_BREAKS:
         below, above = spectrum(sharp * (1 - 1e-6)), spectrum(sharp * (1 + 1e-6))
@@ -121,7 +121,7 @@ def _polar_cells(psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index
 
     `psd` may return several spectra at once, along the first axes: then the result has these axes, too.
     """
-    # equal cells are integrated once: those of ±k_x, and in a square cell those of (k_x, k_y) and (k_y, k_x)
+    # equal cells are integrated once: ±k_x, and in a square cell (k_x, k_y) and (k_y, k_x)
     short, long = (np.minimum(kx, ky), np.maximum(kx, ky)) if steps[0] == steps[1] else (kx, ky)
     most = int(long.max(initial=0)) + 1
     cells, entry = np.unique(short * most + long, return_inverse=True)

@@ -1,9 +1,9 @@
-"""The volume of the peaks of a surface: a number that takes no contact and says most of its flash temperature.
+"""Volume of the peaks of a surface: predicts most of T_flash without a contact solve.
 
 A contact that covers a share f of the cell touches, roughly, the highest points: those above the level t that a share f
 of a normal surface exceeds. The volume of material above it, ⟨h − t; h > t⟩ per area (the peak material volume of ISO
 25178), differs from surface to surface, and T_flash follows it. Its mean over all surfaces with the same modes is known
-exactly, so what a surface has by chance can be taken off (a control variate).
+exactly, so the chance part of one surface can be subtracted (a control variate).
 
 At each point h is a sum of independent a cos φ with random phases φ, one of each mode. So
 
@@ -24,10 +24,10 @@ from roughsim.grid import Array, Grid
 from roughsim.surface.spectrum import Spectrum
 from roughsim.surface.synthesis import remembered_modes
 
-MOST_SHARE = 0.45  # beyond, the level is no longer that of peaks
+MOST_SHARE = 0.45  # beyond, the level is no longer near the peaks
 LEAST_SHARE = 1e-4
-_ENOUGH_POINTS = 512  # per side: finer grids are thinned out. The mean over surfaces is that of any points
-STEP, NODES = 0.1, 128  # of u: what is left is below 1e-10 where many modes make up the surface
+_ENOUGH_POINTS = 512  # per side: finer grids are thinned out. The mean over surfaces is the same for any points
+STEP, NODES = 0.1, 128  # of u: the error is below 1e-10 for surfaces of many modes
 _MOST_NODES = 1 << 15  # for surfaces of a few modes, whose ⟨e^(s h)⟩ falls slowly
 LARGE = 0.05  # amplitude over the rms height; smaller modes enter by a power series
 
@@ -63,7 +63,7 @@ def peak_volume(spectrum: Spectrum, grid: Grid, heights: Array, load: float, har
     float
         Zero for a flat surface.
     """
-    kept: Any = spectrum  # a frozen record: what follows from it is kept
+    kept: Any = spectrum  # a frozen record, so that results are cached under it
     point = heights_at_a_point(kept, grid)
     if point.rms_slope == 0.0:
         return 0.0
@@ -71,7 +71,7 @@ def peak_volume(spectrum: Spectrum, grid: Grid, heights: Array, load: float, har
 
 
 def excess(heights: Array, level: float, point: HeightsAtAPoint) -> float:
-    """Return ⟨h − t; h > t⟩ of a surface less that of all surfaces, both in units of the rms height, as is t."""
+    """Return ⟨h − t; h > t⟩ of a surface less its mean over all surfaces, both in units of the rms height, as is t."""
     if point.rms == 0.0:
         return 0.0
     thinned = heights[tuple(slice(None, None, max(n // _ENOUGH_POINTS, 1)) for n in heights.shape)]

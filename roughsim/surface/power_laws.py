@@ -28,7 +28,7 @@ class PowerLaws(Face):
 
     @property
     def breaks(self) -> tuple[float, ...]:
-        """Wavenumbers where C(q) starts, has kinks, and ends, rad/m, rising."""
+        """Ends and kinks of C(q), rad/m, rising."""
         return (*(piece[0] for piece in self.pieces), self.pieces[-1][1])
 
     def moment(self, order: float) -> float:
@@ -149,7 +149,7 @@ class SelfAffineSpectrum(PowerLaws):
         return replace(self, psd_at_roll_off=self.psd_at_roll_off * positive("factor", factor))
 
     def truncated(self, *, q_max: float) -> Self:
-        """Return the spectrum without what lies above `q_max`, rad/m; its level does not change."""
+        """Return the spectrum cut off at `q_max`, rad/m; its level does not change."""
         return replace(self, q_max=min(positive("q_max", q_max, "rad/m"), self.q_max))
 
 
@@ -157,7 +157,7 @@ class SelfAffineSpectrum(PowerLaws):
 class TabulatedSpectrum(PowerLaws):
     """C(q) from a table, a power law between each two points and zero outside.
 
-    TypeError or ValueError for a column that is not what it must be.
+    TypeError or ValueError for a column of the wrong kind, length or order.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ class TabulatedSpectrum(PowerLaws):
         return hash((self.q.tobytes(), self.psd.tobytes()))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Build the copy anew, so that its arrays are read-only too."""
+        """Rebuild the copy, so that its arrays are read-only too."""
         return type(self), (self.q, self.psd)
 
     @property
@@ -218,7 +218,7 @@ class TabulatedSpectrum(PowerLaws):
         return TabulatedSpectrum(self.q, self.psd * positive("factor", factor))
 
     def truncated(self, *, q_max: float) -> "TabulatedSpectrum":
-        """Return the spectrum without what lies above `q_max`, rad/m; ValueError if nothing is left."""
+        """Return the spectrum cut off at `q_max`, rad/m; ValueError if nothing is left."""
         end = min(positive("q_max", q_max, "rad/m"), float(self.q[-1]))
         if end <= self.q[0]:
             raise ValueError(f"q_max = {end:.6g} rad/m must exceed the first wavenumber {self.q[0]:.6g} rad/m")

@@ -23,7 +23,7 @@ class Spectrum(Protocol):
 
     @property
     def breaks(self) -> tuple[float, ...]:
-        """Wavenumbers where C(q) starts, has kinks, and ends, rad/m, rising."""
+        """Ends and kinks of C(q), rad/m, rising."""
 
     def __call__(self, q: Any, /) -> Any:
         """C(q) in m⁴ at wavenumbers in rad/m; zero outside the ends."""
@@ -44,7 +44,7 @@ class Face(Spectrum, ABC):
 
     @abstractmethod
     def truncated(self, *, q_max: float) -> Self:
-        """Return the spectrum without what lies above `q_max`, rad/m; ValueError if nothing is left."""
+        """Return the spectrum cut off at `q_max`, rad/m; ValueError if nothing is left."""
 
     @property
     def rms_height(self) -> float:
@@ -71,7 +71,7 @@ class SumSpectrum(Face):
 
     @property
     def breaks(self) -> tuple[float, ...]:
-        """Wavenumbers where C(q) starts, has kinks or jumps, and ends, rad/m, rising."""
+        """Ends, kinks and jumps of C(q), rad/m, rising."""
         return tuple(sorted({q for term in self.terms for q in term.breaks}))
 
     def __call__(self, q: ArrayLike) -> Any:
@@ -87,7 +87,7 @@ class SumSpectrum(Face):
         return SumSpectrum(tuple(term.scaled(factor) for term in self.terms))
 
     def truncated(self, *, q_max: float) -> "SumSpectrum":
-        """Return the spectrum without what lies above `q_max`, rad/m; ValueError if nothing is left."""
+        """Return the spectrum cut off at `q_max`, rad/m; ValueError if nothing is left."""
         q_max = positive("q_max", q_max, "rad/m")
         kept = tuple(term.truncated(q_max=q_max) for term in self.terms if term.breaks[0] < q_max)
         if not kept:
@@ -97,7 +97,7 @@ class SumSpectrum(Face):
 
 @dataclass(frozen=True, slots=True)
 class TruncatedSpectrum(Face):
-    """Any callable with `breaks`, times `factor` and without what lies above `q_max`, rad/m.
+    """Any callable with `breaks`, times `factor` and cut off at `q_max`, rad/m.
 
     It is for spectra without a method `truncated` of their own.
     """
@@ -108,7 +108,7 @@ class TruncatedSpectrum(Face):
 
     @property
     def breaks(self) -> tuple[float, ...]:
-        """Wavenumbers where C(q) starts, has kinks, and ends, rad/m, rising."""
+        """Ends and kinks of C(q), rad/m, rising."""
         end = min(self.q_max, float(self.whole.breaks[-1]))
         return (*(float(q) for q in self.whole.breaks if q < end), end)
 
@@ -143,5 +143,5 @@ class TruncatedSpectrum(Face):
         return replace(self, factor=self.factor * positive("factor", factor))
 
     def truncated(self, *, q_max: float) -> "TruncatedSpectrum":
-        """Return the spectrum without what lies above `q_max`, rad/m; its level does not change."""
+        """Return the spectrum cut off at `q_max`, rad/m; its level does not change."""
         return replace(self, q_max=min(positive("q_max", q_max, "rad/m"), self.q_max))

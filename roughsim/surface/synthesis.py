@@ -67,7 +67,7 @@ def synthesize(
         values[real] = modes.deviation[real] * normal[real, 0]
     else:
         turn = rng.random(count)[modes.kept]
-        # cos and sin of the phase 2π·turn by the tangent of its half: NumPy has that in vector units, but not these two
+        # cos and sin of the phase 2π·turn by the tangent of its half: NumPy has a vectorized tan, but not these two
         tangent = np.tan(pi * turn)
         square = tangent * tangent
         size = modes.deviation / (1.0 + square)
@@ -112,7 +112,7 @@ def independent_modes(spectrum: Spectrum, grid: Grid) -> _DrawnModes:
     x, y = np.maximum(abs(kx) - 0.5, 0) / grid.lengths[0], np.maximum(ky - 0.5, 0) / grid.lengths[1]
     order = np.lexsort((kx, ky, x * x + y * y))
     kx, ky = kx[order], ky[order]
-    # where they lie in the half spectrum, and their partners
+    # their places in the half spectrum, and their partners
     kept = (2 * kx != -nx) & ((2 * ky != ny) | (kx >= 0))
     kx, ky = kx[kept] % nx, ky[kept]
     mirror = (nx - kx) % nx

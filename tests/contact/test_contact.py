@@ -251,7 +251,7 @@ def test_single_precision_fields_are_the_rounded_double_ones():
 
 def test_a_tolerance_below_rounding_stops_at_the_floor_and_says_so():
     heights, grid = rough()
-    with pytest.warns(RuntimeWarning, match="tolerance = 1e-30 lies below what rounding allows"):
+    with pytest.warns(RuntimeWarning, match="tolerance = 1e-30 lies below the rounding floor"):
         contact = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.01, tolerance=1e-30)
     assert_solved(heights, grid, rs.Solid(1.0), 0.01, contact)
 

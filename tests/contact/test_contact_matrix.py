@@ -260,7 +260,7 @@ def test_full_contact_of_a_rough_surface_is_the_closed_form_to_the_ninth_digit()
 
 
 def test_a_tolerance_out_of_reach_stops_at_the_rounding_floor_and_says_so():
-    with pytest.warns(RuntimeWarning, match="tolerance = 1e-30 lies below what rounding allows"):
+    with pytest.warns(RuntimeWarning, match="tolerance = 1e-30 lies below the rounding floor"):
         contact = press(ROUGH, tolerance=1e-30)
     assert violation(ROUGH, UNIT, rs.Solid(1.0), contact.pressure) <= 1e-12
     np.testing.assert_allclose(contact.displacement, displacement_by_dft(contact.pressure, UNIT, 1.0), atol=1e-15)

@@ -227,8 +227,8 @@ def test_a_scene_reads_a_list_of_scans(scene_of):
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
-        ('topography = "a.npy"', "needs topography_size and topography_unit"),
-        ('topography = "a.npy"\ntopography_size = "1 mm"', "does not say its unit and needs topography_unit"),
+        ('topography = "a.npy"', "give topography_size and topography_unit"),
+        ('topography = "a.npy"\ntopography_size = "1 mm"', "lacks its unit; give topography_unit"),
         (
             'topography = "a.npy"\ntopography_size = 0\ntopography_unit = "um"',
             "topography_size = 0 m must be above 0 m",

@@ -170,7 +170,7 @@ def test_a_file_with_undefined_points_has_the_texture_of_the_whole_map(tmp_path)
 
 
 def scene_of(tmp_path, heights):
-    """A scene of one map that says its size."""
+    """A scene of one map with its size."""
     grid = rs.Grid(heights.shape, (SIDE, SIDE))
     (tmp_path / "map.nc").write_bytes(encoded(heights, grid, ".nc"))
     return {

@@ -177,12 +177,12 @@ def test_files_that_are_no_map_with_size_and_unit_are_refused_in_one_line(librar
     (tmp_path / "noise.x3p").write_bytes(np.random.default_rng(0).bytes(5000))
     (tmp_path / "empty.sur").write_bytes(b"")
     messages = {
-        "unit.nc": "does not say its unit and needs topography_unit",
-        "size.npy": "does not say its size and unit and needs topography_size and topography_unit",
+        "unit.nc": "lacks its unit; give topography_unit",
+        "size.npy": "lacks its size and unit; give topography_size and topography_unit",
         "few.nc": "at least 8 along each side",
         "flat.nc": "all alike",
         "line.nc": "holds a line scan",
-        "noise.x3p": "(has no format that is known|does not say its size|at least 8)",
+        "noise.x3p": "(has no format that is known|lacks its size|at least 8)",
         "empty.sur": "is empty",
     }
     for name, message in messages.items():

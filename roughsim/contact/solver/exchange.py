@@ -1,10 +1,10 @@
 """Exchange of points between the free set and the bounds, for problems on which clipped steps fail.
 
-In cells with very unlike sides, or under noise on every point, what clipping does to a step moves the load between
-regions, and long waves answer so strongly that no clipped step lowers the energy. Then the primal–dual active set is
-followed with each of its linear problems solved. Nothing is clipped while the free points are fixed; then the points
-that left their bounds, or pull away from them, change sides (Hintermüller, Ito & Kunisch 2003). Where all at once lead
-in circles, ever fewer change, the worst of them (block pivoting: Júdice & Pires 1994).
+In cells with very unlike sides, or under noise on every point, the clipping of a step moves the load between regions,
+and long waves answer so strongly that no clipped step lowers the energy. Then the primal–dual active set is followed
+with each of its linear problems solved. Nothing is clipped while the free points are fixed; then the points that left
+their bounds, or pull away from them, change sides (Hintermüller, Ito & Kunisch 2003). If all at once lead in circles,
+ever fewer change, the worst of them (block pivoting: Júdice & Pires 1994).
 """
 
 import numpy as np

@@ -17,12 +17,12 @@ def find_offset(
     """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d. Return d, the excess over the target, and the number there.
 
     `first` holds these three of a first guess. `bracket` returns an offset at which no point carries pressure, and one
-    at which the load is at least the target; it is called only where Newton's method leaves the known bounds.
+    at which the load is at least the target; it is called only if Newton's method leaves these bounds.
     """
     offset, excess, inside = first
     low, high, bracketed, last = -inf, inf, False, False
     for _ in range(200):
-        # the sum rises with d: the sign of the excess says on which side of the solution d is
+        # the sum rises with d: the sign of the excess is the side of the solution on which d lies
         if excess > 0.0:
             high = min(high, offset)
         else:

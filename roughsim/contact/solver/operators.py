@@ -7,8 +7,8 @@ two-dimensional transform each way.
 The preconditioner is |q|/2 between a harmonic-like extension and its transpose. The inverse of S restricted to the free
 points F is exactly Eᵀ (E*|q|/2) E, with E the harmonic extension of a field from F to the whole plane (operator
 preconditioning: Steinbach & Wendland 1998, Hiptmair 2006). A push–pull pyramid (Gortler, Grzeszczuk, Szeliski & Cohen
-1996) stands in for E at the cost of a few passes over the field. Its cells are kept as square as they can be: where the
-pixels are oblong, only their shorter side is doubled at first.
+1996) stands in for E at the cost of a few passes over the field. Its cells are kept as square as they can be: for
+oblong pixels, only their shorter side is doubled at first.
 """
 
 import math
@@ -44,13 +44,13 @@ class Operator:
         (rows, columns), half = grid.shape, grid.half_shape[1]
         self.row_group, self.row_blocks = divided((rows + 1) // 2, columns, self.dtype)
         self.column_group, self.column_blocks = divided(half, rows, self.dtype)
-        # columns are transformed where they are, in whole groups, each line beginning at a multiple of plans.ALIGNMENT
+        # columns are transformed in place, in whole groups, each line beginning at a multiple of plans.ALIGNMENT
         distance = _rounded_up(rows + PADDING, plans.ALIGNMENT // 8)
         self.whole = plans.aligned((_rounded_up(half, self.column_group), 2 * distance), self.dtype)
         self.spectrum = self.whole[:half]
         self.row_plans = plans.LinePlans(self.row_group, columns, (columns + plans.PADDING,) * 2, self.dtype)
         self.column_plans = plans.LinePlans(self.column_group, rows, (distance, rows + plans.PADDING), self.dtype)
-        self.single: tuple[Any, ...] | None = None  # what `_lines` returns where there is one block
+        self.single: tuple[Any, ...] | None = None  # the result of `_lines` if there is one block
 
     def comply(self, pressure: Field, displacement: Field) -> None:
         """Write S p, mean zero; both arrays may be the same."""
@@ -106,7 +106,7 @@ class Operator:
 
 
 class PlainOperator(Operator):
-    """The same products by two-dimensional transforms, for machines where compiled code cannot call FFTW."""
+    """The same products by two-dimensional transforms, for machines on which compiled code cannot call FFTW."""
 
     def __init__(self, grid: Grid, dtype: Any):
         self.transform, self.half_wavenumbers = Transform(grid.shape, dtype), 0.5 * grid.wavenumbers
@@ -140,13 +140,13 @@ def half_space(grid: Grid, dtype: Any) -> Operator:
 
 
 def kept_half_space(grid: Grid, dtype: Any) -> Operator:
-    """Return `half_space`; on a small grid it is made once in a Python thread, and all that ask share its buffer."""
+    """Return `half_space`; on a small grid it is made once in a Python thread, and all callers share its buffer."""
     operator: Operator = kept(half_space, grid, np.dtype(dtype))
     return operator
 
 
 def kept(make: Callable[..., Any], grid: Grid, *others: Any) -> Any:
-    """Return ``make(grid, *others)``; where the grid is small, what it made for this Python thread before."""
+    """Return ``make(grid, *others)``; on a small grid, the earlier result of this Python thread."""
     if grid.points > KEPT:
         return make(grid, *others)
     key = grid, *others, plans.get_threads()
@@ -166,9 +166,9 @@ def rms_compliance(grid: Grid) -> float:
 def divided(count: int, points: int, dtype: np.dtype[Any]) -> tuple[int, list[tuple[int, int]]]:
     """Return how many of `count` complex lines form a group, and the ranges of lines that form the blocks.
 
-    A group is transformed at a time: it fits the cache, and all groups are about equally large. A block is what one
-    thread takes: whole groups, about `POINTS` reals; the last block may end within a group. Blocks change no bit, so a
-    plane of `POINTS` is divided too where there are threads for it; for one thread each call would cost more than it
+    A group is transformed at a time: it fits the cache, and all groups are about equally large. A block is the work of
+    one thread: whole groups, about `POINTS` reals; the last block may end within a group. Blocks change no bit, so a
+    plane of `POINTS` is divided too if there are threads for it; for one thread each call would cost more than it
     brings.
     """
     fitting = max(CACHED // (2 * dtype.itemsize * points), GROUP)
@@ -189,7 +189,7 @@ class Extension:
 
     def __init__(self, grid: Grid, dtype: Any):
         shapes = _shapes(grid)
-        # level 0 is the caller's free set and field where both axes are halved above it, a copy elsewhere
+        # level 0 is the caller's free set and field if both axes are halved above it, else a copy
         self.bottom = int(len(shapes) > 1 and all(b < a for a, b in zip(*shapes[:2], strict=True)))
         sizes = [rows * columns for rows, columns in shapes]
         sizes[0] *= 1 - self.bottom
@@ -258,7 +258,7 @@ class Extension:
         return clipped_sum, count
 
     def _stages(self, kernel: Any, stages: list[tuple[int, list[tuple[int, int]]]], *work: Any) -> list[Any]:
-        """Do each stage on all of its blocks; return what the last one returns on each."""
+        """Do each stage on all of its blocks; return the results of the last one."""
         if len(self.rows) == len(self.parent_rows) == 1:  # one call: each costs more than its work on a small grid
             together, rows = sum(stage for stage, _ in stages), (*self.rows[0], *self.parent_rows[0])
             return [kernel(together, rows, self.line, self.bottom, *work)]

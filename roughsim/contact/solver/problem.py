@@ -1,4 +1,4 @@
-"""The contact problem in its own units, on coarser grids, and in closed form where no point lifts off.
+"""The contact problem in its own units, on coarser grids, and in closed form if no point lifts off.
 
 Lengths are in units of the longer side of the cell, heights in units of their range, and E* is 1. Spectra are
 transposed half spectra, as `operators` hold them.
@@ -33,7 +33,7 @@ class ScaledProblem:
 
     @property
     def step_type(self) -> Any:
-        """Float32 where pressures keep well inside its range."""
+        """Float32 if pressures keep well inside its range."""
         return np.float32 if 1e-15 < self.load < 1e15 else np.float64
 
     @property
@@ -49,9 +49,9 @@ class ScaledProblem:
 
 @dataclass(slots=True, eq=False)
 class _Relief:
-    """What a contact problem has from its heights and grid alone, whatever the load."""
+    """Properties of the heights and grid of a contact problem, for any load."""
 
-    heights: Field  # m; a copy where it is kept
+    heights: Field  # m; a copy if it is kept
     cell: Grid
     grid: Grid  # in units of the longer side
     middle: float  # m
@@ -74,7 +74,7 @@ _latest = _Latest()
 
 
 def relief_of(heights: Field, grid: Grid) -> _Relief:
-    """Return the relief of some heights, m; that of the solve before if it had the same ones."""
+    """Return the relief of some heights, m; the relief of the previous solve if it had the same ones."""
     latest = _latest.relief
     if latest is not None and latest.cell == grid and np.array_equal(latest.heights, heights):
         return latest
@@ -185,11 +185,11 @@ def _pressed_at(point: int, grid: Grid, spectrum: Field) -> float:
 
 
 def full_contact(problem: ScaledProblem, relief: _Relief) -> tuple[Field, Field] | None:
-    """Return pressure and gap where p = load + |q|h/2 keeps to the bounds or the load is the cap; None elsewhere."""
+    """Return pressure and gap if p = load + |q|h/2 keeps to the bounds or the load is the cap; else None."""
     grid, load = problem.grid, problem.load
     if load == problem.cap:
         return np.full(grid.shape, load), (problem.middle - problem.heights) / problem.unit
-    # one point beyond the bounds is enough to say no, and the lowest nearly always is
+    # one point beyond the bounds suffices, and the lowest nearly always is
     if load + relief.pressed < -1e-3 * load:
         return None
     # in a buffer of its own: the spectrum may be needed after this

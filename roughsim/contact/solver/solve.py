@@ -1,8 +1,8 @@
 """The contact solve: a cascade of grids, with preconditioned conjugate gradients on the free points of each.
 
-A step is proposed on the free points. What the bounds then add to the load is taken from the free points nearby, and
-what is left from all of them by a shift. The step is clipped to the bounds and taken with its exact length. A bad step
-is replaced by one of projected gradients; where bad steps keep coming, by exchanges of points (`exchange`).
+A step is proposed on the free points. The load that the bounds add is then taken from the free points nearby, and the
+rest from all of them by a shift. The step is clipped to the bounds and taken with its exact length. A bad step is
+replaced by one of projected gradients; if bad steps keep coming, by exchanges of points (`exchange`).
 """
 
 from typing import NamedTuple
@@ -35,7 +35,7 @@ from roughsim.contact.solver.steps import (
 from roughsim.fourier.blocks import run, spans
 from roughsim.grid import Field
 
-REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
+REACH = 0.5  # a point is free if 0 < p − REACH κ(gap − d) < cap
 _COARSE_TOLERANCE = 0.03  # tighter coarse solves do not help the next level
 PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled
 _LEAST_REACH = 1e-3  # of the active set after short steps: then points leave or join a bound nearly one by one
@@ -59,7 +59,7 @@ def solve_cascade(
 ) -> Solution:
     """Solve the levels, finest first in the list; return the finest solution, with the work on all levels.
 
-    `start`, the pressure of an earlier contact on any grid, is where the coarsest level begins.
+    `start`, the pressure of an earlier contact on any grid, is the first guess on the coarsest level.
     """
     finest = levels[0]
     work = 0.0
@@ -107,7 +107,7 @@ def solve_level(
         if met or iteration == max_iterations:
             break
         stalled = since_best > PATIENCE
-        # a stall is final once exchanges have been tried enough, or where rounding is all that is left
+        # a stall is final once exchanges have been tried enough, or if only rounding is left
         if stalled and (bearable > 8 * _BEARABLE or state.residual <= 100.0 * rounding_floor(problem, now.pressure)):
             break
         length = Length(0.0, 0.0, 0.0)
@@ -142,7 +142,7 @@ def solve_level(
 def _check_again(
     problem: ScaledProblem, work: Workspace, now: Iterate, state: Check, tolerance: float, reach: float
 ) -> Check:
-    """Check with a better gap where rounding errors matter, and with the range of the displacement as it is now."""
+    """Check with a better gap if rounding errors matter, and with the range of the displacement as it is now."""
     if state.residual <= tolerance:
         span = displacement_span(problem, work, now)
         shrank = span < 0.9 * now.span
@@ -180,7 +180,7 @@ def settle(problem: ScaledProblem, work: Workspace, now: Iterate) -> None:
 
 
 def start_pressure(problem: ScaledProblem, work: Workspace, start: Field | None) -> Field:
-    """Return a flat pressure at the load: that of an earlier contact on any grid, or the mean pressure."""
+    """Return a flat pressure at the load: from an earlier contact on any grid, or the mean pressure."""
     shape = problem.grid.shape
     pressure = np.empty(shape)
     if start is not None:

@@ -1,8 +1,8 @@
 """Parts of a contact solve on one grid: its arrays, the gap, the active set, the step, and the load.
 
-Everything is dimensionless here: E* = 1, S(q) = 2/q. The free points are those of a primal–dual active set
-(Hintermüller, Ito & Kunisch 2003), the offset d of the gap is the multiplier of the load (Polonsky & Keer 1999 for
-conjugate gradients under load control), and the residual is that of the fixed point p = clip(p − κ(gap − d), 0, cap).
+Everything is dimensionless here: E* = 1, S(q) = 2/q. The free points follow a primal–dual active set (Hintermüller, Ito
+& Kunisch 2003), the offset d of the gap is the multiplier of the load (Polonsky & Keer 1999 for conjugate gradients
+under load control), and the residual belongs to the fixed point p = clip(p − κ(gap − d), 0, cap).
 
 Pressure and gap are float64; steps and their responses are float32 wherever its range allows: an increment need only
 be accurate relative to itself. The rounding errors in the gap are estimated as they grow, and the gap is computed again
@@ -24,15 +24,15 @@ from roughsim.grid import Field, Grid
 
 _DOUBLE = float(np.finfo(np.float64).eps)
 NEGLIGIBLE = 0.1  # share of the tolerance that rounding may take
-_ROUNDING = 64 * _DOUBLE  # what rounding may leave of the gap, in units of the heights
-_NEARBY = 0.01  # of the residual: from this share of the load on it matters where the load of the bounds goes
+_ROUNDING = 64 * _DOUBLE  # the gap that rounding may leave, in units of the heights
+_NEARBY = 0.01  # of the residual: from this share of the load on the place of the load of the bounds matters
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Workspace:
     """Operators and arrays of the steps on one grid; a small one serves the next solve of its Python thread too.
 
-    Arrays are flat. `free` is 1 on the free points, `inner` on those of them that stay between the bounds in a trial.
+    Arrays are flat. `free` is 1 on the free points, `inner` on the free points that stay between the bounds in a trial.
     """
 
     operator: Operator
@@ -91,7 +91,7 @@ def workspace_of(problem: ScaledProblem) -> Workspace:
 
 @dataclass(slots=True, eq=False)
 class Iterate:
-    """What a solve improves: pressure and gap, flat, the offset, and the account of rounding errors."""
+    """Iterate of a solve: pressure and gap, flat, the offset, and the account of rounding errors."""
 
     pressure: Field
     gap: Field
@@ -154,7 +154,7 @@ def displacement_span(problem: ScaledProblem, work: Workspace, now: Iterate) -> 
 
 
 def mean_gap(work: Workspace, now: Iterate) -> float:
-    """Return the mean gap where there is pressure: a first guess of the offset."""
+    """Return the mean gap at the points under pressure: a first guess of the offset."""
     gaps, count = work.sums(kernels.contact_sum, (now.pressure, now.gap))
     return float(gaps / count)
 
@@ -171,7 +171,7 @@ def check(problem: ScaledProblem, work: Workspace, now: Iterate, tolerance: floa
         blur = kappa * unit * now.noise * float(np.sqrt(max(free, 1) / norm))
         residual = float(np.sqrt(square / norm))
         excess = clipped - problem.target
-        # what is free to vary: nothing if no point is between the bounds, little if nearly all points have yielded
+        # the load free to vary: nothing if no point is between the bounds, little if nearly all points have yielded
         room = problem.room if inside else 0.0
         if solved or abs(excess) <= max(0.05 * residual * room, 1e-14 * problem.target):
             break
@@ -180,7 +180,7 @@ def check(problem: ScaledProblem, work: Workspace, now: Iterate, tolerance: floa
 
 
 def solve_offset(problem: ScaledProblem, work: Workspace, now: Iterate, excess: float, inside: float) -> float:
-    """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d, from the excess at the present d; return what is left."""
+    """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d, from the excess at the present d; return the rest."""
     kappa = problem.stiffness
     enough = min(problem.cap, problem.load * (1.0 + 1e-12))
 
@@ -222,11 +222,11 @@ def propose(
     """
     shape = problem.grid.shape
     law = now.offset, problem.stiffness, problem.cap
-    load = work.response  # that of the last step is not needed any more
+    load = work.response  # the response of the last step is not needed any more
     arrays = now.pressure, now.gap, work.free, work.field, work.step, work.trial, load, work.inner
     clipped, count, added = work.sums(kernels.propose, arrays, (alpha, beta), law)
     # the load that bounds add or take is made up for by the free points nearby: a shift of all of them would move
-    # it across the cell, where long waves answer strongly. Where most of the load moves there is no nearby
+    # it across the cell, and long waves answer strongly. If most of the load moves there is no nearby
     if count and _NEARBY * residual < added / problem.target < 0.5:
         fields = (load.reshape(shape), now.pressure.reshape(shape), problem.cap, work.trial.reshape(shape))
         clipped, count = work.extension.gather_load(work.inner.reshape(shape), *fields)
@@ -248,7 +248,7 @@ def propose(
 def best_length(problem: ScaledProblem, work: Workspace, now: Iterate, slope: float | None) -> Length:
     """Fill the response to the step, given its slope; return the length of least energy along the step.
 
-    The length is 0 where the energy does not fall: then the response is 0 too, and the next step has a new direction.
+    The length is 0 if the energy does not fall: then the response is 0 too, and the next step has a new direction.
     """
     if slope is None or not slope < 0.0:
         work.response.fill(0.0)
@@ -281,7 +281,7 @@ def move(problem: ScaledProblem, work: Workspace, now: Iterate, length: Length) 
 def balance(problem: ScaledProblem, work: Workspace, pressure: Field, accuracy: float) -> bool:
     """Shift the pressure of the free points, within the bounds, so that the load holds; return whether any shift does.
 
-    Where none does the pressure stays.
+    If none does the pressure stays.
     """
     cap = problem.cap
 

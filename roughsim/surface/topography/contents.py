@@ -1,4 +1,4 @@
-"""What a file holds, before units are applied, and the error of files that hold no heights."""
+"""Contents of a file before units are applied, and the error of files without heights."""
 
 from dataclasses import dataclass
 
@@ -27,9 +27,9 @@ class NoHeightsError(ValueError):
 class Contents:
     """Heights as a file has them."""
 
-    heights: Array  # in `unit`, NaN where undefined: a map, axis 0 is x, or a line scan
-    sizes: tuple[float, ...] | None = None  # length along each axis, in `lateral_unit`; None where the file has none
-    unit: float | None = None  # of the heights, m; None where the file has none
+    heights: Array  # in `unit`, undefined points NaN: a map, axis 0 is x, or a line scan
+    sizes: tuple[float, ...] | None = None  # length along each axis, in `lateral_unit`; None if the file has none
+    unit: float | None = None  # of the heights, m; None if the file has none
     lateral_unit: float | None = None  # of the sizes, m
     periodic: bool = False
     reliable: float = np.inf  # wavenumber up to which the instrument resolves, rad/m
@@ -37,7 +37,7 @@ class Contents:
 
 
 def length_unit(text: str, what: str) -> float | None:
-    """Return a unit in m, None where `text` is empty or "1"; NoHeightsError if it is no length."""
+    """Return a unit in m, None if `text` is empty or "1"; NoHeightsError if it is no length."""
     name = text.strip()
     if name in ("", "1"):
         return None
@@ -47,7 +47,7 @@ def length_unit(text: str, what: str) -> float | None:
 
 
 def even_step(values: Array, what: str) -> float:
-    """Return the step of coordinates at even steps, below 0 where they fall; NoHeightsError if they are uneven."""
+    """Return the step of coordinates at even steps, below 0 if they fall; NoHeightsError if they are uneven."""
     step = float(values[-1] - values[0]) / max(values.size - 1, 1)
     line = values[0] + step * np.arange(values.size)
     if not np.isfinite(step) or step == 0.0 or np.abs(values - line).max() > EVEN * abs(step):

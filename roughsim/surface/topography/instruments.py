@@ -20,10 +20,10 @@ _PLAIN = ("asc", "xyz")  # readers of text, which take any numbers
 
 
 def library() -> Any:
-    """Return SurfaceTopography; ImportError that says what to type without it."""
+    """Return SurfaceTopography; ImportError with the command to install it."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ImportWarning)  # it says that there is no MPI
+            warnings.simplefilter("ignore", ImportWarning)  # warns that there is no MPI
             import SurfaceTopography  # type: ignore[import-not-found,import-untyped,unused-ignore]
     except ImportError:
         raise ImportError("SurfaceTopography is not installed; type: pip install 'roughsim[topography]'") from None
@@ -33,7 +33,7 @@ def library() -> Any:
 def of_instrument(stream: Any, check: Callable[[tuple[int, ...]], None], *, text: bool = False) -> Contents | None:
     """Return the heights of an open file as SurfaceTopography reads them.
 
-    None if no reader takes it; with `text` also if no line of it says a size, a unit or a number of points. `check`
+    None if no reader takes it; with `text` also if no line of it has a size, a unit or a number of points. `check`
     refuses a shape before its heights are read.
     """
     try:
@@ -76,7 +76,7 @@ def of_instrument(stream: Any, check: Callable[[tuple[int, ...]], None], *, text
 
 
 def no_map(start: bytes) -> str | None:
-    """Return what a file is that begins with `start` and holds no heights for sure, and what to do; else None."""
+    """Return the kind of a file that begins with `start` and surely holds no heights, and the remedy; else None."""
     if start.startswith(b"version https://git-lfs"):
         return "is a pointer of Git LFS in place of the file; fetch the file itself: git lfs pull"
     for magic, kind in PICTURES.items():
@@ -93,11 +93,11 @@ def no_map(start: bytes) -> str | None:
 
 
 def unknown(path: Path, start: bytes) -> str:
-    """Return why no reader takes a file that begins with `start`, and what to do."""
+    """Return why no reader takes a file that begins with `start`, and the remedy."""
     if start.startswith(b"PK"):
         with zipfile.ZipFile(path) as archive:
             names = [entry.filename for entry in archive.infolist() if not entry.is_dir()]
-        about = (".yml", ".yaml", ".json", ".md")  # what containers of scans say of them
+        about = (".yml", ".yaml", ".json", ".md")  # descriptions in containers of scans
         scans = [name for name in names if Path(name).suffix.lower() not in about]
         some = ", ".join(name[:40] for name in scans[:3]) + (" …" if len(scans) > 3 else "")
         if scans:

@@ -1,9 +1,9 @@
 """C(q) of maps, in Persson's convention, with the error that a few long waves leave in it.
 
-A map holds a finite number of waves of each length, so that its C(q) scatters about that of the surface. A row of the
+A map holds a finite number of waves of each length, so that its C(q) scatters about C(q) of the surface. A row of the
 table has the standard error of its mean over modes. Neighbouring modes of a map under a window are not independent:
-each row counts fewer modes for it, and rows then add up as if they were independent. Where several scans show the same
-q, their differences say in addition how much the surface varies from place to place.
+each row counts fewer modes for it, and rows then add up as if they were independent. If several scans cover the same q,
+their differences measure in addition how much the surface varies from place to place.
 """
 
 import math
@@ -19,7 +19,7 @@ from roughsim.grid import Array, Grid
 from roughsim.surface.power_laws import TabulatedSpectrum
 
 BINS_PER_DECADE = 20
-GAP = 2.0  # q between neighbouring bins that no scan shows: above this factor it is said
+GAP = 2.0  # q between neighbouring bins that no scan covers: above this factor a message names it
 _ROUNDING = 1e-26  # of the largest C: below it there are rounding errors of the heights alone
 _FIRST_BINS = 5  # over which the exponent at the lowest wavenumbers is fitted
 
@@ -28,7 +28,7 @@ class MeasuredSpectrum(NamedTuple):
     """C(q) of one map or of several, with its error.
 
     `errors` (rows, 1 + scans) are relative to C. The first column is the standard error of each row by the finite
-    number of its modes, independent from row to row. Each other column is of one scan, where there are several: how C
+    number of its modes, independent from row to row. Each other column is of one scan, if there are several: how C
     changes without it, at all rows together, so that the squares of these columns add up to a variance (jackknife).
     """
 
@@ -46,7 +46,7 @@ class Bins:
     error: Array  # standard error of C, relative
     index: NDArray[np.intp]  # of the bin: it goes from 10^(index/20) to 10^((index + 1)/20) rad/m
     variance: float  # ⟨h²⟩ of all modes, m²
-    q_max: float  # where the map ends to be reliable, rad/m
+    q_max: float  # the end of the reliable range of the map, rad/m
 
     @property
     def table(self) -> TabulatedSpectrum:
@@ -170,7 +170,7 @@ def binned(
     """Average C of modes over bins of log q.
 
     Within a bin C(q) is taken as the power law of its neighbours, so that the value at its centre is not raised by its
-    lower edge. The error is that of the scatter of the modes in a bin, at least that of Gaussian heights.
+    lower edge. The error follows from the scatter of the modes in a bin, at least the scatter of Gaussian heights.
 
     Parameters
     ----------
@@ -179,18 +179,18 @@ def binned(
     cell : float
         Of a mode: ∫ C is Σ weight · psd · cell = ⟨h²⟩, m².
     q_max : float
-        Where to end, rad/m.
+        Upper end, rad/m.
     together : float
         How many modes count as one.
     share : float
-        How much the modes of Gaussian heights scatter, over what those of one map do.
+        Scatter of the modes of Gaussian heights over the scatter of the modes of one map.
 
     Raises
     ------
     ValueError
         If fewer than three bins hold modes.
     """
-    # all modes up to q_max or to where a synthetic map ends
+    # all modes up to q_max or to the upper end of a synthetic map
     present = psd > _ROUNDING * psd.max()
     inside = q <= min(q_max, float(q[present].max())) * (1 + 1e-12)
     weight, q, values = weight[inside], q[inside], psd[inside]
@@ -240,7 +240,7 @@ def combined(maps: Sequence[Bins]) -> MeasuredSpectrum:
 
 @dataclass(frozen=True)
 class _OfContainer:
-    """What the averages of SurfaceTopography ask of a map in a container."""
+    """Interface of a map in a container for the averages of SurfaceTopography."""
 
     q: Array
     psd: Array
@@ -273,7 +273,7 @@ def _mean_over_maps(maps: Sequence[Bins]) -> tuple[Array, Array, Array]:
             RuntimeWarning,
             stacklevel=2,
         )
-    # what each map says of each bin, relative to the mean: (maps, bins), NaN where it says nothing
+    # C of each map in each bin, relative to the mean: (maps, bins), NaN in empty bins
     index = np.rint(BINS_PER_DECADE * np.log10(q) - 0.5).astype(np.intp)
     values, scatter = np.full((len(maps), q.size), np.nan), np.zeros((len(maps), q.size))
     for k, (one, table) in enumerate(zip(maps, tables, strict=True)):
@@ -292,7 +292,7 @@ def _with_ends(q: Array, psd: Array, errors: Array, longest: float, q_max: float
     """Return the table from the wavenumber `longest` to q_max, rad/m, as power laws beyond its first and last rows.
 
     A row that was added has the error of the row beside it. As they move together, the independent part of both is √2
-    times as large: its square then is at least that of the sum.
+    times as large: its square then is at least the square of the sum.
     """
     rows = np.flatnonzero(q < q_max * (1 - 1e-6)).tolist()
     slopes = -_lowest_exponent(q, psd), float(np.log(psd[-1] / psd[-2]) / np.log(q[-1] / q[-2]))

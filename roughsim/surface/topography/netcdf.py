@@ -25,7 +25,7 @@ class _Variable(NamedTuple):
     read: Callable[[], Any]
 
     def values(self) -> Array:
-        """Return its numbers, NaN where undefined, with its scale and offset."""
+        """Return its numbers with scale and offset applied; undefined ones are NaN."""
         raw = np.asarray(self.read())
         if raw.dtype.kind not in "iuf":
             raise NoHeightsError(f"holds numbers of type {raw.dtype}; heights must be real numbers")
@@ -94,7 +94,7 @@ def _hdf5_variables(file: Any) -> dict[str, _Variable]:
 
 
 def _heights(variables: Mapping[str, _Variable], check: Callable[[tuple[int, ...]], None]) -> Contents | None:
-    """Return the map of the variables, or the line scan where there is no map."""
+    """Return the map of the variables, or the line scan if there is no map."""
     if any(_LENGTH in variables[axis].attributes for axis in "xy" if axis in variables):
         return None
     data = {name: one for name, one in variables.items() if name not in one.axes}

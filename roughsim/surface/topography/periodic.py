@@ -1,4 +1,4 @@
-"""Making a map periodic, leaving its short waves out, where these overshoot, and its twin with random phases."""
+"""Periodic maps, removal of short waves and its overshoots, and the twin of a map with random phases."""
 
 from math import ceil
 
@@ -30,7 +30,7 @@ def periodic_part(heights: Array) -> Array:
         edges[-1] += rows[0] - rows[-1]
     x, y = (2.0 * np.cos(2.0 * np.pi * np.arange(n) / n) for n in heights.shape)
     laplacian = x[:, None] + y[: heights.shape[1] // 2 + 1] - 4.0
-    laplacian[0, 0] = 1.0  # of q = 0, where the steps are zero
+    laplacian[0, 0] = 1.0  # of q = 0: the steps are zero
     smooth = np.fft.rfft2(steps) / laplacian
     smooth[0, 0] = 0.0
     return heights - np.fft.irfft2(smooth, heights.shape)
@@ -39,7 +39,7 @@ def periodic_part(heights: Array) -> Array:
 def gaussian_twin(heights: Array, rng: np.random.Generator) -> Array:
     """Return a map with the same |h(q⃗)| at each wavevector as a periodic map, and random phases.
 
-    With many waves its heights are Gaussian; its lay is that of the map. The phases are those of white noise, whose
+    With many waves its heights are Gaussian; its lay is the lay of the map. The phases come from white noise, whose
     transform has h(−q⃗) = h*(q⃗), so that heights are real; q = 0 keeps its own.
     """
     modes, noise = np.fft.rfft2(heights), np.fft.rfft2(rng.standard_normal(heights.shape))
@@ -64,7 +64,7 @@ def band_limited(heights: Array, grid: Grid, shape: tuple[int, int], q_max: floa
     """Return the waves of a periodic map up to `q_max`, rad/m, on a grid of another shape in the same cell.
 
     `heights` are of `grid.shape`. At the Nyquist wavenumber of the map all of its waves are kept, for a grid of as many
-    points or more; else `q_max` is below that of both grids, so that no wave is lost.
+    points or more; else `q_max` is below the Nyquist wavenumbers of both grids, so that no wave is lost.
     """
     if q_max >= grid.nyquist * (1 - 1e-9):
         return refined(heights, shape)
@@ -79,7 +79,7 @@ def band_limited(heights: Array, grid: Grid, shape: tuple[int, int], q_max: floa
 
 
 def overshoots(surface: Array, heights: Array, grid: Grid, q_max: float) -> NDArray[np.bool_]:
-    """Return where the waves of a map up to `q_max` stand far above the points of the map around: no height measured.
+    """Return the mask of overshoots: points at which waves up to `q_max` exceed by far the map around them.
 
     `surface` is `band_limited` of `heights`. Waves of a spike go up and down beside it. Far is twice the median step
     between neighbouring points: Gaussian maps of H = 0.3 to 0.8 up to the Nyquist wavenumber are at most 1.3 above,

@@ -74,10 +74,10 @@ def of_surface(k: Array, along: Array, *, together: float = 1.0, lines: int = 1)
     error = np.empty(index.size)
     for pool, mean in zip(pools, means, strict=True):
         psd[pool] *= mean / float(areas[pool] @ psd[pool] / areas[pool].sum())
-        # rows that are one scatter together: with √n of the error their sum of squares is at least that of the sum
+        # pooled rows scatter together: with √n of the error their sum of squares is at least the square of the sum
         error[pool] = np.sqrt(pool.stop - pool.start) * scatter(pool) / float(variances[pool].sum())
     exponent = -np.gradient(np.log(psd), np.log(centre))
-    # as long as the variance of all waves down from a length is not known, it may be that of some of them alone
+    # as long as the variance of all waves down from a length is unknown, it may come from some of them alone
     known = next((j for j in range(1, index.size) if scatter(slice(0, j)) <= _KNOWN * variances[:j].sum()), index.size)
     error[:known] = np.maximum(error[:known], np.sqrt(known))
     return Bins(centre, psd, exponent, error, index, 2.0 * step * float(along.sum()), q_max)
@@ -102,7 +102,7 @@ def _with_tail(k: Array, along: Array) -> tuple[Array, Array, Array]:
 def _not_rising(values: Array, weights: Array) -> list[tuple[int, int]]:
     """Return first and one past the last of the neighbours that are put together so that their means do not rise.
 
-    Pool adjacent violators; the mean of all stays above 0 where the mean of the last ones does.
+    Pool adjacent violators; the mean of all stays above 0 if the mean of the last ones does.
     """
     pools: list[tuple[float, float, int]] = []  # sum of value times weight, sum of weight, first
     for i, (value, weight) in enumerate(zip(values, weights, strict=True)):

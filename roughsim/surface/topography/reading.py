@@ -93,7 +93,7 @@ def bins_of_lines(lines: Sequence[Profile]) -> list[Bins]:
 def read_topography(
     path: str | Path, *, size: Sequence[float] | None = None, unit: float | None = None, fill: str | None = None
 ) -> Topography:
-    """Read a map of heights, fill what is missing, and take mean and tilt off; as `read_scan`.
+    """Read a map of heights, fill undefined points, and subtract mean and tilt; as `read_scan`.
 
     RecordError if the file holds a line scan.
     """
@@ -106,29 +106,29 @@ def read_topography(
 def read_scan(
     path: str | Path, *, size: Sequence[float] | None = None, unit: float | None = None, fill: str | None = None
 ) -> Topography | Profile:
-    """Read a map of heights or a line scan, fill what is missing, and take mean and tilt off.
+    """Read a map of heights or a line scan, fill undefined points, and subtract mean and tilt.
 
     The content decides, not the name. Text of numbers, .npy and netCDF with coordinates are read by roughsim: see
     `roughsim.surface.topography.text.heights_of` for the order of the numbers. Any other format, and text whose header
     has a size or a unit, is read by SurfaceTopography (x3p, sur, gwy, opd, al3d, …). A file packed by gzip is unpacked.
-    Of several channels the file's default is taken. A scan is periodic only if the file says so. A RuntimeWarning names
-    what was left out or filled.
+    Of several channels the file's default is taken. A scan is periodic only if the file marks it so. A RuntimeWarning
+    names the points left out or filled.
 
     Parameters
     ----------
     path : str or Path
         The file.
     size : (float, float), optional
-        Side lengths along x and y, m, of a file that does not say them; of a line scan both are its length.
+        Side lengths along x and y, m, of a file without sizes; of a line scan both are its length.
     unit : float, optional
-        Unit of the heights, m, of a file that does not say it; also of coordinates without a unit, if `size` is None.
+        Unit of the heights, m, of a file without a unit; also of coordinates without a unit, if `size` is None.
     fill : {"smooth"}, optional
         "smooth": undefined points are filled by harmonic interpolation, up to half of all. None: only up to 5 %.
 
     Raises
     ------
     ImportError
-        Without SurfaceTopography, where it is needed.
+        Without SurfaceTopography, if the file needs it.
     FileNotFoundError
         Without the file.
     RecordError
@@ -191,7 +191,7 @@ def _of_array(file: Path) -> Contents:
 
 
 def _of_text(text: str) -> Contents:
-    """Return the heights of a text: by SurfaceTopography if a line says size, unit or points, else its numbers."""
+    """Return the heights of a text: by SurfaceTopography if a line has size, unit or points, else its numbers."""
     if not text.strip():
         raise NoHeightsError("is empty; is it the right file?")
     try:
@@ -211,7 +211,7 @@ def _of_text(text: str) -> Contents:
 
 
 def _check_points(shape: tuple[int, ...]) -> None:
-    """Refuse what is no map and no line scan, or too small or too large, before its heights are read."""
+    """Refuse other shapes than maps and line scans, and too small or large ones, before heights are read."""
     if len(shape) not in (1, 2):
         raise NoHeightsError(f"holds numbers of shape {shape}; C(q) of a surface needs a map or a line scan")
     least = LEAST_POINTS if len(shape) == 2 else _LEAST_OF_LINE
@@ -227,21 +227,19 @@ def _check_points(shape: tuple[int, ...]) -> None:
 
 
 def _with_size_and_unit(found: Contents, size: Sequence[float] | None, unit: float | None) -> Contents:
-    """Return contents in m: by the file, or by what is given where the file does not say it."""
+    """Return contents in m, by the units of the file or else by the arguments."""
     own_size = found.sizes is not None and (found.lateral_unit is not None or size is None)
     needs_size = found.sizes is None or (found.lateral_unit is None and found.unit is not None)
     given = [name for name, value in (("topography_size", size), ("topography_unit", unit)) if value is not None]
     own = [found.sizes is not None and found.lateral_unit is not None, found.unit is not None]
     too_much = [name for name, has in zip(("topography_size", "topography_unit"), own, strict=True) if has]
     if excess := [name for name in given if name in too_much]:
-        raise NoHeightsError(f"says its {_what(excess)} itself; remove {' and '.join(excess)}")
+        raise NoHeightsError(f"contains its {_what(excess)}; remove {' and '.join(excess)}")
     missing = [
         name for name, lacks in (("topography_size", needs_size), ("topography_unit", found.unit is None)) if lacks
     ]
     if lacking := [name for name in missing if name not in given]:
-        raise NoHeightsError(
-            f"does not say its {_what(lacking)} and needs {' and '.join(lacking)}, or save it as x3p or nc"
-        )
+        raise NoHeightsError(f"lacks its {_what(lacking)}; give {' and '.join(lacking)}, or save it as x3p or nc")
     of_heights = found.unit if found.unit is not None else float(unit or 0.0)
     if own_size:
         factor = found.lateral_unit if found.lateral_unit is not None else of_heights
@@ -264,14 +262,14 @@ def _what(keys: list[str]) -> str:
 
 
 def _scan_of(path: Path, found: Contents, fill: str | None) -> tuple[Topography | Profile, list[str]]:
-    """Return the scan of contents in m, filled and levelled, and notes on what was left out or filled."""
+    """Return the scan of contents in m, filled and levelled, and notes on points left out or filled."""
     heights, marks = without_marks(found.heights)
     left_out = [*found.left_out, *(f"heights of {mark:g}, which stand for undefined points" for mark in marks)]
     notes = [f"left out: {' and '.join(left_out)}"] if left_out else []
     _check_points(heights.shape)
     sizes = tuple(float(size) for size in found.sizes or ())
     if not all(0.0 < size < np.inf for size in sizes):
-        raise NoHeightsError(f"says sizes of {' and '.join(f'{size:.4g} m' for size in sizes)}; they must be above 0")
+        raise NoHeightsError(f"has sizes of {' and '.join(f'{size:.4g} m' for size in sizes)}; they must be above 0")
     undefined = np.isnan(heights)
     share = float(np.mean(undefined))
     most = _MOST_UNDEFINED if fill is None else _MOST_FILLED

@@ -1,4 +1,4 @@
-"""Text files of numbers: how numbers are divided, decimal commas, and what of them is no height."""
+"""Text files of numbers: separators, decimal commas, and columns or rows that are no heights."""
 
 import re
 from itertools import product
@@ -47,7 +47,7 @@ _LAYOUTS = [Layout(divider, comma) for divider in (";", "\t", None) for comma in
 class Table(NamedTuple):
     """The numbers of a text, and the lines before them."""
 
-    numbers: Array  # NaN where undefined
+    numbers: Array  # undefined ones NaN
     header: list[str]
     layout: Layout
 
@@ -65,7 +65,7 @@ def decoded(content: bytes) -> str | None:
 
 
 def table_of(text: str) -> Table:
-    """Return the numbers of a text; NoHeightsError that names the line where it holds anything else."""
+    """Return the numbers of a text; NoHeightsError that names the first line with anything else."""
     lines = [(k, line) for k, line in enumerate(text.splitlines(), start=1) if line.strip()]
     plain = [(k, line.split("#")[0]) for k, line in lines]
     first = next((i for i, (_, line) in enumerate(plain) if any(one.fits(line) for one in _LAYOUTS)), None)
@@ -102,7 +102,7 @@ def refuse_damaged(lines: list[str]) -> None:
 
 
 def _layout_of(lines: list[str]) -> Layout:
-    """Return how the numbers of these lines are divided; NoHeightsError where that can be read in two ways."""
+    """Return the layout of the numbers of these lines; NoHeightsError if it is ambiguous."""
     fitting = [one for one in _LAYOUTS if all(one.fits(line) for line in lines)]
     if not fitting:  # a line further down is no line of numbers: it is named when it is read
         return next(one for one in _LAYOUTS if one.fits(lines[0]))
@@ -177,7 +177,7 @@ def without_coordinates(numbers: Array, left_out: tuple[str, ...] = ()) -> Conte
 def _counts(line: Array, others: Array) -> bool:
     """Whether a line goes in even steps, as coordinates do, and the lines of heights beside it do not.
 
-    Either it is a straight line to rounding where the others are rough. Or it rises or falls at each step, nearly
+    Either it is a straight line to rounding while the others are rough. Or it rises or falls at each step, nearly
     evenly, and is far from the line beside it. A tilted map has neither: its lines are as straight as the first.
     """
     if line.size < 3 or len(others) < 2 or not np.isfinite(line).all():
@@ -206,7 +206,7 @@ def _distance_from_straight(row: Array) -> float:
 
 
 def _number(field: str) -> float:
-    """Return the number of a field, NaN where undefined; ValueError for anything else, and for Python's 1_000."""
+    """Return the number of a field, NaN if undefined; ValueError for anything else, and for Python's 1_000."""
     if "_" in field:
         raise ValueError
     return np.nan if field.lower() in _UNDEFINED else float(field)

@@ -1,7 +1,7 @@
 """The texture of a measured map: the lay of its slopes, and how far its heights are from Gaussian ones.
 
 C(q) is averaged over directions and has no phases. Surfaces drawn from C(q) have slopes that are alike in all
-directions, and Gaussian heights. The texture of a map shows where the map differs from them.
+directions, and Gaussian heights. The texture of a map measures its difference from them.
 """
 
 from collections.abc import Iterator
@@ -26,10 +26,10 @@ _INSTEAD = "`roughsim press` computes the map itself"
 
 
 class Texture(NamedTuple):
-    """The texture of one map; its order is that of the rows of `psd_texture` in a scene."""
+    """The texture of one map, in the order of the rows of `psd_texture` in a scene."""
 
-    ratio: float  # rms slope across the lay over that along it, ≥ 1, of all waves
-    angle: float  # of the lay, where slopes are least: radians from axis 0 towards axis 1, 0 ≤ angle < π
+    ratio: float  # ratio of the rms slopes across and along the lay, ≥ 1, of all waves
+    angle: float  # of the lay, the direction of least slopes: radians from axis 0 towards axis 1, 0 ≤ angle < π
     band_ratio: float  # the same of the octave of waves with the largest ratio; of all waves if no octave has enough
     band_angle: float
     band_low: float  # its wavenumbers, rad/m
@@ -37,7 +37,7 @@ class Texture(NamedTuple):
     skewness: float  # ⟨h³⟩/⟨h²⟩^(3/2), 0 of Gaussian heights
     kurtosis: float  # ⟨h⁴⟩/⟨h²⟩², 3 of Gaussian heights
     outlying: float  # share of the points beyond 8 rms heights
-    slope_of_tops: float  # rms slope of the highest 5 % of the points over that of all, 1 of Gaussian heights
+    slope_of_tops: float  # rms slope of the highest 5 % of the points over the rms slope of all, 1 of Gaussian heights
 
     @property
     def isotropic(self) -> bool:
@@ -97,7 +97,7 @@ def _in_degrees(angle: float) -> str:
 def texture_of(heights: Array, grid: Grid, *, periodic: bool, reliable: float = np.inf) -> Texture:
     """Return the texture of a map without mean and tilt.
 
-    Slopes are those of all waves that the map shows alike in all directions, up to the lower of its two Nyquist
+    Slopes include all waves that the map resolves alike in all directions, up to the lower of its two Nyquist
     wavenumbers, and of the periodic part of the map. So neither edges nor oblong pixels make a lay.
 
     Parameters
@@ -131,7 +131,7 @@ _OneLay = tuple[float, float, float, float]  # ratio, angle, and the lowest and 
 
 
 def lays(power: Array, grid: Grid, q_max: float) -> tuple[_OneLay, list[_OneLay]]:
-    """Return the lay of all waves up to `q_max`, rad/m, and those of octaves with enough modes.
+    """Return the lay of all waves up to `q_max`, rad/m, and the lays of octaves with enough modes.
 
     `power` is |h(q⃗)|² at the modes of `grid.half_shape`, times their multiplicity.
     """
@@ -161,7 +161,7 @@ def _principal_axes(xx: float, xy: float, yy: float) -> tuple[float, float]:
 
 
 def slope_of_tops(heights: Array, grid: Grid) -> float:
-    """Return the rms slope of the highest points, `_TOPS` of all, over that of all, by central differences."""
+    """Return the rms slope of the highest points (share `_TOPS`) over the rms slope of all, by central differences."""
     inner, (dx, dy) = heights[1:-1, 1:-1], grid.spacing
     along_x, along_y = heights[2:, 1:-1] - heights[:-2, 1:-1], heights[1:-1, 2:] - heights[1:-1, :-2]
     squares = (along_x / dx) ** 2 + (along_y / dy) ** 2
