@@ -63,10 +63,8 @@ def self_consistent(
 
 
 def _table(temperature: ArrayLike, penetration_hardness: ArrayLike) -> tuple[Array, Array]:
-    temperatures, hardness = (
-        real_array("temperature", temperature, "K"),
-        real_array("penetration_hardness", penetration_hardness, "Pa"),
-    )
+    temperatures = real_array("temperature", temperature, "K")
+    hardness = real_array("penetration_hardness", penetration_hardness, "Pa")
     if (
         temperatures.ndim != 1
         or temperatures.size < 2

@@ -84,16 +84,21 @@ def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Arr
     logs = np.log(np.unique(np.concatenate(pieces)))
     width = np.diff(logs)
     inner = np.exp(logs[:-1, None] + width[:, None] * (1 + share) / 2)
-    power = 2 * pi * inner**2 * density(spectrum, inner) @ weights / 2 * width
-    spread = sqrt(modulus**2 / 4 * float(np.sum(power * np.exp(2 * (logs[:-1] + width / 2)))))
+    power = 2 * pi * inner**2 * density(spectrum, inner) @ weights / 2 * width  # 2π ∫ q C dq of each interval
+    square = np.exp(2 * (logs[:-1] + width / 2))  # q² at its middle
+    spread = sqrt(modulus**2 / 4 * float(np.sum(power * square)))
     end = np.array(breaks[-1:])  # and not exp(ln q_max): rounding may put it beyond C(q), at C = 0
     last = 2 * pi * float((end**2 * density(spectrum, end))[0]) * _SMOOTHED
-    table = max(last, _SMOOTHED * power[-1]) + np.append(np.cumsum(power[::-1])[::-1], 0.0)
+    beyond = np.append(np.cumsum(power[::-1])[::-1], 0.0)
+    table = max(last, _SMOOTHED * power[-1]) + beyond  # v at each of `logs`
+    log_variance = np.log(table)
     finer = 1 + (_FIRST - 1) * (table[:-1] / table[0]) ** 2
-    steps = np.maximum(-finer * np.diff(np.log(table)), width) / step
+    steps = np.maximum(-finer * np.diff(log_variance), width) / step
     count = np.append(0.0, np.cumsum(steps))
-    at = np.interp(np.linspace(0.0, count[-1], ceil(count[-1]) + 1), count, logs)
-    return np.exp(at), np.exp(np.interp(at, logs, np.log(table))), spread
+    even = np.linspace(0.0, count[-1], ceil(count[-1]) + 1)
+    at = np.interp(even, count, logs)
+    variance = np.exp(np.interp(at, logs, log_variance))
+    return np.exp(at), variance, spread
 
 
 def interface_law(z: Array, variance: Array, ramp: Array) -> Array:
@@ -184,11 +189,15 @@ def _rates(z: Array, hardness: float) -> tuple[Array, Array]:
 def between_shells(square: Array, variance: Array) -> Array:
     """Return ∫ κ² dv from each row to the next: a power of v between them, exact for full contact with C ~ q^n."""
     safe = np.maximum(square, 1e-100 * square.max())
-    volume = safe * variance.reshape(-1, *[1] * (square.ndim - 1))
-    ratio = np.log(volume[:-1] / volume[1:])  # ln of κ²v, and of v below
-    fall = np.log(variance[:-1] / variance[1:]).reshape(-1, *[1] * (square.ndim - 1))
+    column = (-1, *[1] * (square.ndim - 1))
+    volume = safe * variance.reshape(column)  # κ²v
+    before = volume[:-1]
+    after = volume[1:]
+    ratio = np.log(before / after)
+    fall = np.log(variance[:-1] / variance[1:]).reshape(column)
     level = np.abs(ratio) < 1e-6
-    mean = np.where(level, volume[1:], (volume[:-1] - volume[1:]) / np.where(level, 1.0, ratio))
+    logarithmic = (before - after) / np.where(level, 1.0, ratio)
+    mean = np.where(level, after, logarithmic)
     return np.asarray(np.where(square[:-1] > 0.0, mean * fall, 0.0))
 
 
@@ -198,7 +207,9 @@ def _spread(growth: Array, rates: tuple[Array, Array], start: int) -> Array:
     result = np.zeros((growth.shape[0] + 1, growth.shape[1]))
     result[0, start] = 1.0
     for i, power in enumerate(growth):
-        below, diagonal, above = (power * up)[:-1], -power * (up + down) - (1 + 1j), (power * down)[1:]
+        below = (power * up)[:-1]
+        diagonal = -power * (up + down) - (1 + 1j)
+        above = (power * down)[1:]
         solved = scipy.linalg.lapack.zgtsv(below + 0j, diagonal, above + 0j, result[i] + 0j)[3]
         result[i + 1] = 2 * solved.imag
     return result

@@ -162,7 +162,8 @@ def refine(integrands: Integrands, panels: Panels, *, running: bool = False) -> 
     """
     values = integrands(panels)
     error = np.full(values.shape[:2], np.inf)
-    while (untested := np.isinf(error[0])).any():
+    untested = np.isinf(error[0])
+    while untested.any():
         halves = panels.take(untested).halves()
         finer = integrands(halves)
         error[:, untested] = _departure(values[:, untested], finer)
@@ -175,6 +176,7 @@ def refine(integrands: Integrands, panels: Panels, *, running: bool = False) -> 
                 f"an integral over wavenumber needs more than {_MOST_PANELS} panels; name the kinks of the spectrum "
                 "in its breaks"
             )
+        untested = np.isinf(error[0])
     _confirm(error, _scale(values, running))
     return panels, values
 

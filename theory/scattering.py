@@ -149,15 +149,24 @@ def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
 def _carried_back(values: Array, growth: Array, rates: tuple[Array, Array]) -> Array:
     """Return the mean of `values`, (pressures, ...), given the pressure before it has spread by `growth`, Pa²."""
     up, down = rates
-    matrix = (-(growth * down)[1:], 1 + growth * (up + down), -(growth * up)[:-1])
-    return np.asarray(scipy.linalg.lapack.dgtsv(*matrix, values)[3])
+    below = -(growth * down)[1:]
+    diagonal = 1 + growth * (up + down)
+    above = -(growth * up)[:-1]
+    return np.asarray(scipy.linalg.lapack.dgtsv(below, diagonal, above, values)[3])
 
 
 def _density(grid: Array, held: Array) -> Table:
     """Return ln of the density per area of wavenumbers of the power `held` at each ln q of a uniform grid."""
-    last = int(np.searchsorted(np.cumsum(held), (1 - _LAST) * held.sum())) + 1
-    area = 2 * pi * np.exp(2 * grid[:last]) * BIN
+    total = held.sum()
+    highest = held.max()
+    last = int(np.searchsorted(np.cumsum(held), (1 - _LAST) * total)) + 1
+    place = grid[:last]
+    power = held[:last]
+    area = 2 * pi * np.exp(2 * place) * BIN
     area[0] = pi * np.exp(2 * grid[0])  # of the whole disc below
-    values = np.maximum(held[:last], _NOTHING * held.max() + np.finfo(float).tiny) / area
-    weight = np.sqrt(np.maximum(held[:last] / held.max(), _FAINT**2)) if held.any() else np.ones(last)
-    return Table(grid[:last], np.log(values), weight)
+    least = _NOTHING * highest + np.finfo(float).tiny
+    density = np.maximum(power, least) / area
+    weight = np.ones(last)
+    if held.any():
+        weight = np.sqrt(np.maximum(power / highest, _FAINT**2))
+    return Table(place, np.log(density), weight)

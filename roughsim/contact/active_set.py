@@ -84,7 +84,10 @@ def solve_contact(
     # if no point lifts off, closed form; else a solve, coarse grids first
     closed_form = full_contact(problem, relief)
     if closed_form is not None:
-        (pressure, gap), residual, iterations, transforms = closed_form, 0.0, 0, 2.0
+        pressure, gap = closed_form
+        residual = 0.0
+        iterations = 0
+        transforms = 2.0
     else:
         levels = coarser(problem, relief, 0 if earlier is None else earlier.size)
         del relief  # its spectrum is as large as the heights

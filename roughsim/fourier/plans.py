@@ -221,8 +221,12 @@ class Transform:
 def transform(shape: tuple[int, int], dtype: DTypeLike, axes: tuple[int, ...] = (0, 1)) -> Transform:
     """Return a `Transform` that belongs to this Python thread; its buffers are large, so few are kept."""
     key = shape, np.dtype(dtype).char, get_threads()
-    make = lambda: Transform(shape, dtype, axes=axes)  # noqa: E731
-    result: Transform = thread_cache(f"transforms over {axes}", key, make, most=4 if axes == (0, 1) else 2)
+    most = 4 if axes == (0, 1) else 2
+
+    def make() -> Transform:
+        return Transform(shape, dtype, axes=axes)
+
+    result: Transform = thread_cache(f"transforms over {axes}", key, make, most=most)
     return result
 
 

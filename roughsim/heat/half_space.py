@@ -169,20 +169,30 @@ def _hottest_along(
     The trailing edge of the pixel is colder than just ahead of it. The distance from that edge is halved until heat no
     longer drifts over it, and then a parabola is laid through the three points around the best.
     """
-    axis, sense = pair[k], math.copysign(1.0, pair[k].drift)
+    axis = pair[k]
+    sense = math.copysign(1.0, axis.drift)
     pixel = sense * math.floor(sense * place[k] + 0.5)
     halvings = np.arange(0.0, 1.0 + math.ceil(math.log2(10 * axis.peclet)))
 
     def point(halving: float) -> tuple[float, Place]:
         position = pixel + sense * (2.0**-halving - 0.5)
         moved = (position, place[1]) if k == 0 else (place[0], position)
-        i, j = (min(max(math.floor(s + 0.5), 0), a.count - 1) for s, a in zip(moved, pair, strict=True))
-        x, y = (replace(a, shift=s - n) for a, s, n in zip(pair, moved, (i, j), strict=True))
-        return temperature_at((i, j), flux, x, y, depth=depth, end=end), moved
+        indices = []
+        shifted = []
+        for place_along, axis_along in zip(moved, pair, strict=True):
+            index = min(max(math.floor(place_along + 0.5), 0), axis_along.count - 1)
+            indices.append(index)
+            shifted.append(replace(axis_along, shift=place_along - index))
+        value = temperature_at((indices[0], indices[1]), flux, shifted[0], shifted[1], depth=depth, end=end)
+        return value, moved
 
-    values = [point(float(halving)) for halving in halvings]
-    n = min(max(int(np.argmax([value for value, _ in values])), 1), len(values) - 2)
-    low, middle, high = (value for value, _ in values[n - 1 : n + 2])
+    points = [point(float(halving)) for halving in halvings]
+    values = [value for value, _ in points]
+    n = min(max(int(np.argmax(values)), 1), len(values) - 2)
+    low, middle, high = values[n - 1 : n + 2]
     bend = low - 2 * middle + high
-    top = halvings[n] + (low - high) / (2 * bend) if bend < 0.0 else halvings[n]
-    return max([*values, point(float(np.clip(top, halvings[0], halvings[-1])))])
+    top = halvings[n]
+    if bend < 0.0:
+        top = halvings[n] + (low - high) / (2 * bend)
+    vertex = float(np.clip(top, halvings[0], halvings[-1]))
+    return max([*points, point(vertex)])

@@ -87,11 +87,14 @@ class Axis:
         if self.averaged:
             edges = np.concatenate((offsets[:1] - 1, offsets, offsets[-1:] + 1))[:, None] * self.size
             scaled = (edges + self.drift * u**2) / (2 * u)
-            integral = scaled * scipy.special.erf(scaled) + np.exp(-(scaled**2)) / math.sqrt(math.pi)
+            tail = np.exp(-(scaled**2)) / math.sqrt(math.pi)
+            integral = scaled * scipy.special.erf(scaled) + tail
             mean: Array = np.diff(integral, 2, axis=0) * (u / self.size)
             return mean
-        edges = (np.append(offsets - 0.5, offsets[-1] + 0.5) + self.shift)[:, None] * self.size
-        risen: Array = scipy.special.erf((edges + self.drift * u**2) / (2 * u))
+        sides = np.append(offsets - 0.5, offsets[-1] + 0.5) + self.shift
+        edges = sides[:, None] * self.size
+        scaled = (edges + self.drift * u**2) / (2 * u)
+        risen: Array = scipy.special.erf(scaled)
         return (risen[1:] - risen[:-1]) / 2
 
 
@@ -101,27 +104,35 @@ def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Array:
     `end` is √(Dt), t the time since the start from rest; inf is the steady state. Shape (2 n_x − 1, 2 n_y − 1), offsets
     from −(n − 1) to n − 1 pixels; without the negative offsets of an axis y along which it is even.
     """
-    base = (0 if x.mirrored else x.count - 1, 0 if y.mirrored else y.count - 1)
-    result = np.zeros((x.count + base[0], y.count + base[1]))
-    for i0, j0, along, across in _shares(x, y, depth, end, (-base[0], x.count - 1), (-base[1], y.count - 1)):
-        part = result[i0 + base[0] :, j0 + base[1] :]
+    before_x = 0 if x.mirrored else x.count - 1  # negative offsets along x
+    before_y = 0 if y.mirrored else y.count - 1
+    rows = (-before_x, x.count - 1)
+    columns = (-before_y, y.count - 1)
+    result = np.zeros((x.count + before_x, y.count + before_y))
+    for row, column, along, across in _shares(x, y, depth, end, rows, columns):
+        part = result[row + before_x :, column + before_y :]
         part[: len(along), : len(across)] += along @ across.T
     # the oldest heat is the same at all offsets but for a factor along each axis
     oldest = _oldest_heat(x, y, depth, end)
     if oldest:
-        result += oldest * _slants(x, base[0])[:, None] * _slants(y, base[1])
+        result += oldest * _slants(x, before_x)[:, None] * _slants(y, before_y)
     return np.concatenate((result[:0:-1], result)) if x.mirrored else result
 
 
 def temperature_at(pixel: tuple[int, int], flux: Array, x: Axis, y: Axis, *, depth: float, end: float) -> float:
     """Return κT at the point of one pixel that the shifts of the axes name, for a flux on all pixels."""
-    total, (i, j) = 0.0, pixel
-    for i0, j0, along, across in _shares(x, y, depth, end, (i + 1 - x.count, i), (j + 1 - y.count, j)):
-        part = flux[: i - i0 + 1, : j - j0 + 1][-len(along) :, -len(across) :]
+    i, j = pixel
+    rows = (i + 1 - x.count, i)
+    columns = (j + 1 - y.count, j)
+    total = 0.0
+    for row, column, along, across in _shares(x, y, depth, end, rows, columns):
+        reaching = flux[: i - row + 1, : j - column + 1]
+        part = reaching[-len(along) :, -len(across) :]
         total += float((along[::-1] * (part @ across[::-1])).sum())
     oldest = _oldest_heat(x, y, depth, end)
     if oldest:
-        along, across = (_slants(axis, axis.count - 1)[k : k + axis.count][::-1] for axis, k in ((x, i), (y, j)))
+        along = _slants(x, x.count - 1)[i : i + x.count][::-1]
+        across = _slants(y, y.count - 1)[j : j + y.count][::-1]
         total += oldest * float(along @ flux @ across)
     return total
 
@@ -134,11 +145,16 @@ def _shares(
     Shares along x, with the weights of the nodes, and along y, each of shape (offsets, nodes).
     """
     for nodes, weights, reach in _rules(x, y, depth, end):
-        (i0, i1), (j0, j1) = x.reached(*reach), y.reached(*reach)
-        i0, i1, j0, j1 = max(i0, rows[0]), min(i1, rows[1]), max(j0, columns[0]), min(j1, columns[1])
-        if i0 <= i1 and j0 <= j1:
-            along = x.share(np.arange(i0, i1 + 1.0), nodes) * weights
-            yield i0, j0, along, y.share(np.arange(j0, j1 + 1.0), nodes)
+        first_row, last_row = x.reached(*reach)
+        first_row = max(first_row, rows[0])
+        last_row = min(last_row, rows[1])
+        first_column, last_column = y.reached(*reach)
+        first_column = max(first_column, columns[0])
+        last_column = min(last_column, columns[1])
+        if first_row <= last_row and first_column <= last_column:
+            along = x.share(np.arange(first_row, last_row + 1.0), nodes) * weights
+            across = y.share(np.arange(first_column, last_column + 1.0), nodes)
+            yield first_row, first_column, along, across
 
 
 def _rules(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[Array, Array, tuple[float, float]]]:

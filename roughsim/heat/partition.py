@@ -97,11 +97,16 @@ def partition_heat(
     flash = [float((temperature * flux).sum() / flux.sum()) for temperature in full]
     # the one-number rule, and the difference of the two temperatures under it
     share = moving_share = flash[0] / sum(flash)
-    colder, warmer = ((1 - share) * full[0])[contact], (share * full[1])[contact]
+    temperature = share * full[1]
+    entering = share * flux
+    colder = ((1 - share) * full[0])[contact]
+    warmer = temperature[contact]
     mismatch = float(np.abs(colder - warmer).max() / max(colder.max(), warmer.max()))
-    entering, temperature, residual, applications = share * flux, share * full[1], 0.0, 0
+    residual = 0.0
+    applications = 0
     if pointwise:
-        total, scale = spectra[0] + spectra[1], float(np.linalg.norm(full[0][contact]))
+        total = spectra[0] + spectra[1]
+        scale = float(np.linalg.norm(full[0][contact]))
         slower = min(abs(body.speed) / body.diffusivity for body in (resting, moving)) * grid.lengths[0]
         inverse = _nearly_inverse(contact, grid, total, slower)
         change, residual, applications = _close_the_jump(colder - warmer, contact, total, inverse, scale)

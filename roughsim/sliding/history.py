@@ -66,8 +66,13 @@ def follow(
         conductivity=[motion.moving.conductivity for motion in motions],
         diffusivity=[motion.moving.diffusivity for motion in motions],
     )
-    correlation, spots, projector = StressCorrelation(grid), SpotLives(), Projector(grid, len(motions), filmed)
-    rows, fractions, frozen, before = [], [], [], None
+    correlation = StressCorrelation(grid)
+    spots = SpotLives()
+    projector = Projector(grid, len(motions), filmed)
+    rows = []
+    fractions = []
+    frozen = []
+    before = None
     late: Array = np.zeros(())  # sum of the spectra over the last steps
     for n, step in enumerate(walk(contacts, grid, path, motions)):
         correlation.add(step.stress)

@@ -122,7 +122,10 @@ def _polar_cells(psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index
     `psd` may return several spectra at once, along the first axes: then the result has these axes, too.
     """
     # equal cells are integrated once: ±k_x, and in a square cell (k_x, k_y) and (k_y, k_x)
-    short, long = (np.minimum(kx, ky), np.maximum(kx, ky)) if steps[0] == steps[1] else (kx, ky)
+    short, long = kx, ky
+    if steps[0] == steps[1]:
+        short = np.minimum(kx, ky)
+        long = np.maximum(kx, ky)
     most = int(long.max(initial=0)) + 1
     cells, entry = np.unique(short * most + long, return_inverse=True)
     kx, ky = np.divmod(cells, most)

@@ -118,34 +118,66 @@ def _hertz_line(delta: float, peclet: float) -> float:
 
 
 def _disc_line(delta: float, peclet: float) -> float:
+    """Return the temperature of a uniform disc on its centre line, `delta` from its trailing edge."""
     front = rule(towards_zero(0.5 / np.sqrt(peclet + 1), pi / 4))
     aside = rule(towards_zero(0.25 * np.sqrt(delta), pi / 4))
+    back = rule(np.array([0.0, pi / 4]))
     half = delta * (2 - delta)
 
     def ray(c: Array, haversine: Array) -> Array:
+        """Integral along a ray, c the cosine of its direction, haversine = (1 − c)/2."""
         root = np.sqrt(half + ((1 - delta) * c) ** 2)
-        reach = np.where(c > 0, root + (1 - delta) * c, half / (root + (1 - delta) * np.abs(c)))
+        ahead = root + (1 - delta) * c
+        behind = half / (root + (1 - delta) * np.abs(c))
+        reach = np.where(c > 0, ahead, behind)
         return _through(reach, peclet * haversine)
 
-    total = front.integral(lambda phi: ray(np.cos(phi), np.sin(phi / 2) ** 2))
-    total += aside.integral(lambda psi: ray(np.sin(psi), (1 - np.sin(psi)) / 2))
-    total += aside.integral(lambda psi: ray(-np.sin(psi), (1 + np.sin(psi)) / 2))
-    total += rule(np.array([0.0, pi / 4])).integral(lambda psi: ray(-np.cos(psi), np.cos(psi / 2) ** 2))
+    def forwards(phi: Array) -> Array:
+        return ray(np.cos(phi), np.sin(phi / 2) ** 2)
+
+    def aside_ahead(psi: Array) -> Array:
+        sine = np.sin(psi)
+        return ray(sine, (1 - sine) / 2)
+
+    def aside_behind(psi: Array) -> Array:
+        sine = np.sin(psi)
+        return ray(-sine, (1 + sine) / 2)
+
+    def backwards(psi: Array) -> Array:
+        return ray(-np.cos(psi), np.cos(psi / 2) ** 2)
+
+    total = front.integral(forwards)
+    total += aside.integral(aside_ahead)
+    total += aside.integral(aside_behind)
+    total += back.integral(backwards)
     return float(total / pi)
 
 
 def _square_line(delta: float, peclet: float) -> float:
+    """Return the temperature of a uniform square on its centre line, `delta` from its trailing edge."""
     corner = np.arctan(1 / (2 - delta))
     front = rule(towards_zero(0.5 / np.sqrt(peclet + 1), corner))
     side = rule(np.linspace(corner, pi / 2 + np.arctan(delta), 5))
-    back = rule(np.append(np.arange(0.0, np.arcsinh(1 / delta)), np.arcsinh(1 / delta)))  # reach = δ cosh w
+    farthest = np.arcsinh(1 / delta)
+    back = rule(np.append(np.arange(0.0, farthest), farthest))  # in w, reach = δ cosh w
+
+    def forwards(phi: Array) -> Array:
+        decay = peclet * np.sin(phi / 2) ** 2
+        return _through((2 - delta) / np.cos(phi), decay)
+
+    def sideways(phi: Array) -> Array:
+        decay = peclet * np.sin(phi / 2) ** 2
+        return _through(1 / np.sin(phi), decay)
 
     def backwards(w: Array) -> Array:
-        return _through(delta * np.cosh(w), peclet * (1 + 1 / np.cosh(w)) / 2) / np.cosh(w)
+        stretch = np.cosh(w)
+        decay = peclet * (1 + 1 / stretch) / 2
+        return _through(delta * stretch, decay) / stretch
 
-    total = front.integral(lambda phi: _through((2 - delta) / np.cos(phi), peclet * np.sin(phi / 2) ** 2))
-    total += side.integral(lambda phi: _through(1 / np.sin(phi), peclet * np.sin(phi / 2) ** 2))
-    return float((total + back.integral(backwards)) / pi)
+    total = front.integral(forwards)
+    total += side.integral(sideways)
+    total += back.integral(backwards)
+    return float(total / pi)
 
 
 def _through(reach: Array, decay: Array) -> Array:

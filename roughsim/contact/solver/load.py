@@ -20,7 +20,10 @@ def find_offset(
     at which the load is at least the target; it is called only if Newton's method leaves these bounds.
     """
     offset, excess, inside = first
-    low, high, bracketed, last = -inf, inf, False, False
+    low = -inf
+    high = inf
+    bracketed = False
+    last = False
     for _ in range(200):
         # the sum rises with d: the sign of the excess is the side of the solution on which d lies
         if excess > 0.0:
@@ -32,7 +35,9 @@ def find_offset(
         if not low < proposal < high:
             if not bracketed:
                 least, most = bracket()
-                low, high, bracketed = max(low, least), min(high, max(least, most)), True
+                low = max(low, least)
+                high = min(high, max(least, most))
+                bracketed = True
             proposal = 0.5 * (low + high)
         if proposal == offset or not low < high:
             if not (excess < -1e-9 * target and high < inf):

@@ -130,7 +130,10 @@ def _highest_wavenumber(grid: Grid, spectrum: Field) -> float:
     along, across = squares(grid)
 
     def greatest(least: float) -> list[tuple[float, float]]:
-        search = lambda a, b: kernels.highest(a, b, spectrum, along, across, least)  # noqa: E731
+        def search(start: int, stop: int) -> tuple[float, float]:
+            power, square = kernels.highest(start, stop, spectrum, along, across, least)
+            return power, square
+
         return run(search, spans(*spectrum.shape))
 
     least = 1e-24 * max(power for power, _ in greatest(np.inf))
@@ -154,11 +157,15 @@ def coarser(finest: ScaledProblem, relief: _Relief, known: int = 0) -> list[Scal
 
 def truncated(relief: _Relief, shape: tuple[int, int]) -> tuple[Grid, Field]:
     """Return a coarser grid, and the heights on it."""
-    (nx, ny), spectrum = shape, relief.spectrum
-    grid, heights = Grid(shape, relief.grid.lengths), np.empty(shape)
+    nx, ny = shape
+    spectrum = relief.spectrum
+    grid = Grid(shape, relief.grid.lengths)
+    heights = np.empty(shape)
     operator = kept_half_space(grid, np.float64)
+    coarse = operator.complex_spectrum
+    rows = ny // 2 + 1
+    positive = (nx + 1) // 2
     # a Nyquist row or column that the finest has not is dropped
-    coarse, rows, positive = operator.complex_spectrum, ny // 2 + 1, (nx + 1) // 2
     coarse[:, :positive] = spectrum[:rows, :positive]
     coarse[:, positive:] = spectrum[:rows, spectrum.shape[1] - nx + positive :]
     if nx % 2 == 0 and nx < relief.grid.shape[0]:
@@ -173,15 +180,22 @@ def _pressed_at(point: int, grid: Grid, spectrum: Field) -> float:
     """Return p − load = |q|h/2 of full contact at one point of the flattened grid: one sum."""
     along, across = squares(grid)
     row, column = divmod(point, grid.shape[1])
-    turn, other = 2 * np.pi * row / grid.shape[0] * np.arange(along.size), 2 * np.pi * column / grid.shape[1]
-    turns, modes = other * np.arange(across.size), grid.multiplicity[0]
-    phases, others = (np.cos(turn), np.sin(turn)), (modes * np.cos(turns), modes * np.sin(turns))
+    # phases q·x of the point, along both axes
+    turn_along = 2 * np.pi * row / grid.shape[0] * np.arange(along.size)
+    turn_across = 2 * np.pi * column / grid.shape[1] * np.arange(across.size)
+    multiplicity = grid.multiplicity[0]
+    phases = (np.cos(turn_along), np.sin(turn_along))
+    cosine = multiplicity * np.cos(turn_across)
+    sine = multiplicity * np.sin(turn_across)
 
     def pressed(start: int, stop: int) -> float:
-        pairs, rows = np.ascontiguousarray(spectrum[start:stop]).view(np.float64), slice(start, stop)
-        return kernels.point_sum(pairs, along, across[rows], phases, (others[0][rows], others[1][rows]))
+        rows = slice(start, stop)
+        pairs = np.ascontiguousarray(spectrum[rows]).view(np.float64)
+        part: float = kernels.point_sum(pairs, along, across[rows], phases, (cosine[rows], sine[rows]))
+        return part
 
-    return 0.5 * float(sum(run(pressed, spans(*spectrum.shape))))
+    parts = run(pressed, spans(*spectrum.shape))
+    return 0.5 * float(sum(parts))
 
 
 def full_contact(problem: ScaledProblem, relief: _Relief) -> tuple[Field, Field] | None:

@@ -116,9 +116,12 @@ def discs(grid: Grid) -> tuple[list[tuple[slice, slice]], Grid]:
     whole = grid.shape[along]
     points = min(max(round(min(grid.lengths) / grid.spacing[along]), 2), whole)
     count = 1 + math.ceil((whole - points) / (0.5 * points))
-    places = [slice(int(start), int(start) + points) for start in np.rint(np.linspace(0, whole - points, count))]
-    shape, lengths = list(grid.shape), list(grid.lengths)
-    shape[along], lengths[along] = points, points * grid.spacing[along]
+    starts = np.rint(np.linspace(0, whole - points, count)).astype(int).tolist()
+    places = [slice(start, start + points) for start in starts]
+    shape = list(grid.shape)
+    shape[along] = points
+    lengths = list(grid.lengths)
+    lengths[along] = points * grid.spacing[along]
     part = Grid((shape[0], shape[1]), (lengths[0], lengths[1]))
     return [(place, slice(None)) if along == 0 else (slice(None), place) for place in places], part
 
@@ -295,11 +298,13 @@ def _with_ends(q: Array, psd: Array, errors: Array, longest: float, q_max: float
     times as large: its square then is at least the square of the sum.
     """
     rows = np.flatnonzero(q < q_max * (1 - 1e-6)).tolist()
-    slopes = -_lowest_exponent(q, psd), float(np.log(psd[-1] / psd[-2]) / np.log(q[-1] / q[-2]))
+    lowest_slope = -_lowest_exponent(q, psd)
+    highest_slope = float(np.log(psd[-1] / psd[-2]) / np.log(q[-1] / q[-2]))
     last = min(len(rows), q.size - 1)  # the row that the end is nearest to
     first = [0] if longest < 0.999 * q[0] else []
     source = np.array([*first, *rows, last])  # row of the error of each row of the result
-    low, high = psd[first] * (longest / q[first]) ** slopes[0], psd[last] * (q_max / q[last]) ** slopes[1]
+    low = psd[first] * (longest / q[first]) ** lowest_slope
+    high = psd[last] * (q_max / q[last]) ** highest_slope
     psd = np.concatenate([low, psd[rows], [high]])
     q = np.concatenate([np.full(len(first), longest), q[rows], [q_max]])
     errors = errors[source]

@@ -90,6 +90,11 @@ def overshoots(surface: Array, heights: Array, grid: Grid, q_max: float) -> NDAr
     around = 2 * ceil(grid.nyquist / q_max * (1 - 1e-9))  # points: up to half the shortest wave on both sides
     highest = maximum_filter(heights, around, origin=-1, mode="wrap")
     rows, columns = (np.arange(new) * old // new for new, old in zip(surface.shape, heights.shape, strict=True))
-    steps = np.abs(np.concatenate([np.diff(heights, axis=axis).ravel() for axis in (0, 1)]))
-    far = 2.0 * float(np.median(steps[steps > 0.0])) if steps.any() else 0.0
-    return np.asarray(surface - highest[np.ix_(rows, columns)] > far)
+    along = np.diff(heights, axis=0).ravel()
+    across = np.diff(heights, axis=1).ravel()
+    steps = np.abs(np.concatenate([along, across]))
+    far = 0.0
+    if steps.any():
+        far = 2.0 * float(np.median(steps[steps > 0.0]))
+    excess = surface - highest[np.ix_(rows, columns)]
+    return np.asarray(excess > far)

@@ -27,13 +27,18 @@ def line_modes(
     `length` is in m. A Hann window is used unless the line is periodic. `reliable` is the wavenumber, rad/m, up to
     which the instrument resolves.
     """
-    points, step = heights.size, 2 * np.pi / length
-    weight = np.ones(points) if periodic else 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(points) + 0.5) / points)
-    modes = np.fft.rfft(heights * weight)[1 : (points + 1) // 2]  # without q = 0 and the Nyquist wavenumber
+    points = heights.size
+    step = 2 * np.pi / length
+    window = np.ones(points)
+    if not periodic:
+        window = 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(points) + 0.5) / points)
+    modes = np.fft.rfft(heights * window)[1 : (points + 1) // 2]  # without q = 0 and the Nyquist wavenumber
     k: Array = step * np.arange(1.0, modes.size + 1.0)
     inside = k <= reliable
-    along: Array = np.abs(modes[inside]) ** 2 / (points**2 * step * float(np.mean(weight**2)))
-    return k[inside], along, float(np.mean(weight**4) / np.mean(weight**2) ** 2)
+    square = np.mean(window**2)
+    along: Array = np.abs(modes[inside]) ** 2 / (points**2 * step * float(square))
+    together = float(np.mean(window**4) / square**2)
+    return k[inside], along, together
 
 
 def of_surface(k: Array, along: Array, *, together: float = 1.0, lines: int = 1) -> Bins:
@@ -42,16 +47,20 @@ def of_surface(k: Array, along: Array, *, together: float = 1.0, lines: int = 1)
     `k` are their wavenumbers, rad/m, in even steps from one step on, and `along` is C₁ at them, m³, the mean over
     `lines`; `together` is how many modes count as one. ValueError if fewer than three bins of wavenumbers hold modes.
     """
-    step, q_max = k[0], float(k[-1] + 0.5 * k[0])
-    index = _WIDE * np.unique(np.floor(BINS_PER_DECADE / _WIDE * np.log10(k) + 1e-9).astype(np.intp))
+    step = k[0]
+    q_max = float(k[-1] + 0.5 * step)
+    wide_bin = np.floor(BINS_PER_DECADE / _WIDE * np.log10(k) + 1e-9).astype(np.intp)
+    index = _WIDE * np.unique(wide_bin)
     if index.size < 3:
         raise ValueError(f"only {index.size} bins of wavenumbers up to q_max = {q_max:.4g} rad/m hold modes")
     ends = np.concatenate([[0.5 * step], 10.0 ** (index[1:] / BINS_PER_DECADE), [q_max]])
     low, high, values = _with_tail(k, along)
 
     def share_beyond(q: float) -> Array:
-        """By how much each mode of the line counts in ∫C q' dq' from q on."""
-        return (np.sqrt(np.maximum(high**2 - q**2, 0.0)) - np.sqrt(np.maximum(low**2 - q**2, 0.0))) / np.pi
+        """Weight of each mode of the line in ∫C q' dq' from q on."""
+        upper = np.sqrt(np.maximum(high**2 - q**2, 0.0))
+        lower = np.sqrt(np.maximum(low**2 - q**2, 0.0))
+        return (upper - lower) / np.pi
 
     shares = [share_beyond(float(q)) for q in ends]
     areas = 0.5 * np.diff(ends**2)
@@ -85,18 +94,26 @@ def of_surface(k: Array, along: Array, *, together: float = 1.0, lines: int = 1)
 
 def _with_tail(k: Array, along: Array) -> tuple[Array, Array, Array]:
     """Return the ends of the cells of the modes, and C₁ in them, carried on as a power law beyond the last one."""
-    step, end = k[0], k[-1] + 0.5 * k[0]
-    last = np.searchsorted(k, k[-1] * 10.0**-_TAIL)
-    middle = (last + k.size) // 2
+    step = k[0]
+    end = k[-1] + 0.5 * step
+    first = np.searchsorted(k, k[-1] * 10.0**-_TAIL)
+    middle = (first + k.size) // 2
     # the mean of both halves: modes scatter too much for a fit of logarithms
-    halves = [(float(np.mean(np.log(k[part]))), float(np.log(np.mean(along[part]))))
-              for part in (slice(last, middle), slice(middle, None))]  # fmt: skip
-    exponent = max(-(halves[1][1] - halves[0][1]) / (halves[1][0] - halves[0][0]), 0.5)
+    lower_place, lower_level = _mean_point(k[first:middle], along[first:middle])
+    upper_place, upper_level = _mean_point(k[middle:], along[middle:])
+    slope = (upper_level - lower_level) / (upper_place - lower_place)
+    exponent = max(-slope, 0.5)
     beyond = end * np.geomspace(1.0, _BEYOND, _STEPS_BEYOND + 1)
     centre = np.sqrt(beyond[1:] * beyond[:-1])
-    tail = np.exp(halves[1][1] - exponent * (np.log(centre) - halves[1][0]))
-    low, high = np.concatenate([k - 0.5 * step, beyond[:-1]]), np.concatenate([k + 0.5 * step, beyond[1:]])
+    tail = np.exp(upper_level - exponent * (np.log(centre) - upper_place))
+    low = np.concatenate([k - 0.5 * step, beyond[:-1]])
+    high = np.concatenate([k + 0.5 * step, beyond[1:]])
     return low, high, np.concatenate([along, tail])
+
+
+def _mean_point(k: Array, along: Array) -> tuple[float, float]:
+    """Return the mean of ln k and the ln of the mean of C₁ of some modes."""
+    return float(np.mean(np.log(k))), float(np.log(np.mean(along)))
 
 
 def _not_rising(values: Array, weights: Array) -> list[tuple[int, int]]:

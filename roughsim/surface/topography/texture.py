@@ -135,21 +135,29 @@ def lays(power: Array, grid: Grid, q_max: float) -> tuple[_OneLay, list[_OneLay]
 
     `power` is |h(q⃗)|² at the modes of `grid.half_shape`, times their multiplicity.
     """
-    q, (qx, qy) = grid.wavenumbers, grid.wavevectors
+    q = grid.wavenumbers
+    qx, qy = (np.broadcast_to(component, q.shape) for component in grid.wavevectors)
     inside = (q > 0.0) & (q <= q_max * (1 + 1e-9))
-    weighted, count = power[inside], np.broadcast_to(grid.multiplicity, q.shape)[inside]
-    xx, xy, yy = ((product * np.ones(q.shape))[inside] * weighted for product in (qx * qx, qx * qy, qy * qy))
+    weighted = power[inside]
+    count = np.broadcast_to(grid.multiplicity, q.shape)[inside]
+    xx = (qx * qx)[inside] * weighted
+    xy = (qx * qy)[inside] * weighted
+    yy = (qy * qy)[inside] * weighted
     octave = np.floor(np.log2(q_max / q[inside]) + 1e-9).astype(np.intp)
     # ⟨∇h ∇hᵀ⟩ of each octave, up to a common factor
     sums = np.stack([np.bincount(octave, part) for part in (xx, xy, yy)], axis=1)
     modes = 0.5 * np.bincount(octave, count)
-    slopes, heights = sums[:, 0] + sums[:, 2], np.bincount(octave, weighted)
-    present = (slopes > LEAST_SHARE * slopes.sum()) | (heights > LEAST_SHARE * heights.sum())
-    found = [
-        (*_principal_axes(*sums[k]), q_max * 0.5 ** (k + 1), q_max * 0.5**k)
-        for k in np.flatnonzero(present & (modes >= _LEAST_MODES)).tolist()
-    ]
-    return (*_principal_axes(*sums.sum(axis=0)), float(q[inside].min()), q_max), found
+    slopes = sums[:, 0] + sums[:, 2]
+    heights = np.bincount(octave, weighted)
+    steep = slopes > LEAST_SHARE * slopes.sum()
+    high = heights > LEAST_SHARE * heights.sum()
+    enough = np.flatnonzero((steep | high) & (modes >= _LEAST_MODES)).tolist()
+    octaves = []
+    for k in enough:
+        ratio, angle = _principal_axes(*sums[k])
+        octaves.append((ratio, angle, q_max * 0.5 ** (k + 1), q_max * 0.5**k))
+    ratio, angle = _principal_axes(*sums.sum(axis=0))
+    return (ratio, angle, float(q[inside].min()), q_max), octaves
 
 
 def _principal_axes(xx: float, xy: float, yy: float) -> tuple[float, float]:
