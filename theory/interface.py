@@ -112,13 +112,16 @@ def interface_law(z: Array, variance: Array, ramp: Array) -> Array:
         v in m² and 2σ_P/(E*q) in m of each shell, both falling.
     """
     spacing = z[1] - z[0]
-    middle = np.concatenate([[z[0] - spacing / 2], (z[1:] + z[:-1]) / 2, [z[-1] + spacing / 2]])
+    first = z[0] - spacing / 2
+    last = z[-1] + spacing / 2
+    middle = np.concatenate([[first], (z[1:] + z[:-1]) / 2, [last]])
     bell = np.exp(-(middle**2) / 2) / sqrt(2 * pi)
     result = np.empty((variance.size, z.size))
     result[-1] = _walls(z, ramp[-1] / sqrt(variance[-1]))
     for i in range(variance.size - 2, -1, -1):
         step = log(variance[i] / variance[i + 1])
-        series = bell * sqrt(ramp[i] * ramp[i + 1] / sqrt(variance[i] * variance[i + 1]))  # m
+        mean_variance = sqrt(variance[i] * variance[i + 1])
+        series = bell * sqrt(ramp[i] * ramp[i + 1] / mean_variance)  # m
         result[i] = _rosenbrock(result[i + 1], step, middle, series, spacing)
     return result
 
@@ -138,15 +141,19 @@ def _walls(z: Array, ramp: float) -> Array:
 
     normal = scipy.special.ndtr
     lower = x > -ramp / 2  # each half from its own wall: nothing cancels
-    low, high = touched(x) - touched(x + ramp), touched(-x - ramp) - touched(-x)
-    free = np.where(lower, normal(x) + normal(-x - ramp), normal(-x - ramp) + normal(x))
-    inside = np.where(lower, normal(-x) - normal(-x - ramp), normal(x + ramp) - normal(x))
+    low = touched(x) - touched(x + ramp)
+    high = touched(-x - ramp) - touched(-x)
+    above = normal(x)
+    below = normal(-x - ramp)
+    free = above + below
+    inside = np.where(lower, normal(-x) - below, normal(x + ramp) - above)
     tiny = np.finfo(float).tiny
     from_low = scipy.special.ndtri(np.clip(low / ramp, tiny, 0.5))
     from_high = scipy.special.ndtri(np.clip(high / ramp, tiny, 0.5))
     position = np.where(lower, from_low, -from_high)
     ratio = np.log(np.maximum(free, tiny)) - np.log(np.maximum(inside, tiny))  # ln of c E*q/2
-    law = np.exp(np.interp(z, position, ratio)) * ramp * np.exp(-(z**2) / 2) / sqrt(2 * pi)
+    compliance = np.exp(np.interp(z, position, ratio))
+    law = compliance * ramp * np.exp(-(z**2) / 2) / sqrt(2 * pi)
     return np.asarray(np.minimum(law, 1.0))
 
 
@@ -165,7 +172,8 @@ def _rosenbrock(law: Array, step: float, z: Array, series: Array, spacing: float
     through, share = flux(law)
     common = (z / 2 * share - through) * share / (2 * spacing)
     apart = share**2 / (2 * spacing**2)
-    later, earlier = common + apart, common - apart
+    later = common + apart
+    earlier = common - apart
     here = -0.5 + earlier[1:] - later[:-1]
     here[0] -= earlier[0]
     here[-1] += later[-1]
@@ -173,7 +181,8 @@ def _rosenbrock(law: Array, step: float, z: Array, series: Array, spacing: float
     matrix = (scale * earlier[1:-1], 1 - scale * here, -scale * later[1:-1])
     first = scipy.linalg.lapack.dgtsv(*matrix, change(law, through))[3]
     middle = law + step * first
-    second = scipy.linalg.lapack.dgtsv(*matrix, change(middle, flux(middle)[0]) - 2 * first)[3]
+    through, _ = flux(middle)
+    second = scipy.linalg.lapack.dgtsv(*matrix, change(middle, through) - 2 * first)[3]
     return np.asarray(law + step * (1.5 * first + 0.5 * second))
 
 

@@ -51,7 +51,8 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     logs = np.log(diffusion.wavenumber)
     x = (logs[1:] + logs[:-1]) / 2  # a shell of waves between any two wavenumbers
     q = np.exp(x)
-    total = diffusion.probability @ (diffusion.pressure - diffusion.pressure @ diffusion.probability[0]) ** 2
+    mean_pressure = diffusion.pressure @ diffusion.probability[0]
+    total = diffusion.probability @ (diffusion.pressure - mean_pressure) ** 2
     grown = np.diff(total)  # by which each shell raises the variance of the pressure
     full = between_shells((modulus * diffusion.wavenumber / 2) ** 2, diffusion.variance)  # the same in full contact
     mean = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness))
@@ -62,15 +63,20 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     grid = np.arange(x[0] - _BELOW, x[-1] + _ABOVE, BIN)
     sides = beside(x, own, uneven / whole[:, None], grid)
     soft = np.maximum(mean / square - 2 / (modulus * q), 0.0)[:, None]
-    response = ((soft + 2 / (modulus * q[:, None])) / (soft + 2 / (modulus * np.exp(grid)))) ** ANSWER  # g(Q)/g(q)
+    compliance = soft + 2 / (modulus * q[:, None])  # 1/g(q)
+    compliance_beside = soft + 2 / (modulus * np.exp(grid))  # 1/g(Q)
+    response = (compliance / compliance_beside) ** ANSWER
     change = 2 * np.sum(sides * (response - 1), axis=1) / own
-    kept = own * grown * np.where(change < 0.0, 1 / (1 + np.abs(change)), 1 + change)
+    factor = np.where(change < 0.0, 1 / (1 + np.abs(change)), 1 + change)
+    kept = own * grown * factor
     ends = np.concatenate([logs[:1], x, logs[-1:]])
     values = np.log(kept / full)
-    wide = np.concatenate([[1.5 * values[0] - 0.5 * values[1]], values, values[-1:]])
+    below = 1.5 * values[0] - 0.5 * values[1]
+    values = np.concatenate([[below], values, values[-1:]])
     weight = np.sqrt(np.maximum(kept / kept.max(), _FAINT**2))
-    coherent = Table(ends, wide, np.concatenate([weight[:1], weight, weight[-1:]]))
-    return Scattering(coherent, _density(grid, grown @ (sides * response**2)))
+    weight = np.concatenate([weight[:1], weight, weight[-1:]])
+    sidebands = grown @ (sides * response**2)
+    return Scattering(Table(ends, values, weight), _density(grid, sidebands))
 
 
 def middle(values: Array) -> Array:

@@ -176,21 +176,25 @@ def _counts(field: Field, hardness: Any) -> tuple[float, ...]:
     def count(start: int, stop: int) -> tuple[Any, ...]:
         # with the row before, periodic: 0 without contact, 1 elastic, 3 yielded
         kind = np.empty((1 + stop - start, field.shape[1]), np.uint8)
-        own, along = kind[1:], np.empty((stop - start, field.shape[1]), np.uint8)
-        for rows, part in ((kind[:1], field[start - 1][None]), (own, field[start:stop])):
+        before = kind[:1]
+        own = kind[1:]
+        for rows, part in ((before, field[start - 1][None]), (own, field[start:stop])):
             np.greater(part, 0, out=rows.view(np.bool_))
             if capped:
                 np.add(rows, 2 * (part == hardness).view(np.uint8), out=rows)
         # the three pairs of unlike neighbours differ by different bits. Pairs along the rows are taken from all rows as
         # one line, several times as fast; the first column is then put right
+        along = np.empty(own.shape, np.uint8)
         np.bitwise_xor(own.ravel()[1:], own.ravel()[:-1], out=along.ravel()[1:])
         np.bitwise_xor(own[:, 0], own[:, -1], out=along[:, 0])
-        unlike = along, own ^ kind[:-1]
-        outer, inner = (
-            sum(np.count_nonzero(pair == bits) for pair in unlike) if possible else 0
-            for bits, possible in ((0 ^ 1, True), (1 ^ 3, capped))
-        )
-        return np.count_nonzero(own), np.count_nonzero(own == 3) if capped else 0, outer, inner
+        across = own ^ kind[:-1]
+        touching = np.count_nonzero(own)
+        outer = np.count_nonzero(along == 0 ^ 1) + np.count_nonzero(across == 0 ^ 1)
+        if not capped:
+            return touching, 0, outer, 0
+        yielded = np.count_nonzero(own == 3)
+        inner = np.count_nonzero(along == 1 ^ 3) + np.count_nonzero(across == 1 ^ 3)
+        return touching, yielded, outer, inner
 
     counts: tuple[float, ...] = total(run(count, spans(*field.shape)))
     return counts

@@ -169,18 +169,24 @@ def _hot_track_excess(
 
     Only modes that are not steady yet differ. They are few at high speed: their rows and columns alone are summed.
     """
-    source, total, excess = fourier.forward(flux), float(np.mean(flux * field, dtype=np.float64)), 0.0
+    source = fourier.forward(flux)
+    total = float(np.mean(flux * field, dtype=np.float64))
+    excess = 0.0
     qx, qy = grid.wavevectors
     columns = int((qy[0] ** 2 * spread < _FORGOTTEN).sum())
     weights = grid.multiplicity[:, :columns]
     rows = np.flatnonzero(qx[:, 0] ** 2 * spread < _FORGOTTEN)
     for part in np.array_split(rows, math.ceil(rows.size / ROWS)):
-        along, across = drift[0] * qx[part], drift[1] * qy[:, :columns]
+        along = drift[0] * qx[part]
+        across = drift[1] * qy[:, :columns]
         square = qx[part] ** 2 + qy[:, :columns] ** 2
         power = np.abs(source[part, :columns]) ** 2 * weights
-        power[square == 0.0], square[square == 0.0] = 0.0, 1.0
-        steady, young = (_response_of_modes(square, along + across, depth, end).real for end in (math.inf, spread))
-        excess += float(np.sum(power * (steady - young)))
+        mean = square == 0.0
+        power[mean] = 0.0
+        square[mean] = 1.0
+        steady = _response_of_modes(square, along + across, depth, math.inf)
+        young = _response_of_modes(square, along + across, depth, spread)
+        excess += float(np.sum(power * (steady.real - young.real)))
     return excess / (total - excess) if total != excess else math.nan
 
 

@@ -219,8 +219,11 @@ def sums_over_directions(spectrum: StressSpectrum, unseen: Array, grid: Grid, sl
 
     def total(response: Array, weight: Array) -> Array:
         # in short pieces, or the sums would depend on the number of threads of the BLAS
-        pieces = (slice(start, start + _SHORT) for start in range(0, weight.size, _SHORT))
-        return sum((np.vecdot(response[:, piece], weight[piece]) for piece in pieces), np.zeros(len(response)))
+        result = np.zeros(len(response))
+        for start in range(0, weight.size, _SHORT):
+            piece = slice(start, start + _SHORT)
+            result = result + np.vecdot(response[:, piece], weight[piece])
+        return result
 
     gradient = total(odd_at_nyquist, unseen) - total(odd, w)
     return np.stack((total(even, w / q), gradient, total(even, w * q)))

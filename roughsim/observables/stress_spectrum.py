@@ -135,8 +135,10 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
     nodes, waves = _gathering(grid)
     quarter, sums = gathered_power(amplitude, grid.multiplicity, nodes.slot, nodes.slots)
     share: Array = quarter.ravel()[waves.mode] * waves.unseen_share
-    unseen: Array = np.bincount(waves.entry, share, minlength=waves.wavenumber.size).astype(np.float64, copy=False)
-    return StressSpectrum(nodes.entries, nodes.compacted(sums), 0.5 * math.hypot(*grid.lengths)), unseen
+    unseen = np.bincount(waves.entry, share, minlength=waves.wavenumber.size)
+    reach = 0.5 * math.hypot(*grid.lengths)
+    spectrum = StressSpectrum(nodes.entries, nodes.compacted(sums), reach)
+    return spectrum, unseen.astype(np.float64, copy=False)
 
 
 @lru_cache(maxsize=8)  # 4 ms for each contact of 768² points; the grids of a run come in turn

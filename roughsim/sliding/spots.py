@@ -82,25 +82,31 @@ def survival(lives: Lives, distance: Array) -> Array:
     """
     ends = np.sort(lives.distance[lives.pixels >= RESOLVED])
     so_far = np.sort(lives.so_far[lives.so_far_pixels >= RESOLVED])
-    # of those that have been seen for so long, each that ends takes its part
-    watched = np.arange(ends.size, 0, -1) + so_far.size - np.searchsorted(so_far, ends)
+    # of the spots observed for so long, each that ends takes its part
+    censored = so_far.size - np.searchsorted(so_far, ends)
+    watched = np.arange(ends.size, 0, -1) + censored
     share = np.concatenate([[1.0], np.cumprod(1.0 - 1.0 / watched)])
     # distances and lives are whole steps, to rounding
-    result: Array = share[np.searchsorted(ends, distance * (1 + 1e-9), side="right")]
+    ended = np.searchsorted(ends, distance * (1 + 1e-9), side="right")
+    result: Array = share[ended]
     longest = max([*ends[-1:], *so_far[-1:]], default=0.0)
-    result[(distance > longest * (1 + 1e-9)) & (share[-1] > 0.0)] = np.nan
+    unknown = (distance > longest * (1 + 1e-9)) & (share[-1] > 0.0)
+    result[unknown] = np.nan
     return result
 
 
 def successors(labels: NDArray[np.int64], count: int, later: NDArray[np.int64], later_count: int) -> NDArray[np.intp]:
     """Return for each spot the index of the later one in which it lives on, −1 if it has died."""
     shared = (labels > 0) & (later > 0)
-    pairs, pixels = np.unique((labels[shared] - 1) * later_count + later[shared] - 1, return_counts=True)
+    pair = (labels[shared] - 1) * later_count + later[shared] - 1
+    pairs, pixels = np.unique(pair, return_counts=True)
     earlier, heirs = np.divmod(pairs, max(later_count, 1))
-    heir, taken = [-1] * count, [False] * later_count
+    heir = [-1] * count
+    taken = [False] * later_count
     # the pairs that share most come first; each spot has one heir, each heir one forerunner
     order = np.argsort(-pixels, kind="stable")
     for before, after in zip(earlier[order].tolist(), heirs[order].tolist(), strict=True):
         if heir[before] < 0 and not taken[after]:
-            heir[before], taken[after] = after, True
+            heir[before] = after
+            taken[after] = True
     return np.array(heir, np.intp)

@@ -38,18 +38,23 @@ class Operator:
     """Products with 2/|q| or |q|/2 in one precision; the spectrum is its only large buffer."""
 
     def __init__(self, grid: Grid, dtype: Any):
-        self.dtype, self.shape = np.dtype(dtype), grid.shape
+        self.dtype = np.dtype(dtype)
+        self.shape = grid.shape
         self.along, self.across = (np.square(q.ravel()).astype(self.dtype) for q in grid.wavevectors)
         self.factor = self.dtype.type(0.5 / grid.points)
-        (rows, columns), half = grid.shape, grid.half_shape[1]
+        rows, columns = grid.shape
+        half = grid.half_shape[1]
         self.row_group, self.row_blocks = divided((rows + 1) // 2, columns, self.dtype)
         self.column_group, self.column_blocks = divided(half, rows, self.dtype)
         # columns are transformed in place, in whole groups, each line beginning at a multiple of plans.ALIGNMENT
         distance = _rounded_up(rows + PADDING, plans.ALIGNMENT // 8)
-        self.whole = plans.aligned((_rounded_up(half, self.column_group), 2 * distance), self.dtype)
+        lines = _rounded_up(half, self.column_group)
+        self.whole = plans.aligned((lines, 2 * distance), self.dtype)
         self.spectrum = self.whole[:half]
-        self.row_plans = plans.LinePlans(self.row_group, columns, (columns + plans.PADDING,) * 2, self.dtype)
-        self.column_plans = plans.LinePlans(self.column_group, rows, (distance, rows + plans.PADDING), self.dtype)
+        row_distances = (columns + plans.PADDING, columns + plans.PADDING)
+        self.row_plans = plans.LinePlans(self.row_group, columns, row_distances, self.dtype)
+        column_distances = (distance, rows + plans.PADDING)
+        self.column_plans = plans.LinePlans(self.column_group, rows, column_distances, self.dtype)
         self.single: tuple[Any, ...] | None = None  # the result of `_lines` if there is one block
 
     def comply(self, pressure: Field, displacement: Field) -> None:
@@ -156,11 +161,13 @@ def kept(make: Callable[..., Any], grid: Grid, *others: Any) -> Any:
 def rms_compliance(grid: Grid) -> float:
     """Root mean square of 2/|q| over all modes, q = 0 left out."""
     qx, qy = grid.wavevectors
-    square, rows = 0.0, max((1 << 16) // qy.size, 1)
+    rows = max((1 << 16) // qy.size, 1)
+    total = 0.0
     for first in range(0, qx.size, rows):
-        power = np.square(qx[first : first + rows]) + np.square(qy)
-        square += float(np.sum(grid.multiplicity * np.divide(4.0, power, out=np.zeros_like(power), where=power > 0)))
-    return float(np.sqrt(square / grid.points))
+        square = np.square(qx[first : first + rows]) + np.square(qy)
+        power = np.divide(4.0, square, out=np.zeros_like(square), where=square > 0)
+        total += float(np.sum(grid.multiplicity * power))
+    return float(np.sqrt(total / grid.points))
 
 
 def divided(count: int, points: int, dtype: np.dtype[Any]) -> tuple[int, list[tuple[int, int]]]:
@@ -194,13 +201,17 @@ class Extension:
         sizes = [rows * columns for rows, columns in shapes]
         sizes[0] *= 1 - self.bottom
         starts = np.cumsum([0, *sizes[:-1]])
-        weights, inverses, values = (np.zeros(sum(sizes), dtype) for _ in range(3))
+        weights = np.zeros(sum(sizes), dtype)
+        inverses = np.zeros(sum(sizes), dtype)
+        values = np.zeros(sum(sizes), dtype)
         self.pyramid = np.column_stack((starts, shapes)), weights, inverses, values
-        level = slice(starts[self.bottom], starts[self.bottom] + sizes[self.bottom])
-        self.parents = tuple(flat[level].reshape(shapes[self.bottom]) for flat in (weights, values, inverses))
+        first = starts[self.bottom]
+        level = slice(first, first + sizes[self.bottom])
+        shape = shapes[self.bottom]
+        self.parents = tuple(flat[level].reshape(shape) for flat in (weights, values, inverses))
         self.rows = spans(*grid.shape)
         self.parent_rows = [(a // 2, (b + 1) // 2) for a, b in self.rows]
-        self.line = np.empty(2 * shapes[self.bottom][1] + 2, dtype)
+        self.line = np.empty(2 * shape[1] + 2, dtype)
 
     def extend(self, free: NDArray[np.int8], field: Field) -> None:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
