@@ -214,8 +214,6 @@ def install(monkeypatch, tmp_path):
         for module, source in (modules or {}).items():
             (site / f"{module}.py").write_text(source)
         extensions.installed.cache_clear()
-        extensions.loaded.cache_clear()
 
     yield package
     extensions.installed.cache_clear()
-    extensions.loaded.cache_clear()
