@@ -234,3 +234,12 @@ def test_shapes_follow_the_speed_and_the_distance():
 def test_a_slide_that_cannot_be_is_refused(changes, message):
     with pytest.raises(ValueError, match=message):
         sliding(**changes)
+
+
+def test_fast_sliding_is_finite_and_its_temperature_goes_with_the_root_of_the_speed():
+    # vr/2D passes 1e8, and the last speed at which the scaled Bessel functions of SciPy are finite
+    speed = np.geomspace(1e5, 1e12, 15)
+    hot = sliding(speed, slid_distance=1e-3).flash_temperature
+    assert np.all(np.isfinite(hot))
+    slopes = np.diff(np.log(hot)) / np.diff(np.log(speed))
+    assert slopes[2:] == pytest.approx(0.5, abs=2e-3)
