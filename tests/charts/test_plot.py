@@ -96,7 +96,7 @@ def test_the_command_line_takes_zoom_and_side_by_side(capped_run, tmp_path, caps
 
 def test_what_is_no_map_has_no_zoom_and_nothing_beside_it(capped_run, tmp_path):
     for options in ({"zoom": ((0.0, 1e-3), (0.0, 1e-3))}, {"side_by_side": True}):
-        with pytest.raises(ValueError, match="are for maps, and profile is none"):
+        with pytest.raises(ValueError, match="are for maps, and profile is not a map"):
             plot_run(capped_run, "profile", tmp_path / "a.png", **options)
 
 

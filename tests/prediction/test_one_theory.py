@@ -109,7 +109,7 @@ def test_the_ratio_is_to_the_theory_of_the_same_modes_and_a_note_says_so(compare
     assert ratio.value == pytest.approx(measured * run.heat_partition[-1] / row.theory_same_modes, rel=1e-12)
     table = comparison_table(compared)
     assert f"{column}_over_theory" in [column.title for column in table.columns]
-    assert any("The ratio to theory is over the same modes" in note for note in table.notes)
+    assert any("The ratio to theory is over the modes of the cell" in note for note in table.notes)
 
 
 def test_a_value_that_the_run_cannot_continue_to_q_max_is_marked_at_q_c(compared):
