@@ -183,10 +183,15 @@ def shift_free(p: Any, free: Any, shift: float, cap: float) -> None:
 
 
 @kernel(fastmath=REORDER)
-def put_on_bounds(p: Any, gap: Any, free: Any, offset: float, cap: float) -> None:
-    """Set the pressure of the points that are not free to the cap if the flat presses them, else to zero."""
+def put_on_bounds(p: Any, gap: Any, free: Any, law: Any) -> None:
+    """Set the pressure of the points that are not free to the bound next to p − κ(gap − d).
+
+    The gap alone does not decide: on a surface that has yielded before, points at the cap just touch, gap = d.
+    """
+    offset, stiffness, cap = law
     for i in range(p.size):
-        bound = cap if gap[i] < offset else 0.0
+        trial = p[i] - stiffness * (gap[i] - offset)
+        bound = cap if trial > 0.5 * cap else 0.0
         p[i] = p[i] if free[i] else bound
 
 

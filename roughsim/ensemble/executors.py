@@ -54,6 +54,7 @@ class Workers(AbstractContextManager["Workers"]):
         self._pool: ProcessPoolExecutor | None = None
         self._lifeline: Connection | None = None  # when it closes, the workers end
         self._begun: Event | None = None  # set by the first worker that has started
+        self._started_none = False  # whether a pool has ended before any of its workers had started
 
     @property
     def in_flight(self) -> int:
@@ -112,12 +113,16 @@ class Workers(AbstractContextManager["Workers"]):
     def replace_broken(self, error: Exception) -> None:
         """Prepare a new pool with one worker fewer after a worker has died.
 
-        RuntimeError if the executor is of the caller, or if no worker could start.
+        RuntimeError if the executor is of the caller, or if no worker of two pools could start.
         """
         reason = str(error) or type(error).__name__
         if self._given is not None:
             raise RuntimeError(f"the executor has lost a member ({reason}): {_ADVICE}") from error
         if self._begun is not None and not self._begun.is_set():
+            self._close()
+            if not self._started_none:  # a worker may be killed while it starts; a script without a guard fails again
+                self._started_none = True
+                return
             raise RuntimeError(
                 f"no worker could start ({reason}): each worker imports the script, which must be a file with "
                 '`if __name__ == "__main__":` above the call; or compute with workers=1'

@@ -175,7 +175,8 @@ def settle(problem: ScaledProblem, work: Workspace, now: Iterate) -> None:
 
     The pressures that this removes are part of the residual: the gap stays as it is.
     """
-    work.do(kernels.put_on_bounds, (now.pressure, now.gap, work.free), now.offset, problem.cap)
+    law = now.offset, problem.stiffness, problem.cap
+    work.do(kernels.put_on_bounds, (now.pressure, now.gap, work.free), law)
     balance(problem, work, now.pressure, 1e-14)
 
 
