@@ -195,14 +195,10 @@ class _Memory:
             ahead, behind = (self.radius - way) / reach, (self.radius + way) / reach
             with np.errstate(under="ignore"):
                 begun = scipy.special.erfc(ahead) + scipy.special.erfcx(behind) * np.exp(-(ahead**2))
-            # SciPy's scaled I_k is NaN above 2e9; at 1e8 all orders are I₀ to 1e-8
-            peclet = v * self.radius / (2 * diffusivity)
-            zeroth = scipy.special.i0e(peclet)
-            moderate = np.minimum(peclet, 1e8)
-            directed = [
-                np.where(peclet > 1e8, zeroth, scipy.special.ive(order, moderate)) for order in range(len(_ORDERS))
-            ]
-            passing = np.einsum("kir,kr->ri", body.other, np.array(directed) / 2)
+            # SciPy's scaled I_k is NaN above 2e9; from 1e8 on all orders are I₀ to 1e-8
+            z = v * self.radius / (2 * diffusivity)
+            orders = [np.where(z < 1e8, scipy.special.ive(k, z), scipy.special.i0e(z)) for k in range(len(_ORDERS))]
+            passing = np.einsum("kir,kr->ri", body.other, np.array(orders) / 2)
             result[n] = still @ body.own.T + begun @ passing + self._joint(body, v, times, diffusivity)
         return result
 
