@@ -156,9 +156,9 @@ class Workers(AbstractContextManager["Workers"]):
 def _begin_worker(lifeline: Connection, begun: Event, notes: bool) -> None:
     """Leave interrupts to the parent process, and end when it closes the connection, or ends in any way.
 
-    The first worker shows notes if the parent does: all workers compile the same kernels.
+    Workers show notes if the parent does.
     """
-    text.notes_are_shown = notes and not begun.is_set()
+    text.notes_are_shown = notes
     begun.set()
     for name in ("SIGINT", "SIGHUP"):
         if hasattr(signal, name):
