@@ -11,10 +11,10 @@ Let z and z′ be normal with the correlation p = cos θ, and δ Dirac's. The pa
 
     joint      ⟨F F′⟩ = ∬ dF(u) dF(w) P(z > u, z′ > w)
     edge       ⟨F_z F′⟩ = ∬ dF(u) dF(w) φ(u) Φ((pu − w)/sin θ),    edge_level = ⟨z F_z F′⟩, the same with a factor u
-    edges      sin θ ⟨F_z F′_z⟩ = ∬ dF(u) dF(w) exp(−(u² + w² − 2puw)/(2 sin²θ))/2π,    edges_level and edges_levels
-               the same with (u + w)/2 and with uw
+    edges      sin θ ⟨F_z F′_z⟩ = ∬ dF(u) dF(w) exp(−(u² + w² − 2puw)/(2 sin²θ))/2π
 
-with d⟨F F′⟩/dp = ⟨F_z F′_z⟩, which is how ⟨F F′⟩ is found, from σ₀² at p = 0. All are smooth in θ.
+and edges_level and edges_levels, the same as edges with (u + w)/2 and with uw. ⟨F F′⟩ is found from σ₀² at p = 0 and
+d⟨F F′⟩/dp = ⟨F_z F′_z⟩. All are smooth in θ.
 
 Two bodies share the heat by place. That takes a normal ψ too, independent of z at the same place but not at another,
 with k = ⟨ψψ′⟩ and m = ⟨zψ′⟩ = ⟨ψz′⟩. By Stein's rule ⟨x G⟩ = Σ_y ⟨x y⟩ ⟨∂G/∂y⟩,
