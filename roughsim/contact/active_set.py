@@ -77,7 +77,7 @@ def solve_contact(
         raise ValueError(f'precision = {precision!r} must be "double" or "single"')
     surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
     earlier = None if start is None else _start_pressure(start)
-    _note_compilation()
+    note_compilation()
     problem, relief, pressure_unit = dimensionless(
         surface, grid, solid.effective_modulus, load, solid.penetration_hardness
     )
@@ -121,7 +121,7 @@ def solve_contact(
     )
 
 
-def _note_compilation() -> None:
+def note_compilation() -> None:
     """Print a line if the first kernel of a process is not in numba's cache: then all others follow, one by one."""
     if is_loaded(contact_sum):
         return

@@ -13,6 +13,7 @@ from multiprocessing.synchronize import Event
 from types import TracebackType
 from typing import Any
 
+from roughsim.contact.active_set import note_compilation
 from roughsim.machine import PROCESS, SHARE, available_memory, in_words, usable_cores, workers_that_fit
 from roughsim.show import text
 
@@ -98,6 +99,7 @@ class Workers(AbstractContextManager["Workers"]):
         if self.in_process:
             return SerialExecutor()
         if self._pool is None:
+            note_compilation()  # here, as one line: all workers compile the same kernels
             context = get_context("spawn")  # a fork after threaded transforms hangs
             self._begun = context.Event()
             receiver, self._lifeline = context.Pipe(duplex=False)
