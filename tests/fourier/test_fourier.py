@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from convolution_cases import SHAPES as SHAPES_OF_CONVOLUTIONS
+from convolution_cases import field_and_kernel, sum_over_the_field
 
 from roughsim import fourier
 from roughsim.fourier import convolution, plans
@@ -194,16 +196,15 @@ def test_scipy_takes_over_without_pyfftw_and_says_so(tmp_path):
             rows.spectrum[...] = expected
             assert abs(rows.inverse() - shape[1] * field).max() < 1e-13
         assert fourier.forward(np.ones((4, 4), np.float32)).dtype == np.complex64
-        for shape, padded in [((5, 4), (9, 8)), ((3, 20), (5, 40)), ((7, 1), (15, 1)), ((1, 1), (1, 1))]:
-            field, kernel = np.random.default_rng(1).random(shape), np.random.default_rng(2).random(padded)
-            expected = np.zeros(shape)
-            for i, j in np.ndindex(shape):
-                for k, m in np.ndindex(shape):
-                    expected[i, j] += field[k, m] * kernel[(i - k) % padded[0], (j - m) % padded[1]]
+        from convolution_cases import SHAPES, field_and_kernel, sum_over_the_field
+        for shape, padded in SHAPES:
+            field, kernel = field_and_kernel(shape, padded)
+            expected = sum_over_the_field(field, kernel)
             response = np.ascontiguousarray(fourier.forward(kernel).T)
             np.testing.assert_allclose(convolution.convolve(field, response, padded), expected, rtol=1e-12)
     """
-    places = os.pathsep.join([str(tmp_path), str(Path(fourier.__file__).parents[2])])
+    tests = Path(__file__).parents[1]
+    places = os.pathsep.join(map(str, (tmp_path, Path(fourier.__file__).parents[2], tests)))
     done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code)],
         env={**os.environ, "PYTHONPATH": places},
@@ -214,15 +215,10 @@ def test_scipy_takes_over_without_pyfftw_and_says_so(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize(
-    ("shape", "padded"), [((5, 4), (9, 8)), ((3, 20), (5, 40)), ((1, 1), (1, 1)), ((7, 1), (15, 1))]
-)
+@pytest.mark.parametrize(("shape", "padded"), SHAPES_OF_CONVOLUTIONS)
 def test_a_padded_convolution_is_the_sum_over_the_field(shape, padded):
-    field, kernel = (np.random.default_rng(k).random(n) for k, n in enumerate((shape, padded)))
-    expected = np.zeros(shape)
-    for i, j in np.ndindex(shape):
-        for k, m in np.ndindex(shape):
-            expected[i, j] += field[k, m] * kernel[(i - k) % padded[0], (j - m) % padded[1]]
+    field, kernel = field_and_kernel(shape, padded)
+    expected = sum_over_the_field(field, kernel)
     response = np.ascontiguousarray(fourier.forward(kernel).T)
     np.testing.assert_allclose(convolution.convolve(field, response, padded), expected, rtol=1e-12)
 
