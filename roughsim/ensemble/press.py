@@ -1,7 +1,6 @@
 """`press`: contact of a measured map itself, in place of random surfaces."""
 
 import hashlib
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import ceil, pi
@@ -20,7 +19,7 @@ from roughsim.planning.levels import PIXELS
 from roughsim.results.folder import open_run
 from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
 from roughsim.results.run import Run
-from roughsim.scene import Scene, SceneError
+from roughsim.scene import Scene, SceneError, SceneSource
 from roughsim.scene.files import load_map
 from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
 from roughsim.show.text import note
@@ -41,7 +40,7 @@ Edges = Literal["mirror", "tile"]
 
 
 def press(
-    scene: str | os.PathLike[str] | Mapping[str, Any],
+    scene: SceneSource,
     folder: str | Path,
     *,
     edges: Edges | None = None,

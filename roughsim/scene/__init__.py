@@ -7,6 +7,7 @@ composite C(q), lower hardness. Every refusal is a `SceneError` of one line.
 
 from roughsim.scene.files import BLANK as BLANK
 from roughsim.scene.files import SceneLike as SceneLike
+from roughsim.scene.files import SceneSource as SceneSource
 from roughsim.scene.files import as_scene as as_scene
 from roughsim.scene.files import bundled_scenes as bundled_scenes
 from roughsim.scene.files import load_scene as load_scene

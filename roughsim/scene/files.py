@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 _MAX_BYTES = 64 * 1024
 _FEW_ROWS = 6  # of a table C(q) that a text for people shows
 _MAX_TABLE_BYTES = 1024 * 1024
-SceneLike = Scene | str | os.PathLike[str] | Mapping[str, Any]  # a scene, or an argument of `load_scene`
+SceneSource = str | os.PathLike[str] | Mapping[str, Any]  # bundled name, path, or content of a scene
+SceneLike = Scene | SceneSource
 BLANK = "blank"  # the form to fill in: every key, commented out; it is no scene by itself
 
 
@@ -45,9 +46,7 @@ def scene_text(name: str) -> str:
     return (resources.files("roughsim.scenes") / f"{name}.toml").read_text(encoding="utf-8")
 
 
-def load_scene(
-    name_or_path: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str, Any] | None = None
-) -> Scene:
+def load_scene(name_or_path: SceneSource, changes: Mapping[str, Any] | None = None) -> Scene:
     """Return a scene from the name of a bundled one, from a file, or from the content of a file.
 
     Parameters
@@ -75,7 +74,7 @@ def as_scene(scene: SceneLike) -> Scene:
     return scene if isinstance(scene, Scene) else load_scene(scene)
 
 
-def scene_content(name_or_path: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[dict[str, Any], str, Path | None]:
+def scene_content(name_or_path: SceneSource) -> tuple[dict[str, Any], str, Path | None]:
     """Return the content of a scene file, its name in errors, and the folder of its relative paths."""
     if isinstance(name_or_path, Mapping):
         return dict(name_or_path), "scene", Path()
@@ -108,9 +107,7 @@ def scene_of(content: Mapping[str, Any], changes: Mapping[str, Any], source: str
         return Scene(**_with_tables(with_changes(content, changes), folder))
 
 
-def load_map(
-    name_or_path: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str, Any] | None = None
-) -> "tuple[Scene, Topography]":
+def load_map(name_or_path: SceneSource, changes: Mapping[str, Any] | None = None) -> "tuple[Scene, Topography]":
     """Return a scene and the map that its [surface] names; SceneError if it names none, or several."""
     content, source, folder = scene_content(name_or_path)
     scene = scene_of(content, changes or {}, source, folder)

@@ -16,7 +16,7 @@ from typing import Any
 
 from roughsim.errors import RecordError
 from roughsim.results.folder import folder_state, read_description
-from roughsim.scene import Scene, SceneError, parse_scene
+from roughsim.scene import Scene, SceneError, SceneLike, parse_scene
 from roughsim.scene.files import errors_named, read_text, scene_content, toml_content
 from roughsim.scene.schema import SECTIONS
 from roughsim.show.table import json_value
@@ -278,7 +278,7 @@ def _frozen(value: Any) -> Any:
     return tuple(map(_frozen, value)) if isinstance(value, list) else value
 
 
-def base_scene(scene: Scene | str | Path | dict[str, Any]) -> tuple[dict[str, Any], str, Path | None]:
+def base_scene(scene: SceneLike) -> tuple[dict[str, Any], str, Path | None]:
     """Return the content of a scene file, its name in errors, and the folder of the files that it names."""
     if isinstance(scene, Scene):
         return toml_content(scene.to_toml()), scene.title or "scene", Path()

@@ -20,7 +20,7 @@ from roughsim.ensemble.run import aimed, begin, complete
 from roughsim.planning.plan import plan
 from roughsim.results.folder import folder_state
 from roughsim.results.run import Run
-from roughsim.scene import Scene, SceneError
+from roughsim.scene import Scene, SceneError, SceneLike
 from roughsim.scene.files import scene_of
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.scene.sections import ROUGHNESS_KEYS, TARGET
@@ -46,7 +46,7 @@ class PointRun(NamedTuple):
 
 
 def study(
-    scene: Scene | str | Path | dict[str, Any],
+    scene: SceneLike,
     *,
     vary: Mapping[Any, Any],
     folder: str | Path,
@@ -132,7 +132,7 @@ def planning_alone(folder: Path) -> Iterator[None]:
                 folder.rmdir()
 
 
-def scenes_of(scene: Any, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], dict[str, Scene]]:
+def scenes_of(scene: SceneLike, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], dict[str, Scene]]:
     """Return the axes, and the scenes by the names of their points; "" is the base scene."""
     content, source, folder = base_scene(scene)
     axes = read_axes(vary)
