@@ -219,6 +219,25 @@ class ClippedField:
         return np.interp(place, np.log(self.distance), np.cos(self.angles()), left=1.0, right=0.0)
 
 
+def directed_correlations(correlations: Array, cosine: Array) -> tuple[Array, Array, Array]:
+    """Correlations of z, and of its Riesz transform χ along x, at a distance in the direction φ to x.
+
+    Parameters
+    ----------
+    correlations : ndarray
+        ρ, N₁ and N₂ at the distance, dimensionless, along the first axis.
+    cosine : ndarray
+        cos φ, of a shape that broadcasts with each of them.
+
+    Returns
+    -------
+    tuple of ndarray
+        ⟨zz′⟩, ⟨zχ′⟩ = N₁ cos φ and ⟨χχ′⟩ = (ρ − N₂ cos 2φ)/2, in the common shape, but the first in the shape of ρ.
+    """
+    rho, first, second = correlations
+    return rho, first * cosine, (rho - second * (2 * cosine**2 - 1)) / 2
+
+
 def clipped_field(
     spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float, penetration_hardness: float | None = None
 ) -> ClippedField:

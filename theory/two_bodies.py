@@ -40,7 +40,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, breaks_of, float_if_scalar, positive, real_array
-from theory.clipped import PAIRS, ClippedField, clipped_field
+from theory.clipped import PAIRS, ClippedField, clipped_field, directed_correlations
 from theory.persson import is_value
 
 _MIRRORED = np.array([1.0, -1.0, -1.0, 1.0, 1.0, 1.0, -1.0, 1.0, 1.0, 1.0])  # bodies exchanged: ψ and χ change sign
@@ -318,29 +318,24 @@ def _seen(
         left = index.astype(np.intp)
         return np.asarray(values[..., left] + (index - left) * (values[..., left + 1] - values[..., left]))
 
-    def seen(values: Array, cosine: Array) -> tuple[Array, Array, Array]:
-        """Return ⟨zz′⟩, ⟨zχ′⟩ and ⟨χχ′⟩ in the direction φ."""
-        rho, first, second = values
-        return rho, first * cosine, (rho - second * (2 * cosine**2 - 1)) / 2
-
     def means(own: tuple[Array, Array, Array], other: tuple[Array, Array, Array]) -> Array:
         rho, odd, even = zip(own, other, strict=True)
         return field.products.shared(rho, part, odd, even)
 
     nothing = (np.zeros((1, 1)),) * 3
-    alone = seen(known[:, :, None], _TURNS)
+    alone = directed_correlations(known[:, :, None], _TURNS)
     own = means(alone, nothing) @ _ORDERS[0]
     other = np.moveaxis(means(nothing, alone) @ _ORDERS.T, -1, 0)
     points, weights = np.polynomial.legendre.leggauss(_ANGLES)
     cosine = np.cos(pi * (1 + points) / 2)
-    here, mean_alone = seen(at(known, place)[:, :, None], cosine), at(own, place)
+    here, mean_alone = directed_correlations(at(known, place)[:, :, None], cosine), at(own, place)
     both = np.empty((len(PAIRS), place.size, place.size))
     for n, s in enumerate(place):
         apart = np.sqrt(place[:, None] ** 2 + s**2 + 2 * s * place[:, None] * cosine)
         turned = np.clip((s + place[:, None] * cosine) / np.maximum(apart, 1e-3 * nearer[0]), -1.0, 1.0)
         order = at(other, apart)
         passing = order[0] + order[1] * turned + order[2] * (2 * turned**2 - 1)
-        joint = means(here, seen(at(known, apart), turned)) - passing
+        joint = means(here, directed_correlations(at(known, apart), turned)) - passing
         both[..., n] = joint @ (weights / 2) - mean_alone
     start, second = both[..., :1], both[..., 1:2]
     between = start + (second - start) * (nearer / place[1])

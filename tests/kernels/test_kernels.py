@@ -138,10 +138,11 @@ def test_a_shift_of_the_pressure_itself_ends_at_the_bounds(state):
 
 
 def test_points_that_are_not_free_are_put_on_their_bounds():
-    p, free = np.array([1.9, 0.1, 0.5, 2.0, 0.0]), np.array([0, 0, 1, 0, 0], np.int8)
-    # the last two just touch: at the cap on a surface that has yielded before, and without pressure
-    kernels.put_on_bounds(p, np.array([0.1, 0.3, 0.1, OFFSET, OFFSET]), free, (OFFSET, STIFFNESS, 2.0))
-    assert p.tolist() == [2.0, 0.0, 0.5, 2.0, 0.0]
+    p, free = np.array([1.9, 0.1, 0.5, 2.0, 0.0, 0.98, 1.02]), np.array([0, 0, 1, 0, 0, 0, 0], np.int8)
+    # two just touch: at the cap on a surface that has yielded before, and without pressure; two pass half the cap
+    gap = np.array([0.1, 0.3, 0.1, OFFSET, OFFSET, 0.1, 0.3])
+    kernels.put_on_bounds(p, gap, free, (OFFSET, STIFFNESS, 2.0))
+    assert p.tolist() == [2.0, 0.0, 0.5, 2.0, 0.0, 2.0, 0.0]
 
 
 def test_the_extent_is_that_of_the_displacement(state):

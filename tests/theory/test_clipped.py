@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.polynomial.hermite_e import hermeval
 from scipy.optimize import brentq
-from scipy.special import erf, ive, ndtr, ndtri, owens_t
+from scipy.special import erf, ive, jv, ndtr, ndtri, owens_t
 from yielding_cases import HARDNESS, MODULUS, SelfAffine
 
 from theory import clipped, persson, plasticity
@@ -94,6 +94,18 @@ def test_the_riesz_transform_of_a_gaussian_correlation_is_closed():
     expected = np.sqrt(np.pi / 8) * r * (ive(0, r**2 / 4) - ive(1, r**2 / 4))
     assert first[near] == pytest.approx(expected, abs=3e-4)
     assert second[near] == pytest.approx(2 * (1 - rho[near]) / r**2 - rho[near], abs=3e-4)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, np.pi / 2, 2.0, np.pi])
+def test_waves_of_one_length_and_all_directions_have_the_correlations_of_a_riesz_transform(turn):
+    # z = ∫ cos(q⃗x⃗ + phase) over all directions θ of q⃗, and χ shifts each wave by −i cos θ; N_k = J_k(qr)
+    distance = np.array([0.3, 1.7, 4.0, 9.0])
+    theta = np.arange(400) * 2 * np.pi / 400
+    phase = np.multiply.outer(distance, np.cos(theta - turn))
+    found = clipped.directed_correlations(jv(np.arange(3)[:, None], distance), np.cos(turn))
+    expected = np.cos(phase), np.sin(phase) * np.cos(theta), np.cos(phase) * np.cos(theta) ** 2
+    for values, waves in zip(found, expected, strict=True):
+        np.testing.assert_allclose(values, waves.mean(axis=1), atol=1e-13)
 
 
 @pytest.mark.parametrize("spectrum", [YIELDED, PARTLY])
