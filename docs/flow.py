@@ -2,7 +2,7 @@
 
     python docs/flow.py
 
-The tree of rooms and modules in CONTRIBUTING.md is written too, from the first line of each docstring.
+reference/flow.md gets a table of the rooms and the tree of all modules, from the first line of each docstring.
 
 An arrow goes from a module to one that imports it. Where a longer way exists the short arrow is left out, so that what
 remains is the order in which one has to understand the modules. A module stands one row below the lowest that it
@@ -19,8 +19,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "roughsim"
 DATA, PICTURE, PAGE = HERE / "figures" / "data.svg", HERE / "figures" / "flow.svg", HERE / "reference" / "flow.md"
-TREE = HERE.parent / "CONTRIBUTING.md"
-START, END = "<!-- modules: written by docs/flow.py -->\n", "<!-- end -->"
+START, END = "<!-- {}: written by docs/flow.py -->\n", "<!-- end -->"
 WIDTH, HEIGHT, GAP, DOWN = 112, 28, 24, 64  # a box, the space beside it, and from one row to the next, px
 COLORS = {"data": "#eef3f8", "theory": "#fdeed7", "edge": "#ece6f5"}
 LINE = 'fill="none" stroke="#99a" stroke-width="1.2" marker-end="url(#tip)"'
@@ -270,7 +269,7 @@ def first_line(path: Path) -> str:
 def tree(graph: Graph) -> str:
     """The rooms in the order of the picture, their modules indented below them, each with its first line."""
     depth = depths(graph)
-    lines = ["```text", "roughsim/"]
+    lines = ["```", "roughsim/"]
     for name in sorted(set(graph) - {"theory"}, key=lambda name: (depth[name], name)):
         folder = PACKAGE / name
         if folder.with_suffix(".py").exists():
@@ -283,15 +282,17 @@ def tree(graph: Graph) -> str:
     return "\n".join([*lines, "```"]) + "\n"
 
 
-def page(text: str, written: str) -> str:
-    """A page with what stands between its marks written anew."""
-    before, _, rest = text.partition(START)
-    return before + START + "\n" + written + "\n" + END + rest.partition(END)[2]
+def page(text: str, graph: Graph) -> str:
+    """Return the page with the table of the rooms and the tree of the modules of a graph between their marks."""
+    for name, written in (("rooms", table(graph)), ("modules", tree(graph))):
+        start = START.format(name)
+        before, _, rest = text.partition(start)
+        text = before + start + "\n" + written + "\n" + END + rest.partition(END)[2]
+    return text
 
 
 if __name__ == "__main__":
     found = imports()
     DATA.write_text(data_picture())
     PICTURE.write_text(picture(found))
-    PAGE.write_text(page(PAGE.read_text(), table(found)))
-    TREE.write_text(page(TREE.read_text(), tree(found)))
+    PAGE.write_text(page(PAGE.read_text(), found))

@@ -18,10 +18,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from scene_keys import KEYS
 from small_scene import CAPPED
 
 import roughsim
 import theory
+from roughsim import cli
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -152,10 +154,16 @@ def test_shown_output_is_compared_word_by_word_and_numbers_to_two_per_cent():
     assert not shows("a -1", "a 1")
 
 
+def script(stem):
+    """A script of docs/ as a module."""
+    specification = importlib.util.spec_from_file_location(stem, DOCS / f"{stem}.py")
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
 def test_the_picture_and_the_table_of_the_modules_are_those_of_the_imports():
-    specification = importlib.util.spec_from_file_location("flow", DOCS / "flow.py")
-    flow = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(flow)
+    flow = script("flow")
     graph = flow.imports()
     assert "scene" in graph["planning"]
     assert "theory" in graph["prediction"]
@@ -163,8 +171,29 @@ def test_the_picture_and_the_table_of_the_modules_are_those_of_the_imports():
     assert flow.DATA.read_text() == flow.data_picture(), after
     assert set(flow.ROOMS) - {"theory"} <= set(graph)
     assert flow.PICTURE.read_text() == flow.picture(graph), after
-    assert flow.PAGE.read_text() == flow.page(flow.PAGE.read_text(), flow.table(graph)), after
-    assert flow.TREE.read_text() == flow.page(flow.TREE.read_text(), flow.tree(graph)), after
+    assert flow.PAGE.read_text() == flow.page(flow.PAGE.read_text(), graph), after
+    assert "    active_set.py " in flow.PAGE.read_text()
+
+
+def test_the_page_of_the_scene_has_every_key_with_unit_limits_default_and_meaning():
+    page = script("lists").scene_keys() + (DOCS / "reference" / "scene.md").read_text()
+    assert {key for key in KEYS if f"`{key}`" not in page} == set()
+    rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| `")]
+    assert all(len(row) == 6 and all(row) for row in rows)
+    cells = {row[0].strip("`"): row[1:] for row in rows if row[0] != "`q_max`"}
+    assert cells["youngs_modulus"][:3] == ["Pa", "> 0", "needed"]
+    assert cells["poisson_ratio"][1] == "> -1, ≤ 0.5"
+    assert cells["history"][1:3] == ['`"frozen"`, `"sliding"`', '`"frozen"`']
+    assert cells["gamma"][2] == "`0.45`"
+    assert (cells["lengths"][2], cells["q_roll_off"][2], cells["tolerance"][2]) == ("planned", "left out", "`0.003`")
+
+
+def test_the_page_of_the_commands_has_the_help_of_every_verb():
+    page = script("lists").commands()
+    verbs = [info.name or info.callback.__name__ for info in cli.app.registered_commands]
+    assert re.findall(r"(?m)^## (.*)$", page) == verbs
+    assert [re.search(rf"Usage: roughsim {verb} \[OPTIONS\]", page) for verb in verbs].count(None) == 0
+    assert page.count("-h, --help") == len(verbs)
 
 
 def test_the_reference_has_every_public_name():
