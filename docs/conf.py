@@ -8,7 +8,9 @@ from docutils import nodes
 from latex2mathml.converter import convert
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE.parent))
+sys.path[:0] = [str(HERE.parent), str(HERE)]
+
+import lists  # noqa: E402
 
 import roughsim  # noqa: E402  (of this very folder, installed or not)
 
@@ -55,6 +57,14 @@ def add_other_pages(app, page, source) -> None:
         source[0] = source[0].replace("OTHER-PAGES", "\n".join(sorted(pages - named_pages())))
 
 
+def add_lists(app, page, source) -> None:
+    """Put the keys of a scene and the commands in their places."""
+    if page == "reference/scene":
+        source[0] = source[0].replace("SCENE-KEYS", lists.scene_keys())
+    if page == "reference/commands":
+        source[0] = source[0].replace("ALL-COMMANDS", lists.commands())
+
+
 def keep_signs(app, what, name, obj, options, lines) -> None:
     """Keep |q| and q* as they stand: docstrings are plain text with formulas, not reStructuredText."""
     lines[:] = [re.sub(r"(?<!`)([|*])(?!`)", r"\\\1", line) for line in lines]
@@ -72,4 +82,5 @@ def setup(app) -> None:
     """Register all."""
     app.add_html_math_renderer("mathml", (formula, None), (formula, None))
     app.connect("source-read", add_other_pages)
+    app.connect("source-read", add_lists)
     app.connect("autodoc-process-docstring", keep_signs, priority=400)  # before napoleon, at 500
