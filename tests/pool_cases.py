@@ -9,6 +9,7 @@ from roughsim.store.claims import Claims
 def to_do(scene, folder):
     run = rs.run(scene, folder, max_realizations=1)
     run.max_realizations = 2
+    run.refresh()
     scene = aimed(scene, max_realizations=2)
     return tasks.Tasks([tasks.ActiveRun(scene, run.numerics, folder, run)], Claims(folder))
 

@@ -10,7 +10,7 @@ from roughsim.charts.spectra import correlation_chart, spectrum_chart
 from roughsim.charts.style import FIELDS, USUAL, Look, Subject, check_ending
 from roughsim.charts.temperature import distribution_chart, profile_chart
 from roughsim.errors import number
-from roughsim.results.arrays import DERIVED_UNITS
+from roughsim.results.fields import DERIVED_UNITS
 from roughsim.results.film import filmed, no_film
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING

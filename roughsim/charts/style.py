@@ -21,7 +21,7 @@ from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullForma
 
 from roughsim.charts.numbers import write_numbers
 from roughsim.grid import Array, Grid
-from roughsim.results.arrays import DERIVED_UNITS
+from roughsim.results.fields import DERIVED_UNITS
 from roughsim.results.run import Run
 from roughsim.show.text import plain
 

@@ -78,7 +78,7 @@ def losses(run: Run) -> list[str]:
     lines = [f"{run.failed} did not converge and are left out of the means"] if run.failed else []
     slide = run.numerics.slide
     if slide is not None:
-        failed = len(run.members.failed(slide, run.counts[slide]))
+        failed = len(run.members.failed(slide))
         if failed:
             lines.append(f"{failed} members that slide did not converge and are left out of the column sliding")
     return lines + left_out(run)

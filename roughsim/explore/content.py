@@ -103,7 +103,7 @@ def _summarized(run: Run) -> Summary:
         problems.append(f"{run.failed} realizations did not converge and are left out of the means")
     none_yet = "No realization yet, so there are no errors to show."
     levels = run.numerics.single
-    sound = {level: run.members.sound(level, run.counts[level]) for level in levels}
+    sound = {level: run.members.sound(level) for level in levels}
     begun = {column: bool(sound[run.numerics.of_column(column)[0]]) for column in run.numerics.columns}
     return Summary(
         problems,

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.results.means import Means
+from roughsim.results.members import Members
+from roughsim.scene import Scene
 from roughsim.store.member_files import KEPT_FIELDS
 
 Array = NDArray[Any]
-DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed
 _OF_LEVELS = ("column", "q_max", "cell")  # names of coordinates of the levels
 _SPECTRUM = "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
 SHARE = {"units": "1", "description": "share of the heat used for the temperatures"}
@@ -51,40 +51,40 @@ class Labelled(NamedTuple):
     attributes: dict[str, Any]
 
 
-def arrays_of(run: Means, read: Callable[..., Array]) -> Iterator[Labelled]:
+def arrays_of(members: Members, scene: Scene, shares: list[Array], read: Callable[..., Array]) -> Iterator[Labelled]:
     """Yield all numbers of the counted members over the level, and the spectra and fields of each level.
 
-    `read` is `Run.field`. Arrays of the level below, on the same surfaces, have "_below" in their name; arrays that
-    depend on the grid of a level have the number of the level, as "pressure_L2".
+    `shares` of the heat, (speeds,), are by level; `read` is `Run.field`. Arrays of the level below, on the same
+    surfaces, have "_below" in their name; arrays that depend on the grid of a level have the number of the level, as
+    "pressure_L2".
     """
-    numerics, levels = run.numerics, run.numerics.levels
-    shares = [run.share(level.column if level.column in numerics.columns else None) for level in levels]
+    levels = members.numerics.levels
     cells = np.array([level.cell or "whole" for level in levels])
     yield Labelled("level", ("level",), np.arange(len(levels)), {"units": "1"})
-    yield Labelled("realization", ("realization",), np.arange(max(run.counts)), {"units": "1"})
-    yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
+    yield Labelled("realization", ("realization",), np.arange(max(members.counts)), {"units": "1"})
+    yield Labelled("speed", ("speed",), np.array(scene.speeds), {"units": "m/s"})
     yield Labelled("column", ("level",), np.array([level.column for level in levels]), {})
     yield Labelled("q_max", ("level",), np.array([level.q_max for level in levels]), {"units": "1/m"})
     yield Labelled("cell", ("level",), cells, {"description": "half, quarter: of so much of the sides"})
     yield Labelled("heat_partition", ("level", "speed"), np.array(shares), SHARE)
-    yield from _solves(run)
+    yield from _solves(members)
     for below in (False, True):
-        yield from _numbers(run, shares, below)
+        yield from _numbers(members, shares, below)
         for level in range(len(levels)):
-            yield from spectra(run, level, below)
-    for level in numerics.single:
-        if kept := run.kept(level):
-            yield from _fields(run, level, kept, partial(read, level))
+            yield from _spectra(members, level, below)
+    for level in members.numerics.single:
+        if kept := members.kept(level, "pressure"):
+            yield from _fields(members, level, kept, partial(read, level))
 
 
-def _solves(run: Means) -> Iterator[Labelled]:
+def _solves(members: Members) -> Iterator[Labelled]:
     """Yield whether the contact of each member converged, its residual, and its iterations."""
-    shape = len(run.counts), max(run.counts)
+    shape = len(members.counts), max(members.counts)
     converged = np.zeros(shape, np.int8)
     solved = {"residual": np.full(shape, np.nan), "iterations": np.full(shape, np.nan)}
-    for level, count in enumerate(run.counts):
+    for level, count in enumerate(members.counts):
         for index in range(count):
-            member = run.members[level, index]
+            member = members[level, index]
             converged[level, index] = not member.failure
             for name, values in solved.items():
                 values[level, index] = member.provenance.get(name, np.nan)
@@ -94,12 +94,12 @@ def _solves(run: Means) -> Iterator[Labelled]:
         yield Labelled(name, axes, values, {"units": "1", "description": "of the contact solve"})
 
 
-def _numbers(run: Means, shares: list[Array], below: bool) -> Iterator[Labelled]:
+def _numbers(members: Members, shares: list[Array], below: bool) -> Iterator[Labelled]:
     """Yield the stored numbers, NaN without a sound member; temperatures with their share of the heat."""
     for name, record in NUMBERS.items():
-        values = np.full((len(shares), max(run.counts), len(run.scene.speeds) if record.per_speed else 1), np.nan)
-        for level, count in enumerate(run.counts):
-            rows = run.members.numbers(level, name, range(count), below)
+        values = np.full((len(shares), max(members.counts), len(members.speeds) if record.per_speed else 1), np.nan)
+        for level, count in enumerate(members.counts):
+            rows = members.numbers(level, name, range(count), below)
             values[level, :count] = rows * shares[level] if record.heated else rows
         if np.all(np.isnan(values)):
             continue
@@ -110,45 +110,45 @@ def _numbers(run: Means, shares: list[Array], below: bool) -> Iterator[Labelled]
         yield Labelled(name + "_below" * below, axes[: values.ndim], values, attributes)
 
 
-def spectra(run: Means, level: int, below: bool) -> Iterator[Labelled]:
+def _spectra(members: Members, level: int, below: bool) -> Iterator[Labelled]:
     """Yield the wavenumbers and stress spectra of a level, NaN for failed members."""
-    wavenumber, values = run.members.spectra(level, range(run.counts[level]), below)
+    wavenumber, values = members.spectra(level, range(members.counts[level]), below)
     axis, end = f"wavenumber{'_below' * below}_L{level}", f"{'_below' * below}_L{level}"
     if wavenumber.size:
-        padded = np.full((max(run.counts), wavenumber.size), np.nan)
+        padded = np.full((max(members.counts), wavenumber.size), np.nan)
         padded[: len(values)] = values
         attributes = {"units": "Pa^2", "description": _SPECTRUM}
         yield Labelled(axis, (axis,), wavenumber, {"units": "1/m"})
         yield Labelled(f"stress_spectrum{end}", ("realization", axis), padded, attributes)
 
 
-def _fields(run: Means, level: int, kept: list[int], read: Callable[..., Array]) -> Iterator[Labelled]:
+def _fields(members: Members, level: int, kept: list[int], read: Callable[..., Array]) -> Iterator[Labelled]:
     """Yield the axes of a level's fields, and the lazy fields stored by all realizations in `kept`."""
-    numerics, end = run.numerics, f"_L{level}"
+    numerics, end = members.numerics, f"_L{level}"
     grid, axes = numerics.grid(level), (f"kept_realization{end}", f"x{end}", f"y{end}")
     yield Labelled(axes[0], axes[:1], np.array(kept), {"units": "1"})
     for axis, points, step in zip(axes[1:], grid.shape, grid.spacing, strict=True):
         yield Labelled(axis, (axis,), np.arange(points) * step, {"units": "m"})
     for name, kind in KEPT_FIELDS.items():
-        if run.members.kept(level, name, kept) == kept:
+        if members.kept(level, name) == kept:
             stored = Stored(kept, partial(read, name=name), grid.shape)
             yield Labelled(name + end, axes, stored, {"units": kind.unit, "description": kind.description})
-    fastest = max(run.scene.speeds)
+    fastest = max(members.speeds)
     if fastest > 0.0 and level in map(numerics.picture, numerics.columns):
         words = f"above the mean of the cell, at the highest speed, {fastest:g} m/s, with the share of the heat used"
         stored = Stored(kept, partial(read, name="temperature", speed=fastest), grid.shape)
         yield Labelled(f"temperature{end}", axes, stored, {"units": "K", "description": words, "speed": fastest})
 
 
-def attributes_of(run: Means) -> dict[str, Any]:
+def attributes_of(scene: Scene, members: Members) -> dict[str, Any]:
     """Return title, scene, numerics, seed and versions of a run, as files and datasets carry them."""
-    versions = next(iter(run.members.values())).provenance["versions"]  # of the packages that computed the first member
+    versions = next(iter(members.values())).provenance["versions"]  # of the packages that computed the first member
     return {
-        "title": run.scene.title or run.folder.resolve().name,
+        "title": scene.title or members.folder.resolve().name,
         "source": f"roughsim {versions['roughsim']}",
-        "scene": run.scene.to_toml(),
-        "numerics": json.dumps(run.numerics.to_dict()),
-        "seed": run.seed,
+        "scene": scene.to_toml(),
+        "numerics": json.dumps(members.numerics.to_dict()),
+        "seed": scene.ensemble.seed,
         "versions": json.dumps(versions),
     }
 

@@ -121,7 +121,9 @@ def _write_run(file: Any, run: Run, bits: int | None) -> None:
     root = list(answers(run))
     members = [_rounded(array, bits) for array in run.arrays()]
     group = file.create_group("members")
-    file.attrs.update(attributes_of(run) | {"README": readme(run), "NX_class": "NXroot", "default": "entry"})
+    file.attrs.update(
+        attributes_of(run.scene, run.members) | {"README": readme(run), "NX_class": "NXroot", "default": "entry"}
+    )
     file.attrs.update(realizations=run.realizations, failed=run.failed)
     write_arrays(file, root)
     write_arrays(group, members, _GZIP)

@@ -2,7 +2,7 @@
 
 import os
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +11,8 @@ from typing import Any, Literal
 import numpy as np
 
 from roughsim.errors import RecordError
+from roughsim.estimate.ladder import Pair
+from roughsim.estimate.rounds import Counts
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.record import Sample
@@ -45,18 +47,26 @@ class Members(dict[Key, Member]):
         counts them as failed, "redo" moves the file aside with a warning, and the member is missing.
     available : list of int
         Members of each level before the first missing one.
+    counts : tuple of int
+        Number of members of each level that count. The other methods concern these.
     """
 
     def __init__(
-        self, folder: Path, numerics: Numerics, speeds: tuple[float, ...], identity: list[Any], treatment: Damaged
+        self,
+        folder: Path,
+        numerics: Numerics,
+        speeds: tuple[float, ...],
+        description: Mapping[str, Any],
+        treatment: Damaged,
     ):
         super().__init__()
         self.folder, self.numerics, self.speeds = folder, numerics, speeds
         self.damaged: dict[Key, str] = {}
         self.available = [0] * len(numerics.levels)
-        self._identity, self._treatment = identity, treatment
+        self.counts: Counts = tuple(self.available)
+        self._identity, self._treatment = _identity_of(description), treatment
         self._modes: dict[int, list[tuple[int, ...]]] = {}  # shapes of the stress spectra of each level
-        self._streams = {level: numerics.stream(level) for level in numerics.single}
+        self._streams = [numerics.stream(level) for level in range(len(numerics.levels))]  # of surfaces, by level
 
     def refresh(self, most: int) -> None:
         """Read new members, of each level at most `most`; errors as `take`."""
@@ -96,7 +106,7 @@ class Members(dict[Key, Member]):
         """Read a file and check that it belongs to this run; errors as `take`."""
         member = read_member(path, with_fields=self._treatment == "redo")
         provenance, grid = member.provenance, self.numerics.grid(member.level)
-        if not {*provenance} >= _KNOWN or identity_of(provenance) != self._identity:
+        if not {*provenance} >= _KNOWN or _identity_of(provenance) != self._identity:
             raise damaged(path, "is of another run: its scene, seed or numerics differ")
         if member.failure:
             return member
@@ -125,20 +135,20 @@ class Members(dict[Key, Member]):
         keys = ((level, i) for level, count in enumerate(wanted) for i in range(min(count, last.get(level, 0))))
         return [member_name(*key) for key in keys if key not in stored]
 
-    def failed(self, level: int, count: int) -> list[int]:
-        """Return the indices below `count` at which a level has a member without numbers."""
-        return [i for i in range(count) if (level, i) in self and self[level, i].failure]
+    def failed(self, level: int) -> list[int]:
+        """Return the indices of members of a level without numbers."""
+        return [i for i in range(self.counts[level]) if (level, i) in self and self[level, i].failure]
 
-    def sound(self, level: int, count: int) -> list[int]:
-        """Return the indices below `count` at which a level has numbers, and no level of the same surfaces failed."""
-        alike = [other for other in self._streams if self._streams[other] == self._streams.get(level)]
-        lost = {i for other in {*alike, level} for i in self.failed(other, count)}
-        return [i for i in range(count) if i not in lost and (level, i) in self]
+    def sound(self, level: int) -> list[int]:
+        """Return the indices at which a level has numbers, and no level of the same surfaces failed."""
+        stream = self._streams[level]
+        lost = {i for (other, i), member in self.items() if member.failure and self._streams[other] == stream}
+        return [i for i in range(self.counts[level]) if i not in lost and (level, i) in self]
 
-    def kept(self, level: int, name: str, indices: Iterable[int]) -> list[int]:
-        """Return the indices of members that store a field, or the pressure, which gives all other fields."""
+    def kept(self, level: int, name: str) -> list[int]:
+        """Return the indices of sound members that store a field, or the pressure, which gives all other fields."""
         stored = name if name in FIELDS else "pressure"
-        return [i for i in indices if stored in self[level, i].kept]
+        return [i for i in self.sound(level) if stored in self[level, i].kept]
 
     def numbers(self, level: int, name: str, indices: Iterable[int], below: bool = False) -> Array:
         """Return a number of members of a level, or of the level below; (n, speeds) or (n, 1), NaN if not stored."""
@@ -154,9 +164,9 @@ class Members(dict[Key, Member]):
         rows = [one.spectrum if one else nothing for one in found]
         return wavenumber, np.array(rows).reshape(len(rows), len(wavenumber))
 
-    def sample(self, level: int, indices: list[int], below: bool = False) -> Sample:
-        """Return the sample of sound members of a level, or of the level below on the same surfaces."""
-        numerics = self.numerics
+    def sample(self, level: int, below: bool = False) -> Sample:
+        """Return the sample of the sound members of a level, or of the level below on the same surfaces."""
+        numerics, indices = self.numerics, self.sound(level)
         of_level, grid = numerics.levels[level], numerics.grid(level)
         if below:
             of_level, grid = numerics.levels[numerics.below(level) or 0], numerics.grid_below(level)
@@ -170,8 +180,18 @@ class Members(dict[Key, Member]):
             numerics.levels[level].parts > 1,
         )
 
+    def pairs(self, column: str) -> list[Pair]:
+        """Return the samples of a column's levels, lowest first; levels without sound members are left out."""
+        pairs: dict[int | None, Pair] = {}
+        for level in self.numerics.of_column(column):
+            below = self.numerics.below(level)
+            if self.sound(level) and (below is None or below in pairs):
+                lower = None if below is None else self.sample(level, below=True)
+                pairs[level] = Pair(level, self._streams[level], self.sample(level), lower)
+        return list(pairs.values())
+
     def seconds(self, level: int) -> Array:
-        """Return the computing time of each member of a level, s."""
+        """Return the computing time of each member of a level, s, also of those that do not count."""
         members = [member for (of_level, _), member in self.items() if of_level == level]
         return np.array([sum(member.provenance["seconds"].values()) for member in members])
 
@@ -181,7 +201,7 @@ class Members(dict[Key, Member]):
         return [moments[below] if len(moments) > below else None for moments in found]
 
 
-def identity_of(description: dict[str, Any]) -> list[Any]:
+def _identity_of(description: Mapping[str, Any]) -> list[Any]:
     """Return the common identity of a run and its members: scene with seed, and numerics without `keep_fields`."""
     numerics = description.get("numerics")
     if isinstance(numerics, dict):

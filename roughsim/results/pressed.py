@@ -11,7 +11,7 @@ from roughsim.errors import RecordError
 from roughsim.estimate.errors import SOURCES, Estimate, half_width, spread
 from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import Values
-from roughsim.estimate.rounds import Counts, Rounds, Verdict
+from roughsim.estimate.rounds import Rounds, Verdict
 from roughsim.grid import Array
 from roughsim.results.run import Run
 from roughsim.store.member_files import member_path
@@ -52,17 +52,16 @@ class Quarters(Run):
     drawn = False
     pressed = 4  # members of each level
 
-    @property
-    def rounds(self) -> Rounds:
-        """The only round: all members."""
+    def _replayed(self) -> Rounds:
+        """Return the only round: all members."""
         wanted = (self.pressed,) * len(self.numerics.levels)
         there = tuple(min(self.pressed, count) for count in self.members.available)
         verdict = Verdict(False, None, wanted, "all of the map is there", {}) if there == wanted else None
         return Rounds(there, wanted, 0, verdict)
 
-    def pairs(self, column: str | None = None, counts: Counts | None = None) -> list[Pair]:
+    def pairs(self, column: str | None = None) -> list[Pair]:
         """Return the levels of a column as `Run` does; all levels see the same surfaces here."""
-        return [pair._replace(stream=0) for pair in super().pairs(column, counts)]
+        return [pair._replace(stream=0) for pair in super().pairs(column)]
 
 
 class Pressed(Quarters):
@@ -93,11 +92,9 @@ class Pressed(Quarters):
         """Number of sound quarters."""
         return self.quarters.independent
 
-    def values(
-        self, observable: str, column: str | None = None, *, extrapolated: bool = True, counts: Counts | None = None
-    ) -> Values:
+    def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of the map, with `_SHARED` times the scatter of its quarters about their mean."""
-        whole = super().values(observable, column, extrapolated=extrapolated, counts=counts)
+        whole = super().values(observable, column, extrapolated=extrapolated)
         parts = self.quarters.values(observable, column, extrapolated=extrapolated)
         with np.errstate(all="ignore"):  # 0/0 at rest, and without yielding
             size = _SHARED * whole.mean / parts.mean
@@ -153,11 +150,9 @@ class Pressed(Quarters):
             notes=(*mean.notes, _IN_DIRECTION),
         )
 
-    def _estimate(
-        self, observable: str, column: str | None = None, counts: Counts | None = None, *, all_heat: bool = False
-    ) -> Estimate:
-        """Return the estimate of the map, with a note on its errors."""
-        result = super()._estimate(observable, column, counts, all_heat=all_heat)
+    def estimate(self, observable: str, column: str | None = None) -> Estimate:
+        """Return the estimate of the map as `Run` does, with a note on its errors."""
+        result = super().estimate(observable, column)
         if self.overshoot > SOME_LOAD:
             result = replace(result, budget={**result.budget, "bandwidth": np.full_like(result.mean, np.nan)})
         return replace(result, notes=(*result.notes, NOTE))

@@ -1,30 +1,141 @@
-"""`Run`: an opened run folder with its means, fields and arrays."""
+"""`Run`: an opened run folder, with its rounds, means, fields and arrays."""
 
 from collections.abc import Iterator
 from copy import copy
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim import prediction
-from roughsim.errors import RecordError, number
+from roughsim.errors import RecordError
+from roughsim.estimate.errors import Estimate
+from roughsim.estimate.levels import Values
+from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
 from roughsim.grid import Grid
-from roughsim.results import arrays
-from roughsim.results.arrays import DERIVED_UNITS, Labelled
+from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
+from roughsim.results.fields import Field, check_field, temperature_of
 from roughsim.results.means import Means
+from roughsim.results.members import Damaged, Members
+from roughsim.scene import Scene
+from roughsim.scene.numerics import Numerics
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
-from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
+from roughsim.store.member_files import member_path, read_field
 
-Field = NDArray[np.float32]
+if TYPE_CHECKING:  # not among the packages that roughsim needs
+    import xarray
 
 
 class Run(Means):
     """State of a run folder at the time of opening; `refresh` reads members written since.
 
-    Attributes as of `Means`.
+    Attributes
+    ----------
+    folder : Path
+        Path of the folder.
+    scene : Scene
+        The physics.
+    numerics : Numerics
+        Levels, cell and tolerances.
+    seed : int
+        Seed of all random streams.
+    until : dict of str to float
+        Relative total 95 % errors at which the run stops.
+    max_realizations : int
+        Largest number of members of a level.
+    heat_partition : ndarray
+        Share of the heat, per speed: stated by the scene, or by the theory under the rules "mean" and "total".
+        Under these rules measured temperatures are reported with the share of their own column: `share`.
+    reasons : list of [str, str, str]
+        Choices of the plan, each with its value and reason; empty if the numerics were given.
+    members : Members
+        The members that were read, by level and index, without fields.
+    damaged : dict of (int, int) to str
+        Reasons for unusable files by level and index; empty unless opened with ``damaged="skip"``.
+    rounds : Rounds
+        Progress of the run. The members of the last complete round count.
     """
+
+    rounds: Rounds
+
+    def __init__(self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics, treatment: Damaged):
+        super().__init__(scene, Members(folder, numerics, scene.speeds, description, treatment))
+        self.seed = scene.ensemble.seed
+        self.until = dict(scene.ensemble.until)
+        self.max_realizations = scene.ensemble.max_realizations
+        self.reasons: list[list[str]] = description["reasons"]
+        self.damaged = self.members.damaged
+        self._verdicts: dict[tuple[object, ...], Verdict] = {}  # each round is judged again after each new member
+
+    def refresh(self) -> None:
+        """Read the members written since the last call, up to the first gap of each level.
+
+        RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
+        """
+        self.members.refresh(self.max_realizations)
+        self.rounds = self._replayed()
+        self.count(self.rounds.counts)
+
+    def _replayed(self) -> Rounds:
+        """Return the rounds that the members complete."""
+        return replay(self.numerics, self.max_realizations, self.members.available, self._judged)
+
+    def _judged(self, counts: Counts) -> Verdict:
+        """Return the verdict on these counts of members, which count from now on."""
+        key = counts, self.max_realizations, *self.until.items()
+        if key in self._verdicts:
+            return self._verdicts[key]
+        self.count(counts)
+
+        def totals(observable: str, column: str, _: Counts) -> tuple[Values, Estimate]:
+            return self.reported(observable, column), self.single(observable, column)
+
+        if self.independent:
+            verdict = judge(self.numerics, self.until, self.max_realizations, counts, totals)
+        else:
+            verdict = Verdict(False, None, counts, "no contact of its lowest level has converged", {})
+        return self._verdicts.setdefault(key, verdict)
+
+    @property
+    def realizations(self) -> int:
+        """Number of counted members of the lowest level of the main column."""
+        return self.counts[self._lowest[-1]]
+
+    @property
+    def target_met(self) -> bool:
+        """Whether the targets of `until` are met."""
+        return self.rounds.met
+
+    @property
+    def finished(self) -> bool:
+        """Whether no round follows."""
+        return self.rounds.finished
+
+    @property
+    def missing(self) -> list[str]:
+        """Names, as "L0-000003", of members that are missing although later ones exist; none once it has finished."""
+        return [] if self.finished else self.members.missing(self.rounds.wanted)
+
+    @property
+    def failed(self) -> int:
+        """Number of counted members of single contacts that did not converge."""
+        failed = {(level, i) for level in self.numerics.single for i in self.members.failed(level)}
+        return len(failed - set(self.damaged))
+
+    @property
+    def extent(self) -> str:
+        """The number of realizations, in words."""
+        return f"{self.realizations} realizations"
+
+    def kept(self, level: int, name: str = "pressure") -> list[int]:
+        """Return the sound counted members of a level that store this field, or the pressure to compute it from."""
+        return self.members.kept(level, name)
+
+    def picture(self, column: str | None = None) -> int:
+        """Return the finest level of a column in the run's cell with counted members."""
+        levels = [pair.level for pair in self.pairs(column)]
+        return next(level for level in reversed(levels) if self.numerics.levels[level].cell is None)
 
     def fields(
         self, name: str, column: str | None = None, *, speed: float | None = None, direction: float = 0.0
@@ -53,7 +164,7 @@ class Run(Means):
         ValueError if there is no such field or column, the speed is missing, or no realization kept its fields.
         RecordError if a file is damaged.
         """
-        _check_field(name, speed, direction)
+        check_field(name, speed, direction)
         level = self.numerics.picture(self.column(column))
         indices = self.kept(level, name)
         if not indices:
@@ -62,7 +173,7 @@ class Run(Means):
 
     def field(self, level: int, index: int, name: str, *, speed: float | None = None, direction: float = 0.0) -> Field:
         """Return one field of one kept realization; name, speed and direction as in `fields`."""
-        _check_field(name, speed)
+        check_field(name, speed)
         path = member_path(self.folder, level, index)
         if speed is None:
             return read_field(path, name)
@@ -79,20 +190,8 @@ class Run(Means):
 
         The moving body takes the share of heat of a column, by default the one of `estimate`.
         """
-        from roughsim.heat.periodic import sliding_temperature  # slow to import: means need no transforms
-
-        moving = prediction.conduction(self.scene, (abs(speed),)).each[0]
-        temperature: Field = sliding_temperature(
-            flux,
-            grid,
-            speed=speed,
-            conductivity=moving.conductivity,
-            diffusivity=moving.diffusivity,
-            direction=direction,
-            slid_distance=self.numerics.slid_distance,
-        )
-        temperature *= np.float32(self.heat_share(speed, column))
-        return temperature
+        part, distance = self.heat_share(speed, column), self.numerics.slid_distance
+        return temperature_of(self.scene, flux, grid, speed, direction=direction, share=part, slid_distance=distance)
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error for fields that were not kept, of a realization or of all, with advice."""
@@ -122,12 +221,14 @@ class Run(Means):
 
     def arrays(self) -> list[Labelled]:
         """Return all numbers of all counted members, and the kept fields, with names, axes and units."""
-        self.pairs()
+        self.pairs()  # ValueError without a sound realization
         here = copy(self)
         here.folder = self.folder.absolute()  # an unpickled dataset may be used in another directory
-        return list(arrays.arrays_of(self, here.field))
+        columns = [level.column for level in self.numerics.levels]
+        shares = [self.share(column if column in self.numerics.columns else None) for column in columns]
+        return list(arrays_of(self.members, self.scene, shares, here.field))
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> "xarray.Dataset":
         """Return all numbers of all counted members, and the kept fields, as an `xarray.Dataset`.
 
         Its dimensions are level, realization and speed, with column, q_c and cell of each level as coordinates, so that
@@ -139,17 +240,4 @@ class Run(Means):
         ImportError if xarray is not installed: ``pip install 'roughsim[xarray]'``. ValueError if the run has no sound
         realization yet.
         """
-        return arrays.to_dataset(self.arrays(), arrays.attributes_of(self))
-
-
-def _check_field(name: str, speed: float | None, direction: float = 0.0) -> None:
-    """Refuse an unknown field, a missing or an unneeded speed, or a direction that is no number: ValueError."""
-    number("direction", direction, "rad")
-    if name not in (*KEPT_FIELDS, *DERIVED_UNITS):
-        raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}")
-    if name in DERIVED_UNITS:
-        if speed is None:
-            raise ValueError(f"speed is missing: {name} depends on it; give speed= in m/s")
-        number("speed", speed, "m/s")
-    elif speed is not None:
-        raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")
+        return to_dataset(self.arrays(), attributes_of(self.scene, self.members))

@@ -10,25 +10,16 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.errors import Estimate
-from roughsim.estimate.levels import Values, product, scaled
 from roughsim.grid import Array
 from roughsim.scene import Scene
 
-OWN = ("mean", "total")  # the rules by which each measured column has a share of its own
+_OWN = ("mean", "total")  # the rules by which each measured column has a share of its own
 NOTE = "with the share of the heat from the temperatures of both bodies in this contact"
 
 
 def has_own_share(scene: Scene) -> bool:
     """Return whether the share of the heat follows from the contact."""
-    return scene.sliding.heat_partition in OWN
-
-
-def times_share(values: Values, share: Values | Array) -> Values:
-    """Return the values of a temperature, given with all the heat, times a share of it, (speeds,).
-
-    A measured `share` is from the same surfaces.
-    """
-    return product(values, share) if isinstance(share, Values) else scaled(values, share)
+    return scene.sliding.heat_partition in _OWN
 
 
 def share_text(shares: dict[str, Array]) -> str:

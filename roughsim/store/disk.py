@@ -12,6 +12,7 @@ import re
 import secrets
 import socket
 from contextlib import suppress
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,7 @@ def place_bytes(path: Path, *content: bytes | memoryview, first: bool = False) -
     file stays.
     """
     host = re.sub("[^A-Za-z0-9]", "", socket.gethostname())[:24]
+    place = _link if first else os.replace
     for tries_left in reversed(range(_TRIES)):
         # a name for this process and this try alone, which is_temporary() recognizes
         temporary = path.with_name(f".{path.name}.{host}-{os.getpid()}-{secrets.token_hex(4)}.tmp")
@@ -43,34 +45,28 @@ def place_bytes(path: Path, *content: bytes | memoryview, first: bool = False) -
                 file.writelines(content)
                 file.flush()
                 os.fsync(file.fileno())  # a file that is moved before its bytes are on disk may be empty after a crash
-            if first:
-                _move_if_absent(temporary, path)
-            else:
-                os.replace(temporary, path)
+            place(temporary, path)
             return
-        except BaseException as error:
+        except OSError as error:
             # another process may have swept the temporary file away; without the folder there is nothing to try again
-            if isinstance(error, FileNotFoundError) and tries_left and path.parent.is_dir():
-                continue
+            swept = isinstance(error, FileNotFoundError) and path.parent.is_dir()
+            if not swept or not tries_left:
+                raise OSError(error.errno, f"cannot write {path}: {error.strerror}") from error
+        finally:
             with suppress(OSError):  # a disk that takes nothing removes nothing either
                 temporary.unlink(missing_ok=True)
-            if isinstance(error, OSError):
-                raise OSError(error.errno, f"cannot write {path}: {error.strerror}") from error
-            raise
 
 
-def _move_if_absent(temporary: Path, path: Path) -> None:
-    """Move a file to its place if no process was quicker, FileExistsError otherwise."""
+def _link(temporary: Path, path: Path) -> None:
+    """Give a file its place; FileExistsError if another process was quicker."""
     try:
-        os.link(temporary, path)  # the one way to move a whole file that refuses an existing one
+        os.link(temporary, path)  # the one way to place a whole file that refuses an existing one
     except FileExistsError:
         raise
     except OSError:  # a file system without hard links: of two processes in the same millisecond the last one stays
         if path.exists():
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST)) from None
         os.replace(temporary, path)
-    else:
-        temporary.unlink(missing_ok=True)
 
 
 def is_temporary(name: str) -> bool:
@@ -118,14 +114,11 @@ def set_aside(path: Path, folder: Path | None = None) -> Path:
     """
     folder = folder or path.parent.parent / "damaged"
     folder.mkdir(exist_ok=True)
-    number = 0
-    while True:
+    for number in count():
         kept = folder / (f"{path.stem}-{number}{path.suffix}" if number else path.name)
-        try:
-            os.close(os.open(kept, os.O_CREAT | os.O_EXCL | os.O_WRONLY))  # from now on the name is this process's
+        with suppress(FileExistsError):
+            kept.touch(exist_ok=False)  # from now on the name is this process's
             break
-        except FileExistsError:
-            number += 1
     try:
         os.replace(path, kept)
     except OSError:

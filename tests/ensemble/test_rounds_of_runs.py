@@ -10,7 +10,7 @@ import pytest
 import roughsim as rs
 from roughsim.ensemble.run import begin
 from roughsim.estimate.rounds import Verdict
-from roughsim.results import means
+from roughsim.results import run as run_module
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import member_name, member_path, read_member
 
@@ -26,7 +26,7 @@ def two_levels(quick):
 @pytest.fixture
 def by_hand(monkeypatch):
     """A judge that goes through these rounds, whatever the members say."""
-    monkeypatch.setattr(means, "judge", judge)
+    monkeypatch.setattr(run_module, "judge", judge)
     monkeypatch.setattr("roughsim.estimate.rounds.first_counts", lambda numerics, most: ROUNDS[0])
 
 

@@ -230,7 +230,7 @@ def test_a_damaged_file_is_named_and_the_others_are_shown(copy, kept_run):
         rs.open_run(copy)
     run = rs.open_run(copy, damaged="skip")
     assert list(run.damaged) == [(1, 1)]
-    assert (run.realizations, run.failed, run.members.sound(0, 3)) == (
+    assert (run.realizations, run.failed, run.members.sound(0)) == (
         3,
         0,
         [0, 2],

@@ -23,7 +23,8 @@ LEVELS = (
 @pytest.fixture
 def members():
     """Five members of each level; index 1 failed in smoothed contact, index 2 at the second capped level."""
-    table = Members(Path("run"), Numerics(LEVELS, (2.0e-3, 1.5e-3)), SPEEDS, [], "refuse")
+    table = Members(Path("run"), Numerics(LEVELS, (2.0e-3, 1.5e-3)), SPEEDS, {}, "refuse")
+    table.counts = (5,) * 4
     for level in range(4):
         for index in range(5):
             one = replace(
@@ -38,20 +39,23 @@ def members():
 
 
 def test_members_that_failed_are_named_by_their_level(members):
-    assert [members.failed(level, 5) for level in range(4)] == [[1], [], [2], []]
-    assert members.failed(0, 1) == []
+    assert [members.failed(level) for level in range(4)] == [[1], [], [2], []]
+    members.counts = (1,) * 4
+    assert members.failed(0) == []
 
 
 def test_a_surface_on_which_another_column_failed_does_not_count(members):
     # smoothed and capped contact of the lowest levels see the same surfaces, and stay paired; others have their own
-    assert [members.sound(level, 5) for level in range(4)] == [
+    assert [members.sound(level) for level in range(4)] == [
         [0, 2, 3, 4],
         [0, 2, 3, 4],
         [0, 1, 3, 4],
         [0, 1, 2, 3, 4],
     ]
-    assert members.sound(1, 2) == [0]
-    assert members.sound(1, 7) == [0, 2, 3, 4]  # those that are there
+    members.counts = (2,) * 4
+    assert members.sound(1) == [0]
+    members.counts = (7,) * 4
+    assert members.sound(1) == [0, 2, 3, 4]  # those that are there
 
 
 def test_numbers_are_those_of_the_members_in_the_order_asked_for_and_nan_without_one(members):
@@ -74,25 +78,24 @@ def test_spectra_have_the_wavenumbers_of_their_level(members):
 
 
 def test_a_sample_has_the_cut_off_and_the_pixel_of_its_level_in_its_own_cell(members):
-    rows = members.sound(2, 5)
-    sample, below = members.sample(2, rows), members.sample(2, rows, below=True)
-    assert sample.rows.tolist() == below.rows.tolist() == rows
+    sample, below = members.sample(2), members.sample(2, below=True)
+    assert sample.rows.tolist() == below.rows.tolist() == members.sound(2)
     assert (sample.q_max, below.q_max) == (4e4, 2e4)
     assert (sample.side, below.side) == (32.0, 16.0)  # half the cell has half the points of the level below
     assert sample.reach == below.reach == pytest.approx(0.5 * np.hypot(1.0e-3, 0.75e-3))
     assert sample.part
     np.testing.assert_array_equal(sample.numbers["flash_temperature"][1], member(21).numbers["flash_temperature"])
     np.testing.assert_array_equal(below.spectrum[1], member(21).below.spectrum)
-    partner = members.sample(3, [0], below=True)
+    partner = members.sample(3, below=True)
     assert (partner.q_max, partner.side) == (4e4, 32.0)
-    whole = members.sample(1, [0])
+    whole = members.sample(1)
     assert (whole.side, whole.part) == (32.0, False)
 
 
 def test_a_kept_pressure_gives_all_fields_but_the_heights(members):
-    assert members.kept(1, "heights", [0, 4]) == []
+    assert members.kept(1, "heights") == []
     for name in ("pressure", "temperature", "heat_flux"):
-        assert members.kept(1, name, [0, 4]) == [0, 4]
+        assert members.kept(1, name) == [0, 2, 3, 4]
 
 
 def test_the_time_of_a_level_is_that_of_its_members(members):

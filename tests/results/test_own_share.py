@@ -117,7 +117,7 @@ def test_other_parts_of_the_error_of_the_share_add_to_those_of_the_temperature(t
     scene = scene_with("mean", q_max=2e5)
     soft, numerics = replace(scene.body, penetration_hardness=None), replace(scene.numerics, levels=tuple(levels))
     run = rs.run(replace(scene, body=soft, numerics=numerics), tmp_path / "run")
-    all_heat = run._estimate("flash_temperature", "elastic", all_heat=True)
+    all_heat = run.single("flash_temperature", "elastic", all_heat=True)
     share, found = run.estimate("heat_partition", "elastic"), run.estimate("flash_temperature", "elastic")
     np.testing.assert_allclose(found.mean, share.mean * all_heat.mean, rtol=1e-12)
     for part in ("bandwidth", "pixel"):
@@ -133,7 +133,7 @@ def test_the_error_by_the_scan_has_that_of_the_share(mean_run, monkeypatch):
     monkeypatch.setattr("roughsim.prediction.scans.scan_error", lambda _: errors)
     monkeypatch.setattr(type(mean_run.scene), "scanned", True)
     monkeypatch.setattr(type(mean_run), "scanned", True)
-    found = mean_run._estimate("flash_temperature", "capped")
+    found = mean_run.single("flash_temperature", "capped")
     np.testing.assert_allclose(found.budget["scan"], 0.12 * found.mean, rtol=1e-12)
 
 
@@ -217,7 +217,7 @@ def test_the_share_at_other_speeds_passes_through_those_of_the_run_and_ends_at_r
 def test_the_rounds_count_the_error_of_what_is_reported(tmp_path):
     scene = scene_with("mean", count=12)  # a whole first round
     run = rs.run(scene, tmp_path / "run")
-    alone = run._estimate("flash_temperature", all_heat=True)
+    alone = run.single("flash_temperature", all_heat=True)
     errors = [np.max(found.total_error[1:] / found.mean[1:]) for found in (run.estimate("flash_temperature"), alone)]
     assert abs(errors[0] / errors[1] - 1.0) > 0.02
     between = float(np.sqrt(errors[0] * errors[1]))

@@ -69,10 +69,11 @@ def test_members_beyond_a_gap_or_a_round_do_not_count(folder, whole):
     assert (run.members.available[0], run.counts) == (4, (4, 6))
 
 
-def test_the_first_members_of_each_level_are_pairs_by_themselves(whole):
-    few = whole.pairs(counts=(5, 3))
-    assert [len(pair.sample.rows) for pair in few] == [5, 3]
-    values = whole.values("contact_fraction", counts=(5, 3))
+def test_fewer_members_of_each_level_can_count(folder):
+    whole = rs.open_run(folder)
+    whole.count((5, 3))
+    assert [len(pair.sample.rows) for pair in whole.pairs()] == [5, 3]
+    values = whole.values("contact_fraction")
     assert len(values.scatter[0]) == 5
     assert np.isfinite(values.mean).all()
 
@@ -95,5 +96,6 @@ def test_members_that_did_not_converge_are_left_out_and_counted(folder):
         write_member(folder, replace(one, failure=f"stalled at {index}", **empty))
     run = rs.open_run(folder)
     assert run.failed == 3
-    assert [pair.sample.rows.tolist() for pair in run.pairs(counts=(9, 6))] == [[0, 1, 2, 4, 5, 6, 7, 8], [1, 2, 3, 4]]
+    run.count((9, 6))
+    assert [pair.sample.rows.tolist() for pair in run.pairs()] == [[0, 1, 2, 4, 5, 6, 7, 8], [1, 2, 3, 4]]
     assert run.members[0, 3].failure == "stalled at 3"

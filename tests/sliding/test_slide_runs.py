@@ -225,7 +225,7 @@ def test_a_slide_that_fails_is_told_and_leaves_the_frozen_columns_alone(tmp_path
 
     monkeypatch.setattr(sliding_member, "solve_slide", fail)
     run = rs.run(sliding_scene(), tmp_path / "run")
-    assert (run.realizations, run.failed, len(run.members.sound(0, 4))) == (4, 0, 4)
+    assert (run.realizations, run.failed, len(run.members.sound(0))) == (4, 0, 4)
     assert losses(run) == ["1 members that slide did not converge and are left out of the column sliding"]
     assert run.estimate("heat_partition", "sliding").n == 1
 

@@ -1,0 +1,40 @@
+"""The counted members of the column sliding: their numbers, and their curves over the slid distance."""
+
+import numpy as np
+
+from roughsim.grid import Array
+from roughsim.observables.catalogue import AXIS, NUMBERS
+from roughsim.results.members import Members
+from roughsim.sliding.path import coarser_grid
+from roughsim.store.member_files import member_path, read_member
+
+
+def numbers(members: Members) -> dict[str, Array]:
+    """Return the numbers of the slides, (members, speeds); ValueError without a sound member."""
+    level, indices = _sound(members)
+    return {name: members.numbers(level, name, indices) for name, record in NUMBERS.items() if record.of_slide}
+
+
+def curves(members: Members) -> dict[str, Array]:
+    """Return the curves of the slides, stacked over the members, and their axis; ValueError without a sound member."""
+    level, indices = _sound(members)
+    rows = [read_member(member_path(members.folder, level, index)).curves for index in indices]
+    return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}
+
+
+def coarsening(members: Members) -> float:
+    """Return the ratio of pixels of slides, coarser grid over own grid; 1 without a coarser grid."""
+    level = _sound(members)[0]
+    grid = members.numerics.grid(level)
+    coarser = coarser_grid(grid, members.numerics.levels[level].q_max)
+    return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]
+
+
+def _sound(members: Members) -> tuple[int, list[int]]:
+    """Return the level of slides, and its sound members; ValueError if there is none."""
+    level = members.numerics.slide
+    if level is None:
+        raise ValueError(f'{members.folder} has no column "sliding": its scene has history = "frozen"')
+    if sound := members.sound(level):
+        return level, sound
+    raise ValueError(f"{members.folder} has no sound member that slides yet; let it run first")
