@@ -33,6 +33,7 @@ TESTS = {
     "theory/interface.py": "theory/test_interface.py theory/test_scattering.py theory/test_yielding.py",
     "theory/scattering.py": "theory/test_scattering.py theory/test_yielding.py test_yielding_points.py",
     "theory/yielding.py": "theory/test_yielding.py theory/test_yielding_range.py test_yielding_points.py",
+    "theory/memory.py": "theory/test_memory.py theory/test_two_bodies.py",
     "theory/walls.py": "theory/test_theory_plasticity.py theory/test_yielding.py",
     "theory/partition.py": "theory/test_theory_heat_balance.py",
     "theory/background.py": "theory/test_theory_heat_balance.py",

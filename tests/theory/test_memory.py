@@ -1,0 +1,95 @@
+"""Products of a contact with itself at earlier times: exact orthant means of Gaussian heights, by sums over angles."""
+
+import numpy as np
+import pytest
+from scipy.special import ive
+
+from theory import clipped, memory
+
+NORMAL = 1 / np.sqrt(2 * np.pi)  # the normal density at 0
+
+
+def riesz(r):
+    """N₁ and N₂ of ρ = e^(−r²/2), whose spectrum is e^(−q²/2)."""
+    r = np.maximum(r, 1e-9)
+    return (
+        np.sqrt(np.pi / 8) * r * (ive(0, r**2 / 4) - ive(1, r**2 / 4)),
+        -2 * np.expm1(-(r**2) / 2) / r**2 - np.exp(-(r**2) / 2),
+    )
+
+
+def half_contact():
+    """Contact on half of the area, with ρ = e^(−r²/2): ⟨FF′⟩ − ¼ = arcsin ρ/2π."""
+    r = np.exp(np.arange(-2048, 2048) * 4e-3 + 2e-3)
+    steps = np.array([0.0]), np.array([1.0])
+    of_half = np.arcsin(np.exp(-(r**2) / 2)) / (2 * np.pi)
+    return clipped.ClippedField(*steps, r, of_half, 0.25, clipped.products(*steps))
+
+
+def orthant_means(part, own, other):
+    """Means of `clipped.PAIRS` of F = 1(z > 0); `own` and `other` are places (x, y) of the heights of both bodies."""
+    values = []
+    for x, y in (own, other):
+        r = np.hypot(x, y)
+        first, second = riesz(r)
+        cosine = np.where(r > 0, x / np.maximum(r, 1e-12), 0.0)
+        rho = np.exp(-(r**2) / 2)
+        values.append((rho, first * cosine, (rho - second * (2 * cosine**2 - 1)) / 2))
+    (one, odd, even), (two, other_odd, other_even) = values
+    p, k = (1 - part) * one + part * two, part * one + (1 - part) * two
+    mixed = np.sqrt(part * (1 - part))
+    m, s = mixed * (one - two), mixed * (odd - other_odd)
+    n, c = (1 - part) * odd + part * other_odd, (1 - part) * even + part * other_even
+    theta = np.arccos(p)
+    density = 1 / (2 * np.pi * np.maximum(np.sin(theta), 1e-9))
+    both = 0.5 - theta / (2 * np.pi)
+    higher = (1 + p) * NORMAL / 2  # ⟨F z′F′⟩
+    return np.array(
+        [
+            both - 0.25,
+            m * NORMAL / 2,
+            m * np.sin(theta) / (2 * np.pi),
+            k * both + m**2 * density,
+            k * higher + m**2 * NORMAL / 2,
+            k * (np.sin(theta) + (np.pi - theta) * p) / (2 * np.pi) + m**2 * both,
+            n * NORMAL / 2,
+            s * both + n * m * density,
+            s * higher + n * m * NORMAL / 2,
+            c * both - n**2 * density,
+        ]
+    )
+
+
+FAR = (np.array(1e3), np.array(0.0))
+TURNS = (np.arange(720) + 0.5) * 2 * np.pi / 720
+
+
+@pytest.mark.parametrize("part", [0.5, 0.2])
+def test_products_with_earlier_heights_are_orthant_means_over_all_directions(part):
+    field = half_contact()
+    place = np.array([0.0, 0.3, 0.7, 1.2, 2.0, 3.1])
+    nearer = np.array([0.05, 0.1])
+    seen = memory.seen_pairs(field, riesz(field.distance), part, place, nearer)
+    middle = np.searchsorted(field.distance, [0.2, 1.0, 2.5])
+    for n in middle:
+        r = field.distance[n]
+        circle = r * np.cos(TURNS), r * np.sin(TURNS)
+        alone, passed = orthant_means(part, circle, FAR), orthant_means(part, FAR, circle)
+        # of the table of products
+        np.testing.assert_allclose(seen.own[:, n], alone.mean(axis=1), atol=2e-4)
+        for k in range(3):
+            term = (passed * np.cos(k * TURNS)).mean(axis=1) * (1 if k == 0 else 2)
+            np.testing.assert_allclose(seen.other[k, :, n], term, atol=2e-4)
+    for i, r in enumerate(place):
+        for j, s in enumerate(place):
+            here = r * np.cos(TURNS), r * np.sin(TURNS)
+            there = here[0] + s, here[1]
+            whole = orthant_means(part, here, there).mean(axis=1)
+            each = orthant_means(part, here, FAR) + orthant_means(part, FAR, there)
+            found = seen.both[:, i, j + nearer.size if j else 0]
+            # 20 directions; worst at r = s, with one direction in which both places meet
+            np.testing.assert_allclose(found, whole - each.mean(axis=1), atol=1e-3, err_msg=f"r = {r}, s = {s}")
+    # linear from the first place to the second
+    slope = (seen.both[..., 1] - seen.both[..., 0]) / nearer[0]
+    np.testing.assert_allclose(seen.both[..., 2], seen.both[..., 0] + slope * nearer[1], atol=1e-12)
+    np.testing.assert_allclose(seen.both[..., 3], seen.both[..., 0] + slope * place[1], atol=1e-12)
