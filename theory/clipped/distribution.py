@@ -1,0 +1,230 @@
+"""Statistics of the temperature at the points of drawn contacts: quantiles, deviation, and rates of reactions.
+
+Each value is found from all fields, and its standard error from what it is without one of them (jackknife).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from theory.arguments import Array, not_negative_array, positive, real_array
+
+BOLTZMANN = 1.380649e-23  # J/K
+
+Weight = Literal["heat", "area"]
+Numbers = NDArray[np.intp]
+Fields = NDArray[np.bool_]  # which of the fields are kept, or which of the points
+
+
+class Estimate(NamedTuple):
+    """A value with its standard error by the jackknife over the drawn fields; arrays of one shape."""
+
+    value: Array
+    standard_error: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TemperatureDistribution:
+    """Temperatures at the points of drawn contacts; made by `temperature_distribution`.
+
+    Attributes
+    ----------
+    flash_temperature : ndarray
+        T_flash of the calibrated law with all the heat in the body, K, shape (speeds,).
+    contact_fraction : float
+        A/A₀ of the calibrated law.
+    ratio : ndarray
+        T/T_flash at each point of contact of all fields, shape (speeds, points). Its mean over the heat is 1.
+    pressure : ndarray
+        Pa at these points, shape (points,).
+    field : ndarray
+        Number of the field to which each point belongs, shape (points,).
+    cut : float
+        Share of the variance of z that no Gaussian field can have, and which was left out.
+    """
+
+    flash_temperature: Array
+    contact_fraction: float
+    ratio: Array
+    pressure: Array
+    field: Numbers
+    cut: float
+
+    def quantiles(self, shares: ArrayLike, by: Weight = "heat") -> Estimate:
+        """Temperatures that these shares of the heat, or of the contact area, do not exceed.
+
+        Parameters
+        ----------
+        shares : array_like
+            Numbers from 0 to 1, shape (n,).
+        by : {"heat", "area"}
+            Weight of each point: its heat, μvσ, or its area.
+
+        Returns
+        -------
+        Estimate
+            K above the background, with all the heat in the body, shape (n, speeds).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `shares` are not numbers from 0 to 1, or `by` is neither.
+        """
+        levels = np.atleast_1d(not_negative_array("shares", shares, "1"))
+        if (levels > 1.0).any():
+            raise ValueError(f"shares = {levels.max():.6g} must lie from 0 to 1")
+        weight = self._weight(by)
+        columns = []
+        for ratio, flash in zip(self.ratio, self.flash_temperature.tolist(), strict=True):
+            order = np.argsort(ratio)
+            points = ratio[order], weight[order], self.pressure[order], self.field[order]
+            columns.append(self._jackknife(partial(_quantiles, points, levels, flash)))
+        return Estimate(*(np.stack(values, axis=-1) for values in zip(*columns, strict=True)))
+
+    def deviation(self, by: Weight = "heat") -> Estimate:
+        """Standard deviation of the temperature over the contact, K, shape (speeds,).
+
+        `by` as in `quantiles`. ValueError if it is neither "heat" nor "area".
+        """
+        weight = self._weight(by)
+
+        def spread(kept: Fields) -> Array:
+            held = kept[self.field]
+            mean = self.ratio @ (weight * held) / (weight @ held)
+            square = (self.ratio - mean[:, None]) ** 2 @ (weight * held) / (weight @ held)
+            return np.asarray(self.flash_temperature * np.sqrt(square) / self._scale(held))
+
+        return self._jackknife(spread)
+
+    def share_above(self, temperature: ArrayLike, by: Weight = "heat") -> Estimate:
+        """Share of the heat, or of the contact area, where the body is hotter than a temperature.
+
+        `temperature` is K above the background with all the heat in the body, one number, or one for each speed; `by`
+        as in `quantiles`. Returns shape (speeds,). TypeError or ValueError if it is not real and finite, or `by` is
+        neither "heat" nor "area".
+        """
+        weight = self._weight(by)
+        limit = np.broadcast_to(real_array("temperature", temperature, "K"), self.flash_temperature.shape)
+
+        def share(kept: Fields) -> Array:
+            held = kept[self.field]
+            hot = self.flash_temperature[:, None] * self.ratio / self._scale(held)[:, None] > limit[:, None]
+            return np.asarray(hot @ (weight * held) / (weight @ held))
+
+        return self._jackknife(share)
+
+    def reaction_rate(
+        self,
+        activation_energy: ArrayLike,
+        *,
+        background_temperature: ArrayLike,
+        heat_partition: ArrayLike = 1.0,
+        prefactor: float = 1.0,
+        activation_volume: float = 0.0,
+    ) -> Estimate:
+        """Rate of a thermally activated reaction, (A/A₀) ⟨ν exp(−(E − σV)/k_B T)⟩, the mean over the contact area.
+
+        Parameters
+        ----------
+        activation_energy : array_like
+            E, J, shape (n,).
+        background_temperature : array_like
+            Absolute mean temperature of the surface, K: one number, or one for each speed.
+        heat_partition : array_like
+            Share of the heat that enters the body, one number, or one for each speed.
+        prefactor : float
+            ν, 1/s.
+        activation_volume : float
+            V, m³, of either sign.
+
+        Returns
+        -------
+        Estimate
+            1/s per nominal area, shape (n, speeds).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument is not real, finite and of the right sign, or a point of the contact is at 0 K or below.
+        """
+        mean = self._arrhenius(activation_energy, background_temperature, heat_partition, activation_volume)
+        factor = self.contact_fraction * positive("prefactor", prefactor, "1/s")
+        logarithm, error = self._jackknife(mean)
+        rate = factor * np.exp(logarithm)
+        return Estimate(rate, rate * error)
+
+    def activation_temperature(
+        self, activation_energy: ArrayLike, *, background_temperature: ArrayLike, heat_partition: ArrayLike = 1.0
+    ) -> Estimate:
+        """Temperature at which an even contact reacts as fast: exp(−E/k_B T_act) = ⟨exp(−E/k_B T)⟩ over its area.
+
+        Parameters, errors: as `reaction_rate`; absolute temperature in K, shape (n, speeds). E must be positive.
+        """
+        energy = np.atleast_1d(real_array("activation_energy", activation_energy, "J"))
+        if (energy <= 0.0).any():
+            raise ValueError(f"activation_energy = {energy.min():.6g} J must be positive: without it T_act is any")
+        mean = self._arrhenius(energy, background_temperature, heat_partition, 0.0)
+        return self._jackknife(lambda kept: -energy[:, None] / (BOLTZMANN * mean(kept)))
+
+    def _arrhenius(
+        self, activation_energy: ArrayLike, background: ArrayLike, partition: ArrayLike, volume: float
+    ) -> Callable[[Fields], Array]:
+        """Return the function that gives ln ⟨exp(−(E − σV)/k_B T)⟩ over the kept fields, shape (energies, speeds)."""
+        energy = np.atleast_1d(not_negative_array("activation_energy", activation_energy, "J"))
+        speeds = self.flash_temperature.shape
+        start = np.broadcast_to(not_negative_array("background_temperature", background, "K"), speeds)
+        share = np.broadcast_to(real_array("heat_partition", partition, "1"), speeds)
+        lowered = float(real_array("activation_volume", volume, "m³")) * self.pressure
+
+        def mean(kept: Fields) -> Array:
+            held = kept[self.field]
+            scale = share * self.flash_temperature / self._scale(held)
+            result = np.empty((energy.size, *speeds))
+            for n, ratio in enumerate(self.ratio):
+                kelvin = start[n] + scale[n] * ratio[held]
+                if not kelvin.min() > 0.0:
+                    raise ValueError(
+                        f"background_temperature = {start[n]:.6g} K leaves a point of the contact at "
+                        f"{kelvin.min():.6g} K, colder than the mean of the surface; add the mean warming to it"
+                    )
+                for m, barrier in enumerate(energy):
+                    exponent = -(barrier - lowered[held]) / (BOLTZMANN * kelvin)
+                    highest = exponent.max()
+                    result[m, n] = highest + np.log(np.exp(exponent - highest).mean())
+            return result
+
+        return mean
+
+    def _weight(self, by: Weight) -> Array:
+        if by not in ("heat", "area"):
+            raise ValueError(f'by = {by!r} must be "heat" or "area"')
+        return self.pressure if by == "heat" else np.ones(self.pressure.shape)
+
+    def _scale(self, held: Fields) -> Array:
+        """Return the mean of `ratio` over the heat of the points that are held: T_flash of their fields."""
+        return np.asarray(self.ratio[:, held] @ self.pressure[held] / self.pressure[held].sum())
+
+    def _jackknife(self, estimate: Callable[[Fields], Array]) -> Estimate:
+        """Return an estimate from all fields, and its standard error from those without one of them."""
+        count = int(self.field[-1]) + 1
+        without = np.stack([estimate(np.arange(count) != k) for k in range(count)])
+        error = np.sqrt((count - 1) * without.var(axis=0))
+        return Estimate(estimate(np.ones(count, bool)), np.asarray(error))
+
+
+def _quantiles(
+    points: tuple[Array, Array, Array, NDArray[np.intp]], levels: Array, flash: float, kept: Fields
+) -> Array:
+    """Return quantiles of the temperature, K, at points of ascending T/T_flash with weight, pressure and field."""
+    ratio, weight, pressure, field = points
+    held = kept[field]
+    kept_weight = weight * held
+    below = np.cumsum(kept_weight)
+    middle = (below - kept_weight / 2) / below[-1]
+    return np.asarray(flash * np.interp(levels, middle, ratio) / np.average(ratio, weights=pressure * held))
