@@ -19,8 +19,14 @@ class GivenPools(executors.Workers):
 
     def __init__(self, *pools):
         super().__init__(2)
-        self.pools, self.used = iter(pools), 0
+        self.pools, self.current, self.used = iter(pools), None, 0
 
-    def executor(self):
-        self.used += 1
-        return next(self.pools)
+    def executor(self, seconds_left):
+        if self.current is None:
+            self.used += 1
+            self.current = next(self.pools)
+        return self.current
+
+    def replace_broken(self, error):
+        self.current = None
+        super().replace_broken(error)

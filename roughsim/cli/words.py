@@ -32,7 +32,7 @@ RunFolder = Annotated[Path, Argument(metavar="RUN", help="The folder of a run, o
 Json = Annotated[bool, Option("--json", help="Print JSON (SI units) for programs.")]
 Chart = Annotated[Path | None, Option(metavar="FILE", help="Draw the figure: .png, .pdf or .svg.")]
 Output = Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Left out: a file beside RUN.")]
-Workers = Annotated[int | None, Option(metavar="N", min=1, help="Processes; left out: as many as fit.")]
+Workers = Annotated[int | None, Option(metavar="N", min=1, help="Processes; left out: as many as fit for long runs.")]
 
 
 def open_scene(name: str, words: list[str] | None, options: dict[str, Any] | None = None) -> Any:

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
+from math import inf
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event
@@ -17,6 +18,9 @@ from roughsim.contact.active_set import note_compilation
 from roughsim.machine import PROCESS, SHARE, available_memory, in_words, usable_cores, workers_that_fit
 from roughsim.show import text
 
+# s of computing above which processes are started, if their number is not given: each takes 1.3 s of CPU time to
+# start, so two of them end earlier than one from 2.6 s on
+_WORTH_PROCESSES = 3.0
 _ADVICE = (
     "its scheduler or its workers have ended; all finished members are stored, and the same call continues from there; "
     'if its workers are processes, the script needs `if __name__ == "__main__":` above the call'
@@ -40,7 +44,8 @@ class Workers(AbstractContextManager["Workers"]):
     """The executor of a run, and the number of members that it computes at the same time.
 
     A context manager: own processes end with it. After an error or an interrupt they are ended at once, since a member
-    that is not stored can be computed again. An executor of the caller is never shut down.
+    that is not stored can be computed again. An executor of the caller is never shut down. Without a given number of
+    workers (`count` None), this process computes alone as long as processes would take longer to start than to compute.
     """
 
     def __init__(self, count: int | None, executor: Executor | None = None):
@@ -60,7 +65,8 @@ class Workers(AbstractContextManager["Workers"]):
     @property
     def in_flight(self) -> int:
         """Number of members submitted at a time: one more than each worker computes, so that none waits."""
-        return 1 if self.in_process else 2 * self.count
+        starts_later = self._given is None and self._asked is None and self._pool is None
+        return 1 if self.in_process or starts_later else 2 * self.count
 
     @property
     def own(self) -> bool:
@@ -92,11 +98,16 @@ class Workers(AbstractContextManager["Workers"]):
         self.in_process = count == 1
         self._member = member
 
-    def executor(self) -> Executor:
-        """Return the executor: the same one until it breaks; BrokenExecutor if its workers cannot start."""
+    def executor(self, seconds_left: float = inf) -> Executor:
+        """Return the executor for so much computing, s in one process; BrokenExecutor if its workers cannot start.
+
+        It is the same one until it breaks, but for a short computation that becomes a long one: `_WORTH_PROCESSES`.
+        """
         if self._given is not None:
             return self._given
         if self.in_process:
+            return SerialExecutor()
+        if self._pool is None and self._asked is None and seconds_left < _WORTH_PROCESSES:
             return SerialExecutor()
         if self._pool is None:
             note_compilation()  # here, as one line: all workers compile the same kernels

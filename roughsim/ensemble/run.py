@@ -60,9 +60,9 @@ def run(
         Largest number of members of each level; default: from the scene. Each of several processes stops by its own
         `until` and `max_realizations`; run.json has the values of the process that started last.
     workers : int, optional
-        Processes; 1 computes in this one. None: as many as this process has cores. The number is reduced, with a
-        warning, to use at most 80 % of the available memory. A script with several workers needs
-        ``if __name__ == "__main__":``; a notebook does not.
+        Processes; 1 computes in this one. None: as many as this process has cores, once more than 3 s of computing are
+        left. The number is reduced, with a warning, to use at most 80 % of the available memory. A script with several
+        workers needs ``if __name__ == "__main__":``; a notebook does not.
     executor : concurrent.futures.Executor, optional
         Used in place of own processes; twice `workers` members are submitted at a time. Their memory is not checked.
     observer : callable, optional

@@ -1,9 +1,9 @@
 """State of a run in words and as JSON: rounds, targets, processes, time left, and lost members."""
 
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
-from roughsim.estimate.rounds import Counts, work
+from roughsim.estimate.rounds import WORK_SECONDS, Counts, work
 from roughsim.results.folder import left_out
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
@@ -142,6 +142,20 @@ def seconds_left(run: Run) -> float | None:
         mean = float(seconds[level].mean()) if len(seconds[level]) else works[level] * pace
         left += max(count - run.members.available[level], 0) * mean
     return left
+
+
+def expected_seconds(run: Run) -> float:
+    """Return the expected time for the members still needed, s, in one process; in the first round that of the plan.
+
+    inf in the first round of a run with slides.
+    """
+    measured = seconds_left(run)
+    if measured is not None:
+        return measured
+    if run.numerics.slide is not None:
+        return inf
+    left = [max(count - there, 0) for count, there in zip(run.rounds.wanted, run.members.available, strict=True)]
+    return WORK_SECONDS * sum(count * work(run.numerics, level) for level, count in enumerate(left))
 
 
 def time_left(run: Run) -> str:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from roughsim.ensemble.executors import Workers
+from roughsim.ensemble.status import expected_seconds
 from roughsim.ensemble.workers import Job, Source, store_members
 from roughsim.errors import RecordError
 from roughsim.estimate.rounds import Counts
@@ -123,12 +124,10 @@ class Tasks:
 
     def _work(self, workers: Workers) -> None:
         """Keep an executor busy until all runs have ended."""
-        if not self.unfinished:
-            return
-        executor = workers.executor()
         pending: dict[Future[str], Assignment] = {}
         try:
             while self.unfinished:
+                executor = workers.executor(sum(expected_seconds(active.run) for active in self.unfinished))
                 while len(pending) < workers.in_flight:
                     assignment = self._next(idle=len(pending) < workers.count)
                     if assignment is None:

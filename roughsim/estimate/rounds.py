@@ -22,6 +22,7 @@ FIRST, FIRST_STEP, LATER = 12, 6, 4
 # errors that a higher level lowers, and the share that they may take of the squared target before one is added
 _OF_LEVELS, _SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
 _BESIDE = 2.0  # times the target: for columns beside the main one, which only serve comparisons
+WORK_SECONDS = 5e-9  # s of CPU time over the `work` of a member, on one core of a server of 2020
 MEMBER = 5e5  # `work` of a member on any grid, a few milliseconds: handing out, file, reading
 TARGET = {"flash_temperature": 0.01}  # for the choice of levels in a run without a target
 Counts = tuple[int, ...]  # members of each level, by its number

@@ -11,7 +11,7 @@ from math import isnan, pi, sqrt
 from roughsim import prediction
 from roughsim.errors import number
 from roughsim.estimate.cell_size import choose_lengths
-from roughsim.estimate.rounds import FIRST_STEP, TARGET, first_counts, work
+from roughsim.estimate.rounds import FIRST_STEP, TARGET, WORK_SECONDS, first_counts, work
 from roughsim.machine import PROCESS
 from roughsim.planning.levels import levels_of
 from roughsim.planning.realization import largest_member
@@ -24,7 +24,6 @@ from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
 # relative standard deviation of T_flash over the members of a lowest level, × longest waves per side × √(contact area
 # of the theory there): smallest and largest of 20 scenes, elastic and capped, with contact on .0005 … .25 of the area
 _SCATTER = 0.012, 0.046
-_SECONDS = 5e-9  # of CPU time over the work of a member, on one core of a server of 2020
 
 
 def plan(scene: SceneLike, target_error: float | None = None) -> Numerics:
@@ -121,7 +120,7 @@ def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
         f"to a total error of {100 * target:.3g} %, from the scatter of T_flash on other scenes; the upper end if all "
         "levels are needed. After the first round `roughsim status` shows the time left, as it was measured"
     )
-    return Reason("CPU time", f"{span(_SECONDS * low)} to {span(_SECONDS * high)}", why)
+    return Reason("CPU time", f"{span(WORK_SECONDS * low)} to {span(WORK_SECONDS * high)}", why)
 
 
 def _work_of(scene: Scene, numerics: Numerics, rungs: Sequence[int], target: float, scatter: float) -> float:

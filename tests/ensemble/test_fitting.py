@@ -1,15 +1,20 @@
 """As many workers as memory and cores allow, which the run says; a worker that the system kills ends in a sentence."""
 
 import signal
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from pool_cases import to_do
 
 import roughsim as rs
 from roughsim.ensemble import executors
 from roughsim.ensemble.executors import SerialExecutor, Workers
+from roughsim.ensemble.run import begin
+from roughsim.ensemble.status import expected_seconds
 from roughsim.ensemble.workers import store_members
+from roughsim.estimate.rounds import first_counts, work
 from roughsim.machine import Limit
 from roughsim.planning import reasons
 from roughsim.scene.numerics import Level, Numerics
@@ -69,6 +74,28 @@ def test_where_no_number_was_asked_for_a_line_says_how_many_there_are(job, monke
         assert capsys.readouterr().err == ""
 
 
+def test_a_short_computation_starts_no_processes_unless_their_number_is_given(job):
+    job(2, 25.3)
+    with Workers(None) as workers:
+        assert isinstance(workers.executor(seconds_left=0.5), SerialExecutor)
+        assert workers.in_flight == 1
+        pool = workers.executor(seconds_left=60.0)
+        assert isinstance(pool, ProcessPoolExecutor)
+        assert workers.in_flight == 4
+        assert workers.executor(seconds_left=0.5) is pool
+    with Workers(2) as workers:
+        assert isinstance(workers.executor(seconds_left=0.5), ProcessPoolExecutor)
+
+
+def test_the_expected_time_is_the_planned_one_in_the_first_round_and_the_measured_one_later(quick, tmp_path):
+    numerics = rs.plan(quick)
+    begin(quick, tmp_path / "new", numerics)
+    planned = expected_seconds(rs.open_run(tmp_path / "new"))
+    works = [work(numerics, level) for level in range(len(numerics.levels))]
+    assert planned == pytest.approx(5e-9 * np.dot(first_counts(numerics, quick.ensemble.max_realizations), works))
+    assert expected_seconds(rs.run(quick, tmp_path / "ended")) == 0.0
+
+
 def test_what_workers_take_does_not_count_against_them(job):
     job(8, 25.3)
     with Workers(2) as workers:
@@ -101,8 +128,8 @@ class Killing(Workers):
         super().__init__(2)
         self.marker = marker
 
-    def executor(self):
-        pool, marker = super().executor(), self.marker
+    def executor(self, seconds_left=np.inf):
+        pool, marker = super().executor(seconds_left), self.marker
 
         class Handing(SerialExecutor):
             def submit(self, function, *arguments):
