@@ -28,14 +28,13 @@ from roughsim.errors import need_computed, not_negative, number, real_field, siz
 from roughsim.fourier import convolution
 from roughsim.grid import Array, Field, Grid, need_grid
 from roughsim.heat.precision import need_phases, need_resolved
+from roughsim.heat.skin import Layering, Skin, layering, steady_response
+from roughsim.heat.waves import FORGOTTEN, response_of_waves
 
 ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
-_FORGOTTEN = 40.0  # D q² t from which on a mode is steady: e^-40 = 4e-18 of the start is left
-COLD = 40.0  # z/2√(Dt) from which on no heat has come so deep: e^(−40²) is 0
-_SERIES = 0.1  # below |λ|√(Dt) = 0.1 the two terms of the buried transient cancel; a series replaces them
 
 
-def sliding_temperature(
+def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a depth)
     heat_flux: ArrayLike,
     grid: Grid,
     *,
@@ -46,6 +45,8 @@ def sliding_temperature(
     slid_distance: float | None = None,
     time: ArrayLike | None = None,
     depth: float = 0.0,
+    skin: Skin | None = None,
+    heat_depth: float = 0.0,
 ) -> Field:
     """Return the temperature above the background that a sliding heat source leaves in the body.
 
@@ -74,6 +75,11 @@ def sliding_temperature(
         Time since the start from rest, s, ≥ 0 or inf, in place of `slid_distance`. A 1-D array adds a leading axis.
     depth : float
         Distance below the surface, m, ≥ 0.
+    skin : Skin, optional
+        A layer of another material on the body: thickness, m, conductivity, W/(m K), and diffusivity, m²/s. From rest
+        it adds its steady change, which holds for a thickness ≪ √(Dt); see docs/skin.md.
+    heat_depth : float
+        Depth h, m, ≥ 0, in which the heat is released, with the density q̇ e^(−z/h)/h; 0 is the surface.
 
     Returns
     -------
@@ -87,6 +93,7 @@ def sliding_temperature(
     diffusivity = sized("diffusivity", diffusivity, "m²/s")
     need_resolved(grid, speed, diffusivity)
     depth = not_negative("depth", depth, "m")
+    layers = layering(skin, heat_depth, conductivity, diffusivity)
     ux, uy = unit_vector(direction)
     # length of the line through the centre of the cell along the sliding direction
     chord = min(side / abs(part) for side, part in zip(grid.lengths, (ux, uy), strict=True) if part)
@@ -96,7 +103,7 @@ def sliding_temperature(
     # a uniform flux has only q = 0: exactly nothing is left, whatever the transform rounds
     if flux[0, 0] == flux[-1, -1] and flux.min() == flux.max():
         return np.zeros((*durations.shape, *grid.shape), flux.dtype)
-    arguments, spreads = (grid, drift, depth, flux.dtype.char), diffusivity * durations.ravel()
+    arguments, spreads = (grid, drift, depth, layers, flux.dtype.char), diffusivity * durations.ravel()
     fields = fields_over_time(flux, spreads, turned_response, arguments, grid.shape, 1 / conductivity)
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
     laps = abs(speed) * chord / (2 * math.pi * diffusivity)
@@ -136,10 +143,12 @@ def uniform_temperature(
     return result if instants.ndim else float(result)
 
 
-def turned_response(grid: Grid, drift: tuple[float, float], depth: float, precision: str, spread: float) -> Field:
+def turned_response(
+    grid: Grid, drift: tuple[float, float], depth: float, layers: Layering | None, precision: str, spread: float
+) -> Field:
     """κT/q̇ of all modes, transposed as `convolution.convolve` takes it, shape (n_y//2 + 1, n_x)."""
     turned: Field = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
-    for rows, response in responses(grid, drift, depth, spread):
+    for rows, response in responses(grid, drift, depth, spread, layers):
         turned[:, rows] = response.T / grid.points
     turned.flags.writeable = False
     return turned
@@ -173,9 +182,9 @@ def _hot_track_excess(
     total = float(np.mean(flux * field, dtype=np.float64))
     excess = 0.0
     qx, qy = grid.wavevectors
-    columns = int((qy[0] ** 2 * spread < _FORGOTTEN).sum())
+    columns = int((qy[0] ** 2 * spread < FORGOTTEN).sum())
     weights = grid.multiplicity[:, :columns]
-    rows = np.flatnonzero(qx[:, 0] ** 2 * spread < _FORGOTTEN)
+    rows = np.flatnonzero(qx[:, 0] ** 2 * spread < FORGOTTEN)
     for part in np.array_split(rows, math.ceil(rows.size / ROWS)):
         along = drift[0] * qx[part]
         across = drift[1] * qy[:, :columns]
@@ -184,8 +193,8 @@ def _hot_track_excess(
         mean = square == 0.0
         power[mean] = 0.0
         square[mean] = 1.0
-        steady = _response_of_modes(square, along + across, depth, math.inf)
-        young = _response_of_modes(square, along + across, depth, spread)
+        steady = response_of_waves(square, along + across, depth, math.inf)
+        young = response_of_waves(square, along + across, depth, spread)
         excess += float(np.sum(power * (steady.real - young.real)))
     return excess / (total - excess) if total != excess else math.nan
 
@@ -201,18 +210,22 @@ def unit_vector(direction: float) -> tuple[float, float]:
 
 
 def responses(
-    grid: Grid, drift: tuple[float, float], depth: float = 0.0, spread: float = math.inf
+    grid: Grid,
+    drift: tuple[float, float],
+    depth: float = 0.0,
+    spread: float = math.inf,
+    layers: Layering | None = None,
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.complex128]]]:
     """Yield (rows, κT/q̇ in m) block by block: every row of the half spectrum once, q = 0 with response 0.
 
     `drift` is v/D along x and y, 1/m; `depth` the distance below the surface, m; `spread` D t, m², t the time since the
-    start from rest; inf is the steady state.
+    start from rest; inf is the steady state. `layers` are None of a bare half-space that is heated in its plane.
     """
     qx = grid.wavevectors[0]
     count, half = grid.shape[0], grid.shape[0] // 2 + 1
     for start in range(0, half, ROWS):
         rows = np.arange(start, min(start + ROWS, half))
-        response = _response_rows(grid, rows, qx[rows], drift, depth, spread)
+        response = _response_rows(grid, rows, qx[rows], drift, depth, spread, layers)
         if start == 0:
             response[0, 0] = 0.0
         yield rows, response
@@ -225,12 +238,18 @@ def responses(
         elif drift[0] == 0.0:
             partner = response[inner]
         else:
-            partner = _response_rows(grid, rows, -qx[rows], drift, depth, spread)[inner]
+            partner = _response_rows(grid, rows, -qx[rows], drift, depth, spread, layers)[inner]
         yield count - rows[inner], partner
 
 
 def _response_rows(
-    grid: Grid, rows: NDArray[np.intp], qx: Field, drift: tuple[float, float], depth: float, spread: float
+    grid: Grid,
+    rows: NDArray[np.intp],
+    qx: Field,
+    drift: tuple[float, float],
+    depth: float,
+    spread: float,
+    layers: Layering | None,
 ) -> NDArray[np.complex128]:
     """κT/q̇ at the wavevectors (qx, q_y ≥ 0), averaged over both signs at the Nyquist wavenumber of an axis."""
     qy = grid.wavevectors[1]
@@ -238,9 +257,9 @@ def _response_rows(
     square[square == 0.0] = 1.0  # q = 0: any finite response, replaced by the caller
 
     def both_signs_of_qy(part: slice, along: Field) -> NDArray[np.complex128]:
-        response = _response_of_modes(square[part], along + across, depth, spread)
+        response = _response(square[part], along + across, depth, spread, layers)
         if grid.shape[1] % 2 == 0:
-            flipped = _response_of_modes(square[part, -1:], along - across[:, -1:], depth, spread)
+            flipped = _response(square[part, -1:], along - across[:, -1:], depth, spread, layers)
             response[:, -1:] = (response[:, -1:] + flipped) / 2
         return response
 
@@ -250,44 +269,17 @@ def _response_rows(
     return response
 
 
-def _response_of_modes(square: Field, advection: Field, depth: float, spread: float) -> NDArray[np.complex128]:
-    """κT/q̇ of the modes with q² = `square` and q·v/D = `advection`, both 1/m²."""
-    modulus = np.sqrt(square**2 + advection**2)  # |λ|²; real numbers cost half of a complex root
-    real = np.sqrt((modulus + square) / 2)
-    surface: NDArray[np.complex128] = np.empty(real.shape, np.complex128)
-    surface.real, surface.imag = real / modulus, advection / (2 * real * modulus)  # 1/λ
-    response = surface if depth == 0.0 else surface * np.exp(-depth * modulus * surface.conj())
-    young = square * spread < _FORGOTTEN  # not steady yet
-    if young.any():
-        scaled = math.sqrt(spread) / surface[young]
-        if depth > 2 * COLD * math.sqrt(spread):
-            response[young] = 0.0
-        elif depth > 0.0:
-            response[young] = math.sqrt(spread) * _buried(scaled, depth / (2 * math.sqrt(spread)))
-        else:
-            response[young] *= scipy.special.erf(scaled)
-    return response
-
-
-def _buried(b: NDArray[np.complex128], a: float) -> NDArray[np.complex128]:
-    """[e^(−2ab) erfc(a−b) − e^(2ab) erfc(a+b)]/(2b) with b = λ√(Dt), a = z/2√(Dt), free of overflow.
-
-    Either term is e^(−a²−b²) w(i(a∓b)), w the Faddeeva function, for Re(a∓b) ≥ 0.
-    """
-    tail = np.exp(-(a * a) - b * b)
-    shallow = b.real > a
-    first = tail * scipy.special.erfcx(np.where(shallow, b - a, a - b))
-    first = np.where(shallow, 2 * np.exp(-2 * a * b) - first, first)
-    result: NDArray[np.complex128] = (first - tail * scipy.special.erfcx(a + b)) / (2 * b)
-    # for small b a series in b²: [f(a−b) − f(a+b)]/(2b) by the derivatives of f(x) = e^(x²) erfc(x), f′ = 2xf − 2/√π
-    derivatives = [float(scipy.special.erfcx(a))]
-    derivatives.append(2 * a * derivatives[0] - 2 / math.sqrt(math.pi))
-    for n in range(1, 14):
-        derivatives.append(2 * a * derivatives[n] + 2 * n * derivatives[n - 1])
-    series = [-derivatives[n] / math.factorial(n) for n in range(1, 14, 2)]
-    small = np.abs(b) < _SERIES
-    result[small] = tail[small] * np.polynomial.polynomial.polyval(b[small] ** 2, series)
-    return result
+def _response(
+    square: Field, advection: Field, depth: float, spread: float, layers: Layering | None
+) -> NDArray[np.complex128]:
+    """κT/q̇ of waves with q² = `square` and q·v/D = `advection`, 1/m²: bare, and the steady change by the layers."""
+    if layers is None:
+        return response_of_waves(square, advection, depth, spread)
+    layered = steady_response(square, advection, layers, depth)
+    if math.isinf(spread):
+        return layered
+    bare = response_of_waves(square, advection, depth, math.inf)
+    return response_of_waves(square, advection, depth, spread) + (layered - bare)
 
 
 def fields_over_time(

@@ -1,0 +1,185 @@
+"""A skin on the half-space, and heat released in depth: the response of one wave to the frictional heat.
+
+A skin of thickness d has its own conductivity κ_s and diffusivity D_s. The heat q̇ of the contact is released at the
+surface, or below it with the density q̇ e^(−z/h)/h. With λ = √(q² − i q·v/D), λ_s = √(q² − i q·v/D_s), k = κ_s/κ and
+E = e^(−λ_s d), the temperature of the surface by heat released at the depth z is
+
+    κT/q̇ = [(kλ_s + λ) e^(−λ_s z) + (kλ_s − λ) E e^(−λ_s(d − z))]/(kλ_s N)    z ≤ d,
+           2 E e^(−λ(z − d))/N                                                z ≥ d,
+    N = kλ_s(1 − E²) + λ(1 + E²),
+
+as it is the temperature at z by heat released at the surface. Its mean over e^(−z/h)/h is `steady_response`. Nothing
+overflows, because Re λ and Re λ_s are positive.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.errors import not_negative, sized
+from roughsim.grid import Array, Field
+
+Complex = NDArray[np.complex128]
+
+_CLOSE = 0.5  # |d/h − λ_s d| below which two exponentials of the depth cancel
+_ACCURACY = 17.0  # −½ ln of the error of a mean over directions: 2e-15
+_EXTRA_NODES = 4
+
+
+class Skin(NamedTuple):
+    """A layer of another material on a half-space, such as an oxide or a worked layer."""
+
+    thickness: float  # d, m
+    conductivity: float  # κ_s, W/(m K)
+    diffusivity: float  # D_s, m²/s
+
+
+class Layering(NamedTuple):
+    """A skin in units of the half-space under it, and the depth of release; without a skin `thickness` is 0."""
+
+    thickness: float  # d, m
+    conduction: float  # κ_s/κ
+    diffusion: float  # D/D_s
+    heat_depth: float  # h, m
+
+
+def checked_skin(skin: object) -> Skin | None:
+    """Return a skin of three positive numbers, in the order of `Skin`, or None; TypeError or ValueError otherwise."""
+    if skin is None:
+        return None
+    if not isinstance(skin, (tuple, list)) or len(skin) != len(Skin._fields):
+        raise TypeError(
+            f"skin = {skin!r} must be three numbers, for example Skin(thickness=3e-7, conductivity=3.0, "
+            "diffusivity=9e-7)"
+        )
+    thickness, conductivity, diffusivity = skin
+    return Skin(
+        sized("thickness of the skin", thickness, "m"),
+        sized("conductivity of the skin", conductivity, "W/(m K)"),
+        sized("diffusivity of the skin", diffusivity, "m²/s"),
+    )
+
+
+def layering(skin: object, heat_depth: float, conductivity: float, diffusivity: float) -> Layering | None:
+    """Return the layers of a body with κ, W/(m K), and D, m²/s; None of a bare one that is heated in its plane.
+
+    TypeError or ValueError for a skin that is not three positive numbers, or a negative `heat_depth`, m.
+    """
+    checked = checked_skin(skin)
+    depth = not_negative("heat_depth", heat_depth, "m")
+    if checked is None:
+        return Layering(0.0, 1.0, 1.0, depth) if depth else None
+    return Layering(
+        checked.thickness, checked.conductivity / conductivity, diffusivity / checked.diffusivity, depth
+    )
+
+
+def steady_response(square: Field, advection: Field, layers: Layering, depth: float = 0.0) -> Complex:
+    """Return κT/q̇, m, of waves with q² = `square` > 0 and q·v/D = `advection`, both 1/m², in the steady state.
+
+    κ and D are those of the half-space, `depth` is the distance below the surface, m, ≥ 0. The two arrays have one
+    shape, or shapes that broadcast.
+    """
+    if depth > 0.0:
+        return _response_below(square, advection, layers, depth)
+    below = np.sqrt(square - 1j * advection)  # λ
+    spread = below * layers.heat_depth
+    if layers.thickness == 0.0:
+        bare: Complex = 1 / (below * (1 + spread))
+        return bare
+    within = np.sqrt(square - 1j * (layers.diffusion * advection))  # λ_s
+    x = within * layers.thickness
+    inner = layers.conduction * within
+    faded = np.exp(-2 * x)
+    lost = -np.expm1(-2 * x)  # 1 − E² without cancellation
+    determinant = inner * lost + below * (1 + faded)
+    if layers.heat_depth == 0.0:
+        released = inner * (1 + faded) + below * lost
+    else:
+        y = layers.thickness / layers.heat_depth
+        crossing = np.exp(-x)
+        released = (inner + below) * -np.expm1(-x - y) / (1 + within * layers.heat_depth)
+        released += (inner - below) * crossing * _depth_mean(x, y)
+        released += 2 * inner * crossing * math.exp(-y) / (1 + spread)
+    response: Complex = released / (inner * determinant)
+    return response
+
+
+def _depth_mean(x: Complex, y: float) -> Complex:
+    """Return (e^(−x) − e^(−y))/(1 − x/y) for Re x > 0 and y > 0, also where x = y."""
+    difference = y - x
+    close = np.abs(difference) < _CLOSE
+    mean = (np.exp(-x) - math.exp(-y)) / np.where(close, 1.0, 1 - x / y)
+    near = difference[close]
+    near = np.where(near == 0.0, 1.0, -np.expm1(-near) / np.where(near == 0.0, 1.0, near))
+    mean[close] = np.exp(-x[close]) * y * near
+    result: Complex = mean
+    return result
+
+
+def _response_below(square: Field, advection: Field, layers: Layering, depth: float) -> Complex:
+    """Return κT/q̇ at a depth z > 0.
+
+    Above the interface T is that of a half-space of the skin and B cosh(λ_s z). Below it is that of a half-space whose
+    surface lies there, by the heat released in it, and C e^(−λ(z − d)). B and C make T and the heat flux continuous.
+    """
+    below = np.sqrt(square - 1j * advection)  # λ
+    if layers.thickness == 0.0:
+        return _uniform_body(below, layers.heat_depth, depth)[0]
+    within = np.sqrt(square - 1j * (layers.diffusion * advection))  # λ_s
+    inner = layers.conduction * within
+    here, crossing = _uniform_body(within, layers.heat_depth, layers.thickness)
+    deep = math.exp(-layers.thickness / layers.heat_depth) if layers.heat_depth else 0.0  # share of the half-space
+    own = deep / (below * (1 + below * layers.heat_depth))
+    faded = np.exp(-2 * within * layers.thickness)
+    # B cosh(λ_s d)
+    lag = -np.expm1(-2 * within * layers.thickness) / (1 + faded)  # tanh(λ_s d)
+    image = (own - here / layers.conduction + crossing / below) / (1 + inner * lag / below)
+    if depth <= layers.thickness:
+        rise = np.exp(within * (depth - layers.thickness)) + np.exp(-within * (depth + layers.thickness))
+        skin = _uniform_body(within, layers.heat_depth, depth)[0] / layers.conduction
+        response: Complex = skin + image * rise / (1 + faded)
+        return response
+    beyond = depth - layers.thickness
+    entering = crossing - inner * image * lag
+    return deep * _uniform_body(below, layers.heat_depth, beyond)[0] + entering / below * np.exp(-below * beyond)
+
+
+def _uniform_body(root: Complex, heat_depth: float, depth: float) -> tuple[Complex, Complex]:
+    """Return κT/q̇ at a depth > 0 of a half-space of one material with λ = `root`, and the share of heat that passes.
+
+    They are [M + e^(−z/h)]/(λ(1 + λh)) and M/(1 + λh) with M = (e^(−λz) − e^(−z/h))/(1 − λh).
+    """
+    if heat_depth == 0.0:
+        passing: Complex = np.exp(-root * depth)
+        return passing / root, passing
+    mean = _depth_mean(root * depth, depth / heat_depth)
+    share = 1 / (1 + root * heat_depth)
+    return (mean + math.exp(-depth / heat_depth)) * share / root, mean * share
+
+
+def direction_means(wavenumber: Array, rate: float, layers: Layering) -> tuple[Array, Array]:
+    """Return the means over the direction of sliding of Re F and Re(i cosφ F), F = |q|κT/q̇, at each wavenumber.
+
+    `wavenumber` is |q| > 0, rad/m, shape (n,); `rate` is v/D ≥ 0 of the half-space, 1/m. For a bare half-space they
+    are (2/π)A and (2/π)B of `roughsim.observables.moments.angular_means`.
+    """
+    # the quarter turn π/2 − φ = sinh(u)/a: in u the singularities at cosφ = −i/a and beyond are π/2 off the real axis
+    ratio = np.maximum(rate / wavenumber * max(1.0, layers.diffusion), 1.0)[:, None]
+    extent = np.arcsinh(0.5 * math.pi * ratio)
+    nodes, weights = np.polynomial.legendre.leggauss(_node_count(float(extent.max(initial=1.0))))
+    u = 0.5 * extent * (1 + nodes)
+    cosine = np.sin(np.sinh(u) / ratio)
+    share = extent * weights * np.cosh(u) / (math.pi * ratio)  # du over the quarter turn
+    q = wavenumber[:, None]
+    response = q * steady_response(q**2, (rate * q) * cosine, layers)
+    even: Array = np.sum(share * response.real, axis=1)
+    odd: Array = np.sum(share * cosine * -response.imag, axis=1)
+    return even, odd
+
+
+def _node_count(extent: float) -> int:
+    """Return how many Gauss nodes integrate over 0 ≤ u ≤ extent with singularities at a distance of π/2."""
+    return math.ceil(_ACCURACY / math.asinh(math.pi / extent)) + _EXTRA_NODES
