@@ -21,6 +21,7 @@ from roughsim.heat.half_space import half_space_temperature as half_space_temper
 from roughsim.heat.partition import Body as Body
 from roughsim.heat.partition import partition_heat as partition_heat
 from roughsim.heat.periodic import sliding_temperature as sliding_temperature
+from roughsim.heat.skin import Skin as Skin
 from roughsim.observables.moments import HeatSource as HeatSource
 from roughsim.observables.moments import measure as measure
 from roughsim.planning.plan import plan as plan

@@ -10,81 +10,30 @@ T_rms² = (2/π)(μv/κ)² ∫ (s/q²) K(−(v/Dq)²) dq.
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
+from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
-from numpy.polynomial.chebyshev import Chebyshev, cheb2poly
-from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, float_if_scalar, not_negative_array, positive, real_array
+from theory.directions import angular_integrals as angular_integrals
+from theory.directions import even_integral, odd_integral, square_integral
 from theory.hankel import hankel_transform
 from theory.persson import StressDensity, Weight, stress_density
+from theory.skin import Layers, Part, direction_mean, even_part, layers_of, odd_part, square_part
 
-Kernel = Callable[[Array], Array]
 
-_DEGREE = 24  # K − D has its singularity at m = 1, far from 0 ≤ m ≤ 1/2: the interpolation errs by 6^(−24)
+class Kernel(NamedTuple):
+    """A mean over the directions of sliding: closed, as a function of v/Dq, and the mean of a part of F."""
+
+    closed: Callable[[Array], Array]  # of a bare half-space, times π/2
+    part: Part  # of one with a skin, or heated in depth
+
+
+EVEN = Kernel(even_integral, even_part)
+ODD = Kernel(odd_integral, odd_part)
+SQUARE = Kernel(square_integral, square_part)
 _BLOCK = 64  # speeds at a time: bounds the memory
-
-
-def _k_less_d() -> Array:
-    """Return the coefficients of K(m) − D(m) in powers of 4m − 1: R_D costs ten times as much at each node."""
-    interpolant = Chebyshev.interpolate(
-        lambda m: scipy.special.ellipk(m) - scipy.special.elliprd(0.0, 1 - m, 1.0) / 3, _DEGREE, domain=[0.0, 0.5]
-    )
-    return np.asarray(cheb2poly(interpolant.coef))
-
-
-_K_LESS_D = _k_less_d()
-
-
-def angular_integrals(a: ArrayLike) -> tuple[Array, Array]:
-    """Integrals over the sliding direction in Eqs. (4) and (7), a = v/Dq.
-
-    A = Re ∫₀^{π/2} (1 − ia cos φ)^(−1/2) dφ and B = Re ∫₀^{π/2} i cos φ (1 − ia cos φ)^(−1/2) dφ. With h = √(1 + a²)
-    and m = (h − 1)/2h: A = K(m)/√h and B = −a [K(m) − D(m)]/(√h (h + 1)), D = (K − E)/m by Carlson's R_D; no term
-    cancels at any a. A is even and falls from π/2 as 1.854 |a|^(−1/2); B is odd, −πa/8 first, then −0.847 |a|^(−1/2).
-
-    Parameters
-    ----------
-    a : array_like
-        v/Dq, dimensionless, finite, of either sign and any shape.
-
-    Returns
-    -------
-    (A, B) : ndarray, ndarray
-        Dimensionless, the shape of `a`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `a` is not real and finite.
-    """
-    ratio = real_array("a", a, "1")
-    return even_integral(ratio), odd_integral(ratio)
-
-
-def even_integral(a: Array) -> Array:
-    """Return A of checked ratios a = v/Dq."""
-    h = np.hypot(1.0, a)
-    return np.asarray(scipy.special.ellipk(_parameter(a, h)) / np.sqrt(h))
-
-
-def odd_integral(a: Array) -> Array:
-    """Return B of checked ratios a = v/Dq."""
-    h = np.hypot(1.0, a)
-    return np.asarray(-a / (h + 1) * polyval(4 * _parameter(a, h) - 1, _K_LESS_D) / np.sqrt(h))
-
-
-def square_integral(a: Array) -> Array:
-    """Return ∫₀^{π/2} (1 + a² cos²φ)^(−1/2) dφ = K(−a²) of checked ratios a = v/Dq: π/2 at rest, then ln(4|a|)/|a|."""
-    h = np.hypot(1.0, a)
-    # K(−a²) = K(1 − 1/h²)/h; for large h, before h² overflows, K(1 − 1/h²) is ln 4h to rounding
-    return np.asarray(np.where(h < 1e9, scipy.special.ellipkm1(np.minimum(h, 1e9) ** -2.0), np.log(4.0 * h)) / h)
-
-
-def _parameter(a: Array, h: Array) -> Array:
-    return np.asarray((a / h) * (a / (h + 1)) / 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,10 +44,18 @@ class _HeatSource:
     velocity: Array  # v, m/s, any shape
     heating: Array  # μ|v|/κσ₀, the factor of Eqs. (4), (7) and (9), of that shape
     diffusivity: float  # D, m²/s
+    layers: Layers | None  # a skin, and the depth of release
 
     def integral(self, kernel: Kernel, power: int) -> Array:
         """Return (2/π) ∫ s(q) q^power kernel(v/Dq) dq at each velocity, Pa² m^(−power)."""
-        return bracket(self.velocity, self.diffusivity, self.stress, kernel, power)
+        return bracket(self.velocity, self.diffusivity, self.stress, kernel, power, self.layers)
+
+    def mean(self, kernel: Kernel, q: Array) -> Array:
+        """Return the mean over directions at wavenumbers of any shape, rad/m, at a single velocity."""
+        if self.layers is None:
+            return np.asarray(2 / pi * kernel.closed(self.velocity / (self.diffusivity * q)))
+        drift = float(self.velocity) / self.diffusivity
+        return direction_mean(q.ravel(), drift, self.layers, kernel.part).reshape(q.shape)
 
 
 def _heat_source(
@@ -108,13 +65,16 @@ def _heat_source(
     conductivity: float,
     diffusivity: float,
     nominal_pressure: float,
+    skin: Any,
+    heat_depth: float,
 ) -> _HeatSource:
     """Check the numbers of the heating, in SI."""
     velocity = real_array("speed", speed, "m/s")
     friction = positive("friction_coefficient", friction_coefficient, "1")
     kappa = positive("conductivity", conductivity, "W/(m K)")
     heating = np.asarray(friction * np.abs(velocity) / (kappa * positive("nominal_pressure", nominal_pressure, "Pa")))
-    return _HeatSource(stress, velocity, heating, positive("diffusivity", diffusivity, "m²/s"))
+    diffusion = positive("diffusivity", diffusivity, "m²/s")
+    return _HeatSource(stress, velocity, heating, diffusion, layers_of(skin, heat_depth, kappa, diffusion))
 
 
 def flash_temperature(
@@ -128,6 +88,8 @@ def flash_temperature(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
+    skin: Any = None,
+    heat_depth: float = 0.0,
 ) -> Array | float:
     """Weighted average flash temperature T_flash = ⟨Tσ⟩/⟨σ⟩ with all the heat in the body. Eq. (4).
 
@@ -149,6 +111,10 @@ def flash_temperature(
         γ of W = P[γ + (1 − γ)P²], from 0 to 1, or a weight W(P, q). Not used with `stress_spectrum`.
     stress_spectrum : callable, optional
         |σ_q|², Pa² m², with `breaks`, in place of `spectrum`: g_σ(0) = 2π ∫ q |σ_q|² dq.
+    skin : three floats, optional
+        A layer on the body: thickness, m, conductivity, W/(m K), and diffusivity, m²/s, such as a `roughsim.Skin`.
+    heat_depth : float
+        Depth h, m, ≥ 0, in which the heat is released, with the density q̇ e^(−z/h)/h; 0 is the surface.
 
     Returns
     -------
@@ -163,8 +129,9 @@ def flash_temperature(
         If an integral does not reach its accuracy, 1e-11.
     """
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
-    return float_if_scalar(source.heating * source.integral(even_integral, -1))
+    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
+    source = _heat_source(stress, speed, *heat)
+    return float_if_scalar(source.heating * source.integral(EVEN, -1))
 
 
 def flash_gradient(
@@ -178,6 +145,8 @@ def flash_gradient(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
+    skin: Any = None,
+    heat_depth: float = 0.0,
 ) -> Array | float:
     """Weighted slope T′_flash = ⟨∂ₓT σ⟩/⟨σ⟩ along x, K/m. Eq. (7).
 
@@ -185,8 +154,9 @@ def flash_gradient(
     Parameters, errors: as `flash_temperature`.
     """
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
-    return float_if_scalar(source.heating * source.integral(odd_integral, 0))
+    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
+    source = _heat_source(stress, speed, *heat)
+    return float_if_scalar(source.heating * source.integral(ODD, 0))
 
 
 def flash_laplacian(
@@ -200,14 +170,17 @@ def flash_laplacian(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
+    skin: Any = None,
+    heat_depth: float = 0.0,
 ) -> Array | float:
     """Weighted Laplacian in the plane ∇²T_flash = ⟨∇²T σ⟩/⟨σ⟩ ≤ 0, K/m². Eq. (9).
 
     Parameters, errors: as `flash_temperature`.
     """
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
-    return float_if_scalar(-source.heating * source.integral(even_integral, 1))
+    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
+    source = _heat_source(stress, speed, *heat)
+    return float_if_scalar(-source.heating * source.integral(EVEN, 1))
 
 
 def flash_width(
@@ -221,15 +194,18 @@ def flash_width(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
+    skin: Any = None,
+    heat_depth: float = 0.0,
 ) -> Array | float:
     """Width of the hot spots D_flash = √(−T_flash/∇²T_flash), m; at rest its limit for v → 0. Eq. (25).
 
     Parameters, errors: as `flash_temperature`; μ and κ cancel.
     """
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
-    curvature = _defined(source.integral(even_integral, 1))
-    return float_if_scalar(np.sqrt(source.integral(even_integral, -1) / curvature))
+    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
+    source = _heat_source(stress, speed, *heat)
+    curvature = _defined(source.integral(EVEN, 1))
+    return float_if_scalar(np.sqrt(source.integral(EVEN, -1) / curvature))
 
 
 def slope_length(
@@ -243,16 +219,19 @@ def slope_length(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
+    skin: Any = None,
+    heat_depth: float = 0.0,
 ) -> Array | float:
     """Slope length d_flash = T_flash/|T′_flash|, m: 4D/|v| for v → 0, ∞ at rest. Eq. (26).
 
     Parameters, errors: as `flash_temperature`; μ and κ cancel.
     """
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
-    temperature = _defined(source.integral(even_integral, -1))
+    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
+    source = _heat_source(stress, speed, *heat)
+    temperature = _defined(source.integral(EVEN, -1))
     with np.errstate(divide="ignore"):
-        return float_if_scalar(temperature / np.abs(source.integral(odd_integral, 0)))
+        return float_if_scalar(temperature / np.abs(source.integral(ODD, 0)))
 
 
 def rms_temperature(
@@ -266,6 +245,8 @@ def rms_temperature(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
+    skin: Any = None,
+    heat_depth: float = 0.0,
 ) -> Array | float:
     """Root mean square T_rms = √⟨T²⟩ of the temperature over the whole surface, about its mean, K; 0 at rest.
 
@@ -276,9 +257,10 @@ def rms_temperature(
     Parameters, errors: as `flash_temperature`; without `spectrum` the nominal pressure does not enter.
     """
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
+    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
+    source = _heat_source(stress, speed, *heat)
     rate = nominal_pressure * source.heating
-    return float_if_scalar(rate * np.sqrt(source.integral(square_integral, -2)))
+    return float_if_scalar(rate * np.sqrt(source.integral(SQUARE, -2)))
 
 
 def temperature_correlation(
@@ -293,6 +275,8 @@ def temperature_correlation(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
+    skin: Any = None,
+    heat_depth: float = 0.0,
 ) -> Array:
     """Temperature correlation ⟨T(x)T(x′)⟩ over the whole surface, without its mean, averaged over directions.
 
@@ -305,28 +289,36 @@ def temperature_correlation(
     """
     distance = not_negative_array("r", r, "m")
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    source = _heat_source(stress, speed, friction_coefficient, conductivity, diffusivity, nominal_pressure)
+    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
+    source = _heat_source(stress, speed, *heat)
     if source.velocity.ndim:
         raise TypeError(f"speed has shape {source.velocity.shape}; give one speed in m/s")
     rate = nominal_pressure * source.heating
     q = stress.panels.nodes()[0]
-    response = 2 / pi * square_integral(source.velocity / (source.diffusivity * q)) / q**2
+    response = source.mean(SQUARE, q) / q**2
     correlation = hankel_transform(stress.panels, stress.values * response, distance)
     return np.asarray(rate**2 * correlation)
 
 
-def bracket(velocity: Array, diffusivity: float, stress: StressDensity, kernel: Kernel, power: int) -> Array:
+def bracket(
+    velocity: Array, diffusivity: float, stress: StressDensity, kernel: Kernel, power: int, layers: Layers | None = None
+) -> Array:
     """Return (2/π) ∫ s(q) q^power kernel(v/Dq) dq at each checked velocity, Pa² m^(−power)."""
     q = stress.wavenumber()
+    flat = velocity.ravel()
+    if layers is not None:
+        moment = stress.weighted() * q**power
+        means = [direction_mean(q, float(v) / diffusivity, layers, kernel.part) for v in flat]
+        return np.array([mean @ moment for mean in means]).reshape(velocity.shape)
     moment = 2 / pi * stress.weighted() * q**power
     diffusive = positive("diffusivity", diffusivity, "m²/s") * q
-    flat = velocity.ravel()
     blocks = [flat[i : i + _BLOCK, None] / diffusive for i in range(0, flat.size, _BLOCK)]
-    sums = [kernel(a) @ moment for a in blocks]
+    sums = [kernel.closed(a) @ moment for a in blocks]
     return np.concatenate(sums).reshape(velocity.shape) if sums else np.empty(velocity.shape)
 
 
 def _defined(integral: Array) -> Array:
+    """Return an integral of the stress that is not 0; ValueError otherwise."""
     if (integral == 0.0).any():
         raise ValueError(
             "the stress is uniform (its spectrum is 0), so the flash temperature has no width and no slope; give a "

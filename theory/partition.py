@@ -1,14 +1,16 @@
 """Share of the frictional heat that enters the moving body, by the paper's rule or with the background."""
 
 from math import pi
+from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, positive, real_array
-from theory.flash import bracket, even_integral
+from theory.flash import EVEN, bracket
 from theory.persson import StressDensity, Weight, stress_density
+from theory.skin import Layers, layers_of, steady_rise, surface_response
 
 
 def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
@@ -25,6 +27,10 @@ def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
     stress_spectrum: Spectrum | None = None,
     rule: str = "mean",
     duration: float | None = None,
+    skin: Any = None,
+    heat_depth: float = 0.0,
+    resting_skin: Any = None,
+    resting_heat_depth: float = 0.0,
 ) -> Array | float:
     """Share s of the frictional heat that enters the moving body.
 
@@ -51,6 +57,11 @@ def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
         Equal T_flash of both bodies, steady; or equal T_flash + T₀ at the time `duration`.
     duration : float, optional
         Time since sliding began, s, for "total"; "mean" is steady and takes none.
+    skin, resting_skin : three floats, optional
+        A layer on each body: thickness, m, conductivity, W/(m K), and diffusivity, m²/s, such as a `roughsim.Skin`. The
+        rule "total" takes its steady change, which holds for durations well above d²/D_s.
+    heat_depth, resting_heat_depth : float
+        Depth h, m, in which the heat is released in each body, with the density q̇ e^(−z/h)/h; 0 is the surface.
 
     Returns
     -------
@@ -72,8 +83,11 @@ def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
         still_diffusion = positive("resting_diffusivity", resting_diffusivity, "m²/s")
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, pressure, gamma)
-    hot = bracket(velocity, diffusion, stress, even_integral, -1) + _background(diffusion, pressure, time)
-    cold = _resting_bracket(stress, still_diffusion, time) + _background(still_diffusion, pressure, time)
+    layers = layers_of(skin, heat_depth, kappa, diffusion)
+    still = layers_of(resting_skin, resting_heat_depth, still_kappa, still_diffusion)
+    hot = bracket(velocity, diffusion, stress, EVEN, -1, layers) + _background(diffusion, pressure, time, layers)
+    cold = _resting_bracket(stress, still_diffusion, time, still)
+    cold += _background(still_diffusion, pressure, time, still)
     share = np.asarray(cold / still_kappa / (cold / still_kappa + hot / kappa))
     return float(share) if share.ndim == 0 else share
 
@@ -90,13 +104,18 @@ def _sliding_time(rule: str, duration: float | None) -> float | None:
     return None
 
 
-def _background(diffusivity: float, pressure: float, time: float | None) -> float:
+def _background(diffusivity: float, pressure: float, time: float | None, layers: Layers | None) -> float:
     """Return σ₀ κ T₀(t)/μv, Pa² m; 0 in the rule without background."""
-    return 0.0 if time is None else float(2 * pressure**2 * np.sqrt(diffusivity * time / pi))
+    if time is None:
+        return 0.0
+    bare = float(2 * pressure**2 * np.sqrt(diffusivity * time / pi))
+    return bare if layers is None else bare + pressure**2 * steady_rise(layers, diffusivity * time)
 
 
-def _resting_bracket(stress: StressDensity, diffusivity: float, time: float | None) -> float:
+def _resting_bracket(stress: StressDensity, diffusivity: float, time: float | None, layers: Layers | None) -> float:
     """Return the integral of Eq. (4) at v = 0, Pa² m, steady or `time` after the heat was switched on."""
     q = stress.wavenumber()
     grown = np.ones_like(q) if time is None else scipy.special.erf(q * np.sqrt(diffusivity * time))
+    if layers is not None:
+        grown += surface_response(q, np.zeros_like(q), layers).real - 1.0
     return float((stress.weighted() / q * grown).sum())

@@ -166,10 +166,26 @@ def direction_means(wavenumber: Array, rate: float, layers: Layering) -> tuple[A
     `wavenumber` is |q| > 0, rad/m, shape (n,); `rate` is v/D ≥ 0 of the half-space, 1/m. For a bare half-space they
     are (2/π)A and (2/π)B of `roughsim.observables.moments.angular_means`.
     """
-    # the quarter turn π/2 − φ = sinh(u)/a: in u the singularities at cosφ = −i/a and beyond are π/2 off the real axis
+    # F has its singularities at imaginary q: in ln q, π/2 off the real axis. A polynomial through n points is exact to
+    # degree n − 1, a quadrature to 2n − 1
+    low, high = math.log(wavenumber.min()), math.log(wavenumber.max())
+    count = 2 * _node_count(max(high - low, 1.0))
+    if count >= wavenumber.size:
+        return _quarter_turn(wavenumber, rate, layers)
+    points = np.polynomial.chebyshev.chebpts1(count)
+    means = np.stack(_quarter_turn(np.exp(low + 0.5 * (high - low) * (1 + points)), rate, layers), axis=1)
+    coefficients = np.polynomial.chebyshev.chebfit(points, means, count - 1)
+    place = 2 * (np.log(wavenumber) - low) / (high - low) - 1
+    even, odd = np.polynomial.chebyshev.chebval(place, coefficients)
+    return even, odd
+
+
+def _quarter_turn(wavenumber: Array, rate: float, layers: Layering) -> tuple[Array, Array]:
+    """Return the two means of `direction_means` by quadrature over a quarter turn."""
+    # π/2 − φ = sinh(u)/a: in u the singularities at cosφ = −i/a and beyond are π/2 off the real axis
     ratio = np.maximum(rate / wavenumber * max(1.0, layers.diffusion), 1.0)[:, None]
     extent = np.arcsinh(0.5 * math.pi * ratio)
-    nodes, weights = np.polynomial.legendre.leggauss(_node_count(float(extent.max(initial=1.0))))
+    nodes, weights = np.polynomial.legendre.leggauss(_node_count(float(extent.max())))
     u = 0.5 * extent * (1 + nodes)
     cosine = np.sin(np.sinh(u) / ratio)
     share = extent * weights * np.cosh(u) / (math.pi * ratio)  # du over the quarter turn
@@ -181,5 +197,5 @@ def direction_means(wavenumber: Array, rate: float, layers: Layering) -> tuple[A
 
 
 def _node_count(extent: float) -> int:
-    """Return how many Gauss nodes integrate over 0 ≤ u ≤ extent with singularities at a distance of π/2."""
+    """Return how many nodes an interval of this length needs, with singularities π/2 off the real axis."""
     return math.ceil(_ACCURACY / math.asinh(math.pi / extent)) + _EXTRA_NODES

@@ -8,7 +8,8 @@ All moments come from one forward transform of the pressure. With w(q) = |σ(q)|
 
 Averaged over all directions of sliding, Re F and Re(i cosφ F) become (2/π)A and (2/π)B of a = |v|/(D|q|), in closed
 form. That average holds for isotropic roughness. It leaves no favoured row of modes, in which one direction of sliding
-meets its own hot tracks in a periodic cell, and it needs one sum over |q| in place of one over the plane.
+meets its own hot tracks in a periodic cell, and it needs one sum over |q| in place of one over the plane. With a skin,
+or heat released in depth, F = |q| κT/q̇ of `roughsim.heat.skin`, and the averages are its quadrature.
 """
 
 import math
@@ -29,6 +30,7 @@ from roughsim.errors import need_computed, need_finite, not_negative, number, re
 from roughsim.grid import Array, Grid, need_grid
 from roughsim.heat.periodic import responses, unit_vector
 from roughsim.heat.precision import need_resolved
+from roughsim.heat.skin import Layering, Skin, checked_skin, direction_means, layering
 from roughsim.observables.stress_spectrum import StressSpectrum, nyquist_waves, stress_spectrum, uniform_nodes
 
 # K = (π/2) Σ and D = (K−E)/m = (π/4) Σ in powers of the parameter: (½)ₙ²/(1)ₙ² and (½)ₙ(3/2)ₙ/((2)ₙ(1)ₙ)
@@ -56,6 +58,10 @@ class HeatSource:
     direction : float, optional
         Angle of sliding, radians from axis 0 towards axis 1. None: the mean over all directions, for isotropic
         roughness.
+    skin : Skin, optional
+        A layer of another material on the body: thickness, m, conductivity, W/(m K), and diffusivity, m²/s.
+    heat_depth : float
+        Depth h, m, ≥ 0, in which the heat is released, with the density q̇ e^(−z/h)/h; 0 is the surface.
     """
 
     speeds: Sequence[float]
@@ -64,6 +70,8 @@ class HeatSource:
     diffusivity: float | Sequence[float]
     heat_partition: float = 1.0
     direction: float | None = None
+    skin: Skin | None = None
+    heat_depth: float = 0.0
 
     def __post_init__(self) -> None:
         if isinstance(self.speeds, (str, bytes)) or np.ndim(self.speeds) != 1 or len(self.speeds) == 0:
@@ -72,6 +80,8 @@ class HeatSource:
             "speeds": tuple(number("speeds", speed, "m/s") for speed in self.speeds),
             "heat_partition": not_negative("heat_partition", self.heat_partition),
             "direction": None if self.direction is None else number("direction", self.direction, "rad"),
+            "skin": checked_skin(self.skin),
+            "heat_depth": not_negative("heat_depth", self.heat_depth, "m"),
         }
         if self.heat_partition > 1.0:
             raise ValueError(f"heat_partition = {self.heat_partition:.6g} must lie between 0 and 1")
@@ -100,6 +110,12 @@ class HeatSource:
         rates: list[float] = (np.array(self.speeds) / np.asarray(self.diffusivity)).tolist()
         return rates
 
+    @property
+    def layers(self) -> tuple[Layering | None, ...]:
+        """The skin and the depth of release in units of the body at each speed; None of a bare body."""
+        pairs = np.broadcast(np.array(self.speeds), self.conductivity, self.diffusivity)
+        return tuple(layering(self.skin, self.heat_depth, float(kappa), float(d)) for _, kappa, d in pairs)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moments:
@@ -111,7 +127,7 @@ class Moments:
     flash_laplacian: Array  # ⟨∇²T σ⟩/σ₀, K/m², in the plane of the surface. Eq. (8)
     flash_width: Array  # D_flash = √(−T/∇²T), m; at rest its limit. Eq. (25)
     slope_length: Array  # d_flash = −T/T′, m; inf at rest. Eq. (26)
-    resting_flash_temperature: Array  # ⟨Tσ⟩/σ₀, K, of the same heat μσ|v| in a body that does not move under it
+    resting_flash_temperature: Array  # ⟨Tσ⟩/σ₀, K, of the same heat μσ|v| in a bare body that does not move under it
     contact_fraction: float  # share of the pixels, as in `Contact`
     plastic_fraction: float  # the same
     contact_fraction_corrected: float  # corrected for the pixels along the edges (`roughsim.contact.patches`)
@@ -215,7 +231,8 @@ def angular_means(ratio: Array) -> tuple[Array, Array]:
 def sums_over_directions(spectrum: StressSpectrum, unseen: Array, grid: Grid, sliding: HeatSource) -> Array:
     """Return Σ w Re F/|q|, −Σ w Re(i cosφ F), Σ w |q| Re F, averaged over all directions; shape (3, speeds)."""
     q, w = spectrum.wavenumber, spectrum.variance
-    even, odd, odd_at_nyquist = _responses_of_grid(grid, tuple(abs(rate) for rate in sliding.rates))
+    rates = tuple(abs(rate) for rate in sliding.rates)
+    even, odd, odd_at_nyquist = _responses_of_grid(grid, rates, sliding.layers)
 
     def total(response: Array, weight: Array) -> Array:
         # in short pieces, or the sums would depend on the number of threads of the BLAS
@@ -230,14 +247,22 @@ def sums_over_directions(spectrum: StressSpectrum, unseen: Array, grid: Grid, sl
 
 
 @lru_cache(maxsize=8)  # 3 ms for each contact of 768² points, more at more speeds; the grids of a run come in turn
-def _responses_of_grid(grid: Grid, rates: tuple[float, ...]) -> tuple[Array, Array, Array]:
-    """Return `angular_means` at the compact wavenumbers of a grid, and the second one at its `nyquist_waves`.
+def _responses_of_grid(
+    grid: Grid, rates: tuple[float, ...], layers: tuple[Layering | None, ...]
+) -> tuple[Array, Array, Array]:
+    """Return `means_over_directions` at the compact wavenumbers of a grid, the second also at its `nyquist_waves`.
 
     `rates` are v/D ≥ 0, 1/m; shapes (rates, wavenumbers).
     """
     q, q_nyquist = uniform_nodes(grid).entries, nyquist_waves(grid).wavenumber
-    even, odd = np.stack([angular_means(rate / q) for rate in rates], axis=1)
-    return even, odd, np.stack([angular_means(rate / q_nyquist)[1] for rate in rates])
+    pairs = list(zip(rates, layers, strict=True))
+    even, odd = np.stack([means_over_directions(q, *pair) for pair in pairs], axis=1)
+    return even, odd, np.stack([means_over_directions(q_nyquist, *pair)[1] for pair in pairs])
+
+
+def means_over_directions(q: Array, rate: float, layers: Layering | None) -> tuple[Array, Array]:
+    """Return the means over directions of Re F and Re(i cosφ F) at wavenumbers, rad/m, for v/D = `rate` ≥ 0, 1/m."""
+    return angular_means(rate / q) if layers is None else direction_means(q, rate, layers)
 
 
 def _sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, sliding: HeatSource) -> Array:
@@ -251,9 +276,9 @@ def _sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, slidin
     )
     sums = np.zeros((3, len(sliding.speeds)))
     variance = (amplitude.real**2 + amplitude.imag**2) * grid.multiplicity
-    for column, rate in zip(sums.T, sliding.rates, strict=True):
+    for column, rate, layers in zip(sums.T, sliding.rates, sliding.layers, strict=True):
         sense = -1.0 if rate < 0.0 else 1.0
-        for rows, response in responses(grid, (rate * ux, rate * uy)):
+        for rows, response in responses(grid, (rate * ux, rate * uy), layers=layers):
             even = variance[rows] * response.real
             column[0] += np.sum(even)
             column[1] += np.sum(variance[rows] * response.imag * (ux * ax[rows] + uy * ay)) * sense
