@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +11,7 @@ from scipy.integrate import quad
 
 from theory.arguments import Array, not_negative_array, positive, real_array
 from theory.quadrature import QuadratureError
+from theory.skin import layers_of, steady_rise
 
 _ACCURACY = 1e-10
 
@@ -21,6 +23,8 @@ def temperature(
     conductivity: float,
     diffusivity: float,
     breaks: Sequence[float] = (),
+    skin: Any = None,
+    heat_depth: float = 0.0,
 ) -> Array | float:
     """Background surface temperature after a uniform heat flux for the time `t`. End of Sec. 4.
 
@@ -37,6 +41,12 @@ def temperature(
         κ, W/(m K), and D, m²/s, of the body.
     breaks : sequence of float
         Times of the jumps and kinks of a callable q̇, s.
+    skin : three floats, optional
+        A layer on the body: thickness d, m, conductivity κ_s, W/(m K), and diffusivity D_s, m²/s. It raises T₀ by
+        (q̇d/κ_s)(1 − κ_s²D/κ²D_s) once t ≫ d²/D_s and d²/D; for a constant flux.
+    heat_depth : float
+        Depth h, m, ≥ 0, in which the heat is released, with the density q̇ e^(−z/h)/h: without a skin it lowers T₀ by
+        q̇h/κ once t ≫ h²/D; for a constant flux.
 
     Returns
     -------
@@ -46,18 +56,24 @@ def temperature(
     Raises
     ------
     TypeError, ValueError
-        If an argument is not real, finite and of the right sign.
+        If an argument is not real, finite and of the right sign, or a time is too short for a skin or a depth.
     theory.quadrature.QuadratureError
         If the integral over q̇(t′) does not reach its accuracy, 1e-10: name its breaks.
     """
     time = not_negative_array("t", t, "s")
     kappa, diffusion = positive("conductivity", conductivity, "W/(m K)"), positive("diffusivity", diffusivity, "m²/s")
+    layers = layers_of(skin, heat_depth, kappa, diffusion)
     if callable(heat_flux):
+        if layers is not None:
+            raise ValueError("skin and heat_depth go with a constant heat_flux; give one number in W/m²")
         turns = not_negative_array("breaks", np.asarray(breaks, dtype=np.float64), "s")
         half = np.array([_accumulated(heat_flux, float(end), turns) for end in time.ravel()]).reshape(time.shape)
     else:
         half = positive("heat_flux", heat_flux, "W/m²") * np.sqrt(time)
     rise = 2 / kappa * sqrt(diffusion / pi) * half
+    if layers is not None and time.size:
+        flux = positive("heat_flux", heat_flux, "W/m²")
+        rise = rise + flux / kappa * steady_rise(layers, diffusion * float(time.min()))
     return float(rise) if time.ndim == 0 else np.asarray(rise)
 
 

@@ -48,6 +48,8 @@ def flash_temperature_along(
             diffusivity=diffusivity[k],
             direction=direction,
             slid_distance=slid_distance,
+            skin=sliding.skin,
+            heat_depth=sliding.heat_depth,
         )
         found.append(float(np.mean(temperature * pressure)) / mean)
     return np.array(found)

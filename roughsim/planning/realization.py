@@ -144,10 +144,12 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
 
 def _sliding(scene: Scene) -> HeatSource:
     """Return the frictional heat of a scene, all of it in the moving body."""
-    bodies = prediction.conduction(scene)
+    bodies, layers = prediction.conduction(scene), scene.layers[0]
     return HeatSource(
         speeds=[speed or _AT_REST for speed in scene.speeds],
         friction_coefficient=prediction.friction_coefficient(scene).tolist(),
         conductivity=bodies.conductivity.tolist(),
         diffusivity=bodies.diffusivity.tolist(),
+        skin=layers.skin,
+        heat_depth=layers.heat_depth,
     )

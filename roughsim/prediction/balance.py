@@ -10,6 +10,8 @@ from roughsim.grid import Array
 from roughsim.observables.record import Sample
 from roughsim.prediction.bodies import conduction
 from roughsim.scene import Scene
+from roughsim.scene.model import Conduction, Layers
+from theory.skin import layers_of, surface_response
 
 
 def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
@@ -18,16 +20,31 @@ def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
     First the part of the steady temperature that the resting body has reached, (speeds, modes), then the backgrounds
     κT₀ σ₀/μv of the moving and of the resting body, Pa² m, (speeds,). Where time plays no part they are 1, 0 and 0.
     """
-    time, bodies = scene.sliding.duration, conduction(scene)
+    time, each = scene.sliding.duration, conduction(scene).each
+    layered = np.array([_layered(bodies, q) for bodies in each])
     if scene.sliding.heat_partition != "total" or time is None:
         zero = np.zeros(len(scene.speeds))
-        return np.ones((zero.size, q.size)), zero, zero
+        return 1.0 + layered, zero, zero
     square = scene.sliding.nominal_pressure**2
-    moving, resting = (
-        np.array([theory.background.temperature(time, heat_flux=square, conductivity=1.0, diffusivity=d) for d in each])
-        for each in (bodies.diffusivity, bodies.counter_diffusivity)
-    )
-    return scipy.special.erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None]), moving, resting
+
+    def background(kappa: float, diffusivity: float, layers: Layers) -> float:
+        body = {"conductivity": kappa, "diffusivity": diffusivity} | layers._asdict()
+        return kappa * float(theory.background.temperature(time, heat_flux=square, **body))
+
+    moving = [background(bodies.conductivity, bodies.diffusivity, bodies.layers) for bodies in each]
+    resting = [
+        background(bodies.counter_conductivity, bodies.counter_diffusivity, bodies.counter_layers) for bodies in each
+    ]
+    grown = scipy.special.erf(q * np.sqrt(conduction(scene).counter_diffusivity * time)[:, None])
+    return grown + layered, np.array(moving), np.array(resting)
+
+
+def _layered(bodies: Conduction, q: Array) -> Array:
+    """Return the steady change of |q|κT/q̇ of the resting body at rest by what lies on it, (modes,)."""
+    if bodies.counter_layers == Layers():
+        return np.zeros(q.size)
+    layers = layers_of(*bodies.counter_layers, bodies.counter_conductivity, bodies.counter_diffusivity)
+    return surface_response(q, np.zeros_like(q), layers).real - 1.0
 
 
 def balanced(scene: Scene, sample: Sample) -> Sample:
@@ -38,11 +55,11 @@ def balanced(scene: Scene, sample: Sample) -> Sample:
     sample needs its stress spectra then.
     """
     resting = sample.numbers["resting_flash_temperature"]
-    if scene.sliding.heat_partition == "total":
+    bodies = conduction(scene)
+    if scene.sliding.heat_partition == "total" or bodies.each[0].counter_layers != Layers():
         steady = sample.spectrum / sample.wavenumber
         growth = heat_history(scene, sample.wavenumber)[0]
         resting = resting / steady.sum(axis=1, keepdims=True) * (steady @ growth.T)
-    bodies = conduction(scene)
     resting = resting * (bodies.conductivity / bodies.counter_conductivity)
     return replace(sample, numbers=sample.numbers | {"resting_flash_temperature": resting})
 

@@ -48,6 +48,11 @@ def heat_arguments(friction_coefficient: float, bodies: Conduction) -> dict[str,
     }
 
 
+def layer_arguments(bodies: Conduction) -> dict[str, Any]:
+    """Return the skin and the depth of the heat of the moving body as arguments of the theory."""
+    return bodies.layers._asdict()
+
+
 @lru_cache(maxsize=64)  # .01 s for each number of the theory of contact that yields
 def smoothed_spectrum(scene: Scene) -> Spectrum:
     """Return C_sm of a capped scene (Eq. 27), or C(q) itself of an elastic one: a callable with `breaks`."""
@@ -84,7 +89,8 @@ def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
     The speeds, m/s, ≥ 0, if None, are those of the scene. SceneError if the contact gets hotter than a table goes.
     """
     each = tuple(heating(scene, speed).bodies for speed in _speeds_of(scene, speeds))
-    return Conductions(each, *np.array(list(zip(*each, strict=True)), dtype=np.float64))  # None becomes NaN
+    numbers = [bodies[:4] for bodies in each]
+    return Conductions(each, *np.array(list(zip(*numbers, strict=True)), dtype=np.float64))  # None becomes NaN
 
 
 def friction_coefficient(scene: Scene, speeds: ArrayLike | None = None) -> Array:
@@ -196,7 +202,8 @@ def _rises(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float
     """Return T₀(t) of the moving body and s T_flash, K, with μ = 1: both are in proportion to it."""
     stress, unit, spectrum = stress_arguments(scene), Heating(1.0, bodies), smoothed_spectrum(scene)
     share = float(share_of(scene, scene.sliding.heat_partition, np.array([speed]), spectrum, bodies)[0])
-    flash = float(theory.flash.flash_temperature(speed, spectrum, **stress, **heat_arguments(*unit)))
+    heat = heat_arguments(*unit) | layer_arguments(bodies)
+    flash = float(theory.flash.flash_temperature(speed, spectrum, **stress, **heat))
     return share * _warming(scene, speed, unit), share * flash
 
 
@@ -206,7 +213,7 @@ def _warming(scene: Scene, speed: float, constants: Heating) -> float:
     flux = friction * scene.sliding.nominal_pressure * speed
     if scene.sliding.duration is None or flux == 0.0:
         return 0.0
-    body = {"conductivity": bodies.conductivity, "diffusivity": bodies.diffusivity}
+    body = {"conductivity": bodies.conductivity, "diffusivity": bodies.diffusivity} | layer_arguments(bodies)
     return float(theory.background.temperature(scene.sliding.duration, heat_flux=flux, **body))
 
 
@@ -249,6 +256,9 @@ def share_of(scene: Scene, rule: float | str, speed: Array, spectrum: Spectrum, 
         diffusivity=bodies.diffusivity,
         resting_conductivity=bodies.counter_conductivity,
         resting_diffusivity=bodies.counter_diffusivity,
+        **layer_arguments(bodies),
+        resting_skin=bodies.counter_layers.skin,
+        resting_heat_depth=bodies.counter_layers.heat_depth,
         rule=rule,
         **({"duration": scene.sliding.duration} if rule == "total" else {}),
     )

@@ -10,12 +10,20 @@ from roughsim.observables.record import Theory
 from roughsim.observables.stress_spectrum import StressSpectrum
 from roughsim.prediction.areas import area_fractions
 from roughsim.prediction.balance import heat_history
-from roughsim.prediction.bodies import conduction, friction_coefficient, load_arguments, stress_arguments
+from roughsim.prediction.bodies import (
+    Conductions,
+    conduction,
+    friction_coefficient,
+    load_arguments,
+    stress_arguments,
+)
 from roughsim.prediction.theories import OVER_SPEED
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
+from roughsim.scene.model import Layers
 from roughsim.surface.modes import mean_over_cells, mode_variance
 from roughsim.surface.spectrum import Spectrum
+from theory.skin import direction_mean, even_part, layers_of, odd_part
 
 _NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier cells
 
@@ -36,9 +44,9 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> Theory:
     q, stress = _mode_stress(scene, spectrum, grid)
     speeds, sliding, bodies = np.array(scene.speeds), scene.sliding, conduction(scene)
     # the sums of Eqs. (4), (7) and (9) without μv/κσ₀, (speeds,)
-    even, odd = theory.flash.angular_integrals(speeds[:, None] / (bodies.diffusivity[:, None] * q))
-    temperature, gradient = (2 / pi * even) @ (stress / q), (2 / pi * odd) @ stress
-    laplacian = -(2 / pi * even) @ (stress * q)
+    even, odd = _means_over_directions(speeds, bodies, q)
+    temperature, gradient = even @ (stress / q), odd @ stress
+    laplacian = -even @ (stress * q)
     rate = friction_coefficient(scene) * speeds / (bodies.conductivity * sliding.nominal_pressure)
     with np.errstate(divide="ignore"):
         slope_length = temperature / np.abs(gradient)
@@ -57,6 +65,19 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> Theory:
         correlation_radius=StressSpectrum(q, stress, 0.5 * float(np.hypot(*grid.lengths))).correlation_radius,
         total=lambda weight: float(stress @ weight(q)),
     )
+
+
+def _means_over_directions(speeds: Array, bodies: Conductions, q: Array) -> tuple[Array, Array]:
+    """Return (2/π)A and (2/π)B of Eqs. (4) and (7) at each speed and wavenumber, with the layers of the body."""
+    if bodies.each[0].layers == Layers():
+        even, odd = theory.flash.angular_integrals(speeds[:, None] / (bodies.diffusivity[:, None] * q))
+        return 2 / pi * even, 2 / pi * odd
+    means = np.empty((2, speeds.size, q.size))
+    for k, (speed, each) in enumerate(zip(speeds.tolist(), bodies.each, strict=True)):
+        layers = layers_of(*each.layers, each.conductivity, each.diffusivity)
+        for row, part in enumerate((even_part, odd_part)):
+            means[row, k] = direction_mean(q, speed / each.diffusivity, layers, part)
+    return means[0], means[1]
 
 
 def _mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, Array]:

@@ -14,7 +14,14 @@ import theory
 from roughsim.grid import Array
 from roughsim.observables.record import Theory
 from roughsim.prediction.areas import area_fractions
-from roughsim.prediction.bodies import groups, heat_arguments, heat_partition, smoothed_spectrum, stress_arguments
+from roughsim.prediction.bodies import (
+    groups,
+    heat_arguments,
+    heat_partition,
+    layer_arguments,
+    smoothed_spectrum,
+    stress_arguments,
+)
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.values import NOTHING, Predicted
 from roughsim.scene import Scene
@@ -79,7 +86,8 @@ def over_speed(
     for indices, constants in groups(scene, speeds):
         for name, values in result.items():
             formula = getattr(theory.flash, name)
-            values[indices] = formula(speeds[indices], **stress, **heat_arguments(*constants))
+            heat = heat_arguments(*constants) | layer_arguments(constants.bodies)
+            values[indices] = formula(speeds[indices], **stress, **heat)
     return result
 
 

@@ -39,6 +39,7 @@ def temperature_of(
         speed=speed,
         conductivity=moving.conductivity,
         diffusivity=moving.diffusivity,
+        **moving.layers._asdict(),
         direction=direction,
         slid_distance=slid_distance,
     )

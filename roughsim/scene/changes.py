@@ -22,7 +22,15 @@ def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict
         inside = result.setdefault(section, {})
         if not isinstance(inside, dict):
             raise SceneError(f'{as_written(key)} is not a key of a scene: "{section}" is no section')
-        _set(inside, name, value)
+        outer, dot, inner = name.partition(".")
+        if dot:  # a key of a table within the section, such as "body.skin.thickness"
+            table = inside.get(outer, {})
+            if not isinstance(table, Mapping):
+                raise SceneError(f'{as_written(key)} is not a key of a scene: "{section}.{outer}" is no table')
+            inside[outer] = dict(table)
+            _set(inside[outer], inner, value)
+        else:
+            _set(inside, name, value)
         if not inside:
             del result[section]  # without any key
     return result

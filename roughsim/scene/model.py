@@ -15,6 +15,7 @@ from roughsim.scene.checks import (
     check_background,
     check_heat_partition,
     check_history,
+    check_layers,
     check_levels,
     check_load,
     check_rows,
@@ -40,6 +41,13 @@ from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
 
 
+class Layers(NamedTuple):
+    """What lies on a body: a skin, and the depth of the heat."""
+
+    skin: tuple[float, float, float] | None = None  # in the order of `roughsim.Skin`
+    heat_depth: float = 0.0  # h, m
+
+
 class Conduction(NamedTuple):
     """κ, W/(m K), and D = κ/(ρc), m²/s, of the moving body and of the counterface; None if that is insulating."""
 
@@ -47,6 +55,8 @@ class Conduction(NamedTuple):
     diffusivity: float
     counter_conductivity: float | None = None
     counter_diffusivity: float | None = None
+    layers: Layers = Layers()
+    counter_layers: Layers = Layers()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,6 +92,7 @@ class Scene(Record, section=""):
         check_heat_partition(sliding, missing)
         check_background(sliding, list(self.tables), self.temperature_range, self.melting_temperature)
         check_history(sliding, missing, self.numerics.solver)
+        check_layers(sliding, self.body, self.counterface)
         check_rows(self.surface, self.counterface)
         check_levels(self.numerics, sliding.history, self.elastic)
         _check_derived(self)
@@ -169,7 +180,14 @@ class Scene(Record, section=""):
     def conduction(self, temperature: float | None = None) -> Conduction:
         """Return κ and D of both bodies at an absolute `temperature`, K; SceneError as `friction_coefficient`."""
         bodies = (body for body in self.bodies if body.conductivity is not None)
-        return Conduction(*(number for body in bodies for number in _conduction_of(body, temperature)))
+        numbers = [number for body in bodies for number in _conduction_of(body, temperature)]
+        return Conduction(*numbers)._replace(layers=self.layers[0], counter_layers=self.layers[1])
+
+    @property
+    def layers(self) -> tuple[Layers, Layers]:
+        """What lies on the moving body and on the counterface."""
+        several = [_layers_of(body) for body in self.bodies]
+        return several[0], several[-1] if len(several) == 2 else Layers()
 
     @property
     def speeds(self) -> tuple[float, ...]:
@@ -230,6 +248,12 @@ def _conduction_of(body: BodySection | CounterfaceSection, temperature: float | 
     """Return κ, W/(m K), and D, m²/s, of a body that conducts."""
     kappa = at_temperature(body.conductivity, temperature)
     return kappa, kappa / (body.density * body.heat_capacity)
+
+
+def _layers_of(body: BodySection | CounterfaceSection) -> Layers:
+    """Return the skin and the depth of the heat of a body; nothing lies on one that takes no heat."""
+    skin = None if body.skin is None else body.skin.layer(body.density, body.heat_capacity)
+    return Layers(skin, body.heat_depth or 0.0)
 
 
 def _face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:

@@ -33,6 +33,7 @@ from roughsim.scene.schema import (
     unit_of,
     whole,
 )
+from roughsim.scene.skins import HeatDepth, SkinSection
 from roughsim.scene.tables import Conductivity, FrictionCoefficient, Rows, read_psd, read_psd_error, read_psd_texture
 
 _SHARE = Quantity("", "0.938", above=0, at_most=1)
@@ -201,6 +202,9 @@ def _check_counterface(counterface: "CounterfaceSection") -> "CounterfaceSection
         if missing and len(missing) < len(together):
             others = ", ".join(key for key in together if key in keys)
             raise ValueError(f"{missing[0]} is missing beside {others}; give all of {', '.join(together)} or none")
+    layer = next((key for key in ("skin", "heat_depth") if key in keys), None)
+    if layer and counterface.conductivity is None:
+        raise ValueError(f"{layer} goes with a counterface that takes heat; give its {', '.join(_THERMAL_KEYS)} too")
     return counterface
 
 
@@ -259,6 +263,10 @@ class BodySection(Record, section="body"):
     heat_capacity: Annotated[float, Quantity("J/(kg K)", '"500 J/(kg K)"', above=0)]
     melting_temperature: Annotated[float, Quantity("K", '"1800 K"', above=0)] | None = None
     """Absolute. A hotter contact gives a warning; no number depends on it."""
+    skin: SkinSection | None = None
+    """A layer of another material that the contact touches."""
+    heat_depth: HeatDepth | None = None
+    """h of the heat released with the density q̇ e^(−z/h)/h; None is the surface."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -156,7 +156,7 @@ def _end(key: str, value: Any, kind: str, where: str) -> float:
 
 def key_quantity(key: str) -> Quantity | None:
     """Return the `Quantity` of a key of the scene; None for an unknown key, or one without numbers."""
-    section, _, name = key.partition(".")
+    section, _, name = key.rpartition(".")
     return quantity(SECTIONS[section], name) if section in SECTIONS and name else None
 
 
