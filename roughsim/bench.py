@@ -115,9 +115,7 @@ def base_problem(scene: Scene, numerics: Numerics) -> Problem:
     level = numerics.of_column(numerics.columns[-1])[0]
     speeds = [max(scene.speeds)]
     (friction,), (bodies,) = prediction.friction_coefficient(scene, speeds), prediction.conduction(scene, speeds).each
-    sliding = HeatSource(
-        speeds, float(friction), bodies.conductivity, bodies.diffusivity, **bodies.layers._asdict()
-    )
+    sliding = HeatSource(speeds, float(friction), bodies.conductivity, bodies.diffusivity, **bodies.layers._asdict())
     return replace(level_problem(scene, numerics, level), sliding=sliding, seed=SEED, stream=0)
 
 

@@ -152,7 +152,7 @@ def _heat_error() -> tuple[str, float, float]:
 
     grid = rs.Grid((POINTS, POINTS), (1e-3, 1e-3))
     flux = 1e9 * np.cos(2 * pi * 3 * np.arange(POINTS) / POINTS)[:, None] * np.ones(POINTS)
-    heat = {"speed": 0.0, "conductivity": 30.0, "diffusivity": 7.6e-6}
+    heat: dict[str, Any] = {"speed": 0.0, "conductivity": 30.0, "diffusivity": 7.6e-6}
     temperature = rs.sliding_temperature(flux, grid, **heat)
     return "temperature of a resting wave", float(temperature.max()) / (1e9 / (30.0 * 2 * pi * 3 / 1e-3)) - 1, 1e-9
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import pi, sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +10,7 @@ from scipy.integrate import quad
 
 from theory.arguments import Array, not_negative_array, positive, real_array
 from theory.quadrature import QuadratureError
-from theory.skin import layers_of, steady_rise
+from theory.skin import Skin, layers_of, steady_rise
 
 _ACCURACY = 1e-10
 
@@ -23,7 +22,7 @@ def temperature(
     conductivity: float,
     diffusivity: float,
     breaks: Sequence[float] = (),
-    skin: Any = None,
+    skin: Skin | None = None,
     heat_depth: float = 0.0,
 ) -> Array | float:
     """Background surface temperature after a uniform heat flux for the time `t`. End of Sec. 4.

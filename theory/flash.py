@@ -10,17 +10,27 @@ T_rms² = (2/π)(μv/κ)² ∫ (s/q²) K(−(v/Dq)²) dq.
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, float_if_scalar, not_negative_array, positive, real_array
-from theory.directions import angular_integrals as angular_integrals
-from theory.directions import even_integral, odd_integral, square_integral
+from theory.directions import angular_integrals, even_integral, odd_integral, square_integral
 from theory.hankel import hankel_transform
 from theory.persson import StressDensity, Weight, stress_density
-from theory.skin import Layers, Part, direction_mean, even_part, layers_of, odd_part, square_part
+from theory.skin import Layers, Part, Skin, direction_mean, even_part, layers_of, odd_part, square_part
+
+__all__ = [
+    "angular_integrals",
+    "flash_gradient",
+    "flash_laplacian",
+    "flash_temperature",
+    "flash_width",
+    "rms_temperature",
+    "slope_length",
+    "temperature_correlation",
+]
 
 
 class Kernel(NamedTuple):
@@ -65,7 +75,7 @@ def _heat_source(
     conductivity: float,
     diffusivity: float,
     nominal_pressure: float,
-    skin: Any,
+    skin: Skin | None,
     heat_depth: float,
 ) -> _HeatSource:
     """Check the numbers of the heating, in SI."""
@@ -77,7 +87,7 @@ def _heat_source(
     return _HeatSource(stress, velocity, heating, diffusion, layers_of(skin, heat_depth, kappa, diffusion))
 
 
-def flash_temperature(
+def flash_temperature(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     speed: ArrayLike,
     spectrum: Spectrum | None = None,
     *,
@@ -88,7 +98,7 @@ def flash_temperature(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
-    skin: Any = None,
+    skin: Skin | None = None,
     heat_depth: float = 0.0,
 ) -> Array | float:
     """Weighted average flash temperature T_flash = ⟨Tσ⟩/⟨σ⟩ with all the heat in the body. Eq. (4).
@@ -134,7 +144,7 @@ def flash_temperature(
     return float_if_scalar(source.heating * source.integral(EVEN, -1))
 
 
-def flash_gradient(
+def flash_gradient(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     speed: ArrayLike,
     spectrum: Spectrum | None = None,
     *,
@@ -145,7 +155,7 @@ def flash_gradient(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
-    skin: Any = None,
+    skin: Skin | None = None,
     heat_depth: float = 0.0,
 ) -> Array | float:
     """Weighted slope T′_flash = ⟨∂ₓT σ⟩/⟨σ⟩ along x, K/m. Eq. (7).
@@ -159,7 +169,7 @@ def flash_gradient(
     return float_if_scalar(source.heating * source.integral(ODD, 0))
 
 
-def flash_laplacian(
+def flash_laplacian(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     speed: ArrayLike,
     spectrum: Spectrum | None = None,
     *,
@@ -170,7 +180,7 @@ def flash_laplacian(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
-    skin: Any = None,
+    skin: Skin | None = None,
     heat_depth: float = 0.0,
 ) -> Array | float:
     """Weighted Laplacian in the plane ∇²T_flash = ⟨∇²T σ⟩/⟨σ⟩ ≤ 0, K/m². Eq. (9).
@@ -183,7 +193,7 @@ def flash_laplacian(
     return float_if_scalar(-source.heating * source.integral(EVEN, 1))
 
 
-def flash_width(
+def flash_width(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     speed: ArrayLike,
     spectrum: Spectrum | None = None,
     *,
@@ -194,7 +204,7 @@ def flash_width(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
-    skin: Any = None,
+    skin: Skin | None = None,
     heat_depth: float = 0.0,
 ) -> Array | float:
     """Width of the hot spots D_flash = √(−T_flash/∇²T_flash), m; at rest its limit for v → 0. Eq. (25).
@@ -208,7 +218,7 @@ def flash_width(
     return float_if_scalar(np.sqrt(source.integral(EVEN, -1) / curvature))
 
 
-def slope_length(
+def slope_length(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     speed: ArrayLike,
     spectrum: Spectrum | None = None,
     *,
@@ -219,7 +229,7 @@ def slope_length(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
-    skin: Any = None,
+    skin: Skin | None = None,
     heat_depth: float = 0.0,
 ) -> Array | float:
     """Slope length d_flash = T_flash/|T′_flash|, m: 4D/|v| for v → 0, ∞ at rest. Eq. (26).
@@ -234,7 +244,7 @@ def slope_length(
         return float_if_scalar(temperature / np.abs(source.integral(ODD, 0)))
 
 
-def rms_temperature(
+def rms_temperature(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     speed: ArrayLike,
     spectrum: Spectrum | None = None,
     *,
@@ -245,7 +255,7 @@ def rms_temperature(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
-    skin: Any = None,
+    skin: Skin | None = None,
     heat_depth: float = 0.0,
 ) -> Array | float:
     """Root mean square T_rms = √⟨T²⟩ of the temperature over the whole surface, about its mean, K; 0 at rest.
@@ -263,7 +273,7 @@ def rms_temperature(
     return float_if_scalar(rate * np.sqrt(source.integral(SQUARE, -2)))
 
 
-def temperature_correlation(
+def temperature_correlation(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     r: ArrayLike,
     speed: float,
     spectrum: Spectrum | None = None,
@@ -275,7 +285,7 @@ def temperature_correlation(
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
     stress_spectrum: Spectrum | None = None,
-    skin: Any = None,
+    skin: Skin | None = None,
     heat_depth: float = 0.0,
 ) -> Array:
     """Temperature correlation ⟨T(x)T(x′)⟩ over the whole surface, without its mean, averaged over directions.

@@ -1,7 +1,6 @@
 """Share of the frictional heat that enters the moving body, by the paper's rule or with the background."""
 
 from math import pi
-from typing import Any
 
 import numpy as np
 import scipy
@@ -10,7 +9,7 @@ from numpy.typing import ArrayLike
 from theory.arguments import Array, Spectrum, positive, real_array
 from theory.flash import EVEN, bracket
 from theory.persson import StressDensity, Weight, stress_density
-from theory.skin import Layers, layers_of, steady_rise, surface_response
+from theory.skin import Layers, Skin, layers_of, steady_rise, surface_response
 
 
 def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
@@ -27,9 +26,9 @@ def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
     stress_spectrum: Spectrum | None = None,
     rule: str = "mean",
     duration: float | None = None,
-    skin: Any = None,
+    skin: Skin | None = None,
     heat_depth: float = 0.0,
-    resting_skin: Any = None,
+    resting_skin: Skin | None = None,
     resting_heat_depth: float = 0.0,
 ) -> Array | float:
     """Share s of the frictional heat that enters the moving body.

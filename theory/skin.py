@@ -1,7 +1,8 @@
 """A skin on the half-space, and heat released in depth: temperature of the surface by one wave of heat.
 
 The skin, of thickness d, has κ_s and D_s. The heat q̇ is released at the surface, or below it with the density
-q̇ e^(−z/h)/h. With λ = √(q² − i q·v/D), λ_s = √(q² − i q·v/D_s), k = κ_s/κ and t = tanh(λ_s d), heat at the surface gives
+q̇ e^(−z/h)/h. With λ = √(q² − i q·v/D), λ_s = √(q² − i q·v/D_s), k = κ_s/κ and t = tanh(λ_s d), heat at the surface
+makes
 
     κT/q̇ = (kλ_s + λt)/(kλ_s (λ + kλ_s t)).
 
@@ -15,7 +16,7 @@ B makes T and the flux continuous. Without a skin κT/q̇ = 1/(λ(1 + λh)).
 
 from collections.abc import Callable
 from math import ceil, exp, log, pi
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +24,11 @@ from numpy.typing import NDArray
 from theory.arguments import Array, not_negative_array, positive
 
 Complex = NDArray[np.complex128]
+Skin = tuple[float, float, float]  # d, m, κ_s, W/(m K), and D_s, m²/s
 Part = Callable[[Array, Complex], Array]  # a real function of cosφ and F = |q|κT/q̇
 
 _GROWTH = 4.0  # of an angle over a panel: its 16 nodes are exact to 3^(−32)
-_LATE = 25.0  # D t over the square of the depth of layers, from which on their change of a background is steady to 10 %
+_LATE = 25.0  # D t over the square of the depth of layers, from which on backgrounds are within 3 % of the image series
 _BLOCK = 32  # wavenumbers that share their directions
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
@@ -40,7 +42,7 @@ class Layers(NamedTuple):
     heat_depth: float  # h, m
 
 
-def layers_of(skin: Any, heat_depth: float, conductivity: float, diffusivity: float) -> Layers | None:
+def layers_of(skin: Skin | None, heat_depth: float, conductivity: float, diffusivity: float) -> Layers | None:
     """Return the layers of a body with checked κ, W/(m K), and D, m²/s; None of a bare one that is heated in its plane.
 
     `skin` is None, or d, κ_s and D_s in this order; TypeError or ValueError otherwise, and for a negative `heat_depth`.
@@ -62,11 +64,11 @@ def layers_of(skin: Any, heat_depth: float, conductivity: float, diffusivity: fl
 
 def surface_response(q: Array, advection: Array, layers: Layers) -> Complex:
     """Return F = |q|κT/q̇ of waves |q|, rad/m, with q·v/D = `advection`, 1/m²; arrays that broadcast."""
-    below = np.sqrt(q**2 - 1j * advection)
+    below: Complex = np.sqrt(q**2 - 1j * advection)
     if layers.thickness == 0.0:
         bare: Complex = q / (below * (1 + below * layers.heat_depth))
         return bare
-    within = np.sqrt(q**2 - 1j * (layers.diffusion * advection))
+    within: Complex = np.sqrt(q**2 - 1j * (layers.diffusion * advection))
     inner = layers.conduction * within
     lag = np.tanh(within * layers.thickness)
     if layers.heat_depth == 0.0:
@@ -138,10 +140,10 @@ def steady_rise(layers: Layers, spread: float) -> float:
     """Return how far layers raise κT₀/q̇ of a uniform flux, m, a time t after it began; `spread` is D t, m².
 
     (d/k)(1 − (e_s/e)²) − (h/k)(1 − e^(−d/h)) − h e^(−d/h), e and e_s the effusivities κ/√D of body and skin. It is the
-    limit for t ≫ d²/D_s, d²/D and h²/D; ValueError for a time below 25 of them.
+    limit for t ≫ d²/D, d²/D_s, that times (e_s/e)², and h²/D; ValueError for a time below 25 of them.
     """
     k, d, h = layers.conduction, layers.thickness, layers.heat_depth
-    depth = max(d, d * np.sqrt(layers.diffusion), h)
+    depth = max(d, d * np.sqrt(layers.diffusion), d * k * layers.diffusion, h)
     if spread < _LATE * depth**2:
         raise ValueError(
             f"duration: heat spreads {np.sqrt(spread):.3g} m deep in it, less than {np.sqrt(_LATE):g} times the "

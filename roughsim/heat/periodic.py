@@ -28,7 +28,7 @@ from roughsim.errors import need_computed, not_negative, number, real_field, siz
 from roughsim.fourier import convolution
 from roughsim.grid import Array, Field, Grid, need_grid
 from roughsim.heat.precision import need_phases, need_resolved
-from roughsim.heat.skin import Layering, Skin, layering, steady_response
+from roughsim.heat.skin import Layering, SkinLike, layering, steady_response
 from roughsim.heat.waves import FORGOTTEN, response_of_waves
 
 ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
@@ -45,7 +45,7 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     slid_distance: float | None = None,
     time: ArrayLike | None = None,
     depth: float = 0.0,
-    skin: Skin | None = None,
+    skin: SkinLike | None = None,
     heat_depth: float = 0.0,
 ) -> Field:
     """Return the temperature above the background that a sliding heat source leaves in the body.

@@ -36,6 +36,9 @@ class Skin(NamedTuple):
     diffusivity: float  # D_s, m²/s
 
 
+SkinLike = tuple[float, float, float]  # a Skin, or three numbers in its order
+
+
 class Layering(NamedTuple):
     """A skin in units of the half-space under it, and the depth of release; without a skin `thickness` is 0."""
 
@@ -45,7 +48,7 @@ class Layering(NamedTuple):
     heat_depth: float  # h, m
 
 
-def checked_skin(skin: object) -> Skin | None:
+def checked_skin(skin: SkinLike | None) -> Skin | None:
     """Return a skin of three positive numbers, in the order of `Skin`, or None; TypeError or ValueError otherwise."""
     if skin is None:
         return None
@@ -62,7 +65,7 @@ def checked_skin(skin: object) -> Skin | None:
     )
 
 
-def layering(skin: object, heat_depth: float, conductivity: float, diffusivity: float) -> Layering | None:
+def layering(skin: SkinLike | None, heat_depth: float, conductivity: float, diffusivity: float) -> Layering | None:
     """Return the layers of a body with κ, W/(m K), and D, m²/s; None of a bare one that is heated in its plane.
 
     TypeError or ValueError for a skin that is not three positive numbers, or a negative `heat_depth`, m.
@@ -71,9 +74,7 @@ def layering(skin: object, heat_depth: float, conductivity: float, diffusivity: 
     depth = not_negative("heat_depth", heat_depth, "m")
     if checked is None:
         return Layering(0.0, 1.0, 1.0, depth) if depth else None
-    return Layering(
-        checked.thickness, checked.conductivity / conductivity, diffusivity / checked.diffusivity, depth
-    )
+    return Layering(checked.thickness, checked.conductivity / conductivity, diffusivity / checked.diffusivity, depth)
 
 
 def steady_response(square: Field, advection: Field, layers: Layering, depth: float = 0.0) -> Complex:
@@ -84,12 +85,12 @@ def steady_response(square: Field, advection: Field, layers: Layering, depth: fl
     """
     if depth > 0.0:
         return _response_below(square, advection, layers, depth)
-    below = np.sqrt(square - 1j * advection)  # λ
+    below: Complex = np.sqrt(square - 1j * advection)  # λ
     spread = below * layers.heat_depth
     if layers.thickness == 0.0:
         bare: Complex = 1 / (below * (1 + spread))
         return bare
-    within = np.sqrt(square - 1j * (layers.diffusion * advection))  # λ_s
+    within: Complex = np.sqrt(square - 1j * (layers.diffusion * advection))  # λ_s
     x = within * layers.thickness
     inner = layers.conduction * within
     faded = np.exp(-2 * x)
@@ -111,12 +112,11 @@ def _depth_mean(x: Complex, y: float) -> Complex:
     """Return (e^(−x) − e^(−y))/(1 − x/y) for Re x > 0 and y > 0, also where x = y."""
     difference = y - x
     close = np.abs(difference) < _CLOSE
-    mean = (np.exp(-x) - math.exp(-y)) / np.where(close, 1.0, 1 - x / y)
-    near = difference[close]
-    near = np.where(near == 0.0, 1.0, -np.expm1(-near) / np.where(near == 0.0, 1.0, near))
-    mean[close] = np.exp(-x[close]) * y * near
-    result: Complex = mean
-    return result
+    mean: Complex = np.asarray((np.exp(-x) - math.exp(-y)) / np.where(close, 1.0, 1 - x / y))
+    small = difference[close]
+    equal = small == 0.0
+    mean[close] = np.exp(-x[close]) * y * np.where(equal, 1.0, -np.expm1(-small) / np.where(equal, 1.0, small))
+    return mean
 
 
 def _response_below(square: Field, advection: Field, layers: Layering, depth: float) -> Complex:
@@ -125,10 +125,10 @@ def _response_below(square: Field, advection: Field, layers: Layering, depth: fl
     Above the interface T is that of a half-space of the skin and B cosh(λ_s z). Below it is that of a half-space whose
     surface lies there, by the heat released in it, and C e^(−λ(z − d)). B and C make T and the heat flux continuous.
     """
-    below = np.sqrt(square - 1j * advection)  # λ
+    below: Complex = np.sqrt(square - 1j * advection)  # λ
     if layers.thickness == 0.0:
         return _uniform_body(below, layers.heat_depth, depth)[0]
-    within = np.sqrt(square - 1j * (layers.diffusion * advection))  # λ_s
+    within: Complex = np.sqrt(square - 1j * (layers.diffusion * advection))  # λ_s
     inner = layers.conduction * within
     here, crossing = _uniform_body(within, layers.heat_depth, layers.thickness)
     deep = math.exp(-layers.thickness / layers.heat_depth) if layers.heat_depth else 0.0  # share of the half-space
@@ -137,14 +137,17 @@ def _response_below(square: Field, advection: Field, layers: Layering, depth: fl
     # B cosh(λ_s d)
     lag = -np.expm1(-2 * within * layers.thickness) / (1 + faded)  # tanh(λ_s d)
     image = (own - here / layers.conduction + crossing / below) / (1 + inner * lag / below)
+    response: Complex
     if depth <= layers.thickness:
         rise = np.exp(within * (depth - layers.thickness)) + np.exp(-within * (depth + layers.thickness))
         skin = _uniform_body(within, layers.heat_depth, depth)[0] / layers.conduction
-        response: Complex = skin + image * rise / (1 + faded)
+        response = skin + image * rise / (1 + faded)
         return response
     beyond = depth - layers.thickness
     entering = crossing - inner * image * lag
-    return deep * _uniform_body(below, layers.heat_depth, beyond)[0] + entering / below * np.exp(-below * beyond)
+    own_heat = _uniform_body(below, layers.heat_depth, beyond)[0]
+    response = deep * own_heat + entering / below * np.exp(-below * beyond)
+    return response
 
 
 def _uniform_body(root: Complex, heat_depth: float, depth: float) -> tuple[Complex, Complex]:

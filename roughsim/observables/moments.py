@@ -30,7 +30,7 @@ from roughsim.errors import need_computed, need_finite, not_negative, number, re
 from roughsim.grid import Array, Grid, need_grid
 from roughsim.heat.periodic import responses, unit_vector
 from roughsim.heat.precision import need_resolved
-from roughsim.heat.skin import Layering, Skin, checked_skin, direction_means, layering
+from roughsim.heat.skin import Layering, SkinLike, checked_skin, direction_means, layering
 from roughsim.observables.stress_spectrum import StressSpectrum, nyquist_waves, stress_spectrum, uniform_nodes
 
 # K = (π/2) Σ and D = (K−E)/m = (π/4) Σ in powers of the parameter: (½)ₙ²/(1)ₙ² and (½)ₙ(3/2)ₙ/((2)ₙ(1)ₙ)
@@ -70,7 +70,7 @@ class HeatSource:
     diffusivity: float | Sequence[float]
     heat_partition: float = 1.0
     direction: float | None = None
-    skin: Skin | None = None
+    skin: SkinLike | None = None
     heat_depth: float = 0.0
 
     def __post_init__(self) -> None:

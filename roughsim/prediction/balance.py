@@ -1,6 +1,7 @@
 """Heat balance of two bodies: their temperatures with all the heat in each, as the time of sliding changes them."""
 
 from dataclasses import replace
+from math import nan
 
 import numpy as np
 import scipy
@@ -26,24 +27,32 @@ def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
         zero = np.zeros(len(scene.speeds))
         return 1.0 + layered, zero, zero
     square = scene.sliding.nominal_pressure**2
-
-    def background(kappa: float, diffusivity: float, layers: Layers) -> float:
-        body = {"conductivity": kappa, "diffusivity": diffusivity} | layers._asdict()
-        return kappa * float(theory.background.temperature(time, heat_flux=square, **body))
-
-    moving = [background(bodies.conductivity, bodies.diffusivity, bodies.layers) for bodies in each]
-    resting = [
-        background(bodies.counter_conductivity, bodies.counter_diffusivity, bodies.counter_layers) for bodies in each
-    ]
+    moving, resting = (
+        np.array([_warming(time, square, *body) for body in bodies]) for bodies in zip(*map(_bodies, each), strict=True)
+    )
     grown = scipy.special.erf(q * np.sqrt(conduction(scene).counter_diffusivity * time)[:, None])
-    return grown + layered, np.array(moving), np.array(resting)
+    return grown + layered, moving, resting
+
+
+def _bodies(bodies: Conduction) -> tuple[tuple[float, float, Layers], tuple[float, float, Layers]]:
+    """Return κ, D and layers of the moving and of the resting body; NaN of one that does not conduct."""
+    kappa, diffusivity = bodies.counter_conductivity or nan, bodies.counter_diffusivity or nan
+    return (bodies.conductivity, bodies.diffusivity, bodies.layers), (kappa, diffusivity, bodies.counter_layers)
+
+
+def _warming(time: float, flux: float, kappa: float, diffusivity: float, layers: Layers) -> float:
+    """Return κT₀ of a body by a uniform flux, W/m, a time, s, after it began."""
+    skin = None if layers.skin is None else (layers.skin[0], layers.skin[1] / kappa, layers.skin[2])
+    body = {"conductivity": 1.0, "diffusivity": diffusivity, "skin": skin, "heat_depth": layers.heat_depth}
+    return float(theory.background.temperature(time, heat_flux=flux, **body))
 
 
 def _layered(bodies: Conduction, q: Array) -> Array:
     """Return the steady change of |q|κT/q̇ of the resting body at rest by what lies on it, (modes,)."""
-    if bodies.counter_layers == Layers():
+    kappa, diffusivity, counter_layers = _bodies(bodies)[1]
+    layers = None if counter_layers == Layers() else layers_of(*counter_layers, kappa, diffusivity)
+    if layers is None:
         return np.zeros(q.size)
-    layers = layers_of(*bodies.counter_layers, bodies.counter_conductivity, bodies.counter_diffusivity)
     return surface_response(q, np.zeros_like(q), layers).real - 1.0
 
 

@@ -75,6 +75,8 @@ def _means_over_directions(speeds: Array, bodies: Conductions, q: Array) -> tupl
     means = np.empty((2, speeds.size, q.size))
     for k, (speed, each) in enumerate(zip(speeds.tolist(), bodies.each, strict=True)):
         layers = layers_of(*each.layers, each.conductivity, each.diffusivity)
+        if layers is None:
+            continue
         for row, part in enumerate((even_part, odd_part)):
             means[row, k] = direction_mean(q, speed / each.diffusivity, layers, part)
     return means[0], means[1]

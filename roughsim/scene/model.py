@@ -181,7 +181,7 @@ class Scene(Record, section=""):
         """Return κ and D of both bodies at an absolute `temperature`, K; SceneError as `friction_coefficient`."""
         bodies = (body for body in self.bodies if body.conductivity is not None)
         numbers = [number for body in bodies for number in _conduction_of(body, temperature)]
-        return Conduction(*numbers)._replace(layers=self.layers[0], counter_layers=self.layers[1])
+        return Conduction(*numbers, layers=self.layers[0], counter_layers=self.layers[1])  # type: ignore[misc, arg-type]
 
     @property
     def layers(self) -> tuple[Layers, Layers]:

@@ -95,6 +95,7 @@ BODY = "melting_temperature = 1500\n" + "\n".join(
     for line in STEEL[STEEL.index("[body]") : STEEL.index("[counterface]")].splitlines()[1:]
     if not line.startswith("conductivity")
 )
+LAYERS = "skin = { thickness = 1e-7, conductivity = 3, density = 5e3, heat_capacity = 600 }\nheat_depth = 1e-7\n"
 TABLE = "conductivity = { temperature = [300, 900], value = [50, 30] }\n"
 TABLE_FACE = """psd = [[1e4, 3.1e-23], [1e5, 7e-27]]
 psd_convention = "persson"
@@ -142,7 +143,10 @@ LEFT_OUT = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields
 
 def test_identity_leaves_out_no_key_but_those_that_change_no_number():
     scenes = [
-        parse_scene(f"[surface]\n{face}\n[body]\n{BODY}{TABLE}[counterface]\n{face}\n{BODY}{TABLE}{REST}{NUMERICS}")
+        parse_scene(
+            f"[surface]\n{face}\n[body]\n{BODY}{TABLE}{LAYERS}"
+            f"[counterface]\n{face}\n{BODY}{TABLE}{LAYERS}{REST}{NUMERICS}"
+        )
         for face in FACES
     ]
     scenes.append(parse_scene(f'[surface]\n{FACES[0]}\n[body]\n{BODY}{TABLE}[counterface]\nlike = "body"\n{REST}'))

@@ -102,6 +102,11 @@ LIMITS = {
     "body.density": ("kg/m^3", *POSITIVE),
     "body.heat_capacity": ("J/(kg K)", *POSITIVE),
     "body.melting_temperature": ("K", *POSITIVE),
+    "body.heat_depth": ("m", [0, 1e-9], [-1e-9]),
+    "body.skin.thickness": ("m", *POSITIVE),
+    "body.skin.conductivity": ("W/(m K)", *POSITIVE),
+    "body.skin.density": ("kg/m^3", *POSITIVE),
+    "body.skin.heat_capacity": ("J/(kg K)", *POSITIVE),
     "sliding.nominal_pressure": ("Pa", *POSITIVE),
     "sliding.friction_coefficient": ("", *POSITIVE),
     "sliding.speed": ("m/s", [0, 1e5], [-1e-9]),
@@ -141,7 +146,8 @@ def test_the_limits_of_every_number_of_a_scene_are_tried():
         f"{section}.{key}"
         for section, record in SECTIONS.items()
         for key in record.known_keys()
-        if section != "counterface" and quantity(record, key) is not None  # a counterface has those of surface and body
+        # a counterface has those of surface and body
+        if not section.startswith("counterface") and quantity(record, key) is not None
     }
 
 
