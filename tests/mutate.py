@@ -27,7 +27,9 @@ ROOT = Path(__file__).parents[1]
 # file → its tests, the quickest to notice first
 TESTS = {
     "theory/persson.py": "theory/test_theory_persson.py theory/test_theory_stress.py theory/test_theory_flash.py",
-    "theory/flash.py": "theory/test_theory_flash.py",
+    "theory/flash.py": "theory/test_theory_flash.py theory/test_theory_skin.py",
+    "theory/directions.py": "theory/test_theory_flash.py",
+    "theory/skin.py": "theory/test_theory_skin.py",
     "theory/hankel.py": "theory/test_theory_stress.py theory/test_theory_persson.py",
     "theory/plasticity.py": "theory/test_theory_plasticity.py theory/test_theory_stress.py",
     "theory/interface.py": "theory/test_interface.py theory/test_scattering.py theory/test_yielding.py",
@@ -38,8 +40,8 @@ TESTS = {
     "theory/clipped/temperatures.py": "theory/test_clipped_temperatures.py",
     "theory/memory.py": "theory/test_memory.py theory/test_two_bodies.py",
     "theory/walls.py": "theory/test_theory_plasticity.py theory/test_yielding.py",
-    "theory/partition.py": "theory/test_theory_heat_balance.py",
-    "theory/background.py": "theory/test_theory_heat_balance.py",
+    "theory/partition.py": "theory/test_theory_heat_balance.py theory/test_theory_skin.py",
+    "theory/background.py": "theory/test_theory_heat_balance.py theory/test_theory_skin.py",
     "theory/classical.py": "theory/test_theory_classical.py",
     "theory/hardness.py": "theory/test_theory_hardness.py",
     "theory/quadrature.py": "theory/test_theory_quadrature.py theory/test_theory_range.py",
@@ -57,6 +59,7 @@ TESTS = {
     ),
     "roughsim/contact/solver/problem.py": "contact/test_contact.py contact/test_contact_cases.py",
     "roughsim/contact/plasticity.py": "contact/test_plasticity.py",
+    "roughsim/heat/skin.py": "heat/test_skin.py observables/test_layered_moments.py",
     "roughsim/heat/periodic.py": (
         "heat/test_heat.py heat/test_heat_time.py heat/test_heat_symmetry.py heat/test_heat_errors.py"
     ),

@@ -13,7 +13,6 @@ import theory
 
 # public to the other modules of `theory` only
 INSIDE = {
-    "flash": {"bracket", "even_integral", "odd_integral"},
     "persson": {"half_variance_table", "probability", "weight", "StressDensity", "stress_density"},
     "plasticity": {"reached", "between", "smoothing"},
 }

@@ -104,7 +104,7 @@ def test_the_theory_of_a_scene_has_its_skin_in_every_column():
 
 def test_the_sum_over_modes_of_a_fine_grid_is_the_integral_with_a_skin():
     scene = rs.load_scene("demo", {"body.skin": OXIDE, "body.heat_depth": "0.2 um"})
-    grid = rs.Grid((1024, 1024), (16e-3, 16e-3))
+    grid = rs.Grid((512, 512), (8e-3, 8e-3))
     spectrum = prediction.smoothed_spectrum(scene)
     ratios = []
     for layered in (scene, rs.load_scene("demo")):
