@@ -210,25 +210,13 @@ def time_to(rise: float, flux: float) -> float:
     return float((rise / background.temperature(1.0, heat_flux=flux, **BODY)) ** 2)
 
 
-WHY = """
-Why some differ from print
-- Fast limit: 1.305, 0.352, 0.549, 4.93, 0.45 and 3.0 are rounded or slightly inexact quadratures; exact are 1.31845,
-  0.35517, 0.54795, 81/16, 4/9 and 3.0638. The limit is reached slowly: -Lap T R^2/T = 5.0625 - 3.9/sqrt(Pe).
-- gamma is not given in the paper: 259 K, 46.58 um, 0.938 and 118 um need 0.29 ... 0.31 for any C(q) that yields fully
-  (0.26 ... 0.34 without the 118 um; experiments/inverse.py); 0.294 is used here.
-- Eq. (2) has no q = 0 term: g_sigma lacks sigma_0^2 and must go negative, so a diameter read "where g = 0" (255 um) and
-  one at g/g(0) = 0.1 (125 um) straddle the paper's ~200 um.
-- E/2 = 100 GPa is read as E* = 109.89 GPa with C(q) doubled; taken literally, 100 GPa gives 252 K.
-- 0.90 um rms is R_a = 0.72 um for Gaussian heights; R_a = 0.8 um would be 1.00 um rms.
-- 207 um uses the printed 0.45; with 4/9 it is 209.7 um."""
-
-
-def table() -> None:
-    print(f"{'':34}{'printed':>9}{'exact':>13}{'this run':>13}")
+def table() -> str:
+    """Return the numbers as printed, exact, and computed here; docs/theory.md explains the differences."""
+    lines = [f"{'':34}{'printed':>9}{'exact':>13}{'this run':>13}"]
     for what, printed, exact, value in [*hertz_rows(), *steel_rows()]:
         known = "" if np.isnan(exact) else f"{exact:.7g}"
-        print(f"{what:34}{printed:>9}{known:>13}{value:>13.6g}")
-    print(WHY)
+        lines.append(f"{what:34}{printed:>9}{known:>13}{value:>13.6g}")
+    return "\n".join(lines) + "\n"
 
 
 def main() -> None:
@@ -237,8 +225,10 @@ def main() -> None:
     for draw in (spectra, correlation, over_speed, maps):
         draw(options.output, points)
     worst = areas(options.output, points)
-    table()
-    print(f"\nA_el + A_pl and the smoothed surface's elastic area differ by at most {100 * worst:.3f} %")
+    numbers = table()
+    (options.output / "paper.txt").write_text(numbers)
+    print(numbers)
+    print(f"A_el + A_pl and the smoothed surface's elastic area differ by at most {100 * worst:.3f} %")
 
 
 if __name__ == "__main__":

@@ -109,3 +109,8 @@ def test_earlier_versions_are_asked_for_what_their_plan_leaves_of_the_target(scr
     forecast = SimpleNamespace(bandwidth=0.004, pixel=np.nan, size=0.003)
     assert chain.asked_of_run(SimpleNamespace(forecast=forecast), 0.01) == pytest.approx(0.01 * sqrt(0.75))
     assert chain.asked_of_run(SimpleNamespace(forecast=forecast), 0.004) == pytest.approx(0.004 * sqrt(0.1))
+
+
+def test_the_page_of_the_theory_shows_the_numbers_of_the_paper_as_computed(script):
+    shown = (ROOT / "docs" / "reference" / "paper.txt").read_text()
+    assert shown == script("experiments/paper.py").table(), "run python experiments/paper.py; copy runs/paper/paper.txt"

@@ -1,6 +1,6 @@
-"""A spectrum, a solver and an observable are one new file each: those of docs/how-to/extend.md.
+"""A spectrum, a solver and an observable are one new file each: those of docs/examples.
 
-They run as a package of their own, installed with the entry points that the page names: nothing of roughsim is edited.
+They run as a package of their own, installed with the entry points of its pyproject.toml: roughsim is not edited.
 """
 
 import json
@@ -18,11 +18,10 @@ import pytest
 from roughsim.observables import catalogue
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "how-to" / "extend.md").read_text()
-FILES = dict(re.findall(r"```python\n# (\S+\.py)\n(.*?)```", PAGE, re.DOTALL))
-TABLES = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
-SCENE = TABLES[-1]
-ENTRY_POINTS = [tomllib.loads(table)["project"]["entry-points"] for table in TABLES if table.startswith("[project.")]
+EXAMPLES = ROOT / "docs" / "examples"
+FILES = {path.name: path.read_text() for path in sorted(EXAMPLES.glob("*.py"))}
+SCENE = (EXAMPLES / "own.toml").read_text()
+ENTRY_POINTS = tomllib.loads((EXAMPLES / "pyproject.toml").read_text())["project"]["entry-points"]
 SCRIPT = """
 import dataclasses, json
 from pathlib import Path
@@ -60,12 +59,12 @@ print(json.dumps({
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """What a run of the page's scene gives, from scene to report, with the page's three files installed."""
+    """What a run of the example scene gives, from scene to report, with the three files installed."""
     home = tmp_path_factory.mktemp("own")
     installed = home / "own-1.0.dist-info"  # what pip leaves of a package with these entry points
     installed.mkdir()
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: own\nVersion: 1.0\n")
-    groups = [(group, entry) for table in ENTRY_POINTS for group, names in table.items() for entry in names.items()]
+    groups = [(group, entry) for group, names in ENTRY_POINTS.items() for entry in names.items()]
     text = "".join(f"[{group}]\n{name} = {function}\n" for group, (name, function) in groups)
     (installed / "entry_points.txt").write_text(text)
     for name, text in FILES.items():
@@ -88,9 +87,11 @@ def of_length(rows):
     return row
 
 
-def test_the_page_has_one_file_and_one_entry_point_for_each():
+def test_the_page_shows_one_file_and_one_entry_point_for_each():
     assert [*FILES] == ["bump.py", "gradient.py", "stress_length.py"]
-    assert [*map(list, ENTRY_POINTS)] == [["roughsim.spectra"], ["roughsim.solvers"], ["roughsim.observables"]]
+    assert [*ENTRY_POINTS] == ["roughsim.spectra", "roughsim.solvers", "roughsim.observables"]
+    shown = re.findall(r"literalinclude} \.\./examples/(\S+)", (ROOT / "docs" / "how-to" / "extend.md").read_text())
+    assert sorted(shown) == sorted([*FILES, "own.toml", "pyproject.toml"])
 
 
 def test_an_observable_from_outside_may_not_take_the_name_of_another(install):
