@@ -114,3 +114,15 @@ def test_earlier_versions_are_asked_for_what_their_plan_leaves_of_the_target(scr
 def test_the_page_of_the_theory_shows_the_numbers_of_the_paper_as_computed(script):
     shown = (ROOT / "docs" / "reference" / "paper.txt").read_text()
     assert shown == script("experiments/paper.py").table(), "run python experiments/paper.py; copy runs/paper/paper.txt"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["two_bodies", "yielding"])
+def test_the_linked_tables_are_those_of_their_scripts(name, tmp_path):
+    words, env = (
+        [sys.executable, ROOT / "experiments" / f"{name}.py", "-o", tmp_path],
+        {"PYTHONPATH": str(ROOT), "PATH": ""},
+    )
+    printed = subprocess.run(words, capture_output=True, text=True, check=True, env=env, timeout=600).stdout
+    shown = (ROOT / "docs" / "reference" / f"{name}.txt").read_text()
+    assert printed.startswith(shown), f"copy what experiments/{name}.py prints to docs/reference/{name}.txt"
