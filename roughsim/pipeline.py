@@ -21,13 +21,15 @@ from roughsim.extensions import loaded
 from roughsim.grid import Field, Grid
 from roughsim.observables.moments import HeatSource, measure
 from roughsim.observables.record import Measured
+from roughsim.observables.temperatures import Slide, temperature_distribution
 from roughsim.surface.peak_volume import peak_volume
 from roughsim.surface.spectrum import Spectrum
 from roughsim.surface.synthesis import synthesize
 
 BYTES_PER_POINT = 120.0  # peak memory of a member, measured: 80 to 100, with the member before it
-# fields of a problem that do not concern the surface
-_CONTACT_KEYS = ("solid", "nominal_pressure", "sliding", "tolerance", "precision", "solver")
+# fields of a problem that do not concern the contact, and those that do not concern the surface
+_HEAT_KEYS = ("sliding", "distribution")
+_CONTACT_KEYS = ("solid", "nominal_pressure", "tolerance", "precision", "solver", *_HEAT_KEYS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,7 @@ class Problem:
     index: int = 0  # of the realization
     threads: int = 1  # of the linear algebra: the last bits of its sums depend on it
     with_peaks: bool = False  # whether the peak volume of the surface is computed
+    distribution: Slide | None = None  # after which the distribution of the temperature is taken; None: it is not
 
     @property
     def memory(self) -> float:
@@ -87,7 +90,7 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
                 ratios = problem.nominal_pressure / modulus, problem.solid.penetration_hardness / modulus
                 peaks = peak_volume(problem.spectrum, problem.grid, heights, *ratios)
         drawn = time.perf_counter()
-        if before is not None and _same_but(problem, before[0], ("sliding",)):
+        if before is not None and _same_but(problem, before[0], _HEAT_KEYS):
             contact = before[1].contact
         else:
             contact = loaded("solvers", problem.solver)(
@@ -100,6 +103,11 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
             )
         solved = time.perf_counter()
         moments = measure(contact, problem.grid, problem.sliding)
+        distribution = None
+        if problem.distribution is not None:
+            distribution = temperature_distribution(
+                contact.pressure, problem.grid, problem.sliding, moments.flash_temperature, problem.distribution
+            )
         measured = time.perf_counter()
     return Solution(
         grid=problem.grid,
@@ -107,6 +115,7 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
         contact=contact,
         observables=moments,
         peak_volume=peaks,
+        distribution=distribution,
         seconds={"surface": drawn - began, "contact": solved - drawn, "observables": measured - solved},
     )
 

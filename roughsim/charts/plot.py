@@ -5,6 +5,7 @@ from pathlib import Path
 
 from roughsim.charts.film import film_chart
 from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
+from roughsim.charts.reaction import reaction_chart
 from roughsim.charts.sliding import sliding_chart
 from roughsim.charts.spectra import correlation_chart, spectrum_chart
 from roughsim.charts.style import FIELDS, USUAL, Look, Subject, check_ending
@@ -21,9 +22,10 @@ CURVES = {
     "correlation": correlation_chart,
     "profile": profile_chart,
     "sliding": sliding_chart,
+    "reaction": reaction_chart,
 }
 QUANTITIES = (*FIELDS, *CURVES, "film")
-_OF_ALL = ("correlation", "sliding")  # means over all realizations, without fields
+_OF_ALL = ("correlation", "sliding", "reaction")  # means over all realizations, without fields
 _NEEDS_SPEED = (*DERIVED_UNITS, "distribution", "profile")
 
 
@@ -97,7 +99,7 @@ def plot_run(
     Maps are of "heights", "pressure", "temperature" or "heat_flux". "distribution" shows the distribution of the
     temperature over the contact, "profile" the line along x through the hottest point, "spectrum" the power spectra of
     the kept heights and of the stress, "correlation" g_σ(r), "sliding" temperatures and share over the slid distance,
-    "film" pressure and temperature at four slid distances.
+    "reaction" temperatures and rates of a run with [reaction], "film" pressure and temperature at four slid distances.
 
     `path` ends in .png, .pdf or .svg; default: a .png beside the run folder. `realization` is by default the first kept
     one, or all for spectra, `speed` the scene's highest, m/s, `column` as in `Run.estimate`. Of a map `zoom` draws the

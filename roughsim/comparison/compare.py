@@ -13,7 +13,8 @@ from math import degrees
 from pathlib import Path
 from typing import Any
 
-from roughsim.comparison.rows import CONTACT_TEMPERATURE, FLASH, NOTICED, Row, Slope, finest, rows_of, stress_slope
+from roughsim.comparison.row import NOTICED, Row
+from roughsim.comparison.rows import CONTACT_TEMPERATURE, FLASH, Slope, finest, rows_of, stress_slope
 from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.prediction.statements import statements, texture_warnings
 from roughsim.results import marks
@@ -151,6 +152,13 @@ def compare(run: Run | str | Path) -> Comparison:
     return Comparison(run, tuple(rows_of(run)), tuple(s for s in slopes if s is not None))
 
 
+def title_of(row: Row) -> str:
+    """Return the observable of a row with its energy, eV, or temperature, K, if it has one."""
+    if row.energy is not None:
+        return f"{row.observable}, {row.energy:.3g} eV"
+    return row.observable if row.temperature is None else f"{row.observable} {row.temperature:g} K"
+
+
 def comparison_table(comparison: Comparison) -> Table:
     """Return the comparison, a row per observable and speed."""
     first, run, title = comparison.rows[0], comparison.run, comparison.run.scene.title
@@ -159,7 +167,7 @@ def comparison_table(comparison: Comparison) -> Table:
     columns = [Column("observable", name=True), *(Column(title, number=True) for title in titles)]
     rows: list[Cells] = [
         (
-            with_unit(row.observable, row.unit),
+            with_unit(title_of(row), row.unit),
             "" if row.speed is None else f"{row.speed:g}",
             Number(row.theory, row.unit),
             Number(row.calibrated, row.unit),

@@ -1,14 +1,14 @@
 """The rows of a comparison: each observable at each speed by theory and in each column, and the ratios of columns."""
 
 import warnings
-from collections.abc import Iterator
-from dataclasses import dataclass
-from math import copysign, inf, isnan, log, nan
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from math import log, nan
+from typing import NamedTuple
 
 import numpy as np
 
 from roughsim import prediction
+from roughsim.comparison.row import NOTHING, Cell, Ratio, Row
 from roughsim.estimate.errors import Estimate, Uncertain, quantile, quotient, spread
 from roughsim.estimate.levels import Values
 from roughsim.estimate.sliding import SLIDING_OBSERVABLES
@@ -16,47 +16,15 @@ from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.sliding import SlidingPrediction
 from roughsim.prediction.values import Predicted
-from roughsim.results.marks import AT_CUT_OFF, IDENTITY, notes_of, unknown_words
+from roughsim.results.marks import AT_CUT_OFF, IDENTITY, notes_of
 from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
 
 FLASH, _OVER_TWIN = "flash_temperature", "map_over_gaussian_twin"  # of the rows of a map that is pressed
-NOTICED = 0.02  # relative difference of two theories that a note names
 CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
 _BIN_WIDTH, _LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; least number of bins for a slope
-
-
-class Cell(NamedTuple):
-    """A measured value: mean, standard error, finest level − mean, total error (95 %) and the parts it lacks."""
-
-    mean: float
-    standard_error: float
-    bias: float
-    total_error: float = nan
-    unknown: tuple[str, ...] = ()
-
-
-NOTHING = Cell(nan, nan, nan)
-
-
-class Ratio(NamedTuple):
-    """A ratio of two columns with its paired standard error and its total error (95 %)."""
-
-    value: float
-    standard_error: float
-    total_error: float = nan
-    unknown: tuple[str, ...] = ()
-
-    @property
-    def z(self) -> float:
-        """(value − 1)/standard_error; 0 for agreement to rounding, infinite for a difference without scatter."""
-        if self.standard_error > 0.0:
-            return (self.value - 1.0) / self.standard_error
-        if isnan(self.value):
-            return nan
-        return 0.0 if abs(self.value - 1.0) <= 1e-9 else copysign(inf, self.value - 1.0)
 
 
 class Slope(NamedTuple):
@@ -70,67 +38,11 @@ class Slope(NamedTuple):
     theory: float
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One observable at one speed (None without a speed): theory, the measured columns, and their ratios.
-
-    `theory` is integrated over all of C(q), `theory_at_cut_off` up to q_c. `theory_same_modes` is summed over the modes
-    of the cell up to q_c; ratios to the theory use it. `calibrated` uses the calibrated stress spectrum; NaN outside
-    the range compared with contacts. `sliding_calibrated` is the calibrated theory of two sliding bodies, for the
-    column sliding. `note` is "identity" for a value fixed by force balance, "at q_c" for a value without a limit in the
-    cut-off, or if the run shows none.
-    """
-
-    observable: str
-    unit: str
-    speed: float | None
-    theory: float
-    theory_same_modes: float
-    theory_at_cut_off: float
-    calibrated: float
-    columns: dict[str, Cell]
-    ratios: dict[str, Ratio]
-    note: str
-    sliding_calibrated: float = nan
-
-    @property
-    def cut(self) -> bool:
-        """Whether the theory up to q_c differs from the theory over the whole spectrum by more than `NOTICED`."""
-        return abs(self.theory_at_cut_off - self.theory) > NOTICED * abs(self.theory)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the row with an entry for each column and ratio."""
-        names = ("observable", "speed", "theory", "theory_same_modes", "calibrated")
-        result: dict[str, Any] = {name: getattr(self, name) for name in names}
-        result |= {name: cell._asdict() for name, cell in self.columns.items()}
-        if SLIDING in self.columns:
-            result["sliding_calibrated"] = self.sliding_calibrated
-        for name, ratio in self.ratios.items():
-            head = {"value": ratio.value, "standard_error": ratio.standard_error, "z": ratio.z}
-            result[name] = head | {"total_error": ratio.total_error, "unknown": ratio.unknown}
-        return result | {"note": self.note}
-
-    def to_flat_dict(self) -> dict[str, Any]:
-        """Return the row with one value for each key.
-
-        NAME_total_error is the error of NAME, 95 %; NAME_unknown are the parts that it lacks, "" for none.
-        """
-        names = ("observable", "unit", "speed", "theory", "theory_same_modes", "calibrated")
-        result: dict[str, Any] = {name: getattr(self, name) for name in names}
-        values = {name: (cell.mean, cell.total_error, cell.unknown) for name, cell in self.columns.items()}
-        values |= {name: (ratio.value, ratio.total_error, ratio.unknown) for name, ratio in self.ratios.items()}
-        if SLIDING in self.columns:
-            result["sliding_calibrated"] = self.sliding_calibrated
-        for name, (value, error, unknown) in values.items():
-            result |= {name: value, f"{name}_total_error": error, f"{name}_unknown": unknown_words(unknown)}
-        return result | {"note": self.note}
-
-
 def rows_of(run: Run) -> Iterator[Row]:
     """Yield a row for each observable and speed; at the end the contact temperatures, if the scene has a duration."""
     theories = _theories_of(run)
     slid = None if run.numerics.slide is None else prediction.sliding_prediction(run.scene)
-    for observable in OBSERVABLES:
+    for observable in run.observables:
         predicted = {name: values[observable] for name, values in theories.items()}
         estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
         if run.numerics.slide is not None and observable in SLIDING_OBSERVABLES:
@@ -140,6 +52,8 @@ def rows_of(run: Run) -> Iterator[Row]:
     if run.scene.sliding.duration is not None:
         flash = {name: values[FLASH] for name, values in theories.items()}
         yield from _rows_of_contact_temperature(run, flash, slid)
+    if run.scene.distribution:
+        yield from _rows_that_are_asked(run)
     if isinstance(run, Pressed):
         yield from _rows_of_directions(run)
 
@@ -170,6 +84,27 @@ def _rows_of_contact_temperature(run: Run, flash: dict[str, Array], slid: Slidin
     yield from _rows_of_one(run, CONTACT_TEMPERATURE, predicted, estimates, ratios, slid)
 
 
+def _rows_that_are_asked(run: Run) -> Iterator[Row]:
+    """Yield the rows of a reaction at each energy and speed, and of the heat above each temperature."""
+    columns = run.numerics.columns
+    ratios = {name: Ratio(nan, nan) for name in ratio_names(columns)}
+    for together in zip(*(run.reactions(column) for column in columns), strict=True):
+        first = together[0].estimate
+        for k, speed in enumerate(run.scene.speeds):
+            cells = {column: _cell_of(asked.estimate, k) for column, asked in zip(columns, together, strict=True)}
+            yield Row(
+                first.observable,
+                first.unit,
+                speed,
+                *(nan, nan, nan, nan),
+                columns=cells,
+                ratios=ratios,
+                note=AT_CUT_OFF if any("bandwidth" in cell.unknown for cell in cells.values()) else "",
+                energy=together[0].energy,
+                temperature=together[0].temperature,
+            )
+
+
 def _rows_of_directions(run: Pressed) -> Iterator[Row]:
     """Yield T_flash of a map in each measured direction of sliding, and T_flash of the map over its Gaussian twin.
 
@@ -186,6 +121,11 @@ def _rows_of_directions(run: Pressed) -> Iterator[Row]:
         for speed, ratio in zip(run.scene.speeds, run.over_twin.tolist(), strict=False):
             cells = {column: Cell(ratio, nan, nan)}
             yield Row(_OVER_TWIN, "1", speed, nan, nan, nan, nan, columns=cells, ratios=without, note="")
+
+
+def ratio_names(columns: Sequence[str]) -> list[str]:
+    """Return the names of the ratios of these columns."""
+    return [f"{columns[0]}_over_theory", *(f"{columns[1]}_over_{columns[0]}" for _ in columns[1:])]
 
 
 def _rows_of_one(

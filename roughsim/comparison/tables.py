@@ -10,7 +10,7 @@ from roughsim import prediction
 from roughsim.comparison.rows import CONTACT_TEMPERATURE
 from roughsim.comparison.trust import Trust
 from roughsim.estimate.errors import SOURCES
-from roughsim.observables.catalogue import OBSERVABLES, UNITS
+from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
 from roughsim.prediction.sliding import ERROR as SLIDING_ERROR
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -107,7 +107,7 @@ def trust_table(known: Trust) -> Table:
     speeds = sorted({j.speed for j in known.judgements if j.speed is not None})
     places: list[float | None] = [*speeds] or [None]
     rows: list[Row] = []
-    for name, observable in OBSERVABLES.items():
+    for name, observable in observables_of(distribution=False).items():
         errors = {j.speed: str(j) for j in known.judgements if j.observable == name}
         if errors and not observable.per_speed:  # in the first column
             errors = {places[0]: errors[None]} | dict.fromkeys(places[1:], "")
@@ -126,7 +126,7 @@ def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> 
 
     `speeds` are places in the scene's list of speeds; all if left out. The run needs a sound realization.
     """
-    estimates = [run.estimate(name, column) for name in OBSERVABLES]
+    estimates = [run.estimate(name, column) for name in run.observables]
     parts = list(dict.fromkeys(part for part in SOURCES for estimate in estimates if part in estimate.budget))
     titles = ("speed, m/s", "mean ± total error", *parts, "finest − mean")
     rows: list[Row] = []

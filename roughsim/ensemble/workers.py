@@ -136,9 +136,12 @@ def _contact_member(job: Job, main: Solved, below: Solved | None = None) -> Memb
 
 def _moments(solution: Solution) -> Moments:
     """Return the stored numbers of a contact."""
-    numbers = {name: number.of_member(solution) for name, number in NUMBERS.items() if not number.of_slide}
+    distribution = solution.distribution
+    stored = {name: one for name, one in NUMBERS.items() if not (one.of_slide or (one.asked and distribution is None))}
+    numbers = {name: number.of_member(solution) for name, number in stored.items()}
     spectrum = solution.observables.stress_spectrum
-    return Moments(numbers, spectrum.wavenumber, spectrum.variance)
+    bins = None if distribution is None else distribution.bins
+    return Moments(numbers, spectrum.wavenumber, spectrum.variance, bins)
 
 
 def _slide_member(job: Job, problem: "SlideProblem") -> Member:

@@ -23,6 +23,7 @@ SOURCES = {
     "pixel": "left by the grid at fixed q_c",
     "size": "change by a larger cell, from the number of hills that carry load, measured on other scenes",
     "solver": "largest change by the contact solver's tolerance in measured contacts: for T_flash 0.3 of it",
+    "tail": "share of a rate from the hottest pixels, whose temperature has no limit; unknown above a quarter",
     "slide": "of two bodies that slide: the low cut-off of the slide, and the rest of its pixel and step",
     "scan": "of C(q) measured on maps: few long waves, none longer than a map, and other places than these",
 }
@@ -127,11 +128,12 @@ def estimate(
     size: Array | float = 0.0,
     solver: float = 0.0,
     scan: Array | None = None,
+    unit: str = "",
 ) -> Estimate:
     """Return mean, errors and bias of an observable from its values.
 
     Relative errors: `size` by the finite cell, from `cell_size`; `solver` by the contact solves; `scan` by a C(q)
-    measured on maps, (speeds,), NaN if unknown.
+    measured on maps, (speeds,), NaN if unknown. `unit` is of one that is not in the catalogue.
     """
     mean = values.mean
     error, freedom = spread_of(values)
@@ -140,7 +142,7 @@ def estimate(
         bias = values.finest - mean
     if scan is not None:
         budget["scan"] = np.where(mean == 0.0, 0.0, np.abs(mean) * scan)  # at rest nothing heats, whatever C(q)
-    unit, n = OBSERVABLES[observable].unit, len(next(iter(values.scatter.values())))
+    unit, n = unit or OBSERVABLES[observable].unit, len(next(iter(values.scatter.values())))
     return Estimate(mean, error, budget, observable, unit, bias, n, freedom + 1.0, notes)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.ladder import SAME, Pair, Rung, change_by_pixel, climb
-from roughsim.estimate.limit import Limit, by_law, by_power, by_shape
+from roughsim.estimate.limit import Limit, by_law, by_power, by_shape, by_steps
 from roughsim.estimate.mean import Mean, Scatter
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
@@ -22,6 +22,7 @@ from roughsim.scene.numerics import Numerics
 # exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, of
 # elastic and of capped contact: .5 to 1.4 on three steels and two rocks from 4 to 32 q_y
 _FALL = (0.5, 0.75)
+FLASH = "flash_temperature"
 _TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum}
 
 
@@ -121,11 +122,11 @@ def _share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: boo
         )
         for pair in pairs
     ]
-    flash, of_resting = "flash_temperature", "resting_flash_temperature"
+    of_resting = "resting_flash_temperature"
     temperatures = []
-    for of_body, name in (prediction.in_motion(scene), flash), (prediction.slow(scene), of_resting):
+    for of_body, name in (prediction.in_motion(scene), FLASH), (prediction.slow(scene), of_resting):
         rungs = climb(partial(number, name=name), balanced)
-        temperatures.append(_continued_to_the_end(of_body, column, flash, rungs, extrapolated, continued))
+        temperatures.append(_continued_to_the_end(of_body, column, FLASH, rungs, extrapolated, continued))
     backgrounds = prediction.backgrounds(scene, pairs[0].sample)
     with np.errstate(all="ignore"):  # a body that does not conduct
         moving, resting = (v._replace(mean=v.mean + b) for v, b in zip(temperatures, backgrounds, strict=True))
@@ -152,23 +153,25 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     """Return the rest beyond the highest cut-off; `unknown` if no rule holds.
 
     Contact that does not yield rises with the shape of the theory. Contact that has yielded follows its law in its
-    range, else a power of the cut-off. A distance shorter than the shortest wave follows no power.
+    range, else a power of the cut-off. A distance shorter than the shortest wave follows no power. Temperatures of the
+    contact other than T_flash follow its law by steps.
     """
     q = tuple(rung.q_max for rung in rungs)
-    theory = prediction.continuation(scene, column, q, observable)
+    record = OBSERVABLES[observable]
+    followed = FLASH if record.as_flash else observable
+    theory = prediction.continuation(scene, column, q, followed)
     if theory is not None:
         return by_shape(rungs, theory)
-    if observable == "flash_temperature":
-        law = prediction.yielded_fall(scene, q[-2:])
-        if law is not None:
-            return by_law(rungs, law)
+    law = prediction.yielded_fall(scene, q[-2:]) if followed == FLASH else None
+    if law is not None:
+        return by_steps(rungs, law) if record.as_flash else by_law(rungs, law)
     if len(rungs) < 2:
         return unknown
     top = rungs[-1].mean.value
-    if OBSERVABLES[observable].distance and top.mean() * q[-1] < 4.0 * np.pi:
+    if record.distance and top.mean() * q[-1] < 4.0 * np.pi:
         return unknown._replace(error=np.abs(top - rungs[-2].mean.value))
     # areas and the variance change along the edges of patches: to first order, whatever H
-    usual = 1.0 if OBSERVABLES[observable].by_force_balance else prediction.usual_exponent(scene, q[-1])
+    usual = 1.0 if record.by_force_balance else prediction.usual_exponent(scene, q[-1])
     return by_power(rungs, scene.spectrum.breaks[-1], usual)
 
 

@@ -56,6 +56,18 @@ def by_shape(rungs: list[Rung], theory: Array) -> Limit:
     return Limit(rest.where(tried, nothing), np.where(tried, error, np.nan), way)
 
 
+def by_steps(rungs: list[Rung], law: Array) -> Limit:
+    """Return the rest by steps of a law that a part of the mean alone follows; `law` as of `by_law`.
+
+    One rung shows no step: it is continued in proportion, and all of the rest is its error.
+    """
+    alike = _in_proportion(rungs, law)
+    rest = _by_steps(rungs, law) if len(rungs) > 1 else alike
+    size = np.abs(rest.value)
+    error = np.clip(np.abs(rest.value - alike.value), _OF_STEPS * size, size) if len(rungs) > 1 else size
+    return Limit(rest, error, "by steps of the law of T_flash for contact that yields")
+
+
 def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
     """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two rungs or more.
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from roughsim.extensions import extensions
 from roughsim.grid import Array
+from roughsim.observables.distribution import LEVELS
 from roughsim.observables.record import Observable, Sample, ratio
 
 
@@ -68,6 +69,23 @@ def correlation_radius(percent: int) -> Observable:
         distance=True,
         pixel_orders=(2.0, np.nan),  # 4, 8, 16, 32 pixels per wave: up by 2 %, then back
         solver_share=1.0,
+    )
+
+
+def quantile(name: str, weight: str) -> Observable:
+    """Return the record of a quantile of the temperature by a name of its level; the weight is "heat" or "area"."""
+    place = list(LEVELS).index(name)
+    return Observable(
+        f"temperature_quantile_{'area_' * (weight == 'area')}{name}",
+        "K",
+        stored=f"temperature that {LEVELS[name]:.1%} of the {weight} of the contact does not exceed",
+        measure=lambda measured: getattr(measured.distribution, f"by_{weight}")[:, place],
+        asked=True,
+        as_flash=True,
+        per_speed=True,
+        heated=True,
+        at_rest=0.0,
+        pixel_orders=(2.0, 1.75),  # as T_flash: from 4 to 8 pixels per wave they fall by .5 to 1 %, T_flash by 1 %
     )
 
 
@@ -230,6 +248,7 @@ TABLE: tuple[Observable, ...] = (
         solver_share=1.0,
     ),
     *(correlation_radius(round(100 * fraction)) for fraction in _FRACTIONS),
+    *(quantile(name, weight) for weight in ("heat", "area") for name in LEVELS),
     *(record for entry in extensions("observables").values() for record in entry.load()),
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
@@ -248,7 +267,20 @@ CURVES = {
     "slide_stress_correlation": Curve("1", False, "of the stress with the stress at positions so much earlier"),
     "slide_spot_survival": Curve("1", False, "share of the contact spots that live for longer than that"),
 }
-UNITS = {name: record.unit for name, record in OBSERVABLES.items()}
+UNITS = {name: record.unit for name, record in OBSERVABLES.items()} | {
+    # of [reaction] and heat_above, a row for each energy or temperature (`roughsim.results.reactions`)
+    "reaction_rate": "1/s",
+    "activation_temperature": "K",
+    "conversion": "1",
+    "heat_share_above": "1",
+}
+
+
+def observables_of(distribution: bool) -> dict[str, Observable]:
+    """Return the observables of a scene, with or without the distribution of the temperature."""
+    return {name: record for name, record in OBSERVABLES.items() if distribution or not record.asked}
+
+
 for name, count in Counter(record.name for record in TABLE).items():
     if count > 1:
         raise ValueError(f"the observable {name!r} is defined twice; rename the one of your package")

@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughsim.grid import Array, Grid
+from roughsim.observables.distribution import Bins
 
 if TYPE_CHECKING:  # slow to import: reading names and units alone must not wait for them
     from roughsim.contact import Contact
+    from roughsim.observables.distribution import Distribution
     from roughsim.observables.moments import Moments
 
 
@@ -27,6 +29,7 @@ class Measured:
     contact: "Contact"
     observables: "Moments"  # at the speeds of the scene, averaged over directions
     peak_volume: float  # of the surface (`surface.peak_volume`); zero if it was not drawn
+    distribution: "Distribution | None" = None  # of the temperature, if the scene asks for it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +60,7 @@ class Sample:
     spectrum: Array  # (n, m), Pa²
     reach: float  # the distance up to which the spectra hold, m
     part: bool = False  # whether its cell is a part of the run's, with surfaces of its own
+    bins: Bins | None = None  # of the contact area of each realization, (n, speeds, bins); None: not stored
     # samples of fewer realizations by their rows, and influence values by the name of the observable
     _known: dict[bytes | str, Any] = field(default_factory=dict, init=False, repr=False)
 
@@ -77,7 +81,8 @@ class Sample:
 
     def _taken(self, chosen: Any) -> Self:
         numbers = {name: values[chosen] for name, values in self.numbers.items()}
-        return replace(self, rows=self.rows[chosen], numbers=numbers, spectrum=self.spectrum[chosen])
+        bins = None if self.bins is None else Bins(*(values[chosen] for values in self.bins))
+        return replace(self, rows=self.rows[chosen], numbers=numbers, spectrum=self.spectrum[chosen], bins=bins)
 
     def values_of(self, name: str, values: "Callable[[Sample], Array]") -> Array:
         """Return the influence values of an observable, computed by `values` the first time."""
@@ -102,6 +107,8 @@ class Observable:
     theory: Callable[[Theory], ArrayLike] | None = None
     only_stored: bool = False  # other observables are made of it; by itself neither estimated nor compared
     of_slide: bool = False  # members of the column "sliding" store it, and no others
+    asked: bool = False  # only scenes that ask for the distribution of the temperature have it
+    as_flash: bool = False  # a temperature of the contact: it follows the law of T_flash over the cut-off, by steps
     per_speed: bool = False  # one for each speed of the scene
     heated: bool = False  # proportional to the heat: reports multiply it by the share of the moving body
     spectra: bool = False  # `values` needs the stress spectra of the sample, which are read from disk

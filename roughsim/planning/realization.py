@@ -10,6 +10,7 @@ from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
 from roughsim.heat.partition import Body
 from roughsim.observables.moments import HeatSource
+from roughsim.observables.temperatures import Slide
 from roughsim.pipeline import BYTES_PER_POINT, Problem, Solution, linear_algebra, solve_problem
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import Numerics
@@ -139,6 +140,7 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
             stream=numerics.stream(level),
             threads=numerics.threads,
             with_peaks=numerics.below(level) is None,  # control variates of the lowest level alone
+            distribution=Slide(scene.sliding.direction or 0.0, numerics.slid_distance) if scene.distribution else None,
         )
 
 

@@ -4,7 +4,7 @@ from collections.abc import Container, Iterator, Mapping
 from math import nan
 
 from roughsim.grid import Array
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import OBSERVABLES, observables_of
 from roughsim.observables.record import Theory
 from roughsim.scene import Scene
 
@@ -16,6 +16,7 @@ class Predicted(Mapping[str, Array]):
 
     def __init__(self, view: Theory, scene: Scene, known: Container[str] = OBSERVABLES):
         self._view, self._speeds, self._known = view, len(scene.speeds), known  # NaN where it is not known
+        self._names = list(observables_of(scene.distribution))
         self._values: dict[str, Array] = {}
 
     def __getitem__(self, name: str) -> Array:
@@ -26,7 +27,7 @@ class Predicted(Mapping[str, Array]):
         return self._values[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(OBSERVABLES)
+        return iter(self._names)
 
     def __len__(self) -> int:
-        return len(OBSERVABLES)
+        return len(self._names)

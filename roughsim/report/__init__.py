@@ -17,7 +17,6 @@ from roughsim.charts.style import data_url
 from roughsim.comparison.compare import Comparison, compare
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
-from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
 from roughsim.planning.reasons import level_text, plan_table
 from roughsim.results.run import Run
@@ -61,6 +60,13 @@ _SLIDING_PICTURES = {
         "Both faces slide: temperatures, share of the heat and turnover of the contact over the slid distance.",
     ),
     "film": (".png", "Pressure, and temperature of the moving body, at four slid distances of one member."),
+}
+_REACTION_PICTURES = {
+    "reaction": (
+        ".svg",
+        "Share of the contact that is hotter than T at the highest speed, activation temperatures over the energy, and "
+        "rates over the speed.",
+    )
 }
 _FEW_FAILURES = 20  # members without numbers that the report names
 
@@ -169,12 +175,12 @@ def errors_section(run: Run) -> Html:
     for column in run.numerics.columns:
         # the notes of the estimates, each once, after the names of its observables if not all have it
         observables_by_note: dict[str, list[str]] = {}
-        for observable in OBSERVABLES:
+        for observable in run.observables:
             for note in run.estimate(observable, column).notes:
                 if not note.startswith("speeds "):
                     observables_by_note.setdefault(note, []).append(observable)
         notes = (
-            note if len(names) == len(OBSERVABLES) else f"{', '.join(names)}: {note}"
+            note if len(names) == len(run.observables) else f"{', '.join(names)}: {note}"
             for note, names in observables_by_note.items()
         )
         parts += [tag("h3", _COLUMNS[column]), html_table(budget_table(run, column, [fastest]))]
@@ -189,6 +195,7 @@ def figures_section(run: Run) -> Html:
     parts: list[Html] = []
     reasons: dict[str, list[str]] = {}  # with the quantities that are not shown for it
     pictures = PICTURES | (_SLIDING_PICTURES if run.numerics.slide is not None else {})
+    pictures |= _REACTION_PICTURES if run.scene.distribution else {}
     for quantity, (ending, caption) in pictures.items():
         try:
             parts.append(picture(partial(plot_run, run, quantity), ending, caption))

@@ -36,7 +36,7 @@ def _columns_of(run: Run) -> list[str]:
     return ["theory", "calibrated", *run.numerics.columns, *([SLIDING] if run.slides else [])]
 
 
-def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labelled]:
+def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labelled]:
     """Yield the columns, the speeds, the heat share, and observables with their total error, 95 %, and marks.
 
     They are (column, speed) or (column,). The marks are texts: the unknown parts of the error, and the note of
@@ -51,7 +51,7 @@ def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labe
     yield Labelled("heat_share_used", ("column", "speed"), np.array(shares), SHARE)
     theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
     bands = prediction.calibrated(run.scene).errors
-    for name in observables:
+    for name in run.observables if observables is None else observables:
         record = OBSERVABLES[name]
         heat = run.heat_partition if record.heated else np.ones(len(run.heat_partition) if record.per_speed else 1)
         theory, calibrated = (by[name] * heat for by in theories)

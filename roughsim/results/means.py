@@ -8,11 +8,12 @@ from roughsim.estimate.cell_size import size_error_of_sum
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import SOURCES, Estimate, estimate
 from roughsim.estimate.ladder import Pair
-from roughsim.estimate.levels import Values, notes_of, product, scaled, values_of
+from roughsim.estimate.levels import FLASH, Values, notes_of, product, scaled, values_of
 from roughsim.estimate.rounds import Counts
 from roughsim.estimate.sliding import SLIDING_OBSERVABLES, sliding_estimate, with_background
 from roughsim.grid import Array
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import OBSERVABLES, observables_of
+from roughsim.observables.record import Observable
 from roughsim.prediction.scans import scan_part
 from roughsim.results import share, slides
 from roughsim.results.members import Members
@@ -46,6 +47,11 @@ class Means:
     def counts(self) -> Counts:
         """Number of members of each level that count."""
         return self.members.counts
+
+    @property
+    def observables(self) -> dict[str, Observable]:
+        """Observables of the run by name, those of the distribution of the temperature only if its scene asks."""
+        return observables_of(self.scene.distribution)
 
     @property
     def scanned(self) -> bool:
@@ -87,8 +93,10 @@ class Means:
 
         `extrapolated`, or at the highest cut-off. Errors as `estimate`.
         """
-        if observable not in OBSERVABLES:
-            raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
+        if observable not in self.observables:
+            need = "not in this run, whose scene lacks [observables] temperature_distribution = true"
+            fault = need if observable in OBSERVABLES else "unknown"
+            raise ValueError(f"observable = {observable!r} is {fault}; choose one of {', '.join(self.observables)}")
         key = observable, self.column(column), extrapolated
         if key not in self._values:
             pairs = self.pairs(column)
@@ -124,6 +132,7 @@ class Means:
 
     def size_error(self, observable: str, column: str, values: Values) -> Array:
         """Return the relative error by the finite cell, over speeds or of one entry."""
+        observable = FLASH if OBSERVABLES[observable].as_flash else observable
         parts = self.numerics.parts(column)
         return size_error_of_sum(self.scene, self.numerics.lengths, parts, observable, column, values.from_part)
 
@@ -133,7 +142,7 @@ class Means:
         Parameters
         ----------
         observable : str
-            One of the observables of `roughsim.observables.catalogue.OBSERVABLES`.
+            One of `observables`.
         column : {"smoothed", "capped", "elastic", "sliding"}, optional
             Default: capped for a scene with a hardness, else elastic.
 
@@ -155,7 +164,7 @@ class Means:
 
     def estimates(self, column: str | None = None) -> dict[str, Estimate]:
         """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""
-        names = SLIDING_OBSERVABLES if column == SLIDING else OBSERVABLES
+        names = SLIDING_OBSERVABLES if column == SLIDING else self.observables
         return {name: self.estimate(name, column) for name in names}
 
     def single(self, observable: str, column: str | None = None, *, all_heat: bool = False) -> Estimate:

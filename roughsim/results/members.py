@@ -15,6 +15,7 @@ from roughsim.estimate.ladder import Pair
 from roughsim.estimate.rounds import Counts
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
+from roughsim.observables.distribution import BIN_AREAS, Bins
 from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Numerics
 from roughsim.sliding.film import film_shape
@@ -164,6 +165,18 @@ class Members(dict[Key, Member]):
         rows = [one.spectrum if one else nothing for one in found]
         return wavenumber, np.array(rows).reshape(len(rows), len(wavenumber))
 
+    def bins(self, level: int, indices: Iterable[int], below: bool = False) -> Bins | None:
+        """Return the bins of the contact area of members of a level, (n, speeds, bins), NaN if missing.
+
+        None if no member has stored any.
+        """
+        found = [one.bins if one else None for one in self._moments(level, indices, below)]
+        if not any(found):
+            return None
+        nothing = np.full((len(self.speeds), BIN_AREAS.size), np.nan)
+        tables = [[nothing if bins is None else bins[k] for bins in found] for k in range(len(Bins._fields))]
+        return Bins(*map(np.array, tables))
+
     def sample(self, level: int, below: bool = False) -> Sample:
         """Return the sample of the sound members of a level, or of the level below on the same surfaces."""
         numerics, indices = self.numerics, self.sound(level)
@@ -178,6 +191,7 @@ class Members(dict[Key, Member]):
             *self.spectra(level, indices, below),
             0.5 * float(np.hypot(*grid.lengths)),
             numerics.levels[level].parts > 1,
+            self.bins(level, indices, below),
         )
 
     def pairs(self, column: str) -> list[Pair]:

@@ -17,6 +17,7 @@ from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_datas
 from roughsim.results.fields import Field, check_field, temperature_of
 from roughsim.results.means import Means
 from roughsim.results.members import Damaged, Members
+from roughsim.results.reactions import Asked, asked_estimates
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.show.markup import in_notebook
@@ -192,6 +193,14 @@ class Run(Means):
         """
         part, distance = self.heat_share(speed, column), self.numerics.slid_distance
         return temperature_of(self.scene, flux, grid, speed, direction=direction, share=part, slid_distance=distance)
+
+    def reactions(self, column: str | None = None) -> list[Asked]:
+        """Return rates, activation temperatures and conversions of [reaction], and the heat above each temperature.
+
+        Each has its `estimate`, arrays over speed, and its `energy`, eV, or `temperature`, absolute, K. ValueError if
+        there is no such column, or no realization yet; empty if the scene asks for nothing.
+        """
+        return list(asked_estimates(self, column))
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error for fields that were not kept, of a realization or of all, with advice."""

@@ -3,8 +3,15 @@
 import math
 from collections.abc import Sequence
 
+from roughsim.observables.catalogue import observables_of
 from roughsim.scene.numerics import DEFAULT_SOLVER, SLIDING, NumericsSection
-from roughsim.scene.sections import BodySection, CounterfaceSection, SlidingSection, SurfaceSection
+from roughsim.scene.sections import (
+    BodySection,
+    CounterfaceSection,
+    EnsembleSection,
+    SlidingSection,
+    SurfaceSection,
+)
 from roughsim.scene.tables import MAX_ROWS
 
 
@@ -41,12 +48,12 @@ def check_heat_partition(sliding: SlidingSection, missing: str) -> None:
 
 
 def check_background(
-    sliding: SlidingSection, tables: Sequence[str], temperature_range: tuple[float, float], melting: float
+    sliding: SlidingSection, tables: Sequence[str], temperature_range: tuple[float, float], melting: float, needed: str
 ) -> None:
     """Refuse a background temperature that is missing, unneeded, or outside a table κ(T) or μ(T).
 
     `tables` are the keys with a table, which are given within `temperature_range`, K; `melting` is inf without a
-    melting temperature.
+    melting temperature; `needed` is a section or key that needs an absolute temperature, "" without one.
     """
     low, high = temperature_range
     kelvin = sliding.background_temperature
@@ -56,12 +63,17 @@ def check_background(
                 f"sliding.background_temperature is missing; a {tables[0]} that is a table over temperature needs it: "
                 'add for example background_temperature = "300 K"'
             )
+        if needed:
+            raise ValueError(
+                f"sliding.background_temperature is missing; {needed} needs an absolute temperature: add for example "
+                'background_temperature = "300 K"'
+            )
         return
     background = f"sliding.background_temperature = {kelvin:g} K"
-    if min(high, melting) == math.inf:
+    if min(high, melting) == math.inf and not needed:
         raise ValueError(
             f"{background} goes with a conductivity that is a table over temperature, with a friction_coefficient that "
-            "is one, or with a melting_temperature; remove it"
+            "is one, with a melting_temperature, with [reaction] or with heat_above; remove it"
         )
     if not low <= kelvin <= high:
         raise ValueError(
@@ -109,6 +121,16 @@ def check_layers(sliding: SlidingSection, body: BodySection, counterface: Counte
             raise ValueError(
                 f'{name}.{key} does not go with sliding.history = "sliding", which follows the heat of bare bodies; '
                 'remove it, or write "frozen"'
+            )
+
+
+def check_targets(ensemble: EnsembleSection, distribution: bool) -> None:
+    """Refuse a target of an observable that the scene does not ask for."""
+    for name, _ in ensemble.until:
+        if name not in observables_of(distribution):
+            raise ValueError(
+                f"ensemble.until.{name} is of the distribution of the temperature; add "
+                "observables.temperature_distribution = true"
             )
 
 

@@ -19,9 +19,11 @@ from roughsim.scene.checks import (
     check_levels,
     check_load,
     check_rows,
+    check_targets,
     missing_second_body,
 )
 from roughsim.scene.numerics import NumericsSection
+from roughsim.scene.reactions import ObservablesSection, ReactionSection
 from roughsim.scene.schema import Record
 from roughsim.scene.sections import (
     NOT_IDENTITY,
@@ -65,8 +67,9 @@ class Scene(Record, section=""):
 
     Attributes
     ----------
-    surface, body, counterface, sliding, theory, ensemble, numerics
-        The sections of the file; `counterface` is None for a rigid, smooth and insulating one.
+    surface, body, counterface, sliding, observables, reaction, theory, ensemble, numerics
+        The sections of the file; `counterface` is None for a rigid, smooth and insulating one. `observables` and
+        `reaction` are None unless the file has them.
     title : str
         One line for people.
 
@@ -81,6 +84,8 @@ class Scene(Record, section=""):
     body: BodySection
     counterface: CounterfaceSection | None = None
     sliding: SlidingSection
+    observables: ObservablesSection | None = None
+    reaction: ReactionSection | None = None
     theory: TheorySection = TheorySection()
     ensemble: EnsembleSection = EnsembleSection()
     numerics: NumericsSection = NumericsSection()
@@ -90,7 +95,10 @@ class Scene(Record, section=""):
         sliding, missing = self.sliding, missing_second_body(self.counterface)
         check_load(sliding, self.body, self.penetration_hardness)
         check_heat_partition(sliding, missing)
-        check_background(sliding, list(self.tables), self.temperature_range, self.melting_temperature)
+        check_background(
+            sliding, list(self.tables), self.temperature_range, self.melting_temperature, self._needs_background
+        )
+        check_targets(self.ensemble, self.distribution)
         check_history(sliding, missing, self.numerics.solver)
         check_layers(sliding, self.body, self.counterface)
         check_rows(self.surface, self.counterface)
@@ -138,6 +146,22 @@ class Scene(Record, section=""):
     def elastic(self) -> bool:
         """Whether no body has a hardness."""
         return math.isinf(self.penetration_hardness)
+
+    @property
+    def distribution(self) -> bool:
+        """Whether members store the distribution of the temperature over the contact."""
+        asked = self.observables
+        return self.reaction is not None or (
+            asked is not None and (asked.temperature_distribution or asked.heat_above is not None)
+        )
+
+    @property
+    def _needs_background(self) -> str:
+        """The section or key that needs an absolute temperature; empty without one."""
+        if self.reaction is not None:
+            return "[reaction]"
+        hot = self.observables is not None and self.observables.heat_above is not None
+        return "observables.heat_above" if hot else ""
 
     @property
     def scanned(self) -> bool:
@@ -206,7 +230,8 @@ class Scene(Record, section=""):
 
         Keys that change no number of a member are left out: texts (title); `ensemble.max_realizations`,
         `ensemble.until` and `numerics.keep_fields`; errors and sources of a C(q), and the melting temperature; a
-        background temperature without a table κ(T) or μ(T). Keys without a value are absent, but two have a number
+        background temperature without a table κ(T) or μ(T); [observables] and [reaction] but for the distribution of
+        the temperature, which members store if there is either. Keys without a value are absent, but two have a number
         then: `q_roll_off` is `q_min`, and `roll_off_exponent` is 0.
         """
         sections = to_jsonable_python(self, exclude_none=True)
@@ -218,6 +243,9 @@ class Scene(Record, section=""):
                 flat.setdefault(f"{face}.roll_off_exponent", 0.0)
         if self.sliding.history == "frozen":
             del flat["sliding.history"]  # older runs do not have the key
+        flat = {key: value for key, value in flat.items() if not key.startswith(("observables.", "reaction."))}
+        if self.distribution:
+            flat["observables.temperature_distribution"] = True
         if math.isinf(self.temperature_range[1]):
             flat.pop("sliding.background_temperature", None)
         return {key: value for key, value in flat.items() if key not in NOT_IDENTITY}

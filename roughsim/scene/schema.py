@@ -41,6 +41,8 @@ USUAL = {
     "kg/m^3": ("kg/m^3", "1"),
     "J/(kg K)": ("J/(kg K)", "1"),
     "W/(m K)": ("W/(m K)", "1"),
+    "eV": ("J", "1.602176634e-19"),
+    "1/s": ("1/s", "1"),
 }
 _Made = TypeVar("_Made")
 SECTIONS: dict[str, type["Record"]] = {}  # by their names in a scene file; "" is the scene itself

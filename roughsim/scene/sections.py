@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, WrapValidator, model_validator
 from pydantic.dataclasses import dataclass
 
 from roughsim.extensions import extensions, loaded
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import OBSERVABLES, observables_of
 from roughsim.scene.scans import SCAN_KEYS
 from roughsim.scene.schema import (
     KELVIN,
@@ -114,7 +114,8 @@ def _read_targets(value: Any) -> tuple[tuple[str, float], ...]:
         raise ValueError(f" = {as_written(value)} must name observables and targets: {example}")
     for name, _ in value:
         if name not in OBSERVABLES:
-            raise ValueError(f".{name} is not an observable; {did_you_mean(str(name), OBSERVABLES)}")
+            names = observables_of(distribution=False)
+            raise ValueError(f".{name} is not an observable; {did_you_mean(str(name), names)}")
     return tuple((name, TARGET(target, f".{name}")) for name, target in value)
 
 

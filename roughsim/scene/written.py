@@ -39,4 +39,4 @@ def literal(value: Any) -> str:
         return f"{{ {', '.join(entries)} }}"
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(literal, value))}]"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, (str, bool)) else repr(value)

@@ -2,7 +2,8 @@
 
 It is an HDF5 file in the netCDF-4 format. `numbers` has all numbers over `below`, `number` and `speed`; numbers that do
 not depend on the speed are stored at the first one. `stress_spectrum` has the axes `below` and `wavenumber`. The axis
-`below` is 0 for the level of the file, and 1 for the level below it on the same surface. Missing values are NaN. The
+`below` is 0 for the level of the file, and 1 for the level below it on the same surface. Missing values are NaN. If the
+scene asks for the distribution of the temperature, `bin_…` have the bins of the contact area as their last axis. The
 attribute `header` holds all other data as JSON. If fields are kept, the group `entry` links to them (NeXus). The HDF5
 data is followed by the seal: a line with the name of the file and the SHA-256 of all bytes before it.
 """
@@ -10,7 +11,7 @@ data is followed by the seal: a line with the name of the file and the SHA-256 o
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from roughsim.errors import RecordError
 from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS, CURVES, NUMBERS
+from roughsim.observables.distribution import BIN_AREAS, Bins
 from roughsim.sliding import film
 from roughsim.store.disk import DamagedError, place_bytes, read_bytes
 from roughsim.store.kinds import again
@@ -44,6 +46,13 @@ KEPT_FIELDS = {
     "heights": Kind("m", ("x", "y"), "composite heights"),
     "pressure": Kind("Pa", ("x", "y"), "contact pressure, positive in compression"),
 }
+_OF_BINS = ("below", "speed", "contact_area")  # axes
+BINS = {  # of the contact area, in the order of `Bins`
+    "bin_temperature": Kind("K", _OF_BINS, "mean temperature"),
+    "bin_pressure": Kind("Pa", _OF_BINS, "mean pressure"),
+    "bin_pressure_deviation": Kind("Pa", _OF_BINS, "standard deviation of the pressure"),
+    "bin_pressure_skewness": Kind("1", _OF_BINS, "skewness of the pressure"),
+}
 FIELDS = KEPT_FIELDS | {name: Kind(*about) for name, about in film.FIELDS.items()}
 KINDS = {
     "below": Kind("", ("below",)),
@@ -53,6 +62,8 @@ KINDS = {
     "numbers": Kind("", ("below", "number", "speed")),
     "wavenumber": Kind("1/m", ("wavenumber",)),
     "stress_spectrum": Kind("Pa^2", ("below", "wavenumber")),
+    "contact_area": Kind("1", ("contact_area",)),
+    **BINS,
     **{name: Kind(curve.unit, (*["speed"] * curve.per_speed, AXIS)) for name, curve in CURVES.items()},
     "x": Kind("m", ("x",)),
     "y": Kind("m", ("y",)),
@@ -61,11 +72,12 @@ KINDS = {
 
 
 class Moments(NamedTuple):
-    """Moments of one contact: numbers, (speeds,) or (1,), and the stress spectrum, Pa², over q, rad/m."""
+    """Moments of one contact: numbers, (speeds,) or (1,), the stress spectrum, Pa², over q, rad/m, and its bins."""
 
     numbers: dict[str, Array]
     wavenumber: Array
     spectrum: Array
+    bins: Bins | None = None  # of the contact area, (speeds, bins)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,6 +92,7 @@ class Member:
     # the radial stress spectrum over the wavenumber, rad/m: shares of the pressure variance, Pa²
     wavenumber: Array = field(default_factory=lambda: np.empty(0))
     spectrum: Array = field(default_factory=lambda: np.empty(0))
+    bins: Bins | None = None  # of the contact area, (speeds, bins), if the scene asks for them
     below: Moments | None = None  # the same of the level below, on the same surface
     curves: dict[str, Array] = field(default_factory=dict)  # over the slid distance, of the column "sliding" only
     # heights, m, and pressure, Pa, or the film of a slide, if they are kept
@@ -94,7 +107,7 @@ class Member:
         """Moments of its level, and of the level below on the same surface; none of a failure."""
         if self.failure:
             return []
-        own = Moments(self.numbers, self.wavenumber, self.spectrum)
+        own = Moments(self.numbers, self.wavenumber, self.spectrum, self.bins)
         return [own] if self.below is None else [own, self.below]
 
 
@@ -171,6 +184,8 @@ def _fill(file: Any, member: Member) -> None:
 
     header = {name: getattr(member, name) for name in ("level", "index", "failure", "lengths", "speeds", "provenance")}
     header |= {name: list(getattr(member, name)) for name in ("numbers", "curves", "fields")}
+    if member.bins is not None:
+        header["bins"] = list(BINS)
     file.attrs["header"] = json.dumps({"format_version": FORMAT, **header})
     labelled = []
     for name, values in _arrays_of(member):
@@ -200,6 +215,11 @@ def _arrays_of(member: Member) -> Iterator[tuple[str, NDArray[Any]]]:
         yield "numbers", numbers
         yield "wavenumber", wavenumber
         yield "stress_spectrum", spectra
+        if member.bins is not None:
+            yield "contact_area", BIN_AREAS
+            of_levels = [each.bins for each in moments if each.bins is not None]
+            for name, values in zip(BINS, zip(*of_levels, strict=True), strict=True):
+                yield name, np.array(values)
     yield from member.curves.items()
     shape = next((values.shape[-2:] for values in member.fields.values() if values.ndim > 1), ())
     for axis, points, length in zip("xy", shape, member.lengths, strict=False):
@@ -259,7 +279,8 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
     own, below = Moments({}, np.empty(0), np.empty(0)), None
     if not failure:
         arrays = [opened(name)[...] for name in ("numbers", "wavenumber", "stress_spectrum")]
-        own, *rest = _moments(header["numbers"], len(speeds), *arrays)
+        bins = [opened(name)[...] for name in BINS if "bins" in header]
+        own, *rest = _moments(header["numbers"], len(speeds), arrays, bins)
         below = rest[0] if rest else None
     kept = {name: opened(name) for name in header["fields"] if name in FIELDS}
     return Member(
@@ -288,13 +309,20 @@ def _check_header(header: dict[str, Any], level: int, index: int) -> None:
         raise ValueError("its header is none that a writer of this format makes")
 
 
-def _moments(names: list[str], speeds: int, numbers: Array, wavenumber: Array, spectra: Array) -> Iterator[Moments]:
-    """Yield the moments of the level of a file, and of the level below it; ValueError if the sizes do not fit."""
+def _moments(names: list[str], speeds: int, arrays: Sequence[Array], bins: Sequence[Array]) -> Iterator[Moments]:
+    """Yield the moments of the level of a file, and of the level below it; ValueError if the sizes do not fit.
+
+    `arrays` are the numbers, the wavenumbers and the spectra.
+    """
+    numbers, wavenumber, spectra = arrays
     if numbers.shape[1:] != (len(names), speeds) or spectra.shape != (len(numbers), len(wavenumber)):
         raise ValueError("its arrays and its header have different sizes")
-    for rows, spectrum in zip(numbers, spectra, strict=True):
+    if any(values.shape != (len(numbers), speeds, BIN_AREAS.size) for values in bins):
+        raise ValueError("its bins and its header have different sizes")
+    for k, (rows, spectrum) in enumerate(zip(numbers, spectra, strict=True)):
         # numbers of a package that is not installed here are left out
         known = {name: row for name, row in zip(names, rows, strict=True) if name in NUMBERS}
         own = {name: row if NUMBERS[name].per_speed else row[:1] for name, row in known.items()}
         there = ~np.isnan(spectrum)
-        yield Moments(own, wavenumber[there], spectrum[there])
+        of_bins = Bins(*(values[k] for values in bins)) if bins else None
+        yield Moments(own, wavenumber[there], spectrum[there], of_bins)

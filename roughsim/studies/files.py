@@ -111,7 +111,7 @@ def _arrays(study: StudyResults) -> Iterator[Labelled]:
     An axis of several keys has the first as its coordinate, and the others beside it. ValueError without results, or
     for points with lists of other speeds.
     """
-    tables = {point.name: study.answers(point, run, list(OBSERVABLES)) for point, run in study.results}
+    tables = {point.name: study.answers(point, run, list(run.observables)) for point, run in study.results}
     if not tables:
         raise ValueError(f"{study.folder} has no point with results yet; let it run first")
     for axis in study.axes:
@@ -125,7 +125,7 @@ def _arrays(study: StudyResults) -> Iterator[Labelled]:
     speeds = study.common_speeds()
     if speeds is not None:
         yield Labelled("speed", ("speed",), np.array(speeds), {"units": "m/s"})
-    for name in OBSERVABLES:
+    for name in (name for name in OBSERVABLES if all(name in table for table in tables.values())):
         yield from _over_the_grid(study, tables, columns, speeds, name)
 
 

@@ -132,8 +132,8 @@ class StudyResults:
         lists its unknown parts, as "bandwidth, pixel". `note` is "at q_c" for a value that is not extrapolated in the
         cut-off, "identity" for a value fixed by force balance, or "". Temperatures include the heat share used.
         """
-        names = [name for name in OBSERVABLES if observable in (None, name)]
         for point, run in self.results:
+            names = [name for name in run.observables if observable in (None, name)]
             head: dict[str, Any] = {"point": point.name}
             head |= {self.keys[key]: value for key, value in point.values.items()}
             table = self.answers(point, run, names)

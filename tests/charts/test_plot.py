@@ -10,7 +10,7 @@ from roughsim.charts.plot import QUANTITIES, plot_run
 from roughsim.charts.style import scaled
 from roughsim.cli import main
 
-DRAWN = [quantity for quantity in QUANTITIES if quantity not in ("sliding", "film")]
+DRAWN = [quantity for quantity in QUANTITIES if quantity not in ("sliding", "reaction", "film")]
 
 
 @pytest.mark.parametrize("quantity", DRAWN)
@@ -54,6 +54,7 @@ WRONG = {
     "column": (("heights",), {"column": "elastic"}, "column = 'elastic' is not in this run"),
     "not kept": (("pressure",), {"realization": 4}, "fields of realization 4 at level 2; .*--keep-fields 5.*index=4"),
     "frozen": (("sliding",), {}, 'has no column "sliding"'),
+    "no reaction": (("reaction",), {}, "has no distribution of the temperature"),
     "no film": (("film",), {}, 'has no film of realization 0; run a scene with history = "sliding"'),
     "own column": (("sliding",), {"column": "capped"}, "sliding has a column of its own"),
     "a mean": (("correlation",), {"realization": 0}, "mean over all"),

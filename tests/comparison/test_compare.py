@@ -9,9 +9,10 @@ import pytest
 import roughsim as rs
 from roughsim import prediction
 from roughsim.comparison.compare import comparison_table
-from roughsim.comparison.rows import Ratio, ratios_of
+from roughsim.comparison.row import Ratio
+from roughsim.comparison.rows import ratios_of
 from roughsim.estimate.levels import values_of
-from roughsim.observables.catalogue import OBSERVABLES, UNITS
+from roughsim.observables.catalogue import OBSERVABLES, observables_of
 from roughsim.observables.record import Observable
 
 HEADINGS = {"observable", "speed", "theory", "theory_same_modes", "calibrated", "smoothed", "capped", "note"}
@@ -80,7 +81,8 @@ def test_the_table_has_every_observable_at_every_speed(table, capped_scene):
         "slope_length",
         "heat_partition",
     }
-    expected = [(name, speed) for name in UNITS for speed in (capped_scene.speeds if name in per_speed else (None,))]
+    names = observables_of(distribution=False)
+    expected = [(name, speed) for name in names for speed in (capped_scene.speeds if name in per_speed else (None,))]
     assert [(row.observable, row.speed) for row in table.rows] == expected
 
 

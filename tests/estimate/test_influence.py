@@ -5,7 +5,7 @@ import pytest
 from scipy import special
 
 from roughsim.estimate.errors import spread
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import OBSERVABLES, observables_of
 from roughsim.observables.record import Sample, product, ratio
 
 RADII = {"correlation_radius_50": 0.5, "correlation_radius_10": 0.1, "correlation_radius_0": 0.0}
@@ -81,7 +81,11 @@ def test_a_ratio_and_a_product_of_means_keep_the_pairing(power):
 
 def test_what_is_exact_at_rest():
     rest = {"flash_temperature": 0.0, "flash_gradient": 0.0, "flash_laplacian": 0.0, "slope_length": np.inf}
-    assert {name: record.at_rest for name, record in OBSERVABLES.items() if record.at_rest is not None} == rest
+    always = observables_of(distribution=False)
+    assert {name: record.at_rest for name, record in always.items() if record.at_rest is not None} == rest
+    asked = {*OBSERVABLES} - {*always}
+    assert len(asked) == 14
+    assert {OBSERVABLES[name].at_rest for name in asked} == {0.0}
 
 
 def test_in_capped_contact_only_gradients_have_no_limit():

@@ -5,7 +5,7 @@ import pytest
 from ladder_cases import NAME, ladder
 
 from roughsim.estimate.ladder import Rung, climb
-from roughsim.estimate.limit import by_law, by_power, by_shape
+from roughsim.estimate.limit import by_law, by_power, by_shape, by_steps
 from roughsim.estimate.mean import mean_of
 
 CUT_OFFS, END = (4.0, 8.0, 16.0), 800.0
@@ -38,6 +38,22 @@ def fall(q):
 
 def law_at(q, law=fall):
     return law(np.array([*q, END]))[:, None]
+
+
+def test_a_part_that_alone_follows_the_law_gives_the_limit_by_steps():
+    # T = a + b·law, such as a quantile of the temperature: the law is wrong in proportion
+    q = CUT_OFFS[-2:]
+    limit = by_steps(rungs_at([[30.0 + 0.6 * fall(x)] for x in q], q), law_at(q))
+    assert limit.rest.value[0] == pytest.approx(0.6 * (fall(END) - fall(16.0)), rel=1e-12)
+    alike = (30.0 + 0.6 * fall(16.0)) * (fall(END) / fall(16.0) - 1.0)
+    size = abs(limit.rest.value[0])
+    assert limit.error[0] == pytest.approx(min(max(abs(alike - limit.rest.value[0]), 0.25 * size), size), rel=1e-9)
+    assert limit.error[0] == pytest.approx(size)  # most of this mean is a
+    nearly = by_steps(rungs_at([[0.1 + fall(x)] for x in q], q), law_at(q))
+    assert nearly.error[0] == pytest.approx(0.25 * abs(nearly.rest.value[0]), rel=1e-12)
+    one = by_steps(rungs_at([[2.0 * fall(16.0)]], (16.0,)), law_at((16.0,)))
+    assert one.rest.value[0] == pytest.approx(2.0 * (fall(END) - fall(16.0)), rel=1e-12)
+    assert one.error[0] == pytest.approx(abs(one.rest.value[0]), rel=1e-12)
 
 
 @pytest.mark.parametrize("count", [2, 3])

@@ -13,7 +13,6 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import status_lines
 from roughsim.estimate import cell_size
-from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene.numerics import Level, Numerics
 from roughsim.show.markup import html_table
 from roughsim.show.terminal import table_text
@@ -39,7 +38,7 @@ def as_printed(mean, error, unknown):
 
 def expected(run, factors):
     """What is printed of each observable, column and speed, unless it takes a power of ten or is zero."""
-    for name, record in OBSERVABLES.items():
+    for name, record in run.observables.items():
         for column in run.numerics.columns:
             found, factor = run.estimate(name, column), factors.get(record.unit, 1.0)
             for k, mean in enumerate(found.mean * factor):

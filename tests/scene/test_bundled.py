@@ -90,7 +90,7 @@ def filled(text):
 # keys that need or exclude others
 RIVALS = (
     "rms_slope|spectrum|topography|topography_size|topography_unit|topography_fill|psd_file|psd_convention|psd_source"
-    "|background_temperature|slid_distance"
+    "|slid_distance"
 )
 
 

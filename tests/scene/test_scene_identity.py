@@ -71,6 +71,27 @@ def test_a_background_counts_where_a_table_or_nothing_but_melting_needs_it(steel
     assert steel.identity() == parse_scene(cold).identity()  # no number of the results changes
 
 
+REACTION = "[reaction]\nactivation_energy = 1e-19\nprefactor = 1e13\n[theory]"
+
+
+@pytest.mark.parametrize(
+    "asks",
+    [
+        "[observables]\ntemperature_distribution = true\n[theory]",
+        "[observables]\nheat_above = 900\n[theory]",
+        REACTION,
+        REACTION.replace("1e13", "1e12").replace("1e-19", "[1e-19, 2e-19]"),
+    ],
+)
+def test_a_reaction_changes_a_run_only_by_the_distribution_of_the_temperature(asks, steel):
+    warm = "" if "temperature_distribution" in asks else "background_temperature = 300\n"
+    text = changed("friction_coefficient =", f"{warm}friction_coefficient =")
+    scene = parse_scene(changed("[theory]", asks, text))
+    assert scene.distribution
+    assert scene.identity() == steel.identity() | {"observables.temperature_distribution": True}
+    assert parse_scene(scene.to_toml()) == scene
+
+
 @pytest.mark.parametrize(("old", "new"), SAME)
 def test_identity_forgets_titles_targets_and_units(old, new, steel):
     assert steel.identity() == parse_scene(changed(old, new)).identity()
@@ -124,6 +145,14 @@ direction = 0.5
 heat_partition = "total"
 duration = 1
 background_temperature = 300
+[observables]
+temperature_distribution = true
+heat_above = 900
+[reaction]
+activation_energy = "1 eV"
+activation_volume = 1e-29
+prefactor = 1e13
+contact_length = 1e-3
 [theory]
 gamma = 0.3
 [ensemble]
@@ -138,6 +167,8 @@ LEFT_OUT = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields
     *("surface.psd_texture", "counterface.psd_texture"),
     *("surface.psd_filled", "counterface.psd_filled"),
     *("body.melting_temperature", "counterface.melting_temperature"),
+    *("reaction.activation_energy", "reaction.activation_volume", "reaction.prefactor", "reaction.contact_length"),
+    "observables.heat_above",
 }
 
 

@@ -1,0 +1,245 @@
+"""Means over the distribution of the temperature of the contact, continued to the end of C(q), with their errors.
+
+Relative to T_flash the distribution depends little on the cut-off and the pixel. So the bins of each level are scaled
+until its mean T_flash is the continued one, and the levels show the little that is left. A rate of reaction,
+ν⟨exp(−(E − σV)/k_B T)⟩ over the contact, depends steeply on the temperature: its errors follow from those of T_flash by
+its slope over ln T_flash.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from roughsim import prediction
+from roughsim.estimate.ladder import SAME, Pair, Rung, change_by_pixel, climb
+from roughsim.estimate.levels import FLASH, Values
+from roughsim.estimate.limit import by_steps
+from roughsim.estimate.mean import Mean
+from roughsim.grid import Array
+from roughsim.observables.distribution import BIN_AREAS, Bins, two_pressures
+from roughsim.observables.record import Sample
+from roughsim.scene import Scene
+
+BOLTZMANN = 1.380649e-23  # J/K
+LEAST_MEMBERS = 4.0  # effective ones that carry a mean: of fewer the scatter is unknown
+_MOST_OF_TAIL = 0.25  # share of a mean from the hottest pixels, beyond which it is unknown
+_COLDEST = 1e-3  # K, absolute: colder bins, of a field below its mean, do not react either
+_ROUNDING = 1e-6  # of the temperature, relative, of bins within one pixel
+_STEP = 1e-3  # of ln T_flash, for slopes
+_FALL = 0.75  # of the change by a pixel, as in `levels`
+_ITERATIONS = 50  # of Newton's method for a uniform temperature; a few suffice
+OverBins = Callable[[Bins, Array], Array]  # bins and the factor of their temperatures → values of bins
+OfMean = Callable[[Bins, Array], tuple[Array, Array, Array]]  # bins and their mean → as of `uniform_temperature`
+
+
+class Activation(NamedTuple):
+    """The barrier of a reaction, and the absolute temperature on which the contact's own comes."""
+
+    energy: float  # E, J
+    volume: float  # V, m³
+    base: Array  # K, (speeds,)
+
+
+class OverContact(NamedTuple):
+    """A mean over the contact with its errors, and what limits them; arrays (speeds,)."""
+
+    values: Values
+    slope: Array  # of the mean over ln T_flash
+    members: Array  # effective number of members that carry the mean, (Σ y)²/Σ y²
+
+
+def exponents(bins: Bins, factor: Array, activation: Activation) -> tuple[Array, Array]:
+    """Return (σV − E)/k_B T of the two pressures of each bin, and their shares of its area, (2, ..., speeds, bins).
+
+    `factor`, (speeds,), multiplies the temperatures of the bins.
+    """
+    energy, volume, base = activation
+    temperature = np.maximum(base[:, None] + factor[:, None] * bins.temperature, _COLDEST)
+    pressures, shares = (np.array(pair) for pair in zip(*two_pressures(bins), strict=True))
+    return (pressures * volume - energy) / (BOLTZMANN * temperature), shares
+
+
+def log_scale(bins: Bins, factor: Array, activation: Activation) -> Array:
+    """Return the largest exponent of any bin at each speed, (speeds,): rates over its exponential are at most 1."""
+    of_bins = exponents(bins, factor, activation)[0]
+    largest: Array = of_bins.max(axis=(*range(of_bins.ndim - 2), -1))
+    return largest
+
+
+def rates(bins: Bins, factor: Array, activation: Activation, scale: Array) -> Array:
+    """Return the mean of exp((σV − E)/k_B T − scale) over each bin, (..., speeds, bins)."""
+    of_bins, shares = exponents(bins, factor, activation)
+    mean: Array = (shares * np.exp(of_bins - scale[:, None])).sum(axis=0)
+    return mean
+
+
+def heat_above(bins: Bins, factor: Array, excess: Array) -> Array:
+    """Return the share of the heat of the contact where it is hotter than an excess over the background, K.
+
+    `excess` is (speeds,), the result (n, speeds). Between the middles of two bins the share is linear in the
+    temperature.
+    """
+    temperature = factor[:, None] * bins.temperature
+    heat = BIN_AREAS * bins.pressure
+    hotter = (np.cumsum(heat[..., ::-1], axis=-1)[..., ::-1] - 0.5 * heat) / heat.sum(axis=-1, keepdims=True)
+    result = np.empty(temperature.shape[:-1])
+    for place in np.ndindex(result.shape):
+        result[place] = np.interp(excess[place[-1]], temperature[place], hotter[place], left=1.0, right=0.0)
+    return result
+
+
+def uniform_temperature(bins: Bins, mean: Array, activation: Activation, scale: Array) -> tuple[Array, Array, Array]:
+    """Return the absolute temperature, K, at which all bins together have a mean of `rates`, (speeds,).
+
+    Beside it are its slope over the mean, (speeds,), and the mean of each member at this temperature, (n, speeds).
+    With b = 1/k_B T, ln⟨exp(b(σV − E))⟩ = L is solved by Newton's method; without V it is linear in b. NaN without a
+    barrier: then no temperature is singled out.
+    """
+    unit = activation._replace(base=np.full_like(mean, 1.0 / BOLTZMANN))
+    energies, shares = exponents(bins, np.zeros_like(mean), unit)  # σV − E, J
+    areas = shares * BIN_AREAS
+    with np.errstate(all="ignore"):  # without a barrier all is NaN
+        log_mean = np.log(mean) + scale
+        inverse = log_mean / (areas * energies).mean(axis=1).sum(axis=(0, 2))
+        for _ in range(_ITERATIONS if activation.volume else 1):
+            largest = (inverse[:, None] * energies).max(axis=(0, 1, 3))
+            terms = areas * np.exp(inverse[:, None] * energies - largest[:, None]) / energies.shape[1]
+            total = terms.sum(axis=(0, 1, 3))
+            barrier = -(terms * energies).sum(axis=(0, 1, 3)) / total
+            inverse = inverse + (np.log(total) + largest - log_mean) / barrier
+        members = (areas * np.exp(inverse[:, None] * energies - scale[:, None])).sum(axis=(0, 3))
+        temperature = np.where(barrier > 0.0, 1.0 / (BOLTZMANN * inverse), np.nan)
+        return temperature, BOLTZMANN * temperature**2 / (barrier * mean), members
+
+
+def of_uniform_temperature(warm: Values, sample: Sample, activation: Activation, scale: Array) -> tuple[Values, Array]:
+    """Return the mean of `rates` at an activation temperature, and its slope over the temperature, (speeds,).
+
+    Along the levels T_act follows T_flash nearly in a straight line, and the rate does not: so T_act is continued, and
+    the rate follows from it.
+    """
+    unit = activation._replace(base=np.full_like(scale, 1.0 / BOLTZMANN))
+    energies, shares = exponents(bins_of(sample), np.zeros_like(scale), unit)  # σV − E, J
+
+    def mean_at(temperature: Array) -> Array:
+        exponent = energies / (BOLTZMANN * temperature[:, None]) - scale[:, None]
+        return np.asarray((shares * BIN_AREAS * np.exp(exponent)).mean(axis=1).sum(axis=(0, 2)))
+
+    mean = mean_at(warm.mean)
+    with np.errstate(all="ignore"):
+        slope = 1.0 / uniform_temperature(bins_of(sample), mean, activation, scale)[1]
+    errors = {name: np.abs(slope) * part for name, part in warm.errors.items()}
+    scatter = {stream: rows * slope for stream, rows in warm.scatter.items()}
+    return warm._replace(mean=mean, finest=mean_at(warm.finest), errors=errors, scatter=scatter), slope
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactMean:
+    """A mean over the contact of a function of its bins, or a function of this mean, at the continued T_flash."""
+
+    of_bins: OverBins
+    flash: Values  # reported T_flash, to which the bins of each level are scaled
+    of_mean: OfMean | None = None
+    by_contact: bool = False  # whether `of_bins` gives the mean of each contact, (n, speeds), not of each bin
+
+    def scaled(self, sample: Sample, step: float = 0.0) -> Array:
+        """Return the function of the bins of a sample, T_flash (1 + step) times the continued one."""
+        return self.of_bins(bins_of(sample), factor_of(sample, self.flash) * (1.0 + step))
+
+    def mean(self, sample: Sample, step: float = 0.0) -> Array:
+        """Return the mean of each contact, (n, speeds)."""
+        values = self.scaled(sample, step)
+        return values if self.by_contact else np.asarray(values @ BIN_AREAS)
+
+    def slope(self, sample: Sample) -> Array:
+        """Return the slope of the mean over ln T_flash, (speeds,)."""
+        rise: Array = (self.mean(sample, _STEP) - self.mean(sample, -_STEP)).mean(axis=0)
+        return rise / (2.0 * _STEP)
+
+    def influence(self, sample: Sample) -> Array:
+        """Return influence values, (n, speeds): each level has its own mean T_flash, and with it its factor."""
+        own = sample.numbers[FLASH]
+        rows: Array = self.mean(sample) - self.slope(sample) * (own / own.mean(axis=0) - 1.0)
+        if self.of_mean is None:
+            return rows
+        value, derivative, uniform = self.of_mean(bins_of(sample), rows.mean(axis=0))
+        result: Array = value + derivative * (rows - uniform)
+        return result
+
+    def derivative(self, sample: Sample) -> Array:
+        """Return the derivative of the function of the mean, (speeds,); 1 without one."""
+        mean = self.mean(sample).mean(axis=0)
+        return np.ones_like(mean) if self.of_mean is None else self.of_mean(bins_of(sample), mean)[1]
+
+    def tail(self, sample: Sample) -> Array:
+        """Return the share of the mean from bins within the hottest pixel of each contact, (speeds,)."""
+        if self.by_contact:
+            return np.zeros(self.flash.mean.shape)
+        temperature = bins_of(sample).temperature
+        hottest = temperature >= temperature[..., -1:] * (1.0 - _ROUNDING)
+        of_areas = self.scaled(sample) * BIN_AREAS
+        share: Array = (of_areas * hottest).sum(axis=(0, -1)) / of_areas.sum(axis=(0, -1))
+        return share
+
+
+def mean_over_contact(scene: Scene, column: str, pairs: list[Pair], of_level: ContactMean, end: float) -> OverContact:
+    """Return a mean over the contact from the levels of a column, continued to the end of C(q), rad/m, and its errors.
+
+    What of it changes with the cut-off at one T_flash follows the law of T_flash by steps. All of this rest counts as
+    an error, since it is small and only a guess.
+    """
+    flash, top = of_level.flash, pairs[-1].sample
+    rungs = climb(of_level.influence, pairs)
+    rest, unknown = _rest(scene, column, rungs, end)
+    change, pixel = change_by_pixel(rungs, np.nan, _FALL, end)
+    mean = rungs[-1].mean.plus(rest).by(change._replace(value=1.0 + change.value))
+    derivative = of_level.derivative(top)
+    slope = derivative * of_level.slope(top)
+    with np.errstate(all="ignore"):  # T_flash is zero at rest
+        by_flash = np.nan_to_num(slope / flash.mean, posinf=0.0, neginf=0.0)
+    scatter = {stream: rows * by_flash for stream, rows in flash.scatter.items()}
+    own = {"bandwidth": np.where(unknown, np.nan, np.abs(rest.value)), "pixel": np.abs(mean.value) * pixel}
+    errors = {name: np.hypot(own.get(name, 0.0), by_flash * part) for name, part in flash.errors.items()}
+    tail = of_level.tail(top)
+    errors["tail"] = np.where(tail > _MOST_OF_TAIL, np.nan, np.abs(derivative) * tail * of_level.mean(top).mean(axis=0))
+    rows = of_level.mean(pairs[0].sample)
+    with np.errstate(invalid="ignore"):  # 0/0 of a share that no member has
+        members = rows.sum(axis=0) ** 2 / (rows**2).sum(axis=0)
+    values = Values(
+        mean.value,
+        rungs[-1].mean.value,
+        mean.plus(Mean(np.zeros_like(slope), scatter)).scatter,
+        errors,
+        np.zeros_like(slope),
+        flash.way,
+    )
+    return OverContact(values, slope, members)
+
+
+def bins_of(sample: Sample) -> Bins:
+    """Return the bins of a sample; ValueError if its members have none."""
+    if sample.bins is None:
+        raise ValueError("the members of this run have not stored the distribution of the temperature; run it again")
+    return sample.bins
+
+
+def factor_of(sample: Sample, flash: Values) -> Array:
+    """Return the continued T_flash over the mean of a level, (speeds,)."""
+    factor: Array = flash.mean / sample.numbers[FLASH].mean(axis=0)
+    return factor
+
+
+def _rest(scene: Scene, column: str, rungs: list[Rung], end: float) -> tuple[Mean, bool]:
+    """Return the rest beyond the highest cut-off, and whether it is unknown: with one rung it is that of T_flash."""
+    top = rungs[-1].mean
+    nothing = Mean(np.zeros_like(top.value), {})
+    q = tuple(rung.q_max for rung in rungs)
+    if len(rungs) < 2 or q[-1] >= end * (1.0 - SAME):
+        return nothing, False
+    law = prediction.continuation(scene, column, q, FLASH)
+    law = prediction.yielded_fall(scene, q[-2:]) if law is None else law
+    if law is None or not np.isfinite(law).all():
+        return nothing, True
+    return by_steps(rungs, law).rest, False

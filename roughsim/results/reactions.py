@@ -1,0 +1,160 @@
+"""Reactions of the surface of the moving body: rate, activation temperature and conversion, and the share of hot heat.
+
+The absolute temperature of the contact is T₀ + T: T₀ is `sliding.background_temperature`, plus what the surface has
+warmed after the `duration` of the scene, and T is the distribution about T_flash.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from roughsim import prediction
+from roughsim.estimate.errors import Estimate, estimate
+from roughsim.estimate.levels import FLASH, Values, product, scaled
+from roughsim.estimate.reactions import (
+    LEAST_MEMBERS,
+    Activation,
+    ContactMean,
+    OverContact,
+    bins_of,
+    factor_of,
+    heat_above,
+    log_scale,
+    mean_over_contact,
+    of_uniform_temperature,
+    rates,
+    uniform_temperature,
+)
+from roughsim.grid import Array
+from roughsim.observables.catalogue import UNITS
+from roughsim.observables.distribution import Bins
+from roughsim.results.means import Means
+
+ELECTRONVOLT = 1.602176634e-19  # J
+RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = "reaction_rate", "activation_temperature", "conversion", "heat_share_above"
+_SOLVER_SHARE = 2.0  # of the tolerance, of temperatures: as of observables that were not measured
+
+
+class Asked(NamedTuple):
+    """An estimate of a reaction at one energy, or of the heat above one temperature."""
+
+    estimate: Estimate
+    energy: float | None = None  # eV
+    temperature: float | None = None  # absolute, K
+
+
+def asked_estimates(run: Means, column: str | None = None) -> Iterator[Asked]:
+    """Yield the estimates that [reaction] and `heat_above` of a scene ask for, over its speeds.
+
+    ValueError if there is no such column, or no sound realization yet.
+    """
+    reaction, observables = run.scene.reaction, run.scene.observables
+    if reaction is not None:
+        for energy in reaction.activation_energy:
+            for found in _reaction(run, energy, column):
+                yield Asked(found, energy=energy / ELECTRONVOLT)
+    if observables is not None:
+        for temperature in observables.heat_above or ():
+            yield Asked(_heat_above(run, temperature, column), temperature=temperature)
+
+
+def background_temperature(run: Means, column: str | None = None) -> Array:
+    """Return T₀, absolute, of the surface of the moving body at each speed, K, by the share of heat of a column."""
+    start = run.scene.sliding.background_temperature or 0.0
+    return start + run.share(column) * prediction.background(run.scene)
+
+
+def _reaction(run: Means, energy: float, column: str | None) -> Iterator[Estimate]:
+    """Yield rate and activation temperature at an energy, J, and the conversion in a pass if its length is given."""
+    reaction, name = run.scene.reaction, run.column(column)
+    if reaction is None:
+        return
+    flash, pairs = run.reported(FLASH, name), run.pairs(name)
+    activation = Activation(energy, reaction.activation_volume, background_temperature(run, name))
+    samples = [sample for pair in pairs for sample in (pair.sample, pair.below) if sample is not None]
+    scales = [log_scale(bins_of(sample), factor_of(sample, flash), activation) for sample in samples]
+    scale = np.max(scales, axis=0)
+
+    def of_bins(bins: Bins, factor: Array) -> Array:
+        return rates(bins, factor, activation, scale)
+
+    def of_mean(bins: Bins, mean: Array) -> tuple[Array, Array, Array]:
+        return uniform_temperature(bins, mean, activation, scale)
+
+    end = _end(run, name)
+    warm = mean_over_contact(run.scene, name, pairs, ContactMean(of_bins, flash, of_mean), end)
+    if np.isfinite(warm.values.mean).all():
+        mean, slope = of_uniform_temperature(warm.values, pairs[-1].sample, activation, scale)
+        over = OverContact(mean, slope * warm.slope, warm.members)
+    else:  # without a barrier
+        over = mean_over_contact(run.scene, name, pairs, ContactMean(of_bins, flash), end)
+    area = run.values("contact_fraction", name)
+    area = area._replace(errors=area.errors | {"tail": np.zeros_like(area.mean)})
+    rate = product(scaled(over.values, reaction.prefactor * np.exp(scale)), area)
+    relative_slope = np.abs(over.slope / over.values.mean)
+    yield _estimate(run, RATE, rate, over, relative_slope)
+    yield _estimate(run, ACTIVATION, warm.values, warm, np.abs(warm.slope / warm.values.mean))
+    if reaction.contact_length is not None:
+        yield _conversion(run, rate, over, relative_slope, reaction.contact_length)
+
+
+def _conversion(run: Means, rate: Values, over: OverContact, slope: Array, length: float) -> Estimate:
+    """Return 1 − exp(−k t) of the rate k after the time t that a point spends in a nominal contact of a length, m."""
+    with np.errstate(divide="ignore"):
+        time = length / np.array(run.scene.speeds)
+    with np.errstate(invalid="ignore", over="ignore"):
+        done = rate.mean * time
+        left = np.exp(-done)
+        factor = np.where(np.isinf(time), 0.0, time * left)
+        sensitivity = np.where(done > 0.0, slope * done * left / -np.expm1(-done), 0.0)
+    errors = {name: factor * part for name, part in rate.errors.items()}
+    scatter = {stream: rows * factor for stream, rows in rate.scatter.items()}
+    values = rate._replace(mean=-np.expm1(-done), finest=-np.expm1(-rate.finest * time), errors=errors, scatter=scatter)
+    return _estimate(run, CONVERSION, values, over, np.nan_to_num(sensitivity))
+
+
+def _heat_above(run: Means, temperature: float, column: str | None) -> Estimate:
+    """Return the share of the heat where the contact is hotter than an absolute temperature, K."""
+    name = run.column(column)
+    excess = temperature - background_temperature(run, name)
+
+    def of_bins(bins: Bins, factor: Array) -> Array:
+        return heat_above(bins, factor, excess)
+
+    flash = run.reported(FLASH, name)
+    of_level = ContactMean(of_bins, flash, by_contact=True)
+    over = mean_over_contact(run.scene, name, run.pairs(name), of_level, _end(run, name))
+    values = over.values._replace(mean=np.clip(over.values.mean, 0.0, 1.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sensitivity = np.nan_to_num(np.abs(over.slope / values.mean), posinf=0.0)
+    return _estimate(run, HEAT_ABOVE, values, over, sensitivity)
+
+
+def _end(run: Means, column: str) -> float:
+    """Return the end of C(q), or of the highest level of a map, rad/m."""
+    return float(run.scene.spectrum.breaks[-1]) if run.drawn else run.pairs(column)[-1].sample.q_max
+
+
+def _estimate(run: Means, observable: str, values: Values, over: OverContact, sensitivity: Array) -> Estimate:
+    """Return an estimate; `sensitivity` is its relative change by a relative change of all temperatures.
+
+    The scatter of a mean that few members carry is unknown.
+    """
+    flash = run.values(FLASH)
+    size = sensitivity * run.size_error(FLASH, run.column(None), flash)
+    found = estimate(
+        observable,
+        values,
+        (f"T₀ + T of the contact, with {np.round(over.members, 1).tolist()} effective members over the speeds",),
+        size=size,
+        solver=1.0,
+        unit=UNITS[observable],
+    )
+    few = over.members < LEAST_MEMBERS
+    budget = found.budget | {
+        "statistical": np.where(few, np.nan, found.budget["statistical"]),
+        "solver": np.abs(values.mean) * sensitivity * _SOLVER_SHARE * run.numerics.tolerance,
+    }
+    return replace(found, budget=budget, speeds=run.scene.speeds, sources=run.sources)

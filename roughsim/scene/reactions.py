@@ -1,0 +1,52 @@
+"""The sections of a scene file on the distribution of the temperature: [observables] and [reaction]."""
+
+from typing import Annotated
+
+from pydantic import BeforeValidator, StrictBool
+from pydantic.dataclasses import dataclass
+
+from roughsim.scene.schema import KELVIN, Quantity, Record, one_or_list
+
+_TINY = 1e-40  # m³: volumes of atoms are 1e-29
+_LARGEST_VOLUME = 1e-26  # m³: σV/k_B T of any solid stays within floats
+
+
+def _refuse_empty(value: object) -> object:
+    """Return any value but an empty list."""
+    if value in ((), []):
+        raise ValueError(" = [] holds no number; write one or leave the key out")
+    return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObservablesSection(Record, section="observables"):
+    """Observables that are measured only if the scene asks for them."""
+
+    temperature_distribution: StrictBool = False
+    """Whether members store quantiles of the temperature over the contact."""
+    heat_above: (
+        Annotated[tuple[Annotated[float, KELVIN], ...], one_or_list(), BeforeValidator(_refuse_empty)] | None
+    ) = None
+    """Absolute temperatures, such as the weakening temperature of flash heating: the share of the heat that is set
+    free where the contact is hotter."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReactionSection(Record, section="reaction"):
+    """A thermally activated reaction of the surface of the moving body, with the rate ν exp(−(E − σV)/k_B T)."""
+
+    activation_energy: Annotated[
+        tuple[Annotated[float, Quantity("J", '"1 eV"', at_least=0, at_most=1e-17)], ...],
+        one_or_list(),
+        BeforeValidator(_refuse_empty),
+    ]
+    """E of one molecule; several are computed side by side."""
+    activation_volume: Annotated[
+        float,
+        Quantity("m^3", '"10 angstrom^3"', at_least=-_LARGEST_VOLUME, at_most=_LARGEST_VOLUME, smallest=_TINY),
+    ] = 0.0
+    """V, by which the pressure lowers the barrier."""
+    prefactor: Annotated[float, Quantity("1/s", '"1e13 1/s"', above=0)]
+    """ν, attempts per second."""
+    contact_length: Annotated[float, Quantity("m", '"1 cm"', above=0)] | None = None
+    """Of the nominal contact along sliding, for the conversion in one pass; None: no conversion."""

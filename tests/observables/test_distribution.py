@@ -1,0 +1,152 @@
+"""The distribution of the temperature over a contact: quantiles by heat and area, and bins, against exact cases."""
+
+import numpy as np
+import pytest
+import scipy
+
+import roughsim as rs
+from roughsim.observables.distribution import BIN_AREAS, LEVELS, binned, two_pressures, weighted_quantiles
+from roughsim.observables.temperatures import Slide, temperature_distribution
+
+P = np.array([*LEVELS.values()])
+
+
+def hertz(points, extent):
+    """T/T₁ = 1 − r²/2R² of a resting Hertz contact, and its pressure √(1 − r²/R²), on a square of ±extent R."""
+    x = extent * (2.0 * (np.arange(points) + 0.5) / points - 1.0)
+    square = x[:, None] ** 2 + x**2
+    return 1.0 - 0.5 * square, np.sqrt(np.maximum(1.0 - square, 0.0))
+
+
+def sorted_contact(temperature, pressure):
+    contact = pressure > 0.0
+    order = np.argsort(temperature[contact])
+    return temperature[contact][order], pressure[contact][order]
+
+
+def of_hertz(weight):
+    """Quantiles of T/T₁: by area it is uniform from ½ to 1; by heat the share 1 − (1 − r²)^(3/2) lies within r."""
+    return 0.5 * (1.0 + (P if weight == "area" else P ** (2 / 3)))
+
+
+@pytest.mark.parametrize("weight", ["heat", "area"])
+def test_quantiles_of_a_resting_hertz_contact_are_closed(weight):
+    values, pressure = sorted_contact(*hertz(800, 1.0))
+    found = weighted_quantiles(values, pressure if weight == "heat" else np.ones_like(values), P)
+    np.testing.assert_allclose(found, of_hertz(weight), atol=2e-4)  # a ring of pixels more or less
+
+
+@pytest.mark.parametrize("points", [40, 400])
+def test_bins_of_a_hertz_contact_are_uniform_in_temperature(points):
+    bins = binned(*sorted_contact(*hertz(points, 1.0)))
+    middle = np.cumsum(BIN_AREAS) - 0.5 * BIN_AREAS  # of a uniform distribution the mean of a bin is at its middle
+    np.testing.assert_allclose(bins.temperature, 0.5 * (1.0 + middle), atol=1.5 / points)
+    # pressure √(2T − 1): σ̄ of a bin from a to b of T/T₁ is ∫√(2T − 1)dT/(b − a)
+    edges = np.concatenate([[0.0], np.cumsum(BIN_AREAS)])
+    exact = np.diff(edges**1.5) / 1.5 / BIN_AREAS
+    np.testing.assert_allclose(bins.pressure, exact, atol=1.0 / points)
+
+
+def test_bins_keep_the_moments_of_all_pixels_however_few_they_are():
+    rng = np.random.default_rng(11)
+    for pixels in (1, 7, 400, 9000):
+        temperature = np.sort(rng.normal(300.0, 80.0, pixels))
+        pressure = rng.gamma(2.0, 1e8, pixels)
+        bins = binned(temperature, pressure)
+        assert BIN_AREAS @ bins.temperature == pytest.approx(temperature.mean(), rel=1e-12)
+        for power in (1, 2, 3):
+            of_bins = sum(share * value**power for value, share in two_pressures(bins))
+            assert BIN_AREAS @ of_bins == pytest.approx((pressure**power).mean(), rel=1e-9)
+        assert np.all(np.diff(bins.temperature) >= -1e-9)
+
+
+def test_the_hottest_bins_lie_within_the_hottest_pixel_of_a_small_contact():
+    rng = np.random.default_rng(11)
+    temperature = np.sort(rng.random(100))
+    hottest = np.cumsum(BIN_AREAS[::-1])[::-1] <= 0.01  # within the last of a hundred
+    np.testing.assert_allclose(binned(temperature, np.ones(100)).temperature[hottest], temperature[-1], rtol=1e-9)
+    assert hottest.sum() > 15
+
+
+def test_uniform_pressure_has_no_deviation():
+    rng = np.random.default_rng(11)
+    bins = binned(np.sort(rng.random(5000)), np.full(5000, 1.2e9))
+    np.testing.assert_allclose(bins.pressure, 1.2e9, rtol=1e-12)
+    assert not bins.pressure_deviation.any()
+    assert not bins.pressure_skewness.any()
+
+
+def test_the_mean_of_an_exponential_over_normal_temperature_and_pressure_is_closed():
+    rng = np.random.default_rng(11)
+    # ⟨exp(aσ + bT)⟩ = exp(aσ̄ + (a²s² + 2abrst + b²t²)/2): full contact has σ and T jointly normal
+    t, s, correlation, mean = 30.0, 0.1, 0.6, 1.0
+    z, other = rng.standard_normal((2, 400_000))
+    temperature = t * z
+    pressure = mean + s * (correlation * z + np.sqrt(1.0 - correlation**2) * other)
+    order = np.argsort(temperature)
+    bins = binned(temperature[order], pressure[order])
+    for a, b in ((3.0, 0.03), (-4.0, 0.02), (0.0, 0.05), (5.0, 0.0)):
+        found = sum(share * np.exp(a * value + b * bins.temperature) for value, share in two_pressures(bins))
+        exact = np.exp(a * mean + 0.5 * (a**2 * s**2 + 2 * a * b * correlation * s * t + b**2 * t**2))
+        spread = np.sqrt(np.exp(a**2 * s**2 + 2 * a * b * correlation * s * t + b**2 * t**2) - 1.0)
+        assert BIN_AREAS @ found == pytest.approx(exact, rel=4 * spread / np.sqrt(z.size) + 3e-3)  # width of the bins
+
+
+def resting(pressure, grid):
+    heat = rs.HeatSource([1e-150], friction_coefficient=0.1, conductivity=30.0, diffusivity=7.6e-6)
+    return temperature_distribution(pressure, grid, heat, np.array([1.0]), Slide())
+
+
+def test_the_field_at_rest_of_a_hertz_contact_has_its_quantiles():
+    # the periodic cell shifts the temperature within the contact by one number, up to (R/L)³
+    pressure = 1e9 * hertz(240, 5.0)[1]
+    found = resting(pressure, rs.Grid((240, 240), (10e-4, 10e-4)))
+    for weight, quantiles in (("heat", found.by_heat[0]), ("area", found.by_area[0])):
+        exact = of_hertz(weight)
+        span = (quantiles - quantiles[0]) / (quantiles[4] - quantiles[0])
+        np.testing.assert_allclose(span, (exact - exact[0]) / (exact[4] - exact[0]), atol=0.01)
+    assert found.by_heat[0, 2] > found.by_area[0, 2]  # more heat is set free at the hot centre
+
+
+def test_temperatures_are_in_proportion_to_their_heat_weighted_mean():
+    rng = np.random.default_rng(11)
+    grid = rs.Grid((64, 64), (1e-3, 1e-3))
+    pressure = np.maximum(rng.standard_normal(grid.shape), 0.0)
+    heat = rs.HeatSource([0.5, 20.0], friction_coefficient=0.1, conductivity=30.0, diffusivity=7.6e-6)
+    found = temperature_distribution(pressure, grid, heat, np.array([50.0, 200.0]), Slide(0.3, 1e-4))
+    for k, (speed, flash) in enumerate([(0.5, 50.0), (20.0, 200.0)]):
+        field = rs.sliding_temperature(
+            pressure, grid, speed=speed, conductivity=1.0, diffusivity=7.6e-6, direction=0.3, slid_distance=1e-4
+        )
+        values, weights = sorted_contact(field, pressure)
+        scaled = values * flash * weights.sum() / (values @ weights)
+        np.testing.assert_allclose(found.by_heat[k], weighted_quantiles(scaled, weights, P), rtol=1e-4)
+        np.testing.assert_allclose(found.by_area[k], np.quantile(scaled, P, method="hazen"), rtol=1e-4)
+        assert BIN_AREAS @ found.bins.temperature[k] == pytest.approx(scaled.mean(), rel=1e-4)
+
+
+def test_full_contact_has_normal_temperatures():
+    # T is a sum of many waves; weighted by heat 1 + cz the quantile z has Φ(z) − cφ(z) = p
+    grid = rs.Grid((256, 256), (1.0, 1.0))
+    spectrum = rs.SelfAffineSpectrum.from_rms_slope(0.05, hurst=0.3, q_min=12 * np.pi, q_max=120 * np.pi)
+    heights = rs.synthesize(spectrum, grid, np.random.default_rng(4))
+    contact = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.2, tolerance=1e-8)
+    assert contact.contact_fraction == 1.0
+    found = resting(contact.pressure, grid)
+    field = rs.sliding_temperature(contact.pressure, grid, speed=0.0, conductivity=1.0, diffusivity=1.0)
+    covariance = float(np.mean(field * contact.pressure)) / 0.2  # T_flash
+    deviation = float(field.std())
+    c = covariance / deviation
+    normal = scipy.stats.norm
+    exact = [scipy.optimize.brentq(lambda z, p=p: normal.cdf(z) - c * normal.pdf(z) - p, -5.0, 5.0) for p in P]
+    errors = np.array([0.12] * 6 + [0.3])  # of ten thousand spots; one in a thousand is hotter than the last
+    assert np.all(np.abs(found.by_heat[0] * c - exact) < errors)
+    assert np.all(np.abs(found.by_area[0] * c - normal.ppf(P)) < errors)
+    assert np.abs(found.by_heat[0] - found.by_area[0]).min() * c > 0.5 * c
+
+
+def test_without_contact_there_is_no_temperature():
+    found = resting(np.zeros((16, 16)), rs.Grid((16, 16), (1e-3, 1e-3)))
+    assert np.isnan(found.by_heat).all()
+    assert np.isnan(found.by_area).all()
+    assert all(np.isnan(values).all() for values in found.bins)
