@@ -99,7 +99,7 @@ def drawn() -> list[Pair]:
         distances = DISTANCE[0] * (DISTANCE[1] / DISTANCE[0]) ** stratum
         for number, distance in enumerate(distances.tolist(), start=1):
             while True:
-                pair = _pair(kind, number, _rounded(distance), rng)
+                pair = _pair(kind, number, rounded(distance), rng)
                 with suppress(ValueError):
                     pair.theory(pair.distance)
                     break
@@ -109,9 +109,9 @@ def drawn() -> list[Pair]:
 
 def _pair(kind: str, number: int, distance: float, rng: np.random.Generator) -> Pair:
     def between(low: float, high: float) -> float:
-        return _rounded(exp(rng.uniform(log(low), log(high))))
+        return rounded(exp(rng.uniform(log(low), log(high))))
 
-    hurst, plateau = _rounded(rng.uniform(0.3, 1.0)), between(1.0, 3.0)
+    hurst, plateau = rounded(rng.uniform(0.3, 1.0)), between(1.0, 3.0)
     share, hardness = between(0.03, 0.4), between(0.5e9, 5e9)
     _, end = POINTS[kind]
     q_min = 2 * pi * PERIODS / CELL
@@ -122,15 +122,15 @@ def _pair(kind: str, number: int, distance: float, rng: np.random.Generator) -> 
     else:
         pressure, hardness_or_none = share * hardness, hardness
         elastic, seen = (0.01, end / between(1.5, 5.0)) if kind == "A" else (rng.uniform(0.2, 0.8), end)
-        level = _level(share, hardness, elastic, unit.truncated(q_max=seen * q_min))
+        level = level_at(share, hardness, elastic, unit.truncated(q_max=seen * q_min))
     moving, resting = (between(3.0, 100.0), between(1e-6, 4e-5)), (between(3.0, 100.0), between(1e-6, 4e-5))
-    speeds, part = (between(0.5, 7.0), between(7.0, 100.0)), _rounded(rng.uniform(0.05, 0.95))
+    speeds, part = (between(0.5, 7.0), between(7.0, 100.0)), rounded(rng.uniform(0.05, 0.95))
     return Pair(
         f"{kind}{number:02d}",
         hurst,
         plateau,
-        _rounded(level),
-        _rounded(pressure),
+        rounded(level),
+        rounded(pressure),
         hardness_or_none,
         part if number % 6 else float(number % 12 == 0),
         moving,
@@ -140,8 +140,8 @@ def _pair(kind: str, number: int, distance: float, rng: np.random.Generator) -> 
     )
 
 
-def _level(share: float, hardness: float, elastic: float, unit: rs.SelfAffineSpectrum) -> float:
-    """Return the factor on C(q) with which this share of the contact is elastic at its end, by walls that absorb."""
+def level_at(share: float, hardness: float, elastic: float, unit: rs.SelfAffineSpectrum) -> float:
+    """Return the factor on the C(q) `unit` with which this share of the contact is elastic at its end, by walls."""
 
     def excess(log_g: float) -> float:
         _, still, plastic = plasticity.area_fractions(exp(log_g), share, 1.0)
@@ -151,7 +151,7 @@ def _level(share: float, hardness: float, elastic: float, unit: rs.SelfAffineSpe
     return 8 * g * (hardness / MODULUS / unit.rms_slope) ** 2  # G = (π/4) E*² ∫ q³ C dq
 
 
-def _rounded(value: float, digits: int = 4) -> float:
+def rounded(value: float, digits: int = 4) -> float:
     return float(f"{value:.{digits}g}")
 
 

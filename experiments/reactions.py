@@ -1,0 +1,229 @@
+"""The temperature over a contact, and what reacts there: drawn clipped fields against solved contacts.
+
+    python experiments/reactions.py [--draw] [--solve] [--toy] [-o FOLDER]
+
+The contacts were drawn by chance, and their list was committed before any was solved; nothing in the theory was
+fitted to them. `--draw` writes the list again. They are of three kinds: light load, where all has yielded (kind L),
+yielded in part (P, a share from 0.3 to 0.7 of the contact still elastic), and nearly elastic (N, 0.9 to 0.97).
+
+`--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces of 512² points, with four
+longest waves a side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are
+over T_flash. Rates are those of a contact at 700 K with T_flash = 220 K, over the rate at T_flash itself.
+"""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from functools import partial
+from math import exp, log, pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from script import Command, Row, Rows
+from two_bodies_points import level_at, rounded
+
+import roughsim as rs
+from theory import clipped
+
+SEED = 20261127
+LIST = Path(__file__).parent / "reference" / "reactions_points.json"
+SOLVED = LIST.with_name("reactions_solved.json")
+MODULUS, CELL, PERIODS = 110e9, 4e-3, 4
+KINDS = {"L": "light load", "P": "yielded in part", "N": "nearly elastic"}
+COUNT = 2  # of each kind
+POINTS, MEMBERS = 512, 6
+SPEEDS, DIFFUSIVITY = {"slow": 1.0, "fast": 35.0}, 7.6e-6  # m/s, m²/s
+SHARES = (0.05, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999)
+ENERGIES = (0.6, 1.0, 1.5)  # eV
+ELECTRONVOLT = 1.602176634e-19  # J
+BACKGROUND, FLASH = 700.0, 220.0  # K
+COLOURS = {"L": "#0072b2", "P": "#d55e00", "N": "#009e73"}
+HEAT = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": DIFFUSIVITY}
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One contact, in SI units."""
+
+    name: str  # kind L, P or N, and a number
+    hurst: float
+    plateau: float  # q_r/q_min
+    level: float  # C(q_r), m⁴
+    pressure: float
+    hardness: float
+
+    def solid(self) -> dict[str, float]:
+        """Return E*, σ₀ and σ_P."""
+        return {
+            "effective_modulus": MODULUS,
+            "nominal_pressure": self.pressure,
+            "penetration_hardness": self.hardness,
+        }
+
+    def spectrum(self, points: int) -> rs.SelfAffineSpectrum:
+        """Return C(q) up to the waves of four pixels."""
+        q_min = 2 * pi * PERIODS / CELL
+        return rs.SelfAffineSpectrum(self.level, self.hurst, q_min, self.plateau * q_min, 2 * pi * points / CELL / 4)
+
+    def theory(self, points: int = POINTS, fields: int = 16) -> clipped.TemperatureDistribution:
+        """Return the distribution of drawn fields."""
+        speeds = list(SPEEDS.values())
+        return clipped.temperature_distribution(
+            speeds, self.spectrum(points), **self.solid(), **HEAT, points=points, fields=fields
+        )
+
+    def solve(self, points: int = POINTS, members: int = MEMBERS) -> clipped.TemperatureDistribution:
+        """Return the distribution of solved contacts of drawn surfaces."""
+        grid = rs.Grid((points, points), (CELL, CELL))
+        solid = rs.Solid(MODULUS, self.hardness)
+        streams = np.random.SeedSequence(SEED, spawn_key=(ord(self.name[0]), int(self.name[1:]))).spawn(members)
+        kelvins, pressures, numbers, area = [], [], [], 0.0
+        for n, stream in enumerate(streams):
+            heights = rs.synthesize(self.spectrum(points), grid, np.random.default_rng(stream))
+            pressure = rs.solve_contact(heights, grid, solid, nominal_pressure=self.pressure, tolerance=1e-4).pressure
+            touching = pressure > 0.0
+            fields = [
+                rs.sliding_temperature(v * pressure, grid, speed=v, conductivity=1.0, diffusivity=DIFFUSIVITY)
+                for v in SPEEDS.values()
+            ]
+            kelvins.append(np.stack([field[touching] for field in fields]))
+            pressures.append(pressure[touching])
+            numbers.append(np.full(pressures[-1].size, n))
+            area += touching.mean() / members
+        kelvin, pressure = np.concatenate(kelvins, axis=1), np.concatenate(pressures)
+        flash = kelvin @ pressure / pressure.sum()
+        return clipped.TemperatureDistribution(
+            flash, area, kelvin / flash[:, None], pressure, np.concatenate(numbers), 0.0
+        )
+
+
+def drawn() -> list[Drawn]:
+    """Draw the list; what the law of the stress refuses is drawn again."""
+    contacts = []
+    for kind in KINDS:
+        rng = np.random.default_rng([SEED, ord(kind)])
+        for number in range(1, COUNT + 1):
+            while True:
+                contact = _contact(kind, number, rng)
+                with suppress(ValueError):
+                    contact.theory(fields=2)
+                    break
+            contacts.append(contact)
+    return contacts
+
+
+def _contact(kind: str, number: int, rng: np.random.Generator) -> Drawn:
+    def between(low: float, high: float) -> float:
+        return rounded(exp(rng.uniform(log(low), log(high))))
+
+    hurst, plateau, hardness = rounded(rng.uniform(0.4, 1.0)), between(1.0, 4.0), between(0.5e9, 5e9)
+    share = between(0.006, 0.02) if kind == "L" else between(0.03, 0.3)
+    low, high = {"L": (0.003, 0.01), "P": (0.3, 0.7), "N": (0.9, 0.97)}[kind]
+    elastic = rng.uniform(low, high)
+    unit = Drawn("", hurst, plateau, 1.0, share * hardness, hardness).spectrum(POINTS)
+    level = rounded(level_at(share, hardness, elastic, unit))
+    return Drawn(f"{kind}{number}", hurst, plateau, level, rounded(share * hardness), hardness)
+
+
+def points() -> list[Drawn]:
+    """Return the committed list."""
+    return [Drawn(**row) for row in json.loads(LIST.read_text("utf-8"))]
+
+
+def row_of(found: clipped.TemperatureDistribution) -> Row:
+    """Return T_flash, quantiles over T_flash, and rates over that at T_flash, with errors, as one row."""
+    row: Row = {"contact_fraction": found.contact_fraction}
+    even = clipped.TemperatureDistribution(
+        np.full(len(SPEEDS), FLASH), 1.0, found.ratio, found.pressure, found.field, found.cut
+    )
+    energies = np.array(ENERGIES) * ELECTRONVOLT
+    quantiles = even.quantiles(SHARES)
+    rates = even.reaction_rate(energies, background_temperature=BACKGROUND)
+    at_flash = np.exp(-energies / (clipped.BOLTZMANN * (BACKGROUND + FLASH)))
+    for n, speed in enumerate(SPEEDS):
+        row[f"{speed} flash"] = float(found.flash_temperature[n])
+        for kind, names, values, unit in (
+            ("quantile", SHARES, quantiles, np.full(len(SHARES), FLASH)),
+            ("rate", ENERGIES, rates, at_flash),
+        ):
+            for k, name in enumerate(names):
+                row[f"{speed} {kind} {name:g}"] = float(values.value[k, n] / unit[k])
+                row[f"{speed} {kind} {name:g} error"] = float(values.standard_error[k, n] / unit[k])
+    return row
+
+
+def table(rows: dict[str, tuple[Row, Row]]) -> None:
+    """Print theory and solved contacts side by side."""
+    print("quantiles of T/T_flash by heat, and rates over that at T_flash; theory / solved ± standard error of both")
+    for name, (theory, solved) in rows.items():
+        area = 100 * float(solved["contact_fraction"])
+        print(f"{name}, {KINDS[name[0]]}, contact area {area:.2g} %")
+        for speed, v in SPEEDS.items():
+            flash = float(theory[f"{speed} flash"]) / float(solved[f"{speed} flash"]) - 1
+            print(f"  {v:g} m/s, T_flash {100 * flash:+.1f} %")
+            for kind, names in ("quantile", SHARES), ("rate", ENERGIES):
+                texts = [f"{name:g}: {_beside(theory, solved, f'{speed} {kind} {name:g}')}" for name in names]
+                print(f"    {kind} " + "   ".join(texts))
+    for kind, names in ("quantile", SHARES), ("rate", ENERGIES):
+        for name in names:
+            keys = [f"{speed} {kind} {name:g}" for speed in SPEEDS]
+            off = np.array([[float(t[key]) - float(s[key]) for key in keys] for t, s in rows.values()])
+            relative = off / [[float(s[key]) for key in keys] for _, s in rows.values()]
+            shown, unit = (100 * relative, " %") if kind == "rate" else (off, "")
+            worst = shown.flat[np.abs(shown).argmax()]
+            print(f"{kind} {name:g}: theory − solved rms {np.sqrt(np.mean(shown**2)):.2g}, worst {worst:+.2g}{unit}")
+
+
+def _beside(theory: Row, solved: Row, key: str) -> str:
+    error = np.hypot(float(theory[f"{key} error"]), float(solved[f"{key} error"]))
+    return f"{float(theory[key]):.3g} / {float(solved[key]):.3g} ± {error:.1g}"
+
+
+def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
+    """Theory over solved contacts: quantiles and rates."""
+    figure = Figure(figsize=(7.0, 3.2), layout="constrained")
+    panels = figure.subplots(1, 2)
+    for axes, kind, names in ((panels[0], "quantile", SHARES), (panels[1], "rate", ENERGIES)):
+        for name, (theory, solved) in rows.items():
+            for speed, marker in zip(SPEEDS, "o^", strict=True):
+                keys = [f"{speed} {kind} {each:g}" for each in names]
+                x, y = ([float(row[key]) for key in keys] for row in (solved, theory))
+                errors = [[2 * float(row[f"{key} error"]) for key in keys] for row in (solved, theory)]
+                style: dict[str, Any] = {"fmt": marker, "ms": 4, "color": COLOURS[name[0]], "lw": 0.8}
+                axes.errorbar(x, y, xerr=errors[0], yerr=errors[1], **style)
+        limits = np.array(axes.get_xlim())
+        axes.plot(limits, limits, color="0.6", lw=0.7)
+        axes.spines[["top", "right"]].set_visible(False)
+    panels[0].set(xlabel="T/T$_{flash}$, solved", ylabel="T/T$_{flash}$, theory")
+    panels[1].set(xscale="log", yscale="log", xlabel="rate over that at T$_{flash}$, solved", ylabel="theory")
+    figure.savefig(path, dpi=130)
+
+
+def main() -> None:
+    command = Command(__file__, __doc__, "two contacts of 128² points, which are not those of the list")
+    command.add_argument("--draw", action="store_true", help="write the list of contacts again")
+    command.add_argument("--solve", action="store_true", help="solve the contacts that have no row yet")
+    options = command.parse()
+    if options.draw:
+        rows = ",\n".join(json.dumps(asdict(contact)) for contact in drawn())
+        LIST.write_text(f"[\n{rows}\n]\n", "utf-8")
+    kept = Rows(options.output / "solved.json" if options.toy else SOLVED, resume=not options.toy)
+    size = (128, 2) if options.toy else (POINTS, MEMBERS)
+    contacts = [contact for contact in points() if not options.toy or contact.name in ("P1", "L1")]
+    if options.toy or options.solve:
+        for contact in contacts:
+            kept.once("solved", contact.name, partial(lambda c: row_of(c.solve(*size)), contact))
+            print(f"{contact.name} solved", flush=True)
+    solved = kept["solved"]
+    found = {c.name: (row_of(c.theory(size[0])), solved[c.name]) for c in contacts if c.name in solved}
+    if found:
+        table(found)
+        draw(found, options.output / "reactions.png")
+
+
+if __name__ == "__main__":
+    main()
