@@ -92,26 +92,38 @@ def test_the_shortest_wave_along_sliding_has_a_real_response():
 
 def test_the_waves_of_a_gaussian_correlation_have_its_transform_as_their_variance():
     cell = Cell(64, 16.0)
-    amplitude, cut = amplitudes(half_contact(), cell)
+    amplitude, wrong = amplitudes(half_contact(), cell)
     q = 2 * np.pi * np.fft.fftfreq(64, 0.25)
     variance = 2 * np.pi / 16.0**2 * np.exp(-(q[:, None] ** 2 + q**2) / 2)
     variance[0, 0] = 0.0
-    assert amplitude**2 == pytest.approx(variance / variance.sum(), abs=1e-6)
-    assert cut == pytest.approx(0.0, abs=1e-5)  # the table of angles
+    # waves as long as infinity, 2 % of the variance, are left out of z and of the pressure
+    assert amplitude**2 == pytest.approx(variance / variance.sum(), abs=1.5e-4)
+    assert wrong < 3e-4  # the table of angles
     assert (amplitude**2).sum() == pytest.approx(1.0, rel=1e-12)
 
 
-def test_waves_that_no_field_can_have_are_left_out():
-    field = clipped.clipped_field(SelfAffine(level=1e-24, q_max=4e5), **{**STEEL, "nominal_pressure": 1.2e8})
-    cell = Cell(64, 4 * 2 * np.pi / 5e4)
-    amplitude, cut = amplitudes(field, cell)
-    steps = np.minimum(np.arange(64), 64 - np.arange(64)) * cell.length / 64
-    variance = np.fft.fft2(field.correlation(np.hypot(steps[:, None], steps))).real
-    variance[0, 0] = 0.0
-    assert (amplitude[variance < 0] == 0.0).all()
-    above, below = variance[variance > 0].sum(), -variance[variance < 0].sum()
-    assert cut == pytest.approx(below / above, rel=1e-9)
-    assert 0.0 < cut < 0.2
+def test_light_contacts_have_nearly_the_power_of_the_law():
+    # contacts avoid one another more than a Gaussian field can
+    solid = {**STEEL, "nominal_pressure": 1.2e7}
+    spectrum = SelfAffine(level=1e-24, q_max=6.4e5)
+    field = clipped.clipped_field(spectrum, **solid)
+    cell = Cell(128, 4 * 2 * np.pi / 5e4)
+    amplitude, wrong = amplitudes(field, cell)
+    assert (amplitude**2).sum() == pytest.approx(1.0, rel=1e-12)
+    assert 0.05 < wrong < 0.15
+    rng = np.random.default_rng(2)
+    along, across = np.meshgrid(*(2 * np.pi * np.fft.fftfreq(128, cell.length / 128),) * 2)
+    q = np.hypot(along, across)
+    powers = [np.abs(np.fft.fft2(draw_pressure(field, amplitude, rng))) ** 2 for _ in range(30)]
+    drawn = np.mean(powers, axis=0)
+    drawn[0, 0] = 0.0
+    stress = plasticity.stress_spectrum(spectrum, **solid)
+    law = stress(np.where(q > 0, q, q.max()))
+    law[0, 0] = 0.0
+    bands = [(q > low) & (q <= 2 * low) for low in 5e4 * 2.0 ** np.arange(-1, 4)]
+    found, expected = (np.array([power[band].sum() for band in bands]) / power.sum() for power in (drawn, law))
+    # waves beyond those of the grid count on it too, and 30 fields scatter
+    assert np.abs(found - expected).sum() / 2 < wrong + 0.04
 
 
 def test_drawn_contacts_have_the_load_and_the_correlation_of_the_field():
@@ -159,10 +171,12 @@ def test_means_over_two_temperatures_are_closed():
     still = found.reaction_rate(energies, prefactor=1e13, **conditions)
     assert still.value[0, 0] == pytest.approx(0.25 * 1e13, rel=1e-14)  # E = 0
     assert still.standard_error[0, 0] == 0.0
-    active = found.activation_temperature(energies[1:], **conditions).value[:, 0]
-    for energy, kelvins in zip(energies[1:], active, strict=True):
-        whole = np.exp(-energy / (clipped.BOLTZMANN * kelvin)).mean()
-        assert np.exp(-energy / (clipped.BOLTZMANN * kelvins)) == pytest.approx(whole, rel=1e-10)
+    for volume in (0.0, 1e-20, -3e-20):
+        active = found.activation_temperature(energies, activation_volume=volume, **conditions).value[:, 0]
+        released = volume * np.array([3.0, 1.0]) - energies[1:, None]
+        even = np.exp(released / (clipped.BOLTZMANN * active[1:, None])).mean(axis=1)
+        assert even == pytest.approx(np.exp(released / (clipped.BOLTZMANN * kelvin)).mean(axis=1), rel=1e-10)
+        assert np.isnan(active[0]) == (volume == 0.0 or volume > 0)  # no barrier
 
 
 def test_an_even_contact_reacts_at_its_own_temperature():
@@ -207,7 +221,13 @@ def test_without_one_of_two_fields_the_other_has_its_own_flash_temperature():
     assert rate.standard_error / rate.value == pytest.approx(abs(np.log(rates[0] / rates[1])) / 2, rel=1e-9)
     active = [-energy / (clipped.BOLTZMANN * np.log(rate)) for rate in rates]
     error = found.activation_temperature(energy, **conditions).standard_error
-    assert error == pytest.approx(abs(active[0] - active[1]) / 2, rel=1e-9)
+    assert error == pytest.approx(abs(active[0] - active[1]) / 2, rel=0.03)  # linear in ln of the rate
+
+
+def test_points_below_absolute_zero_do_not_react():
+    found = sample([-4.0, 6.0] * 2, [1.0, 1.0] * 2, [0, 0, 1, 1])  # T/T_flash is −4 and 6
+    rate = found.reaction_rate([0.0, 0.6 * EV], background_temperature=300.0).value[:, 0]
+    assert rate == pytest.approx([0.25, 0.125 * np.exp(-0.6 * EV / (clipped.BOLTZMANN * 900.0))], rel=1e-12)
 
 
 def test_in_full_contact_pressure_and_temperature_are_jointly_normal():
@@ -217,6 +237,7 @@ def test_in_full_contact_pressure_and_temperature_are_jointly_normal():
     found = clipped.temperature_distribution(speed, spectrum, **solid, **HEAT, fields=6, points=256, seed=3)
     assert found.contact_fraction == pytest.approx(1.0, abs=1e-9)
     assert found.ratio.shape == (1, 6 * 256**2)
+    assert found.field.tolist() == np.arange(6).repeat(256**2).tolist()
     stress = plasticity.stress_spectrum(spectrum, **solid)
     # over T_flash; waves of the drawn fields end at 32 q_min/2
     law = {"stress_spectrum": stress, "nominal_pressure": 0.5e11, **HEAT}
@@ -239,6 +260,7 @@ def test_in_full_contact_pressure_and_temperature_are_jointly_normal():
 
 def test_steel_has_the_quantiles_and_the_rates_of_solved_contacts():
     found = clipped.temperature_distribution([1.0, 35.0], Steel(), **STEEL, **HEAT)
+    assert found.contact_fraction == pytest.approx(9e7 / 1.2e9, rel=1e-3)  # all has yielded
     over = found.quantiles(SHARES)
     # of boundary-element contacts, all heat in the body: slow and fast
     solved = [(0.26, 0.64, 0.96, 1.31, 1.67, 2.28, 2.55), (0.04, 0.55, 0.96, 1.41, 1.83, 2.58, 3.06)]
@@ -289,8 +311,9 @@ def test_a_distribution_that_cannot_be_is_refused(changes, message):
         (lambda d: d.quantiles(1.5), "shares = 1.5"),
         (lambda d: d.quantiles(0.5, by="volume"), "by = 'volume'"),
         (lambda d: d.reaction_rate(-1.0, background_temperature=300.0), "activation_energy"),
-        (lambda d: d.activation_temperature(0.0, background_temperature=300.0), "activation_energy = 0 J"),
-        (lambda d: d.reaction_rate(EV, background_temperature=0.0), "add the mean warming"),
+        (lambda d: d.activation_temperature(-EV, background_temperature=300.0), "activation_energy"),
+        (lambda d: d.reaction_rate(EV, background_temperature=-1.0), "background_temperature"),
+        (lambda d: d.reaction_rate(EV, background_temperature=300.0, prefactor=0.0), "prefactor = 0 1/s"),
     ],
 )
 def test_a_question_without_an_answer_is_refused(call, message):

@@ -16,6 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from theory.arguments import Array, not_negative_array, positive, real_array
 
 BOLTZMANN = 1.380649e-23  # J/K
+_COLDEST = 1e-3  # K: colder points, of a contact far below its mean, do not react either
+_ITERATIONS = 60  # of Newton's method; a few suffice
 
 Weight = Literal["heat", "area"]
 Numbers = NDArray[np.intp]
@@ -45,8 +47,8 @@ class TemperatureDistribution:
         Pa at these points, shape (points,).
     field : ndarray
         Number of the field to which each point belongs, shape (points,).
-    cut : float
-        Share of the variance of z that no Gaussian field can have, and which was left out.
+    wrong_share : float
+        Share of the variance of the pressure that no clipped Gaussian field has on the waves of the law.
     """
 
     flash_temperature: Array
@@ -54,7 +56,7 @@ class TemperatureDistribution:
     ratio: Array
     pressure: Array
     field: Numbers
-    cut: float
+    wrong_share: float
 
     def quantiles(self, shares: ArrayLike, by: Weight = "heat") -> Estimate:
         """Temperatures that these shares of the heat, or of the contact area, do not exceed.
@@ -151,7 +153,7 @@ class TemperatureDistribution:
         Raises
         ------
         TypeError, ValueError
-            If an argument is not real, finite and of the right sign, or a point of the contact is at 0 K or below.
+            If an argument is not real, finite and of the right sign.
         """
         mean = self._arrhenius(activation_energy, background_temperature, heat_partition, activation_volume)
         factor = self.contact_fraction * positive("prefactor", prefactor, "1/s")
@@ -160,17 +162,29 @@ class TemperatureDistribution:
         return Estimate(rate, rate * error)
 
     def activation_temperature(
-        self, activation_energy: ArrayLike, *, background_temperature: ArrayLike, heat_partition: ArrayLike = 1.0
+        self,
+        activation_energy: ArrayLike,
+        *,
+        background_temperature: ArrayLike,
+        heat_partition: ArrayLike = 1.0,
+        activation_volume: float = 0.0,
     ) -> Estimate:
-        """Temperature at which an even contact reacts as fast: exp(−E/k_B T_act) = ⟨exp(−E/k_B T)⟩ over its area.
+        """Absolute temperature at which a contact of even temperature, with the same pressures, reacts as fast, K.
 
-        Parameters, errors: as `reaction_rate`; absolute temperature in K, shape (n, speeds). E must be positive.
+        ⟨exp((σV − E)/k_B T_act)⟩ = ⟨exp((σV − E)/k_B T)⟩ over the contact area. Shape (n, speeds); NaN without a
+        barrier, E = 0. Parameters, errors: as `reaction_rate`.
         """
-        energy = np.atleast_1d(real_array("activation_energy", activation_energy, "J"))
-        if (energy <= 0.0).any():
-            raise ValueError(f"activation_energy = {energy.min():.6g} J must be positive: without it T_act is any")
-        mean = self._arrhenius(energy, background_temperature, heat_partition, 0.0)
-        return self._jackknife(lambda kept: -energy[:, None] / (BOLTZMANN * mean(kept)))
+        mean = self._arrhenius(activation_energy, background_temperature, heat_partition, activation_volume)
+        logarithm, error = self._jackknife(mean)
+        pressure, count = np.unique(self.pressure, return_counts=True)
+        result = np.full((2, *logarithm.shape), np.nan)
+        for n, energy in enumerate(np.atleast_1d(activation_energy)):
+            for m, known in enumerate(logarithm[n]):
+                inverse, barrier = _even(activation_volume * pressure - energy, count / count.sum(), known)
+                if barrier > 0.0:
+                    kelvin = 1 / (BOLTZMANN * inverse)
+                    result[:, n, m] = kelvin, BOLTZMANN * kelvin**2 / barrier * error[n, m]
+        return Estimate(*result)
 
     def _arrhenius(
         self, activation_energy: ArrayLike, background: ArrayLike, partition: ArrayLike, volume: float
@@ -187,12 +201,7 @@ class TemperatureDistribution:
             scale = share * self.flash_temperature / self._scale(held)
             result = np.empty((energy.size, *speeds))
             for n, ratio in enumerate(self.ratio):
-                kelvin = start[n] + scale[n] * ratio[held]
-                if not kelvin.min() > 0.0:
-                    raise ValueError(
-                        f"background_temperature = {start[n]:.6g} K leaves a point of the contact at "
-                        f"{kelvin.min():.6g} K, colder than the mean of the surface; add the mean warming to it"
-                    )
+                kelvin = np.maximum(start[n] + scale[n] * ratio[held], _COLDEST)
                 for m, barrier in enumerate(energy):
                     exponent = -(barrier - lowered[held]) / (BOLTZMANN * kelvin)
                     highest = exponent.max()
@@ -228,3 +237,23 @@ def _quantiles(
     below = np.cumsum(kept_weight)
     middle = (below - kept_weight / 2) / below[-1]
     return np.asarray(flash * np.interp(levels, middle, ratio) / np.average(ratio, weights=pressure * held))
+
+
+def _even(released: Array, share: Array, known: float) -> tuple[float, float]:
+    """Return the 1/k_B T at which ln ⟨exp(x/k_B T)⟩ = `known`, and the mean of −x there, weighted by exp(x/k_B T).
+
+    x = σV − E, J, has the shares of the area.
+    """
+    inverse = known / float(share @ released) if share @ released else 0.0
+    barrier = 0.0
+    for _ in range(_ITERATIONS):
+        exponent = inverse * released
+        terms = share * np.exp(exponent - exponent.max())
+        barrier = -float(terms @ released / terms.sum())
+        if barrier == 0.0:
+            break
+        step = (float(np.log(terms.sum()) + exponent.max()) - known) / barrier
+        inverse += step
+        if abs(step) <= 1e-13 * abs(inverse):
+            break
+    return inverse, barrier

@@ -91,6 +91,14 @@ class ClippedField:
             place = np.log(radius)
         return np.interp(place, np.log(self.distance), np.cos(self.angles()), left=1.0, right=0.0)
 
+    def shape(self, r: ArrayLike) -> Array:
+        """Return g_σ(r)/g_σ(0) of the law at the distances `r`, m, elementwise; ends and errors as `correlation`."""
+        radius = real_array("r", r, "m")
+        with np.errstate(divide="ignore"):
+            place = np.log(radius)
+        shape = self.pressure_correlation / self.variance
+        return np.interp(place, np.log(self.distance), shape, left=1.0, right=0.0)
+
 
 def directed_correlations(correlations: Array, cosine: Array) -> tuple[Array, Array, Array]:
     """Correlations of z, and of its Riesz transform χ along x, at a distance in the direction φ to x.

@@ -65,6 +65,12 @@ class Products:
         """⟨F²⟩ − ⟨F⟩², Pa²."""
         return float(self.joint[0]) - self.mean_square
 
+    def share(self, correlation: Array) -> Array:
+        """Return (⟨F F′⟩ − ⟨F⟩²)/(⟨F²⟩ − ⟨F⟩²) at correlations of z, elementwise."""
+        share = (self.joint - self.mean_square) / self.variance
+        angle = np.arccos(np.clip(correlation, -1.0, 1.0))
+        return np.interp(angle, np.linspace(0.0, pi, share.size), share)
+
     def shared(
         self, correlations: tuple[Array, Array], part: float, odd: tuple[Array, Array], even: tuple[Array, Array]
     ) -> Array:

@@ -103,8 +103,8 @@ def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of t
 def _drawn(
     field: ClippedField, cell: Cell, responses: list[NDArray[np.complex128]], fields: int, rng: np.random.Generator
 ) -> tuple[Array, Array, NDArray[np.intp], float]:
-    """Return T/T_flash, pressure and number of the field at the points of contact of all fields, and the cut share."""
-    amplitude, cut = amplitudes(field, cell)
+    """Return T/T_flash, pressure and field of each point of contact of all fields, and the wrong share."""
+    amplitude, wrong = amplitudes(field, cell)
     hot, pressed, numbers = [], [], []
     for n in range(fields):
         plane = draw_pressure(field, amplitude, rng)
@@ -114,7 +114,7 @@ def _drawn(
         numbers.append(np.full(pressed[-1].size, n))
     kelvin, pressure = np.concatenate(hot, axis=1), np.concatenate(pressed)
     flash = kelvin @ pressure / pressure.sum()
-    return kelvin / flash[:, None], pressure, np.concatenate(numbers), cut
+    return kelvin / flash[:, None], pressure, np.concatenate(numbers), wrong
 
 
 @dataclass(frozen=True, slots=True)
