@@ -171,12 +171,22 @@ def test_means_over_two_temperatures_are_closed():
     still = found.reaction_rate(energies, prefactor=1e13, **conditions)
     assert still.value[0, 0] == pytest.approx(0.25 * 1e13, rel=1e-14)  # E = 0
     assert still.standard_error[0, 0] == 0.0
-    for volume in (0.0, 1e-20, -3e-20):
-        active = found.activation_temperature(energies, activation_volume=volume, **conditions).value[:, 0]
-        released = volume * np.array([3.0, 1.0]) - energies[1:, None]
-        even = np.exp(released / (clipped.BOLTZMANN * active[1:, None])).mean(axis=1)
-        assert even == pytest.approx(np.exp(released / (clipped.BOLTZMANN * kelvin)).mean(axis=1), rel=1e-10)
-        assert np.isnan(active[0]) == (volume == 0.0 or volume > 0)  # no barrier
+
+
+@pytest.mark.parametrize("volume", [0.0, 1e-20, -3e-20])
+def test_at_the_activation_temperature_the_same_pressures_react_as_fast(volume):
+    # two thirds of the contact have T/T_flash = 7/9, the rest 7/3
+    found = sample([1.0, 1.0, 3.0] * 2, [3.0, 3.0, 1.0] * 2, [0, 0, 0, 1, 1, 1])
+    energies = np.array([0.0, 0.6, 1.5]) * EV
+    active = found.activation_temperature(
+        energies, background_temperature=500.0, heat_partition=0.5, activation_volume=volume
+    ).value[:, 0]
+    kelvin = 500.0 + 50.0 * np.array([7 / 9, 7 / 9, 7 / 3])
+    released = volume * np.array([3.0, 3.0, 1.0]) - energies[:, None]
+    even, uneven = (np.exp(released / (clipped.BOLTZMANN * t)).mean(axis=1) for t in (active[:, None], kelvin))
+    chosen = slice(None) if volume < 0.0 else slice(1, None)
+    assert even[chosen] == pytest.approx(uneven[chosen], rel=1e-10)
+    assert np.isnan(active[0]) == (volume >= 0.0)  # without a barrier
 
 
 def test_an_even_contact_reacts_at_its_own_temperature():

@@ -244,8 +244,7 @@ def _even(released: Array, share: Array, known: float) -> tuple[float, float]:
 
     x = σV − E, J, has the shares of the area.
     """
-    inverse = known / float(share @ released) if share @ released else 0.0
-    barrier = 0.0
+    inverse = barrier = 0.0
     for _ in range(_ITERATIONS):
         exponent = inverse * released
         terms = share * np.exp(exponent - exponent.max())
