@@ -66,7 +66,7 @@ class Products:
         return float(self.joint[0]) - self.mean_square
 
     def share(self, correlation: Array) -> Array:
-        """Return (⟨F F′⟩ − ⟨F⟩²)/(⟨F²⟩ − ⟨F⟩²) at correlations of z, elementwise."""
+        """Return (⟨F F′⟩ − ⟨F⟩²)/(⟨F²⟩ − ⟨F⟩²) where z has the `correlation` p, elementwise; dimensionless."""
         share = (self.joint - self.mean_square) / self.variance
         angle = np.arccos(np.clip(correlation, -1.0, 1.0))
         return np.interp(angle, np.linspace(0.0, pi, share.size), share)
