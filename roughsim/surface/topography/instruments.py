@@ -3,7 +3,7 @@
 import re
 import warnings
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,41 +38,52 @@ def of_instrument(stream: Any, check: Callable[[tuple[int, ...]], None], *, text
     """
     try:
         reader = library().open_topography(stream)
-        channel, every = reader.default_channel, reader.height_channels
+        first, height_channels = reader.default_channel, reader.height_channels
     except ImportError:
         raise
     except Exception:  # forty readers of binary formats, each with its own failures
         return None
     if reader.format() in _ANYTHING:
         return None
-    known = channel.unit or channel.info.get("raw_metadata")
-    if text and reader.format() in _PLAIN and not known:
+    has_header = first.unit or first.info.get("raw_metadata")
+    if text and reader.format() in _PLAIN and not has_header:
         return None
-    if not channel.is_height_channel:
-        if not every:
-            raise NoHeightsError(f"holds no heights, but {channel.data_kind.value}; save the heights")
-        channel = every[0]
-    alike = [other.name for other in every if other.dim == channel.dim]
-    if channel.unit is None and len(alike) > 1:
-        names = ", ".join(str(name) for name in alike)[:80]
-        raise NoHeightsError(f"holds several sets of numbers without a unit, {names}; save the heights alone")
+    channel = _channel_of_heights(first, height_channels)
     check(tuple(channel.nb_grid_pts) if channel.dim == 2 else (channel.nb_grid_pts[0],))
     if not channel.is_uniform:
         raise NoHeightsError("holds a line scan at uneven steps; put its heights on even steps first")
-    found = channel.topography(**({"physical_sizes": (1.0,) * channel.dim} if channel.physical_sizes is None else {}))
-    unit, cutoff = None, None
+    return _contents_of(channel)
+
+
+def _channel_of_heights(first: Any, height_channels: Sequence[Any]) -> Any:
+    """Return the default channel of a file, `first`, or else its first one of heights; NoHeightsError if ambiguous."""
+    channel = first
+    if not first.is_height_channel:
+        if not height_channels:
+            raise NoHeightsError(f"holds no heights, but {first.data_kind.value}; save the heights")
+        channel = height_channels[0]
+    alike = [other.name for other in height_channels if other.dim == channel.dim]
+    if channel.unit is None and len(alike) > 1:
+        names = ", ".join(str(name) for name in alike)[:80]
+        raise NoHeightsError(f"holds several sets of numbers without a unit, {names}; save the heights alone")
+    return channel
+
+
+def _contents_of(channel: Any) -> Contents:
+    """Return the heights of a channel, with their sizes, unit and cut-off wavenumber as far as the file has them."""
+    has_sizes = channel.physical_sizes is not None
+    found = channel.topography(**({} if has_sizes else {"physical_sizes": (1.0,) * channel.dim}))
+    unit = None
+    reliable = np.inf
     if channel.unit is not None:
         in_metres = found.to_unit("m")
         unit = float(in_metres.physical_sizes[0]) / float(found.physical_sizes[0])
-        cutoff = in_metres.short_reliability_cutoff() if channel.physical_sizes is not None else None
-    return Contents(
-        np.ascontiguousarray(np.ma.filled(np.ma.asarray(found.heights(), dtype=np.float64), np.nan)),
-        None if channel.physical_sizes is None else tuple(float(size) for size in found.physical_sizes),
-        unit,
-        unit,
-        bool(found.is_periodic),
-        np.inf if cutoff is None else 2 * np.pi / float(cutoff),
-    )
+        cutoff = in_metres.short_reliability_cutoff() if has_sizes else None
+        if cutoff is not None:
+            reliable = 2 * np.pi / float(cutoff)
+    heights = np.ma.filled(np.ma.asarray(found.heights(), dtype=np.float64), np.nan)
+    sizes = tuple(float(size) for size in found.physical_sizes) if has_sizes else None
+    return Contents(np.ascontiguousarray(heights), sizes, unit, unit, bool(found.is_periodic), reliable)
 
 
 def no_map(start: bytes) -> str | None:
@@ -95,15 +106,7 @@ def no_map(start: bytes) -> str | None:
 def unknown(path: Path, start: bytes) -> str:
     """Return why no reader takes a file that begins with `start`, and the remedy."""
     if start.startswith(b"PK"):
-        with zipfile.ZipFile(path) as archive:
-            names = [entry.filename for entry in archive.infolist() if not entry.is_dir()]
-        about = (".yml", ".yaml", ".json", ".md")  # descriptions in containers of scans
-        scans = [name for name in names if Path(name).suffix.lower() not in about]
-        some = ", ".join(name[:40] for name in scans[:3]) + (" …" if len(scans) > 3 else "")
-        if scans:
-            count = "1 file" if len(scans) == 1 else f"{len(scans)} files"
-            return f"is a container of {count}; unpack it and name its scans ({some})"
-        return "is a container without a scan; name the file of the instrument"
+        return _about_container(path)
     if start.startswith(_TIFF):
         return "is a picture (TIFF); heights need the file of the instrument"
     from SurfaceTopography import IO
@@ -112,3 +115,16 @@ def unknown(path: Path, start: bytes) -> str:
         if reader.can_read(start[:512]) == IO.MagicMatch.YES:
             return f"begins as {reader.name()}, but is cut short or damaged; save or copy it again"
     return "has no format that is known; save it as x3p or nc"
+
+
+def _about_container(path: Path) -> str:
+    """Return the number and the first names of the scans in a zip file, and the remedy."""
+    with zipfile.ZipFile(path) as archive:
+        names = [entry.filename for entry in archive.infolist() if not entry.is_dir()]
+    descriptions = (".yml", ".yaml", ".json", ".md")  # in containers of scans
+    scans = [name for name in names if Path(name).suffix.lower() not in descriptions]
+    if not scans:
+        return "is a container without a scan; name the file of the instrument"
+    some = ", ".join(name[:40] for name in scans[:3]) + (" …" if len(scans) > 3 else "")
+    count = "1 file" if len(scans) == 1 else f"{len(scans)} files"
+    return f"is a container of {count}; unpack it and name its scans ({some})"

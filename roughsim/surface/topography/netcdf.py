@@ -99,14 +99,23 @@ def _heights(variables: Mapping[str, _Variable], check: Callable[[tuple[int, ...
         return None
     data = {name: one for name, one in variables.items() if name not in one.axes}
     for dimensions in (2, 1):
-        found = {name: one for name, one in data.items() if sum(n > 1 for n in one.shape) == dimensions}
-        lengths = {name: one for name, one in found.items() if _is_length(one)}
-        if len(lengths or found) > 1:
-            names = ", ".join(sorted(lengths or found))[:80]
-            raise NoHeightsError(f"holds several sets of numbers, {names}; save the heights alone")
-        for name, one in (lengths or found).items():
-            return _with_axes(name, one, variables, check)
+        name = _only_name(data, dimensions)
+        if name is not None:
+            return _with_axes(name, data[name], variables, check)
     return None
+
+
+def _only_name(data: Mapping[str, _Variable], dimensions: int) -> str | None:
+    """Return the name of the variable of so many dimensions, of those with a unit of length if any have one.
+
+    None without such a variable; NoHeightsError if there are several.
+    """
+    found = [name for name, one in data.items() if sum(points > 1 for points in one.shape) == dimensions]
+    lengths = [name for name in found if _is_length(data[name])]
+    names = lengths or found
+    if len(names) > 1:
+        raise NoHeightsError(f"holds several sets of numbers, {', '.join(sorted(names))[:80]}; save the heights alone")
+    return names[0] if names else None
 
 
 def _is_length(variable: _Variable) -> bool:

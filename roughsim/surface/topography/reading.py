@@ -228,27 +228,38 @@ def _check_points(shape: tuple[int, ...]) -> None:
 
 def _with_size_and_unit(found: Contents, size: Sequence[float] | None, unit: float | None) -> Contents:
     """Return contents in m, by the units of the file or else by the arguments."""
-    own_size = found.sizes is not None and (found.lateral_unit is not None or size is None)
-    needs_size = found.sizes is None or (found.lateral_unit is None and found.unit is not None)
-    given = [name for name, value in (("topography_size", size), ("topography_unit", unit)) if value is not None]
-    own = [found.sizes is not None and found.lateral_unit is not None, found.unit is not None]
-    too_much = [name for name, has in zip(("topography_size", "topography_unit"), own, strict=True) if has]
-    if excess := [name for name in given if name in too_much]:
-        raise NoHeightsError(f"contains its {_what(excess)}; remove {' and '.join(excess)}")
-    missing = [
-        name for name, lacks in (("topography_size", needs_size), ("topography_unit", found.unit is None)) if lacks
-    ]
-    if lacking := [name for name in missing if name not in given]:
-        raise NoHeightsError(f"lacks its {_what(lacking)}; give {' and '.join(lacking)}, or save it as x3p or nc")
-    of_heights = found.unit if found.unit is not None else float(unit or 0.0)
-    if own_size:
-        factor = found.lateral_unit if found.lateral_unit is not None else of_heights
-        sizes = tuple(factor * length for length in found.sizes or ())
-    elif found.heights.ndim == 1 and size is not None and size[0] != size[-1]:
+    own = _keys(size=found.sizes is not None and found.lateral_unit is not None, unit=found.unit is not None)
+    # sides without a unit have the unit of the heights, unless only the file states that
+    unknown_size = found.sizes is None or (found.lateral_unit is None and found.unit is not None)
+    needed = _keys(size=unknown_size, unit=found.unit is None)
+    given = _keys(size=size is not None, unit=unit is not None)
+    if excess := sorted(given & own):
+        raise NoHeightsError(f"contains its {_without_prefix(excess)}; remove {' and '.join(excess)}")
+    if lacking := sorted(needed - given):
+        keys = " and ".join(lacking)
+        raise NoHeightsError(f"lacks its {_without_prefix(lacking)}; give {keys}, or save it as x3p or nc")
+    unit_of_heights = found.unit if found.unit is not None else float(unit or 0.0)
+    return replace(found, sizes=_sizes(found, size, unit_of_heights), unit=unit_of_heights, lateral_unit=1.0)
+
+
+def _keys(*, size: bool, unit: bool) -> set[str]:
+    """Return the keys of a scan that a condition concerns."""
+    return {key for key, concerned in (("topography_size", size), ("topography_unit", unit)) if concerned}
+
+
+def _without_prefix(keys: list[str]) -> str:
+    return " and ".join(key.removeprefix("topography_") for key in keys)
+
+
+def _sizes(found: Contents, size: Sequence[float] | None, unit_of_heights: float) -> tuple[float, ...]:
+    """Return the sides of a map or the length of a line scan, m: of the file, or else the given ones."""
+    if found.sizes is not None and (found.lateral_unit is not None or size is None):
+        factor = found.lateral_unit if found.lateral_unit is not None else unit_of_heights
+        return tuple(factor * length for length in found.sizes)
+    given = tuple(size or ())
+    if found.heights.ndim == 1 and len(set(given)) > 1:
         raise NoHeightsError("holds a line scan, which has one length; write one length as topography_size")
-    else:
-        sizes = tuple(size or ())[: found.heights.ndim]
-    return replace(found, sizes=sizes, unit=of_heights, lateral_unit=1.0)
+    return given[: found.heights.ndim]
 
 
 def _square_if_exchanged(grid: Grid) -> bool:
@@ -257,29 +268,16 @@ def _square_if_exchanged(grid: Grid) -> bool:
     return bool(abs(np.log(x * ny / (y * nx))) > 0.05 and abs(np.log(y * ny / (x * nx))) < 0.01)
 
 
-def _what(keys: list[str]) -> str:
-    return " and ".join(key.removeprefix("topography_") for key in keys)
-
-
 def _scan_of(path: Path, found: Contents, fill: str | None) -> tuple[Topography | Profile, list[str]]:
     """Return the scan of contents in m, filled and levelled, and notes on points left out or filled."""
     heights, marks = without_marks(found.heights)
     left_out = [*found.left_out, *(f"heights of {mark:g}, which stand for undefined points" for mark in marks)]
     notes = [f"left out: {' and '.join(left_out)}"] if left_out else []
     _check_points(heights.shape)
-    sizes = tuple(float(size) for size in found.sizes or ())
-    if not all(0.0 < size < np.inf for size in sizes):
-        raise NoHeightsError(f"has sizes of {' and '.join(f'{size:.4g} m' for size in sizes)}; they must be above 0")
+    sizes = _positive_sizes(found)
     undefined = np.isnan(heights)
     share = float(np.mean(undefined))
-    most = _MOST_UNDEFINED if fill is None else _MOST_FILLED
-    if share > most:
-        how = (
-            'write topography_fill = "smooth" to fill them, or crop it'
-            if fill is None and share <= _MOST_FILLED
-            else "crop it"
-        )
-        raise RecordError(f"{path}: {100 * share:.3g} % of its points are undefined, above {100 * most:g} %; {how}")
+    _refuse_undefined(path, share, fill)
     if share:
         notes.append(f"undefined points, {100 * share:.2g} %, were filled")
         heights = filled(heights, undefined, library())
@@ -292,3 +290,22 @@ def _scan_of(path: Path, found: Contents, fill: str | None) -> tuple[Topography 
     grid = Grid((heights.shape[0], heights.shape[1]), (sizes[0], sizes[1]))
     weighted = share if found.periodic or not share else window_share(undefined, grid)
     return Topography(heights, grid, found.periodic, found.reliable, weighted), notes
+
+
+def _positive_sizes(found: Contents) -> tuple[float, ...]:
+    """Return the sizes of contents in m; NoHeightsError unless all are positive and finite."""
+    sizes = tuple(float(size) for size in found.sizes or ())
+    if not all(0.0 < size < np.inf for size in sizes):
+        raise NoHeightsError(f"has sizes of {' and '.join(f'{size:.4g} m' for size in sizes)}; they must be above 0")
+    return sizes
+
+
+def _refuse_undefined(path: Path, share: float, fill: str | None) -> None:
+    """Refuse a scan with too large a share of undefined points, RecordError."""
+    most = _MOST_UNDEFINED if fill is None else _MOST_FILLED
+    if share <= most:
+        return
+    advice = "crop it"
+    if fill is None and share <= _MOST_FILLED:
+        advice = 'write topography_fill = "smooth" to fill them, or crop it'
+    raise RecordError(f"{path}: {100 * share:.3g} % of its points are undefined, above {100 * most:g} %; {advice}")

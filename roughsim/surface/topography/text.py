@@ -73,23 +73,30 @@ def table_of(text: str) -> Table:
         raise NoHeightsError("holds no numbers; is it the right file?")
     data = [(k, line) for k, line in plain[first:] if line.strip()]
     layout = _layout_of([line for _, line in data[:_SAMPLE]])
-    rows = []
-    for k, line in data:
-        try:
-            rows.append(np.array([_number(field) for field in layout.fields(line)]))
-        except ValueError:
-            wrong = next(field for field in layout.fields(line) if not _is_number(field))
-            raise NoHeightsError(f"must hold numbers alone: line {k} has {wrong[:40]!r}") from None
-        if rows[-1].size != rows[0].size:
-            raise NoHeightsError(
-                f"must hold as many numbers in each line: line {data[0][0]} has {rows[0].size}, line {k} has "
-                f"{rows[-1].size}"
-            )
-    numbers = np.array(rows)
-    if numbers.shape[1] > 1 and data[0][1].rstrip().endswith(layout.divider or "\n") and np.isnan(numbers[:, -1]).all():
-        numbers = numbers[:, :-1]  # lines end in a divider
+    numbers = _numbers_of(data, layout)
+    ends_in_divider = data[0][1].rstrip().endswith(layout.divider or "\n")
+    if numbers.shape[1] > 1 and ends_in_divider and np.isnan(numbers[:, -1]).all():
+        numbers = numbers[:, :-1]
     numbers[np.isinf(numbers)] = np.nan
     return Table(numbers, [line for _, line in lines[:first]], layout)
+
+
+def _numbers_of(data: list[tuple[int, str]], layout: Layout) -> Array:
+    """Return the numbers of lines, each with its line number; NoHeightsError unless all have the same count."""
+    rows: list[Array] = []
+    for k, line in data:
+        fields = layout.fields(line)
+        try:
+            row = np.array([_number(field) for field in fields])
+        except ValueError:
+            wrong = next(field for field in fields if not _is_number(field))
+            raise NoHeightsError(f"must hold numbers alone: line {k} has {wrong[:40]!r}") from None
+        rows.append(row)
+        if row.size != rows[0].size:
+            raise NoHeightsError(
+                f"must hold as many numbers in each line: line {data[0][0]} has {rows[0].size}, line {k} has {row.size}"
+            )
+    return np.array(rows)
 
 
 def refuse_damaged(lines: list[str]) -> None:
