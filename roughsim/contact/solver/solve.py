@@ -5,6 +5,7 @@ rest from all of them by a shift. The step is clipped to the bounds and taken wi
 replaced by one of projected gradients; if bad steps keep coming, by exchanges of points (`exchange`).
 """
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -93,50 +94,101 @@ def solve_level(
     now = Iterate(start_pressure(problem, work, start), np.empty(problem.grid.points))
     compute_gap(problem, work, now, np.float64 if precise else problem.step_type)
     now.offset = mean_gap(work, now)
-    # carried from step to step: length, curvature, how far the free points reach, and how many steps were bad
-    alpha, curvature, reach = 1.0, 0.0, REACH
-    bad, bearable = 0, _BEARABLE
-    best, since_best = np.inf, 0
-    state = check(problem, work, now, tolerance, reach)
+    control = _Control()
+    state = check(problem, work, now, tolerance, control.reach)
     for iteration in range(max_iterations + 1):
         if final:
-            state = _check_again(problem, work, now, state, tolerance, reach)
-        since_best = 0 if state.residual < 0.9 * best else since_best + 1
-        best = state.residual if since_best == 0 else best
+            state = _check_again(problem, work, now, state, tolerance, control.reach)
+        control.count(state.residual)
         met = state.residual <= tolerance and not (final and state.above)
-        if met or iteration == max_iterations:
+        if met or iteration == max_iterations or _is_final_stall(problem, now, control, state):
             break
-        stalled = since_best > PATIENCE
-        # a stall is final once exchanges have been tried enough, or if only rounding is left
-        if stalled and (bearable > 8 * _BEARABLE or state.residual <= 100.0 * rounding_floor(problem, now.pressure)):
-            break
-        length = Length(0.0, 0.0, 0.0)
-        if state.free and not stalled:
-            cross, own = precondition(problem, work, now)
-            beta = max(alpha * cross / curvature, 0.0) if own > 0.0 else 0.0
-            slope = propose(problem, work, now, state.residual, alpha, beta)
-            length = best_length(problem, work, now, slope)
+        length = _conjugate_length(problem, work, now, state, control)
         if length.best >= _SHORT:
-            bad = 0
-            alpha = min(max(alpha * length.best, 0.2), 1.0)
-            # a short step was cut by points sent to their bound too many at a time: more of them stay free
-            reach = min(1.5 * reach, REACH) if length.best > 0.5 else max(0.2 * reach, _LEAST_REACH)
-            curvature = length.curvature
+            control.after_step(length)
             move(problem, work, now, length)
-        elif stalled or bad + 1 >= bearable:
+        elif control.stalled or control.bad + 1 >= control.bearable:
             exchange(problem, work, now)
-            bad, bearable, since_best = 0, 2 * bearable, 0 if stalled else since_best
-            alpha, curvature, reach = 1.0, 0.0, REACH
+            control.after_exchange()
         else:
-            bad += 1
-            length = descend(problem, work, now, state)
-            alpha, curvature, reach = 1.0, length.curvature, max(0.5 * reach, _LEAST_REACH)
-        state = check(problem, work, now, tolerance, reach)
+            control.after_descent(descend(problem, work, now, state))
+        state = check(problem, work, now, tolerance, control.reach)
     if final:
         settle(problem, work, now)
     shape = problem.grid.shape
     fields = now.pressure.reshape(shape), now.gap.reshape(shape)
     return Solution(*fields, state.residual, iteration, now.transforms, state.blur)
+
+
+@dataclass(slots=True)
+class _Control:
+    """Values carried from step to step of a solve on one grid."""
+
+    alpha: float = 1.0  # length of the last step, for the next conjugate direction
+    curvature: float = 0.0  # ⟨step, S·step⟩ of the last step
+    reach: float = REACH  # of the active set
+    bad: int = 0  # bad steps in a row
+    bearable: int = _BEARABLE  # bad steps in a row at which points are exchanged
+    best: float = np.inf  # residual; a new one is lower by a tenth
+    since_best: int = 0  # iterations since then
+
+    @property
+    def stalled(self) -> bool:
+        """Whether the residual has not fallen for long."""
+        return self.since_best > PATIENCE
+
+    def count(self, residual: float) -> None:
+        """Count an iteration, and keep its residual if it is clearly the best."""
+        if residual < 0.9 * self.best:
+            self.best = residual
+            self.since_best = 0
+        else:
+            self.since_best += 1
+
+    def after_step(self, length: Length) -> None:
+        """Take over the length of a good step."""
+        self.bad = 0
+        self.alpha = min(max(self.alpha * length.best, 0.2), 1.0)
+        self.curvature = length.curvature
+        # a short step was cut by points sent to their bound too many at a time: more of them stay free
+        if length.best > 0.5:
+            self.reach = min(1.5 * self.reach, REACH)
+        else:
+            self.reach = max(0.2 * self.reach, _LEAST_REACH)
+
+    def after_descent(self, length: Length) -> None:
+        """Count a bad step, which one of projected gradients has replaced."""
+        self.bad += 1
+        self.alpha = 1.0
+        self.curvature = length.curvature
+        self.reach = max(0.5 * self.reach, _LEAST_REACH)
+
+    def after_exchange(self) -> None:
+        """Begin again, and bear twice as many bad steps before the next exchange."""
+        if self.stalled:
+            self.since_best = 0
+        self.bad = 0
+        self.bearable *= 2
+        self.alpha = 1.0
+        self.curvature = 0.0
+        self.reach = REACH
+
+
+def _is_final_stall(problem: ScaledProblem, now: Iterate, control: _Control, state: Check) -> bool:
+    """Whether the solve has stalled for good: exchanges have been tried enough, or only rounding is left."""
+    if not control.stalled:
+        return False
+    return control.bearable > 8 * _BEARABLE or state.residual <= 100.0 * rounding_floor(problem, now.pressure)
+
+
+def _conjugate_length(problem: ScaledProblem, work: Workspace, now: Iterate, state: Check, control: _Control) -> Length:
+    """Propose a step of conjugate gradients on the free points and return its best length, 0 without one."""
+    if not state.free or control.stalled:
+        return Length(0.0, 0.0, 0.0)
+    cross, own = precondition(problem, work, now)
+    beta = max(control.alpha * cross / control.curvature, 0.0) if own > 0.0 else 0.0
+    slope = propose(problem, work, now, state.residual, control.alpha, beta)
+    return best_length(problem, work, now, slope)
 
 
 def _check_again(
