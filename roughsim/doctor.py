@@ -67,9 +67,8 @@ def examine(folder: Path) -> dict[str, Any]:
 def lines(report: dict[str, Any]) -> list[str]:
     """Return the report of `examine` as lines for people."""
     threads = ", ".join(f"{name} {count}" for name, count in (report["threads"] or {}).items())
-    memory, disk = (
-        "unknown" if report[key] is None else f"{report[key] / 1e9:.1f} GB" for key in ("memory_bytes", "free_bytes")
-    )
+    memory = _gigabytes(report["memory_bytes"])
+    disk = _gigabytes(report["free_bytes"])
     result = [
         f"roughsim {report['roughsim']} in {report['place']}",
         f"Python {report['python']} on {report['system']}",
@@ -78,16 +77,26 @@ def lines(report: dict[str, Any]) -> list[str]:
         f"cores: {report['cores']} ({report['cores_limit']}); threads of libraries: {threads or 'unknown'}",
         f"memory: {memory} ({report['memory_limit']}); free disk here: {disk}",
     ]
-    for name, package in report["packages"].items():
-        if not package["sound"]:
-            result.append(f"{name} is needed as {package['needed']}: {package['install']}")
-    result += [f"run: {claim['folder']} {claim['says']}" for claim in report["claims"]]
-    result += [] if report["claims"] else ["runs at work: none below here"]
-    for name, extra in report["extras"].items():
-        lacks = f"lacks {', '.join(extra['missing'])}: {extra['install']}" if extra["missing"] else "complete"
-        result.append(f"extra {name}: {lacks}")
+    unsound = {name: package for name, package in report["packages"].items() if not package["sound"]}
+    result += [f"{name} is needed as {package['needed']}: {package['install']}" for name, package in unsound.items()]
+    runs = [f"run: {claim['folder']} {claim['says']}" for claim in report["claims"]]
+    result += runs or ["runs at work: none below here"]
+    result += [_line_of_extra(name, extra) for name, extra in report["extras"].items()]
     result += [f"check {check['name']}: {check['says']}, {check['seconds']:.2g} s" for check in report["checks"]]
-    return [*result, "all is well" if report["sound"] else "something is wrong: see the lines above"]
+    result.append("all is well" if report["sound"] else "something is wrong: see the lines above")
+    return result
+
+
+def _line_of_extra(name: str, extra: dict[str, Any]) -> str:
+    """Return the line of an optional part of the package."""
+    if extra["missing"]:
+        return f"extra {name}: lacks {', '.join(extra['missing'])}: {extra['install']}"
+    return f"extra {name}: complete"
+
+
+def _gigabytes(amount: float | None) -> str:
+    """Return a number of bytes in GB."""
+    return "unknown" if amount is None else f"{amount / 1e9:.1f} GB"
 
 
 def _none_if_broken(ask: Callable[[], Any]) -> Any:

@@ -12,9 +12,11 @@ from matplotlib.lines import Line2D
 from roughsim import prediction
 from roughsim.charts.spectra import draw_correlation, draw_psd
 from roughsim.charts.style import CALIBRATED, COLOURS, MARKERS, THEORY, band, new_figure, plain_ticks
+from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.run import Run
 from roughsim.results.share import share_text
+from roughsim.scene import Scene
 from roughsim.show.table import shown
 from roughsim.show.text import plain
 
@@ -89,14 +91,9 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[_Row], observable: str)
     if speed.size == 0:  # only at rest
         axes.set_axis_off()
         return
-    scene, (words, label, si) = run.scene, _DRAWN[observable]
+    words, label, si = _DRAWN[observable]
     unit, factor = shown(si)
-    beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table over temperature may end there
-    dense = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
-    share = prediction.heat_partition(scene, dense) if OBSERVABLES[observable].heated else 1.0
-    axes.plot(dense, prediction.over_speed(scene, dense)[observable] * share * factor, color=THEORY, lw=1.4)
-    law = prediction.calibrated_over_speed(scene, dense)[observable] * share * factor
-    axes.plot(dense, law, color=CALIBRATED, lw=1.4, ls=_DASHES, zorder=3)
+    _draw_theory(axes, run.scene, observable, speed, factor)
     if any(row.cut for row in rows):
         axes.plot(speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--")
     for column in rows[0].columns:
@@ -107,6 +104,17 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[_Row], observable: str)
     low, high = axes.get_ylim()
     if high / low < 100.0:  # 20, 50, 100 on an axis of less than two decades
         plain_ticks(axes.yaxis)
+
+
+def _draw_theory(axes: Axes, scene: Scene, observable: str, speed: Array, factor: float) -> None:
+    """Draw an observable over and a little beyond the speeds, by the theory and by the calibrated law."""
+    beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table over temperature may end there
+    dense = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
+    share = prediction.heat_partition(scene, dense) if OBSERVABLES[observable].heated else 1.0
+    theory = prediction.over_speed(scene, dense)[observable] * share * factor
+    law = prediction.calibrated_over_speed(scene, dense)[observable] * share * factor
+    axes.plot(dense, theory, color=THEORY, lw=1.4)
+    axes.plot(dense, law, color=CALIBRATED, lw=1.4, ls=_DASHES, zorder=3)
 
 
 def _draw_measured(axes: Axes, rows: Sequence[_Row], column: str, factor: float) -> None:

@@ -81,10 +81,7 @@ def error_over_cost_chart(points: Iterable[Point], path: Path) -> None:
 def _draw_panel(axis: Axes, points: Sequence[Point]) -> None:
     """Draw a line for each method, the front behind the lines, and a star at the choice of the plan."""
     drawn = [point for point in points if point.error > 0.0]
-    for k, method in enumerate(dict.fromkeys(point.method for point in points)):
-        line = sorted((point for point in drawn if point.method == method), key=lambda point: point.pairs)
-        style: dict[str, Any] = {"color": _HUES[k % 12], "marker": _SHAPES[k % 12], "ms": 3.5, "lw": 0.9}
-        axis.plot(*_costs_and_errors(line), label=method, **style)
+    _draw_methods(axis, drawn, list(dict.fromkeys(point.method for point in points)))
     best = [point for point in front(points) if point.error > 0.0]
     axis.plot(*_costs_and_errors(best), color="k", lw=5, alpha=0.15, label="front", zorder=0)
     stars = _costs_and_errors([point for point in drawn if point.chosen])
@@ -95,9 +92,15 @@ def _draw_panel(axis: Axes, points: Sequence[Point]) -> None:
     axis.xaxis.set_minor_formatter(NullFormatter())  # narrow panels have room for powers of ten alone
     if points[0].doubt > 0.0:
         axis.axhline(points[0].doubt, color="0.6", lw=0.8, ls="--", zorder=-1, label="doubt about the limit itself")
-    rates = [point.seconds / point.pairs for point in points if point.pairs > 0.0]
-    if rates:
-        _add_seconds(axis, float(np.median(rates)))
+    _add_seconds(axis, points)
+
+
+def _draw_methods(axis: Axes, drawn: Sequence[Point], methods: Sequence[str]) -> None:
+    """Draw a line for each method, with a colour and a marker of its own."""
+    for k, method in enumerate(methods):
+        line = sorted((point for point in drawn if point.method == method), key=lambda point: point.pairs)
+        style: dict[str, Any] = {"color": _HUES[k % 12], "marker": _SHAPES[k % 12], "ms": 3.5, "lw": 0.9}
+        axis.plot(*_costs_and_errors(line), label=method, **style)
 
 
 def _costs_and_errors(points: Sequence[Point]) -> tuple[list[float], list[float]]:
@@ -111,8 +114,12 @@ def _at_least_a_decade(low: float, high: float) -> tuple[float, float]:
     return low / 10**lacking, high * 10**lacking
 
 
-def _add_seconds(axis: Axes, rate: float) -> None:
-    """Add an axis in CPU seconds above; `rate` is in seconds per pair of transforms."""
+def _add_seconds(axis: Axes, points: Sequence[Point]) -> None:
+    """Add an axis in CPU seconds above, by the median time of a pair of transforms; none without costs."""
+    rates = [point.seconds / point.pairs for point in points if point.pairs > 0.0]
+    if not rates:
+        return
+    rate = float(np.median(rates))
     above = axis.twiny()
     above.set_xscale("log")
     above.set_xlim(*(rate * limit for limit in axis.get_xlim()))

@@ -54,14 +54,18 @@ def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None)
             # the contact is outlined on the most enlarged map
             image = draw_field(axes, field, grid, part, colours, outlined if part is windows[-1] else None)
         if enlarged is not None:
-            # a frame on the whole cell marks the enlarged part
-            metres = scaled(max(grid.lengths), "m")[0]
-            corner = enlarged[0].start * grid.spacing[0] * metres, enlarged[1].start * grid.spacing[1] * metres
-            sides = (ENLARGED * d * metres for d in grid.spacing)
-            panels[0].add_patch(Rectangle(corner, *sides, fill=False, ec="1.0" if hot else "0.2", lw=0.8))
+            _draw_frame(panels[0], grid, enlarged, "1.0" if hot else "0.2")
             panels[1].set_title(PART, fontsize=8, color="0.3")
         _sliding_arrow(panels[0], subject.speed)
         colour_bar(figure, image, panels, f"{symbol}, {unit}", "right")
+
+
+def _draw_frame(axes: Axes, grid: Grid, enlarged: _Window, colour: str) -> None:
+    """Draw a frame around the enlarged part on a map of the whole cell."""
+    factor = scaled(max(grid.lengths), "m")[0]
+    x, y = (part.start * step * factor for part, step in zip(enlarged, grid.spacing, strict=True))
+    width, height = (ENLARGED * step * factor for step in grid.spacing)
+    axes.add_patch(Rectangle((x, y), width, height, fill=False, ec=colour, lw=0.8))
 
 
 def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | None = None) -> None:

@@ -60,18 +60,23 @@ def _rows_of_curves(axes: Axes) -> Iterator[list[Any]]:
     place = [bare(axes.get_title("left") or axes.get_ylabel())]
     below = (other.get_xlabel() for other in axes.get_shared_x_axes().get_siblings(axes))  # one names x for all
     labels = [bare(axes.get_xlabel() or next(filter(None, below), "")), bare(axes.get_ylabel())]
-    curves: list[tuple[Any, Any, Any]] = [
-        (line, *line.get_data()) for line in axes.lines if line.get_transform() == axes.transData
-    ]
-    curves += [
-        (step, step.get_data()[1][:-1], step.get_data()[0]) for step in axes.patches if isinstance(step, StepPatch)
-    ]
-    for number, (curve, x, y) in enumerate(curves):
+    for number, (curve, x, y) in enumerate(_curves_of(axes)):
         label = str(curve.get_label())
         name = curve.get_gid() or (f"curve {number}" if label.startswith("_") else bare(label))
         error = np.broadcast_to(getattr(curve, "half_width", np.nan), np.shape(x))
         for point in zip(np.asarray(x, float), np.asarray(y, float), error, strict=True):
             yield [*place, name, *labels, *("" if np.isnan(value) else f"{value:.7g}" for value in point)]
+
+
+def _curves_of(axes: Axes) -> Iterator[tuple[Any, Any, Any]]:
+    """Yield each curve over the data with its x and y, then each histogram with the lower edges and the heights."""
+    for line in axes.lines:
+        if line.get_transform() == axes.transData:
+            yield line, *line.get_data()
+    for patch in axes.patches:
+        if isinstance(patch, StepPatch):
+            heights, edges, _ = patch.get_data()
+            yield patch, edges[:-1], heights
 
 
 def bare(text: str) -> str:

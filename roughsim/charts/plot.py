@@ -37,22 +37,34 @@ def _choose_subject(
         raise ValueError(f"column = {column!r}: sliding has a column of its own; leave it out")
     column = run.column(column)
     level = run.picture(column)
-    if quantity in _OF_ALL and realization is not None:
-        raise ValueError(f"realization = {realization}: {quantity} is a mean over all of them; leave it out")
-    if quantity not in _OF_ALL:  # all others need fields; the spectrum uses all kept realizations
-        indices = run.kept(level)
-        if not indices or (realization is not None and realization not in indices):
-            raise run.not_kept(level, realization)
-        if realization is None and quantity != "spectrum":
-            realization = indices[0]
+    chosen = _choose_realization(run, level, quantity, realization)
+    return Subject(run, column, level, chosen, _choose_speed(run, quantity, speed))
+
+
+def _choose_realization(run: Run, level: int, quantity: str, realization: int | None) -> int | None:
+    """Return the realization to draw: the given one, or the first one with kept fields; None: all of them."""
+    if quantity in _OF_ALL:
+        if realization is not None:
+            raise ValueError(f"realization = {realization}: {quantity} is a mean over all of them; leave it out")
+        return None
+    indices = run.kept(level)
+    if not indices or (realization is not None and realization not in indices):
+        raise run.not_kept(level, realization)
+    if realization is None and quantity != "spectrum":  # which uses all kept realizations
+        return indices[0]
+    return realization
+
+
+def _choose_speed(run: Run, quantity: str, speed: float | None) -> float | None:
+    """Return the speed to draw, m/s: the given one, or the highest; None if the quantity does not depend on it."""
     if quantity not in _NEEDS_SPEED:
         if speed is not None:
             raise ValueError(f"speed = {speed:g} m/s: {quantity} does not depend on it; leave it out")
-        return Subject(run, column, level, realization, None)
-    speed = max(run.scene.speeds) if speed is None else number("speed", speed, "m/s")
-    if speed == 0.0:
+        return None
+    chosen = max(run.scene.speeds) if speed is None else number("speed", speed, "m/s")
+    if chosen == 0.0:
         raise ValueError("speed = 0 m/s makes no heat to draw; give a speed, for example 1")
-    return Subject(run, column, level, realization, speed)
+    return chosen
 
 
 def _choose_film(run: Run, realization: int | None, speed: float | None, column: str | None) -> Subject:

@@ -106,12 +106,8 @@ def trust_table(known: Trust) -> Table:
         return Table([Column("")], [[f"not known: {known.where}"]], title)
     speeds = sorted({j.speed for j in known.judgements if j.speed is not None})
     places: list[float | None] = [*speeds] or [None]
-    rows: list[Row] = []
-    for name, observable in observables_of(distribution=False).items():
-        errors = {j.speed: str(j) for j in known.judgements if j.observable == name}
-        if errors and not observable.per_speed:  # in the first column
-            errors = {places[0]: errors[None]} | dict.fromkeys(places[1:], "")
-        rows.append([name, *(errors.get(place, "not known") for place in places)])
+    names = observables_of(distribution=False)
+    rows: list[Row] = [[name, *_errors_at(known, name, places)] for name in names]
     notes = [
         f"high, low: of the theory against {known.against}.",
         *(f"{speed:g} m/s: not known, {reason}." for speed, reason in known.off),
@@ -119,6 +115,14 @@ def trust_table(known: Trust) -> Table:
     ]
     columns = [Column("" if place is None else f"{place:g} m/s", number=True) for place in places]
     return Table([Column("observable"), *columns], rows, title, notes)
+
+
+def _errors_at(known: Trust, name: str, places: Sequence[float | None]) -> list[str]:
+    """Return the error of an observable at each speed; in the first place alone if it does not depend on the speed."""
+    errors = {judgement.speed: str(judgement) for judgement in known.judgements if judgement.observable == name}
+    if errors and not OBSERVABLES[name].per_speed:
+        return [errors[None], *("" for _ in places[1:])]
+    return [errors.get(place, "not known") for place in places]
 
 
 def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> Table:

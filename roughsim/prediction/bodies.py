@@ -160,20 +160,14 @@ def _solutions(scene: Scene, speed: float) -> Iterator[tuple[Heating, float]]:
 
     They are looked for in 64 steps and at the rows of the tables: if only μ is a table, none lies between.
     """
-    start = scene.sliding.background_temperature or 0.0
-    end = min(rows[-1][0] for tables in scene.tables.values() for rows in tables)
-    friction_end = min((rows[-1][0] for rows in scene.tables.get("friction_coefficient", [])), default=inf)
+    friction_end = _end_of_friction(scene)
 
     def excess(temperature: float) -> float:
         return _contact_with(scene, speed, temperature)[1] - temperature
 
-    background, flash = _rises(scene, speed, scene.conduction(start))
-    part = (background + 0.75 * flash) / (background + flash) if flash else 1.0
-    rows = [kelvin for tables in scene.tables.values() for table in tables for kelvin, _ in table]
-    rows += [start + part * (kelvin - start) for kelvin in rows]
-    marks = sorted({*np.linspace(start, end, 1 + _STEPS).tolist(), *(k for k in rows if start <= k <= end)})
+    marks = _marks(scene, speed)
     hotter = True  # whether the contact gets hotter than the last mark
-    for low, high in pairwise([start, *marks]):
+    for low, high in pairwise([marks[0], *marks]):
         if (excess(high) > 0.0) != hotter:
             hotter = not hotter
             root = low
@@ -185,10 +179,29 @@ def _solutions(scene: Scene, speed: float) -> Iterator[tuple[Heating, float]]:
             yield constants, contact
 
 
+def _marks(scene: Scene, speed: float) -> list[float]:
+    """Return the absolute temperatures, K, between which solutions are looked for, from the background on.
+
+    Of a row of a table both its temperature, and the temperature of κ with the contact at that temperature.
+    """
+    start = scene.sliding.background_temperature or 0.0
+    end = min(rows[-1][0] for tables in scene.tables.values() for rows in tables)
+    background, flash = _rises(scene, speed, scene.conduction(start))
+    part = (background + 0.75 * flash) / (background + flash) if flash else 1.0
+    rows = [kelvin for tables in scene.tables.values() for table in tables for kelvin, _ in table]
+    rows += [start + part * (kelvin - start) for kelvin in rows]
+    return sorted({*np.linspace(start, end, 1 + _STEPS).tolist(), *(k for k in rows if start <= k <= end)})
+
+
+def _end_of_friction(scene: Scene) -> float:
+    """Return the last temperature of the tables of μ, K; inf without one."""
+    return min((rows[-1][0] for rows in scene.tables.get("friction_coefficient", [])), default=inf)
+
+
 def _contact_with(scene: Scene, speed: float, temperature: float) -> tuple[Heating, float, float]:
     """Return the constants with κ at a temperature, the temperature there with them, and that of the contact, K."""
     start = scene.sliding.background_temperature or 0.0
-    friction_end = min((rows[-1][0] for rows in scene.tables.get("friction_coefficient", [])), default=inf)
+    friction_end = _end_of_friction(scene)
     bodies = scene.conduction(temperature)
     background, flash = _rises(scene, speed, bodies)
     layer, contact = background + 0.75 * flash, background + flash

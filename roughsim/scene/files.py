@@ -220,12 +220,12 @@ def _with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]
 def _with_table(name: str, key: str, section: dict[str, Any], folder: Path | None) -> dict[str, Any]:
     """Return a section with the key of its files replaced by the table C(q) that they hold."""
     read, what, example, others = _FILES[key]
-    for other in section:
-        if other in others:
-            raise SceneError(f"{name}.{other} does not go with {name}.{key}, whose {what} fixes C(q); remove one")
-    paths, setting = section[key], f"{name}.{key} = {as_written(section[key])}"
-    if key != "topography" or not isinstance(paths, list):
-        paths = [paths]
+    excluded = next((other for other in section if other in others), None)
+    if excluded is not None:
+        raise SceneError(f"{name}.{excluded} does not go with {name}.{key}, whose {what} fixes C(q); remove one")
+    setting = f"{name}.{key} = {as_written(section[key])}"
+    several = key == "topography" and isinstance(section[key], list)
+    paths = section[key] if several else [section[key]]
     if not paths or not all(isinstance(path, str) and path for path in paths):
         raise SceneError(f'{setting} must be the path of a file, for example "{example}"')
     if len(set(paths)) < len(paths):
@@ -236,8 +236,8 @@ def _with_table(name: str, key: str, section: dict[str, Any], folder: Path | Non
         table = read([folder / path for path in paths], section)
     except (OSError, ValueError, ImportError) as error:
         raise SceneError(f"{setting}: {error}") from None
-    used = (key, *SCAN_KEYS) if key == "topography" else (key,)
-    return {other: section[other] for other in section if other not in used} | table
+    used = {key, *SCAN_KEYS} if key == "topography" else {key}
+    return {other: value for other, value in section.items() if other not in used} | table
 
 
 def with_short_tables(text: str) -> str:

@@ -109,19 +109,25 @@ class Quantity:
         """Return `value` in SI; the second argument is its place within the key, such as "[2]"."""
         as_text = isinstance(value, str) and not self.whole
         number = self.of_text(value, where) if as_text else self.of_number(value, where)
-        bounds = {"above": self.above, "at least": self.at_least, "below": self.below, "at most": self.at_most}
-        below = number < self.below or math.isinf(self.below)
+        limit = self.missed_limit(number)
+        if limit:
+            raise ValueError(f"{where} = {as_written(value, self.unit)} must be {limit}, for example {self.example}")
+        return number
+
+    def missed_limit(self, number: float) -> str:
+        """Return in words the limits that a number does not keep, as "above 0 m"; "" if it keeps all."""
         if math.isnan(number) or (math.isinf(number) and not self.may_be_infinite):
-            limits = "finite"
-        elif not (self.at_least <= number <= self.at_most and self.above < number and below):
+            return "finite"
+        within = self.at_least <= number <= self.at_most
+        inside = self.above < number and (number < self.below or math.isinf(self.below))
+        if not (within and inside):
+            bounds = {"above": self.above, "at least": self.at_least, "below": self.below, "at most": self.at_most}
             texts = [f"{word} {limit:.15g} {self.unit}" for word, limit in bounds.items() if math.isfinite(limit)]
-            limits = " and ".join(text.rstrip() for text in texts)
-        elif number and not math.isinf(number) and not self.smallest <= abs(number) <= _LARGEST:
+            return " and ".join(text.rstrip() for text in texts)
+        if number and math.isfinite(number) and not self.smallest <= abs(number) <= _LARGEST:
             size = f"{self.smallest:g} to {_LARGEST:g} {self.unit}".rstrip()
-            limits = f"of a size from {size}; check the exponent and the unit"
-        else:
-            return number
-        raise ValueError(f"{where} = {as_written(value, self.unit)} must be {limits}, for example {self.example}")
+            return f"of a size from {size}; check the exponent and the unit"
+        return ""
 
     def of_number(self, value: Any, where: str) -> float:
         """Return a number as a float, or as an int if it must be whole; one that is too large is inf."""

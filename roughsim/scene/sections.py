@@ -4,7 +4,7 @@ A key that is left out is None, or has the default given here. The section [nume
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, WrapValidator, model_validator
@@ -198,15 +198,22 @@ def _check_counterface(counterface: "CounterfaceSection") -> "CounterfaceSection
         raise ValueError(f'{other} does not go with like = "body", which fixes it; remove one of the two')
     if counterface.rough:
         _check_roughness(counterface)
-    for together in (("youngs_modulus", "poisson_ratio"), _THERMAL_KEYS):
-        missing = [key for key in together if key not in keys]
-        if missing and len(missing) < len(together):
-            others = ", ".join(key for key in together if key in keys)
-            raise ValueError(f"{missing[0]} is missing beside {others}; give all of {', '.join(together)} or none")
+    _check_all_or_none(keys, ("youngs_modulus", "poisson_ratio"))
+    _check_all_or_none(keys, _THERMAL_KEYS)
     layer = next((key for key in ("skin", "heat_depth") if key in keys), None)
     if layer and counterface.conductivity is None:
         raise ValueError(f"{layer} goes with a counterface that takes heat; give its {', '.join(_THERMAL_KEYS)} too")
     return counterface
+
+
+def _check_all_or_none(keys: Sequence[str], together: Sequence[str]) -> None:
+    """Refuse keys that are only a part of the keys of one material."""
+    given = [key for key in together if key in keys]
+    missing = [key for key in together if key not in keys]
+    if given and missing:
+        raise ValueError(
+            f"{missing[0]} is missing beside {', '.join(given)}; give all of {', '.join(together)} or none"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

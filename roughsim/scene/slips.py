@@ -26,6 +26,21 @@ _USUAL = {
 
 def slips(scene: Scene) -> Iterator[str]:
     """Yield a warning for each number that is probably a mistake, with its value, the limit and the keys to check."""
+    yield from _slips_of_roughness(scene)
+    for key, kelvin in _temperatures(scene):
+        if kelvin < _COLDEST:
+            yield (
+                f"{key} = {kelvin:g} K is below {_COLDEST:g} K, and temperatures are absolute; check its unit: "
+                f'if it is in °C, write "{kelvin:g} degC"'
+            )
+    for name, body in (("body", scene.body), ("counterface", scene.counterface)):
+        if body is not None:
+            yield from _slips_of_body(name, body, max(scene.speeds))
+    yield from _slips_of_sliding(scene)
+
+
+def _slips_of_roughness(scene: Scene) -> Iterator[str]:
+    """Yield warnings of the heights and the wavelengths of both faces together."""
     height, ends = scene.spectrum.rms_height, scene.spectrum.breaks
     longest, shortest = 2 * pi / ends[0], 2 * pi / ends[-1]
     if height < _FLAT:
@@ -43,15 +58,10 @@ def slips(scene: Scene) -> Iterator[str]:
             f"the longest wave, 2π/q_min = {longest:.3g} m, is above {_LONGEST:g} m, and that is shape, not roughness; "
             'check the units: q in rad/m (1/µm is 1e6 1/m: "0.1 1/um" or 1e5), and C(q) in m⁴ (µm⁴ is 1e-24 m⁴)'
         )
-    for key, kelvin in _temperatures(scene):
-        if kelvin < _COLDEST:
-            yield (
-                f"{key} = {kelvin:g} K is below {_COLDEST:g} K, and temperatures are absolute; check its unit: "
-                f'if it is in °C, write "{kelvin:g} degC"'
-            )
-    for name, body in (("body", scene.body), ("counterface", scene.counterface)):
-        if body is not None:
-            yield from _slips_of_body(name, body, max(scene.speeds))
+
+
+def _slips_of_sliding(scene: Scene) -> Iterator[str]:
+    """Yield warnings of the friction and the speeds."""
     given = scene.sliding.friction_coefficient
     values = [row[1] for row in given] if isinstance(given, tuple) else [given]
     strange = [value for value in values if not _FRICTION[0] < value <= _FRICTION[1]]

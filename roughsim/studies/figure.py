@@ -41,11 +41,9 @@ def usual_choice(study: StudyResults, observable: str) -> Choice:
 
 def chosen_rows(rows: _Rows, choice: Choice) -> list[Mapping[str, Any]]:
     """Return the rows of a choice."""
-    free = (choice.x, choice.family)
-    chosen = [row for row in rows if row["observable"] == choice.observable]
-    for name, value in choice.fixed.items():
-        if name not in free:
-            chosen = [row for row in chosen if row[name] == value]
+    fixed: dict[str, Any] = {"observable": choice.observable}
+    fixed |= {name: value for name, value in choice.fixed.items() if name not in (choice.x, choice.family)}
+    chosen = [row for row in rows if all(row[name] == value for name, value in fixed.items())]
     if choice.x == SPEED:
         return [row for row in chosen if row["speed"] is not None]
     if choice.family == SPEED:

@@ -247,13 +247,7 @@ def read(folder: Path) -> Description:
 
 def _description_of(content: dict[str, Any], source: str) -> Description:
     """Return the description from study.json; ValueError, LookupError or another error of Python if damaged."""
-    axes = tuple(
-        Axis(tuple(map(str, axis["keys"])), tuple(tuple(map(_frozen, row)) for row in axis["values"]))
-        for axis in content["axes"]
-    )
-    count = prod(len(axis.values) for axis in axes)
-    if not 1 <= count <= MOST_POINTS or any(len(row) != len(axis.keys) for axis in axes for row in axis.values):
-        raise ValueError(f"{count} points, or rows of another length than their keys")
+    axes = _axes_of(content["axes"])
     target = content["target_error"]
     if target is not None and not 0.0 < float(target) < 1.0:
         raise ValueError(f"target_error = {target} must lie between 0 and 1")
@@ -264,6 +258,18 @@ def _description_of(content: dict[str, Any], source: str) -> Description:
     identities = {point.name: str(content["identities"][point.name]) for point in points}
     scene = parse_scene(content["scene"], source=source)
     return Description(scene, axes, None if target is None else float(target), identities)
+
+
+def _axes_of(content: list[dict[str, Any]]) -> tuple[Axis, ...]:
+    """Return the axes from study.json; ValueError if they fit no study."""
+    axes = tuple(
+        Axis(tuple(map(str, axis["keys"])), tuple(tuple(map(_frozen, row)) for row in axis["values"]))
+        for axis in content
+    )
+    count = prod(len(axis.values) for axis in axes)
+    if not 1 <= count <= MOST_POINTS or any(len(row) != len(axis.keys) for axis in axes for row in axis.values):
+        raise ValueError(f"{count} points, or rows of another length than their keys")
+    return axes
 
 
 def _refuse_constant(word: str) -> None:

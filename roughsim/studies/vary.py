@@ -66,14 +66,11 @@ def read_axes(vary: Any) -> tuple[Axis, ...]:
 
 def _read_axis(names: Any, values: Any) -> Axis:
     """Return one axis."""
-    words = names.split(",") if isinstance(names, str) else names
-    if not isinstance(words, Sequence) or not words or any(not isinstance(word, str) for word in words):
-        raise SceneError(f"vary: {as_written(names)} must be the name of a key, or several, for example {_EXAMPLE}")
-    keys = tuple(word.strip() for word in words)
+    keys = _keys_of(names)
     where = f"vary.{as_written(', '.join(keys))}"
     if isinstance(values, Mapping):
         values = _spaced(keys, values, where)
-    if isinstance(values, str) or not isinstance(values, (Sequence, np.ndarray)) or not len(values):
+    if not _is_list(values) or not len(values):
         raise SceneError(f"{where} = {as_written(values)} must be a list of values, for example {_EXAMPLE}")
     rows = [_row_of(value, len(keys), f"{where}[{i}]") for i, value in enumerate(values)]
     for k, key in enumerate(keys):
@@ -88,11 +85,23 @@ def _read_axis(names: Any, values: Any) -> Axis:
     return Axis(keys, tuple(converted.values()))
 
 
+def _keys_of(names: Any) -> tuple[str, ...]:
+    """Return the keys of an axis, given as "a, b" or as a list."""
+    words = names.split(",") if isinstance(names, str) else names
+    if not isinstance(words, Sequence) or not words or any(not isinstance(word, str) for word in words):
+        raise SceneError(f"vary: {as_written(names)} must be the name of a key, or several, for example {_EXAMPLE}")
+    return tuple(word.strip() for word in words)
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, str)
+
+
 def _row_of(value: Any, count: int, where: str) -> list[Any]:
     """Return the values of several keys, or of a single one."""
     if count == 1:
         return [value]
-    if isinstance(value, str) or not isinstance(value, (Sequence, np.ndarray)) or len(value) != count:
+    if not _is_list(value) or len(value) != count:
         raise SceneError(f"{where} = {as_written(value)} must be a list of {count} values, one for each key")
     return list(value)
 
@@ -103,17 +112,24 @@ def _refuse_mixture(key: str, values: Sequence[Any], where: str) -> None:
     if number is None:
         return
     entries = list(_leaves(values))
-    texts = [entry for entry in entries if isinstance(entry, str) and _IN_TEXT.match(entry)]
+    with_unit = [entry for entry in entries if isinstance(entry, str) and _IN_TEXT.match(entry)]
     plain = [entry for entry in entries if not isinstance(entry, bool) and isinstance(entry, Real)]
-    if not texts or not plain:
+    if not with_unit or not plain:
         return
-    meant = len(entries) == 3 and entries[:2] == texts and isinstance(entries[2], Integral) and int(entries[2]) > 1
-    example = f"{{ logspace = {literal(entries)} }}" if meant else _SPACED
+    is_range = len(entries) == 3 and entries[:2] == with_unit and _is_count(entries[2])
+    example = f"{{ logspace = {literal(entries)} }}" if is_range else _SPACED
     unit = f" ({number.unit})" if number.unit else ""
     raise SceneError(
-        f"{where} mixes {as_written(texts[0])} with the plain number {as_written(plain[0])}{unit}; write all with a "
-        f"unit, or none. First, last and count are written {example}"
+        f"{where} mixes {as_written(with_unit[0])} with the plain number {as_written(plain[0])}{unit}; write all with "
+        f"a unit, or none. First, last and count are written {example}"
     )
+
+
+def _is_count(value: Any) -> bool:
+    """Whether a value is a number of points of a range."""
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        return False
+    return 2 <= int(value) <= MOST_POINTS
 
 
 def _leaves(values: Any) -> Iterator[Any]:
@@ -127,8 +143,9 @@ def _leaves(values: Any) -> Iterator[Any]:
 
 def _spaced(keys: tuple[str, ...], values: Mapping[str, Any], where: str) -> list[float]:
     """Return the values of "logspace" or "linspace", given by first, last and count."""
-    (kind, ends), *more = [*values.items()] or [("", ())]
-    if more or kind not in _SPACES or not isinstance(ends, Sequence) or isinstance(ends, str) or len(ends) != 3:
+    kind = next(iter(values), "")
+    ends: Any = values.get(kind)
+    if len(values) != 1 or kind not in _SPACES or not _is_list(ends) or len(ends) != 3:
         written = shortened(literal(dict(values)))
         raise SceneError(f"{where} = {written} must be a list, or first, last and count as in {_SPACED}")
     if len(keys) != 1:
@@ -137,7 +154,7 @@ def _spaced(keys: tuple[str, ...], values: Mapping[str, Any], where: str) -> lis
     _refuse_mixture(keys[0], ends[:2], where)
     first, last = (_end(keys[0], end, kind, where) for end in ends[:2])
     count = ends[2]
-    if isinstance(count, bool) or not isinstance(count, Integral) or not 2 <= int(count) <= MOST_POINTS:
+    if not _is_count(count):
         raise SceneError(f"{where}: count = {as_written(count)} must be a whole number from 2 to {MOST_POINTS}")
     spread = [float(f"{value:.{_DIGITS}g}") for value in _SPACES[kind](float(first), float(last), int(count))]
     if isinstance(first, int):
