@@ -31,7 +31,7 @@ from roughsim import prediction
 from roughsim.estimate.cell_size import size_error
 
 Array = NDArray[np.float64]
-Compared = list[tuple[str, Array, Array, Array]]  # column, what cells lack, its standard error, and the model's
+Compared = list[tuple[str, Array, Array, float]]  # column, what cells lack, its standard error, and the model's
 PIXELS, LEAST, MOST = 4, 24, 20_000  # pixels per shortest wave; members of a cell
 MOST_SIDE = 1100  # points per side of a grid
 CUT_OFF = {"capped": 2.0, "smoothed": 1.5, "elastic": 1.0}  # q_y, or q_max: the effect hardly depends on it
@@ -190,14 +190,10 @@ def lacks(found: dict[int, Row]) -> dict[int, tuple[Array, Array]]:
     }
 
 
-def modelled(scene: rs.Scene, column: str, waves: int, most: int) -> Array:
-    """Return what the model says of the same: T_flash at each speed, and then all else."""
-
-    def left(observable: str) -> Array:
-        few, many = (1 - size_error(scene, (n * WAVE, n * WAVE), observable, column) for n in (waves, most))
-        return np.atleast_1d(1 - few / many)
-
-    return np.concatenate([left("flash_temperature"), left("contact_fraction")])
+def modelled(scene: rs.Scene, column: str, waves: int, most: int) -> float:
+    """Return the same by the model, for any observable."""
+    few, many = (1 - size_error(scene, (n * WAVE, n * WAVE), column=column) for n in (waves, most))
+    return 1 - few / many
 
 
 def chart(points: Compared, path: Path) -> None:
@@ -207,7 +203,8 @@ def chart(points: Compared, path: Path) -> None:
     for column in CUT_OFF:
         some = [each for each in points if each[0] == column]
         if some:
-            model, found, error = (100 * np.concatenate([each[i][:3] for each in some]) for i in (3, 1, 2))
+            found, error = (100 * np.concatenate([each[i][:3] for each in some]) for i in (1, 2))
+            model = 100 * np.repeat([each[3] for each in some], 3)
             axes.errorbar(model, found, yerr=error, fmt="o", ms=3, lw=0.7, label=column)
     line = np.geomspace(0.01, 60, 50)
     axes.plot(line, line, color="0.5", lw=0.8)
@@ -231,8 +228,7 @@ def compare(case: Case, column: str, rows: Rows, work: float, sizes: Sequence[in
         model = modelled(scene, column, n, max(found))
         points.append((column, lack, error, model))
         text = " ".join(f"{100 * a:6.2f} ± {100 * b:.2f}" for a, b in zip(lack, error, strict=True))
-        model_text = " ".join(f"{100 * each:.2f}" for each in model)
-        print(f"{case.name:14s}{column:9s}{n:2d}:{max(found):<3d}{text}; model {model_text}", flush=True)
+        print(f"{case.name:14s}{column:9s}{n:2d}:{max(found):<3d}{text}; model {100 * model:.2f}", flush=True)
     return points
 
 

@@ -222,10 +222,10 @@ def ratios_of(
 
 def _values_of(
     run: Run, observable: str, column: str, background: Array | None, *, extrapolated: bool = True
-) -> tuple[Values, Array]:
+) -> tuple[Values, Array | float]:
     """Return the values of a column with the background added, and their relative error by the finite cell."""
     values = run.values(observable, column, extrapolated=extrapolated)
-    size = run.size_error(observable, column, values)
+    size = run.size_error(observable, column)
     if background is None:
         return values, size
     warmed = values._replace(mean=values.mean + background, finest=values.finest + background)

@@ -35,7 +35,6 @@ class Rung(NamedTuple):
 
     q_max: float
     mean: Mean
-    part: bool = False  # whether the step to it was made in a part of the cell
     finer: Mean | None = None
     last: Mean | None = None
     refined: float = 1.0
@@ -68,7 +67,7 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
             rungs[low] = rung._replace(finer=finer, last=relative, refined=pair.sample.side / pair.below.side)
         else:
             mean = rung.mean.by(ratio).where(with_ratio, rung.mean.plus(difference))
-            rungs.append(Rung(pair.sample.q_max, mean, pair.sample.part))
+            rungs.append(Rung(pair.sample.q_max, mean))
     return rungs
 
 

@@ -19,9 +19,9 @@ from roughsim.observables.record import Sample
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 
-# exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, of
-# elastic and of capped contact: .5 to 1.4 on three steels and two rocks from 4 to 32 q_y
-_FALL = (0.5, 0.75)
+# exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, at
+# least: .5 to 1.4 on three steels and two rocks from 4 to 32 q_y
+_FALL = 0.5
 FLASH = "flash_temperature"
 _TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum}
 
@@ -30,8 +30,7 @@ class Values(NamedTuple):
     """One observable of a column, (speeds,) or (1,), with its scatter as in `Mean`, and its other errors, 95 %.
 
     `mean` is extrapolated to the end of C(q) and to a vanishing pixel, if such a limit exists; `finest` is the mean at
-    the highest cut-off on its finest grid. `from_part` is the share of the mean from levels in a smaller cell. `way`
-    describes the extrapolation in words.
+    the highest cut-off on its finest grid. `way` describes the extrapolation in words.
     """
 
     mean: Array
@@ -40,7 +39,6 @@ class Values(NamedTuple):
     # "bandwidth" and "pixel", NaN if no level shows them, and "last step": the change by the last rise of q_c if a
     # limit exists and no extrapolation reaches it, else 0
     errors: dict[str, Array]
-    from_part: Array
     way: str = ""
 
     @property
@@ -85,7 +83,7 @@ def _continued_to_the_end(
     # the continued ladder has the same pixels per shortest wave: their effect at its end is corrected
     end = end if limit.way else q_c
     with np.errstate(all="ignore"):  # infinite at rest
-        change, error = change_by_pixel(rungs, record.pixel_orders[capped], _FALL[capped], end)
+        change, error = change_by_pixel(rungs, record.pixel_orders[capped], _FALL, end)
         mean = top.plus(limit.rest)
         pixel = np.abs(mean.value) * error
         if has_limit:
@@ -98,10 +96,8 @@ def _continued_to_the_end(
             mean, bandwidth = _bounded(scene, observable, mean, bandwidth, limit.rest.value)
         step = np.abs(top.value - rungs[-2].mean.value) if len(rungs) > 1 else nothing
         last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
-        whole = [rung.mean.value for rung in rungs if not rung.part][-1]
-        from_part = np.nan_to_num(np.abs(top.value - whole) / np.abs(mean.value)) if rungs[-1].part else nothing
     errors = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
-    return Values(mean.value, finest, mean.scatter, errors, from_part, limit.way)
+    return Values(mean.value, finest, mean.scatter, errors, limit.way)
 
 
 def number(sample: Sample, name: str) -> Array:

@@ -17,11 +17,9 @@ from roughsim.estimate.levels import Values
 from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
 
-# first members of the lowest level, of the others of the first round, and of later ones; fewer show too little scatter
-FIRST, FIRST_STEP, LATER = 12, 6, 4
+FIRST, FIRST_STEP = 12, 5  # first members of the lowest level, and of others; fewer show too little scatter
 # errors that a higher level lowers, and the share that they may take of the squared target before one is added
 _OF_LEVELS, _SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
-_BESIDE = 2.0  # times the target: for columns beside the main one, which only serve comparisons
 WORK_SECONDS = 5e-9  # s of CPU time over the `work` of a member, on one core of a server of 2020
 MEMBER = 5e5  # `work` of a member on any grid, a few milliseconds: handing out, file, reading
 TARGET = {"flash_temperature": 0.01}  # for the choice of levels in a run without a target
@@ -112,7 +110,7 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
     for column in numerics.columns:
         for name, goal in (until or TARGET).items():
             values, found = totals(name, column, counts)
-            wanted, added = _wishes(numerics, column, counts, values, found, goal if column == main else _BESIDE * goal)
+            wanted, added = _wishes(numerics, column, counts, values, found, goal)
             if column == main:
                 of_main[name] = found
                 level_follows |= added is not None
@@ -125,7 +123,7 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
                 needed[level] = max(needed[level], min(count, most))
                 following[level] = max(following[level], min(needed[level], 2 * counts[level]))
             if added is not None:
-                needed[added] = following[added] = min(LATER, most)
+                needed[added] = following[added] = min(FIRST_STEP, most)
     lowest_of_main = numerics.rungs(main)[0]
     for column in numerics.columns[:-1]:  # its lowest level has at most as many surfaces as the main column's
         lowest = numerics.rungs(column)[0]

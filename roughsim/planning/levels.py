@@ -71,14 +71,15 @@ def fast_size(points: float) -> int:
 
 def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[Rung]:
     """Return the levels of a scene in a cell of these sides, m, for a relative error, the smoothed column first."""
-    end, parts = scene.spectrum.breaks[-1], parts_of(scene, lengths, target)
+    end = scene.spectrum.breaks[-1]
     if scene.elastic:
-        return _climb(_Grids("elastic", lengths, parts, SIDE // 2), end, end)
+        return _climb(_Grids("elastic", lengths, parts_of(scene, lengths, target), SIDE // 2), end, end)
     q_yield = prediction.yield_wavenumber(scene)
     smoothed = _Grids("smoothed", lengths, 1, SIDE // 2)
-    capped = _Grids("capped", lengths, parts, SIDE)
     if q_yield > smoothed.highest:  # contact at the cut-offs of all grids is next to elastic
         return [*_climb(smoothed, end, end), *_climb(smoothed._replace(column="capped"), end, end)]
+    smoothed = smoothed._replace(parts=parts_of(scene, lengths, target, "smoothed"))
+    capped = _Grids("capped", lengths, parts_of(scene, lengths), SIDE)
     return [
         *_climb(smoothed, min(_SMOOTHED_TOP * q_yield, end), end, q_yield),
         *_climb(capped, end, end, q_yield),

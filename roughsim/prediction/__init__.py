@@ -15,6 +15,7 @@ from roughsim.prediction.bodies import (
     smoothed_spectrum,
 )
 from roughsim.prediction.cut_offs import continuation, follows_theory, in_motion, slow, usual_exponent, yielded_fall
+from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
 from roughsim.prediction.sliding import sliding_prediction
@@ -45,6 +46,7 @@ __all__ = [
     "friction_coefficient",
     "heat_partition",
     "heat_per_pressure",
+    "hills",
     "in_motion",
     "mode_sums",
     "over_speed",

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from roughsim import prediction
-from roughsim.estimate.cell_size import size_error_of_sum
+from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import SOURCES, Estimate, estimate
 from roughsim.estimate.ladder import Pair
@@ -130,11 +130,9 @@ class Means:
             return float(self.share(column)[self.scene.speeds.index(speed)])
         return share.at_other_speed(self.scene, speed, self.heat_partition, self.share(column))
 
-    def size_error(self, observable: str, column: str, values: Values) -> Array:
-        """Return the relative error by the finite cell, over speeds or of one entry."""
-        observable = FLASH if OBSERVABLES[observable].as_flash else observable
-        parts = self.numerics.parts(column)
-        return size_error_of_sum(self.scene, self.numerics.lengths, parts, observable, column, values.from_part)
+    def size_error(self, observable: str, column: str) -> Array | float:
+        """Return the relative error by the finite cell."""
+        return size_error(self.scene, self.numerics.lengths, observable, column, self.numerics.parts(column))
 
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
         """Return the mean of an observable with its errors.
@@ -182,7 +180,7 @@ class Means:
             observable,
             values,
             notes,
-            size=self.size_error(observable, name, values),
+            size=self.size_error(observable, name),
             solver=record.solver_share * self.numerics.tolerance,
             scan=scan_part(self.scene, *factors) if self.scanned else None,
         )

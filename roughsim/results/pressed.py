@@ -101,7 +101,7 @@ class Pressed(Quarters):
             scatter = {stream: rows * size for stream, rows in parts.scatter.items()}
         return whole._replace(scatter={stream: np.nan_to_num(rows) for stream, rows in scatter.items()})
 
-    def size_error(self, observable: str, column: str, values: Values) -> Array:
+    def size_error(self, observable: str, column: str) -> Array:
         """Return the relative difference of the mean of the quarters from the map."""
         whole, parts = (run.values(observable, column).mean for run in (self, self.quarters))
         with np.errstate(all="ignore"):  # 0/0 at rest

@@ -90,8 +90,8 @@ def paired_ratio(above: Run, below: Run, observable: str, column: str | None = N
     if _surfaces(above) != _surfaces(below):
         raise ValueError(f"{above.folder} and {below.folder} have other levels or surfaces: their rows are no pairs")
     numerator, denominator = above.reported(observable, column), below.reported(observable, column)
-    size_above = above.size_error(observable, above.column(column), numerator)
-    size_below = below.size_error(observable, below.column(column), denominator)
+    size_above = above.size_error(observable, above.column(column))
+    size_below = below.size_error(observable, below.column(column))
     return quotient(
         numerator,
         denominator,

@@ -19,7 +19,7 @@ def values_of(mean, *, bandwidth=0.0, pixel=0.0, last_step=0.0, finest=None):
     parts = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
     filled = {name: np.zeros_like(mean.value) + part for name, part in parts.items()}
     finest = mean.value if finest is None else finest
-    return Values(mean.value, finest, mean.scatter, filled, from_part=np.zeros_like(mean.value))
+    return Values(mean.value, finest, mean.scatter, filled)
 
 
 def rows_of(seed, n, mean=10.0, scatter=1.0, speeds=2):

@@ -8,9 +8,8 @@ import pytest
 
 import roughsim as rs
 from roughsim.estimate import cell_size
-from roughsim.estimate.cell_size import size_error, size_error_of_sum
+from roughsim.estimate.cell_size import size_error
 
-NAME = "flash_temperature"
 WAVE = 2 * pi / 6350
 
 
@@ -31,7 +30,7 @@ def test_a_part_of_the_cell_has_an_error_of_a_twentieth_at_most(steel):
     assert cell_size.parts_of(steel, cell(4)) == 4
     # the error over 1 less the error is as (waves)^(−2)
     light = loaded(steel, 1e6)
-    error = size_error(light, cell(4)).max()
+    error = size_error(light, cell(4))
     waves = 4 * sqrt(19 * error / (1 - error))  # per side of the cell whose error is a twentieth
     for times, parts in ((0.99, 1), (1.01, 1), (1.99, 1), (2.01, 2), (3.99, 2), (4.01, 4), (9.0, 4)):
         lengths = (times * waves * WAVE, 20 * waves * WAVE)
@@ -43,24 +42,20 @@ def test_a_part_of_the_cell_of_elastic_contact_errs_by_the_target_at_most(steel,
     soft = replace(steel, body=replace(steel.body, penetration_hardness=None))
     found = {waves: cell_size.parts_of(soft, cell(waves), target) for waves in (1, 2, 4, 8, 16, 64, 256)}
     for waves, parts in found.items():
-        errors = {n: size_error(soft, cell(waves / n)).max() for n in (4, 2)}
+        errors = {n: size_error(soft, cell(waves / n)) for n in (4, 2)}
         assert parts == next((n for n, error in errors.items() if error <= target), 1)
     assert set(found.values()) == {1, 2, 4}
 
 
-def test_what_a_part_adds_has_the_square_of_its_error(steel):
+@pytest.mark.parametrize("parts", [2, 4])
+def test_a_part_adds_half_of_its_error_in_elastic_contact_and_nothing_in_capped_contact(steel, parts):
     light = loaded(steel, 3e6)
-    share = np.linspace(0.1, 0.4, len(light.speeds))
-    whole, part = size_error(light, cell(8)), size_error(light, cell(2))
-    found = size_error_of_sum(light, cell(8), 4, NAME, "capped", share)
-    np.testing.assert_allclose(found, np.sqrt(whole**2 + (share * part**2) ** 2), rtol=1e-12)
+    assert size_error(light, cell(8), parts=parts) == size_error(light, cell(8))
     soft = replace(steel, body=replace(steel.body, penetration_hardness=None))
-    whole, part = size_error(soft, cell(8)), size_error(soft, cell(4))  # elastic contact: no square
-    found = size_error_of_sum(soft, cell(8), 2, NAME, "elastic", share)
-    np.testing.assert_allclose(found, np.sqrt(whole**2 + (0.5 * part) ** 2), rtol=1e-12)
-    whole = size_error(light, cell(8))
-    none = size_error_of_sum(light, cell(8), 4, NAME, "capped", np.zeros(len(share)))
-    np.testing.assert_array_equal(none, whole)
+    for scene, column in ((soft, ""), (light, "smoothed")):
+        whole, part = (size_error(scene, cell(waves), column=column) for waves in (8, 8 / parts))
+        found = size_error(scene, cell(8), column=column, parts=parts)
+        assert found == pytest.approx(np.hypot(whole, 0.5 * part), rel=1e-9)
 
 
 @pytest.mark.statistical

@@ -23,13 +23,12 @@ def test_a_rung_is_the_product_of_the_ratios_of_the_levels_up_to_it(unit):
     base = drawn(10.0 * unit, 7)
     first = drawn(9.0 * unit, 5), drawn(8.0 * unit, 5)
     second = drawn(6.0 * unit, 4), drawn(9.0 * unit, 4)
-    pairs = [lowest(base), step(1, *first, (1.0, 2.0)), step(2, *second, (2.0, 4.0), part=True)]
+    pairs = [lowest(base), step(1, *first, (1.0, 2.0)), step(2, *second, (2.0, 4.0))]
     found = rungs_of(pairs)
     means = [base.mean(axis=0)]
     for fine, coarse in (first, second):
         means.append(means[-1] * fine.mean(axis=0) / coarse.mean(axis=0))
     assert [rung.q_max for rung in found] == [1.0, 2.0, 4.0]
-    assert [rung.part for rung in found] == [False, False, True]
     for rung, mean in zip(found, means, strict=True):
         np.testing.assert_allclose(rung.mean.value, mean, rtol=1e-12)
     assert sorted(found[-1].mean.scatter) == [0, 1, 2]

@@ -63,7 +63,7 @@ def test_a_partner_at_the_end_gives_the_vanishing_pixel(steel, column, order):
     np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.abs(left), rtol=1e-12)
 
 
-@pytest.mark.parametrize(("column", "order", "fall"), [("elastic", 2.0, 0.5), ("capped", 1.75, 0.75)])
+@pytest.mark.parametrize(("column", "order", "fall"), [("elastic", 2.0, 0.5), ("capped", 1.75, 0.5)])
 def test_a_partner_lower_down_counts_by_what_is_left_of_it_at_the_end(steel, column, order, fall):
     pairs = with_partner(ladder(at_speeds(9.0, 7.5), (END / 4, END)), -0.06, END / 4)
     values = values_of(steel, column, NAME, pairs)
@@ -126,9 +126,9 @@ def test_t_flash_of_yielded_contact_goes_on_by_the_law_of_the_upper_two_cut_offs
 
 def test_where_no_law_holds_t_flash_goes_on_as_a_power(steel, asked):
     q = 1.0, 2.0, 4.0  # in units of 1e5/m
-    pairs = ladder(at_speeds(*(power_law(x, 0.9) for x in q)), [1e5 * x for x in q])
+    pairs = ladder(at_speeds(*(power_law(x, 0.8) for x in q)), [1e5 * x for x in q])
     values = values_of(steel, "capped", NAME, pairs)
-    np.testing.assert_allclose(values.mean, power_law(END / 1e5, 0.9), rtol=1e-9)
+    np.testing.assert_allclose(values.mean, power_law(END / 1e5, 0.8), rtol=1e-9)
     assert [call[0] for call in asked] == ["theory", "law", "usual"]
     assert asked[-1] == ("usual", 4e5)
     two = values_of(steel, "capped", NAME, ladder(at_speeds(*(power_law(x, 0.8) for x in q[1:])), [2e5, 4e5]))
@@ -331,8 +331,8 @@ def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishi
     values = values_of(steel, "capped", NAME, pairs, extrapolated=False)
     assert asked == []
     change, left = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0), 0.06 / (2.0**1.75 - 1.0)
-    np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 2.0**0.75), rtol=1e-12)  # from 1e5 to 2e5
-    np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(change, left) / 2.0**0.75, rtol=1e-12)
+    np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 2.0**0.5), rtol=1e-12)  # from 1e5 to 2e5
+    np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(change, left) / 2.0**0.5, rtol=1e-12)
     np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
 
 
@@ -376,21 +376,6 @@ def test_at_rest_the_slope_length_is_infinite(resting, asked):
 def test_in_motion_nothing_is_set(steel, asked):
     values = values_of(steel, "capped", NAME, ladder(at_speeds(9.0), (END,)))
     assert np.all(values.mean == 9.0)
-
-
-# parts of the cell
-
-
-@pytest.mark.parametrize(("name", "sign"), [(NAME, 1.0), (GRADIENT, -1.0)])
-def test_the_share_from_parts_of_the_cell_is_what_levels_there_changed(steel, asked, name, sign):
-    pairs = ladder(at_speeds(9.0 * sign, 8.0 * sign), (END / 8, END / 4), name=name)
-    for k, (fine, coarse) in enumerate(((7.0, 8.0), (6.5, 7.0)), start=2):
-        rows = (np.full((6, SPEEDS), sign * value) for value in (fine, coarse))
-        pairs.append(step(k, *rows, (END / 2 ** (4 - k), END / 2 ** (3 - k)), part=True, name=name))
-    values = values_of(steel, "elastic", name, pairs)
-    np.testing.assert_allclose(values.mean, 6.5 * sign, rtol=1e-12)
-    np.testing.assert_allclose(values.from_part, 1.5 / 6.5, rtol=1e-12)
-    np.testing.assert_array_equal(values_of(steel, "elastic", name, pairs[:2], extrapolated=False).from_part, 0.0)
 
 
 # products
@@ -448,7 +433,6 @@ def test_values_times_an_exact_number_are_scaled_with_all_that_they_have(steel):
     for name, part in values.errors.items():
         np.testing.assert_allclose(found.errors[name], part * factor, rtol=1e-12)
     np.testing.assert_allclose(found.scattered.variance[0], (rows * factor).var(axis=0, ddof=1) / 8, rtol=1e-9)
-    np.testing.assert_array_equal(found.from_part, values.from_part)
 
 
 # in words

@@ -21,8 +21,12 @@ CELL = (4 * WAVE, 4 * WAVE)
 @pytest.fixture(autouse=True)
 def cell(monkeypatch):
     """Capped contact is corrected in half the cell, or in another part that a test sets, whatever was measured."""
-    part = SimpleNamespace(parts=2)
-    monkeypatch.setattr(stage, "parts_of", lambda scene, *_: 1 if scene.elastic else part.parts)
+    part = SimpleNamespace(parts=2, smoothed=1)
+
+    def parts_of(scene, lengths, target=inf, column="capped"):
+        return 1 if scene.elastic else part.smoothed if column == "smoothed" else part.parts
+
+    monkeypatch.setattr(stage, "parts_of", parts_of)
     return part
 
 
@@ -148,6 +152,17 @@ def test_grids_divide_by_the_parts_and_are_not_larger_than_the_limit(monkeypatch
     assert {level.parts for level in higher} == {parts}
     most = max(max(level.shape) for level in higher)
     assert 2048 < most <= 4096
+
+
+@pytest.mark.parametrize("parts", [2, 4])
+def test_corrections_of_smoothed_contact_lie_in_a_part_of_the_cell_that_has_256_points(cell, parts):
+    cell.smoothed = parts
+    numerics = planned(rs.load_scene("steel-2.0GPa"))
+    lowest, *partners = (numerics.levels[i] for i in numerics.of_column("smoothed"))
+    points = [lowest.shape[0] * times for times in (2, 4)]  # along a side of the whole cell
+    assert lowest.cell is None
+    fitting = [[n for n in (1, 2, parts) if n == 1 or side >= 256 * n] for side in points]
+    assert [level.parts for level in partners] == [max(each) for each in fitting]
 
 
 def test_a_part_of_the_cell_holds_finer_grids_than_all_of_it(monkeypatch, cell):
