@@ -17,7 +17,7 @@ from roughsim.estimate.levels import Values
 from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
 
-FIRST, FIRST_STEP = 12, 5  # first members of the lowest level, and of others; fewer show too little scatter
+FIRST, FIRST_STEP = 12, 6  # first members of the lowest level, and of others; fewer show too little scatter
 # errors that a higher level lowers, and the share that they may take of the squared target before one is added
 _OF_LEVELS, _SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
 WORK_SECONDS = 5e-9  # s of CPU time over the `work` of a member, on one core of a server of 2020

@@ -4,9 +4,9 @@ Nothing is solved: the cell, the levels and the cost follow from C(q), the load 
 level gets is decided by the run itself, round by round. Numerics that the scene states are taken as they are.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
-from math import isnan, pi, sqrt
+from math import inf, isnan, pi, sqrt
 
 from roughsim import prediction
 from roughsim.errors import number
@@ -108,34 +108,26 @@ def _heat_reasons(scene: Scene) -> Iterator[Reason]:
 def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
     """Return the approximate CPU time of a run up to a relative total 95 % error of T_flash.
 
-    At least the first round, and two cut-offs of the column that the target concerns; at most all of all columns.
+    The least is the first round, or two levels of the main column with little scatter; the most has much scatter, and
+    all levels.
     """
     most = scene.ensemble.max_realizations
+    main = numerics.rungs(numerics.columns[-1])
+    area = prediction.area_fractions(scene, numerics.levels[main[0]].q_max)["contact_fraction"]
+    waves = min(numerics.lengths) * scene.spectrum.breaks[0] / (2 * pi)
     works = [work(numerics, i) for i in numerics.single]
     first = sum(n * each for n, each in zip(first_counts(numerics, most), works, strict=False))  # without the slide
-    ladders = [numerics.rungs(column) for column in numerics.columns]
-    low = max(first, _work_of(scene, numerics, ladders[-1][:2], target, _SCATTER[0]))
-    high = FIRST_STEP * sum(works) + sum(_work_of(scene, numerics, ladder, target, _SCATTER[1]) for ladder in ladders)
+    spent = []
+    for scatter, rungs in zip(_SCATTER, (main[:2], main), strict=True):
+        # levels have members in proportion to scatter/√work; each correction scatters half as much as the level below,
+        # and more in a part of the cell
+        falls = [numerics.levels[i].parts / 2.0**k for k, i in enumerate(rungs)]
+        total = sum(fall * sqrt(works[i] / works[main[0]]) for fall, i in zip(falls, rungs, strict=True))
+        wanted = (2.0 / target * scatter / waves) ** 2 / area * total if area else inf
+        spent.append(min(wanted, most) * works[main[0]] * total)
+    low, high = max(first, spent[0]), max(first, spent[1]) + FIRST_STEP * sum(works)
     why = (
         f"to a total error of {100 * target:.3g} %, from the scatter of T_flash on other scenes; the upper end if all "
         "levels are needed. After the first round `roughsim status` shows the time left, as it was measured"
     )
     return Reason("CPU time", f"{span(WORK_SECONDS * low)} to {span(WORK_SECONDS * high)}", why)
-
-
-def _work_of(scene: Scene, numerics: Numerics, rungs: Sequence[int], target: float, scatter: float) -> float:
-    """Return the work that reduces the scatter of some levels to a relative error; `scatter` as in `_SCATTER`.
-
-    Levels are independent, and their number of members is proportional to the scatter over the square root of the work
-    of a member. The correction of each level scatters half as much as that below it; in a smaller cell, more by the
-    ratio of the sides.
-    """
-    lowest = numerics.levels[rungs[0]].q_max
-    area = prediction.area_fractions(scene, lowest)["contact_fraction"]
-    waves = min(numerics.lengths) * scene.spectrum.breaks[0] / (2 * pi)
-    works = [work(numerics, i) for i in rungs]
-    falls = [numerics.levels[i].parts / 2.0**k for k, i in enumerate(rungs)]
-    all_levels = sum(fall * sqrt(each / works[0]) for fall, each in zip(falls, works, strict=True))
-    most = float(scene.ensemble.max_realizations)  # of the lowest level
-    members = min((2.0 / target * scatter / waves) ** 2 / area * all_levels, most) if area else most
-    return members * works[0] * all_levels

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from roughsim import prediction
-from roughsim.grid import Grid
 from roughsim.planning.levels import BASE_SIDE
 from roughsim.planning.realization import slide_problem
 from roughsim.scene import Scene
@@ -19,6 +18,11 @@ from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 _LEAST_CUT_OFF = 4.0  # q_y
 _MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
+_OF_FROZEN = (
+    'the contact slides on unchanged, as if the counterface alone were rough. With history = "sliding" both faces '
+    "move, equal bodies take half of the heat each, and T_flash differs by 10 to 60 %: it is lower at low speeds and "
+    "higher at high ones, as summits of the moving body stay hot"
+)
 
 
 def with_slide(scene: Scene, numerics: Numerics) -> Numerics:
@@ -47,10 +51,10 @@ def slide_level(scene: Scene, numerics: Numerics) -> Level:
 
 
 def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
-    """Yield level and cost of the slide; for a frozen scene of two rough faces, the effect and cost of a slide."""
+    """Yield level and cost of the slide; for a frozen scene of two rough faces, the effect of a slide."""
     if numerics.slide is None:
         if len(scene.faces) == 2 and scene.counterface_conducts:
-            yield left_out(scene, numerics)
+            yield Reason("history", "frozen", _OF_FROZEN)
         return
     level, problem = numerics.levels[numerics.slide], slide_problem(scene, numerics)
     x, y = level.shape
@@ -79,28 +83,9 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
         yield Reason("film", f"{positions} positions, up to {most:.2g} MB", why)
 
 
-def left_out(scene: Scene, numerics: Numerics) -> Reason:
-    """Return the effect and the cost of the slide that a frozen scene of two rough faces leaves out."""
-    grid, cell = Grid(slide_level(scene, numerics).shape, numerics.lengths), numerics.lengths[0]
-    steps = cell / pixel_of_path(grid)
-    seconds = _MEMBERS * steps * seconds_of_step(grid, len(scene.speeds))
-    why = (
-        'the contact slides on unchanged, as if the counterface alone were rough. With history = "sliding" both faces '
-        "move, equal bodies take half of the heat each, and T_flash differs by 10 to 60 %: it is lower at low speeds "
-        "and higher at high ones, as summits of the moving body stay hot; "
-        f"about {clock(seconds)} of CPU time for each {1e3 * cell:.3g} mm slid"
-    )
-    return Reason("history", "frozen", why)
-
-
 def seconds_of_slide(problem: SlideProblem) -> float:
     """Return the approximate CPU time of a slide, s; each speed is computed over its own distance."""
+    contact, heat = STEP_SECONDS
     followed = sum(problem.distances) / max(problem.distances)
     both = 1.0 + COARSER**3 * (problem.coarser is not None)  # the slide on the coarser grid comes after it
-    return problem.steps * both * seconds_of_step(problem.grid, followed)
-
-
-def seconds_of_step(grid: Grid, speeds: float) -> float:
-    """Return the approximate CPU time of a step, s."""
-    contact, heat = STEP_SECONDS
-    return grid.points * (contact + heat * speeds)
+    return problem.steps * both * problem.grid.points * (contact + heat * followed)

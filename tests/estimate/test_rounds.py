@@ -37,22 +37,22 @@ ONE = numerics_of("elastic")  # rungs 0, 1, 2 and the partner 3 of 0
 
 
 def test_a_run_begins_with_the_lowest_level_its_step_and_its_partner():
-    assert first_counts(numerics_of("elastic", rungs=4, partners=(0, 1)), 400) == (12, 5, 0, 0, 5, 0)
-    assert first_counts(numerics_of("elastic", partners=()), 400) == (12, 5, 0)
+    assert first_counts(numerics_of("elastic", rungs=4, partners=(0, 1)), 400) == (12, 6, 0, 0, 6, 0)
+    assert first_counts(numerics_of("elastic", partners=()), 400) == (12, 6, 0)
     assert first_counts(numerics_of("elastic", rungs=1, partners=()), 400) == (12,)
-    assert first_counts(numerics_of("elastic", rungs=1), 400) == (12, 5)
-    assert first_counts(numerics_of("smoothed", "capped", rungs=2, partners=(0, 1)), 400) == (12, 5, 5, 0) * 2
+    assert first_counts(numerics_of("elastic", rungs=1), 400) == (12, 6)
+    assert first_counts(numerics_of("smoothed", "capped", rungs=2, partners=(0, 1)), 400) == (12, 6, 6, 0) * 2
 
 
 def test_no_level_has_more_members_than_are_allowed():
-    assert first_counts(ONE, 8) == (8, 5, 0, 5)
+    assert first_counts(ONE, 8) == (8, 6, 0, 6)
     assert first_counts(ONE, 3) == (3, 3, 0, 3)
 
 
 def test_a_slide_has_its_members_from_the_beginning():
-    assert first_counts(numerics_of("elastic", partners=(), slide=8), 400) == (12, 5, 0, 8)
+    assert first_counts(numerics_of("elastic", partners=(), slide=8), 400) == (12, 6, 0, 8)
     assert first_counts(numerics_of("elastic", partners=(), slide=8), 5) == (5, 5, 0, 5)
-    assert first_counts(replace_first(numerics_of("elastic", partners=(), slide=8)), 20) == (12, 5, 0, 20)
+    assert first_counts(replace_first(numerics_of("elastic", partners=(), slide=8)), 20) == (12, 6, 0, 20)
 
 
 def replace_first(numerics):
@@ -62,7 +62,7 @@ def replace_first(numerics):
 
 # replay
 
-PLAN = [(12, 5, 0, 5), (20, 5, 0, 5), (40, 12, 6, 5), (55, 20, 12, 5)]  # rounds of a run
+PLAN = [(12, 6, 0, 6), (20, 6, 0, 6), (40, 12, 6, 6), (55, 20, 12, 6)]  # rounds of a run
 
 
 def by_plan(counts):
@@ -248,7 +248,7 @@ def test_an_unknown_error_adds_levels_and_meets_no_target(part, added):
     counts = (12, 6, 0, 0, 6, 0, 0)
     verdict = judge(LONG, {NAME: 0.02}, 400, counts, totals)
     assert not verdict.met
-    assert verdict.next == tuple(5 if level == added else n for level, n in enumerate(counts))
+    assert verdict.next == tuple(6 if level == added else n for level, n in enumerate(counts))
     everywhere = (12, 6, 4, 4, 6, 4, 4)
     verdict = judge(LONG, {NAME: 0.02}, 400, everywhere, totals)
     assert (verdict.met, verdict.next, verdict.needed) == (False, None, everywhere)
@@ -326,7 +326,7 @@ LONG = numerics_of("elastic", rungs=4, partners=(0, 1, 3))  # rungs 0 to 3; part
 def test_the_level_is_added_that_lowers_the_larger_error(counts, errors, added):
     verdict = next_of(LONG, counts, mean=[2.0, -3.0], **errors)
     expected = list(counts)
-    expected[added] = 5
+    expected[added] = 6
     assert verdict.next == tuple(expected)
     assert verdict.needed == tuple(expected)
     assert next_of(LONG, counts, most=4, mean=[2.0, -3.0], **errors).next[added] == 4
@@ -335,14 +335,14 @@ def test_the_level_is_added_that_lowers_the_larger_error(counts, errors, added):
 def test_an_error_that_counts_at_one_speed_alone_is_lowered_there():
     errors = {"pixel": np.array([0.03, 0.0]), "bandwidth": np.array([0.0, 0.013])}
     verdict = next_of(LONG, (12, 6, 0, 0, 6, 0, 0), mean=[1.0, 2.0], **errors)
-    assert verdict.next == (12, 6, 0, 0, 6, 5, 0)
+    assert verdict.next == (12, 6, 0, 0, 6, 6, 0)
 
 
 def test_a_chain_of_partners_is_gone_through():
     chain = numerics_of("elastic", rungs=2)
     q = chain.levels[0].q_max
     chain = replace(chain, levels=(*chain.levels, Level("elastic", (4 * POINTS,) * 2, q)))
-    assert next_of(chain, (12, 6, 6, 0), pixel=0.03).next == (12, 6, 6, 5)
+    assert next_of(chain, (12, 6, 6, 0), pixel=0.03).next == (12, 6, 6, 6)
 
 
 @pytest.mark.parametrize(("share", "adds"), [(0.7, False), (0.72, True)])
@@ -438,7 +438,7 @@ def test_a_level_is_added_to_the_column_that_needs_it():
         return values, estimate(observable, values)
 
     following = judge(both, {NAME: 0.02}, 400, counts, noisy).next
-    assert following == (12, 6, 5, 6, 24, 6, 0, 6)
+    assert following == (12, 6, 6, 6, 24, 6, 0, 6)
 
 
 # without a target
@@ -459,8 +459,8 @@ def test_without_a_target_a_run_ends_with_all_realizations_of_the_lowest_level()
     assert rounds.verdict.errors == {}
     # the others in the shares that take least work
     wanted = least_work(ONE, rounds.counts, 1.0)
-    assert rounds.counts[1] == pytest.approx(max(5, 100 * wanted[1] / wanted[0]), abs=2)
-    assert rounds.counts[3] == pytest.approx(max(5, 100 * wanted[3] / wanted[0]), abs=2)
+    assert rounds.counts[1] == pytest.approx(max(6, 100 * wanted[1] / wanted[0]), abs=2)
+    assert rounds.counts[3] == pytest.approx(max(6, 100 * wanted[3] / wanted[0]), abs=2)
 
 
 def test_without_a_target_rounds_double_at_most_and_add_levels_for_one_percent():
@@ -469,7 +469,7 @@ def test_without_a_target_rounds_double_at_most_and_add_levels_for_one_percent()
         seen.append(counts)
         counts = judge(ONE, {}, 100, counts, totals_of(ONE, SCATTER, bandwidth=0.011)).next
     assert [c[0] for c in seen] == [12, 24, 48, 96, 100]
-    assert seen[1][2] == 5
+    assert seen[1][2] == 6
     assert run(ONE, {}, 100, totals_of(ONE, SCATTER, bandwidth=0.007)).counts[2] == 0
 
 
