@@ -19,9 +19,9 @@ from roughsim.observables.record import Sample
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 
-# exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, at
-# least: .5 to 1.4 on three steels and two rocks from 4 to 32 q_y
-_FALL = 0.5
+# exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off:
+# .5 to 1.4 on three steels and two rocks from 4 to 32 q_y
+_FALL = 0.75
 FLASH = "flash_temperature"
 _TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum}
 

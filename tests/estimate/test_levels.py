@@ -63,7 +63,7 @@ def test_a_partner_at_the_end_gives_the_vanishing_pixel(steel, column, order):
     np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.abs(left), rtol=1e-12)
 
 
-@pytest.mark.parametrize(("column", "order", "fall"), [("elastic", 2.0, 0.5), ("capped", 1.75, 0.5)])
+@pytest.mark.parametrize(("column", "order", "fall"), [("elastic", 2.0, 0.75), ("capped", 1.75, 0.75)])
 def test_a_partner_lower_down_counts_by_what_is_left_of_it_at_the_end(steel, column, order, fall):
     pairs = with_partner(ladder(at_speeds(9.0, 7.5), (END / 4, END)), -0.06, END / 4)
     values = values_of(steel, column, NAME, pairs)
@@ -331,8 +331,8 @@ def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishi
     values = values_of(steel, "capped", NAME, pairs, extrapolated=False)
     assert asked == []
     change, left = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0), 0.06 / (2.0**1.75 - 1.0)
-    np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 2.0**0.5), rtol=1e-12)  # from 1e5 to 2e5
-    np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(change, left) / 2.0**0.5, rtol=1e-12)
+    np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 2.0**0.75), rtol=1e-12)  # from 1e5 to 2e5
+    np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(change, left) / 2.0**0.75, rtol=1e-12)
     np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
 
 
