@@ -212,7 +212,6 @@ def mean_over_contact(scene: Scene, column: str, pairs: list[Pair], of_level: Co
         rungs[-1].mean.value,
         mean.plus(Mean(np.zeros_like(slope), scatter)).scatter,
         errors,
-        np.zeros_like(slope),
         flash.way,
     )
     return OverContact(values, slope, members)

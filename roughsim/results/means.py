@@ -8,7 +8,7 @@ from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import SOURCES, Estimate, estimate
 from roughsim.estimate.ladder import Pair
-from roughsim.estimate.levels import FLASH, Values, notes_of, product, scaled, values_of
+from roughsim.estimate.levels import Values, notes_of, product, scaled, values_of
 from roughsim.estimate.rounds import Counts
 from roughsim.estimate.sliding import SLIDING_OBSERVABLES, sliding_estimate, with_background
 from roughsim.grid import Array

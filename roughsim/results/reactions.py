@@ -142,8 +142,7 @@ def _estimate(run: Means, observable: str, values: Values, over: OverContact, se
 
     The scatter of a mean that few members carry is unknown.
     """
-    flash = run.values(FLASH)
-    size = sensitivity * run.size_error(FLASH, run.column(None), flash)
+    size = sensitivity * run.size_error(FLASH, run.column(None))
     found = estimate(
         observable,
         values,
