@@ -2,7 +2,6 @@
 
 import roughsim as rs
 from roughsim.ensemble import executors, tasks
-from roughsim.ensemble.run import aimed
 from roughsim.store.claims import Claims
 
 
@@ -10,8 +9,7 @@ def to_do(scene, folder):
     run = rs.run(scene, folder, max_realizations=1)
     run.max_realizations = 2
     run.refresh()
-    scene = aimed(scene, max_realizations=2)
-    return tasks.Tasks([tasks.ActiveRun(scene, run.numerics, folder, run)], Claims(folder))
+    return tasks.Tasks([run], Claims(folder))
 
 
 class GivenPools(executors.Workers):

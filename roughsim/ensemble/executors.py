@@ -5,12 +5,11 @@ import signal
 import threading
 import warnings
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from math import inf
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from multiprocessing.synchronize import Event
 from types import TracebackType
 from typing import Any
 
@@ -59,8 +58,6 @@ class Workers(AbstractContextManager["Workers"]):
         self._member = 0.0  # bytes of a member
         self._pool: ProcessPoolExecutor | None = None
         self._lifeline: Connection | None = None  # when it closes, the workers end
-        self._begun: Event | None = None  # set by the first worker that has started
-        self._started_none = False  # whether a pool has ended before any of its workers had started
 
     @property
     def in_flight(self) -> int:
@@ -99,7 +96,7 @@ class Workers(AbstractContextManager["Workers"]):
         self._member = member
 
     def executor(self, seconds_left: float = inf) -> Executor:
-        """Return the executor for so much computing, s in one process; BrokenExecutor if its workers cannot start.
+        """Return the executor for so much computing, s in one process; RuntimeError if its workers cannot start.
 
         It is the same one until it breaks, but for a short computation that becomes a long one: `_WORTH_PROCESSES`.
         """
@@ -107,39 +104,38 @@ class Workers(AbstractContextManager["Workers"]):
             return self._given
         if self.in_process:
             return SerialExecutor()
-        if self._pool is None and self._asked is None and seconds_left < _WORTH_PROCESSES:
+        if self._pool is not None:
+            return self._pool
+        if self._asked is None and seconds_left < _WORTH_PROCESSES:
             return SerialExecutor()
-        if self._pool is None:
-            note_compilation()  # here, as one line: all workers compile the same kernels
-            context = get_context("spawn")  # a fork after threaded transforms hangs
-            self._begun = context.Event()
+        note_compilation()  # here, as one line: all workers compile the same kernels
+        context = get_context("spawn")  # a fork after threaded transforms hangs
+        for tries_left in (1, 0):  # a worker may be killed while it starts; a script without a guard fails again
             receiver, self._lifeline = context.Pipe(duplex=False)
-            self._pool = ProcessPoolExecutor(
-                self.count, context, _begin_worker, (receiver, self._begun, text.notes_are_shown)
+            pool = self._pool = ProcessPoolExecutor(
+                self.count, context, _begin_worker, (receiver, text.notes_are_shown)
             )
             # A script without a guard calls `run` again in each worker, which would wait for the claims of this
             # process. So no member is claimed before all workers have imported the script.
-            for started in [self._pool.submit(os.getpid) for _ in range(self.count)]:
-                started.result()
-        return self._pool
+            starting = [pool.submit(os.getpid) for _ in range(self.count)]
+            try:
+                for started in starting:
+                    started.result()
+                break
+            except BrokenExecutor as error:
+                self._close()
+                if not tries_left:
+                    raise RuntimeError(
+                        f"no worker could start ({error}): each worker imports the script, which must be a file with "
+                        '`if __name__ == "__main__":` above the call; or compute with workers=1'
+                    ) from None
+        return pool
 
     def replace_broken(self, error: Exception) -> None:
-        """Prepare a new pool with one worker fewer after a worker has died.
-
-        RuntimeError if the executor is of the caller, or if no worker of two pools could start.
-        """
+        """Prepare a new pool with one worker fewer after a worker has died; RuntimeError for one of the caller."""
         reason = str(error) or type(error).__name__
         if self._given is not None:
             raise RuntimeError(f"the executor has lost a member ({reason}): {_ADVICE}") from error
-        if self._begun is not None and not self._begun.is_set():
-            self._close()
-            if not self._started_none:  # a worker may be killed while it starts; a script without a guard fails again
-                self._started_none = True
-                return
-            raise RuntimeError(
-                f"no worker could start ({reason}): each worker imports the script, which must be a file with "
-                '`if __name__ == "__main__":` above the call; or compute with workers=1'
-            ) from None
         self._close()
         before = self.count
         self._asked = self.count = max(before - 1, 1)
@@ -166,13 +162,12 @@ class Workers(AbstractContextManager["Workers"]):
             self._pool = None
 
 
-def _begin_worker(lifeline: Connection, begun: Event, notes: bool) -> None:
+def _begin_worker(lifeline: Connection, notes: bool) -> None:
     """Leave interrupts to the parent process, and end when it closes the connection, or ends in any way.
 
     Workers show notes if the parent does.
     """
     text.notes_are_shown = notes
-    begun.set()
     for name in ("SIGINT", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)

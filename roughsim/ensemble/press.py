@@ -16,14 +16,13 @@ from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
 from roughsim.pipeline import Problem, Solution
 from roughsim.planning.levels import PIXELS
-from roughsim.results.folder import open_run
+from roughsim.results.folder import MAP, QUARTERS, open_run
 from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError, SceneSource
 from roughsim.scene.files import load_map
 from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
 from roughsim.show.text import note
-from roughsim.store.kinds import MAP, QUARTERS
 from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import band_limited, mirrored, overshoots
 

@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager, suppress
 
 from rich import progress as bars
 
-from roughsim.ensemble.status import needed, round_text, time_left
+from roughsim.ensemble.status import round_text, time_left
 from roughsim.results.run import Run
 from roughsim.show.terminal import PlainConsole
 from roughsim.show.text import tell
@@ -55,5 +55,5 @@ class Progress(AbstractContextManager["Progress"]):
         if not new and time.monotonic() - self._shown < _INTERVAL:
             return
         self._shown = time.monotonic()
-        share = len(run.members) / max(sum(needed(run)), 1)
+        share = len(run.members) / max(sum(run.needed), 1)
         self.show(f"{round_text(run)}, {time_left(run)}", share, run.rounds.number)

@@ -7,24 +7,34 @@ follows from the members alone. So any number of processes may work on one run.
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from roughsim.ensemble.executors import Workers, interrupted_by_signals
-from roughsim.ensemble.tasks import ActiveRun, Tasks, remove_unfinished
+from roughsim.ensemble.tasks import Tasks, remove_unfinished
 from roughsim.ensemble.workers import Source
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
 from roughsim.planning.plan import plan
 from roughsim.planning.realization import largest_member, scene_of
-from roughsim.results.folder import describe, folder_state, open_run, read_description
+from roughsim.results.folder import (
+    CONTENT,
+    KIND,
+    PRESS,
+    RUN,
+    content_of,
+    describe,
+    folder_state,
+    open_run,
+    read_description,
+)
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.show.text import is_notebook
 from roughsim.store.claims import Claims
-from roughsim.store.kinds import CONTENT, KIND, PRESS, RUN, again, content_of, kind_of
 from roughsim.store.member_files import FORMAT
 
 
@@ -118,18 +128,17 @@ def complete(
     fit(workers, [(scene, numerics) for scene, numerics, _ in begun])
     runs = []
     with Claims(claimed_in or begun[0][2].absolute()) as claims:
-        for scene, numerics, folder in begun:
-            home = folder.absolute()
-            remove_unfinished(home, claims)
+        for scene, _, folder in begun:
+            remove_unfinished(folder, claims)
             run = open_run(folder, damaged="redo")
             run.until = dict(scene.ensemble.until)  # scene.toml may have the targets of another process
             run.max_realizations = scene.ensemble.max_realizations
             run.refresh()
-            runs.append(ActiveRun(scene_of(scene, numerics), numerics, home, run, source))
-        Tasks(runs, claims, observer).complete(workers)
-        for active in runs:
-            remove_unfinished(active.folder, claims)
-    return [active.run for active in runs]
+            runs.append(run)
+        Tasks(runs, claims, observer, source).complete(workers)
+        for run in runs:
+            remove_unfinished(run.folder, claims)
+    return runs
 
 
 def fit(workers: Workers, begun: Sequence[tuple[Scene, Numerics]]) -> None:
@@ -163,37 +172,28 @@ def begin(
     state = folder_state(folder)
     if state == "foreign":
         raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the run")
-    _refuse_other_kind(folder, about[KIND])
     if state == "free":
         planned = plan(scene) if numerics is None else numerics
         computed = scene_of(scene, planned)
-        try:
+        with suppress(FileExistsError):  # another process was faster: its numerics count
             describe(folder, _description(computed, planned) | about, computed, first=True)
             return planned
-        except FileExistsError:  # another process was faster: its numerics count
-            _refuse_other_kind(folder, about[KIND])
     stored = read_description(folder)
     if numerics is None:
         numerics = _stored_numerics(folder, stored, scene)
     computed = scene_of(scene, numerics)
     description = _description(computed, numerics) | about
-    _refuse_other_scene(folder, stored, description)
+    _refuse_other(folder, stored, description)
     # versions and reasons may differ between processes: the first ones stay
     describe(folder, description | {key: stored[key] for key in ("versions", "reasons")}, computed)
     return numerics
 
 
-def _refuse_other_kind(folder: Path, kind: str) -> None:
-    """Refuse a run of random surfaces in the folder of a pressed map, and the other way round; RecordError."""
-    there = kind_of(folder)
-    if there not in (None, kind):
-        holds = "holds" if folder.exists() else "is the place of"
-        advice = f"name another folder; to resume it {again(folder)}"
-        raise RecordError(f"{folder} {holds} {CONTENT[there]}, not {CONTENT[kind]}; {advice}")
-
-
-def _refuse_other_scene(folder: Path, stored: Mapping[str, Any], description: Mapping[str, Any]) -> None:
-    """Refuse another scene, map or numerics; RecordError, naming the first key that differs."""
+def _refuse_other(folder: Path, stored: Mapping[str, Any], description: Mapping[str, Any]) -> None:
+    """Refuse another kind of run, another scene, map or numerics; RecordError, naming the first key that differs."""
+    kinds = [CONTENT.get(of[KIND], "another run") for of in (stored, description)]
+    if kinds[0] != kinds[1]:
+        raise RecordError(f"{folder} holds {kinds[0]}, not {kinds[1]}; name another folder")
     there, here = ({**of.get(PRESS, {}), **of["scene"], **of["numerics"]} for of in (stored, description))
     for key in dict.fromkeys((*there, *here)):
         old = there.get(key, "absent")

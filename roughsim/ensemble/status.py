@@ -3,7 +3,7 @@
 from math import inf, isfinite
 from typing import Any
 
-from roughsim.estimate.rounds import WORK_SECONDS, Counts, work
+from roughsim.estimate.rounds import WORK_SECONDS, work
 from roughsim.results.folder import left_out
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
@@ -20,7 +20,6 @@ def status_dict(run: Run) -> dict[str, Any]:
     process = _refreshed(run)
     missing = run.missing
     rounds = run.rounds
-    to_the_end = needed(run)
     result: dict[str, Any] = {
         "folder": str(run.folder),
         "writer": process,
@@ -32,12 +31,12 @@ def status_dict(run: Run) -> dict[str, Any]:
         "round": rounds.number + 1,
         "members": list(run.counts),
         "wanted": list(rounds.wanted),
-        "needed": to_the_end[run.numerics.of_column(run.column(None))[0]],
-        "members_needed": list(to_the_end),
+        "needed": run.needed[run.numerics.of_column(run.column(None))[0]],
+        "members_needed": list(run.needed),
         "finished": run.finished,
         "target_met": run.target_met,
         "why": rounds.verdict.why if rounds.verdict else "",
-        "errors": {name: json_value(error) for name, error in total_errors(run).items()},
+        "errors": {name: json_value(error) for name, error in run.total_errors.items()},
         "seconds_left": seconds_left(run),
         "until": run.until,
         "max_realizations": run.max_realizations,
@@ -77,10 +76,8 @@ def losses(run: Run) -> list[str]:
     """Return a line each on failed, missing and damaged members; empty for a whole run."""
     lines = [f"{run.failed} did not converge and are left out of the means"] if run.failed else []
     slide = run.numerics.slide
-    if slide is not None:
-        failed = len(run.members.failed(slide))
-        if failed:
-            lines.append(f"{failed} members that slide did not converge and are left out of the column sliding")
+    if slide is not None and (failed := len(run.members.failed(slide))):
+        lines.append(f"{failed} members that slide did not converge and are left out of the column sliding")
     return lines + left_out(run)
 
 
@@ -96,33 +93,23 @@ def state_line(run: Run) -> str:
 def outcome(run: Run) -> str:
     """Return the reason of the end of a run, with the errors and their targets."""
     why = run.rounds.verdict.why if run.rounds.verdict else ""
-    return ("target not reached: " if run.until and not run.target_met else "") + why + errors_text(run)
-
-
-def total_errors(run: Run) -> dict[str, float]:
-    """Return the relative total error, 95 %, of each target after the last complete round; empty before the first."""
-    return run.rounds.verdict.errors if run.rounds.verdict else {}
-
-
-def errors_text(run: Run) -> str:
-    """Return the total errors with their targets, as the end of a line; empty before the first estimate."""
-    text = ""
-    for name, error in total_errors(run).items():
-        size = f"{100 * error:.2g} %" if isfinite(error) else "unknown"
-        text += f", {name} total error {size} (target {100 * run.until[name]:g} %)"
-    return text
-
-
-def needed(run: Run) -> Counts:
-    """Return the expected final number of members of each level; in the first round the numbers of the round."""
-    return run.rounds.verdict.needed if run.rounds.verdict else run.rounds.wanted
+    return ("target not reached: " if run.until and not run.target_met else "") + why + _errors_text(run)
 
 
 def round_text(run: Run) -> str:
     """Return the current round, the number of its members that are stored, and the errors after the last one."""
     wanted = run.rounds.wanted
     there = sum(min(run.members.available[level], count) for level, count in enumerate(wanted))
-    return f"round {run.rounds.number + 1}: {there} of {sum(wanted)} members{errors_text(run)}"
+    return f"round {run.rounds.number + 1}: {there} of {sum(wanted)} members{_errors_text(run)}"
+
+
+def _errors_text(run: Run) -> str:
+    """Return the total errors with their targets, as the end of a line; empty before the first estimate."""
+    text = ""
+    for name, error in run.total_errors.items():
+        size = f"{100 * error:.2g} %" if isfinite(error) else "unknown"
+        text += f", {name} total error {size} (target {100 * run.until[name]:g} %)"
+    return text
 
 
 def seconds_left(run: Run) -> float | None:
@@ -138,7 +125,7 @@ def seconds_left(run: Run) -> float | None:
     done = sum(len(seconds[level]) * works[level] for level in levels)
     pace = sum(float(times.sum()) for times in seconds) / done
     left = 0.0
-    for level, count in enumerate(needed(run)):
+    for level, count in enumerate(run.needed):
         mean = float(seconds[level].mean()) if len(seconds[level]) else works[level] * pace
         left += max(count - run.members.available[level], 0) * mean
     return left

@@ -6,7 +6,7 @@ then computes a member of each run that needs it, so that surfaces and contacts 
 
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,11 +15,8 @@ from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.status import expected_seconds
 from roughsim.ensemble.workers import Job, Source, store_members
 from roughsim.errors import RecordError
-from roughsim.estimate.rounds import Counts
 from roughsim.planning.realization import below_problem, level_problem, slide_problem
 from roughsim.results.run import Run
-from roughsim.scene import Scene
-from roughsim.scene.numerics import Numerics
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import MEMBER_NAME, member_name, member_path
 
@@ -29,85 +26,58 @@ LATE = 10.0  # s that a network file system may take to show a new file
 _UNFINISHED = re.compile(rf"\.(?:({MEMBER_NAME.pattern})\.h5|run\.json|scene\.toml)\.[\w-]+\.tmp")
 
 
-@dataclass(slots=True, eq=False)
-class ActiveRun:
-    """A run that this process computes."""
-
-    scene: Scene
-    numerics: Numerics
-    folder: Path  # absolute: workers may have started in another directory
-    run: Run
-    source: Source | None = None  # None: random surfaces
-    jobs: dict[int, Job] = field(default_factory=dict)  # by level
-
-    def wanted(self, ahead: bool) -> Counts:
-        """Return the members of each level in the current round, or, with `ahead`, about those to the end."""
-        rounds = self.run.rounds
-        return rounds.verdict.needed if ahead and rounds.verdict else rounds.wanted
-
-    def job(self, level: int) -> Job:
-        """Return the job of a level."""
-        if level not in self.jobs:
-            about = self.scene, self.numerics
-            slides = level == self.numerics.slide
-            self.jobs[level] = Job(
-                level,
-                slide_problem(*about) if slides else level_problem(*about, level),
-                below_problem(*about, level),
-                speeds=self.scene.speeds,
-                keep_fields=self.numerics.keep_fields,
-                provenance={"scene": self.scene.identity(), "numerics": self.numerics.to_dict()},
-                folder=self.folder,
-                source=self.source,
-            )
-        return self.jobs[level]
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignment:
-    """A member, and the runs that need it."""
+    """A member, the runs that need it, and the job of each."""
 
     level: int
     index: int
-    runs: list[ActiveRun]
+    runs: list[Run]
+    jobs: list[Job]
 
-    @property
-    def name(self) -> str:
-        """Name of the member."""
-        return member_name(self.level, self.index)
-
-    @property
-    def jobs(self) -> list[Job]:
-        """Job of each run."""
-        return [active.job(self.level) for active in self.runs]
-
-    @property
     def missing(self) -> list[Path]:
-        """Files that this process does not see."""
-        paths = [member_path(active.folder, self.level, self.index) for active in self.runs]
+        """Return the files of the member that this process does not see."""
+        paths = [member_path(job.folder, self.level, self.index) for job in self.jobs]
         return [path for path in paths if not path.exists()]
+
+
+def job_of(run: Run, level: int, source: Source | None = None) -> Job:
+    """Return the job of a level of a run; `source` replaces random surfaces."""
+    scene, numerics = run.scene, run.numerics
+    return Job(
+        level,
+        slide_problem(scene, numerics) if level == numerics.slide else level_problem(scene, numerics, level),
+        below_problem(scene, numerics, level),
+        speeds=scene.speeds,
+        keep_fields=numerics.keep_fields,
+        provenance={"scene": scene.identity(), "numerics": numerics.to_dict()},
+        folder=run.folder.absolute(),  # workers may have started in another directory
+        source=source,
+    )
 
 
 @dataclass(slots=True, eq=False)
 class Tasks:
     """The members to compute, of one run or of several with the same levels and seed."""
 
-    runs: list[ActiveRun]
+    runs: list[Run]
     claims: Claims  # on a member of all of the runs
     observer: Callable[[Run], None] | None = None
+    source: Source | None = None  # None: random surfaces
+    _jobs: dict[tuple[Path, int], Job] = field(default_factory=dict)  # by run and level: the problems take time
 
     @property
-    def unfinished(self) -> list[ActiveRun]:
+    def unfinished(self) -> list[Run]:
         """Runs that need more members."""
-        return [active for active in self.runs if not active.run.finished]
+        return [run for run in self.runs if not run.finished]
 
     def complete(self, workers: Workers) -> None:
         """Compute members until all runs have ended; RuntimeError if workers die repeatedly."""
         failures = 0
         stored = self._stored()
-        while True:
+        while self.unfinished:
             try:
-                return self._work(workers)
+                self._work(workers)
             except (BrokenExecutor, CancelledError) as error:
                 workers.replace_broken(error)
                 self._refresh(self.runs)
@@ -120,14 +90,14 @@ class Tasks:
                     ) from error
 
     def _stored(self) -> int:
-        return sum(len(active.run.members) for active in self.runs)
+        return sum(len(run.members) for run in self.runs)
 
     def _work(self, workers: Workers) -> None:
         """Keep an executor busy until all runs have ended."""
         pending: dict[Future[str], Assignment] = {}
         try:
             while self.unfinished:
-                executor = workers.executor(sum(expected_seconds(active.run) for active in self.unfinished))
+                executor = workers.executor(sum(expected_seconds(run) for run in self.unfinished))
                 while len(pending) < workers.in_flight:
                     assignment = self._next(idle=len(pending) < workers.count)
                     if assignment is None:
@@ -151,42 +121,47 @@ class Tasks:
     def _next(self, *, idle: bool) -> Assignment | None:
         """Claim a member of the round, or, for an idle worker, of a later one; None if all are taken."""
         for ahead in (False, True) if idle else (False,):
-            wanted = [(active, active.wanted(ahead)) for active in self.unfinished]
-            for level, index in self._in_order(wanted, ahead):
-                runs = [
-                    active
-                    for active, counts in wanted
-                    if index < counts[level] and (level, index) not in active.run.members
-                ]
-                if not runs or not self.claims.take(member_name(level, index)):
+            for level, index, runs in self._lacking(ahead):
+                if not self.claims.take(member_name(level, index)):
                     continue
-                assignment = Assignment(level, index, runs)
-                if assignment.missing:
+                jobs = [self._job(run, level) for run in runs]
+                assignment = Assignment(level, index, runs, jobs)
+                if assignment.missing():
                     return assignment
                 self._count(assignment, "another host")  # stored by another process meanwhile
         return None
 
-    def _in_order(self, wanted: list[tuple[ActiveRun, Counts]], ahead: bool) -> Iterator[tuple[int, int]]:
-        """Yield level and index of the members up to the wanted counts that some run lacks.
+    def _lacking(self, ahead: bool) -> Iterator[tuple[int, int, list[Run]]]:
+        """Yield level and index of the members of the round that some runs lack, with these runs.
 
-        In a round the largest grids come first, so that it ends evenly; ahead of it the level that grows most.
+        The largest grids come first, so that the round ends evenly. With `ahead`, the members to the end of the runs,
+        the level that grows most first.
         """
+        wanted = [(run, run.needed if ahead else run.rounds.wanted) for run in self.unfinished]
         spans = {}
         sizes = {}
         for level, about in enumerate(self.runs[0].numerics.levels):
-            first = min((active.run.members.available[level] for active, _ in wanted), default=0)
+            first = min((run.members.available[level] for run, _ in wanted), default=0)
             last = max((counts[level] for _, counts in wanted), default=0)
             spans[level] = range(first, last)
             sizes[level] = len(spans[level]) if ahead else about.shape[0] * about.shape[1]
         for level in sorted(spans, key=sizes.__getitem__, reverse=True):
             for index in spans[level]:
-                yield level, index
+                runs = [run for run, counts in wanted if index < counts[level] and (level, index) not in run.members]
+                if runs:
+                    yield level, index, runs
+
+    def _job(self, run: Run, level: int) -> Job:
+        """Return the job of a level of a run."""
+        key = run.folder, level
+        if key not in self._jobs:
+            self._jobs[key] = job_of(run, level, self.source)
+        return self._jobs[key]
 
     def _count(self, assignment: Assignment, host: str) -> None:
         """Read the files of a computed member, and release its claim; a file system may show them late."""
         end = time.monotonic() + LATE
-        missing = assignment.missing
-        while missing:
+        while missing := assignment.missing():
             if time.monotonic() > end:
                 raise RecordError(
                     f"a worker on {host} wrote {missing[0]}, but this process does not see it: the file system is not "
@@ -194,14 +169,12 @@ class Tasks:
                 )
             list(missing[0].parent.iterdir())  # lets a network file system update
             time.sleep(0.1)
-            missing = assignment.missing
         self._refresh(assignment.runs, assignment)
-        self.claims.release(assignment.name)
+        self.claims.release(member_name(assignment.level, assignment.index))
 
-    def _refresh(self, runs: list[ActiveRun], assignment: Assignment | None = None) -> None:
+    def _refresh(self, runs: Sequence[Run], assignment: Assignment | None = None) -> None:
         """Read new members, an assigned one also beyond a gap, and call the observer if there are any."""
-        for active in runs:
-            run = active.run
+        for run in runs:
             before = len(run.members)
             if assignment is not None:
                 run.members.take(assignment.level, assignment.index)

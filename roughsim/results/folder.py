@@ -16,11 +16,15 @@ from roughsim.scene import Scene, parse_scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.claims import writer
 from roughsim.store.disk import checksum, is_temporary, place_bytes, read_bytes
-from roughsim.store.kinds import MAP, MOST_BYTES, QUARTERS, RUN, again, kind_of
-from roughsim.store.member_files import check_format, member_name
+from roughsim.store.member_files import AGAIN, check_format, member_name
 
-_BEGUN = {"lock", "claims", "realizations"}  # names that a start may have made before run.json
+KIND = "kind"  # key in run.json
+RUN, MAP, QUARTERS = "run", "map", "quarters"  # its values
+CONTENT = {RUN: "a run of drawn surfaces", MAP: "a pressed map", QUARTERS: "the quarters of a pressed map"}
+PRESS = "press"  # key in run.json: "of" the map or its quarters, how it was made periodic, its checksum
 _OPENED: dict[str, type[Run]] = {RUN: Run, MAP: Pressed, QUARTERS: Quarters}
+_MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
+_BEGUN = {"claims", "realizations"}  # names that a start may have made before run.json
 _NAMED = 5  # members that a line names; of others it gives the number
 
 
@@ -55,6 +59,14 @@ def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
     return "free" if empty and not names - begun else "foreign"
 
 
+def content_of(folder: Path) -> str:
+    """Return the content of a file or folder that prevents a new run or study, in words."""
+    if folder.is_file():
+        return "is a file"
+    words = {"study.json": "holds a study", "run.json": "holds a run"}
+    return next((words[name] for name in words if (folder / name).exists()), "holds other files")
+
+
 def read_description(folder: Path) -> dict[str, Any]:
     """Return the content of run.json.
 
@@ -63,12 +75,11 @@ def read_description(folder: Path) -> dict[str, Any]:
     """
     path = folder / "run.json"
     if not folder.exists():
-        start = f"start it with: roughsim run SCENE -o {folder}" if kind_of(folder) is None else again(folder)
-        raise RecordError(f"{folder} does not exist; {start}")
+        raise RecordError(f"{folder} does not exist; start it with `roughsim run` or `roughsim press`")
     if folder.is_file():
         raise RecordError(f"{folder} is a file; name the folder of a run")
     try:
-        description: dict[str, Any] = json.loads(read_bytes(path, MOST_BYTES).decode("utf-8"))
+        description: dict[str, Any] = json.loads(read_bytes(path, _MOST_BYTES).decode("utf-8"))
         version, checksums = int(description["format_version"]), description.get("checksums")
     except RecordError:
         raise
@@ -116,11 +127,10 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
     description, path = read_description(folder), folder / "scene.toml"
     try:
         # roughsim stores tables inline in scene.toml: a scene with names of files is not its own
-        scene = parse_scene(read_bytes(path, MOST_BYTES).decode("utf-8"), source=str(path))
+        scene = parse_scene(read_bytes(path, _MOST_BYTES).decode("utf-8"), source=str(path))
         numerics = Numerics.from_dict(description["numerics"])
         _refuse_impossible(description, scene, numerics)
-        kind = kind_of(folder)
-        run = _OPENED[kind or RUN](folder, description, scene, numerics, damaged)
+        run = _OPENED[description[KIND]](folder, description, scene, numerics, damaged)
         if isinstance(run, Pressed):
             run.quarters = open_run(folder / QUARTERS, damaged=damaged)
     except (ValueError, LookupError, TypeError, AttributeError) as error:
@@ -154,13 +164,13 @@ def gap(run: Run) -> list[str]:
     if process:
         return [f"not there yet: {_listed(run.missing)}; {process} computes the run now; {count} so far"]
     missing = open_run(run.folder, damaged="skip").missing  # a process may have ended the run meanwhile
-    return [f"lost: {_listed(missing)}; {count}; {again(run.folder)} to have them"] if missing else []
+    return [f"lost: {_listed(missing)}; {count}; {AGAIN} to have them"] if missing else []
 
 
 def left_out(run: Run) -> list[str]:
     """Return a line each on missing and on damaged members, with the consequence; empty for a complete run."""
     names = _listed([member_name(*key) for key in run.damaged])
-    damaged = [f"damaged and left out of the means: {names}; {again(run.folder)} to have them"] if names else []
+    damaged = [f"damaged and left out of the means: {names}; {AGAIN} to have them"] if names else []
     return gap(run) + damaged
 
 

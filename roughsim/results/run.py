@@ -114,6 +114,16 @@ class Run(Means):
         return self.rounds.finished
 
     @property
+    def needed(self) -> Counts:
+        """Expected final number of members of each level; in the first round the numbers of the round."""
+        return self.rounds.verdict.needed if self.rounds.verdict else self.rounds.wanted
+
+    @property
+    def total_errors(self) -> dict[str, float]:
+        """Relative total error, 95 %, of each target after the last complete round; empty before the first."""
+        return self.rounds.verdict.errors if self.rounds.verdict else {}
+
+    @property
     def missing(self) -> list[str]:
         """Names, as "L0-000003", of members that are missing although later ones exist; none once it has finished."""
         return [] if self.finished else self.members.missing(self.rounds.wanted)

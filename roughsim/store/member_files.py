@@ -25,9 +25,9 @@ from roughsim.observables.catalogue import AXIS, CURVES, NUMBERS
 from roughsim.observables.distribution import BIN_AREAS, Bins
 from roughsim.sliding import film
 from roughsim.store.disk import DamagedError, place_bytes, read_bytes
-from roughsim.store.kinds import again
 
 FORMAT = 5  # of members and of run.json
+AGAIN = "repeat the command that made the folder"  # advice on a lost member
 STAGES = ("surface", "contact", "observables")  # of the pipeline: the seconds of each are stored
 MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
 _SEAL = re.compile(rb"\nroughsim (L(\d+)-(\d{6,})\.h5) sha256 ([0-9a-f]{64})\n\Z")
@@ -151,8 +151,7 @@ def read_field(path: Path, name: str) -> NDArray[np.float32]:
 
 def damaged(path: Path, fault: str) -> DamagedError:
     """Return the error that names a file with its fault, as "is damaged (…)", and gives advice."""
-    advice = f"{again(path.parent.parent)}: it is moved into the folder 'damaged' and redone"
-    return DamagedError(f"{path} {fault}; {advice}")
+    return DamagedError(f"{path} {fault}; {AGAIN}: it moves the file into 'damaged' and computes the member again")
 
 
 def check_format(path: Path, version: int, provenance: Any) -> None:

@@ -15,13 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.errors import RecordError
-from roughsim.results.folder import folder_state, read_description
+from roughsim.results.folder import content_of, folder_state, read_description
 from roughsim.scene import Scene, SceneError, SceneLike, parse_scene
 from roughsim.scene.files import errors_named, read_text, scene_content, toml_content
 from roughsim.scene.schema import SECTIONS
 from roughsim.show.table import json_value
 from roughsim.store.disk import DamagedError, checksum, is_temporary, place_bytes, read_bytes, set_aside
-from roughsim.store.kinds import content_of
 from roughsim.studies.vary import MOST_POINTS, NAME, Axis, Point, points_of
 
 FORMAT = 1

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from roughsim.ensemble.progress import Progress
-from roughsim.ensemble.status import needed
 from roughsim.results.run import Run
 
 _LINES = 5  # printed at most without a terminal
@@ -19,7 +18,7 @@ class StudyProgress(Progress):
 
     def update(self, run: Run) -> None:
         """Show the number of finished points, and the current one."""
-        share = min(len(run.members) / max(sum(needed(run)), 1), 0.99)
+        share = min(len(run.members) / max(sum(run.needed), 1), 0.99)
         self._shares[run.folder] = 1.0 if run.finished else share
         finished = sum(share == 1.0 for share in self._shares.values())
         text = f"{finished} of {self._points} points finished; {run.realizations} realizations in {run.folder.name}"

@@ -144,7 +144,7 @@ def test_a_killed_worker_is_named_with_numbers_and_the_run_continues_with_one_fe
         workers.fit(3e6, "largest grid", 1)
         with pytest.warns(RuntimeWarning) as said:
             work.complete(workers)
-    assert work.runs[0].run.realizations == 2
+    assert work.runs[0].realizations == 2
     assert workers.count == 1
     (words,) = {str(one.message) for one in said}
     assert words.startswith("a worker has died (")

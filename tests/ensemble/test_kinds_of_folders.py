@@ -15,7 +15,7 @@ from roughsim.report import report_run
 
 NAME = "flash_temperature"
 PLACES = [".", "quarters"]  # of a pressed map
-ADVICE = r"press the map again \(roughsim press SCENE -o [^)]*pressed\)"
+ADVICE = "repeat the command that made the folder"
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_surfaces_are_not_drawn_into_the_folder_of_a_map(place, part):
     folder = place / "pressed" / part
     scene, before = rs.open_run(folder).scene, contents(place)
     more = replace(scene, ensemble=replace(scene.ensemble, max_realizations=8))
-    with pytest.raises(rs.RecordError, match=f"holds .* pressed map, not a run of drawn surfaces; .* {ADVICE}"):
+    with pytest.raises(rs.RecordError, match="holds .* pressed map, not a run of drawn surfaces; name another folder"):
         rs.run(more, folder)
     with pytest.raises(rs.RecordError, match="not a run of drawn surfaces"):
         rs.run(more, folder, numerics=rs.open_run(folder).numerics)
@@ -69,13 +69,9 @@ def test_the_command_run_refuses_a_map_before_it_plans(place, capsys):
         assert "pressed map, not a run of drawn surfaces" in " ".join(capsys.readouterr().err.split())
 
 
-def test_the_place_of_the_quarters_is_kept_for_them(place):
-    folder = place / "pressed" / "quarters"
-    scene = rs.open_run(folder).scene
-    shutil.rmtree(folder)
-    with pytest.raises(rs.RecordError, match="is the place of the quarters of a pressed map, not a run of drawn"):
-        rs.run(scene, folder)
-    with pytest.raises(rs.RecordError, match=ADVICE):  # no advice to run anything there
+def test_lost_quarters_are_pressed_again(place):
+    shutil.rmtree(place / "pressed" / "quarters")
+    with pytest.raises(rs.RecordError, match=r"quarters does not exist; start it with `roughsim run` or .*press`"):
         rs.open_run(place / "pressed")
     assert rs.press(place / "scene.toml", place / "pressed", changes=AT_35).independent == 4
 
@@ -83,10 +79,10 @@ def test_the_place_of_the_quarters_is_kept_for_them(place):
 def test_a_map_is_not_pressed_into_a_run_of_drawn_surfaces(pressed, tmp_path, quick):
     run = rs.run(replace(quick, ensemble=replace(quick.ensemble, max_realizations=2, until=())), tmp_path / "run")
     before = contents(run.folder)
-    with pytest.raises(rs.RecordError, match="holds a run of drawn surfaces, not a pressed map; .* run the scene"):
+    with pytest.raises(rs.RecordError, match="holds a run of drawn surfaces, not a pressed map; name another"):
         rs.press(pressed / "scene.toml", run.folder, changes=AT_35)
     assert contents(run.folder) == before
-    with pytest.raises(rs.RecordError, match="holds a pressed map; name a new folder for the study"):
+    with pytest.raises(rs.RecordError, match="holds a run; name a new folder for the study"):
         rs.study(quick, vary={"sliding.nominal_pressure": [4e7]}, folder=pressed / "pressed")
 
 
@@ -114,21 +110,18 @@ def test_a_damaged_member_of_a_map_is_moved_aside_and_pressed_again(place, part)
     np.testing.assert_array_equal(again.estimate(NAME).total_error, first.total_error)
 
 
-def test_advice_on_a_damaged_or_missing_member_names_press(place, capsys):
+def test_advice_on_a_damaged_or_missing_member_fits_a_press(place, capsys):
     quarters = place / "pressed" / "quarters"
     flip_byte(quarters / "realizations" / "L0-000001.h5")
-    main_ended = pytest.raises(SystemExit)
-    with main_ended:
+    with pytest.raises(SystemExit):
         main(["status", str(quarters)])
-    said = " ".join(capsys.readouterr())
-    assert "run the scene" not in said
-    assert f"roughsim press SCENE -o {place / 'pressed'}" in said.replace("\n", "")
+    assert ADVICE in " ".join(" ".join(capsys.readouterr()).split())
     (quarters / "realizations" / "L0-000001.h5").unlink()
     with pytest.raises(SystemExit):
         main(["status", str(quarters)])
-    said = "".join(capsys.readouterr()).replace("\n", "")
-    assert "lost: L0-000001" in said
-    assert f"roughsim press SCENE -o {place / 'pressed'}" in said
+    words = " ".join(" ".join(capsys.readouterr()).split())
+    assert "lost: L0-000001" in words
+    assert ADVICE in words
 
 
 def test_fields_of_a_map_that_were_not_kept_are_not_drawn(place):

@@ -8,7 +8,7 @@ import pytest
 import roughsim as rs
 from roughsim import pipeline
 from roughsim.ensemble import workers
-from roughsim.ensemble.tasks import ActiveRun
+from roughsim.ensemble.tasks import job_of
 from roughsim.planning.realization import below_problem, level_problem
 from roughsim.scene.numerics import Numerics
 from roughsim.store.member_files import member_path, read_member
@@ -101,7 +101,7 @@ def test_runs_that_are_computed_together_share_surfaces_and_contacts_of_both_lev
         capped_scene.with_("sliding.nominal_pressure", 4e7),
     ]
     runs = [rs.run(one, tmp_path / str(k), numerics=numerics, max_realizations=1) for k, one in enumerate(scenes)]
-    jobs = [ActiveRun(run.scene, numerics, run.folder, run).job(STEP) for run in runs]
+    jobs = [job_of(run, STEP) for run in runs]
     alone = [member_path(run.folder, STEP, 0).read_bytes() for run in runs]
     before = [stored(run, STEP, 0) for run in runs]
     drawn, solved = calls(pipeline, "synthesize"), calls(pipeline, "loaded")

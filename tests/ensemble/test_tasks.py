@@ -56,7 +56,7 @@ def test_workers_that_die_once_are_replaced_and_the_observer_sees_every_member(q
     work.observer = lambda run: seen.append(run.realizations)
     work.complete(GivenPools(Broken(), SerialExecutor()))
     assert seen[0] == 2
-    assert work.runs[0].run.realizations == 2
+    assert work.runs[0].realizations == 2
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])

@@ -95,7 +95,7 @@ def test_what_readers_refuse_the_run_moves_aside_and_does_again(folder, whole, h
     wrong = path.read_bytes()
     with pytest.raises(rs.RecordError, match=r"L1-000002.h5 is (of another run|damaged) .*|L1-000002.h5 is of") as told:
         rs.open_run(folder)
-    assert str(told.value).endswith("run the scene again: it is moved into the folder 'damaged' and redone")
+    assert str(told.value).endswith("folder: it moves the file into 'damaged' and computes the member again")
     assert list(rs.open_run(folder, damaged="skip").damaged) == [(1, 2)]
     with pytest.warns(RuntimeWarning, match=r"L1-000002.h5 is .*; it was moved to .*damaged/L1-000002.h5"):
         again = rs.run(whole.scene, folder, max_realizations=COUNT)

@@ -22,7 +22,7 @@ def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder
     (folder / "realizations" / "L0-000099.h5.bak").write_text("mine")
     run = rs.open_run(folder)
     assert (run.realizations, run.missing) == (3, ["L0-000003", "L0-000005", "L1-000002"])
-    said = "lost: L0-000003, L0-000005, L1-000002; only the 3 realizations before count; run the scene again"
+    said = "lost: L0-000003, L0-000005, L1-000002; only the 3 realizations before count; repeat the command"
     assert any(line.startswith(said) for line in status_lines(run))
     assert status_dict(run)["missing"] == status_dict(run)["lost"] == run.missing
     assert any(note.startswith(said) for note in rs.compare(run).notes())
@@ -96,6 +96,6 @@ def test_damaged_members_are_named_and_not_said_to_have_not_converged(folder):
     path.write_bytes(path.read_bytes()[:-300])
     run = rs.open_run(folder, damaged="skip")
     lines = status_lines(run)
-    assert any(line.startswith("damaged and left out of the means: L0-000002; run") for line in lines)
+    assert any(line.startswith("damaged and left out of the means: L0-000002; repeat the command") for line in lines)
     assert not any("did not converge" in line for line in lines)
     assert (status_dict(run)["damaged"], status_dict(run)["failed"]) == (["L0-000002"], 0)

@@ -38,7 +38,7 @@ def test_no_damaged_byte_goes_unseen_wherever_it_lies(path, kind):
         if broken == sound:
             continue  # zeros were there before
         path.write_bytes(broken)
-        with pytest.raises(rs.RecordError, match=r"L1-000042.h5 is damaged \(.*moved into the folder 'damaged'"):
+        with pytest.raises(rs.RecordError, match=r"L1-000042.h5 is damaged \(.*moves the file into 'damaged'"):
             read_member(path)
 
 
