@@ -16,7 +16,8 @@ from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
 from roughsim.pipeline import Problem, Solution
 from roughsim.planning.levels import PIXELS
-from roughsim.results.folder import MAP, QUARTERS, open_run
+from roughsim.results.description import MAP, QUARTERS
+from roughsim.results.folder import open_run
 from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError, SceneSource
@@ -95,7 +96,7 @@ def press(
         own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), max_realizations=len(cells)))
         numerics = _numerics(own, cells[0].grid, resolution, joined)
         fit(allowed, [(own, numerics)])
-        numerics = begin(own, home, numerics, pressed={"of": kind, "edges": joined, "heights": digest})
+        numerics = begin(own, home, numerics, press={"of": kind, "edges": joined, "heights": digest})
         source = MapSource(kind, topography, tuple(cells), joined, loaded.sliding.direction, len(numerics.levels) - 1)
         begun.append(((own, numerics, home), source))
     with interrupted_by_signals(), allowed:

@@ -19,23 +19,13 @@ from roughsim.errors import RecordError
 from roughsim.pipeline import versions
 from roughsim.planning.plan import plan
 from roughsim.planning.realization import largest_member, scene_of
-from roughsim.results.folder import (
-    CONTENT,
-    KIND,
-    PRESS,
-    RUN,
-    content_of,
-    describe,
-    folder_state,
-    open_run,
-    read_description,
-)
+from roughsim.results.description import Description, content_of, folder_state, read_description
+from roughsim.results.folder import open_run
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneLike, as_scene
-from roughsim.scene.numerics import Numerics, Reason
+from roughsim.scene.numerics import Numerics
 from roughsim.show.text import is_notebook
 from roughsim.store.claims import Claims
-from roughsim.store.member_files import FORMAT
 
 
 def run(
@@ -161,67 +151,31 @@ def aimed(
 
 
 def begin(
-    scene: Scene, folder: Path, numerics: Numerics | None = None, *, pressed: Mapping[str, str] | None = None
+    scene: Scene, folder: Path, numerics: Numerics | None = None, *, press: Mapping[str, str] | None = None
 ) -> Numerics:
     """Begin a run in a folder, or check the scene of an existing run; return the numerics of the run.
 
-    `pressed` has the values of the key `PRESS` in run.json; None: random surfaces. RecordError, before anything is
-    planned, if the folder holds other files, another kind of run or another scene, naming the first key that differs.
+    `press` is of a pressed map, as in `Description`. RecordError, before anything is planned, if the folder holds other
+    files, another kind of run or another scene, naming the first key that differs.
     """
-    about: dict[str, Any] = {KIND: RUN} if pressed is None else {KIND: pressed["of"], PRESS: dict(pressed)}
     state = folder_state(folder)
     if state == "foreign":
         raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the run")
     if state == "free":
         planned = plan(scene) if numerics is None else numerics
         computed = scene_of(scene, planned)
+        description = Description(computed.identity(), planned, versions(), press or {})
         with suppress(FileExistsError):  # another process was faster: its numerics count
-            describe(folder, _description(computed, planned) | about, computed, first=True)
+            description.write(folder, computed, first=True)
             return planned
     stored = read_description(folder)
     if numerics is None:
-        numerics = _stored_numerics(folder, stored, scene)
+        keep = scene.numerics.keep_fields
+        numerics = stored.numerics if keep is None else replace(stored.numerics, keep_fields=keep)
     computed = scene_of(scene, numerics)
-    description = _description(computed, numerics) | about
-    _refuse_other(folder, stored, description)
     # versions and reasons may differ between processes: the first ones stay
-    describe(folder, description | {key: stored[key] for key in ("versions", "reasons")}, computed)
+    with_reasons = replace(numerics, reasons=stored.numerics.reasons)
+    description = Description(computed.identity(), with_reasons, stored.versions, press or {})
+    description.refuse_other(folder, stored)
+    description.write(folder, computed)
     return numerics
-
-
-def _refuse_other(folder: Path, stored: Mapping[str, Any], description: Mapping[str, Any]) -> None:
-    """Refuse another kind of run, another scene, map or numerics; RecordError, naming the first key that differs."""
-    kinds = [CONTENT.get(of[KIND], "another run") for of in (stored, description)]
-    if kinds[0] != kinds[1]:
-        raise RecordError(f"{folder} holds {kinds[0]}, not {kinds[1]}; name another folder")
-    there, here = ({**of.get(PRESS, {}), **of["scene"], **of["numerics"]} for of in (stored, description))
-    for key in dict.fromkeys((*there, *here)):
-        old = there.get(key, "absent")
-        new = here.get(key, "absent")
-        if old != new and key != "keep_fields":
-            raise RecordError(
-                f"{folder} holds another scene: {key} is {old} there and {new} here; name another folder, or give the "
-                "scene as it was"
-            )
-
-
-def _stored_numerics(folder: Path, stored: Mapping[str, Any], scene: Scene) -> Numerics:
-    """Return the stored numerics of a run; its plan may be of another version."""
-    try:
-        reasons = tuple(Reason(*words) for words in stored["reasons"])
-        numerics = replace(Numerics.from_dict(stored["numerics"]), reasons=reasons)
-    except (KeyError, TypeError, ValueError) as error:
-        raise RecordError(f"{folder} cannot be opened: {error}") from error
-    keep = scene.numerics.keep_fields
-    return numerics if keep is None else replace(numerics, keep_fields=keep)
-
-
-def _description(scene: Scene, numerics: Numerics) -> dict[str, Any]:
-    """Return the content of run.json, without its checksums, as JSON values."""
-    return {
-        "format_version": FORMAT,
-        "scene": scene.identity(),
-        "numerics": numerics.to_dict(),
-        "reasons": [list(reason) for reason in numerics.reasons],
-        "versions": versions(),
-    }

@@ -17,7 +17,7 @@ from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.distribution import BIN_AREAS, Bins
 from roughsim.observables.record import Sample
-from roughsim.scene.numerics import Numerics
+from roughsim.results.description import Description
 from roughsim.sliding.film import film_shape
 from roughsim.store.disk import DamagedError, not_readable, set_aside
 from roughsim.store.member_files import (
@@ -52,22 +52,15 @@ class Members(dict[Key, Member]):
         Number of members of each level that count. The other methods concern these.
     """
 
-    def __init__(
-        self,
-        folder: Path,
-        numerics: Numerics,
-        speeds: tuple[float, ...],
-        description: Mapping[str, Any],
-        treatment: Damaged,
-    ):
+    def __init__(self, folder: Path, description: Description, speeds: tuple[float, ...], treatment: Damaged):
         super().__init__()
-        self.folder, self.numerics, self.speeds = folder, numerics, speeds
+        self.folder, self.numerics, self.speeds = folder, description.numerics, speeds
         self.damaged: dict[Key, str] = {}
-        self.available = [0] * len(numerics.levels)
+        self.available = [0] * len(self.numerics.levels)
         self.counts: Counts = tuple(self.available)
-        self._identity, self._treatment = _identity_of(description), treatment
+        self._identity, self._treatment = _identity_of(description.values()), treatment
         self._modes: dict[int, list[tuple[int, ...]]] = {}  # shapes of the stress spectra of each level
-        self._streams = [numerics.stream(level) for level in range(len(numerics.levels))]  # of surfaces, by level
+        self._streams = [self.numerics.stream(level) for level in range(len(self.available))]  # of surfaces, by level
 
     def refresh(self, most: int) -> None:
         """Read new members, of each level at most `most`; errors as `take`."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from copy import copy
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,12 +14,12 @@ from roughsim.estimate.levels import Values
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
 from roughsim.grid import Grid
 from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
+from roughsim.results.description import Description
 from roughsim.results.fields import Field, check_field, temperature_of
 from roughsim.results.means import Means
 from roughsim.results.members import Damaged, Members
 from roughsim.results.reactions import Asked, asked_estimates
 from roughsim.scene import Scene
-from roughsim.scene.numerics import Numerics
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
 from roughsim.store.member_files import member_path, read_field
@@ -48,7 +48,7 @@ class Run(Means):
     heat_partition : ndarray
         Share of the heat, per speed: stated by the scene, or by the theory under the rules "mean" and "total".
         Under these rules measured temperatures are reported with the share of their own column: `share`.
-    reasons : list of [str, str, str]
+    reasons : tuple of Reason
         Choices of the plan, each with its value and reason; empty if the numerics were given.
     members : Members
         The members that were read, by level and index, without fields.
@@ -60,12 +60,12 @@ class Run(Means):
 
     rounds: Rounds
 
-    def __init__(self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics, treatment: Damaged):
-        super().__init__(scene, Members(folder, numerics, scene.speeds, description, treatment))
+    def __init__(self, folder: Path, description: Description, scene: Scene, treatment: Damaged):
+        super().__init__(scene, Members(folder, description, scene.speeds, treatment))
         self.seed = scene.ensemble.seed
         self.until = dict(scene.ensemble.until)
         self.max_realizations = scene.ensemble.max_realizations
-        self.reasons: list[list[str]] = description["reasons"]
+        self.reasons = description.numerics.reasons
         self.damaged = self.members.damaged
         self._verdicts: dict[tuple[object, ...], Verdict] = {}  # each round is judged again after each new member
 

@@ -262,7 +262,7 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
 
     A forger of a header can forge its seal, too.
     """
-    from roughsim.store.hdf5 import opened_array
+    from roughsim.store.hdf5 import opened_array, read_array
 
     def opened(name: str) -> Any:
         return opened_array(file, name, len(KINDS[name].axes))
@@ -277,8 +277,8 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
     length_x, length_y = (float(length) for length in header["lengths"])
     own, below = Moments({}, np.empty(0), np.empty(0)), None
     if not failure:
-        arrays = [opened(name)[...] for name in ("numbers", "wavenumber", "stress_spectrum")]
-        bins = [opened(name)[...] for name in BINS if "bins" in header]
+        arrays = [read_array(opened(name), np.float64) for name in ("numbers", "wavenumber", "stress_spectrum")]
+        bins = [read_array(opened(name), np.float64) for name in BINS if "bins" in header]
         own, *rest = _moments(header["numbers"], len(speeds), arrays, bins)
         below = rest[0] if rest else None
     kept = {name: opened(name) for name in header["fields"] if name in FIELDS}
@@ -288,8 +288,8 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
         failure,
         *own,
         below,
-        {name: opened(name)[...] for name in header["curves"] if name in CURVES},
-        {name: kept[name][...] for name in kept if name in fields},
+        {name: read_array(opened(name), np.float64) for name in header["curves"] if name in CURVES},
+        {name: read_array(kept[name], np.float32) for name in kept if name in fields},
         (length_x, length_y),
         speeds,
         provenance,

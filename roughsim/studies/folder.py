@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.errors import RecordError
-from roughsim.results.folder import content_of, folder_state, read_description
+from roughsim.results.description import content_of, folder_state, read_description
 from roughsim.scene import Scene, SceneError, SceneLike, parse_scene
 from roughsim.scene.files import errors_named, read_text, scene_content, toml_content
 from roughsim.scene.schema import SECTIONS
@@ -187,7 +187,7 @@ def refuse_exchanged(folder: Path, description: Description) -> int:
     places = [(point, folder / "points" / point.name) for point in description.points]
     begun = [(point, place) for point, place in places if folder_state(place) == "run"]
     for point, place in begun:
-        refuse_other_scene(place, read_description(place)["scene"], point, description)
+        refuse_other_scene(place, read_description(place).scene, point, description)
     return len(begun)
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.answers import NOTE, TAIL, UNKNOWN, answers
 from roughsim.results.arrays import Labelled
-from roughsim.results.folder import folder_state, open_run
+from roughsim.results.description import folder_state
+from roughsim.results.folder import open_run
 from roughsim.results.run import Run
 from roughsim.studies.folder import Description, read, refuse_other_scene
 from roughsim.studies.vary import Point, short_names

@@ -18,7 +18,7 @@ from roughsim import prediction
 from roughsim.ensemble.executors import Workers, interrupted_by_signals
 from roughsim.ensemble.run import aimed, begin, complete
 from roughsim.planning.plan import plan
-from roughsim.results.folder import folder_state
+from roughsim.results.description import folder_state
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError, SceneLike
 from roughsim.scene.files import scene_of

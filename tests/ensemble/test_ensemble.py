@@ -211,7 +211,7 @@ def test_a_planned_run_goes_on_with_what_it_began_with(tmp_path, calls):
     run = rs.run(scene, tmp_path / "run", max_realizations=3, until={"flash_temperature": 1e-4})
     assert run.realizations == 3
     assert run.numerics == began.numerics
-    assert run.reasons == began.reasons != []
+    assert run.reasons == began.reasons != ()
     assert planned == []
 
 

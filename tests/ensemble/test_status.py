@@ -11,7 +11,7 @@ import pytest
 import roughsim as rs
 from roughsim.ensemble import status
 from roughsim.estimate.rounds import Rounds, Verdict
-from roughsim.results.folder import read_description
+from roughsim.results.description import read_description
 from roughsim.results.run import Run
 from roughsim.show.text import clock
 from roughsim.store.claims import Claims
@@ -32,9 +32,7 @@ class Standing(Run):
 def running(capped_run, tmp_path):
     """In the second round: six members of each level, of seven that it takes, and of ten, six and eight in the end."""
     shutil.copytree(capped_run.folder, tmp_path / "run")
-    run = Standing(
-        tmp_path / "run", read_description(capped_run.folder), capped_run.scene, capped_run.numerics, "refuse"
-    )
+    run = Standing(tmp_path / "run", read_description(capped_run.folder), capped_run.scene, "refuse")
     Run.refresh(run)
     run.rounds = Rounds((6, 6, 6), (7, 7, 7), 1, Verdict(False, (7, 7, 7), (10, 6, 8), "statistical", ERRORS))
     run.until = {"flash_temperature": 0.01}

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from damage_cases import member
 
+from roughsim.results.description import Description
 from roughsim.results.members import Members
 from roughsim.scene.numerics import Level, Numerics
 from roughsim.store.member_files import Member
@@ -23,7 +24,7 @@ LEVELS = (
 @pytest.fixture
 def members():
     """Five members of each level; index 1 failed in smoothed contact, index 2 at the second capped level."""
-    table = Members(Path("run"), Numerics(LEVELS, (2.0e-3, 1.5e-3)), SPEEDS, {}, "refuse")
+    table = Members(Path("run"), Description({}, Numerics(LEVELS, (2.0e-3, 1.5e-3)), {}), SPEEDS, "refuse")
     table.counts = (5,) * 4
     for level in range(4):
         for index in range(5):

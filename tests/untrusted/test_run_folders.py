@@ -191,7 +191,7 @@ def change(folder, **values):
 DESCRIPTIONS = {
     "scene": ({"scene": {}}, "run.json and scene.toml are of different scenes"),
     "numerics": ({"numerics": {"levels": []}}, "cannot be opened"),
-    "reasons": ({"reasons": [["a", "b"]]}, "reasons must be lists of choice, value and reason"),
+    "reasons": ({"reasons": [["a", "b"]]}, "cannot be opened"),
     "list": ({"numerics": []}, "cannot be opened"),
 }
 
