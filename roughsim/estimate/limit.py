@@ -15,7 +15,7 @@ from roughsim.grid import Array
 # least share of the rest that is in doubt, as measured: in proportion to the law for contact that yields, and by steps
 _OF_LAW, _OF_STEPS = 0.07, 0.25
 _MOST_BY_STEPS = 0.5  # of the value: a larger rest with the theory's shape was not tried
-_LOWER = 0.3  # how far below the usual exponent those of single scenes lie
+_USUAL_SCATTER, _LEAST_EXPONENT = 0.3, 0.2  # how far exponents lie from the usual one, and the least of them
 
 
 class Limit(NamedTuple):
@@ -69,13 +69,28 @@ def by_steps(rungs: list[Rung], law: Array) -> Limit:
 
 
 def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
-    """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, with the usual exponent p, from two rungs or more.
+    """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two rungs or more.
 
-    The error is the difference from the rest with the lower exponent max(p − `_LOWER`, p/2).
+    p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances.
     """
     q = np.array([rung.q_max for rung in rungs[-2:]] + [end])[:, None]
-    rest, slower = (_by_steps(rungs, q**-p) for p in (usual, max(usual - _LOWER, 0.5 * usual)))
-    return Limit(rest, np.abs(slower.value - rest.value), f"as q_c^(−p) with p = {usual:.2f}")
+    exponent = np.full(rungs[-1].mean.value.shape, usual)
+    scatter = np.full_like(exponent, _USUAL_SCATTER)
+    if len(rungs) > 2:
+        low, middle, top = (rung.mean for rung in rungs[-3:])
+        with np.errstate(all="ignore"):
+            quotient = middle.plus(low.times(-1.0)).over(top.plus(middle.times(-1.0)))  # (q₂/q₁)^p
+            rise = np.log(q[1] / q[0])
+            fitted = np.log(quotient.value) / rise
+            own = np.sqrt(sum(quotient.variance.values())) / (rise * quotient.value)
+            weight = 1.0 / (1.0 + (own / _USUAL_SCATTER) ** 2)
+        weight = np.where(np.isfinite(weight) & (fitted >= _LEAST_EXPONENT), weight, 0.0)
+        exponent = np.where(weight > 0.0, usual + weight * (fitted - usual), usual)
+        scatter = np.sqrt(1.0 - weight) * _USUAL_SCATTER
+    rest = _by_steps(rungs, q**-exponent)
+    slower = _by_steps(rungs, q ** -np.maximum(exponent - scatter, _LEAST_EXPONENT))
+    error = np.maximum(np.abs(slower.value - rest.value), _OF_STEPS * np.abs(rest.value))
+    return Limit(rest, error, "as q_c^(−p) with p = " + ", ".join(dict.fromkeys(f"{p:.2f}" for p in exponent)))
 
 
 def _in_proportion(rungs: list[Rung], shape: Array) -> Mean:

@@ -197,34 +197,90 @@ def power_law(q, exponent, limit=7.0, c=3.0):
 
 
 @pytest.mark.parametrize("c", [3.0, -3.0])
-@pytest.mark.parametrize("usual", [0.4, 0.6, 1.0])
+@pytest.mark.parametrize("exponent", [0.4, 0.8, 1.3, 2.5])
 @pytest.mark.parametrize("end", [20.0, 800.0])
-@pytest.mark.parametrize("count", [2, 3])
-def test_a_power_of_the_cut_off_is_continued_exactly_and_a_lower_one_is_as_likely(usual, end, c, count):
-    q = CUT_OFFS[-count:]
-    limit = by_power(rungs_at([[power_law(x, usual, c=c)] for x in q], q), end, usual)
-    rest = power_law(end, usual, c=c) - power_law(16.0, usual, c=c)
+def test_a_power_of_the_cut_off_is_continued_exactly_to_a_finite_end(exponent, end, c):
+    rungs = rungs_at([[power_law(q, exponent, c=c)] for q in CUT_OFFS])
+    limit = by_power(rungs, end, usual=1.0)
+    rest = power_law(end, exponent, c=c) - power_law(16.0, exponent, c=c)
     assert limit.rest.value[0] == pytest.approx(rest, rel=1e-9)
-    p = {0.4: 0.2, 0.6: 0.3, 1.0: 0.7}[usual]  # lower by 0.3, or half of it
-    step = power_law(16.0, usual, c=c) - power_law(8.0, usual, c=c)
-    lower = step * (end**-p - 16.0**-p) / (16.0**-p - 8.0**-p)
-    assert limit.error[0] == pytest.approx(abs(lower - rest), rel=1e-9)
-    assert limit.way == f"as q_c^(−p) with p = {usual:.2f}"
+    assert limit.error[0] == pytest.approx(0.25 * abs(rest), rel=1e-9)
+    assert limit.way == f"as q_c^(−p) with p = {exponent:.2f}"
 
 
 @pytest.mark.parametrize("ratio", [1.5, 3.0])
 def test_cut_offs_need_not_double(ratio):
     q = [4.0 * ratio**k for k in range(3)]
-    limit = by_power(rungs_at([[power_law(x, 0.8)] for x in q], q), 800.0, usual=0.8)
+    limit = by_power(rungs_at([[power_law(x, 0.8)] for x in q], q), 800.0, usual=1.3)
     assert limit.rest.value[0] == pytest.approx(power_law(800.0, 0.8) - power_law(q[-1], 0.8), rel=1e-9)
 
 
-def test_only_the_last_step_shows_the_power_at_each_speed_by_itself():
-    means = [[99.0, 1.0], *([power_law(x, 0.5), power_law(x, 0.5, 4.0, -1.0)] for x in (8.0, 16.0))]
-    limit = by_power(rungs_at(means), END, 0.5)
+@pytest.mark.parametrize("usual", [0.6, 1.0])
+def test_two_rungs_go_on_with_the_usual_exponent_and_a_lower_one_is_as_likely(usual):
+    rungs = rungs_at([[power_law(q, usual)] for q in (8.0, 16.0)], (8.0, 16.0))
+    limit = by_power(rungs, END, usual)
+    assert limit.rest.value[0] == pytest.approx(power_law(END, usual) - power_law(16.0, usual), rel=1e-9)
+    step = power_law(16.0, usual) - power_law(8.0, usual)
+    p = usual - 0.3  # T∞ + c q^(−p) through both rungs
+    c = step / (16.0**-p - 8.0**-p)
+    lower = c * (END**-p - 16.0**-p)
+    assert limit.error[0] == pytest.approx(abs(lower - limit.rest.value[0]), rel=1e-9)
+
+
+def test_a_hardly_falling_power_is_not_doubted_below_a_least_exponent():
+    rungs = rungs_at([[power_law(q, 0.4)] for q in (8.0, 16.0)], (8.0, 16.0))
+    step = power_law(16.0, 0.4) - power_law(8.0, 0.4)
+    c = step / (16.0**-0.2 - 8.0**-0.2)
+    rest = power_law(END, 0.4) - power_law(16.0, 0.4)
+    assert by_power(rungs, END, 0.4).error[0] == pytest.approx(abs(c * (END**-0.2 - 16.0**-0.2) - rest), rel=1e-9)
+
+
+@pytest.mark.parametrize("scatter", [1e-4, 0.1, 0.3, 1.0, 100.0])
+def test_the_less_the_steps_show_the_more_the_exponent_is_drawn_to_the_usual_one(scatter):
+    # steps of −3 and −1.5: p = 1; rungs that scatter so that the p of the steps has this standard error
+    means = np.array([10.0, 7.0, 5.5])
+    # p = log2((T₀ − T₁)/(T₁ − T₂)): its derivatives
+    slopes = np.array([1 / 3.0, -1 / 3.0 - 1 / 1.5, 1 / 1.5]) / np.log(2.0)
+    own = scatter / np.linalg.norm(slopes)
+    limit = by_power(scattered(means, [own, own, own]), 1e9, usual=0.6)
+    trust = 0.3**2 / (0.3**2 + scatter**2)
+    p = trust * 1.0 + (1.0 - trust) * 0.6
+    assert limit.way.endswith(f"{p:.2f}")
+
+    def rest(p):
+        return -1.5 * (1.0 - (16.0 / 1e9) ** p) / (2.0**p - 1.0)
+
+    assert limit.rest.value[0] == pytest.approx(rest(p), rel=1e-9)
+    doubtful = abs(rest(p - 0.3 * np.sqrt(1.0 - trust)) - rest(p))
+    assert limit.error[0] == pytest.approx(max(doubtful, 0.25 * abs(rest(p))), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("means", "exponent"),
+    [
+        ([10.0, 5.0, 7.0], 0.6),  # one up, one down: no power
+        ([10.0, 5.0, 5.0], 0.6),  # no step
+        ([10.0, 9.9, 5.0], 0.6),  # a growing step
+    ],
+)
+def test_steps_that_are_no_power_go_on_with_the_usual_one(means, exponent):
+    limit = by_power(rungs_at([[mean] for mean in means]), END, 0.6)
+
+    def rest(p):
+        return (means[2] - means[1]) * (1.0 - (16.0 / END) ** p) / (2.0**p - 1.0)
+
+    assert limit.rest.value[0] == pytest.approx(rest(exponent), rel=1e-9)
+    assert limit.error[0] == pytest.approx(abs(rest(0.3) - rest(exponent)), rel=1e-9)
+
+
+def test_only_the_last_three_rungs_and_each_speed_by_itself_show_the_power():
+    q = (2.0, *CUT_OFFS)
+    means = [[99.0, 1.0], *([power_law(x, 0.5), power_law(x, 1.5, 4.0, -1.0)] for x in CUT_OFFS)]
+    limit = by_power(rungs_at(means, q), END, 1.0)
     expected = [power_law(END, 0.5) - power_law(16.0, 0.5)]
-    expected.append(power_law(END, 0.5, 4.0, -1.0) - power_law(16.0, 0.5, 4.0, -1.0))
+    expected.append(power_law(END, 1.5, 4.0, -1.0) - power_law(16.0, 1.5, 4.0, -1.0))
     np.testing.assert_allclose(limit.rest.value, expected, rtol=1e-9)
+    assert limit.way.endswith("p = 0.50, 1.50")
 
 
 def test_the_scatter_of_the_last_step_passes_into_what_follows_as_a_power():
