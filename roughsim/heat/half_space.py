@@ -5,6 +5,9 @@ convolution of the flux with the `influence` of one pixel, padded with zeros so 
 a steep edge is hottest behind the last centre (1–4 % are lost at 8 pixels per radius), and the mean over the centres is
 not the mean over the pixels. `source_temperature` has neither error: T_flash and T_av come from the influence on the
 mean over each pixel, T_max from four points of each pixel and a search along sliding inside the hottest.
+
+A skin, or heat released in depth, changes the temperature by a kernel that falls off within a few of its thicknesses.
+It is added mode by mode on the padded cell, for a flux given at the centres of the pixels.
 """
 
 import math
@@ -12,6 +15,7 @@ import warnings
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 import scipy
@@ -19,11 +23,22 @@ from numpy.typing import ArrayLike
 
 from roughsim.errors import need_computed, not_negative, number, real_field, sized
 from roughsim.fourier import convolution
-from roughsim.grid import Field, Grid, need_grid
+from roughsim.grid import Array, Field, Grid, need_grid
 from roughsim.heat.influence import Axis, one_sided_influence, temperature_at
-from roughsim.heat.periodic import checked_duration, checked_flux, checked_times, fields_over_time, unit_vector
+from roughsim.heat.periodic import (
+    ROWS,
+    checked_duration,
+    checked_flux,
+    checked_times,
+    fields_over_time,
+    unit_vector,
+)
 from roughsim.heat.precision import need_resolved
+from roughsim.heat.skin import Complex, Layering, SkinLike, layering, steady_response
+from roughsim.heat.waves import response_of_waves
 
+_CELL_NODES = 24  # of a mean over a Fourier cell
+_LONG = 8.0  # Fourier cells along sliding, from which on the middle of a cell is its mean to .1 %
 Place = tuple[float, float]  # along x and y, in pixels from the centre of the first pixel
 _SLOW = 0.25  # Péclet number of a pixel, below which the temperature is smooth over it
 
@@ -38,13 +53,15 @@ def half_space_temperature(
     direction: float = 0.0,
     time: ArrayLike = math.inf,
     depth: float = 0.0,
+    skin: SkinLike | None = None,
+    heat_depth: float = 0.0,
 ) -> Field:
     """Return the temperature that a sliding heat source leaves in a half-space, with no heat outside the grid.
 
     `heat_flux` is the heat entering the body, shape `grid.shape`, W/m²: the mean over each pixel; float32 stays
     float32. `speed`, m/s, `conductivity` κ, W/(m K), `diffusivity` D, m²/s, `direction`, radians from axis 0 towards
-    axis 1, and `depth` below the surface, m, ≥ 0, are as in `sliding_temperature`. `time` is that since the start from
-    rest, s, ≥ 0; inf is the steady state, and a 1-D array adds a leading axis.
+    axis 1, `depth` below the surface, m, ≥ 0, `skin` and `heat_depth` are as in `sliding_temperature`. `time` is that
+    since the start from rest, s, ≥ 0; inf is the steady state, and a 1-D array adds a leading axis.
 
     Returns T above the body's temperature far away, K, at the centres of the pixels, shape `grid.shape` or
     `(len(time), *grid.shape)`. TypeError or ValueError for an argument of the wrong kind, not finite or out of range.
@@ -54,15 +71,90 @@ def half_space_temperature(
     speed, diffusivity = number("speed", speed, "m/s"), sized("diffusivity", diffusivity, "m²/s")
     need_resolved(grid, speed, diffusivity)
     drift, unit = speed / diffusivity, grid.spacing[0]
-    scale = unit / sized("conductivity", conductivity, "W/(m K)")
+    conductivity = sized("conductivity", conductivity, "W/(m K)")
+    layers = layering(skin, heat_depth, conductivity, diffusivity)
     depth, times = not_negative("depth", depth, "m"), checked_times(time)
-    arguments = *axes(grid, drift, direction), depth / unit, flux.dtype.char
+    arguments: tuple[Any, ...] = (*axes(grid, drift, direction), depth / unit, flux.dtype.char)
     spreads = np.sqrt(diffusivity * times.ravel()) / unit
     # a series would only replace the responses that are kept
-    response = influence_response if spreads.size == 1 else influence_response.__wrapped__
-    fields = fields_over_time(flux, spreads, response, arguments, padded_shape(grid.shape), scale)
+    response: Any = influence_response if spreads.size == 1 else influence_response.__wrapped__
+    if layers is not None:
+        ux, uy = unit_vector(direction)
+        change = layered_change(padded_grid(grid), (drift * ux, drift * uy), depth, layers)
+        arguments = response, change / unit, *arguments
+        response = _changed
+    fields = fields_over_time(flux, spreads, response, arguments, padded_shape(grid.shape), unit / conductivity)
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
     return fields.reshape(times.shape + grid.shape)
+
+
+def layered_change(grid: Grid, drift: tuple[float, float], depth: float, layers: Layering) -> Field:
+    """Return the steady change of κT/q̇ by layers, m, transposed as `convolution.convolve` takes it.
+
+    Along the drift v/D, 1/m, each long wave is the mean over its Fourier cell, so that no source slides in the tracks
+    of its periodic images. Waves at the Nyquist wavenumber of an axis have the mean of both directions along it.
+    """
+    turned: Field = np.empty(grid.half_shape[::-1], np.complex128)
+    qx, qy = grid.wavevectors
+    rate = math.hypot(*drift)
+    ux, uy = (drift[0] / rate, drift[1] / rate) if rate else (1.0, 0.0)
+    width = 2 * math.pi / (abs(ux) * grid.lengths[0] + abs(uy) * grid.lengths[1])
+
+    def change_of(qx: Array, qy: Array) -> Complex:
+        along, across = ux * qx + uy * qy, ux * qy - uy * qx
+        long = np.abs(along) < _LONG * width
+        change: Complex = np.empty(along.shape, np.complex128)
+        change[~long] = _change(along[~long], across[~long], rate, depth, layers)
+        change[long] = _mean_change(along[long], across[long], rate, depth, layers, width)
+        return change
+
+    def change_of_rows(qx: Array) -> Complex:
+        change = change_of(qx, qy)
+        if grid.shape[1] % 2 == 0:
+            change[:, -1:] = (change[:, -1:] + change_of(qx, -qy[:, -1:])) / 2
+        return change
+
+    for start in range(0, grid.shape[0], ROWS):
+        rows = slice(start, start + ROWS)
+        turned[:, rows] = change_of_rows(qx[rows]).T / grid.points
+    if grid.shape[0] % 2 == 0:
+        middle = slice(grid.shape[0] // 2, grid.shape[0] // 2 + 1)
+        turned[:, middle] = (turned[:, middle] + change_of_rows(-qx[middle]).T / grid.points) / 2
+    return turned
+
+
+def _change(along: Array, across: Array, rate: float, depth: float, layers: Layering) -> Complex:
+    """Change of κT/q̇ of waves with these wavenumbers along and across the drift, rad/m, by layers; v/D = `rate`."""
+    square, advection = along**2 + across**2, rate * along
+    bare = response_of_waves(square, advection, depth, math.inf)
+    return steady_response(square, advection, layers, depth) - bare
+
+
+def _mean_change(along: Array, across: Array, rate: float, depth: float, layers: Layering, width: float) -> Complex:
+    """Mean of `_change` over an interval of the wavenumber along the drift, around `along`."""
+    across = np.maximum(np.abs(across), 1e-6 * width)  # the change has a limit at q = 0
+    # q along = c sinh(u): the response varies where q along is q_across² D/v
+    scale = np.maximum(across**2 / rate, 1e-12 * width) if rate else across
+    low, high = (np.arcsinh((along + side * width / 2) / scale) for side in (-1, 1))
+    total: Complex = np.zeros(along.shape, np.complex128)
+    for node, weight in zip(*np.polynomial.legendre.leggauss(_CELL_NODES), strict=True):
+        u = (low + high) / 2 + (high - low) / 2 * node
+        share = weight * (high - low) / 2 * scale * np.cosh(u) / width
+        total += share * _change(scale * np.sinh(u), across, rate, depth, layers)
+    return total
+
+
+def _changed(response: Any, change: Field, *arguments: Any) -> Field:
+    """Return a response of `convolution.convolve` and its change, in the precision of the response."""
+    bare: Field = response(*arguments)
+    changed: Field = bare + change.astype(bare.dtype)
+    return changed
+
+
+def padded_grid(grid: Grid) -> Grid:
+    """Return the periodic cell of `padded_shape`, with the pixels of a grid."""
+    shape = padded_shape(grid.shape)
+    return Grid(shape, (shape[0] * grid.spacing[0], shape[1] * grid.spacing[1]))
 
 
 def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughsim import fourier
-from roughsim.errors import ConvergenceError, need_computed, number, sized
+from roughsim.errors import ConvergenceError, need_computed, not_negative, number, sized
 from roughsim.fourier import convolution
 from roughsim.grid import Field, Grid, need_grid
-from roughsim.heat.half_space import axes, influence_response, padded_shape
+from roughsim.heat.half_space import axes, influence_response, layered_change, padded_grid, padded_shape
 from roughsim.heat.periodic import checked_duration, checked_flux
 from roughsim.heat.precision import need_resolved
+from roughsim.heat.skin import Layering, SkinLike, checked_skin, layering
 
 _TOLERANCE = 1e-8
 _RESTART = 40  # applications of the operator in a round of GMRES; 8 to 14 are usual
@@ -38,16 +39,29 @@ class Body:
         κ, W/(m K); D, m²/s.
     speed : float
         Speed of the contact through this body along axis 0, m/s, of either sign.
+    skin : Skin, optional
+        A layer of another material on it: thickness, m, conductivity, W/(m K), and diffusivity, m²/s.
+    heat_depth : float
+        Depth h, m, ≥ 0, in which its heat is released, with the density q̇ e^(−z/h)/h; 0 is the surface.
     """
 
     conductivity: float
     diffusivity: float
     speed: float = 0.0
+    skin: SkinLike | None = None
+    heat_depth: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "conductivity", sized("conductivity", self.conductivity, "W/(m K)"))
         object.__setattr__(self, "diffusivity", sized("diffusivity", self.diffusivity, "m²/s"))
         object.__setattr__(self, "speed", number("speed", self.speed, "m/s"))
+        object.__setattr__(self, "skin", checked_skin(self.skin))
+        object.__setattr__(self, "heat_depth", not_negative("heat_depth", self.heat_depth, "m"))
+
+    @property
+    def layers(self) -> Layering | None:
+        """The skin and the depth of release in units of the body; None of a bare one."""
+        return layering(self.skin, self.heat_depth, self.conductivity, self.diffusivity)
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +148,9 @@ def body_spectrum(body: Body, grid: Grid, time: float) -> Field:
     spread = math.sqrt(body.diffusivity * time) / grid.spacing[0]
     response = influence_response(*axes(grid, body.speed / body.diffusivity), 0.0, "d", spread)
     spectrum: Field = response * (grid.spacing[0] / body.conductivity)
+    if body.layers is not None:
+        drift = body.speed / body.diffusivity
+        spectrum = spectrum + layered_change(padded_grid(grid), (drift, 0.0), 0.0, body.layers) / body.conductivity
     return spectrum
 
 

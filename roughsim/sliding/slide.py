@@ -123,6 +123,10 @@ def slide(  # noqa: PLR0913  (two bodies)
     need_solid(solid)
     for name, body in (("moving", moving), ("resting", resting)):
         instance(name, body, Body, "Body(conductivity=30.0, diffusivity=7.6e-6)")
+        if body.layers is not None:
+            raise ValueError(
+                f"{name} has a skin or a heat_depth, but a slide follows the heat of bare bodies; leave both out"
+            )
     load = checked_load("nominal_pressure", nominal_pressure, solid)
     friction = sized("friction_coefficient", friction_coefficient)
     speeds = _checked_speeds(speed, moving, resting)
