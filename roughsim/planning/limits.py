@@ -30,6 +30,7 @@ _HOTTEST = 4200.0  # K: no material is solid above it
 _FREE_PATH = 10e-9  # m, free path of electrons and phonons: Fourier's law holds for longer distances
 _SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
 _UNEVEN = 0.02  # distance of the heat share from 1/2
+_THICK = 0.1  # of the side of the cell: thicker layers are bodies of their own
 _LIKE = 2.0  # ratio of the rms heights of two faces that count as equally rough
 
 
@@ -65,7 +66,8 @@ def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
         lines = [*_slope_lines(scene, scene.spectrum.rms_slope), *plain, " ".join(line.split())]
         return Plausibility(None, lines, stated)
     lines = [*_slope_lines(scene, known.rms_slope_before_yield), *plain, *_load_lines(scene, known, numerics)]
-    return Plausibility(known, [*lines, *_heat_lines(scene, known), *_share_lines(scene, known)], stated)
+    lines += [*_heat_lines(scene, known), *_layer_lines(scene, min(known.cell)), *_share_lines(scene, known)]
+    return Plausibility(known, lines, stated)
 
 
 def _slope_lines(scene: Scene, before_yield: float) -> Lines:
@@ -164,6 +166,19 @@ def _heat_lines(scene: Scene, known: Facts) -> Lines:
             f"at the Péclet number vr/D = {fastest:.3g} the heat of a hot spot goes {depth:.2g} m deep, less than "
             f"{_FREE_PATH:g} m, the free path of electrons and phonons; check the units of speed and conductivity"
         )
+
+
+def _layer_lines(scene: Scene, side: float) -> Lines:
+    """Warn of layers as thick as the roughness is long; `side` is the shorter one of the cell, m."""
+    for name, body in (("body", scene.body), ("counterface", scene.counterface)):
+        skin = None if body is None else body.skin
+        depths = {"skin.thickness": skin and skin.thickness, "heat_depth": body and body.heat_depth}
+        for key, depth in depths.items():
+            if depth and depth > _THICK * side:
+                yield (
+                    f"{name}.{key} = {depth:.3g} m is above {_THICK:g} of the cell of {side:.3g} m: so thick a layer "
+                    "changes the elastic contact, too, which the model leaves out; check its unit"
+                )
 
 
 def _share_lines(scene: Scene, known: Facts) -> Lines:

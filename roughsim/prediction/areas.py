@@ -41,7 +41,8 @@ def computed(scene: Scene) -> Scene:
     body, counterface = scene.body, scene.counterface
     if counterface is not None:
         counterface = replace(counterface, penetration_hardness=None)  # type: ignore[call-arg]
-    return replace(scene, body=replace(body, penetration_hardness=None), counterface=counterface)
+    sliding = replace(scene.sliding, junction_growth=None)
+    return replace(scene, body=replace(body, penetration_hardness=None), counterface=counterface, sliding=sliding)
 
 
 def yield_wavenumber(scene: Scene) -> float:

@@ -8,6 +8,7 @@ from math import degrees
 from typing import NamedTuple
 
 from roughsim.prediction.bodies import contact_temperatures
+from roughsim.prediction.first_micrometre import effects
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.topography import Texture
@@ -26,7 +27,13 @@ class Statement(NamedTuple):
 
 def statements(scene: Scene) -> list[Statement]:
     """Return the assumptions of a scene, in printed order."""
-    return [*_of_roughness(scene), *_of_textures(scene), *_of_heat(scene), *_of_tables(scene)]
+    return [
+        *_of_roughness(scene),
+        *_of_textures(scene),
+        *_of_heat(scene),
+        *_of_tables(scene),
+        *_of_the_first_micrometre(scene),
+    ]
 
 
 def textures(scene: Scene) -> dict[str, list[Texture]]:
@@ -88,6 +95,15 @@ def _of_tables(scene: Scene) -> Iterator[Statement]:
             others = " and ".join(found[1:])
             because = f"{others} K solve the balance with these tables, too; a cold contact reaches the coldest first"
             yield Statement(f"contact at {speed:g} m/s", f"{found[0]} K, the coldest of {len(found)}", because)
+
+
+def _of_the_first_micrometre(scene: Scene) -> Iterator[Statement]:
+    """Yield what a scene leaves out at its surface, with its size."""
+    try:
+        left_out = list(effects(scene))
+    except (ValueError, ArithmeticError, RuntimeError):  # no value of the theory: refused where it is needed
+        return
+    yield from (Statement(*each) for each in left_out)
 
 
 def cautions(scene: Scene) -> Iterator[str]:

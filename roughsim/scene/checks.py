@@ -23,9 +23,28 @@ def missing_second_body(counterface: CounterfaceSection | None) -> str:
     return "" if conducts else "counterface.conductivity"
 
 
+def check_junction_growth(sliding: SlidingSection, hardness: Sequence[float | None]) -> None:
+    """Refuse a junction growth of contact that does not yield, or whose friction depends on its temperature."""
+    if sliding.junction_growth is None:
+        return
+    growth = f"sliding.junction_growth = {sliding.junction_growth:g}"
+    if all(limit is None for limit in hardness):
+        raise ValueError(f"{growth} lowers a penetration_hardness, and no body has one; add it or remove the growth")
+    if isinstance(sliding.friction_coefficient, tuple):
+        raise ValueError(
+            f"{growth} goes with one friction_coefficient: with a table over temperature each speed would have a "
+            "contact of its own; give a number, or remove the growth"
+        )
+
+
 def check_load(sliding: SlidingSection, body: BodySection, hardness: float) -> None:
     """Refuse a nominal pressure above the hardness of the softer body, Pa."""
     load = sliding.nominal_pressure
+    if load > hardness and sliding.junction_growth is not None:
+        raise ValueError(
+            f"sliding.nominal_pressure = {load:.6g} Pa exceeds {hardness:.6g} Pa, the penetration_hardness lowered by "
+            "junction_growth, which no contact can carry; lower the pressure or remove the growth"
+        )
     if load > hardness:
         softer = "body" if body.penetration_hardness == hardness else "counterface"
         raise ValueError(

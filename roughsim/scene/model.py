@@ -15,6 +15,7 @@ from roughsim.scene.checks import (
     check_background,
     check_heat_partition,
     check_history,
+    check_junction_growth,
     check_layers,
     check_levels,
     check_load,
@@ -93,6 +94,7 @@ class Scene(Record, section=""):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         sliding, missing = self.sliding, missing_second_body(self.counterface)
+        check_junction_growth(sliding, [body.penetration_hardness for body in self.bodies])
         check_load(sliding, self.body, self.penetration_hardness)
         check_heat_partition(sliding, missing)
         check_background(
@@ -138,9 +140,14 @@ class Scene(Record, section=""):
 
     @property
     def penetration_hardness(self) -> float:
-        """σ_P of the softer body, Pa; inf if both are elastic."""
+        """Pressure at which contact yields, Pa: σ_P of the softer body, inf if both are elastic.
+
+        With `junction_growth` it is σ_P/√(1 + αμ²): pressure and friction yield together (Tabor 1959).
+        """
         hardness = (body.penetration_hardness for body in self.bodies)
-        return min((limit for limit in hardness if limit is not None), default=math.inf)
+        softer = min((limit for limit in hardness if limit is not None), default=math.inf)
+        growth = self.sliding.junction_growth
+        return softer if growth is None else softer / math.sqrt(1.0 + growth * self.friction_coefficient() ** 2)
 
     @property
     def elastic(self) -> bool:

@@ -302,6 +302,8 @@ class SlidingSection(Record, section="sliding"):
     nominal_pressure: Annotated[float, Quantity("Pa", '"90 MPa"', above=0)]
     friction_coefficient: FrictionCoefficient
     """μ, or rows (absolute temperature in K, μ), linear between."""
+    junction_growth: Annotated[float, Quantity("", "9", at_least=0, at_most=100)] | None = None
+    """Tabor's α: with friction contact yields at σ_P/√(1 + αμ²). None: friction does not change the contact."""
     speed: Annotated[
         tuple[Annotated[float, Quantity("m/s", '"35 m/s"', at_least=0)], ...],
         one_or_list(),

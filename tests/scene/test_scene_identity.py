@@ -140,6 +140,7 @@ solver = "active_set"
 REST = """[sliding]
 nominal_pressure = 1e6
 friction_coefficient = 0.1
+junction_growth = 9
 speed = [1, 2]
 direction = 0.5
 heat_partition = "total"

@@ -109,6 +109,7 @@ LIMITS = {
     "body.skin.heat_capacity": ("J/(kg K)", *POSITIVE),
     "sliding.nominal_pressure": ("Pa", *POSITIVE),
     "sliding.friction_coefficient": ("", *POSITIVE),
+    "sliding.junction_growth": ("", [0, 9, 100], [-1e-9, 101]),
     "sliding.speed": ("m/s", [0, 1e5], [-1e-9]),
     "sliding.heat_partition": ("", [1e-9, 1], [0, 1.001]),
     "sliding.direction": ("rad", [-6.28, 0, 6.28], [-6.3, 30]),
