@@ -1,4 +1,4 @@
-"""What a scene leaves out at its surface: lines with the sizes of a skin and of junction growth, and layers too thick."""
+"""Lines with the sizes of a skin and of junction growth in scenes without them, and layers that are too thick."""
 
 from math import sqrt
 
