@@ -88,15 +88,20 @@ def _rows_that_are_asked(run: Run) -> Iterator[Row]:
     """Yield the rows of a reaction at each energy and speed, and of the heat above each temperature."""
     columns = run.numerics.columns
     ratios = {name: Ratio(nan, nan) for name in ratio_names(columns)}
+    predicted = {
+        asked.key: asked.estimate.value for asked in prediction.asked_predictions(run.scene, run.heat_partition)
+    }
+    nothing = np.full(len(run.scene.speeds), nan)
     for together in zip(*(run.reactions(column) for column in columns), strict=True):
         first = together[0].estimate
+        calibrated = predicted.get((first.observable, together[0].energy, together[0].temperature), nothing)
         for k, speed in enumerate(run.scene.speeds):
             cells = {column: _cell_of(asked.estimate, k) for column, asked in zip(columns, together, strict=True)}
             yield Row(
                 first.observable,
                 first.unit,
                 speed,
-                *(nan, nan, nan, nan),
+                *(nan, nan, nan, float(calibrated[k])),
                 columns=cells,
                 ratios=ratios,
                 note=AT_CUT_OFF if any("bandwidth" in cell.unknown for cell in cells.values()) else "",

@@ -19,6 +19,7 @@ from roughsim.show.table import Column, Number, Row, Table, json_value, with_uni
 
 _CORRELATION_POINTS = 65
 _HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")
+_HOTTEST = "temperature_quantile_99"
 _WIDTHS = ("flash_width", "slope_length")
 OF_SLIDING = "sliding, calibrated"  # the theory of the column sliding
 
@@ -48,10 +49,23 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     temperature = values["calibrated"] if law.stress_spectrum is not None else None
     band = law.errors["flash_temperature"]
     values["calibrated"] = {"flash_temperature": temperature, "error": band, "range": law.range}
+    values["calibrated"] |= _distribution_values(scene)
     if scene.sliding.history == SLIDING:
         slid = prediction.sliding_prediction(scene)
         values["calibrated"]["sliding"] = None if slid is None else asdict(slid) | {"error": SLIDING_ERROR}
     return {key: json_value(value) for key, value in (values | {"pressure_correlation": correlation}).items()}
+
+
+def _distribution_values(scene: Scene) -> dict[str, Any]:
+    """Return quantiles of the temperature, and reactions, if a scene asks for them; each with its standard error."""
+    share = prediction.heat_partition(scene)
+    found: dict[str, Any] = {
+        name: {"value": estimate.value * share, "standard_error": estimate.standard_error * share}
+        for name, estimate in prediction.quantile_predictions(scene).items()
+    }
+    for asked in prediction.asked_predictions(scene, share):
+        found.setdefault(asked.observable, []).append(asked.about | asked.estimate._asdict())
+    return found
 
 
 def theory_table(scene: Scene) -> Table:
@@ -64,6 +78,10 @@ def theory_table(scene: Scene) -> Table:
     titles_of_tables = {"friction_coefficient": "μ", "conductivity": "κ, W/(m K)"}  # they differ from speed to speed
     columns |= {name: title for name, title in titles_of_tables.items() if name in scene.tables}
     columns |= {"heat_partition": "share used", "heat_partition_theory": "share in theory"}
+    hottest = prediction.quantile_predictions(scene).get(_HOTTEST)
+    if hottest is not None:
+        values |= {_HOTTEST: hottest.value * values["heat_partition"]}
+        columns |= {_HOTTEST: "99 % of the heat below, K"}
     slid = prediction.sliding_prediction(scene) if scene.sliding.history == SLIDING else None
     if slid is not None:
         values |= {"sliding_flash_temperature": slid.flash_temperature, "sliding_share": slid.heat_partition}

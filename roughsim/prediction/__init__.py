@@ -15,6 +15,7 @@ from roughsim.prediction.bodies import (
     smoothed_spectrum,
 )
 from roughsim.prediction.cut_offs import continuation, follows_theory, in_motion, slow, usual_exponent, yielded_fall
+from roughsim.prediction.distribution import asked_predictions, quantile_predictions
 from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
@@ -31,6 +32,7 @@ from roughsim.prediction.theories import (
 
 __all__ = [
     "area_fractions",
+    "asked_predictions",
     "background",
     "backgrounds",
     "balanced",
@@ -51,6 +53,7 @@ __all__ = [
     "mode_sums",
     "over_speed",
     "predictions",
+    "quantile_predictions",
     "sliding_prediction",
     "slow",
     "smoothed_spectrum",

@@ -22,6 +22,7 @@ from roughsim.prediction.bodies import (
     smoothed_spectrum,
     stress_arguments,
 )
+from roughsim.prediction.distribution import QUANTILES, quantile_predictions
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.values import NOTHING, Predicted
 from roughsim.scene import Scene
@@ -110,7 +111,7 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
 
 def calibrated_predictions(scene: Scene) -> Predicted:
     """Return every observable by the calibrated law, as `predictions`; NaN where the law does not hold."""
-    return Predicted(calibrated_integrals(scene), scene, calibrated(scene).observables)
+    return Predicted(calibrated_integrals(scene), scene, (*calibrated(scene).observables, *QUANTILES))
 
 
 def calibrated_integrals(scene: Scene) -> Theory:
@@ -120,7 +121,8 @@ def calibrated_integrals(scene: Scene) -> Theory:
         return NOTHING
     areas = {name: getattr(law, name, nan) for name in ("contact_fraction", "plastic_fraction")}
     temperatures = calibrated_over_speed(scene, np.array(scene.speeds))
-    return _integrated(scene, {**temperatures, **areas}, {"stress_spectrum": law})
+    quantiles = {name: estimate.value for name, estimate in quantile_predictions(scene).items()}
+    return _integrated(scene, {**temperatures, **areas, **quantiles}, {"stress_spectrum": law})
 
 
 def calibrated_correlation(scene: Scene, distance: Array) -> Array:

@@ -30,9 +30,9 @@ from roughsim.estimate.reactions import (
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
 from roughsim.observables.distribution import Bins
+from roughsim.prediction.distribution import ELECTRONVOLT
 from roughsim.results.means import Means
 
-ELECTRONVOLT = 1.602176634e-19  # J
 RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = "reaction_rate", "activation_temperature", "conversion", "heat_share_above"
 _SOLVER_SHARE = 2.0  # of the tolerance, of temperatures: as of observables that were not measured
 
