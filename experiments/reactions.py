@@ -200,10 +200,11 @@ def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
         limits = np.array(axes.get_xlim())
         axes.plot(limits, limits, color="0.6", lw=0.7)
         axes.spines[["top", "right"]].set_visible(False)
+    for kind, words in KINDS.items():
+        panels[0].plot([], [], "s", ms=4, color=COLOURS[kind], label=words)
+    panels[0].legend(frameon=False, fontsize="small")
     panels[0].set(xlabel="T/T$_{flash}$, solved", ylabel="T/T$_{flash}$, theory")
-    panels[1].set(
-        xscale="log", yscale="log", xlabel="rate over that of the whole area at T$_{flash}$, solved", ylabel="theory"
-    )
+    panels[1].set(xscale="log", yscale="log", xlabel="rate over that of A$_0$ at T$_{flash}$, solved", ylabel="theory")
     figure.savefig(path, dpi=130)
 
 
