@@ -229,6 +229,11 @@ def test_every_local_link_leads_somewhere():
             assert (page.parent / target).exists(), f"{name(page)} links to {target}"
 
 
+def test_every_figure_is_on_a_page():
+    text = "".join(page.read_text() for page in PAGES)
+    assert [path.name for path in sorted((DOCS / "figures").iterdir()) if path.name not in text] == []
+
+
 @pytest.mark.parametrize("page", [ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *PAGES], ids=name)
 def test_every_file_that_a_page_names_exists(page):
     named = re.findall(

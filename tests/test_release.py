@@ -3,6 +3,7 @@
 import json
 import re
 import subprocess
+import tomllib
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -28,6 +29,12 @@ def test_the_package_says_the_version_that_it_was_built_with():
 def test_the_citation_has_a_semantic_version():
     cited = re.search(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
     assert re.fullmatch(r"\d+\.\d+\.\d+(rc\d+)?", cited.group(1))
+
+
+def test_a_copy_without_git_has_the_version_of_the_citation():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    cited = re.search(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    assert project["tool"]["setuptools_scm"]["fallback_version"] == cited.group(1)
 
 
 def test_the_archive_has_the_title_and_the_keywords_of_the_citation():
