@@ -1,6 +1,5 @@
 """Progress of a run: a bar on a terminal, and a line for each round in a file, a pipe or a notebook."""
 
-import time
 from contextlib import AbstractContextManager, suppress
 
 from rich import progress as bars
@@ -9,8 +8,6 @@ from roughsim.ensemble.status import round_text, time_left
 from roughsim.results.run import Run
 from roughsim.show.terminal import PlainConsole
 from roughsim.show.text import tell
-
-_INTERVAL = 0.1  # s between two updates
 
 
 class _Console(PlainConsole):
@@ -30,7 +27,6 @@ class Progress(AbstractContextManager["Progress"]):
         self._bar = bars.Progress(description, bars.BarColumn(), console=console, disable=not console.is_terminal)
         self._task = self._bar.add_task(text, total=None)
         self._stage = 0
-        self._shown = 0.0  # time of the last update, by `time.monotonic`
 
     def __enter__(self) -> "Progress":
         with suppress(OSError):
@@ -51,9 +47,5 @@ class Progress(AbstractContextManager["Progress"]):
 
     def update(self, run: Run) -> None:
         """Show the round of a run, the errors with their targets, and the time left."""
-        new = run.rounds.number != self._stage
-        if not new and time.monotonic() - self._shown < _INTERVAL:
-            return
-        self._shown = time.monotonic()
         share = len(run.members) / max(sum(run.needed), 1)
         self.show(f"{round_text(run)}, {time_left(run)}", share, run.rounds.number)

@@ -28,11 +28,6 @@ def hdf5_bytes(fill: Callable[[Any], None]) -> memoryview:
     return image.getbuffer()
 
 
-def opened_hdf5(content: bytes) -> Any:
-    """Return the HDF5 file in some bytes, open to be read; OSError if it is none."""
-    return h5py.File(io.BytesIO(content), "r")
-
-
 def write_arrays(
     group: Any, arrays: Iterable[tuple[str, tuple[str, ...], Any, Mapping[str, Any]]], compression: int = 1
 ) -> None:

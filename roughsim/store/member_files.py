@@ -9,6 +9,7 @@ data is followed by the seal: a line with the name of the file and the SHA-256 o
 """
 
 import hashlib
+import io
 import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -31,7 +32,6 @@ AGAIN = "repeat the command that made the folder"  # advice on a lost member
 STAGES = ("surface", "contact", "observables")  # of the pipeline: the seconds of each are stored
 MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
 _SEAL = re.compile(rb"\nroughsim (L(\d+)-(\d{6,})\.h5) sha256 ([0-9a-f]{64})\n\Z")
-_LONGEST_SEAL = 200  # bytes
 
 
 class Kind(NamedTuple):
@@ -167,7 +167,7 @@ def check_format(path: Path, version: int, provenance: Any) -> None:
 
 def _check_seal(path: Path, content: bytes) -> None:
     """Refuse bytes that do not match their seal, or a file with another name than in its seal."""
-    seal = _SEAL.search(content, max(len(content) - _LONGEST_SEAL, 0))
+    seal = _SEAL.search(content, max(content.rfind(b"\nroughsim "), 0))
     if seal is None:
         raise damaged(path, "is damaged (its last line with the SHA-256 is missing)")
     name, level, index, digest = (part.decode() for part in seal.groups())
@@ -242,12 +242,12 @@ def _show(file: Any, names: list[str]) -> None:
 
 def _opened(path: Path, fields: Iterable[str]) -> Member:
     """Return the member of a file with a valid seal, and the given fields; errors as for `read_member`."""
-    from roughsim.store.hdf5 import opened_hdf5  # loads h5py
+    import h5py
 
     content = read_bytes(path)
     _check_seal(path, content)
     try:
-        with opened_hdf5(content) as file:
+        with h5py.File(io.BytesIO(content), "r") as file:
             return _member_of(path, file, fields)
     except RecordError:
         raise
