@@ -20,7 +20,7 @@ from roughsim.pipeline import versions
 from roughsim.planning.plan import plan
 from roughsim.planning.realization import largest_member, scene_of
 from roughsim.results.description import Description, content_of, folder_state, read_description
-from roughsim.results.folder import open_run
+from roughsim.results.folder import unread_run
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import Numerics
@@ -120,7 +120,7 @@ def complete(
     with Claims(claimed_in or begun[0][2].absolute()) as claims:
         for scene, _, folder in begun:
             remove_unfinished(folder, claims)
-            run = open_run(folder, damaged="redo")
+            run = unread_run(folder, "redo")
             run.until = dict(scene.ensemble.until)  # scene.toml may have the targets of another process
             run.max_realizations = scene.ensemble.max_realizations
             run.refresh()

@@ -42,7 +42,13 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
     RecordError
         If it is no run, of another format, or one of its files is damaged.
     """
-    folder = Path(folder)
+    run = unread_run(Path(folder), damaged)
+    run.refresh()
+    return run
+
+
+def unread_run(folder: Path, damaged: Damaged) -> Run:
+    """Return the run of a folder before its members are read, by `Run.refresh`; arguments and errors as `open_run`."""
     description, path = read_description(folder), folder / "scene.toml"
     try:
         # roughsim stores tables inline in scene.toml: a scene with names of files is not its own
@@ -53,7 +59,6 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
             run.quarters = open_run(folder / QUARTERS, damaged=damaged)
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise RecordError(f"{folder} cannot be opened: {error}") from error
-    run.refresh()
     return run
 
 

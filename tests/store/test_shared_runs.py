@@ -168,14 +168,14 @@ def test_what_a_living_process_is_writing_is_not_swept_away(quick, tmp_path, soo
 
 def test_a_process_keeps_its_own_end_when_another_writes_run_json_at_its_start(quick, tmp_path, monkeypatch):
     rs.run(quick, tmp_path / "run", max_realizations=1)
-    genuine = ensemble_run.open_run
+    genuine = ensemble_run.unread_run
 
-    def late(place, **options):
+    def late(place, treatment):
         rs_scene = ensemble_run.aimed(quick, max_realizations=2, until={"flash_temperature": 0.9})
         ensemble_run.begin(rs_scene, place)
-        return genuine(place, **options)
+        return genuine(place, treatment)
 
-    monkeypatch.setattr(ensemble_run, "open_run", late)
+    monkeypatch.setattr(ensemble_run, "unread_run", late)
     run = rs.run(quick, tmp_path / "run", max_realizations=4)
     assert (run.realizations, run.until, run.max_realizations) == (4, {}, 4)
 
