@@ -55,10 +55,9 @@ class _Grids(NamedTuple):
 
         Its points divide by the parts of all levels, as those above it are solved with its pixel, too.
         """
-        points = self.points(q_max) * pixels / PIXELS
-        small = (n for n in (4, 2) if n <= self.parts and points >= 0.98 * n * BASE_SIDE / 2)
-        parts = 1 if lowest else next(small, 1)
         x, y = (self.parts * fast_size(pixels * q_max * side / (2 * pi) / self.parts) for side in self.lengths)
+        small = (n for n in (4, 2) if n <= self.parts and max(x, y) >= n * BASE_SIDE // 2)
+        parts = 1 if lowest else next(small, 1)
         too_large = max(x, y) > parts * self.side
         return None if too_large else Level(self.column, (x // parts, y // parts), q_max, _PART[parts])
 
