@@ -70,13 +70,21 @@ def _given(field: ClippedField, variance: Array) -> Array:
     return np.asarray(power / power.sum())
 
 
-def draw_pressure(field: ClippedField, amplitude: Array, rng: np.random.Generator) -> Array:
-    """Return the pressure of one field, Pa, in the shape of `amplitude`: its distribution is that of `field`.
+def halved(white: Array) -> Array:
+    """Return white noise on half of the points a side that has the same long waves."""
+    points, fewer = white.shape[0], white.shape[0] // 2
+    kept = np.r_[0 : (fewer + 1) // 2, points - fewer // 2 : points]
+    waves = scipy.fft.fft2(white)[np.ix_(kept, kept)]
+    return np.asarray(scipy.fft.ifft2(waves).real * (fewer / points))
+
+
+def draw_pressure(field: ClippedField, amplitude: Array, white: Array) -> Array:
+    """Return the pressure of one field, Pa, for `white` noise: its distribution is that of `field`.
 
     F is applied to the rank of z in the cell, so that the load of each cell is the nominal one.
     """
     points = amplitude.shape[0]
-    waves = scipy.fft.rfft2(rng.standard_normal(amplitude.shape)) * (amplitude[:, : points // 2 + 1] * points)
+    waves = scipy.fft.rfft2(white) * (amplitude[:, : points // 2 + 1] * points)
     z = scipy.fft.irfft2(waves, s=amplitude.shape).ravel()
     pressure = np.empty(z.size)
     pressure[np.argsort(z)] = field.pressure(scipy.special.ndtri((np.arange(z.size) + 0.5) / z.size))

@@ -2,27 +2,41 @@
 
 A mean over the contact hides that the hottest hundredth of the heat is set free at two to three times T_flash. A
 reaction, melting and wear depend on the whole distribution. T/T_flash is found from the temperature of drawn fields. It
-depends little on the shortest waves, so that C(q) may end where a grid of modest size does. T_flash itself is the one
-of the calibrated law, of the whole C(q).
+depends little on the shortest waves, so that a grid of modest size suffices. T_flash itself is the one of the
+calibrated law, of the whole C(q).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from theory.arguments import Array, Spectrum, breaks_of, positive, real_array
 from theory.clipped.distribution import TemperatureDistribution
-from theory.clipped.drawing import Cell, amplitudes, draw_pressure, heat_response, temperature
+from theory.clipped.drawing import Cell, amplitudes, draw_pressure, halved, heat_response, temperature
 from theory.clipped.field import ClippedField, clipped_field, law_of
 from theory.flash import flash_temperature
 
 _WAVES = 4  # longest waves along a side of the cell
 _PIXELS = 4  # along the shortest wave
-_SMALLEST = 32  # points along a side: 2 q_min is the shortest wave
+_FURTHEST = 2.0  # steps of the cut-off, to twice as high a one, by which fields are continued
+_SMALLEST = 64  # points along a side: 4 q_min is the shortest wave, and 2 q_min that of the coarse fields
+_SLOWEST = 1e-12  # m/s: T_flash is proportional to a lower speed
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """Temperatures of drawn fields for C(q) up to their shortest wave; as in `TemperatureDistribution`."""
+
+    flash_over_speed: Array  # T_flash of the law over the speed, K s/m, (speeds,)
+    ratio: Array
+    pressure: Array
+    field: NDArray[np.intp]
+    wrong_share: float
 
 
 def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of the drawing)
@@ -43,7 +57,8 @@ def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of t
     """Distribution of the temperature over a rough contact, from C(q) alone.
 
     Fields of four longest waves a side are drawn for C(q) up to the waves of four pixels. They slide from rest. Heat
-    that is older than half of the cell is even, and left out: longer ways count as that.
+    that is older than half of the cell is even, and left out: longer ways count as that. If C(q) goes on, fields with
+    half of the waves are drawn too, and the temperatures are continued in proportion to the T_flash of the law.
 
     Parameters
     ----------
@@ -62,7 +77,7 @@ def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of t
     seed : int
         Of the random numbers, ≥ 0.
     fields, points : int
-        Number of fields, 2 or more, and pixels along a side of each, 32 or more.
+        Number of fields, 2 or more, and pixels along a side of each, 64 or more.
 
     Returns
     -------
@@ -81,40 +96,82 @@ def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of t
         if not isinstance(count, (int, np.integer)) or count < least:
             raise ValueError(f"{name} = {count!r} must be a whole number of {least} or more")
     way = inf if slid_distance is None else positive("slid_distance", slid_distance, "m")
-    solid = {"effective_modulus": effective_modulus, "nominal_pressure": nominal_pressure}
-    stress = law_of(spectrum, **solid, penetration_hardness=penetration_hardness)
-    flash = flash_temperature(
-        velocity,
-        stress_spectrum=stress,
-        nominal_pressure=nominal_pressure,
-        friction_coefficient=friction_coefficient,
-        conductivity=conductivity,
-        diffusivity=diffusivity,
-    )
-    ends = breaks_of(spectrum)
-    cell = Cell(points, 2 * pi * _WAVES / float(ends[0]))
-    shortest = min(2 * pi * points / (_PIXELS * cell.length), float(ends[-1]))
-    field = clipped_field(_Truncated(spectrum, shortest), **solid, penetration_hardness=penetration_hardness)
-    responses = [heat_response(cell, v, diffusivity, min(way, cell.length / 2)) for v in velocity.tolist()]
-    drawn = _drawn(field, cell, responses, fields, np.random.default_rng(seed))
-    return TemperatureDistribution(np.asarray(flash), stress.contact_fraction, *drawn)
+    solid: dict[str, Any] = {"effective_modulus": effective_modulus, "nominal_pressure": nominal_pressure}
+    solid["penetration_hardness"] = penetration_hardness
+    heat: dict[str, Any] = {
+        "nominal_pressure": nominal_pressure,
+        "friction_coefficient": friction_coefficient,
+        "conductivity": conductivity,
+        "diffusivity": diffusivity,
+    }
+    stress = law_of(spectrum, **solid)
+    flash = np.asarray(flash_temperature(velocity, stress_spectrum=stress, **heat))
+    longest, end = float(breaks_of(spectrum)[0]), float(breaks_of(spectrum)[-1])
+    rng = np.random.default_rng(seed)
+    white = [rng.standard_normal((points, points)) for _ in range(fields)]
+    moving = np.where(velocity > 0.0, velocity, _SLOWEST)
+
+    def flash_over_speed(law: Spectrum) -> Array:
+        return np.asarray(flash_temperature(moving, stress_spectrum=law, **heat)) / moving
+
+    def drawn(noise: list[Array]) -> Drawn:
+        cell = Cell(noise[0].shape[0], 2 * pi * _WAVES / longest)
+        cut = _Truncated(spectrum, min(_shortest(cell.points, longest), end))
+        distance = min(way, cell.length / 2)
+        responses = [heat_response(cell, v, diffusivity, distance) for v in velocity.tolist()]
+        return _drawn(clipped_field(cut, **solid), cell, responses, noise, flash_over_speed(law_of(cut, **solid)))
+
+    fine = drawn(white)
+    ratio = fine.ratio
+    if _shortest(points, longest) < end:
+        ratio = continued(fine, drawn([halved(noise) for noise in white]), flash_over_speed(stress))
+    return TemperatureDistribution(flash, stress.contact_fraction, ratio, fine.pressure, fine.field, fine.wrong_share)
+
+
+def _shortest(points: int, longest: float) -> float:
+    """Return the wavenumber of the wave of `_PIXELS` points, where `_WAVES` of the `longest` one are a side, rad/m."""
+    return longest * points / (_WAVES * _PIXELS)
+
+
+def continued(fine: Drawn, coarse: Drawn, flash: Array) -> Array:
+    """Return T/T_flash of the fine fields continued to all of C(q), where T_flash over the speed is `flash`, (speeds,).
+
+    The temperature below which a share of the heat is set free is linear in T_flash along the cut-offs: it goes on as
+    from the coarse fields, with half of the waves, to the fine ones.
+    """
+    result = np.empty(fine.ratio.shape)
+    for n, (end, top, below) in enumerate(zip(flash, fine.flash_over_speed, coarse.flash_over_speed, strict=True)):
+        going_on = (end - top) / (top - below) if top != below else 0.0
+        order, order_below = np.argsort(fine.ratio[n]), np.argsort(coarse.ratio[n])
+        kelvin = top * fine.ratio[n, order]
+        kelvin_below = below * np.interp(
+            _shares(fine.pressure[order]), _shares(coarse.pressure[order_below]), coarse.ratio[n, order_below]
+        )
+        result[n, order] = kelvin + min(max(going_on, 0.0), _FURTHEST) * (kelvin - kelvin_below)
+    return np.asarray(result / (result @ fine.pressure / fine.pressure.sum())[:, None])
+
+
+def _shares(heat: Array) -> Array:
+    """Return the share of the heat up to the middle of each point."""
+    up_to = np.cumsum(heat)
+    return np.asarray((up_to - heat / 2) / up_to[-1])
 
 
 def _drawn(
-    field: ClippedField, cell: Cell, responses: list[NDArray[np.complex128]], fields: int, rng: np.random.Generator
-) -> tuple[Array, Array, NDArray[np.intp], float]:
-    """Return T/T_flash, pressure and field of each point of contact of all fields, and the wrong share."""
+    field: ClippedField, cell: Cell, responses: list[NDArray[np.complex128]], white: list[Array], flash: Array
+) -> Drawn:
+    """Return the temperature at the points of contact of all fields."""
     amplitude, wrong = amplitudes(field, cell)
     hot, pressed, numbers = [], [], []
-    for n in range(fields):
-        plane = draw_pressure(field, amplitude, rng)
+    for n, noise in enumerate(white):
+        plane = draw_pressure(field, amplitude, noise)
         contact = plane > 0.0
         hot.append(np.stack([temperature(plane, response)[contact] for response in responses]))
         pressed.append(plane[contact])
         numbers.append(np.full(pressed[-1].size, n))
     kelvin, pressure = np.concatenate(hot, axis=1), np.concatenate(pressed)
-    flash = kelvin @ pressure / pressure.sum()
-    return kelvin / flash[:, None], pressure, np.concatenate(numbers), wrong
+    mean = kelvin @ pressure / pressure.sum()
+    return Drawn(flash, kelvin / mean[:, None], pressure, np.concatenate(numbers), wrong)
 
 
 @dataclass(frozen=True, slots=True)
