@@ -26,7 +26,7 @@ from roughsim.estimate.levels import values_of
 from roughsim.estimate.rounds import FIRST, FIRST_STEP, TARGET
 from roughsim.grid import Array, Grid
 from roughsim.machine import available_memory, workers_that_fit
-from roughsim.observables.catalogue import NUMBERS
+from roughsim.observables.catalogue import stored_numbers
 from roughsim.observables.moments import HeatSource, measure
 from roughsim.observables.record import Sample
 from roughsim.pipeline import Problem, solve_problem
@@ -222,9 +222,8 @@ def solve_level(scene: Scene, numerics: Numerics, level: int, realizations: int)
             start = time.process_time()
             solution = solve_problem(replace(problem, seed=SEED, index=index))
             seconds.append(time.process_time() - start)
-            for name, number in NUMBERS.items():
-                if not number.of_slide:
-                    numbers[name].append(number.of_member(solution))
+            for name, number in stored_numbers(solution).items():
+                numbers[name].append(number)
             stress = solution.observables.stress_spectrum
             spectra.append(stress.variance)
         samples.append(

@@ -94,7 +94,7 @@ def _rows_that_are_asked(run: Run) -> Iterator[Row]:
     nothing = np.full(len(run.scene.speeds), nan)
     for together in zip(*(run.reactions(column) for column in columns), strict=True):
         first = together[0].estimate
-        calibrated = predicted.get((first.observable, together[0].energy, together[0].temperature), nothing)
+        calibrated = predicted.get(together[0].key, nothing)
         for k, speed in enumerate(run.scene.speeds):
             cells = {column: _cell_of(asked.estimate, k) for column, asked in zip(columns, together, strict=True)}
             yield Row(

@@ -13,7 +13,7 @@ import numpy as np
 from roughsim import fourier
 from roughsim.errors import ConvergenceError, RecordError
 from roughsim.grid import Array
-from roughsim.observables.catalogue import NUMBERS
+from roughsim.observables.catalogue import stored_numbers
 from roughsim.pipeline import Problem, Solution, Solved, solve_problem, versions
 from roughsim.store.member_files import Member, Moments, write_member
 
@@ -137,11 +137,9 @@ def _contact_member(job: Job, main: Solved, below: Solved | None = None) -> Memb
 def _moments(solution: Solution) -> Moments:
     """Return the stored numbers of a contact."""
     distribution = solution.distribution
-    stored = {name: one for name, one in NUMBERS.items() if not (one.of_slide or (one.asked and distribution is None))}
-    numbers = {name: number.of_member(solution) for name, number in stored.items()}
     spectrum = solution.observables.stress_spectrum
     bins = None if distribution is None else distribution.bins
-    return Moments(numbers, spectrum.wavenumber, spectrum.variance, bins)
+    return Moments(stored_numbers(solution), spectrum.wavenumber, spectrum.variance, bins)
 
 
 def _slide_member(job: Job, problem: "SlideProblem") -> Member:

@@ -13,7 +13,7 @@ import numpy as np
 from roughsim.extensions import extensions
 from roughsim.grid import Array
 from roughsim.observables.distribution import LEVELS
-from roughsim.observables.record import Observable, Sample, ratio
+from roughsim.observables.record import Measured, Observable, Sample, ratio
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,6 +274,13 @@ UNITS = {name: record.unit for name, record in OBSERVABLES.items()} | {
     "conversion": "1",
     "heat_share_above": "1",
 }
+
+
+def stored_numbers(measured: Measured) -> dict[str, Array]:
+    """Return the numbers that a member of single contacts stores, (speeds,) or (1,)."""
+    without = measured.distribution is None
+    stored = {name: one for name, one in NUMBERS.items() if not (one.of_slide or (one.asked and without))}
+    return {name: one.of_member(measured) for name, one in stored.items()}
 
 
 def observables_of(distribution: bool) -> dict[str, Observable]:

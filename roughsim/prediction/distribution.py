@@ -117,7 +117,9 @@ def _reactions(scene: Scene, start: Array, share: Array) -> list[AskedPrediction
         steepness = np.exp(-rate * time) * np.nan_to_num(time, posinf=0.0)  # at rest all reacts
         values["conversion"] = Estimate(-np.expm1(-rate * time), steepness * error)
     return [
-        AskedPrediction(name, Estimate(estimate.value[k], estimate.standard_error[k]), energy=energy / ELECTRONVOLT)
+        AskedPrediction(
+            name, Estimate(estimate.value[k], estimate.standard_error[k]), energy=round(energy / ELECTRONVOLT, 12)
+        )
         for k, energy in enumerate(reaction.activation_energy)
         for name, estimate in values.items()
     ]

@@ -7,10 +7,11 @@ import numpy as np
 from roughsim import prediction
 from roughsim.estimate.sliding import SLIDING_OBSERVABLES
 from roughsim.grid import Array
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.arrays import SHARE, Labelled
-from roughsim.results.marks import notes_of, unknown_words
+from roughsim.results.marks import AT_CUT_OFF, notes_of, unknown_words
 from roughsim.results.pressed import Pressed
+from roughsim.results.reactions import HEAT_ABOVE, RATE
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
@@ -40,8 +41,8 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
     """Yield the columns, the speeds, the heat share, and observables with their total error, 95 %, and marks.
 
     They are (column, speed) or (column,). The marks are texts: the unknown parts of the error, and the note of
-    `marks.notes_of`. Of a pressed map T_flash by the direction of sliding follows. ValueError if the run has no sound
-    realization.
+    `marks.notes_of`. If no `observables` are named, reactions and the heat above temperatures follow; of a pressed map
+    T_flash by the direction of sliding. ValueError if the run has no sound realization.
     """
     columns = _columns_of(run)
     yield Labelled("column", ("column",), np.array(columns), {"description": "source of a value, see README"})
@@ -64,6 +65,8 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
         axes = ("column", "speed") if record.per_speed else ("column",)
         tables = (np.array(table) for table in zip(*entries, strict=True))
         yield from marked(name, axes, *(table if record.per_speed else table[:, 0] for table in tables))
+    if observables is None and (run.scene.reaction is not None or run.scene.observables is not None):
+        yield from _answers_of_reactions(run, columns)
     if isinstance(run, Pressed):
         yield from _answers_of_directions(run)
 
@@ -73,6 +76,32 @@ def _measured(run: Run, observable: str, column: str) -> _Entry:
     estimate = run.estimate(observable, column)
     unknown = [unknown_words(estimate.unknown_at(k)) for k in range(len(estimate.mean))]
     return estimate.mean, estimate.total_error, unknown, notes_of(run, column, estimate)
+
+
+def _answers_of_reactions(run: Run, columns: list[str]) -> Iterator[Labelled]:
+    """Yield reactions over column, energy and speed, and shares of the heat over column, temperature and speed."""
+    asked = {column: run.reactions(column) for column in run.numerics.columns}
+    first = asked[run.numerics.columns[0]]
+    theory = {one.key: one.estimate.value for one in prediction.asked_predictions(run.scene, run.heat_partition)}
+    nothing = np.full(len(run.scene.speeds), np.nan)
+    for name in dict.fromkeys(one.estimate.observable for one in first):
+        places = [k for k, one in enumerate(first) if one.estimate.observable == name]
+        axis, unit = ("energy", "eV") if name != HEAT_ABOVE else ("heat_above", "K")
+        if name in (RATE, HEAT_ABOVE):  # the first on its axis
+            numbers = np.array([getattr(first[k], "energy" if axis == "energy" else "temperature") for k in places])
+            yield Labelled(axis, (axis,), numbers, {"units": unit})
+        shape = len(columns), len(places), len(run.scene.speeds)
+        values, errors = np.full(shape, np.nan), np.full(shape, np.nan)
+        unknown, notes = np.full(shape, "", object), np.full(shape, "", object)
+        values[columns.index("calibrated")] = [theory.get(first[k].key, nothing) for k in places]
+        for column, of_column in asked.items():
+            for j, k in enumerate(places):
+                at, estimate = (columns.index(column), j), of_column[k].estimate
+                values[at], errors[at] = estimate.mean, estimate.total_error
+                parts = [estimate.unknown_at(n) for n in range(len(estimate.mean))]
+                unknown[at] = [unknown_words(lacking) for lacking in parts]
+                notes[at] = [AT_CUT_OFF if "bandwidth" in lacking else "" for lacking in parts]
+        yield from marked(name, ("column", axis, "speed"), values, errors, unknown.astype(str), notes.astype(str))
 
 
 def _answers_of_directions(run: Pressed) -> Iterator[Labelled]:
@@ -92,7 +121,7 @@ def marked(
     name: str, axes: tuple[str, ...], values: Array, errors: Array, unknown: Array, notes: Array
 ) -> Iterator[Labelled]:
     """Yield an observable, its error and its marks as arrays over some axes; `unknown` and `notes` are texts."""
-    unit = {"units": OBSERVABLES[name].unit}
+    unit = {"units": UNITS[name]}
     parts = ", ".join(sorted({part for text in unknown.ravel() for part in str(text).split(", ")} - {""}))
     words = {
         TAIL: "total error of the mean, 95 %"

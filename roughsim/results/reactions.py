@@ -44,6 +44,11 @@ class Asked(NamedTuple):
     energy: float | None = None  # eV
     temperature: float | None = None  # absolute, K
 
+    @property
+    def key(self) -> tuple[str, float | None, float | None]:
+        """Observable, energy and temperature."""
+        return self.estimate.observable, self.energy, self.temperature
+
 
 def asked_estimates(run: Means, column: str | None = None) -> Iterator[Asked]:
     """Yield the estimates that [reaction] and `heat_above` of a scene ask for, over its speeds.
@@ -54,7 +59,7 @@ def asked_estimates(run: Means, column: str | None = None) -> Iterator[Asked]:
     if reaction is not None:
         for energy in reaction.activation_energy:
             for found in _reaction(run, energy, column):
-                yield Asked(found, energy=energy / ELECTRONVOLT)
+                yield Asked(found, energy=round(energy / ELECTRONVOLT, 12))
     if observables is not None:
         for temperature in observables.heat_above or ():
             yield Asked(_heat_above(run, temperature, column), temperature=temperature)

@@ -140,7 +140,8 @@ def with_bins(pairs, deviation=0.3, seed=1):
         flash = sample.numbers[NAME][:, :, None]
         width = deviation * (1.0 + 0.05 * rng.standard_normal((len(flash), 1, 1)))
         shape = np.ones((*flash.shape[:2], BIN_AREAS.size))
-        bins = Bins(flash * (1.0 + width * one), 1e9 * shape, 0.0 * shape, 0.0 * shape)
+        pressure = 1e9 * (1.0 + 0.2 * rng.standard_normal((len(flash), 1, 1))) * shape
+        bins = Bins(flash * (1.0 + width * one), pressure, 0.0 * shape, 0.0 * shape)
         object.__setattr__(sample, "bins", bins)
         return sample
 
@@ -151,6 +152,15 @@ def rate_of(pairs, flash, activation):
     samples = [sample for pair in pairs for sample in (pair.sample, pair.below) if sample is not None]
     scale = np.max([log_scale(bins_of(s), factor_of(s, flash), activation) for s in samples], axis=0)
     return ContactMean(lambda bins, factor: rates(bins, factor, activation, scale), flash), scale
+
+
+def of_temperature(pairs, flash, activation):
+    of_level, scale = rate_of(pairs, flash, activation)
+
+    def of_mean(bins, mean):
+        return uniform_temperature(bins, mean, activation, scale)
+
+    return ContactMean(of_level.of_bins, flash, of_mean)
 
 
 def test_each_level_is_brought_to_the_continued_flash_temperature(foretold):
@@ -176,17 +186,14 @@ def test_each_level_is_brought_to_the_continued_flash_temperature(foretold):
     np.testing.assert_allclose(found.members, 6.0)
 
 
-@pytest.mark.parametrize("of_temperature", [False, True])
-def test_influence_values_of_a_rate_are_those_of_a_jackknife(of_temperature):
+@pytest.mark.parametrize("warm", [False, True])
+def test_influence_values_of_a_rate_are_those_of_a_jackknife(warm):
     n = 30
     rng = np.random.default_rng(8)
     pairs = with_bins([lowest(250.0 * (1.0 + 0.1 * rng.standard_normal((n, 1))))])
     activation = Activation(EV, 1e-29, np.array([500.0]))
     flash = flash_values(230.0)
-    of_level, scale = rate_of(pairs, flash, activation)
-    if of_temperature:
-        of_mean = lambda bins, mean: uniform_temperature(bins, mean, activation, scale)  # noqa: E731
-        of_level = ContactMean(of_level.of_bins, flash, of_mean)
+    of_level = of_temperature(pairs, flash, activation) if warm else rate_of(pairs, flash, activation)[0]
     sample = pairs[0].sample
 
     def value(rows):
@@ -200,6 +207,42 @@ def test_influence_values_of_a_rate_are_those_of_a_jackknife(of_temperature):
     error = np.sqrt((n - 1) * np.mean((without - without.mean(axis=0)) ** 2, axis=0))
     np.testing.assert_allclose(spread(rows)[0], error, rtol=0.1)
     assert np.corrcoef(rows[:, 0], -without[:, 0])[0, 1] > 0.98
+
+
+def test_errors_of_an_activation_temperature_follow_from_its_own_slope_over_the_flash_temperature():
+    pairs = with_bins([lowest(np.full((9, 1), 250.0))])
+    activation = Activation(EV, 1e-29, np.array([500.0]))
+    rows = np.array([[2.0], [-1.0], [-1.0]])  # scatter of T_flash on other surfaces
+
+    def at(flash, rows=None):
+        values = flash_values(flash, error=9.0, rows=rows)._replace(scatter={} if rows is None else {7: rows})
+        return mean_over_contact(SCENE, "capped", pairs, of_temperature(pairs, values, activation), 1.0)
+
+    found = at(230.0, rows)
+    slope = (at(230.23).values.mean - at(229.77).values.mean) / 0.46  # K over K
+    assert found.slope == pytest.approx(230.0 * slope, rel=1e-3)
+    assert found.values.errors["bandwidth"] == pytest.approx(9.0 * slope, rel=1e-3)
+    np.testing.assert_allclose(found.values.scatter[7], slope * rows, rtol=1e-3)
+    # the part of the hottest pixel, in K: what is left of T_act without it
+    sample = pairs[0].sample
+    of_level = of_temperature(pairs, flash_values(230.0), activation)
+    mean, tail = of_level.mean(sample).mean(axis=0), of_level.tail(sample)
+    less = of_level.of_mean(sample.bins, mean * (1.0 - 0.01 * tail))[0]
+    exact = of_level.of_mean(sample.bins, mean)[0] - less
+    assert 0.01 * found.values.errors["tail"] == pytest.approx(exact, rel=1e-2)
+
+
+def test_a_finer_pixel_changes_a_rate_as_its_partner_shows(foretold):
+    foretold.law = np.array([[1.0], [1.0], [1.0]])
+    low, finer = with_bins(ladder([250.0, 250.0], [1.0, 1.0]), seed=6)  # the second has the same cut-off
+    activation = Activation(0.4 * EV, 0.0, np.array([600.0]))
+    of_level, _ = rate_of([low, finer], flash_values(250.0), activation)
+    found = mean_over_contact(SCENE, "capped", [low, finer], of_level, 1.0).values
+    mean = of_level.mean(low.sample).mean()
+    change = of_level.influence(finer.sample).mean() / of_level.influence(finer.below).mean() - 1.0
+    assert abs(change) > 1e-3
+    assert found.mean == pytest.approx(mean * (1.0 + change), rel=1e-6)
+    assert found.errors["pixel"] == pytest.approx(1.5 * abs(change) * mean, rel=0.05)
 
 
 def test_what_changes_with_the_cut_off_follows_the_steps_of_the_law_and_is_in_doubt_as_a_whole(foretold):

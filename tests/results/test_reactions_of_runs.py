@@ -1,16 +1,23 @@
 """The distribution of the temperature of a run: stored, estimated and compared where the scene asks, else not."""
 
 import json
+import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim import prediction
+from roughsim.charts.plot import plot_run
+from roughsim.charts.style import Look
 from roughsim.errors import RecordError
 from roughsim.observables.catalogue import observables_of
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
+from roughsim.results.export import export_run
+from roughsim.results.reactions import background_temperature
 from roughsim.store.member_files import BINS, member_path, read_member, write_member
 
 ASKS = {
@@ -124,6 +131,7 @@ def test_at_rest_the_contact_reacts_at_the_background_temperature(asked):
     assert rate.mean[1] / area == pytest.approx(arrhenius[1], rel=0.05)  # of levels by their ratios
     # Jensen: the rate exceeds that at the mean temperature, so its temperature exceeds T₀ + s T_flash
     assert warm.mean[1] > 500.0 + asked.estimate("flash_temperature").mean[1]
+    assert warm.mean[1] < 500.0 + asked.estimate("temperature_quantile_90").mean[1]  # with half of the heat
     assert warm.unit == "K"
     # errors of the rate and of its temperature belong together: dT = k T² d ln rate / E
     slope = 1.380649e-23 * warm.mean[1] ** 2 / 1.602176634e-19
@@ -134,6 +142,77 @@ def test_the_conversion_in_a_pass_follows_from_the_rate(asked):
     rate, conversion = found(asked, "reaction_rate", 1.0), found(asked, "conversion", 1.0)
     assert conversion.mean[0] == 1.0  # a pass at rest never ends
     assert conversion.mean[1] == pytest.approx(-np.expm1(-rate.mean[1] * 1e-3 / 10.0), rel=1e-9)
+    left = 1.0 - conversion.mean[1]
+    assert conversion.standard_error[1] == pytest.approx(rate.standard_error[1] * 1e-4 * left, rel=1e-6)
+
+
+def test_a_mean_that_one_member_carries_has_an_unknown_scatter(asked):
+    steep = rs.open_run(asked.folder)
+    steep.scene = steep.scene.with_("reaction.activation_energy", ["1 eV", "20 eV"])
+    easy, hard = (found(steep, "reaction_rate", energy) for energy in (1.0, 20.0))
+    assert "statistical" not in easy.unknown_at(1)
+    assert "statistical" in hard.unknown_at(1)
+    assert hard.mean[1] > 0.0
+
+
+def test_the_background_is_absolute_and_warms_with_the_share_of_the_heat():
+    changes = {"sliding.background_temperature": 400.0, "sliding.speed": [2.0, 5.0], "sliding.duration": 1e-3}
+    scene = rs.load_scene("steel-1.2GPa", changes | {"observables.heat_above": [600.0]})
+    # 2q̇√(t/(πκρc)) of a uniform flux q̇ = μσ₀v
+    warming = 2.0 * 0.11 * 90e6 * np.array([2.0, 5.0]) * np.sqrt(1e-3 / (np.pi * 30.0 * 7900.0 * 500.0))
+    for share in (1.0, 0.25):
+        run = SimpleNamespace(scene=scene, share=lambda column, share=share: np.full(2, share))
+        warm = background_temperature(run)
+        np.testing.assert_allclose(warm, 400.0 + share * warming, rtol=1e-12)
+
+
+def test_the_theory_of_a_reaction_is_in_the_column_calibrated(asked):
+    rows = rs.compare(asked).rows
+    of_theory = {(row.observable, row.energy, row.speed): row.calibrated for row in rows}
+    for name in NAMES:
+        assert of_theory[name, None, 0.0] == 0.0
+    flash = of_theory["flash_temperature", None, 10.0]
+    assert of_theory["temperature_quantile_50", None, 10.0] == pytest.approx(flash, rel=0.15)
+    assert of_theory["temperature_quantile_99", None, 10.0] > 1.5 * flash
+    law = prediction.calibrated(asked.scene).stress_spectrum
+    assert of_theory["reaction_rate", 0.0, 10.0] == pytest.approx(1e13 * law.contact_fraction, rel=1e-9)
+    assert of_theory["activation_temperature", 1.0, 0.0] == pytest.approx(500.0, rel=1e-9)
+    hottest = of_theory["temperature_quantile_90", None, 10.0]  # with half of the heat, as T_flash
+    assert 500.0 + flash < of_theory["activation_temperature", 1.0, 10.0] < 500.0 + hottest
+    rate = of_theory["reaction_rate", 1.0, 10.0]
+    assert of_theory["conversion", 1.0, 10.0] == pytest.approx(-np.expm1(-rate * 1e-4), rel=1e-9)
+    assert np.isnan(of_theory["activation_temperature", 0.0, 10.0])
+
+
+def test_an_export_has_the_rates_over_column_energy_and_speed(asked, tmp_path):
+    with h5py.File(export_run(asked, tmp_path / "run.h5"), "r") as file:
+        columns = [name.decode() for name in file["column"]]
+        np.testing.assert_allclose(file["energy"], [0.0, 1.0])
+        np.testing.assert_allclose(file["heat_above"], [560.0])
+        rate = file["reaction_rate"]
+        assert rate.attrs["units"] == "1/s"
+        assert [axis.keys()[0] for axis in rate.dims] == ["column", "energy", "speed"]
+        estimate = found(asked, "reaction_rate", 1.0)
+        np.testing.assert_allclose(rate[columns.index("capped"), 1], estimate.mean)
+        np.testing.assert_allclose(file["reaction_rate_total_error"][columns.index("capped"), 1], estimate.total_error)
+        assert np.isfinite(rate[columns.index("calibrated")]).all()
+        assert np.isnan(rate[columns.index("theory")]).all()
+        assert file["heat_share_above"].shape == (len(columns), 1, 2)
+        assert file["temperature_quantile_99"].shape == (len(columns), 2)
+
+
+def test_the_picture_has_the_numbers_of_the_run(asked, tmp_path):
+    numbers = tmp_path / "numbers.csv"
+    plot_run(asked, "reaction", tmp_path / "reaction.svg", look=Look(csv=numbers))
+    values = [
+        float(word) for word in re.split(r"[,\n]", numbers.read_text()) if re.fullmatch(r"-?[0-9.]+(e[-+]?\d+)?", word)
+    ]
+    for name in ("temperature_quantile_99", "temperature_quantile_area_50"):
+        assert min(abs(np.array(values) / asked.estimate(name).mean[1] - 1.0)) < 1e-4
+    assert min(abs(np.array(values) / found(asked, "activation_temperature", 1.0).mean[1] - 1.0)) < 1e-4
+    assert min(abs(np.array(values) / found(asked, "reaction_rate", 1.0).mean[1] - 1.0)) < 1e-4
+    with pytest.raises(ValueError, match="leave it out"):
+        plot_run(asked, "reaction", tmp_path / "reaction.svg", speed=10.0)
 
 
 def test_bins_of_another_size_are_damage(tmp_path, asked):
