@@ -300,6 +300,16 @@ def test_the_hottest_of_all_steel_is_that_of_a_ladder_of_solved_contacts():
     assert found.ratio @ found.pressure / found.pressure.sum() == pytest.approx([1.0, 1.0], rel=1e-12)
 
 
+def test_fields_end_at_the_wave_of_four_pixels():
+    # four longest waves on 128 points: that is 8 q_min
+    some = {**STEEL, **HEAT, "fields": 2, "points": 128}
+    whole, part = (
+        clipped.temperature_distribution(3.0, SelfAffine(level=1e-24, q_max=end * 5e4), **some) for end in (16, 8)
+    )
+    assert whole.pressure == pytest.approx(part.pressure, rel=1e-9)
+    assert not np.allclose(whole.ratio, part.ratio, rtol=1e-3)  # it goes on
+
+
 def test_temperatures_go_on_in_proportion_to_the_flash_temperature():
     pressure, field = np.array([1.0, 1.0, 2.0]), np.array([0, 1, 1])
     fine = Drawn(np.array([80.0, 8.0]), np.array([[0.2, 1.4, 1.2], [0.6, 1.0, 1.2]]), pressure, field, 0.0)

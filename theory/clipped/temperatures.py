@@ -25,14 +25,14 @@ _WAVES = 4  # longest waves along a side of the cell
 _PIXELS = 4  # along the shortest wave
 _FURTHEST = 2.0  # steps of the cut-off, to twice as high a one, by which fields are continued
 _SMALLEST = 64  # points along a side: 4 q_min is the shortest wave, and 2 q_min that of the coarse fields
-_SLOWEST = 1e-12  # m/s: T_flash is proportional to a lower speed
+_SLOWEST = 1e-12  # m/s: at rest T_flash is 0, and T/T_flash that of a very slow source
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
     """Temperatures of drawn fields for C(q) up to their shortest wave; as in `TemperatureDistribution`."""
 
-    flash_over_speed: Array  # T_flash of the law over the speed, K s/m, (speeds,)
+    flash_temperature: Array  # of the law, K, (speeds,)
     ratio: Array
     pressure: Array
     field: NDArray[np.intp]
@@ -111,20 +111,20 @@ def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of t
     white = [rng.standard_normal((points, points)) for _ in range(fields)]
     moving = np.where(velocity > 0.0, velocity, _SLOWEST)
 
-    def flash_over_speed(law: Spectrum) -> Array:
-        return np.asarray(flash_temperature(moving, stress_spectrum=law, **heat)) / moving
+    def flash_of(law: Spectrum) -> Array:
+        return np.asarray(flash_temperature(moving, stress_spectrum=law, **heat))
 
     def drawn(noise: list[Array]) -> Drawn:
         cell = Cell(noise[0].shape[0], 2 * pi * _WAVES / longest)
         cut = _Truncated(spectrum, min(_shortest(cell.points, longest), end))
         distance = min(way, cell.length / 2)
         responses = [heat_response(cell, v, diffusivity, distance) for v in velocity.tolist()]
-        return _drawn(clipped_field(cut, **solid), cell, responses, noise, flash_over_speed(law_of(cut, **solid)))
+        return _drawn(clipped_field(cut, **solid), cell, responses, noise, flash_of(law_of(cut, **solid)))
 
     fine = drawn(white)
     ratio = fine.ratio
     if _shortest(points, longest) < end:
-        ratio = continued(fine, drawn([halved(noise) for noise in white]), flash_over_speed(stress))
+        ratio = continued(fine, drawn([halved(noise) for noise in white]), flash_of(stress))
     return TemperatureDistribution(flash, stress.contact_fraction, ratio, fine.pressure, fine.field, fine.wrong_share)
 
 
@@ -134,13 +134,13 @@ def _shortest(points: int, longest: float) -> float:
 
 
 def continued(fine: Drawn, coarse: Drawn, flash: Array) -> Array:
-    """Return T/T_flash of the fine fields continued to all of C(q), where T_flash over the speed is `flash`, (speeds,).
+    """Return T/T_flash of the fine fields continued to all of C(q), where T_flash is `flash`, K, (speeds,).
 
     The temperature below which a share of the heat is set free is linear in T_flash along the cut-offs: it goes on as
     from the coarse fields, with half of the waves, to the fine ones.
     """
     result = np.empty(fine.ratio.shape)
-    for n, (end, top, below) in enumerate(zip(flash, fine.flash_over_speed, coarse.flash_over_speed, strict=True)):
+    for n, (end, top, below) in enumerate(zip(flash, fine.flash_temperature, coarse.flash_temperature, strict=True)):
         going_on = (end - top) / (top - below) if top != below else 0.0
         order, order_below = np.argsort(fine.ratio[n]), np.argsort(coarse.ratio[n])
         kelvin = top * fine.ratio[n, order]
