@@ -10,6 +10,7 @@ import roughsim as rs
 from roughsim.ensemble import run as ensemble_run
 from roughsim.ensemble.executors import SerialExecutor
 from roughsim.results.description import read_description
+from roughsim.scene.numerics import Reason
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import member_path, read_member
 
@@ -123,6 +124,13 @@ def test_the_versions_are_those_of_the_process_that_began(quick, tmp_path):
     older.write(folder, quick)
     rs.run(quick, folder, max_realizations=2)
     assert read_description(folder).versions == older.versions
+
+
+def test_the_reasons_are_those_of_the_process_that_began(quick, tmp_path):
+    run = rs.run(quick, tmp_path / "run", max_realizations=1)
+    others = replace(run.numerics, reasons=(*run.reasons, Reason("cut-off", "1 rad/m", "of another version")))
+    ensemble_run.begin(quick, run.folder, others)
+    assert read_description(run.folder).numerics.reasons == run.reasons
 
 
 def test_a_member_that_is_damaged_while_the_run_goes_on_is_moved_aside_and_done_again(quick, tmp_path, soon):
