@@ -152,9 +152,8 @@ def _directions(steepest: float) -> tuple[Array, Array]:
 
     F varies within π/2 − φ = 1/`steepest`. From there on the panels grow.
     """
-    first = min(1.0 / max(steepest, 1.0), pi / 2)
-    count = max(ceil(log(pi / 2 / first) / log(_GROWTH)), 1)
-    edges = np.append(0.0, np.geomspace(first, pi / 2, count + 1))
+    panels = ceil(log(max(steepest, 1.0) * pi / 2) / log(_GROWTH))
+    edges = np.append(0.0, pi / 2 * _GROWTH ** -np.arange(panels, -1.0, -1.0))
     half = np.diff(edges)[:, None] / 2
     angle = (edges[:-1, None] + half * (1 + _POINTS)).ravel()
     return np.sin(angle), (half * _WEIGHTS).ravel() * 2 / pi

@@ -7,6 +7,7 @@ import pytest
 from heat_cases import STEEL
 
 from roughsim import Body, Grid, Skin, Solid, half_space_temperature, partition_heat, slide
+from roughsim.heat import depth_profile
 from theory.skin import direction_mean, even_part, layers_of
 
 OXIDE = Skin(3e-6, 3.0, 9e-7)
@@ -110,3 +111,14 @@ def test_a_slide_of_bodies_with_layers_is_refused(name):
     options = {"nominal_pressure": 1e7, "friction_coefficient": 0.1, "speed": 1.0, "slid_distance": 1e-4}
     with pytest.raises(ValueError, match=f"{name} has a skin or a heat_depth, but a slide follows the heat of bare"):
         slide(np.zeros((8, 8)), Grid((8, 8), (1e-3, 1e-3)), Solid(1e11), **options, **bodies)
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0, 35.0])
+@pytest.mark.parametrize("skin", [None, OXIDE])
+def test_heat_released_in_depth_makes_no_maximum_below_the_surface(speed, skin):
+    # the release falls with z and no heat leaves through the surface
+    flux, grid, _ = hill(24)
+    heat = {"speed": speed, "skin": skin, "heat_depth": 3e-6}
+    depths = np.linspace(0.0, 6e-6, 9)
+    below = depth_profile(lambda z: half_space_temperature(flux, grid, depth=z, **heat, **STEEL), depths)
+    assert (np.diff(below) < 0.0).all()
