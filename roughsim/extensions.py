@@ -1,4 +1,4 @@
-"""Spectra, contact solvers and observables by name: those of roughsim, and those that other packages add.
+"""Spectra, contact solvers and observables by name, of roughsim and of packages that extend it.
 
 Other packages add them by entry points: NAME = "package.module:object" in the group "roughsim.spectra",
 "roughsim.solvers" or "roughsim.observables".

@@ -106,7 +106,7 @@ class Grid:
 class Modes(NamedTuple):
     """Some modes of the half spectrum of a grid, flattened.
 
-    `chosen` says which, shape `half_shape`; `wavenumber` (modes,) is |q| of each, rad/m; `multiplicity` (modes,) is how
+    `chosen` marks them, shape `half_shape`; `wavenumber` (modes,) is |q| of each, rad/m; `multiplicity` (modes,) is how
     many modes of the full plane each stands for, 1 or 2.
     """
 
@@ -145,5 +145,5 @@ def distinct_wavenumbers(grid: Grid) -> tuple[Array, NDArray[np.intp]]:
 
 
 def need_grid(grid: Any) -> None:
-    """Refuse with a TypeError what is no `Grid`."""
+    """Raise a TypeError unless the argument is a `Grid`."""
     instance("grid", grid, Grid, "Grid((128, 128), (1e-3, 1e-3))")

@@ -72,7 +72,7 @@ class Panels:
 
     def at(self, y: Array) -> tuple[Array, Array]:
         """Return q and dq/dy at `y`, shape (panels, any)."""
-        extent = extents(self.lower, self.upper)[:, None]
+        extent = _extents(self.lower, self.upper)[:, None]
         q = np.minimum(self.lower[:, None] * np.exp(extent * y**2), self.upper[:, None])
         return q, 2 * extent * y * q
 
@@ -82,7 +82,7 @@ class Panels:
 
     def place(self) -> tuple[Array, Array]:
         """Return the lower bound of the piece and the exact ln(q/lower) at the Gauss nodes, shape (panels, NODES)."""
-        rise = extents(self.lower, self.upper)[:, None] * self.coordinates() ** 2
+        rise = _extents(self.lower, self.upper)[:, None] * self.coordinates() ** 2
         return np.broadcast_to(self.lower[:, None], rise.shape), rise
 
     def nodes(self) -> tuple[Array, Array]:
@@ -105,14 +105,14 @@ class Panels:
         return twice
 
 
-def extents(lower: Array, upper: Array) -> Array:
+def _extents(lower: Array, upper: Array) -> Array:
     """Return ln(upper/lower), to its own relative accuracy also for nearly equal bounds."""
     return np.asarray(np.log1p((upper - lower) / lower))
 
 
 def panels_between(breaks: Array) -> Panels:
     """Return panels over all pieces, none wider than one e-fold."""
-    counts = np.ceil(extents(breaks[:-1], breaks[1:]) / _WIDEST).astype(int)
+    counts = np.ceil(_extents(breaks[:-1], breaks[1:]) / _WIDEST).astype(int)
     piece = np.repeat(np.arange(counts.size), counts)
     index = np.concatenate([np.arange(n) for n in counts])
     start, stop = np.sqrt(index / counts[piece]), np.sqrt((index + 1) / counts[piece])
@@ -237,13 +237,13 @@ class Primitive:
         q = np.clip(wavenumber, self.breaks[0], self.breaks[-1])
         piece = np.clip(np.searchsorted(self.breaks, q, side="right") - 1, 0, self.breaks.size - 2)
         lower = self.breaks[piece]
-        return self.at(piece, np.sqrt(extents(lower, q) / extents(lower, self.breaks[piece + 1])))
+        return self.at(piece, np.sqrt(_extents(lower, q) / _extents(lower, self.breaks[piece + 1])))
 
     def above(self, start: Array, rise: Array) -> Array:
         """Return the integral up to start·e^rise, for `start` within the breaks and the `rise` ≥ 0 of one piece."""
         piece = np.clip(np.searchsorted(self.breaks, start, side="right") - 1, 0, self.breaks.size - 2)
         lower = self.breaks[piece]
-        share = (extents(lower, start) + rise) / extents(lower, self.breaks[piece + 1])
+        share = (_extents(lower, start) + rise) / _extents(lower, self.breaks[piece + 1])
         return self.at(piece, np.sqrt(np.minimum(share, 1.0)))
 
     def at(self, piece: Array | Which, y: Array) -> Array:

@@ -76,8 +76,8 @@ def _choose_film(run: Run, realization: int | None, speed: float | None, column:
         raise no_film(run, realization or 0)
     speed = max(run.scene.speeds) if speed is None else number("speed", speed, "m/s")
     if speed not in run.scene.speeds:
-        told = ", ".join(f"{v:g}" for v in run.scene.speeds)
-        raise ValueError(f"speed = {speed:g} m/s: the slide has followed {told} m/s; choose one of them")
+        followed = ", ".join(f"{v:g}" for v in run.scene.speeds)
+        raise ValueError(f"speed = {speed:g} m/s: the slide has followed {followed} m/s; choose one of them")
     return Subject(run, SLIDING, run.numerics.slide or 0, indices[0] if realization is None else realization, speed)
 
 

@@ -3,7 +3,7 @@
 import json
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from typer import Argument, Exit, Option
 
@@ -127,7 +127,7 @@ def run(
         raise Exit(1)
 
 
-def _show_plan(scene: Any, numerics: Any) -> None:
+def _show_plan(scene: "rs.Scene", numerics: "rs.Numerics") -> None:
     """Print the numerics of a run, and warnings, before its members are computed."""
     from roughsim.planning.limits import judge
     from roughsim.planning.realization import slide_problem

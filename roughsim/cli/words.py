@@ -2,12 +2,18 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
 import roughsim as rs
 from roughsim.show.text import say, tell
+
+if TYPE_CHECKING:  # commands import late: the help loads none of these
+    from roughsim.results.run import Run
+    from roughsim.scene import Scene
+    from roughsim.show.table import Table
+    from roughsim.studies.study import Study
 
 
 def _complete_scene(incomplete: str) -> list[str]:
@@ -35,7 +41,7 @@ Output = Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="L
 Workers = Annotated[int | None, Option(metavar="N", min=1, help="Processes; left out: as many as fit for long runs.")]
 
 
-def open_scene(name: str, words: list[str] | None, options: dict[str, Any] | None = None) -> Any:
+def open_scene(name: str, words: list[str] | None, options: dict[str, Any] | None = None) -> "Scene":
     """Return a scene with the changes that were written as KEY=VALUE, and those by other options that are not None."""
     from roughsim.scene.changes import read_changes
 
@@ -43,14 +49,14 @@ def open_scene(name: str, words: list[str] | None, options: dict[str, Any] | Non
     return rs.load_scene(name, read_changes(words or []) | by_options)
 
 
-def study_of(folder: Path) -> Any:
+def study_of(folder: Path) -> "Study | None":
     """Return the study in a folder; None if the folder is no study."""
     from roughsim.studies.folder import is_study
 
     return rs.open_study(folder) if is_study(folder) else None
 
 
-def open_without_damaged(folder: Path) -> Any:
+def open_without_damaged(folder: Path) -> "Run":
     """Open a run without its damaged files, and name these on the terminal."""
     run = rs.open_run(folder, damaged="skip")
     for reason in run.damaged.values():
@@ -63,7 +69,7 @@ def print_json(value: Any) -> None:
     say(json.dumps(value, indent=1))
 
 
-def print_parts(*parts: Any) -> None:
+def print_parts(*parts: "str | Table") -> None:
     """Print lines and tables."""
     from roughsim.show.terminal import PlainConsole
 

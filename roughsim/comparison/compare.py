@@ -152,7 +152,7 @@ def compare(run: Run | str | Path) -> Comparison:
     return Comparison(run, tuple(rows_of(run)), tuple(s for s in slopes if s is not None))
 
 
-def title_of(row: Row) -> str:
+def _title_of(row: Row) -> str:
     """Return the observable of a row with its energy, eV, or temperature, K, if it has one."""
     if row.energy is not None:
         return f"{row.observable}, {row.energy:.3g} eV"
@@ -167,7 +167,7 @@ def comparison_table(comparison: Comparison) -> Table:
     columns = [Column("observable", name=True), *(Column(title, number=True) for title in titles)]
     rows: list[Cells] = [
         (
-            with_unit(title_of(row), row.unit),
+            with_unit(_title_of(row), row.unit),
             "" if row.speed is None else f"{row.speed:g}",
             Number(row.theory, row.unit),
             Number(row.calibrated, row.unit),

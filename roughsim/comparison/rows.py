@@ -1,7 +1,7 @@
 """The rows of a comparison: each observable at each speed by theory and in each column, and the ratios of columns."""
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from math import log, nan
 from typing import NamedTuple
 
@@ -87,7 +87,8 @@ def _rows_of_contact_temperature(run: Run, flash: dict[str, Array], slid: Slidin
 def _rows_that_are_asked(run: Run) -> Iterator[Row]:
     """Yield the rows of a reaction at each energy and speed, and of the heat above each temperature."""
     columns = run.numerics.columns
-    ratios = {name: Ratio(nan, nan) for name in ratio_names(columns)}
+    names = [f"{columns[0]}_over_theory", *(f"{columns[1]}_over_{columns[0]}" for _ in columns[1:])]
+    ratios = {name: Ratio(nan, nan) for name in names}
     predicted = {
         asked.key: asked.estimate.value for asked in prediction.asked_predictions(run.scene, run.heat_partition)
     }
@@ -126,11 +127,6 @@ def _rows_of_directions(run: Pressed) -> Iterator[Row]:
         for speed, ratio in zip(run.scene.speeds, run.over_twin.tolist(), strict=False):
             cells = {column: Cell(ratio, nan, nan)}
             yield Row(_OVER_TWIN, "1", speed, nan, nan, nan, nan, columns=cells, ratios=without, note="")
-
-
-def ratio_names(columns: Sequence[str]) -> list[str]:
-    """Return the names of the ratios of these columns."""
-    return [f"{columns[0]}_over_theory", *(f"{columns[1]}_over_{columns[0]}" for _ in columns[1:])]
 
 
 def _rows_of_one(

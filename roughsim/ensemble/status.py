@@ -132,7 +132,7 @@ def seconds_left(run: Run) -> float | None:
 
 
 def expected_seconds(run: Run) -> float:
-    """Return the expected time for the members still needed, s, in one process; in the first round that of the plan.
+    """Return the expected time for the members still needed, s, in one process; in the first round by the plan.
 
     inf in the first round of a run with slides.
     """

@@ -63,7 +63,7 @@ def get_threads() -> int:
     return _threads
 
 
-def plan_threads() -> int:
+def _plan_threads() -> int:
     """Return how many threads FFTW may plan for."""
     global _threaded  # noqa: PLW0603
     if _threads > 1 and _orphaned:
@@ -78,7 +78,7 @@ def plan_threads() -> int:
     return _threads
 
 
-def forget_plans() -> None:
+def _forget_plans() -> None:
     """Forget in a forked process the plans of its parent, whose threads are gone."""
     global _orphaned, planning  # noqa: PLW0603
     planning = threading.RLock()
@@ -91,7 +91,7 @@ if hasattr(os, "register_at_fork"):  # there is no fork elsewhere
     os.register_at_fork(
         before=lambda: planning.acquire(),  # noqa: PLW0108  (each fork makes a new lock)
         after_in_parent=lambda: planning.release(),  # noqa: PLW0108
-        after_in_child=forget_plans,
+        after_in_child=_forget_plans,
     )
 
 
@@ -191,7 +191,7 @@ class Transform:
         if pyfftw is None:
             return
         flags = ("FFTW_ESTIMATE",) if plane else ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT")
-        options = {"axes": axes, "flags": flags, "threads": plan_threads()}
+        options = {"axes": axes, "flags": flags, "threads": _plan_threads()}
         with planning:
             self.there = pyfftw.FFTW(self.field, self.spectrum, **options)
             self.back = pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options)
@@ -251,12 +251,12 @@ class LinePlans:
             self.forward = make(*common, *near, *far, -1, _ESTIMATE)
             self.backward = make(*common, *far, *near, +1, _ESTIMATE)
         self.execute = fftw[f"{prefix}_execute_dft"]
-        weakref.finalize(self, destroy_plans, destroy, self.forward, self.backward).atexit = False
+        weakref.finalize(self, _destroy_plans, destroy, self.forward, self.backward).atexit = False
         if not (self.forward and self.backward):
             raise MemoryError(f"FFTW has no plan for {count} lines of {points} points: not enough memory")
 
 
-def destroy_plans(destroy: Callable[[int | None], None], *plans: int | None) -> None:
+def _destroy_plans(destroy: Callable[[int | None], None], *plans: int | None) -> None:
     """Hand plans back to FFTW."""
     with planning:
         for plan in plans:

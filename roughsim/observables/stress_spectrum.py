@@ -142,12 +142,12 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
 
 
 @lru_cache(maxsize=8)  # 4 ms for each contact of 768² points; the grids of a run come in turn
-def _gathering(grid: Grid) -> "tuple[UniformNodes, NyquistWaves]":
+def _gathering(grid: Grid) -> "tuple[_UniformNodes, _NyquistWaves]":
     """Return the compact wavenumbers of a grid, and its waves that have no derivative along an axis."""
     return uniform_nodes(grid), nyquist_waves(grid)
 
 
-class NyquistWaves(NamedTuple):
+class _NyquistWaves(NamedTuple):
     """The modes of the quarter plane at the Nyquist wavenumber of an axis, and their distinct wavenumbers.
 
     Such a wave has no derivative along that axis on the points of the grid. Averaged over directions it keeps q_y²/q²
@@ -160,7 +160,7 @@ class NyquistWaves(NamedTuple):
     wavenumber: Array  # rad/m, increasing
 
 
-def nyquist_waves(grid: Grid) -> NyquistWaves:
+def nyquist_waves(grid: Grid) -> _NyquistWaves:
     """Return the waves of a grid that have no derivative along an axis."""
     (nx, ny), (qx, qy) = grid.shape, grid.wavevectors
     wavenumber, entry = distinct_wavenumbers(grid)
@@ -174,7 +174,7 @@ def nyquist_waves(grid: Grid) -> NyquistWaves:
         share[-1, -1] = 1.0  # both derivatives vanish: exactly all of it
     mode = np.flatnonzero(share)
     present, own = np.unique(entry[mode], return_inverse=True)
-    return NyquistWaves(mode, share.ravel()[mode], own, wavenumber[present])
+    return _NyquistWaves(mode, share.ravel()[mode], own, wavenumber[present])
 
 
 def further_derivatives(r: float, g1: float, g2: float, g3: float) -> tuple[float, float]:
@@ -205,7 +205,7 @@ def _ordered_sum(weight: Array, values: Array) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class UniformNodes:
+class _UniformNodes:
     """How the modes of a grid are gathered at compact wavenumbers: for smooth f both give the same sum of variance·f.
 
     The distinct wavenumbers below `kept` keep entries of their own. All others are spread over the nodes around them,
@@ -245,7 +245,7 @@ class UniformNodes:
         return np.concatenate((own, spread), dtype=np.float64)[self.order]
 
 
-def uniform_nodes(grid: Grid) -> UniformNodes:
+def uniform_nodes(grid: Grid) -> _UniformNodes:
     """Return the compact wavenumbers of a grid; every mode keeps its own if there are not fewer nodes than modes."""
     wavenumber, entry = distinct_wavenumbers(grid)
     spacing = _NODE_PHASE / (0.5 * math.hypot(*grid.lengths))
@@ -266,7 +266,7 @@ def uniform_nodes(grid: Grid) -> UniformNodes:
     order = np.argsort(unsorted, kind="stable")
     entries = unsorted[order]
     entries.flags.writeable = False  # all spectra of the grid share them
-    return UniformNodes(slot[entry], kept, offset, order, entries)
+    return _UniformNodes(slot[entry], kept, offset, order, entries)
 
 
 def _lagrange_coefficients() -> Array:

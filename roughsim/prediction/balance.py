@@ -48,7 +48,7 @@ def _warming(time: float, flux: float, kappa: float, diffusivity: float, layers:
 
 
 def _layered(bodies: Conduction, q: Array) -> Array:
-    """Return the steady change of |q|κT/q̇ of the resting body at rest by what lies on it, (modes,)."""
+    """Return the steady change of |q|κT/q̇ of the resting body at rest by its skin, (modes,)."""
     kappa, diffusivity, counter_layers = _bodies(bodies)[1]
     layers = None if counter_layers == Layers() else layers_of(*counter_layers, kappa, diffusivity)
     if layers is None:

@@ -70,7 +70,7 @@ class Heating(NamedTuple):
 
 
 class Conductions(NamedTuple):
-    """κ, W/(m K), and D, m²/s, of both bodies as arrays (speeds,); those of an insulating counterface hold NaN."""
+    """κ, W/(m K), and D, m²/s, of both bodies as arrays (speeds,); NaN for an insulating counterface."""
 
     each: tuple[Conduction, ...]  # the same as a record for each speed
     conductivity: Array
@@ -86,7 +86,7 @@ def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
     the scene, and T_flash of the theory over the whole spectrum. T₀(t) is the warming of the moving body in the
     `duration`, 0 without one. Both bodies are taken at this temperature of their contact.
 
-    The speeds, m/s, ≥ 0, if None, are those of the scene. SceneError if the contact gets hotter than a table goes.
+    The speeds, m/s, ≥ 0, are by default the speeds of the scene. SceneError if the contact gets hotter than a table.
     """
     each = tuple(heating(scene, speed).bodies for speed in _speeds_of(scene, speeds))
     numbers = [bodies[:4] for bodies in each]
@@ -108,7 +108,7 @@ def heat_per_pressure(scene: Scene, speed: float) -> float:
 
 
 def _speeds_of(scene: Scene, speeds: ArrayLike | None) -> list[float]:
-    """Return speeds as a list, those of the scene if None."""
+    """Return speeds as a list, by default the speeds of the scene."""
     result: list[float] = np.ravel(scene.speeds if speeds is None else speeds).tolist()
     return result
 
@@ -199,13 +199,13 @@ def _end_of_friction(scene: Scene) -> float:
 
 
 def _contact_with(scene: Scene, speed: float, temperature: float) -> tuple[Heating, float, float]:
-    """Return the constants with κ at a temperature, the temperature there with them, and that of the contact, K."""
+    """Return the constants with κ at a temperature, the temperature there with them, and the contact's, K."""
     start = scene.sliding.background_temperature or 0.0
     friction_end = _end_of_friction(scene)
     bodies = scene.conduction(temperature)
     background, flash = _rises(scene, speed, bodies)
     layer, contact = background + 0.75 * flash, background + flash
-    # the temperature of the contact follows from that of κ: both rises are in proportion to μ
+    # the temperature of κ gives the temperature of the contact: both rises are in proportion to μ
     hot = start + (temperature - start) * (contact / layer if layer else 1.0)
     friction = scene.friction_coefficient(min(hot, friction_end))
     return Heating(friction, bodies), start + friction * layer, start + friction * contact
@@ -241,10 +241,10 @@ def background(scene: Scene) -> Array:
 def heat_partition(
     scene: Scene, speeds: ArrayLike | None = None, *, rule: float | str | None = None, spectrum: Spectrum | None = None
 ) -> Array:
-    """Return the moving body's share of the heat at each speed, m/s: those of the scene if None.
+    """Return the moving body's share of the heat at each speed, m/s, by default the speeds of the scene.
 
-    `rule` is a number, "all" (1), or the theory's "mean" or "total", NaN without a second body; None is that of the
-    scene, with which temperatures are reported. `spectrum` stands for the whole C_sm if given.
+    `rule` is a number, "all" (1), or the theory's "mean" or "total", NaN without a second body; None is the rule of
+    the scene, with which temperatures are reported. `spectrum` stands for the whole C_sm if given.
     """
     speed = np.asarray(scene.speeds if speeds is None else speeds, np.float64)
     rule = scene.sliding.heat_partition if rule is None else rule

@@ -33,8 +33,8 @@ _STEP = 0.1  # of the law for contact that yields: coarser ones move T_flash by 
 def continuation(scene: Scene, column: str, cut_offs: tuple[float, ...], observable: str) -> Array | None:
     """Return an observable of the theory up to each cut-off and over all of C(q), shape (cut-offs + 1, speeds).
 
-    `cut_offs` are those of the levels of the column, rad/m, ascending. All NaN where it is not known whether the column
-    follows the theory; None where it falls as a power of the cut-off.
+    `cut_offs` belong to the levels of the column, rad/m, ascending. All NaN if it is unknown whether the column follows
+    the theory; None if it falls as a power of the cut-off.
     """
     follows = follows_theory(scene, column, cut_offs[-1])
     if follows is False:
@@ -47,7 +47,7 @@ def continuation(scene: Scene, column: str, cut_offs: tuple[float, ...], observa
 def follows_theory(scene: Scene, column: str, q_max: float) -> bool | None:
     """Return whether a column follows the theory from the cut-off q_max, rad/m, to the end of the spectrum.
 
-    False where it falls as a power of the cut-off, None where it is not known.
+    False if it falls as a power of the cut-off, None if that is unknown.
     """
     if column != "capped":
         return True
@@ -103,6 +103,6 @@ def slow(scene: Scene) -> Scene:
 
 
 def in_motion(scene: Scene) -> Scene:
-    """Return a scene that slides slowly where it is at rest: the theory tells nothing of a ratio of zeros."""
+    """Return a scene with a slow speed in place of rest, since a ratio of two zeros is undefined."""
     speeds = tuple(speed or _SLOW for speed in scene.speeds)
     return replace(scene, sliding=replace(scene.sliding, speed=speeds))

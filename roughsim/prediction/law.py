@@ -31,7 +31,7 @@ class Calibrated:
 
 @lru_cache(maxsize=64)  # .02 s, up to .1 s; ten times in a comparison or report
 def calibrated(scene: Scene) -> Calibrated:
-    """Return the calibrated law of a scene: that of elastic contact where there is no hardness."""
+    """Return the calibrated law of a scene; without a hardness it is the law of elastic contact."""
     errors = ELASTIC_BANDS if scene.elastic else ERROR_BANDS
     try:
         if scene.elastic:

@@ -20,12 +20,12 @@ from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
 from roughsim.scene.sections import SurfaceSection
 
-# q over that of the second row: of the first rows, and of those above, whose exponent C(q) has at long waves too. What
-# a map shows of waves as long as itself is too low, as its plane and the window took of them: so much of the exponent
+# q over the second row's: of the first rows, and of the rows above, whose exponent C(q) has at long waves too. A map
+# shows too little of waves as long as itself, as its plane and the window remove a part: so much of the exponent
 _FIRST, _ABOVE, _TAKEN = (0.0, 2.0), (2.0, 10.0), 2.7
 _FIRST_SCATTER = 0.5  # of the exponent of the first rows, over their errors
 _BELOW = 0.999  # of the first q: there the longer waves begin
-_SETTLED = 0.5  # change by the second decade of longer waves over that by the first: above, there is no limit
+_SETTLED = 0.5  # change by the second decade of longer waves over the change by the first: above, there is no limit
 _DOUBT = 0.05  # probability that scans of one surface differ by more than counts as a scatter from place to place
 _FILLED = 3.0  # relative error of C over the share of points that were filled: measured where these are the valleys
 _STEP = 0.1  # of ln C, by which each row is tried
@@ -167,7 +167,7 @@ def _continued(q: Array, psd: Array, exponent: float, begin: float, decades: int
 
 
 def _limit_of(first: Array, second: Array) -> Array:
-    """Return the change by ever longer waves from those by one and by two decades of them; NaN where it has no limit.
+    """Return the limit of the change by longer waves, from the changes by one and two decades of them; NaN without one.
 
     Each further decade changes the value by the same part of the change by the decade before.
     """

@@ -68,7 +68,7 @@ def sliding_prediction(scene: Scene) -> SlidingPrediction | None:
 
 
 def _moving_roughness(scene: Scene) -> float:
-    """Return the part of C(q) that rides with the moving body: its mean over |σ_q|², if it depends on q."""
+    """Return the moving face's part of C(q): its mean over |σ_q|², if it depends on q."""
     resting, moving = scene.sliding_faces
     if moving is None:
         return 0.0

@@ -48,8 +48,10 @@ def _of_roughness(scene: Scene) -> Iterator[Statement]:
     slides, two = scene.sliding.history == SLIDING, len(scene.faces) == 2
     if slides and two:
         value = "on both faces"
-        because = "in the column sliding that of [surface] rides with [body] and that of [counterface] rests"
-        because += "; in the others all of it rests on the counterface"
+        because = (
+            "in the column sliding [surface] moves with [body] and [counterface] rests; in the others all roughness "
+            "rests on the counterface"
+        )
     else:
         value = "of both faces, on the resting face" if two else "on the resting face"
         of_what = 'with history = "frozen" the contact' if two else "a lone rough face"
@@ -72,11 +74,11 @@ def _of_heat(scene: Scene) -> Iterator[Statement]:
     if rule == "all" and not scene.counterface_conducts:
         value, because = "all into the moving body", "there is no second body that takes heat"
     elif rule == "all":
-        value, because = "all into the moving body", 'heat_partition is "all", as it is where it is left out'
+        value, because = "all into the moving body", 'heat_partition is "all", the default'
     elif isinstance(rule, str):
         equal = "T_flash" if rule == "mean" else "T₀ + T_flash"
         value, because = f'by the rule "{rule}"', f"the share of each speed makes {equal} of the two bodies equal"
-        because += ": those of the theory in theory and calibrated, its own in a measured column"
+        because += ": T_flash of the theory in theory and calibrated, of the column itself in a measured one"
     else:
         value, because = f"{rule:.4g} into the moving body", "heat_partition states it"
     if scene.sliding.history == SLIDING:
@@ -85,7 +87,7 @@ def _of_heat(scene: Scene) -> Iterator[Statement]:
 
 
 def _of_tables(scene: Scene) -> Iterator[Statement]:
-    """Yield the temperature of the contact at each speed at which its tables allow several."""
+    """Yield the temperature of the contact for each speed with several solutions of the heat balance."""
     for speed in scene.speeds if scene.tables else ():
         try:
             found = [f"{kelvin:.4g}" for kelvin in contact_temperatures(scene, speed)]
@@ -128,7 +130,7 @@ def _caution_of_heat(scene: Scene) -> Iterator[str]:
     if len(scene.faces) > 1 or not scene.counterface_conducts or scene.sliding.heat_partition != "all":
         return
     yield (
-        'sliding.heat_partition is "all", as it is where it is left out, but the counterface takes heat, too; write '
+        'sliding.heat_partition is "all", the default, but the counterface takes heat, too; write '
         '"mean", or a number (1 for all). The one rough face rests on the counterface: if it is the face of the moving '
         "body, exchange [body] and [counterface]; see docs/partition.md"
     )

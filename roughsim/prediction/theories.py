@@ -77,7 +77,7 @@ def over_speed(
 ) -> dict[str, Array]:
     """Return T_flash, T′, ∇²T, D_flash and d_flash at any speeds, m/s, with all heat in the moving body.
 
-    They are those of the whole spectrum, of a `spectrum` C(q), or of a `stress_spectrum` |σ_q|².
+    They belong to the whole spectrum, to a `spectrum` C(q), or to a `stress_spectrum` |σ_q|².
     """
     if stress_spectrum is not None:
         stress = {"stress_spectrum": stress_spectrum, "nominal_pressure": scene.sliding.nominal_pressure}

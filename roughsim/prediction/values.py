@@ -8,7 +8,7 @@ from roughsim.observables.catalogue import OBSERVABLES, observables_of
 from roughsim.observables.record import Theory
 from roughsim.scene import Scene
 
-NOTHING = Theory({}, nan, correlation_radius=lambda _: nan, total=lambda _: nan)  # for what a theory does not give
+NOTHING = Theory({}, nan, correlation_radius=lambda _: nan, total=lambda _: nan)  # without a theory
 
 
 class Predicted(Mapping[str, Array]):

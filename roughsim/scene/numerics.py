@@ -69,7 +69,7 @@ class Level(Record, section="numerics.levels"):
 
     @property
     def where(self) -> str:
-        """The size of its cell, in words to append; empty for the run's cell."""
+        """The size of its cell, as text to append; empty for the run's cell."""
         return {None: "", "half": " in half the cell", "quarter": " in a quarter of the cell"}[self.cell]
 
     @property

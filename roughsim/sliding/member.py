@@ -89,7 +89,7 @@ class SlideProblem:
 class SlideSolution:
     """Observables of one slide."""
 
-    numbers: dict[str, Array]  # (speeds,), as `means_of` and `coarser_means` explain
+    numbers: dict[str, Array]  # (speeds,), as `_means_of` and `_coarser_means` explain
     curves: dict[str, Array]  # as in `CURVES`; NaN after the distance of a speed
     wavenumber: Array  # rad/m, of the spectrum
     spectrum: Array  # of the stress, Pa², mean over the last half of the longest distance
@@ -107,10 +107,10 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
     grid = problem.grid
     with linear_algebra().limit(limits=problem.threads):
         begin = time.perf_counter()
-        path, contacts_along = sliding_contacts(problem)
+        path, contacts_along = _sliding_contacts(problem)
         drawn = time.perf_counter()
         history = follow(contacts_along, grid, path, problem.motions, filmed_steps(path) if film else ())
-        coarser = coarser_means(problem.coarser) if problem.coarser else {}
+        coarser = _coarser_means(problem.coarser) if problem.coarser else {}
         solved = time.perf_counter()
     of_steps = numbers_of(history)
     over_distance = of_steps | {
@@ -120,8 +120,8 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
         "spot_survival": history.spot_survival,
     }
     return SlideSolution(
-        means_of(of_steps, path, problem.distances) | coarser,
-        curves_of(over_distance, path),
+        _means_of(of_steps, path, problem.distances) | coarser,
+        _curves_of(over_distance, path),
         uniform_nodes(grid).entries,
         history.spectrum,
         float(np.nanmax(of_steps["residual"])),
@@ -131,10 +131,10 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
     )
 
 
-def coarser_means(problem: SlideProblem) -> dict[str, Array]:
-    """Return T_flash and the frozen one of a slide on the coarser grid, means as `means_of`, by their stored names."""
-    path, contacts_along = sliding_contacts(problem)
-    means = means_of(numbers_of(follow(contacts_along, problem.grid, path, problem.motions)), path, problem.distances)
+def _coarser_means(problem: SlideProblem) -> dict[str, Array]:
+    """Return T_flash and the frozen one of a slide on the coarser grid, means as `_means_of`, by their stored names."""
+    path, contacts_along = _sliding_contacts(problem)
+    means = _means_of(numbers_of(follow(contacts_along, problem.grid, path, problem.motions)), path, problem.distances)
     names = ("sliding_flash_temperature", "sliding_frozen_flash_temperature")
     return {name.replace("sliding_", "sliding_coarser_"): means[name] for name in names}
 
@@ -144,7 +144,7 @@ def numbers_of(history: SlideHistory) -> dict[str, Array]:
     return history.numbers | {"frozen_flash_temperature": history.frozen_flash_temperature}
 
 
-def sliding_contacts(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
+def _sliding_contacts(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
     """Draw both faces; return the path, and the contacts along it, each solved on demand."""
     path = oblique_path(problem.grid, max(problem.distances))
     load, tolerance = problem.nominal_pressure, problem.tolerance
@@ -154,18 +154,18 @@ def sliding_contacts(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
 def faces(problem: SlideProblem) -> tuple[Array, Array | None]:
     """Draw the face at rest and the one that rides with the moving body, m; None is a flat."""
     key, moving = (problem.stream, problem.index), problem.moving_spectrum
-    heights = synthesize(problem.resting_spectrum, problem.grid, stream_of(problem.seed, *key))
+    heights = synthesize(problem.resting_spectrum, problem.grid, _stream_of(problem.seed, *key))
     if moving is None:
         return heights, None
-    return heights, synthesize(moving, problem.grid, stream_of(problem.seed, *key, 1))
+    return heights, synthesize(moving, problem.grid, _stream_of(problem.seed, *key, 1))
 
 
-def stream_of(seed: int, *key: int) -> np.random.Generator:
+def _stream_of(seed: int, *key: int) -> np.random.Generator:
     """Return the random stream of a face."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
 
 
-def means_of(of_steps: dict[str, Array], path: Path, distances: tuple[float, ...]) -> dict[str, Array]:
+def _means_of(of_steps: dict[str, Array], path: Path, distances: tuple[float, ...]) -> dict[str, Array]:
     """Return the stored numbers: means over the last half of the distance that each speed slides, and T₀ at its end."""
     steps = np.arange(1, path.steps + 1)
     last = np.rint(np.array(distances) / path.distance[1])[:, None]
@@ -180,19 +180,19 @@ def means_of(of_steps: dict[str, Array], path: Path, distances: tuple[float, ...
     return means | {"sliding_background": end}
 
 
-def curves_of(over_distance: dict[str, Array], path: Path) -> dict[str, Array]:
-    """Return the stored curves, at the `chosen_steps`."""
-    chosen = chosen_steps(path) - 1
+def _curves_of(over_distance: dict[str, Array], path: Path) -> dict[str, Array]:
+    """Return the stored curves, at the `_chosen_steps`."""
+    chosen = _chosen_steps(path) - 1
     return {name: np.ascontiguousarray(over_distance[name.removeprefix("slide_")][..., chosen]) for name in CURVES}
 
 
-def chosen_steps(path: Path) -> NDArray[np.intp]:
+def _chosen_steps(path: Path) -> NDArray[np.intp]:
     """Return the steps of the curves: up to `POINTS` in geometric sequence, from the first to the last."""
     return np.unique(np.rint(np.geomspace(1, path.steps, POINTS)).astype(np.intp))
 
 
 def filmed_steps(path: Path) -> list[int]:
-    """Return the steps of a film: every so many of the `chosen_steps`, the last among them."""
-    chosen = chosen_steps(path)
+    """Return the steps of a film: every so many of the `_chosen_steps`, the last among them."""
+    chosen = _chosen_steps(path)
     steps: list[int] = chosen[:: -math.ceil(chosen.size / FRAMES)][::-1].tolist()
     return steps

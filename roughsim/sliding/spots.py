@@ -44,7 +44,7 @@ class SpotLives:
             born, sizes, positions = np.full(count, np.nan), pixels, np.ones(count)
         else:
             middle = (self._last + slid_distance) / 2
-            heir = successors(self._labels, self._born.size, labels, count)
+            heir = _successors(self._labels, self._born.size, labels, count)
             lives_on = heir >= 0
             self._bury(~lives_on, middle)
             born, sizes, positions = np.full(count, middle), pixels, np.ones(count)
@@ -95,7 +95,7 @@ def survival(lives: Lives, distance: Array) -> Array:
     return result
 
 
-def successors(labels: NDArray[np.int64], count: int, later: NDArray[np.int64], later_count: int) -> NDArray[np.intp]:
+def _successors(labels: NDArray[np.int64], count: int, later: NDArray[np.int64], later_count: int) -> NDArray[np.intp]:
     """Return for each spot the index of the later one in which it lives on, −1 if it has died."""
     shared = (labels > 0) & (later > 0)
     pair = (labels[shared] - 1) * later_count + later[shared] - 1

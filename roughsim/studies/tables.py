@@ -62,7 +62,8 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     points = study.points[:_MOST_ROWS]
     shown = _rows_at_highest_speed(study, observable)
     trends = _trends_at_highest_speed(study, observable)
-    sources = _sources(study, shown)
+    slides = any(SLIDING in columns for columns in shown.values())
+    sources = ["theory", "calibrated", study.column, *([SLIDING] if slides else [])]
     rows = [columns[source] for columns in shown.values() for source in sources if source in columns]
     unknown = dict.fromkeys(part for row in rows for part in _unknown_parts(row))
     marks = {row["note"] for row in rows} - {""}
@@ -77,12 +78,6 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     titles = [title for title, _ in columns]
     cells = zip(*(cells for _, cells in columns), strict=True)
     return Table(titles, list(cells), study.scene.title, _notes(study, observable, unknown, marks, trends))
-
-
-def _sources(study: StudyResults, shown: _Rows) -> list[str]:
-    """Return the columns of the comparison in the table."""
-    slides = any(SLIDING in columns for columns in shown.values())
-    return ["theory", "calibrated", study.column, *([SLIDING] if slides else [])]
 
 
 def _key_columns(study: StudyResults, points: Sequence[Point]) -> Iterator[tuple[Column, list[Cell]]]:

@@ -13,7 +13,7 @@ oblong pixels, only their shorter side is doubled at first.
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from roughsim.fourier import Transform, direct, plans
 from roughsim.fourier.blocks import POINTS, run, spans, total
 from roughsim.grid import Field, Grid
 
+Made = TypeVar("Made")
 CACHED = 1 << 18  # bytes of one group of lines
 GROUP = 16  # lines in a group, at least: shorter pieces of a column are slow to write
 PADDING = 16  # complex numbers between rows of the spectrum, so that these do not all share the same part of the cache
@@ -146,16 +147,16 @@ def half_space(grid: Grid, dtype: Any) -> Operator:
 
 def kept_half_space(grid: Grid, dtype: Any) -> Operator:
     """Return `half_space`; on a small grid it is made once in a Python thread, and all callers share its buffer."""
-    operator: Operator = kept(half_space, grid, np.dtype(dtype))
-    return operator
+    return kept(half_space, grid, np.dtype(dtype))
 
 
-def kept(make: Callable[..., Any], grid: Grid, *others: Any) -> Any:
+def kept(make: Callable[..., Made], grid: Grid, *others: Any) -> Made:
     """Return ``make(grid, *others)``; on a small grid, the earlier result of this Python thread."""
     if grid.points > KEPT:
         return make(grid, *others)
     key = grid, *others, plans.get_threads()
-    return plans.thread_cache(make.__name__, key, lambda: make(grid, *others), most=MOST_KEPT)
+    result: Made = plans.thread_cache(make.__name__, key, lambda: make(grid, *others), most=MOST_KEPT)
+    return result
 
 
 def rms_compliance(grid: Grid) -> float:

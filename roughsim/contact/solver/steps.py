@@ -83,7 +83,7 @@ def _make_workspace(grid: Grid, kind: Any) -> Workspace:
 
 def workspace_of(problem: ScaledProblem) -> Workspace:
     """Return the workspace for a problem, without a last step."""
-    work: Workspace = kept(_make_workspace, problem.grid, np.dtype(problem.step_type))
+    work = kept(_make_workspace, problem.grid, np.dtype(problem.step_type))
     work.step.fill(0.0)
     work.response.fill(0.0)
     return work
