@@ -33,7 +33,7 @@ def radius(sample: Sample, fraction: float) -> Array:
 
     A change δg of one realization moves the crossing by −δg/g′.
     """
-    from scipy.special import j0, j1  # slow to import, as above
+    from scipy.special import j0, j1  # slow to import
 
     q, mean = sample.wavenumber, sample.spectrum.mean(axis=0)
     r = float(sample.values_of(f"r({fraction})", lambda s: _crossing(s, fraction))[0])
@@ -47,7 +47,7 @@ def radius(sample: Sample, fraction: float) -> Array:
 
 def _crossing(sample: Sample, fraction: float) -> Array:
     """Return the smallest r with g(r) = fraction·g(0), (1,), searched from the r of the next larger fraction on."""
-    from roughsim.observables.stress_spectrum import StressSpectrum  # slow to import, as above
+    from roughsim.observables.stress_spectrum import StressSpectrum  # slow to import
 
     larger = min((other for other in _FRACTIONS if other > fraction), default=None)
     start = 0.0 if larger is None else float(sample.values_of(f"r({larger})", lambda s: _crossing(s, larger))[0])
