@@ -37,7 +37,7 @@ def skin_effects(scene: Scene) -> tuple[float, float] | None:
     if law is None:
         stress = {"spectrum": smoothed_spectrum(scene)} | stress_arguments(scene)
     skins = None, _OXIDE, (_WORKED, 0.5 * kappa, 0.5 * diffusivity)
-    heat = heat_arguments(*constants)
+    heat: dict[str, Any] = heat_arguments(*constants)
     bare, oxide, worked = (float(theory.flash.flash_temperature(speed, skin=skin, **stress, **heat)) for skin in skins)
     return oxide / bare - 1.0, worked / bare - 1.0
 
