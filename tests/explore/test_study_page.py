@@ -59,7 +59,9 @@ def test_a_page_reads_again_only_what_has_not_finished(page, study):
     again = page.study.reread()
     assert all(again.run(point) is page.study.run(point) for point in study.points)
     first = page.study.points[0].name
-    page.study.run(page.study.points[0]).max_realizations += 1  # as if more were to come
+    unfinished = page.study.run(page.study.points[0])
+    unfinished.max_realizations += 1  # as if more were to come
+    unfinished.refresh()
     again = page.study.reread()
     assert [again.run(p) is page.study.run(p) for p in study.points] == [p.name != first for p in study.points]
 
