@@ -7,7 +7,7 @@ then computes a member of each run that needs it, so that surfaces and contacts 
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -102,7 +102,7 @@ class Tasks:
                     assignment = self._next(idle=len(pending) < workers.count)
                     if assignment is None:
                         break
-                    pending[executor.submit(store_members, assignment.jobs, assignment.index)] = assignment
+                    pending[_submit(executor, assignment)] = assignment
                 wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
                 done = [future for future in pending if future.done()]  # `wait` may omit cancelled ones
                 for future in done:
@@ -181,6 +181,14 @@ class Tasks:
             run.refresh()
             if self.observer is not None and len(run.members) != before:
                 self.observer(run)
+
+
+def _submit(executor: Executor, assignment: Assignment) -> Future[str]:
+    """Hand an assignment to an executor; BrokenExecutor if it takes none, whatever its own class of error."""
+    try:
+        return executor.submit(store_members, assignment.jobs, assignment.index)
+    except Exception as error:
+        raise BrokenExecutor(f"{type(error).__name__}: {error}") from error
 
 
 def remove_unfinished(folder: Path, claims: Claims) -> None:

@@ -232,6 +232,19 @@ def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, 
     assert rs.compare(run).to_dict()["failed"] == 1
 
 
+def test_an_executor_that_takes_no_more_members_ends_the_run_with_a_sentence(quick, tmp_path):
+    class Closing(ThreadPoolExecutor):
+        def submit(self, function, *arguments):
+            if rs.open_run(tmp_path / "run").realizations == 2:
+                raise OSError("client is closed")
+            return super().submit(function, *arguments)
+
+    with pytest.raises(RuntimeError, match="OSError: client is closed.*its scheduler or its workers have ended"):
+        rs.run(quick, tmp_path / "run", max_realizations=4, until={}, executor=Closing(1), workers=1)
+    assert not (tmp_path / "run" / "claims").exists()
+    assert rs.run(quick, tmp_path / "run", max_realizations=4, until={}).realizations == 4
+
+
 def test_run_json_tells_all_before_anything_slow(quick, tmp_path):
     class Never(Executor):
         def submit(self, *_):
