@@ -26,7 +26,7 @@ LINE = 'fill="none" stroke="#99a" stroke-width="1.2" marker-end="url(#tip)"'
 # folders whose files are found by their place: those count that the folder names, so that a new one changes no picture
 OPEN = ()
 # what meets files, screens and people
-EDGE = ("charts", "cli", "explore", "results", "report", "scene", "show", "store")
+EDGE = ("charts", "cli", "explore", "results", "outputs", "scene", "show", "store")
 # where each room stands in the picture of the data (column, row), and what goes from one to the next
 ROOMS = {
     "scene": (1, 0),

@@ -27,8 +27,8 @@ from script import Command, Rows
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.bench import SEED, STAGES, base_problem, bench, cpu_seconds, flash, in_pairs
 from roughsim.charts.error_over_cost import Point, error_over_cost_chart, front, panels
+from roughsim.error_over_cost import SEED, STAGES, base_problem, bench, cpu_seconds, flash, in_pairs
 from roughsim.heat.periodic import uniform_temperature
 from roughsim.observables.moments import angular_means
 from roughsim.pipeline import solve_problem

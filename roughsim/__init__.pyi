@@ -1,5 +1,6 @@
 """Public names of roughsim and their modules: for type checkers, and read by `roughsim/__init__.py`."""
 
+from roughsim.comparison.compare import Comparison as Comparison
 from roughsim.comparison.compare import compare as compare
 from roughsim.contact import Contact as Contact
 from roughsim.contact import Solid as Solid
@@ -15,6 +16,7 @@ from roughsim.errors import ConvergenceError as ConvergenceError
 from roughsim.errors import RecordError as RecordError
 from roughsim.errors import ResolutionError as ResolutionError
 from roughsim.errors import RoughsimError as RoughsimError
+from roughsim.estimate.errors import Estimate as Estimate
 from roughsim.fourier import set_threads as set_threads
 from roughsim.grid import Grid as Grid
 from roughsim.heat.half_space import half_space_temperature as half_space_temperature
@@ -23,10 +25,12 @@ from roughsim.heat.partition import partition_heat as partition_heat
 from roughsim.heat.periodic import sliding_temperature as sliding_temperature
 from roughsim.heat.skin import Skin as Skin
 from roughsim.observables.moments import HeatSource as HeatSource
+from roughsim.observables.moments import Moments as Moments
 from roughsim.observables.moments import measure as measure
 from roughsim.planning.plan import plan as plan
 from roughsim.planning.realization import realize as realize
 from roughsim.results.folder import open_run as open_run
+from roughsim.results.run import Run as Run
 from roughsim.scene import Scene as Scene
 from roughsim.scene import load_scene as load_scene
 from roughsim.scene.numerics import Level as Level

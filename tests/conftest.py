@@ -98,7 +98,7 @@ def drawn(monkeypatch):
 @pytest.fixture
 def no_pictures(monkeypatch):
     """Pages without pictures, which take their time and are looked at in one test."""
-    from roughsim import report
+    from roughsim.outputs import report
     from roughsim.show.markup import tag
 
     monkeypatch.setattr(report, "picture", lambda draw, ending, caption: tag("figure", caption))
@@ -142,7 +142,14 @@ def memory(monkeypatch):
     """A machine with so many bytes of memory: `memory(amount)`."""
 
     def limited(amount):
-        for name in ("machine", "untrusted", "bench", "planning.reasons", "ensemble.executors", "results.folder"):
+        for name in (
+            "machine",
+            "untrusted",
+            "error_over_cost",
+            "planning.reasons",
+            "ensemble.executors",
+            "results.folder",
+        ):
             module = importlib.import_module(f"roughsim.{name}")
             monkeypatch.setattr(module, "available_memory", lambda: Limit(amount, "limit of the test"))
 

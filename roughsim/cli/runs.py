@@ -111,11 +111,11 @@ def explore(
 def report(run: RunFolder, output: Output = None) -> None:
     """Write a run as one .html page to mail. It holds scene, plan, comparison, errors and pictures."""
     if (study := study_of(run)) is not None:
-        from roughsim.report.study import report_study
+        from roughsim.outputs.study_report import report_study
 
         page = report_study(study, output)
     else:
-        from roughsim.report import report_run
+        from roughsim.outputs.report import report_run
 
         page = report_run(open_without_damaged(run), output)
     tell(f"report: {page}, {page.stat().st_size / 1e6:.3g} MB")

@@ -213,9 +213,9 @@ def bench(
 
     Stages: contact (tolerance, precision, pixel), chain (levels and realizations of the ensemble).
     """
-    from roughsim.bench import STAGES, bench_dict, bench_tables
-    from roughsim.bench import bench as measure
     from roughsim.charts.error_over_cost import error_over_cost_chart
+    from roughsim.error_over_cost import STAGES, bench_dict, bench_tables
+    from roughsim.error_over_cost import bench as measure
 
     points = measure(open_scene(scene, changes), stages=stage or STAGES, realizations=realizations)
     if as_json:

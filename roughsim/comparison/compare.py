@@ -28,7 +28,7 @@ from roughsim.show.table import Column, Number, Table, json_value, with_unit
 from roughsim.show.table import Row as Cells
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Comparison:
     """The table of a run. Temperatures have the heat share used; ratios do not depend on it.
 
@@ -38,6 +38,9 @@ class Comparison:
     run: Run
     rows: tuple[Row, ...]
     slopes: tuple[Slope, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Comparison of {self.run.folder}: {len(self.rows)} rows; {', '.join(self.rows[0].columns)}>"
 
     @property
     def unknown(self) -> tuple[str, ...]:

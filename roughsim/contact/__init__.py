@@ -9,7 +9,7 @@ from math import inf
 from typing import Any
 
 from roughsim.errors import instance, positive
-from roughsim.grid import Field
+from roughsim.grid import Field, Grid
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Solid:
             positive("penetration_hardness", self.penetration_hardness, "Pa")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Contact:
     """A solved contact.
 
@@ -51,6 +51,10 @@ class Contact:
         Iterations on the finest grid.
     transforms : float
         Work in real float64 FFTs of the finest grid: one of a coarse grid counts by its points, of float32 as a half.
+    grid : Grid or None
+        Grid of the fields.
+    solid : Solid or None
+        The elastic and plastic properties. `solve_contact` sets both; a solver of another package may leave them out.
     """
 
     pressure: Field
@@ -60,6 +64,15 @@ class Contact:
     residual: float
     iterations: int
     transforms: float
+    grid: Grid | None = None
+    solid: Solid | None = None
+
+    def __repr__(self) -> str:
+        shape = " × ".join(map(str, self.pressure.shape))
+        return (
+            f"<Contact on {shape} points: contact_fraction {self.contact_fraction:.4g}, plastic_fraction "
+            f"{self.plastic_fraction:.4g}, residual {self.residual:.1e} after {self.iterations} iterations>"
+        )
 
 
 def checked_load(name: str, nominal_pressure: float, solid: Solid) -> float:

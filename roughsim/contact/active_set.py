@@ -118,6 +118,8 @@ def solve_contact(
         residual=residual,
         iterations=iterations,
         transforms=transforms,
+        grid=grid,
+        solid=solid,
     )
 
 

@@ -51,7 +51,7 @@ class Uncertain:
         return tuple(name for name, part in self.budget.items() if has_error and np.isnan(part[k]))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Estimate(Uncertain):
     """The mean of one observable with its errors; arrays over speed, or of one entry."""
 
@@ -97,6 +97,11 @@ class Estimate(Uncertain):
         columns = [Column(title, number=True) for title in titles]
         title = f"{with_unit(self.observable, self.unit)}: {self.n} realizations"
         return Table(columns, rows, title, (*self.notes, *(f"{name}: {self.sources[name]}" for name in self.budget)))
+
+    def __repr__(self) -> str:
+        means = ", ".join(str(self.number(k)) for k in range(len(self.mean)))
+        at = f" at {', '.join(f'{speed:g}' for speed in self.speeds)} m/s" if self.speeds else ""
+        return f"<Estimate of {with_unit(self.observable, self.unit)}: {means}{at}; n = {self.n}>"
 
     def _repr_html_(self) -> str:
         return in_notebook(self.table())

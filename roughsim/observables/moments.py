@@ -117,7 +117,7 @@ class HeatSource:
         return tuple(layering(self.skin, self.heat_depth, float(kappa), float(d)) for _, kappa, d in pairs)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Moments:
     """Moments of one contact; the arrays run over the speeds of `HeatSource`, areas are shares of the cell."""
 
@@ -135,6 +135,11 @@ class Moments:
     nominal_pressure: float  # σ₀, the mean pressure, Pa
     stress_spectrum: StressSpectrum  # variance of the stress by wavenumber
 
+    def __repr__(self) -> str:
+        speeds = ", ".join(f"{speed:g}" for speed in self.speeds)
+        flash = ", ".join(f"{value:.4g}" for value in self.flash_temperature)
+        return f"<Moments: T_flash {flash} K at {speeds} m/s, contact_fraction {self.contact_fraction:.4g}>"
+
     @property
     def pressure_variance(self) -> float:
         """g_σ(0) = ⟨σ²⟩ − σ₀², Pa²."""
@@ -145,17 +150,18 @@ class Moments:
         return self.stress_spectrum.pressure_correlation(r)
 
 
-def measure(contact: Contact, grid: Grid, sliding: HeatSource) -> Moments:
+def measure(contact: Contact, grid: Grid | HeatSource, sliding: HeatSource | None = None) -> Moments:
     """Measure the moments of one contact at all speeds from one forward transform.
 
-    Of `contact` the pressure (shape `grid.shape`, Pa) and the fractions of contact and plastic contact are read;
-    `sliding` holds speeds, friction and the body. Returns the moments of steady sliding; for one direction they are
-    moments of the steady periodic field, hot tracks included.
+    ``measure(contact, heat_source)`` takes the grid that the contact was solved on; ``measure(contact, grid,
+    heat_source)`` is for a contact without one. Of `contact` the pressure (shape `grid.shape`, Pa) and the fractions of
+    contact and plastic contact are read; the `HeatSource` holds speeds, friction and the body. Returns the moments of
+    steady sliding; for one direction they are moments of the steady periodic field, hot tracks included.
 
     TypeError or ValueError if the pressure is not a finite real field of `grid.shape`, or has no positive mean though
     it is not zero. A RuntimeWarning if there is no contact: temperatures, width and length are then NaN.
     """
-    need_grid(grid)
+    grid, sliding = _grid_and_source(contact, grid, sliding)
     if sliding.direction is not None:
         for speed, diffusivity in np.broadcast(sliding.speeds, sliding.diffusivity):
             need_resolved(grid, float(speed), float(diffusivity))
@@ -205,6 +211,18 @@ def measure(contact: Contact, grid: Grid, sliding: HeatSource) -> Moments:
             nominal_pressure=mean,
             stress_spectrum=spectrum,
         )
+
+
+def _grid_and_source(contact: Contact, grid: Grid | HeatSource, source: HeatSource | None) -> tuple[Grid, HeatSource]:
+    """Return the grid of a contact and the source from the arguments of `measure`."""
+    if isinstance(grid, HeatSource):
+        if contact.grid is None:
+            raise TypeError("contact has no grid; write measure(contact, grid, heat_source)")
+        return contact.grid, grid
+    need_grid(grid)
+    if source is None:
+        raise TypeError("measure needs a HeatSource, as HeatSource(speeds=[35.0], ...)")
+    return grid, source
 
 
 def angular_means(ratio: Array) -> tuple[Array, Array]:

@@ -225,6 +225,10 @@ class Run(Means):
             advice = f"run the scene in a new folder with --keep-fields {index + 1}, or recompute one: {call}"
         return ValueError(f"{self.folder} {missing} at level {level}; {advice}")
 
+    def __repr__(self) -> str:
+        state = "finished" if self.finished else "not finished"
+        return f"<{type(self).__name__} {self.folder}: {self.extent}, {state}; {', '.join(self.numerics.columns)}>"
+
     def _repr_html_(self) -> str:
         """The state of the run and its flash temperature in each column, for notebooks."""
         failed = f", {self.failed} failed and left out" if self.failed else ""

@@ -78,6 +78,9 @@ class Study(StudyResults):
         """
         return trends_of(self, observable, column)
 
+    def __repr__(self) -> str:
+        return f"<Study {self.folder}: {self.finished} of {len(self.points)} points finished; {', '.join(self.keys)}>"
+
     def __str__(self) -> str:
         return table_text(study_table(self))
 

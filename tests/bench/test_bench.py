@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim import bench as measurements
 from roughsim import cli
-from roughsim.bench import bench, bench_dict
+from roughsim import error_over_cost as measurements
 from roughsim.charts.error_over_cost import Point, error_over_cost_chart, front, panels
+from roughsim.error_over_cost import bench, bench_dict
 
 
 def point(error, seconds, method="a"):

@@ -10,7 +10,7 @@ import pytest
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.bench import base_problem
+from roughsim.error_over_cost import base_problem
 
 sys.path.append(str(Path(__file__).parents[2] / "experiments"))
 with mpl.rc_context():

@@ -15,7 +15,7 @@ from roughsim.charts import comparison as chart
 from roughsim.cli import app
 from roughsim.comparison.tables import theory_dict
 from roughsim.explore.content import theory_curves
-from roughsim.report import report_run
+from roughsim.outputs.report import report_run
 from roughsim.scene import parse_scene
 from roughsim.show.text import plain
 from roughsim.studies.tables import study_table

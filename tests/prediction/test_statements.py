@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 import roughsim as rs
 from roughsim import prediction
 from roughsim.cli import app
+from roughsim.outputs.report import report_run
 from roughsim.planning.limits import judge
 from roughsim.planning.realization import slide_problem
 from roughsim.prediction.statements import statements
-from roughsim.report import report_run
 from roughsim.scene import parse_scene
 
 SURFACE = "rms_height = 1e-6\nhurst = 0.8\nq_min = 6350\nq_max = 2e5\n"

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim import report
 from roughsim.cli import main
-from roughsim.report import page, report_run
+from roughsim.outputs import report
+from roughsim.outputs.report import page, report_run
 from roughsim.scene import parse_scene
 from roughsim.show.markup import digits, html_table, text
 from roughsim.show.table import Column, Number, Table
@@ -317,7 +317,7 @@ def test_control_characters_do_not_reach_the_page():
 
 
 def test_a_study_is_a_page_with_its_table_and_charts(quick, tmp_path):
-    from roughsim.report.study import report_study
+    from roughsim.outputs.study_report import report_study
 
     scene = replace(quick, ensemble=replace(quick.ensemble, until={}, max_realizations=4), title="<b>steel</b>")
     study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path / "study")

@@ -54,7 +54,7 @@ def test_every_reader_refuses_a_study_of_which_two_folders_were_exchanged(copy, 
         page_of(copy)(__import__("bokeh.document").document.Document())
 
     def report():
-        from roughsim.report.study import report_study
+        from roughsim.outputs.study_report import report_study
 
         report_study(rs.open_study(copy), tmp_path / "s.html")
 

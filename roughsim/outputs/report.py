@@ -112,7 +112,7 @@ def page(run: Run) -> str:
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
     bodies = (tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items())
     body = joined(header(run), tag("nav", *links), *bodies)
-    template = Template((resources.files("roughsim.report") / "page.html").read_text(encoding="utf-8"))
+    template = Template((resources.files("roughsim.outputs") / "page.html").read_text(encoding="utf-8"))
     return template.substitute(title=text(run.scene.title or run.folder.resolve().name), body=body)
 
 

@@ -5,7 +5,7 @@ from importlib import resources
 from pathlib import Path
 from string import Template
 
-from roughsim.report import picture, place_of
+from roughsim.outputs.report import picture, place_of
 from roughsim.scene import with_short_tables
 from roughsim.show.markup import Html, html_table, joined, tag, text
 from roughsim.store.disk import place_bytes
@@ -42,7 +42,7 @@ def page(study: Study) -> str:
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
     bodies = (tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items())
     body = joined(tag("header", tag("h1", title), tag("p", state, css="state")), tag("nav", *links), *bodies)
-    template = Template((resources.files("roughsim.report") / "page.html").read_text(encoding="utf-8"))
+    template = Template((resources.files("roughsim.outputs") / "page.html").read_text(encoding="utf-8"))
     return template.substitute(title=text(title), body=body)
 
 
