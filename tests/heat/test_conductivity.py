@@ -9,12 +9,13 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import roughsim as rs
-from roughsim import prediction, report
+from roughsim import prediction
 from roughsim.charts.comparison import draw_over_speed
 from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.errors import ConvergenceError
 from roughsim.explore import content as curves
 from roughsim.heat import effective_conductivity, effective_temperature
+from roughsim.outputs import report
 from roughsim.scene import SceneError, parse_scene
 from theory import flash, partition
 

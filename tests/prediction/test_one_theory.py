@@ -7,11 +7,12 @@ import pytest
 from matplotlib.figure import Figure
 
 import roughsim as rs
-from roughsim import prediction, report
+from roughsim import prediction
 from roughsim.charts import comparison as chart
 from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import theory_dict
 from roughsim.estimate import cell_size
+from roughsim.outputs import report
 from roughsim.scene import parse_scene
 from roughsim.show.markup import digits, html_table
 from roughsim.show.table import Number

@@ -11,10 +11,11 @@ from small_scene import CAPPED
 from typer.testing import CliRunner
 
 import roughsim as rs
-from roughsim import prediction, report
+from roughsim import prediction
 from roughsim.charts import comparison as chart
 from roughsim.cli import app
 from roughsim.explore.content import load_fields, measured_curves
+from roughsim.outputs import report
 from roughsim.scene import parse_scene
 from theory import background
 
