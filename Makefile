@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 BASE ?= $(shell git describe --tags --abbrev=0 2>/dev/null)
 
-.PHONY: setup test lowest slow coverage mutants check docs flow bench
+.PHONY: setup test lowest slow coverage mutants check docs flow bench evidence evidence-check
 
 setup: ## an environment with everything, and the hooks
 	$(PYTHON) -m venv .venv
@@ -40,3 +40,17 @@ flow: ## the picture and the table of the modules
 
 bench: ## this tree against the last tag, or BASE=COMMIT, both measured now on this machine
 	PATH="$(CURDIR)/$(BIN):$$PATH" benchmarks/against.sh "$(BASE)"
+
+# single-threaded: their CPU times are those of one core
+MEASURE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python
+evidence: ## every file of docs/evidence, then tables and figures; goes on after a stop; hours after `rm -r runs`
+	$(BIN)/pip install -q '.[peers]'
+	$(MEASURE) experiments/flash_vs_speed.py --evidence
+	$(MEASURE) experiments/coverage.py --evidence
+	$(MEASURE) benchmarks/chain.py --evidence
+	$(MEASURE) experiments/chain_ways.py --evidence
+	$(MEASURE) experiments/contact_solvers.py --evidence
+	$(BIN)/python docs/evidence.py
+
+evidence-check: ## whether pages and figures are those of docs/evidence, to the printed digit
+	$(BIN)/python docs/evidence.py --check

@@ -1,14 +1,15 @@
 """CPU time of the whole command to the total error that was asked for, here and in other copies: table and chart.
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/chain.py [before=DIRECTORY] now=. [--scenes NAME ...]
-        [--drawn SEED] [--targets TARGET ...] [--limit SECONDS] [-o FOLDER]
+        [--drawn SEED] [--targets TARGET ...] [--limit SECONDS] [-o FOLDER] [--evidence]
 
 Each copy is a name and a directory; another commit comes from `git worktree add --detach DIRECTORY COMMIT`. A point is
 plan, run, reading and comparison of a scene by one process, for a total 95 % error of T_flash at its worst speed. The
-copies take turns, so that others on the machine slow them alike. Scenes are the three steels, the demo, and the ten of
-drawn.py, or of another seed of it, which needs another FOLDER. Each process is warm: other contacts go ahead,
-uncounted. FOLDER holds chain.json, whose points are not measured again, and chain.png. A point that takes more than the
-limit is ended, and its time is a lower bound.
+copies take turns, so that others on the machine slow them alike. Scenes are the three steels, the demo, the four others
+with a deep reference (experiments/reference/make_deep.py), and the ten of drawn.py, or of another seed of it, which
+needs another FOLDER. With --evidence the drawn ones are left out, and the last copy makes docs/evidence/chain.json.
+Each process is warm: other contacts go ahead, uncounted. FOLDER holds chain.json, whose points are not measured again,
+and chain.png. A point that takes more than the limit is ended, and its time is a lower bound.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from math import hypot
 from pathlib import Path
 from statistics import median
@@ -35,6 +37,10 @@ import numpy as np
 from drawn import SEED, drawn_scenes
 
 import roughsim as rs
+
+sys.path.append(str(Path(__file__).parents[1] / "experiments"))
+from reference import make_deep
+from script import write_evidence
 
 HERE = Path(__file__).resolve().parent.parent
 BUNDLED = "demo", "steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"
@@ -51,8 +57,16 @@ def free(scene: str | dict[str, Any], **changes: Any) -> rs.Scene:
 
 
 def scenes(seed: int) -> dict[str, rs.Scene]:
-    """Return the bundled scenes and those drawn with a seed, by name."""
-    return {name: free(name) for name in BUNDLED} | {name: free(x) for name, x in drawn_scenes(seed).items()}
+    """Return the bundled scenes, those with a deep reference and those drawn with a seed, by name."""
+    drawn = {name: free(sections) for name, sections in drawn_scenes(seed).items()}
+    return {name: free(name) for name in BUNDLED} | deep_scenes() | drawn
+
+
+def deep_scenes() -> dict[str, rs.Scene]:
+    """Return the scenes with a deep reference that are not bundled."""
+    others = {name: case.scene for name, case in make_deep.cases().items() if name not in BUNDLED}
+    endless = {"until": {}, "max_realizations": ENOUGH}
+    return {name: replace(scene, ensemble=replace(scene.ensemble, **endless)) for name, scene in others.items()}
 
 
 def cpu_seconds() -> float:
@@ -91,8 +105,15 @@ def measure(scene: rs.Scene, target: float) -> Point:
         "error": (found.total_error / np.abs(found.mean)).tolist(),
         "parts": relative,
         "realizations": run.realizations,
+        "lowest": lowest_members(run),
         "met": bool(run.target_met),
     }
+
+
+def lowest_members(run: rs.Run) -> int:
+    """Return the members of the lowest level of the capped or elastic column."""
+    numerics = run.numerics
+    return int(run.counts[numerics.of_column(numerics.columns[-1])[0]])
 
 
 def warm_up(chosen: str) -> None:
@@ -163,6 +184,22 @@ def ratios(points: Points) -> None:
     print("| median of the drawn | " + " | ".join(medians) + " |")
 
 
+def evidence(table: dict[str, dict[str, Point]]) -> None:
+    """Write docs/evidence/chain.json: all points, and the CPU seconds of the bundled scenes and members as a table."""
+    targets = [f"{target:g}" for target in TARGETS[1:]]
+    cells = [["scene", *(f"{100 * float(target):g} %" for target in targets)]]
+    for name, points in table.items():
+        row = [name]
+        for target in targets:
+            point = points.get(target, {"failure": "not measured"})
+            row.append("–" if "failure" in point else f"{point['seconds']:.2g} ({point['lowest']})")
+        cells.append(row)
+    rows = [
+        {"scene": name, "target": float(target), **point} for name, of in table.items() for target, point in of.items()
+    ]
+    write_evidence("chain", "python benchmarks/chain.py --evidence", rows=rows, tables={"seconds": cells})
+
+
 def chart(points: Points, path: Path) -> None:
     """Draw the error asked for over CPU seconds, a panel for each scene and a line for each copy."""
     names = list(dict.fromkeys(name for table in points.values() for name in table))
@@ -206,6 +243,7 @@ def main() -> None:
     options.add_argument("--targets", type=float, nargs="+", default=TARGETS)
     options.add_argument("--limit", type=float, default=200.0, help="CPU seconds of a point")
     options.add_argument("-o", "--output", type=Path, default=Path("runs/chain"), help="folder")
+    options.add_argument("--evidence", action="store_true", help="write docs/evidence/chain.json")
     options.add_argument("--child", help=argparse.SUPPRESS)
     given = options.parse_args()
     if given.child is not None:
@@ -219,7 +257,7 @@ def main() -> None:
         in_process(tree, "demo", given.drawn, 0.05, given.limit)  # compiles
     print("| scene | target, % | copy | CPU s | plan | run | compare | total error, % | largest part |")
     print("|---|---|---|---|---|---|---|---|---|")
-    for name in given.scenes or scenes(given.drawn):
+    for name in given.scenes or ([*BUNDLED, *deep_scenes()] if given.evidence else scenes(given.drawn)):
         for target in given.targets:
             for copy, tree in trees.items():
                 table = points.setdefault(copy, {}).setdefault(name, {})
@@ -230,6 +268,8 @@ def main() -> None:
     if len(points) > 1:
         ratios(points)
     chart(points, given.output / "chain.png")
+    if given.evidence:
+        evidence(points[list(trees)[-1]])
 
 
 if __name__ == "__main__":

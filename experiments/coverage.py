@@ -1,6 +1,6 @@
 """How many total errors hold the truth: runs of many seeds to a target against deep references of their own.
 
-    OMP_NUM_THREADS=1 python experiments/coverage.py [--toy] [-o FOLDER] [--only NAME ...] [--seeds N]
+    OMP_NUM_THREADS=1 python experiments/coverage.py [--toy] [-o FOLDER] [--only NAME ...] [--seeds N] [--evidence]
 
 Six scenes run to a total error of 1 or 2 % of T_flash. Each run is judged by T_flash at every speed, contact area,
 g_σ(0), and the share of the heat where there are two bodies. The references are in reference/deep.json, by
@@ -19,11 +19,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import figures
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from reference import make_deep
-from script import Command, Rows
+from script import Command, Rows, write_evidence
 
 import roughsim as rs
 from roughsim import prediction
@@ -123,11 +123,9 @@ def seconds_of(found: list[dict[str, Any]]) -> str:
     return f"{np.median([row['seconds'] for row in found]):.2g}"
 
 
-def summary(results: dict[str, Result]) -> None:
-    """Print a line for each scene: how many hold the reference, and mean deviations over stated errors, by speed."""
-    print("\nintervals that hold the reference, by speed; in brackets the mean deviation over the mean total error:\n")
-    print("| scene, target, seeds | CPU s | T_flash | contact area | g_σ(0) | heat share |")
-    print("|---|---|---|---|---|---|")
+def summary(results: dict[str, Result]) -> list[list[str]]:
+    """Return a row for each scene: how many hold the reference, and mean deviations over stated errors, by speed."""
+    table = [["scene, target, seeds", "CPU s", "T_flash", "contact area", "g_σ(0)", "heat share"]]
     for name, (_, target, found, truth) in results.items():
         cells = []
         for observable in MEASURED:
@@ -138,34 +136,22 @@ def summary(results: dict[str, Result]) -> None:
             counts, ratios = held.sum(axis=0), off.mean(axis=0) / stated.mean(axis=0)
             ends = dict.fromkeys(f"{ratio:+.2f}" for ratio in (ratios.min(), ratios.max()))
             cells.append(f"{', '.join(map(str, counts))} ({' … '.join(ends)})")
-        print(f"| {name}, {100 * target:g} %, {len(found)} | {seconds_of(found)} | {' | '.join(cells)} |")
+        table.append([f"{name}, {100 * target:g} %, {len(found)}", seconds_of(found), *cells])
+    return table
 
 
-def chart(results: dict[str, Result], path: Path) -> None:
-    """Draw how far each run is from the reference, in units of the total error that it states."""
-    words = {"contact_fraction": "A", "pressure_variance": "$g_\\sigma(0)$"}
-    columns = min(3, len(results))
-    rows = -(-len(results) // columns)
-    figure = Figure((2.6 * columns, 2.2 * rows), layout="constrained")
-    panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
-    for axes, (name, (case, _, found, truth)) in zip(panels.flat, results.items(), strict=False):
-        axes.axhspan(-1, 1, color="0.92")
-        ticks: list[str] = []
+def distances(results: dict[str, Result]) -> list[dict[str, Any]]:
+    """Return (run − reference)/total error of every run, by scene and observable at each speed."""
+    rows = []
+    for name, (case, _, found, truth) in results.items():
         for observable, (value, _) in truth.items():
             mean, total = (np.array([row[observable][i] for row in found]) for i in (0, 1))
-            for k in range(mean.shape[1]):
-                with np.errstate(all="ignore"):
-                    off = (mean[:, k] - value[k]) / total[:, k]
-                colour = "C0" if observable == "flash_temperature" else "C1"
-                axes.plot(len(ticks) + np.linspace(-0.25, 0.25, len(off)), np.clip(off, -2, 2), ".", ms=3, color=colour)
-                letter = "T" if observable == "flash_temperature" else "s"
-                ticks.append(words.get(observable, f"{letter} {case.scene.speeds[k]:g}"))
-        axes.set_xticks(range(len(ticks)), ticks, rotation=60, fontsize=7)
-        axes.set_title(name, fontsize=9)
-    for axes in panels.flat[len(results) :]:
-        axes.set_visible(False)
-    figure.supylabel("(run − reference)/total error", fontsize=9)
-    figure.savefig(path, dpi=150)
+            with np.errstate(all="ignore"):  # shares that are exact have no error
+                off = (mean - value) / total
+            for k in range(off.shape[1]):
+                speed = case.scene.speeds[k] if off.shape[1] > 1 else None
+                rows.append({"scene": name, "observable": observable, "speed": speed, "off": off[:, k].tolist()})
+    return rows
 
 
 def main() -> None:
@@ -183,8 +169,13 @@ def main() -> None:
         found = runs(name, case, target, 2 if options.toy else options.seeds, rows)
         told(name, case, target, found, truth)
         results[name] = case, target, found, truth
-    summary(results)
-    chart(results, options.output / "coverage.png")
+    table, off = summary(results), distances(results)
+    print("\nintervals that hold the reference, by speed; in brackets the mean deviation over the mean total error:\n")
+    print("\n".join(" | ".join(row) for row in table))
+    figures.coverage(off, options.output / "coverage.png")
+    if options.evidence:
+        tables, command_line = {"held": table}, "python experiments/coverage.py --evidence"
+        write_evidence("coverage", command_line, rows=off, tables=tables)
 
 
 if __name__ == "__main__":

@@ -1,16 +1,16 @@
 """Flash temperature over sliding speed for the three steel hardnesses: theory, smoothed and capped contact.
 
-    python experiments/flash_vs_speed.py [--toy] [-o FOLDER] [--workers N]
+    python experiments/flash_vs_speed.py [--toy] [-o FOLDER] [--workers N] [--evidence]
 
 Runs the bundled steel scenes (resuming what is there), prints T_flash at 35 m/s beside the theory, and draws one figure
-per scene. --toy computes a few small realizations, to see the script work.
+per scene. --evidence writes the table of README.md. --toy computes a few small realizations, to see the script work.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from script import Command
+from script import Command, write_evidence
 
 import roughsim as rs
 from roughsim.show.table import Number
@@ -32,10 +32,21 @@ def toy(scene: rs.Scene) -> rs.Scene:
     )
 
 
+HEADS = [
+    "hardness",
+    "theory, γ = 0.294",
+    "smoothed: elastic contact on C_sm",
+    "capped: p ≤ σ_P",
+    "smoothed/theory",
+    "capped/smoothed",
+]
+
+
 def main() -> None:
     command = Command(__file__, __doc__)
     command.add_argument("--workers", type=int, default=1, help="processes")
     options = command.parse()
+    table, numbers = [HEADS], {}
 
     print(f"T_flash at {SPEED:g} m/s, K, with the scene's heat share (± total error, 95 %)")
     print(f"{'scene':14}{'theory':>8}{'smoothed':>16}{'capped':>16}{'smoothed/theory':>18}{'capped/smoothed':>18}")
@@ -48,6 +59,13 @@ def main() -> None:
         cells = [str(Number(cell.mean, "K", cell.total_error, cell.unknown)) for cell in row.columns.values()]
         ratios = [str(Number(entry.value, "1", entry.total_error, entry.unknown)) for entry in row.ratios.values()]
         print(f"{name:14}{row.theory:8.1f}{cells[0]:>16}{cells[1]:>16}{ratios[0]:>18}{ratios[1]:>18}")
+        hardness = name.removeprefix("steel-").replace("GPa", " GPa")
+        table.append([hardness, f"{row.theory:.1f}", *cells, *ratios])
+        numbers[f"{name}_theory"] = row.theory
+        numbers |= {f"{name}_{column}": cell.mean for column, cell in row.columns.items()}
+    if options.evidence:
+        command_line = "python experiments/flash_vs_speed.py --evidence"
+        write_evidence("flash_vs_speed", command_line, numbers=numbers, tables={"flash": table})
 
 
 if __name__ == "__main__":

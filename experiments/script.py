@@ -2,17 +2,21 @@
 
 import argparse
 import json
+import platform
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 
+import roughsim
 from roughsim.errors import RecordError
 from roughsim.store.disk import place_bytes
 
 mpl.use("Agg")
 Row = dict[str, float | str]
 CONTENT = "rows of roughsim"
+EVIDENCE = Path(__file__).resolve().parents[1] / "docs" / "evidence"
 
 
 class Command(argparse.ArgumentParser):
@@ -23,6 +27,7 @@ class Command(argparse.ArgumentParser):
         self.add_argument("--toy", action="store_true", help=toy.replace("%", "%%"))
         folder = Path("runs") / Path(file).stem
         self.add_argument("-o", "--output", type=Path, default=folder, help=f"folder of all that is written: {folder}")
+        self.add_argument("--evidence", action="store_true", help="write the file of docs/evidence, too")
 
     def parse(self) -> argparse.Namespace:
         """Return the options; the folder is there by then."""
@@ -61,3 +66,24 @@ class Rows:
         self._tables.setdefault(table, {}).update(rows)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         place_bytes(self.path, json.dumps({CONTENT: self._tables}, indent=1).encode())
+
+
+def processor() -> str:
+    """Return the name of the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.partition(": ")[2] for line in lines if line.startswith("model name")), platform.machine())
+
+
+def write_evidence(name: str, command: str, **content: Any) -> None:
+    """Write docs/evidence/NAME.json, of which docs/evidence.py makes tables and figures, and compares pages.
+
+    `content` may have `rows`, the measured numbers as they are, `numbers`, which pages quote by their name, `tables` of
+    cells as they are printed, the first row their heads, and `texts`, the output of commands.
+    """
+    origin = {"command": command, "version": roughsim.__version__, "processor": processor()}
+    EVIDENCE.mkdir(exist_ok=True)
+    text = json.dumps(origin | content, indent=1, ensure_ascii=False, default=float)
+    place_bytes(EVIDENCE / f"{name}.json", f"{text}\n".encode())

@@ -1,0 +1,44 @@
+"""The figure of the coverage: how far runs of many seeds are from a deep reference."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .style import BLUE, ORANGE, new_figure
+
+NAMES = {
+    "flash_temperature": "T_flash",
+    "contact_fraction": "contact area",
+    "pressure_variance": "g_σ(0)",
+    "heat_partition": "share",
+}
+
+
+def coverage(rows: list[dict[str, Any]], path: Path, source: str = "") -> None:
+    """Draw (run − reference)/total error of every run, a panel for each scene; grey is within the total error."""
+    scenes = list(dict.fromkeys(row["scene"] for row in rows))
+    with new_figure(path, 0.6 + 2.1 * -(-len(scenes) // 2), source) as figure:
+        grid = figure.subplots(-(-len(scenes) // 2), 2, squeeze=False, sharex=True)
+        for axes, scene in zip(grid.flat, scenes, strict=False):
+            here = [row for row in rows if row["scene"] == scene]
+            axes.axvspan(-1, 1, color="0.9")
+            for k, row in enumerate(here):
+                off = np.clip(np.array(row["off"], dtype=float), -2, 2)
+                colour = ORANGE if row["observable"] == "flash_temperature" else BLUE
+                axes.plot(off, k + np.linspace(-0.3, 0.3, len(off)), ".", ms=2.5, color=colour)
+            axes.set_yticks(range(len(here)), [label(row) for row in here], fontsize=7.5)
+            axes.invert_yaxis()
+            axes.grid(visible=False)
+            axes.set_title(scene)
+        for axes in list(grid.flat)[len(scenes) :]:
+            axes.set_visible(False)
+        for axes in grid[-1]:
+            axes.set_xlabel("(run − reference)/total error")
+
+
+def label(row: dict[str, Any]) -> str:
+    """Return the observable and its speed."""
+    return NAMES[row["observable"]] + (f", {row['speed']:g} m/s" if row["speed"] is not None else "")
