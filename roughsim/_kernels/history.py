@@ -16,12 +16,14 @@ def remember(
 ) -> None:
     """Add one step to the memory, and write the temperature that it gives at the end of the next step.
 
-    `along[i]` + `across[j]` is D q² Δt of each mode; `rates` and `weights` of the exponentials are in units of the
-    step. `new` and `old` are the spectra of the flux at the two ends of the step, linear in between. `latest`, real, is
-    the response to `new` itself. `memory`, shape (n_x, n_y//2 + 1, 2, exponentials), holds the real and the imaginary
-    part of ∫ exp(−(rate + D q² Δt) u) flux du over the past, u in steps.
+    `along[i]` + `across[j]` is D q² Δt of each mode; the `rates` of the exponentials are in units of the step. Their
+    `weights` have the shape (1, 1, exponentials) if all modes share them, else (n_x, n_y//2 + 1, exponentials). `new`
+    and `old` are the spectra of the flux at the two ends of the step, linear in between. `latest`, real, is the
+    response to `new` itself. `memory`, shape (n_x, n_y//2 + 1, 2, exponentials), holds the real and the imaginary part
+    of ∫ exp(−(rate + D q² Δt) u) flux du over the past, u in steps.
     """
     count = rates.size
+    last_i, last_j = weights.shape[0] - 1, weights.shape[1] - 1
     falls, falls_along, falls_across = np.exp(-rates), np.exp(-along), np.exp(-across)
     for i in range(along.size):
         for j in range(across.size):
@@ -31,6 +33,7 @@ def remember(
                 continue
             fall = falls_along[i] * falls_across[j]
             real, imag = memory[i, j, 0], memory[i, j, 1]
+            weight = weights[min(i, last_i), min(j, last_j)]
             new_real, new_imag, old_real, old_imag = new[i, j].real, new[i, j].imag, old[i, j].real, old[i, j].imag
             total_real, total_imag = direct * new_real, direct * new_imag
             for k in range(count):
@@ -45,6 +48,6 @@ def remember(
                 early = 0.5 - y * (1 / 3 - y * (1 / 8 - y * (1 / 30 - y / 144))) if small else early
                 real[k] = left * real[k] + late * new_real + early * old_real
                 imag[k] = left * imag[k] + late * new_imag + early * old_imag
-                total_real += weights[k] * left * real[k]
-                total_imag += weights[k] * left * imag[k]
+                total_real += weight[k] * left * real[k]
+                total_imag += weight[k] * left * imag[k]
             result[i, j] = complex(total_real, total_imag)

@@ -4,7 +4,8 @@
 
 (Carslaw & Jaeger 1959, 2.9 and 10.7). The flux is linear between the steps. The latest step is integrated exactly. For
 older heat τ^(−1/2) is a sum of decaying exponentials, so that each mode keeps a few numbers and not its past. The mean,
-q = 0, decays too slowly for an error that adds up: it is summed over all steps.
+q = 0, decays too slowly for an error that adds up: it is summed over all steps. A body with a skin, or heated in depth,
+has another kernel, `roughsim.heat.layered_history`, and is followed in the same way.
 """
 
 import math
@@ -16,6 +17,8 @@ from numpy.typing import NDArray
 
 from roughsim.errors import ConvergenceError
 from roughsim.grid import Array, Grid
+from roughsim.heat.layered_history import layered_kernel
+from roughsim.heat.skin import Layering
 
 Spectrum = NDArray[np.complex128]  # half spectrum of a real field, shape `grid.half_shape`
 
@@ -38,21 +41,38 @@ class History:
         Steps of the whole history, at least 1.
     start : ndarray
         Spectrum of the flux at time 0, W/m², when the body has its initial temperature everywhere.
+    layers : Layering, optional
+        Its skin, and the depth in which its heat is released.
     """
 
     def __init__(
-        self, grid: Grid, conductivity: float, diffusivity: float, step: float, steps: int, start: Spectrum
+        self,
+        grid: Grid,
+        conductivity: float,
+        diffusivity: float,
+        step: float,
+        steps: int,
+        start: Spectrum,
+        layers: Layering | None = None,
     ) -> None:
-        self.rates, weights = exponentials(steps)
-        self.unit = math.sqrt(diffusivity * step / math.pi) / conductivity  # K m²/W
         qx, qy = grid.wavevectors
-        self.along, self.across = diffusivity * step * qx[:, 0] ** 2, diffusivity * step * qy[0] ** 2
-        late, early = latest_step(self.along[:, None] + self.across)
+        if layers is None:
+            decay = diffusivity * step
+            late, early = latest_step(decay * qx**2 + decay * qy**2)
+            self.rates, shared = exponentials(steps)
+            weights = shared[None, None]
+            self._mean_weights, self._first_weights = mean_weights(steps)
+            self.unit = math.sqrt(diffusivity * step / math.pi) / conductivity  # K m²/W
+        else:
+            decay, self.rates, weights, late, early, self._mean_weights, self._first_weights = layered_kernel(
+                grid, diffusivity, layers, step, steps
+            )
+            self.unit = 1 / conductivity
+        self.along, self.across = decay * qx[:, 0] ** 2, decay * qy[0] ** 2
         self.response, self._previous = self.unit * late, self.unit * early  # K m²/W, real and positive
         self.weights, self._memory = self.unit * weights, np.zeros((*grid.half_shape, 2, self.rates.size))
         self._flux, self._known = start, self._previous * start
         self._mean_flux = np.zeros(steps + 1)
-        self._mean_weights, self._first_weights = mean_weights(steps)
         self._mean_flux[0], self._step = start[0, 0].real, 0
 
     def known(self) -> Spectrum:

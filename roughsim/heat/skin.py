@@ -77,11 +77,11 @@ def layering(skin: SkinLike | None, heat_depth: float, conductivity: float, diff
     return Layering(checked.thickness, checked.conductivity / conductivity, diffusivity / checked.diffusivity, depth)
 
 
-def steady_response(square: Field, advection: Field, layers: Layering, depth: float = 0.0) -> Complex:
+def steady_response(square: Field, advection: Field | Complex, layers: Layering, depth: float = 0.0) -> Complex:
     """Return κT/q̇, m, of waves with q² = `square` > 0 and q·v/D = `advection`, both 1/m², in the steady state.
 
-    κ and D are those of the half-space, `depth` is the distance below the surface, m, ≥ 0. The two arrays have one
-    shape, or shapes that broadcast.
+    κ and D are those of the half-space. With ip/D in place of q·v/D it is the Laplace transform over time. `depth` is
+    the distance below the surface, m, ≥ 0. The two arrays have one shape, or shapes that broadcast.
     """
     if depth > 0.0:
         return _response_below(square, advection, layers, depth)
@@ -119,7 +119,7 @@ def _depth_mean(x: Complex, y: float) -> Complex:
     return mean
 
 
-def _response_below(square: Field, advection: Field, layers: Layering, depth: float) -> Complex:
+def _response_below(square: Field, advection: Field | Complex, layers: Layering, depth: float) -> Complex:
     """Return κT/q̇ at a depth z > 0.
 
     Above the interface T is that of a half-space of the skin and B cosh(λ_s z). Below it is that of a half-space whose

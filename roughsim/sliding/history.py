@@ -65,6 +65,8 @@ def follow(
         friction_coefficient=[motion.friction_coefficient for motion in motions],
         conductivity=[motion.moving.conductivity for motion in motions],
         diffusivity=[motion.moving.diffusivity for motion in motions],
+        skin=motions[0].moving.skin,
+        heat_depth=motions[0].moving.heat_depth,
     )
     correlation = StressCorrelation(grid)
     spots = SpotLives()

@@ -81,7 +81,8 @@ class SlideProblem:
             np.broadcast_to(x, len(self.resting)).tolist()
             for x in (self.sliding.friction_coefficient, self.sliding.conductivity, self.sliding.diffusivity)
         )
-        moving = map(Body, kappa, diffusivity)
+        skin, heat_depth = self.sliding.skin, self.sliding.heat_depth
+        moving = [Body(k, d, skin=skin, heat_depth=heat_depth) for k, d in zip(kappa, diffusivity, strict=True)]
         return list(map(Motion, self.sliding.speeds, friction, moving, self.resting, self.distances))
 
 

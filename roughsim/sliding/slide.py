@@ -108,7 +108,8 @@ def slide(  # noqa: PLR0913  (two bodies)
         v of the moving body over the resting one, m/s, not 0, of either sign; several in an array, all of one sign.
         The contact is solved once for all of them.
     moving, resting : Body
-        κ and D. moving.speed − resting.speed must equal `speed`; with several speeds both are 0.
+        κ and D, and of each a skin and the depth in which its heat is released. moving.speed − resting.speed must equal
+        `speed`; with several speeds both are 0.
     slid_distance : float
         m, at least one pixel; taken to the nearest whole step.
     steps : int, optional
@@ -123,10 +124,6 @@ def slide(  # noqa: PLR0913  (two bodies)
     need_solid(solid)
     for name, body in (("moving", moving), ("resting", resting)):
         instance(name, body, Body, "Body(conductivity=30.0, diffusivity=7.6e-6)")
-        if body.layers is not None:
-            raise ValueError(
-                f"{name} has a skin or a heat_depth, but a slide follows the heat of bare bodies; leave both out"
-            )
     load = checked_load("nominal_pressure", nominal_pressure, solid)
     friction = sized("friction_coefficient", friction_coefficient)
     speeds = _checked_speeds(speed, moving, resting)

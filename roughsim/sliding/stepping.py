@@ -13,6 +13,7 @@ from roughsim.errors import ConvergenceError
 from roughsim.grid import Array, Field, Grid
 from roughsim.heat.equal_temperatures import equalize
 from roughsim.heat.history import History, Spectrum
+from roughsim.heat.layered_history import uniform_rise
 from roughsim.heat.partition import Body
 from roughsim.sliding.correlation import mean_product
 from roughsim.sliding.path import Path
@@ -108,12 +109,12 @@ class Pair:
     def __init__(self, grid: Grid, motion: Motion, stress: Spectrum, path: Path) -> None:
         heating, bodies = motion.friction_coefficient * motion.speed, (motion.resting, motion.moving)
         self.grid, self.path, self.heating = grid, path, heating
-        # at first heat flows straight down into both: the share of their effusivities, at every point
-        resting, moving = (body.conductivity / math.sqrt(body.diffusivity) for body in bodies)
-        share = moving / (resting + moving)
         step = (path.distance[1] - path.distance[0]) / motion.speed
+        # at first heat flows straight down into both, and warms them alike: bare ones share it by their effusivities
+        resting, moving = (1 / uniform_warming(body, step) for body in bodies)
+        share = moving / (resting + moving)
         self.resting, self.moving = (
-            History(grid, body.conductivity, body.diffusivity, step, path.steps, part * heating * stress)
+            History(grid, body.conductivity, body.diffusivity, step, path.steps, part * heating * stress, body.layers)
             for body, part in zip(bodies, (1 - share, share), strict=True)
         )
         self.response = self.resting.response + self.moving.response
@@ -170,6 +171,13 @@ class Pair:
             moving_total,
             residual,
         )
+
+
+def uniform_warming(body: Body, time: float) -> float:
+    """Return the temperature that a uniform flux of 1 W/m² gives the surface of a body in a time, s; K."""
+    if body.layers is None:
+        return 2 * math.sqrt(body.diffusivity * time / math.pi) / body.conductivity
+    return uniform_rise(body.diffusivity * time, body.layers) / body.conductivity
 
 
 def phases(grid: Grid, offset: Any) -> Spectrum:
