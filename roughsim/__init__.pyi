@@ -1,7 +1,9 @@
 """Public names of roughsim and their modules: for type checkers, and read by `roughsim/__init__.py`."""
 
 from roughsim.comparison.compare import Comparison as Comparison
-from roughsim.comparison.compare import compare as compare
+from roughsim.comparison.several import Comparisons as Comparisons
+from roughsim.comparison.theory import Theory as Theory
+from roughsim.comparison.theory import theory as theory
 from roughsim.contact import Contact as Contact
 from roughsim.contact import Solid as Solid
 from roughsim.contact.active_set import solve_contact as solve_contact
@@ -12,6 +14,7 @@ from roughsim.contact.plasticity import follow_loads as follow_loads
 from roughsim.contact.plasticity import plastic_deformation as plastic_deformation
 from roughsim.ensemble.press import press as press
 from roughsim.ensemble.run import run as run
+from roughsim.error_over_cost import bench as bench
 from roughsim.errors import ConvergenceError as ConvergenceError
 from roughsim.errors import RecordError as RecordError
 from roughsim.errors import ResolutionError as ResolutionError
@@ -27,12 +30,18 @@ from roughsim.heat.skin import Skin as Skin
 from roughsim.observables.moments import HeatSource as HeatSource
 from roughsim.observables.moments import Moments as Moments
 from roughsim.observables.moments import measure as measure
+from roughsim.outputs.compare import compare as compare
+from roughsim.outputs.export import export as export
+from roughsim.outputs.plot import plot as plot
+from roughsim.outputs.report import report as report
+from roughsim.outputs.status import status as status
 from roughsim.planning.plan import plan as plan
 from roughsim.planning.realization import realize as realize
 from roughsim.results.folder import open_run as open_run
 from roughsim.results.run import Run as Run
 from roughsim.scene import Scene as Scene
 from roughsim.scene import load_scene as load_scene
+from roughsim.scene import new as new
 from roughsim.scene.numerics import Level as Level
 from roughsim.scene.numerics import Numerics as Numerics
 from roughsim.sliding.slide import Slide as Slide

@@ -7,7 +7,7 @@ transforms, measured in the same run, they carry over to other machines.
 import time
 import warnings
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import ceil, hypot, isnan, nan, pi, sqrt
@@ -32,9 +32,10 @@ from roughsim.observables.record import Sample
 from roughsim.pipeline import Problem, solve_problem
 from roughsim.planning.plan import plan
 from roughsim.planning.realization import below_problem, level_problem
-from roughsim.scene import Scene
+from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import Numerics
 from roughsim.show.table import Column, Number, Row, Table, json_value
+from roughsim.show.text import note
 from roughsim.surface.synthesis import synthesize
 
 SEED = 21  # any number but the seed of the run: the bench has surfaces of its own
@@ -257,14 +258,21 @@ STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {"contact
 
 
 def bench(
-    scene: Scene, *, numerics: Numerics | None = None, stages: Collection[str] = tuple(STAGES), realizations: int = 8
+    scene: SceneLike,
+    *,
+    changes: Mapping[str, Any] | None = None,
+    numerics: Numerics | None = None,
+    stages: Collection[str] = tuple(STAGES),
+    realizations: int = 8,
 ) -> list[Point]:
     """Measure error and cost of several ways to compute a scene, stage by stage.
 
-    Points with `numerics`, by default from `plan`, are marked as chosen. Scatter and bias are measured over
-    `realizations` ≥ 4. ValueError if a stage is unknown, there are too few realizations, or no speed of the scene is
-    above zero.
+    `scene` and `changes` are as for `load_scene`; `stages` are "contact" and "chain". Each point has its `stage`,
+    `observable`, `method`, `setting`, relative `error`, and `seconds` of CPU. Points with `numerics`, by default
+    from `plan`, are marked as chosen. Scatter and bias are measured over `realizations` ≥ 4. ValueError if a stage is
+    unknown, there are too few realizations, or no speed of the scene is above zero.
     """
+    scene = as_scene(scene, changes)
     for name in stages:
         if name not in STAGES:
             raise ValueError(f"stage = {name!r} is unknown; choose one of {', '.join(STAGES)}")
@@ -275,7 +283,14 @@ def bench(
     numerics = plan(scene) if numerics is None else numerics
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # they warn of errors that are measured here
-        return in_pairs(point for name in stages for point in STAGES[name](scene, numerics, realizations))
+        return in_pairs(point for name in stages for point in _announced(STAGES[name](scene, numerics, realizations)))
+
+
+def _announced(points: Iterator[Point]) -> Iterator[Point]:
+    """Yield points; each is named on the terminal of the command line."""
+    for point in points:
+        note(f"{point.stage}: {point.observable}, {point.method}, {point.setting}")
+        yield point
 
 
 def in_pairs(points: Iterable[Point]) -> list[Point]:

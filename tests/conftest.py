@@ -98,7 +98,7 @@ def drawn(monkeypatch):
 @pytest.fixture
 def no_pictures(monkeypatch):
     """Pages without pictures, which take their time and are looked at in one test."""
-    from roughsim.outputs import report
+    from roughsim.outputs import run_report as report
     from roughsim.show.markup import tag
 
     monkeypatch.setattr(report, "picture", lambda draw, ending, caption: tag("figure", caption))
@@ -197,7 +197,7 @@ def calls(monkeypatch):
 @pytest.fixture
 def theory_table(monkeypatch):
     """Sets the function that computes the table of `roughsim theory`."""
-    return lambda function: monkeypatch.setattr("roughsim.comparison.tables.theory_table", function)
+    return lambda function: monkeypatch.setattr("roughsim.comparison.theory.theory_table", function)
 
 
 @pytest.fixture

@@ -100,7 +100,7 @@ def test_run_and_compare_a_scene_of_ones_own(capsys, tmp_path, capped_scene):
     assert json.loads(out)["realizations"] == 3
     code, out, err = inside(capsys, "compare", folder, "--chart", folder / "chart.png")
     assert code == 0
-    assert "capped_over_smoothed" in out
+    assert "capped/smoothed at" in out
     assert (folder / "chart.png").exists()
     code, _, err = inside(
         capsys, "run", path, "-o", folder, "--workers", 1, "--max", 3, "--until", "flash_temperature=1%"
@@ -113,7 +113,8 @@ def test_run_and_compare_a_scene_of_ones_own(capsys, tmp_path, capped_scene):
 def test_the_demo_ends_with_a_picture(capsys, tmp_path):
     code, out, err = inside(capsys, "demo", "-o", tmp_path / "demo", "--workers", "1")
     assert code == 0
-    assert "flash_temperature" in out
+    assert "flash_temperature, K" in out
+    assert max(map(len, out.splitlines()[1:5])) <= 80  # the table
     assert (tmp_path / "demo" / "comparison.png").stat().st_size > 10_000
     assert "12 realizations" in err
 
@@ -155,8 +156,8 @@ def test_help_helps():
     out, _ = call("--help")
     for verb in ("demo", "new", "plan", "theory", "run", "compare", "plot", "export"):
         assert verb in out
-    out, _ = call("compare", "--help")  # a study is refused there
-    assert "The folder of a run, or of a point of a study." in " ".join(out.split())
+    out, _ = call("compare", "--help")
+    assert "Folders of runs, or of a study." in " ".join(out.split())
     out, _ = call("--version")
     assert out.startswith("roughsim ")
 

@@ -1,5 +1,6 @@
 """The verbs from Python: the functions of the command line, by name, path or record."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -45,3 +46,49 @@ def test_records_show_themselves_in_one_line(contact):
     moments = rs.measure(contact, SOURCE)
     assert f"T_flash {moments.flash_temperature[0]:.4g}, {moments.flash_temperature[1]:.4g} K" in repr(moments)
     assert "\n" not in repr(contact) + repr(moments)
+
+
+def test_verbs_take_a_name_a_path_or_a_record(capped_run, tmp_path):
+    assert rs.theory("steel-1.2GPa").flash_temperature[5] == pytest.approx(258.9, abs=0.05)  # 35 m/s
+    hot = rs.theory("steel-1.2GPa", changes={"sliding.friction_coefficient": 0.22})
+    assert hot.flash_temperature == pytest.approx(2 * rs.theory("steel-1.2GPa").flash_temperature, rel=1e-12)
+    scene = rs.load_scene("steel-1.2GPa")
+    hot = rs.theory(scene, changes={"sliding.friction_coefficient": 0.22})
+    assert hot.flash_temperature == pytest.approx(2 * rs.theory(scene).flash_temperature, rel=1e-12)
+    assert str(rs.compare(str(capped_run.folder))) == str(rs.compare(capped_run))
+    assert rs.status(capped_run.folder).to_dict() == rs.status(capped_run).to_dict()
+    assert rs.status(capped_run).to_dict()["realizations"] == capped_run.realizations
+    assert "finished" in str(rs.status(capped_run))
+    page = rs.report(capped_run.folder, tmp_path / "a.html")
+    assert page.read_text().startswith("<!DOCTYPE html>")
+    with pytest.raises(TypeError, match="must be a run, a study, or the path of a folder"):
+        rs.compare(3.0)
+
+
+def test_every_verb_stays_a_function(capped_run):
+    # modules of the same name would take its place once they are imported
+    for name in ("theory", "plan", "run", "press", "study", "status", "compare", "plot", "report", "export", "bench"):
+        for _ in range(2):
+            assert callable(getattr(rs, name))
+
+    assert callable(rs.report)
+
+
+def test_a_scene_to_start_from_is_the_bundled_text(tmp_path):
+    assert "steel-1.2GPa" in rs.new().split()
+    assert rs.new("demo", tmp_path / "my.toml") == (tmp_path / "my.toml").read_text()
+    assert rs.load_scene(tmp_path / "my.toml") == rs.load_scene("demo")
+    with pytest.raises(FileExistsError):
+        rs.new("demo", tmp_path / "my.toml")
+
+
+def test_the_exported_table_has_each_mean_with_its_error(capped_run, tmp_path):
+    rows = json.loads(rs.export(capped_run, tmp_path / "a.json").read_text())["rows"]
+    for name in ("flash_temperature", "contact_fraction"):
+        estimate = capped_run.estimate(name, "capped")
+        found = [row for row in rows if (row["observable"], row["column"]) == (name, "capped")]
+        assert [row["value"] for row in found] == pytest.approx(estimate.mean, rel=1e-12)
+        assert [row["total_error"] for row in found] == pytest.approx(estimate.total_error, rel=1e-12)
+    for path, options in (("a.csv", {"bits": 8}), ("a.h5", {"bits": 8, "surface": 0}), ("a.txt", {})):
+        with pytest.raises(ValueError, match=r"bits is for fields|bits does not go with|must end in"):
+            rs.export(capped_run, tmp_path / path, **options)

@@ -10,8 +10,19 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from roughsim import prediction
-from roughsim.charts.spectra import draw_correlation, draw_psd
-from roughsim.charts.style import CALIBRATED, COLOURS, MARKERS, THEORY, band, new_figure, plain_ticks
+from roughsim.charts.spectra import draw_correlation, draw_cut_offs, draw_psd
+from roughsim.charts.style import (
+    CALIBRATED,
+    COLOURS,
+    DASHES,
+    MARKERS,
+    THEORY,
+    USUAL,
+    Look,
+    band,
+    new_figure,
+    plain_ticks,
+)
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.run import Run
@@ -20,7 +31,6 @@ from roughsim.scene import Scene
 from roughsim.show.table import shown
 from roughsim.show.text import plain
 
-_DASHES: Any = (0, (4, 2))  # of the calibrated line, so that a line below it can be seen
 # observables drawn over speed → title, symbol, and SI unit
 _DRAWN = {
     "flash_temperature": ("Flash temperature", r"$T_\mathrm{flash}$", "K"),
@@ -59,9 +69,9 @@ class _Row(Protocol):
     def columns(self) -> Mapping[str, _Cell]: ...
 
 
-def comparison_chart(run: Run, rows: Sequence[_Row], path: Path) -> None:
+def comparison_chart(run: Run, rows: Sequence[_Row], path: Path | None, look: Look = USUAL) -> None:
     """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v); `rows` as of `roughsim.compare`."""
-    with new_figure(path, (9.6, 5.8)) as figure:
+    with new_figure(path, (9.6, 5.8), look=look) as figure:
         psd, correlation, *over_speed, words = figure.subplots(2, 3).ravel()
         draw_psd(psd, run.scene, 1.4)
         if not run.scene.elastic:
@@ -71,12 +81,11 @@ def comparison_chart(run: Run, rows: Sequence[_Row], path: Path) -> None:
         r = 0.4 * longest * np.linspace(0.0, 1.0, 100) ** 2  # steep at 0
         correlation.plot(r * 1e6, prediction.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
         law = prediction.calibrated_correlation(run.scene, r) * 1e-18
-        correlation.plot(r * 1e6, law, color=CALIBRATED, lw=1.4, ls=_DASHES, zorder=3)
+        correlation.plot(r * 1e6, law, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
         for column in run.numerics.columns:
             draw_correlation(correlation, run, column, r)
-            for cut_off in {pair.sample.q_max for pair in run.pairs(column)}:
-                psd.axvline(cut_off, color=COLOURS[column], lw=1.0, ls=":")
-        psd.set(xlabel="$q$, 1/m", ylabel="$C$, m⁴", title=r"Roughness; dotted: cut-offs $q_c$")
+        draw_cut_offs(psd, run)
+        psd.set(xlabel="$q$, rad/m", ylabel="$C$, m⁴", title=r"Roughness; dotted: cut-offs $q_c$")
         correlation.axhline(0.0, color="0.7", lw=0.6, zorder=0)
         correlation.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, r[-1] * 1e6))
         for axes, observable in zip(over_speed, _DRAWN, strict=True):
@@ -114,7 +123,7 @@ def _draw_theory(axes: Axes, scene: Scene, observable: str, speed: Array, factor
     theory = prediction.over_speed(scene, dense)[observable] * share * factor
     law = prediction.calibrated_over_speed(scene, dense)[observable] * share * factor
     axes.plot(dense, theory, color=THEORY, lw=1.4)
-    axes.plot(dense, law, color=CALIBRATED, lw=1.4, ls=_DASHES, zorder=3)
+    axes.plot(dense, law, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
 
 
 def _draw_measured(axes: Axes, rows: Sequence[_Row], column: str, factor: float) -> None:
@@ -141,7 +150,7 @@ def _draw_legend(axes: Axes, run: Run, drawn: Sequence[_Row]) -> None:
     if np.isfinite([row.calibrated for row in drawn]).any():
         error = prediction.calibrated(run.scene).errors["flash_temperature"]
         label = rf"calibrated stress spectrum: $T_\mathrm{{flash}}$ ± {100 * error:.0f} %"
-        handles.append(Line2D([], [], color=CALIBRATED, lw=1.4, ls=_DASHES, label=label))
+        handles.append(Line2D([], [], color=CALIBRATED, lw=1.4, ls=DASHES, label=label))
     if any(row.cut for row in drawn):
         handles.append(Line2D([], [], color=THEORY, lw=1.2, ls="--", label="theory up to $q_c$"))
     for column in drawn[0].columns if drawn else run.numerics.columns:

@@ -16,6 +16,7 @@ from matplotlib.patches import StepPatch
 from roughsim.store.disk import place_bytes
 
 _TITLES = ("panel", "curve", "x_axis", "y_axis", "x", "y", "error")
+MARKS = "marks"  # name of markers that repeat the points of a curve, which are not written twice
 PART = "enlarged"  # title of a panel that shows a part of another one
 _SIGNS = {
     r"\langle": "⟨", r"\rangle": "⟩", r"\sigma": "σ", r"\mu": "µ", r"\pi": "π", r"\gamma": "γ", r"\ln": "ln ",
@@ -71,7 +72,7 @@ def _rows_of_curves(axes: Axes) -> Iterator[list[Any]]:
 def _curves_of(axes: Axes) -> Iterator[tuple[Any, Any, Any]]:
     """Yield each curve over the data with its x and y, then each histogram with the lower edges and the heights."""
     for line in axes.lines:
-        if line.get_transform() == axes.transData:
+        if line.get_transform() == axes.transData and line.get_gid() != MARKS:
             yield line, *line.get_data()
     for patch in axes.patches:
         if isinstance(patch, StepPatch):

@@ -72,21 +72,29 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     axes.set(title="Stress: its variance by wavenumber", xlim=(0.8 * q[0], 2 * q[-1]))
 
 
-def draw_psd(axes: Axes, scene: Scene, width: float) -> None:
+def draw_cut_offs(axes: Axes, run: Run, colour: Any = None) -> None:
+    """Draw the cut-offs q_c of all levels of a run, in the colours of their columns if no colour is given."""
+    for column in run.numerics.columns:
+        for cut_off in {pair.sample.q_max for pair in run.pairs(column)}:
+            axes.axvline(cut_off, color=COLOURS[column] if colour is None else colour, lw=1.0, ls=":")
+
+
+def draw_psd(axes: Axes, scene: Scene, width: float, colour: Any = THEORY) -> None:
     """Draw C(q) and, dashed, C_sm(q) down to a tenth of the smallest C(q)."""
     spectrum = scene.spectrum
     q = np.geomspace(spectrum.breaks[0], spectrum.breaks[-1], 400)
-    axes.loglog(q, spectrum(q), color=THEORY, lw=width, label="$C(q)$")
+    axes.loglog(q, spectrum(q), color=colour, lw=width, label="$C(q)$")
     if not scene.elastic:
         smoothed = prediction.smoothed_spectrum(scene)(q)
         drawn = np.where(smoothed > 0.1 * float(spectrum(q[-1])), smoothed, np.nan)
-        axes.loglog(q, drawn, color=THEORY, lw=width - 0.2, ls="--", label=r"$C_\mathrm{sm}(q)$, theory")
+        axes.loglog(q, drawn, color=colour, lw=width - 0.2, ls="--", label=r"$C_\mathrm{sm}(q)$, theory")
 
 
-def draw_correlation(axes: Axes, run: Run, column: str, r: Array) -> None:
-    """Draw the measured g_σ(r), r in m, with its 95 % interval."""
+def draw_correlation(axes: Axes, run: Run, column: str, r: Array, colour: Any = None, name: str = "measured") -> None:
+    """Draw the measured g_σ(r), r in m, with its 95 % interval; `name` as of `band`."""
     mean, error, freedom = correlation_of(run.pairs(column), r)
-    band(axes, r * 1e6, mean * 1e-18, half_width(error, freedom) * 1e-18, COLOURS[column])
+    drawn = COLOURS[column] if colour is None else colour
+    band(axes, r * 1e6, mean * 1e-18, half_width(error, freedom) * 1e-18, drawn, name)
 
 
 def _drawn_wavenumbers(first: float, last: float) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from roughsim.charts.style import THEORY, band, new_figure, plain_ticks
+from roughsim.charts.style import DASHES, THEORY, USUAL, Look, band, new_figure, plain_ticks
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
 from roughsim.results.marks import is_whole
@@ -21,7 +21,6 @@ _DARKEST, _BRIGHTEST = 0.0, 0.85  # of the colours of curves; the end of the sca
 _MOST_CURVES = 8  # of one panel: more cannot be distinguished
 _DEVIATIONS = (-50.0, -30.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)  # %, of the theory
 _HOLLOW = "hollow: at $q_c$, or\na part of ± unknown"
-_DASHES: Any = (0, (4, 2))
 _Rows = Sequence[Mapping[str, Any]]
 
 
@@ -53,6 +52,7 @@ def study_chart(
     title: str = "",
     subtitle: str = "",
     y: Along | None = None,
+    look: Look = USUAL,
 ) -> None:
     """Draw an observable of a study over a varied number, and as a map if two numbers are varied.
 
@@ -70,9 +70,11 @@ def study_chart(
         One of the observables of `roughsim.observables.catalogue.OBSERVABLES`.
     legend, title, subtitle : str
         Titles of the legend, of the figure and of the curves.
+    look : Look
+        Options of the figure.
     """
     width = 5.4 if y is None else 10.0
-    with new_figure(path, (width, 4.0), plain(title).replace("$", r"\$")) as figure:
+    with new_figure(path, (width, 4.0), plain(title).replace("$", r"\$"), look) as figure:
         panels = figure.subplots(1, 1 if y is None else 2, squeeze=False)[0]
         _draw_curves(panels[0], curves, x, column, observable, legend)
         panels[0].set_title(subtitle)
@@ -91,7 +93,7 @@ def _draw_curves(axes: Axes, curves: Mapping[str, _Rows], x: Along, column: str,
     handles: list[Line2D] = []
     for label, colour in zip(labels, colours, strict=True):
         rows = curves[label]
-        for source, dashes in (("theory", "-"), ("calibrated", _DASHES)):
+        for source, dashes in (("theory", "-"), ("calibrated", DASHES)):
             theory = _points(rows, x, source, observable)
             axes.plot(theory.x, theory.value, color=colour, lw=0.9, ls=dashes)
         measured = _points(rows, x, column, observable)
@@ -103,7 +105,7 @@ def _draw_curves(axes: Axes, curves: Mapping[str, _Rows], x: Along, column: str,
     rows = [row for each in curves.values() for row in each]
     _set_scales(axes, rows, x, column)
     axes.set(xlabel=x.title, ylabel=with_unit(observable.replace("_", " "), UNITS[observable]))
-    handles += _common_handles(rows)
+    handles += _common_handles(rows, column)
     axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), title=legend, title_fontsize=8)
 
 
@@ -134,12 +136,13 @@ def _draw_points(axes: Axes, points: _Points, marker: str, colour: Any) -> None:
         axes.errorbar(points.x[drawn], points.value[drawn], points.error[drawn], **style)
 
 
-def _common_handles(rows: _Rows) -> list[Line2D]:
+def _common_handles(rows: _Rows, column: str) -> list[Line2D]:
     """Return the entries of the legend that hold for all curves."""
     point: Any = {"color": THEORY, "ls": "", "ms": 3.5}
     handles = [
+        Line2D([], [], marker="o", label=f"simulated ({column}),\n± total error, 95 %", **point),
         Line2D([], [], color=THEORY, lw=0.9, label="theory"),
-        Line2D([], [], color=THEORY, lw=0.9, ls=_DASHES, label="calibrated"),
+        Line2D([], [], color=THEORY, lw=0.9, ls=DASHES, label="calibrated"),
     ]
     if any(row["column"] == SLIDING for row in rows):
         handles.append(Line2D([], [], marker="D", label=SLIDING, **point))

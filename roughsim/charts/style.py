@@ -26,6 +26,7 @@ from roughsim.results.run import Run
 from roughsim.show.text import plain
 
 THEORY, CALIBRATED = "#222222", "#009E73"
+DASHES: Any = (0, (4, 2))  # of the calibrated line, so that a line below it can be seen
 # Okabe & Ito
 COLOURS = {"smoothed": "#0072B2", "capped": "#D55E00", "elastic": "#0072B2", "sliding": "#CC79A7"}
 MARKERS = {"smoothed": "o", "capped": "s", "elastic": "o", "sliding": "D"}
@@ -117,6 +118,11 @@ class Subject:
         return "\n".join(line for line in (scene, what, ", ".join(which)) if line)
 
 
+def as_path(path: str | Path | None) -> Path | None:
+    """Return a path; None for None."""
+    return None if path is None else Path(path)
+
+
 def check_ending(path: Path) -> None:
     """Raise ValueError unless a picture is to be .png, .pdf or .svg."""
     if path.suffix.lower() not in _FORMATS:
@@ -124,15 +130,17 @@ def check_ending(path: Path) -> None:
 
 
 @contextmanager
-def new_figure(path: Path, size: tuple[float, float], title: str = "", look: Look = USUAL) -> Iterator[Figure]:
-    """Yield an empty figure of a size in inches, in the common style; at the end it is written to `path`."""
-    check_ending(path)
+def new_figure(path: Path | None, size: tuple[float, float], title: str = "", look: Look = USUAL) -> Iterator[Figure]:
+    """Yield an empty figure of a size in inches, in the common style; at the end it is written to `path`, if any."""
+    if path is not None:
+        check_ending(path)
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=look.size or size, dpi=look.dpi, layout="constrained")
         if title and look.title:
             figure.suptitle(title, fontsize=9, x=0.01, ha="left")
         yield figure
-        save(figure, path)
+        if path is not None:
+            save(figure, path)
         if look.csv is not None:
             write_numbers(figure, look.csv)
 
@@ -158,11 +166,11 @@ def save(figure: Figure, path: Path) -> None:
         figure.savefig(path, dpi="figure")
 
 
-def band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
-    """Draw a mean with the half-width of its 95 % interval."""
+def band(axes: Axes, x: Array, mean: Array, error: Array, colour: Any, name: str = "measured") -> None:
+    """Draw a mean with the half-width of its 95 % interval; `name` is its name in the file of the numbers."""
     axes.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0)
     (line,) = axes.plot(x, mean, color=colour, lw=1.0)
-    line.set_gid("measured")
+    line.set_gid(name)
     line.half_width = error  # type: ignore[attr-defined]  # for the file of the numbers
 
 

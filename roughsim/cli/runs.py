@@ -8,10 +8,11 @@ from typer import Argument, Option
 import roughsim as rs
 from roughsim.cli.words import (
     Chart,
+    Csv,
     Json,
-    OneRun,
     Output,
     RunFolder,
+    draw_figure,
     open_without_damaged,
     print_json,
     print_parts,
@@ -22,73 +23,83 @@ from roughsim.show.text import tell
 
 def status(run: RunFolder, as_json: Json = False) -> None:
     """Show the progress of a run: errors, failures, time left. It may still be computed."""
-    if (study := study_of(run)) is not None:
-        from roughsim.studies.tables import study_table
-
-        if as_json:
-            print_json(study.to_dict())
-        else:
-            print_parts(study_table(study))
-        return
-    from roughsim.ensemble.status import status_dict, status_lines
-
-    opened = open_without_damaged(run)
+    state = rs.status(open_without_damaged(run))
     if as_json:
-        print_json(status_dict(opened))
+        print_json(state.to_dict())
     else:
-        print_parts(*status_lines(opened))
+        print_parts(*str(state).splitlines())
 
 
-def compare(run: OneRun, chart: Chart = None, as_json: Json = False) -> None:
-    """Compare a run with the theory, in a table of values and ratios."""
+def compare(
+    runs: Annotated[list[Path], Argument(metavar="RUN...", help="Folders of runs, or of a study.")],
+    chart: Chart = None,
+    csv: Csv = None,
+    every: Annotated[bool, Option("--all", help="All observables, ratios and notes; the error of the theory.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Compare a run with the theory: T_flash in each column. Several runs, or those of a study, are side by side."""
+    compared = rs.compare(*runs)
+    if as_json:
+        print_json(compared.to_dict())
+    else:
+        print_parts(*_tables(compared, every))
+    draw_figure(compared.chart, chart, csv)
+
+
+def _tables(compared: "rs.Comparison | rs.Comparisons", every: bool) -> list[Any]:
+    """Return the tables of a comparison, in short or with all observables."""
+    if isinstance(compared, rs.Comparisons):
+        return [compared.table(None) if every else compared.table()]
+    if not every:
+        return [compared.summary(), f"--all prints all {len(compared.rows)} rows with ratios and notes."]
     from roughsim.comparison.tables import trust_table
     from roughsim.comparison.trust import trust
 
-    opened = rs.open_run(run)
-    comparison = rs.compare(opened)
-    if as_json:
-        print_json(comparison.to_dict())
-    else:
-        print_parts(comparison.table(), trust_table(trust(opened.scene)))
-    if chart is not None:
-        comparison.chart(chart)
-        tell(f"picture: {chart}")
+    return [compared.table(), trust_table(trust(compared.run.scene))]
 
 
 def plot(  # noqa: PLR0913  (each is an option)
     run: RunFolder,
     quantity: Annotated[str, Argument(metavar="QUANTITY", help="A map or a curve, see above.")],
     output: Output = None,
-    realization: Annotated[int | None, Option("-r", metavar="K", min=0, help="A realization with kept fields.")] = None,
+    realization: Annotated[
+        int | None, Option("-r", "--realization", metavar="K", min=0, help="A realization with kept fields.")
+    ] = None,
     speed: Annotated[float | None, Option(metavar="V", help="In m/s; left out: the scene's highest.")] = None,
     column: Annotated[str | None, Option(metavar="COLUMN", help="smoothed, capped or elastic.")] = None,
+    over: Annotated[str | None, Option(metavar="AXIS", help="Of a study: speed, or a varied number.")] = None,
     zoom: Annotated[str | None, Option(metavar="X0:X1,Y0:Y1", help="Draw this part of a map; in m.")] = None,
     side_by_side: Annotated[bool, Option("--side-by-side", help="Add heights and pressure to the map.")] = False,
     title: Annotated[bool, Option("--title/--no-title", help="With the lines above the picture.")] = True,
-    size: Annotated[str | None, Option(metavar="WxH", help="Width and height in inches, as 3.4x2.6.")] = None,
+    size: Annotated[str | None, Option(metavar="WxH", help="Of one row of panels, inches, as 3.4x2.6.")] = None,
     dpi: Annotated[int, Option(metavar="N", help="Pixels per inch of a .png.")] = 160,
-    csv: Annotated[Path | None, Option(metavar="FILE", help="Write the numbers that are drawn, too.")] = None,
+    csv: Csv = None,
 ) -> None:
     """Draw a map or a curve of a run, as .png, .pdf or .svg. Of a study, an observable over its axes.
 
-    Maps: heights, pressure, temperature, heat_flux. Curves: such as distribution or spectrum; another word lists them.
-    Temperatures are computed from the stored pressure.
+    Maps: heights, pressure, temperature, heat_flux. Curves: psd, correlation, spectrum, distribution, and each
+    observable over the speed, as flash_temperature; another word lists all. Temperatures are computed from the stored
+    pressure.
     """
-    if (study := study_of(run)) is not None:
-        picture = output or run.with_name(f"{run.name}-{quantity}.png")
-        study.chart(picture, quantity)
-        tell(f"picture: {picture}")
-        return
-    from roughsim.charts.plot import plot_run
-    from roughsim.charts.style import Look
     from roughsim.results.folder import gap
 
-    choices: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
-    choices |= {"zoom": _parse_zoom(zoom), "side_by_side": side_by_side}
-    choices["look"] = Look(title, _parse_size(size), dpi, csv)
     opened = open_without_damaged(run)
-    picture = plot_run(opened, quantity, output, **choices)
-    tell("\n".join([*gap(opened), f"picture: {picture}"]))
+    picture = rs.plot(
+        opened,
+        quantity,
+        output,
+        over=over,
+        realization=realization,
+        speed=speed,
+        column=column,
+        zoom=_parse_zoom(zoom),
+        side_by_side=side_by_side,
+        title=title,
+        size=_parse_size(size),
+        dpi=dpi,
+        csv=csv,
+    )
+    tell("\n".join([*(gap(opened) if isinstance(opened, rs.Run) else []), f"picture: {picture}"]))
 
 
 def explore(
@@ -110,14 +121,7 @@ def explore(
 
 def report(run: RunFolder, output: Output = None) -> None:
     """Write a run as one .html page to mail. It holds scene, plan, comparison, errors and pictures."""
-    if (study := study_of(run)) is not None:
-        from roughsim.outputs.study_report import report_study
-
-        page = report_study(study, output)
-    else:
-        from roughsim.outputs.report import report_run
-
-        page = report_run(open_without_damaged(run), output)
+    page = rs.report(open_without_damaged(run), output)
     tell(f"report: {page}, {page.stat().st_size / 1e6:.3g} MB")
 
 
@@ -127,22 +131,18 @@ def export(
     bits: Annotated[int | None, Option(metavar="N", min=1, max=23, help="Mantissa bits of fields, of 23.")] = None,
     surface: Annotated[int | None, Option(metavar="K", min=0, help="Only heights of realization K: .nc, .npy.")] = None,
 ) -> None:
-    """Write the numbers and the kept fields of a run into one file. It is HDF5 (netCDF-4): .h5, .hdf5 or .nc.
+    """Write the numbers of a run or a study into one file.
 
-    Of a study: every observable over its axes, or the same as one table: .csv, .json or .parquet.
+    .h5, .hdf5 and .nc (netCDF-4) hold arrays, of a run also the kept fields; .csv, .json and .parquet hold one table, a
+    row for each observable, column and speed.
     """
-    if (study := study_of(run)) is not None:
-        file = study.save(output)
-        tell(f"file: {file}, {file.stat().st_size / 1e6:.3g} MB")
-        return
-    from roughsim.results.export import export_run, export_surface
     from roughsim.results.folder import gap
 
-    if surface is not None and bits is not None:
-        raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")
-    opened = rs.open_run(run)
-    file = export_run(opened, output, bits) if surface is None else export_surface(opened, output, surface)
-    tell("\n".join([*gap(opened), f"file: {file}, {file.stat().st_size / 1e6:.3g} MB"]))
+    study = study_of(run)
+    opened = rs.open_run(run) if study is None else study
+    file = rs.export(opened, output, bits=bits, surface=surface)
+    lines = gap(opened) if isinstance(opened, rs.Run) else []
+    tell("\n".join([*lines, f"file: {file}, {file.stat().st_size / 1e6:.3g} MB"]))
 
 
 def _parse_zoom(text: str | None) -> tuple[tuple[float, float], tuple[float, float]] | None:

@@ -2,6 +2,7 @@
 
 import json
 import time
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,20 @@ from typer import Argument, Exit, Option
 
 import roughsim as rs
 from roughsim.cli.runs import compare
-from roughsim.cli.words import Chart, Json, SceneName, Set, Workers, complete_form, open_scene, print_json, print_parts
+from roughsim.cli.words import (
+    Chart,
+    Csv,
+    Json,
+    SceneName,
+    Set,
+    Workers,
+    complete_form,
+    complete_scene,
+    draw_figure,
+    open_scene,
+    print_json,
+    print_parts,
+)
 from roughsim.show.text import clock, fail, note, say, tell, warn
 
 _STOPPED = "stopped; all finished members are stored, and the same command continues from there"
@@ -21,7 +35,7 @@ def demo(
 ) -> None:
     """Run a small scene, compare it with theory, and draw the picture. It takes less than a minute."""
     run("demo", output, workers=workers)
-    compare(output, chart=output / "comparison.png")
+    compare([output], chart=output / "comparison.png")
 
 
 def new(
@@ -33,30 +47,39 @@ def new(
 
     For example: roughsim new demo > my.toml
     """
-    from roughsim.scene import BLANK, bundled_scenes, scene_text
-
-    say("\n".join((*bundled_scenes(), BLANK)) if name is None else scene_text(name).rstrip("\n"))
+    say(rs.new(name).rstrip("\n"))
 
 
 def theory(
-    scene: SceneName,
+    scenes: Annotated[
+        list[str], Argument(metavar="SCENE...", help="Files or bundled scenes.", autocompletion=complete_scene)
+    ],
     changes: Set = None,
+    chart: Chart = None,
+    csv: Csv = None,
     as_json: Json = False,
     trust: Annotated[bool, Option("--trust", help="Print the error of the theory for this scene.")] = False,
 ) -> None:
-    """Print the results of the analytic theory for a scene."""
-    from roughsim.comparison.tables import theory_dict, theory_table, trust_table
+    """Print the results of the analytic theory for a scene. A figure holds several scenes.
+
+    For example: roughsim theory steel-0.5GPa steel-1.2GPa --chart theory.png
+    """
+    from roughsim.comparison.tables import trust_table
+    from roughsim.comparison.theory import theory_chart
     from roughsim.comparison.trust import trust as look_up
     from roughsim.planning.limits import judge
 
-    loaded = open_scene(scene, changes)
-    reliability, judged = look_up(loaded) if trust else None, judge(loaded)
+    theories = [rs.theory(open_scene(scene, changes)) for scene in scenes]
     if as_json:
-        print_json(theory_dict(loaded) | judged.to_dict() | ({"trust": reliability.to_dict()} if reliability else {}))
+        values = [one.to_dict() | ({"trust": look_up(one.scene).to_dict()} if trust else {}) for one in theories]
+        print_json(values[0] if len(values) == 1 else {"scenes": values})
     else:
-        print_parts(theory_table(loaded), *([trust_table(reliability)] if reliability else []), judged.table())
-        for line in judged.warnings:
-            warn(line)
+        for one in theories:
+            judged = judge(one.scene)
+            print_parts(one.table(), *([trust_table(look_up(one.scene))] if trust else []), judged.table())
+            for line in judged.warnings:
+                warn(line)
+    draw_figure(partial(theory_chart, dict(zip(scenes, theories, strict=True))), chart, csv)
 
 
 def plan(
@@ -158,7 +181,7 @@ def press(
     from roughsim.scene.changes import read_changes
 
     result = rs.press(scene, output, edges=edges, changes=read_changes(changes or []))  # type: ignore[arg-type]
-    compare(output)
+    compare([output])
     for line in (*texture_warnings(result.scene), *overshoot_warnings(result)):
         warn(line)
 
@@ -215,9 +238,8 @@ def bench(
     """
     from roughsim.charts.error_over_cost import error_over_cost_chart
     from roughsim.error_over_cost import STAGES, bench_dict, bench_tables
-    from roughsim.error_over_cost import bench as measure
 
-    points = measure(open_scene(scene, changes), stages=stage or STAGES, realizations=realizations)
+    points = rs.bench(open_scene(scene, changes), stages=stage or STAGES, realizations=realizations)
     if as_json:
         print_json(bench_dict(points))
     else:

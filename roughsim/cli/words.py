@@ -1,6 +1,7 @@
 """Arguments and options that the verbs share, opening of scenes and runs, and printing."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:  # commands import late: the help loads none of these
     from roughsim.studies.study import Study
 
 
-def _complete_scene(incomplete: str) -> list[str]:
+def complete_scene(incomplete: str) -> list[str]:
     """Return the bundled scenes that a word may become, for completion in the shell."""
     from roughsim.scene import bundled_scenes
 
@@ -25,18 +26,18 @@ def _complete_scene(incomplete: str) -> list[str]:
 
 def complete_form(incomplete: str) -> list[str]:
     """Return the bundled scenes and the blank form that a word may become, for completion in the shell."""
-    return [*_complete_scene(incomplete), *(name for name in ("blank",) if name.startswith(incomplete))]
+    return [*complete_scene(incomplete), *(name for name in ("blank",) if name.startswith(incomplete))]
 
 
-SceneName = Annotated[str, Argument(metavar="SCENE", help="A file or a bundled scene.", autocompletion=_complete_scene)]
+SceneName = Annotated[str, Argument(metavar="SCENE", help="A file or a bundled scene.", autocompletion=complete_scene)]
 Set = Annotated[
     list[str] | None,
     Option("--set", metavar="KEY=VALUE", help="Another value of a key, as sliding.speed=35m/s. May be repeated."),
 ]
-OneRun = Annotated[Path, Argument(metavar="RUN", help="The folder of a run, or of a point of a study.")]
 RunFolder = Annotated[Path, Argument(metavar="RUN", help="The folder of a run, or of a study.")]
 Json = Annotated[bool, Option("--json", help="Print JSON (SI units) for programs.")]
 Chart = Annotated[Path | None, Option(metavar="FILE", help="Draw the figure: .png, .pdf or .svg.")]
+Csv = Annotated[Path | None, Option(metavar="FILE", help="Write the numbers that are drawn, too: .csv.")]
 Output = Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Left out: a file beside RUN.")]
 Workers = Annotated[int | None, Option(metavar="N", min=1, help="Processes; left out: as many as fit for long runs.")]
 
@@ -56,8 +57,10 @@ def study_of(folder: Path) -> "Study | None":
     return rs.open_study(folder) if is_study(folder) else None
 
 
-def open_without_damaged(folder: Path) -> "Run":
-    """Open a run without its damaged files, and name these on the terminal."""
+def open_without_damaged(folder: Path) -> "Run | Study":
+    """Open a study, or a run without its damaged files, which are named on the terminal."""
+    if (study := study_of(folder)) is not None:
+        return study
     run = rs.open_run(folder, damaged="skip")
     for reason in run.damaged.values():
         tell(f"left out: {reason}")
@@ -74,3 +77,12 @@ def print_parts(*parts: "str | Table") -> None:
     from roughsim.show.terminal import PlainConsole
 
     PlainConsole().print_parts(*parts)
+
+
+def draw_figure(draw: Callable[..., None], chart: Path | None, csv: Path | None) -> None:
+    """Draw a figure, and write its numbers; either may be left out."""
+    if chart is None and csv is None:
+        return
+    draw(chart, csv=csv)
+    names = {"picture": chart, "numbers": csv}
+    tell("\n".join(f"{name}: {path}" for name, path in names.items() if path is not None))

@@ -9,7 +9,7 @@ the modes of the simulation.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
-from math import degrees
+from math import degrees, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +21,20 @@ from roughsim.results import marks
 from roughsim.results.folder import left_out, open_run
 from roughsim.results.pressed import SOME_LOAD, Pressed
 from roughsim.results.run import Run
+from roughsim.results.share import share_text
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Number, Table, json_value, with_unit
 from roughsim.show.table import Row as Cells
+
+# what each ratio tests
+TESTS = {
+    "smoothed_over_theory": "tests the weight W(q) of the theory",
+    "capped_over_smoothed": "tests the plastic smoothing, Eq. (27); γ drops out",
+    "elastic_over_theory": "tests the weight W(q) of the theory",
+    "capped_over_theory": "tests weight and smoothing together: no smoothed surfaces were computed",
+}
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -93,13 +102,17 @@ class Comparison:
         return {key: json_value(value) for key, value in result.items()}
 
     def table(self) -> Table:
-        """Return the table that the command line prints."""
+        """Return the table of all observables, columns and ratios."""
         return comparison_table(self)
+
+    def summary(self) -> Table:
+        """Return the table of T_flash that the command line prints first."""
+        return summary_table(self)
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
 
-        return table_text(self.table())
+        return table_text(self.summary())
 
     def _repr_html_(self) -> str:
         return in_notebook(self.table())
@@ -118,14 +131,15 @@ class Comparison:
         """
         return data_frame([row.to_flat_dict() for row in self.rows], "observable")
 
-    def chart(self, path: str | Path) -> None:
+    def chart(self, path: str | Path | None, *, csv: str | Path | None = None) -> None:
         """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v) as .png, .pdf or .svg.
 
-        ValueError if the ending of `path` is none of these.
+        `csv` is a file for the numbers drawn, .csv. ValueError for another ending of `path` or `csv`.
         """
         from roughsim.charts.comparison import comparison_chart
+        from roughsim.charts.style import Look, as_path
 
-        comparison_chart(self.run, self.rows, Path(path))
+        comparison_chart(self.run, self.rows, as_path(path), Look(csv=as_path(csv)))
 
 
 def compare(run: Run | str | Path) -> Comparison:
@@ -162,6 +176,39 @@ def _title_of(row: Row) -> str:
     return row.observable if row.temperature is None else f"{row.observable} {row.temperature:g} K"
 
 
+def summary_table(comparison: Comparison) -> Table:
+    """Return T_flash by its columns, a row per speed, with the ratios at the highest speed below."""
+    run = comparison.run
+    rows = [row for row in comparison.rows if row.observable == FLASH]
+    columns = [Column(name, number=True) for name in ("speed, m/s", "theory", "calibrated", *rows[0].columns)]
+    cells: list[Cells] = [
+        (
+            f"{row.speed:g}",
+            Number(row.theory, row.unit),
+            Number(row.calibrated, row.unit),
+            *(Number(cell.mean, row.unit, cell.total_error, cell.unknown) for cell in row.columns.values()),
+        )
+        for row in rows
+    ]
+    fastest = max(rows, key=lambda row: row.speed or 0.0)
+    ratios = [
+        f"{name.replace('_over_', '/')} at {fastest.speed:g} m/s: "
+        f"{Number(ratio.value, '1', ratio.total_error, ratio.unknown)}, {TESTS[name]}."
+        for name, ratio in fastest.ratios.items()
+        if isfinite(ratio.value)
+    ]
+    unknown = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
+    notes = [*ratios, f"± total error, 95 %. Heat share in the body: {share_text(run.shares())}."]
+    notes += [*marks.meanings(list(unknown), {row.note for row in rows}), *left_out(run)]
+    title = f"{run.scene.title}: {_count(run)}" if run.scene.title else _count(run)
+    return Table(columns, cells, f"{title}; {with_unit('flash_temperature', 'K')}", notes)
+
+
+def _count(run: Run) -> str:
+    """Return the number of realizations in words."""
+    return run.extent + (f", {run.failed} failed and left out" if run.failed else "")
+
+
 def comparison_table(comparison: Comparison) -> Table:
     """Return the comparison, a row per observable and speed."""
     first, run, title = comparison.rows[0], comparison.run, comparison.run.scene.title
@@ -181,8 +228,7 @@ def comparison_table(comparison: Comparison) -> Table:
         )
         for row in comparison.rows
     ]
-    count = run.extent + (f", {run.failed} failed and left out" if run.failed else "")
-    title = f"{title}: {count}" if title else count
+    title = f"{title}: {_count(run)}" if title else _count(run)
     return Table([*columns, Column("note")], rows, title, [*meanings(comparison), *comparison.notes()])
 
 

@@ -1,7 +1,7 @@
 """The rows of a comparison: each observable at each speed by theory and in each column, and the ratios of columns."""
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import log, nan
 from typing import NamedTuple
 
@@ -38,17 +38,22 @@ class Slope(NamedTuple):
     theory: float
 
 
-def rows_of(run: Run) -> Iterator[Row]:
-    """Yield a row for each observable and speed; at the end the contact temperatures, if the scene has a duration."""
+def rows_of(run: Run, observables: Sequence[str] | None = None) -> Iterator[Row]:
+    """Yield a row for each observable, or for some of them, and speed.
+
+    Of all observables the contact temperatures follow, if the scene has a duration, and the rows that it asks for.
+    """
     theories = _theories_of(run)
     slid = None if run.numerics.slide is None else prediction.sliding_prediction(run.scene)
-    for observable in run.observables:
+    for observable in run.observables if observables is None else observables:
         predicted = {name: values[observable] for name, values in theories.items()}
         estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
         if run.numerics.slide is not None and observable in SLIDING_OBSERVABLES:
             estimates[SLIDING] = run.estimate(observable, SLIDING)
         ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"])
         yield from _rows_of_one(run, observable, predicted, estimates, ratios, slid)
+    if observables is not None:
+        return
     if run.scene.sliding.duration is not None:
         flash = {name: values[FLASH] for name, values in theories.items()}
         yield from _rows_of_contact_temperature(run, flash, slid)

@@ -24,7 +24,7 @@ _WIDTHS = ("flash_width", "slope_length")
 OF_SLIDING = "sliding, calibrated"  # the theory of the column sliding
 
 
-def _theory_values(scene: Scene) -> dict[str, Any]:
+def theory_values(scene: Scene) -> dict[str, Any]:
     """Return the theory over the whole spectrum: arrays over speed, temperatures with the share used, and areas."""
     values, share = prediction.predictions(scene), prediction.heat_partition(scene)
     result: dict[str, Any] = {"speed": scene.speeds} | {name: values[name] * share for name in _HEATED}
@@ -45,7 +45,7 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     longest = 2 * np.pi / scene.spectrum.breaks[0]
     distance = np.concatenate([[0.0], np.geomspace(1e-3 * longest, 0.5 * longest, _CORRELATION_POINTS - 1)])
     correlation = {"r": distance, "value": prediction.correlation(scene, distance)}
-    values, law = _theory_values(scene), prediction.calibrated(scene)
+    values, law = theory_values(scene), prediction.calibrated(scene)
     temperature = values["calibrated"] if law.stress_spectrum is not None else None
     band = law.errors["flash_temperature"]
     values["calibrated"] = {"flash_temperature": temperature, "error": band, "range": law.range}
@@ -70,7 +70,7 @@ def _distribution_values(scene: Scene) -> dict[str, Any]:
 
 def theory_table(scene: Scene) -> Table:
     """Return the theory of a scene, a row per speed."""
-    values = _theory_values(scene)
+    values = theory_values(scene)
     units = UNITS | dict.fromkeys(("calibrated", CONTACT_TEMPERATURE), UNITS["flash_temperature"])
     columns = {name: with_unit(name, units[name]) for name in (_HEATED[0], "calibrated", *_HEATED[1:], *_WIDTHS)}
     if CONTACT_TEMPERATURE in values:

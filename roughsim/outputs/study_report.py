@@ -5,7 +5,7 @@ from importlib import resources
 from pathlib import Path
 from string import Template
 
-from roughsim.outputs.report import picture, place_of
+from roughsim.outputs.run_report import picture, place_of
 from roughsim.scene import with_short_tables
 from roughsim.show.markup import Html, html_table, joined, tag, text
 from roughsim.store.disk import place_bytes

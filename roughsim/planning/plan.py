@@ -4,9 +4,10 @@ Nothing is solved: the cell, the levels and the cost follow from C(q), the load 
 level gets is decided by the run itself, round by round. Numerics that the scene states are taken as they are.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import inf, isnan, pi, sqrt
+from typing import Any
 
 from roughsim import prediction
 from roughsim.errors import number
@@ -26,7 +27,7 @@ from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
 _SCATTER = 0.012, 0.046
 
 
-def plan(scene: SceneLike, target_error: float | None = None) -> Numerics:
+def plan(scene: SceneLike, target_error: float | None = None, *, changes: Mapping[str, Any] | None = None) -> Numerics:
     """Choose the numerics of a scene by rule; keys given in its [numerics] section are kept.
 
     Parameters
@@ -35,6 +36,8 @@ def plan(scene: SceneLike, target_error: float | None = None) -> Numerics:
         Scene to compute, or an argument of `load_scene`.
     target_error : float, optional
         Target for the relative total error of T_flash. Default: from the scene's `until`, or 1 %.
+    changes : mapping, optional
+        Other values of some keys of the scene, as for `load_scene`.
 
     Returns
     -------
@@ -48,7 +51,7 @@ def plan(scene: SceneLike, target_error: float | None = None) -> Numerics:
     ResolutionError
         If the machine has too little memory for the largest grid.
     """
-    scene = as_scene(scene)
+    scene = as_scene(scene, changes)
     target = (TARGET | dict(scene.ensemble.until))["flash_temperature"] if target_error is None else target_error
     if not 0.0 < number("target_error", target) < 1.0:
         raise ValueError(f"target_error = {target:.6g} must lie between 0 and 1; 0.01 is 1 %")

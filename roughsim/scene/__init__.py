@@ -11,6 +11,7 @@ from roughsim.scene.files import SceneSource as SceneSource
 from roughsim.scene.files import as_scene as as_scene
 from roughsim.scene.files import bundled_scenes as bundled_scenes
 from roughsim.scene.files import load_scene as load_scene
+from roughsim.scene.files import new as new
 from roughsim.scene.files import parse_scene as parse_scene
 from roughsim.scene.files import scene_text as scene_text
 from roughsim.scene.files import with_short_tables as with_short_tables

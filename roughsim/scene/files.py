@@ -46,6 +46,21 @@ def scene_text(name: str) -> str:
     return (resources.files("roughsim.scenes") / f"{name}.toml").read_text(encoding="utf-8")
 
 
+def new(name: str | None = None, path: str | os.PathLike[str] | None = None) -> str:
+    """Return the text of a bundled scene to start from, or of "blank", a form with every key; SceneError if unknown.
+
+    Without a name: the names of all, a line each. With a `path`, the text is also written there, unless the file
+    exists: FileExistsError.
+    """
+    if name is None:
+        return "\n".join((*bundled_scenes(), BLANK))
+    text = scene_text(name)
+    if path is not None:
+        with open(path, "x", encoding="utf-8") as file:
+            file.write(text)
+    return text
+
+
 def load_scene(name_or_path: SceneSource, changes: Mapping[str, Any] | None = None) -> Scene:
     """Return a scene from the name of a bundled one, from a file, or from the content of a file.
 
@@ -69,9 +84,11 @@ def load_scene(name_or_path: SceneSource, changes: Mapping[str, Any] | None = No
     return scene_of(content, changes or {}, source, folder)
 
 
-def as_scene(scene: SceneLike) -> Scene:
-    """Return a scene as it is, or load it by name, path or content; errors as of `load_scene`."""
-    return scene if isinstance(scene, Scene) else load_scene(scene)
+def as_scene(scene: SceneLike, changes: Mapping[str, Any] | None = None) -> Scene:
+    """Return a scene as it is, or load it by name, path or content, with changes; errors as of `load_scene`."""
+    if not isinstance(scene, Scene):
+        return load_scene(scene, changes)
+    return load_scene(toml_content(scene.to_toml()), changes) if changes else scene
 
 
 def scene_content(name_or_path: SceneSource) -> tuple[dict[str, Any], str, Path | None]:

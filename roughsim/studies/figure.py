@@ -3,11 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.studies.results import StudyResults
 from roughsim.studies.tables import value_text, words_of
+
+if TYPE_CHECKING:  # matplotlib is slow to import
+    from roughsim.charts.style import Look
 
 SPEED, NONE = "speed", "none"  # in place of a varied key
 _FEWEST_OF_A_MAP = 3  # values of either key
@@ -29,13 +32,22 @@ class Choice:
     speed: float | None = None
 
 
-def usual_choice(study: StudyResults, observable: str) -> Choice:
-    """Return the first number, and a curve for each value of the second one, or for each speed or word."""
+def usual_choice(study: StudyResults, observable: str, over: str | None = None) -> Choice:
+    """Return the first number, and a curve for each value of the second one, or for each speed or word.
+
+    `over` names another axis: `SPEED` or a varied number, in the table or in full. ValueError if it is none.
+    """
     numeric = [study.keys[key] for key in study.numeric_keys]
     first = {study.keys[key]: value for key, value in study.points[0].values.items()}
     words = [name for name in first if name not in numeric]
     several = any(len(run.scene.speeds) > 1 for _, run in study.results)
     candidates = [*numeric, *([SPEED] if several or not numeric else []), *words, NONE]
+    if over is not None:
+        over = study.keys.get(over, over)
+        axes = [name for name in candidates if name in (SPEED, *numeric)]
+        if over not in axes:
+            raise ValueError(f"over = {over!r} is no axis of {study.folder}; choose one of {', '.join(axes)}")
+        candidates = [over, *(name for name in candidates if name != over)]
     return Choice(observable, candidates[0], candidates[1], first)
 
 
@@ -61,9 +73,10 @@ def _highest_speeds(rows: _Rows) -> dict[str, float]:
     return highest
 
 
-def draw_study(study: StudyResults, rows: _Rows, choice: Choice, path: Path) -> None:
+def draw_study(study: StudyResults, rows: _Rows, choice: Choice, path: Path, look: "Look | None" = None) -> None:
     """Draw a choice of the rows of a study; ValueError for an unknown observable or without results."""
-    from roughsim.charts.study import Along, study_chart  # matplotlib is slow to import
+    from roughsim.charts.study import Along, study_chart
+    from roughsim.charts.style import USUAL  # matplotlib is slow to import
 
     if choice.observable not in OBSERVABLES:
         raise ValueError(f"observable = {choice.observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
@@ -81,6 +94,7 @@ def draw_study(study: StudyResults, rows: _Rows, choice: Choice, path: Path) -> 
         title=_title(study, choice, key_of),
         subtitle=_subtitle(chosen, choice),
         y=Along(choice.family, *words_of(key_of[choice.family])) if _over_two(study, chosen, choice) else None,
+        look=look or USUAL,
     )
 
 
@@ -92,8 +106,11 @@ def _over_two(study: StudyResults, rows: _Rows, choice: Choice) -> bool:
 
 
 def _title(study: StudyResults, choice: Choice, key_of: Mapping[str, str]) -> str:
-    """Return the title of the scene, the number of finished points, and the fixed values."""
-    title = f"{study.scene.title}: {study.finished} of {len(study.points)} points"
+    """Return the name of the study, the number of finished points, and the fixed values.
+
+    The title of the base scene may name a value that the study varies.
+    """
+    title = f"{study.folder.resolve().name}: {study.finished} of {len(study.points)} points"
     for name, value in choice.fixed.items():
         if name not in (choice.x, choice.family):
             words, _, unit = words_of(key_of[name])[0].partition(", ")

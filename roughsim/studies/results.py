@@ -139,11 +139,11 @@ class StudyResults:
             head |= {self.keys[key]: value for key, value in point.values.items()}
             table = self.answers(point, run, names)
             for name in names:
-                for row in _rows_of(run, table, name):
+                for row in rows_of_run(run, table, name):
                     yield head | row
 
 
-def _rows_of(run: Run, table: dict[str, Labelled], name: str) -> Iterator[dict[str, Any]]:
+def rows_of_run(run: Run, table: dict[str, Labelled], name: str) -> Iterator[dict[str, Any]]:
     """Yield a row for each value of an observable of a run."""
     record = OBSERVABLES[name]
     speeds = run.scene.speeds if record.per_speed else (None,)

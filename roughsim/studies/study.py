@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
@@ -12,6 +12,9 @@ from roughsim.studies.files import dataset, save_study, study_dict
 from roughsim.studies.results import StudyResults
 from roughsim.studies.tables import study_table
 from roughsim.studies.trends import trends_of
+
+if TYPE_CHECKING:  # matplotlib is slow to import
+    from roughsim.charts.style import Look
 
 
 class Study(StudyResults):
@@ -114,7 +117,15 @@ class Study(StudyResults):
 
         ValueError for another ending or observable, or without results.
         """
-        draw_study(self, list(self.rows(observable)), usual_choice(self, observable), Path(path))
+        self.draw(Path(path), observable)
+
+    def draw(self, path: Path, observable: str, *, over: str | None = None, look: "Look | None" = None) -> None:
+        """Draw as `chart`, over the speed or a varied number by name; `roughsim.plot` calls it.
+
+        ValueError if `over` is no axis of the study.
+        """
+        choice = usual_choice(self, observable, over)
+        draw_study(self, list(self.rows(observable)), choice, path, look)
 
 
 def open_study(folder: str | Path) -> Study:

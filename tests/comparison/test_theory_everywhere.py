@@ -15,7 +15,7 @@ from roughsim.charts import comparison as chart
 from roughsim.cli import app
 from roughsim.comparison.tables import theory_dict
 from roughsim.explore.content import theory_curves
-from roughsim.outputs.report import report_run
+from roughsim.outputs.run_report import report_run
 from roughsim.scene import parse_scene
 from roughsim.show.text import plain
 from roughsim.studies.tables import study_table
@@ -83,6 +83,14 @@ def theory_line(axes):
     return dict(zip(*axes.get_lines()[0].get_data(), strict=True))
 
 
+def theory_of_curve(path):
+    """The theory of T_flash at the speed of the scene in the numbers of a figure."""
+    with path.open() as file:
+        rows = [row for row in csv.DictReader(file) if row["panel"] == "Flash temperature"]
+    (value,) = [row["y"] for row in rows if row["curve"].endswith(": theory") and float(row["x"]) == SPEED]
+    return float(value)
+
+
 def in_file(path):
     with h5py.File(path) as file:
         columns = [text.decode() for text in file["column"]]
@@ -99,7 +107,22 @@ def outputs(run, study, folder):
     table = comparison.table()
     place = [column.title for column in table.columns].index("theory")
     yield "table", float(str(table.cells(place)[0]))
-    yield "compare", float(re.search(r"flash_temperature, K +1 +([\d.]+)", printed("compare", run.folder)).group(1))
+    yield "compare", float(re.search(r"^ *1 +([\d.]+)", printed("compare", run.folder), re.M).group(1))
+    everything = printed("compare", run.folder, "--all")
+    yield "compare --all", float(re.search(r"flash_temperature, K +1 +([\d.]+)", everything).group(1))
+    several = printed("compare", study.folder)
+    yield "compare STUDY", float(re.search(r"^1 +speed 1 m/s +([\d.]+)", several, re.M).group(1))
+    yield "theory of Python", float(rs.theory(run.scene).flash_temperature[0])
+    rs.plot(run, "flash_temperature", folder / "curve.svg", csv=folder / "curve.csv")
+    yield "curve over the speed", theory_of_curve(folder / "curve.csv")
+    rs.theory(run.scene).chart(folder / "theory.svg", csv=folder / "theory.csv")
+    yield "figure of the theory", theory_of_curve(folder / "theory.csv")
+    for ending in ("csv", "json"):
+        printed("export", run.folder, "-o", folder / f"run.{ending}")
+    with (folder / "run.csv").open() as file:
+        kinds = [r for r in csv.DictReader(file) if (r["observable"], r["column"]) == ("flash_temperature", "theory")]
+    yield "CSV of a run", float(kinds[0]["value"])
+    yield "JSON of a run", json.loads((folder / "run.json").read_text())["rows"][0]["value"]
     page = report_run(run, folder / "run.html").read_text()
     yield "report", float(re.search(r'<li class="theory"><span class="value">([\d.]+)', page).group(1))
     axes = Figure().subplots()
@@ -129,7 +152,7 @@ def test_every_output_has_the_same_theory_over_the_whole_spectrum(run, study, tm
     whole, cut = by_the_formula(None), by_the_formula(2e4)
     assert whole > 1.4 * cut  # else the outputs could not be told apart
     said = dict(outputs(run, study, tmp_path))
-    assert len(said) == 18
+    assert len(said) == 25
     for where, value in said.items():
         assert value == pytest.approx(whole, rel=2e-3 if where == "explore" else 5e-4), where  # four digits are printed
 

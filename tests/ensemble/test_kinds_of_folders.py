@@ -11,7 +11,7 @@ from press_cases import AT_35, drawn_map, write_scene
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.explore.content import load_fields
-from roughsim.outputs.report import report_run
+from roughsim.outputs.run_report import report_run
 
 NAME = "flash_temperature"
 PLACES = [".", "quarters"]  # of a pressed map

@@ -10,7 +10,7 @@ from press_cases import GRID, SIDE, drawn_map, levelled, on_finer_points, write_
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.ensemble.press import cell_of, quarters
-from roughsim.outputs.report import report_run
+from roughsim.outputs.run_report import report_run
 from roughsim.results.pressed import Pressed
 from roughsim.surface.topography import Topography, encoded
 from roughsim.surface.topography.periodic import band_limited, mirrored

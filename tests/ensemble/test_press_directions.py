@@ -19,7 +19,7 @@ from roughsim.ensemble import directions
 from roughsim.ensemble.directions import over_mean
 from roughsim.errors import RecordError
 from roughsim.observables.directions import flash_temperature_along
-from roughsim.outputs.report import report_run
+from roughsim.outputs.run_report import report_run
 from roughsim.planning.realization import level_problem
 from roughsim.results.export import export_run
 from roughsim.surface.topography import encoded

@@ -27,7 +27,7 @@ import dataclasses, json
 from pathlib import Path
 import h5py, roughsim as rs
 from roughsim.results.export import export_run
-from roughsim.outputs.report import errors_section
+from roughsim.outputs.run_report import errors_section
 from roughsim.show.markup import html_table
 from roughsim.comparison.compare import comparison_table
 from roughsim.show.terminal import table_text

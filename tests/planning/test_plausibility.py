@@ -14,7 +14,7 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.comparison.tables import theory_dict
 from roughsim.estimate.cell_size import choose_lengths
-from roughsim.outputs.report import header, scene_section
+from roughsim.outputs.run_report import header, scene_section
 from roughsim.planning.limits import judge
 from roughsim.prediction import facts as sizes
 from roughsim.scene import SceneError, bundled_scenes, parse_scene

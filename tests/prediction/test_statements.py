@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import roughsim as rs
 from roughsim import prediction
 from roughsim.cli import app
-from roughsim.outputs.report import report_run
+from roughsim.outputs.run_report import report_run
 from roughsim.planning.limits import judge
 from roughsim.planning.realization import slide_problem
 from roughsim.prediction.statements import statements

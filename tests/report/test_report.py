@@ -12,8 +12,8 @@ import pytest
 
 import roughsim as rs
 from roughsim.cli import main
-from roughsim.outputs import report
-from roughsim.outputs.report import page, report_run
+from roughsim.outputs import run_report as report
+from roughsim.outputs.run_report import page, report_run
 from roughsim.scene import parse_scene
 from roughsim.show.markup import digits, html_table, text
 from roughsim.show.table import Column, Number, Table

@@ -1,0 +1,251 @@
+"""Curves of scenes and runs beside one another: C(q), g_σ(r), and observables over the speed."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from textwrap import fill
+from typing import Any, NamedTuple, Protocol
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from roughsim import prediction
+from roughsim.charts.numbers import MARKS
+from roughsim.charts.spectra import draw_correlation, draw_cut_offs, draw_psd
+from roughsim.charts.style import (
+    CALIBRATED,
+    COLOURS,
+    DASHES,
+    MARKERS,
+    THEORY,
+    USUAL,
+    Look,
+    band,
+    new_figure,
+    plain_ticks,
+)
+from roughsim.grid import Array
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.prediction.theories import OVER_SPEED as DENSE
+from roughsim.results.marks import AT_CUT_OFF
+from roughsim.results.run import Run
+from roughsim.scene import Scene
+from roughsim.show.table import shown
+from roughsim.show.text import plain
+
+PSD, CORRELATION = "psd", "correlation"
+ALL = (PSD, CORRELATION, "flash_temperature", "flash_width", "slope_length")
+# observables over the speed with a symbol; others are named in words
+_SYMBOLS = {
+    "flash_temperature": r"$T_\mathrm{flash}$",
+    "flash_gradient": r"$T'_\mathrm{flash}$",
+    "flash_laplacian": r"$\nabla^2 T_\mathrm{flash}$",
+    "flash_width": r"$D_\mathrm{flash}$",
+    "slope_length": r"$d_\mathrm{flash}$",
+}
+OVER_SPEED = tuple(name for name, record in OBSERVABLES.items() if record.per_speed)
+_BRIGHTEST = 0.85  # of the colours of several scenes; the end of the scale is too pale for paper
+_ONE, _MANY = (5.4, 3.8), (9.6, 5.8)  # sizes of a figure of one panel and of all, inches
+_LETTERS = 46  # of a line of text in a panel
+
+
+class _Row(Protocol):
+    """A row of a comparison, as `roughsim.compare` makes it."""
+
+    @property
+    def observable(self) -> str: ...
+    @property
+    def speed(self) -> float | None: ...
+    @property
+    def note(self) -> str: ...
+    @property
+    def columns(self) -> Mapping[str, Any]: ...
+
+
+class Entry(NamedTuple):
+    """A scene with a label, and its run with the rows of its comparison if there is one."""
+
+    label: str
+    scene: Scene
+    run: Run | None = None
+    rows: Sequence[_Row] = ()
+
+    def rows_of(self, observable: str) -> list[_Row]:
+        """Return the rows of an observable above rest."""
+        return [row for row in self.rows if row.observable == observable and row.speed]
+
+
+def curves_chart(
+    path: Path | None, entries: Sequence[Entry], quantities: Sequence[str] = ALL, title: str = "", look: Look = USUAL
+) -> None:
+    """Draw each quantity in a panel: PSD, CORRELATION, or an observable over the speed, of all entries.
+
+    One entry has a colour for each source: theories and columns. Several have a colour each, and sources differ by
+    lines and markers. ValueError if a quantity has no curve for these entries.
+    """
+    for quantity in quantities:
+        if quantity not in (PSD, CORRELATION) and any(_speeds(entry.scene).size == 0 for entry in entries):
+            raise ValueError(f"{quantity} is over the speed, and no speed is above 0 m/s; add one to sliding.speed")
+    several = len(quantities) > 1
+    with new_figure(path, _MANY if several else _ONE, plain(title).replace("$", r"\$"), look) as figure:
+        panels: list[Axes] = list(figure.subplots(2, 3).ravel()) if several else [figure.subplots()]
+        colours = _colours(entries)
+        for axes, quantity in zip(panels, quantities, strict=False):
+            for entry, colour in zip(entries, colours, strict=True):
+                _draw(axes, entry, quantity, colour)
+            _name_axes(axes, entries, quantity)
+        handles = _handles(panels, entries, colours, quantities)
+        if several:
+            panels[-1].set_axis_off()
+            panels[-1].legend(handles=handles, loc="upper left", borderaxespad=0)
+        else:
+            panels[0].legend(handles=handles, loc="best")
+
+
+def _colours(entries: Sequence[Entry]) -> list[Any]:
+    """Return a colour for each of several entries; None for a single one, whose sources have colours."""
+    if len(entries) == 1:
+        return [None]
+    return list(mpl.colormaps["viridis"](np.linspace(0.0, _BRIGHTEST, len(entries))))
+
+
+def _speeds(scene: Scene) -> Array:
+    """Return the speeds of a scene above 0, m/s."""
+    return np.array([speed for speed in scene.speeds if speed > 0.0])
+
+
+def _draw(axes: Axes, entry: Entry, quantity: str, colour: Any) -> None:
+    """Draw a quantity of an entry; `colour` is None for the colours of the sources."""
+    if quantity == PSD:
+        draw_psd(axes, entry.scene, 1.4, THEORY if colour is None else colour)
+        if entry.run is not None:
+            draw_cut_offs(axes, entry.run, colour)
+    elif quantity == CORRELATION:
+        _draw_correlation(axes, entry, colour)
+    else:
+        _draw_over_speed(axes, entry, quantity, colour)
+
+
+def _draw_correlation(axes: Axes, entry: Entry, colour: Any) -> None:
+    """Draw g_σ(r) by both theories, and measured."""
+    r = _distances(entry.scene)
+    theory = prediction.correlation(entry.scene, r) * 1e-18
+    law = prediction.calibrated_correlation(entry.scene, r) * 1e-18
+    _line(axes, r * 1e6, theory, entry, "theory", colour)
+    _line(axes, r * 1e6, law, entry, "calibrated", colour)
+    if entry.run is not None:
+        for column in entry.run.numerics.columns:
+            draw_correlation(axes, entry.run, column, r, colour, f"{entry.label}: {column}")
+
+
+def _distances(scene: Scene) -> Array:
+    """Return the distances at which g_σ is drawn, m: up to 0.4 of the longest wave, dense at 0, where it is steep."""
+    distances: Array = 0.4 * 2 * np.pi / scene.spectrum.breaks[0] * np.linspace(0.0, 1.0, 100) ** 2
+    return distances
+
+
+def _line(axes: Axes, x: Array, y: Array, entry: Entry, source: str, colour: Any) -> None:
+    """Draw a line of a theory, unless it has no value."""
+    if np.isnan(y).all():
+        return
+    calibrated = source == "calibrated"
+    usual = CALIBRATED if calibrated else THEORY
+    style: dict[str, Any] = {"ls": DASHES if calibrated else "-", "lw": 1.2, "zorder": 3 if calibrated else 2}
+    (line,) = axes.plot(x, y, color=usual if colour is None else colour, **style)
+    line.set_gid(f"{entry.label}: {source}")  # names the curve in the file of the numbers
+
+
+def _draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: Any) -> None:
+    """Draw an observable by both theories and in each measured column over the speed."""
+    factor = shown(OBSERVABLES[observable].unit)[1] * _sign(observable)
+    speed, theories = _theories(entry.scene, observable)
+    for source, values in theories.items():
+        _line(axes, speed, values * factor, entry, source, colour)
+    rows = entry.rows_of(observable)
+    speed = np.array([row.speed for row in rows])
+    for column in rows[0].columns if rows else ():
+        cells = [row.columns[column] for row in rows]
+        mean = np.array([cell.mean for cell in cells]) * factor
+        if np.isnan(mean).all():  # a slide lacks some observables
+            continue
+        error = np.array([cell.total_error for cell in cells]) * abs(factor)
+        of_column = COLOURS[column] if colour is None else colour
+        band(axes, speed, mean, error, of_column, f"{entry.label}: {column}")
+        face = "white" if colour is not None and column == "smoothed" else of_column
+        axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=of_column, mfc=face, gid=MARKS)
+
+
+def _theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
+    """Return speeds, m/s, and the values of both theories there, with the share of the heat; SI.
+
+    The speeds are dense where the theory gives any speed, else the speeds of the scene.
+    """
+    speed = _speeds(scene)
+    if observable in DENSE:
+        # a table over temperature may end at the highest speed
+        beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0
+        speed = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
+        both = prediction.over_speed(scene, speed), prediction.calibrated_over_speed(scene, speed)
+        theory, law = (by[observable] for by in both)
+        share = prediction.heat_partition(scene, speed)
+    else:
+        moving = np.array(scene.speeds) > 0.0
+        theory, law = prediction.predictions(scene)[observable], prediction.calibrated_predictions(scene)[observable]
+        theory, law, share = theory[moving], law[moving], prediction.heat_partition(scene)[moving]
+    if OBSERVABLES[observable].heated:
+        theory, law = theory * share, law * share
+    return speed, {"theory": theory, "calibrated": law}
+
+
+def _sign(observable: str) -> float:
+    """Return −1 for gradient and Laplacian, which are negative where the contact is hot."""
+    return -1.0 if observable in ("flash_gradient", "flash_laplacian") else 1.0
+
+
+def _name_axes(axes: Axes, entries: Sequence[Entry], quantity: str) -> None:
+    """Set titles, labels and scales of a panel."""
+    if quantity == PSD:
+        axes.set(xlabel="$q$, rad/m", ylabel="$C$, m⁴", title=r"$C(q)$ solid, $C_\mathrm{sm}(q)$ dashed")
+        if any(entry.run is not None for entry in entries):
+            axes.set_title(axes.get_title("left") + ", $q_c$ dotted")
+        return
+    if quantity == CORRELATION:
+        axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
+        axes.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, None))
+        return
+    words, unit = quantity.replace("_", " "), shown(OBSERVABLES[quantity].unit)[0]
+    symbol = ("−" if _sign(quantity) < 0.0 else "") + _SYMBOLS.get(quantity, words)
+    axes.set(xscale="log", xlabel="$v$, m/s", ylabel=f"{symbol}, {unit}" if unit else symbol)
+    cut = any(row.note == AT_CUT_OFF for entry in entries for row in entry.rows_of(quantity))
+    axes.set_title(words[0].upper() + words[1:] + " (at $q_c$)" * cut)
+    if all(np.nanmin(line.get_ydata(), initial=np.inf) > 0.0 for line in axes.lines):
+        axes.set_yscale("log")
+        low, high = axes.get_ylim()
+        if high / low < 100.0:  # 20, 50, 100 on an axis of less than two decades
+            plain_ticks(axes.yaxis)
+
+
+def _handles(
+    panels: Sequence[Axes], entries: Sequence[Entry], colours: Sequence[Any], quantities: Sequence[str]
+) -> list[Any]:
+    """Return the entries of the legend: scenes by colour, then sources by line and marker."""
+    handles: list[Any] = []
+    if colours[0] is not None:
+        for entry, colour in zip(entries, colours, strict=True):
+            handles.append(Line2D([], [], color=colour, lw=3.0, label=fill(plain(entry.label), _LETTERS)))
+    if tuple(quantities) == (PSD,):
+        return handles
+    gammas = {f"{entry.scene.theory.gamma:g}" for entry in entries}
+    label = rf"theory, $\gamma$ = {gammas.pop()}" if len(gammas) == 1 else "theory"
+    handles.append(Line2D([], [], color=THEORY, lw=1.2, label=label))
+    if any(str(line.get_gid()).endswith(": calibrated") for axes in panels for line in axes.lines):
+        colour = CALIBRATED if colours[0] is None else THEORY
+        handles.append(Line2D([], [], color=colour, lw=1.2, ls=DASHES, label="calibrated stress spectrum"))
+    columns = dict.fromkeys(name for entry in entries if entry.rows for name in entry.rows[0].columns)
+    for name in columns:
+        colour = COLOURS[name] if colours[0] is None else THEORY
+        face = "white" if colours[0] is not None and name == "smoothed" else colour
+        style: dict[str, Any] = {"color": colour, "marker": MARKERS[name], "ms": 4, "lw": 1.0, "mfc": face}
+        handles.append(Line2D([], [], label=f"{name}, ± total error, 95 %", **style))
+    return handles

@@ -1,0 +1,119 @@
+"""`Comparisons`: several runs with the theory, side by side in one table and one figure."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from roughsim.comparison.compare import Comparison
+from roughsim.comparison.row import Row
+from roughsim.comparison.rows import FLASH
+from roughsim.results import marks
+from roughsim.results.folder import left_out
+from roughsim.show.frame import data_frame
+from roughsim.show.markup import in_notebook
+from roughsim.show.table import Cell, Column, Number, Table, with_unit
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Comparisons:
+    """The comparisons of several runs; `labels` has a name for each."""
+
+    labels: Sequence[str]
+    comparisons: Sequence[Comparison]
+
+    def __repr__(self) -> str:
+        return f"<Comparisons of {', '.join(self.labels)}>"
+
+    def __iter__(self) -> Any:
+        return iter(self.comparisons)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the comparison of each run as JSON values, with its label and folder."""
+        runs = [
+            {"run": label, "folder": str(one.run.folder)} | one.to_dict()
+            for label, one in zip(self.labels, self.comparisons, strict=True)
+        ]
+        return {"runs": runs}
+
+    def to_dataframe(self) -> Any:
+        """Return the rows of all runs as a `pandas.DataFrame`, as `Comparison.to_dataframe`, with a column `run`.
+
+        ImportError without pandas.
+        """
+        rows = [
+            {"run": label} | row.to_flat_dict()
+            for label, one in zip(self.labels, self.comparisons, strict=True)
+            for row in one.rows
+        ]
+        return data_frame(rows, "observable")
+
+    def table(self, observables: Sequence[str] | None = (FLASH,)) -> Table:
+        """Return observables of all runs, a row for each speed and run; None: all observables."""
+        names = list(dict.fromkeys(row.observable for one in self.comparisons for row in one.rows))
+        chosen = names if observables is None else [name for name in names if name in observables]
+        columns = list(dict.fromkeys(name for one in self.comparisons for name in one.rows[0].columns))
+        titles = [Column("observable", name=True)] if len(chosen) > 1 else []
+        titles += [Column("speed, m/s", name=True), Column("run", name=True)]
+        titles += [Column(title, number=True) for title in ("theory", "calibrated", *columns)]
+        rows = []
+        for name in chosen:
+            for speed in self._speeds(name):
+                for label, one in zip(self.labels, self.comparisons, strict=True):
+                    row = _row_at(one, name, speed)
+                    if row is not None:
+                        head = [with_unit(name, row.unit)] if len(chosen) > 1 else []
+                        place = "" if speed is None else f"{speed:g}"
+                        rows.append([*head, place, label, *_cells(row, columns)])
+        units = {row.unit for one in self.comparisons for row in one.rows if row.observable in chosen}
+        title = ", ".join(with_unit(name, *units) for name in chosen) if len(chosen) == 1 else ""
+        return Table(titles, rows, title, self._notes(chosen))
+
+    def _speeds(self, observable: str) -> list[float | None]:
+        """Return the speeds of an observable in any run, m/s, ascending; None for one without speeds."""
+        speeds = {row.speed for one in self.comparisons for row in one.rows if row.observable == observable}
+        return sorted(speeds, key=lambda speed: -1.0 if speed is None else speed)
+
+    def _notes(self, observables: Sequence[str]) -> list[str]:
+        """Return the sentences below the table."""
+        rows = [row for one in self.comparisons for row in one.rows if row.observable in observables]
+        unknown = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
+        notes = ["± total error, 95 %; each with the heat share of its run.", *marks.meanings(list(unknown), set())]
+        for label, one in zip(self.labels, self.comparisons, strict=True):
+            notes += [f"{label}: {line}" for line in left_out(one.run)]
+        return notes
+
+    def __str__(self) -> str:
+        from roughsim.show.terminal import table_text  # rich is slow to import
+
+        return table_text(self.table())
+
+    def _repr_html_(self) -> str:
+        return in_notebook(self.table())
+
+    def chart(self, path: str | Path | None, *, csv: str | Path | None = None) -> None:
+        """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v) of all runs in one figure.
+
+        `path` ends in .png, .pdf or .svg, `csv`, a file for the numbers drawn, in .csv. ValueError if not.
+        """
+        from roughsim.charts.curves import Entry, curves_chart  # matplotlib is slow to import
+        from roughsim.charts.style import Look, as_path
+
+        pairs = zip(self.labels, self.comparisons, strict=True)
+        entries = [Entry(label, one.run.scene, one.run, one.rows) for label, one in pairs]
+        curves_chart(as_path(path), entries, look=Look(csv=as_path(csv)))
+
+
+def _row_at(comparison: Comparison, observable: str, speed: float | None) -> Row | None:
+    """Return the row of an observable at a speed; None if the run does not have it."""
+    rows = (row for row in comparison.rows if row.observable == observable and row.speed == speed)
+    return next(rows, None)
+
+
+def _cells(row: Row, columns: Sequence[str]) -> list[Cell]:
+    """Return the values of a row in both theories and the columns."""
+    cells: list[Cell] = [Number(row.theory, row.unit), Number(row.calibrated, row.unit)]
+    for name in columns:
+        cell = row.columns.get(name)
+        cells.append("" if cell is None else Number(cell.mean, row.unit, cell.total_error, cell.unknown))
+    return cells

@@ -1,0 +1,95 @@
+"""`theory`: the results of the analytic theory for a scene, as numbers, a table and a figure."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from roughsim.comparison.tables import theory_dict, theory_table, theory_values
+from roughsim.grid import Array
+from roughsim.planning.limits import judge
+from roughsim.scene import Scene, SceneLike, as_scene
+from roughsim.show.markup import in_notebook
+from roughsim.show.table import Table
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Theory:
+    """The theory over the whole spectrum of a scene; arrays over its speeds, temperatures with the share used."""
+
+    scene: Scene
+    speed: Array  # m/s
+    flash_temperature: Array  # ⟨Tσ⟩/⟨σ⟩ above the background, K
+    calibrated: Array  # the same by the calibrated stress spectrum, K; NaN outside its range
+    flash_gradient: Array  # K/m
+    flash_laplacian: Array  # K/m²
+    flash_width: Array  # D_flash, m
+    slope_length: Array  # d_flash, m
+    heat_partition: Array  # share of the heat that is used
+    contact_fraction: float
+    plastic_fraction: float
+
+    def __repr__(self) -> str:
+        flash = ", ".join(f"{value:.4g}" for value in self.flash_temperature)
+        return f"<Theory of {self.scene.title}: T_flash {flash} K at {', '.join(f'{v:g}' for v in self.speed)} m/s>"
+
+    def __str__(self) -> str:
+        from roughsim.show.terminal import table_text  # rich is slow to import
+
+        return table_text(self.table())
+
+    def _repr_html_(self) -> str:
+        return in_notebook(self.table())
+
+    def table(self) -> Table:
+        """Return the table that the command line prints."""
+        return theory_table(self.scene)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the theory, sizes of the scene and warnings as JSON values."""
+        return theory_dict(self.scene) | judge(self.scene).to_dict()
+
+    def chart(self, path: str | Path | None, *, csv: str | Path | None = None) -> None:
+        """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v) as .png, .pdf or .svg.
+
+        `csv` is a file for the numbers drawn, .csv. ValueError for another ending, or a scene at rest.
+        """
+        theory_chart({self.scene.title: self}, None if path is None else Path(path), csv=csv)
+
+
+def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> Theory:
+    """Return the results of the analytic theory for a scene.
+
+    Parameters
+    ----------
+    scene : Scene, str, path or dict
+        As for `load_scene`.
+    changes : mapping, optional
+        Other values of some keys of the scene, as for `load_scene`.
+
+    Returns
+    -------
+    Theory
+        Arrays over the speeds of the scene; ``str()`` is the table of the command line.
+
+    Raises
+    ------
+    SceneError
+        As from `load_scene`.
+    """
+    loaded = as_scene(scene, changes)
+    values = theory_values(loaded)
+    names = Theory.__dataclass_fields__.keys() - {"scene", "speed"}
+    return Theory(loaded, np.array(loaded.speeds), **{name: values[name] for name in names})
+
+
+def theory_chart(theories: Mapping[str, Theory], path: Path | None, *, csv: str | Path | None = None) -> None:
+    """Draw one or several theories, by their labels, into one figure; other arguments as of `Theory.chart`."""
+    from roughsim.charts.curves import Entry, curves_chart  # matplotlib is slow to import
+    from roughsim.charts.style import Look, as_path
+
+    entries = [Entry(label, one.scene) for label, one in theories.items()]
+    title = entries[0].scene.title if len(entries) == 1 else ""
+    curves_chart(path, entries, title=title, look=Look(csv=as_path(csv)))

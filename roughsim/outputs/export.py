@@ -1,0 +1,98 @@
+"""`export`: the results of a run or a study in one file for other programs."""
+
+import csv
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from roughsim.outputs.opened import Folder, opened
+from roughsim.results.answers import answers
+from roughsim.results.export import ENDINGS, export_run, export_surface
+from roughsim.results.run import Run
+from roughsim.show.frame import data_frame
+from roughsim.show.table import json_value
+from roughsim.show.text import note
+from roughsim.store.disk import place_bytes
+from roughsim.studies.results import rows_of_run
+from roughsim.studies.study import Study
+
+TABLES = (".csv", ".json", ".parquet")
+
+
+def export(run: Folder, path: str | Path, *, bits: int | None = None, surface: int | None = None) -> Path:
+    """Write the results of a run or a study into one file, and return its path.
+
+    Parameters
+    ----------
+    run : Run, Study, str or Path
+        The run, the study, or its folder.
+    path : str or Path
+        .h5, .hdf5 and .nc (netCDF-4) hold every observable as an array with its error; of a run also the numbers of all
+        members and the kept fields. .csv, .json and .parquet (with pandas and pyarrow) hold one table: a row for each
+        observable, column and speed, of a study also for each point. With `surface`: .nc or .npy.
+    bits : int, optional
+        Mantissa bits that fields of a run keep in .h5 and .nc, 1 to 23. Default: all.
+    surface : int, optional
+        Write only the heights of this realization, for other contact programs.
+
+    Raises
+    ------
+    ValueError
+        For another ending, arguments that do not fit, or without a sound realization.
+    RecordError
+        If the folder is no run and no study, or a file of it is damaged.
+    OSError
+        Naming the path, if the disk refuses; no half-written file stays.
+    """
+    path = Path(path)
+    record = opened(run)
+    if surface is not None and bits is not None:
+        raise ValueError("bits does not go with surface, which keeps all digits; leave one of them out")
+    table = path.suffix.lower() in TABLES
+    if (isinstance(record, Study) or table) and surface is None and bits is not None:
+        raise ValueError(f"bits is for fields, and {path.name} holds none; leave it out")
+    if isinstance(record, Study):
+        if surface is not None:
+            raise ValueError("surface is for runs; name the folder of a point of the study")
+        return record.save(path)
+    if surface is not None:
+        return export_surface(record, path, surface)
+    note(f"reading {len(record.members)} members of {record.folder}")
+    if table:
+        return _save_table(record, path)
+    if path.suffix.lower() not in ENDINGS:
+        raise ValueError(f"path = {str(path)!r} must end in {', '.join((*ENDINGS, *TABLES))}")
+    return export_run(record, path, bits)
+
+
+def tidy_rows(run: Run) -> Iterator[dict[str, Any]]:
+    """Yield a row for each observable, column and speed of a run, in SI, as `Study.rows`."""
+    table = {array.name: array for array in answers(run, run.observables)}
+    for name in run.observables:
+        yield from rows_of_run(run, table, name)
+
+
+def _save_table(run: Run, path: Path) -> Path:
+    """Write the tidy table of a run, whole or not at all; ImportError for .parquet without pandas or pyarrow."""
+    rows = list(tidy_rows(run))
+    ending = path.suffix.lower()
+    if ending == ".csv":
+        text = io.StringIO()
+        writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({name: "" if value is None else value for name, value in row.items()})
+        content = text.getvalue().encode()
+    elif ending == ".json":
+        about = {"title": run.scene.title, "folder": str(run.folder), "realizations": run.realizations}
+        values = about | {"failed": run.failed, "rows": [json_value(row) for row in rows]}
+        content = (json.dumps(values, indent=1) + "\n").encode()
+    else:
+        buffer = io.BytesIO()
+        data_frame(rows).to_parquet(buffer)
+        content = buffer.getvalue()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    place_bytes(path, content)
+    return path
