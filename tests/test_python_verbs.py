@@ -56,6 +56,10 @@ def test_verbs_take_a_name_a_path_or_a_record(capped_run, tmp_path):
     hot = rs.theory(scene, changes={"sliding.friction_coefficient": 0.22})
     assert hot.flash_temperature == pytest.approx(2 * rs.theory(scene).flash_temperature, rel=1e-12)
     assert str(rs.compare(str(capped_run.folder))) == str(rs.compare(capped_run))
+    summary = rs.compare(capped_run).summary()
+    assert len(summary.rows) == len(capped_run.scene.speeds)
+    for k, row in enumerate(summary.rows):
+        assert str(row[-1]) == str(capped_run.estimate("flash_temperature", "capped").number(k))
     assert rs.status(capped_run.folder).to_dict() == rs.status(capped_run).to_dict()
     assert rs.status(capped_run).to_dict()["realizations"] == capped_run.realizations
     assert "finished" in str(rs.status(capped_run))

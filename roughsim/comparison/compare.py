@@ -102,17 +102,17 @@ class Comparison:
         return {key: json_value(value) for key, value in result.items()}
 
     def table(self) -> Table:
-        """Return the table of all observables, columns and ratios."""
+        """Return the table of all observables, columns and ratios, as `compare --all` prints it."""
         return comparison_table(self)
 
     def summary(self) -> Table:
-        """Return the table of T_flash that the command line prints first."""
+        """Return the table of T_flash that `compare` prints."""
         return summary_table(self)
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
 
-        return table_text(self.summary())
+        return table_text(self.table())
 
     def _repr_html_(self) -> str:
         return in_notebook(self.table())
@@ -177,8 +177,13 @@ def _title_of(row: Row) -> str:
 
 
 def summary_table(comparison: Comparison) -> Table:
-    """Return T_flash by its columns, a row per speed, with the ratios at the highest speed below."""
+    """Return T_flash by its columns, a row per speed, with the ratios at the highest speed below.
+
+    Of a pressed map the whole table, which has the directions of sliding.
+    """
     run = comparison.run
+    if isinstance(run, Pressed):
+        return comparison_table(comparison)
     rows = [row for row in comparison.rows if row.observable == FLASH]
     columns = [Column(name, number=True) for name in ("speed, m/s", "theory", "calibrated", *rows[0].columns)]
     cells: list[Cells] = [
@@ -199,6 +204,7 @@ def summary_table(comparison: Comparison) -> Table:
     ]
     unknown = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
     notes = [*ratios, f"± total error, 95 %. Heat share in the body: {share_text(run.shares())}."]
+    notes += [*map(str, statements(run.scene)), *(texture_warnings(run.scene) if run.drawn else ())]
     notes += [*marks.meanings(list(unknown), {row.note for row in rows}), *left_out(run)]
     title = f"{run.scene.title}: {_count(run)}" if run.scene.title else _count(run)
     return Table(columns, cells, f"{title}; {with_unit('flash_temperature', 'K')}", notes)

@@ -104,7 +104,7 @@ def test_printing_a_comparison_is_the_table_of_the_command_line(capped_run, caps
 
     comparison = rs.compare(capped_run)
     with pytest.raises(SystemExit):
-        main(["compare", str(capped_run.folder)])
+        main(["compare", str(capped_run.folder), "--all"])
     printed = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     assert printed[: len(str(comparison).splitlines())] == str(comparison).splitlines()
     for row in comparison.rows:
