@@ -46,10 +46,13 @@ MEASURE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python
 evidence: ## every file of docs/evidence, then tables and figures; goes on after a stop; hours after `rm -r runs`
 	$(BIN)/pip install -q '.[peers]'
 	$(MEASURE) experiments/flash_vs_speed.py --evidence
+	$(MEASURE) experiments/tutorial.py --evidence
 	$(MEASURE) experiments/coverage.py --evidence
 	$(MEASURE) benchmarks/chain.py --evidence
 	$(MEASURE) experiments/chain_ways.py --evidence
 	$(MEASURE) experiments/contact_solvers.py --evidence
+	$(MEASURE) experiments/heat_methods.py --evidence
+	$(MEASURE) experiments/where_methods_fail.py --resume --evidence
 	$(BIN)/python docs/evidence.py
 
 evidence-check: ## whether pages and figures are those of docs/evidence, to the printed digit

@@ -25,9 +25,18 @@ DOCS = Path(__file__).parent
 sys.path.append(str(DOCS.parent / "experiments"))
 
 
+import figures  # noqa: E402
+
 FOLDER, FIGURES = DOCS / "evidence", DOCS / "figures"
 # figure → the files it is drawn from, and the function that draws their rows
-DRAWN: dict[str, tuple[tuple[str, ...], Callable[..., None]]] = {}
+DRAWN: dict[str, tuple[tuple[str, ...], Callable[..., None]]] = {
+    "chain.png": (("chain", "chain_ways"), figures.chain),
+    "contact_error.png": (("contact",), figures.contact_error),
+    "contact_cost.png": (("contact",), figures.contact_cost),
+    "heat_methods.png": (("heat",), figures.heat),
+    "limits_of_heat.png": (("limits",), figures.limits_of_heat),
+    "limits_of_theory.png": (("limits",), figures.limits_of_theory),
+}
 _TABLE = re.compile(r"(?ms)^<!-- table ([\w-]+)\.([\w-]+) -->\n(.*?)^<!-- end of table -->$")
 _NUMBERS = re.compile(r"(?m)^<!-- numbers ([\w-]+): (.*?) -->$")
 _OUTPUT = re.compile(r"(?ms)^<!-- output ([\w-]+)\.([\w-]+) -->\n+```text\n(.*?)^```$")

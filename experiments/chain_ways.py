@@ -78,10 +78,13 @@ def formulas(case):
 def worst_bias(row):
     """The bias at its worst speed, %, as it is printed; "≤" where the scatter hides it."""
     bias = np.array(row["bias"])
+    if np.isnan(bias).any():
+        return "–"  # outside the range of the law
     k = int(np.argmax(np.abs(bias)))
     error = 1.96 * np.hypot(row.get("scatter", np.zeros(len(bias)))[k] / sqrt(row.get("members", 1)), row["doubt"][k])
     sign = "" if abs(bias[k]) > error else "≤ "
-    return f"{sign}{100 * max(abs(bias[k]), error if sign else 0.0):.2g}"
+    value = 100 * max(abs(bias[k]), error if sign else 0.0)
+    return f"{sign}{value:.2g}" if value < 99.5 else f"{sign}{value:.0f}"
 
 
 def bias_table(found):

@@ -3,14 +3,16 @@
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python experiments/where_methods_fail.py [MAP ...] [--resume] [-o F]
 
 Maps: load (contact over load and hardness), roughness (contact over H, bandwidth and pixels per shortest wave), both
-for the other solvers too where they are installed (`pip install 'roughsim[peers]'`), and heat (T_flash of a Hertz
-contact over the Péclet number and the box, three kernels). All by default. Every solve is a row of data.json; a failure
-is a row too, and a cross in a map.
+for the other solvers too where they are installed (`pip install 'roughsim[peers]'`), heat (T_flash of a Hertz contact
+over the Péclet number and the box, three kernels), and theory (T_flash by the theory and by the calibrated law against
+the elastic contacts of reference/contacts.json). All by default. --evidence writes docs/evidence/limits.json. Every
+solve is a row of data.json; a failure is a row too, and a cross in a map.
 """
 
 from __future__ import annotations
 
 import importlib.util
+import json
 import sys
 import time
 import warnings
@@ -18,14 +20,16 @@ from itertools import product
 from math import inf, isnan, nan
 from pathlib import Path
 
+import figures
 import matplotlib as mpl
 import numpy as np
+from contacts.members import spectrum_of
 from matplotlib.figure import Figure
-from script import Command, Rows
+from script import Command, Rows, write_evidence
 
 import roughsim as rs
 from roughsim.heat import uniform_temperature
-from theory import hertz
+from theory import flash, hertz, persson
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 import contact as solvers
@@ -34,6 +38,8 @@ mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.titlelocation": 
 TOLERANCE = 1e-6
 LONGEST = 20.0  # CPU seconds of one solve; a solver that takes longer is not asked with finer pixels
 NOT_MADE = "one bound only"  # what a solver is not made for is no failure of it
+CONTACTS = Path(__file__).parent / "reference" / "contacts.json"
+BANDWIDTHS = (4.0, 8.0, 16.0, 32.0, 64.0)
 UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
 SOLVERS = ("roughsim", "tamaas", "ContactMechanics", "NuMPI")
 
@@ -110,18 +116,7 @@ def load_map(rows, folder, toy):
         task = unit_problem(points, load, load * ratio, waves=(2, points // 8))
         key = f"{name} load {load:g} hardness {ratio:g} loads"
         rows.once("load", key, lambda n=name, t=task, x=load, y=ratio: {"load": x, "ratio": y} | solved(n, t))
-    figure = Figure((2.9 * len(names) + 0.6, 5.6), layout="constrained")
-    axes = figure.subplots(2, len(names), sharex=True, sharey=True, squeeze=False)
-    for column, name in zip(axes.T, names, strict=True):
-        found = [row for row in rows["load"].values() if row["solver"] == name]
-        for axis, quantity in zip(column, ("error", "seconds"), strict=True):
-            picture(axis, found, ("load", "ratio"), quantity, (loads, ratios))
-        column[0].set_title(f"{name}: error")
-        column[1].set_title("CPU time, ms")
-        column[1].set_xlabel("load σ₀/(E*h′)")
-    for axis in axes[:, 0]:
-        axis.set_ylabel("hardness σ_P/σ₀")
-    figure.savefig(folder / "contact_load.png", dpi=120)
+    figures.limits_of_solvers(list(rows["load"].values()), folder / "limits_of_solvers.png")
     told("load", rows["load"].values())
 
 
@@ -143,8 +138,6 @@ def roughness_map(rows, folder, toy):
         print(f"{key:50s} {row['error']:8.1e} {row['seconds']:8.3f} s  {row['why']}", flush=True)
     found = list(rows["roughness"].values())
     ours_over_roughness([row for row in found if row["solver"] == "roughsim"], folder, (bands, hursts), pixels)
-    if len(names) > 1:
-        peers_over_roughness(found, folder, (bands, hursts), names)
     told("roughness", found)
 
 
@@ -162,24 +155,6 @@ def ours_over_roughness(found, folder, ticks, pixels):
     for axis in axes[:, 0]:
         axis.set_ylabel("Hurst exponent H")
     figure.savefig(folder / "contact_roughness.png", dpi=120)
-
-
-def peers_over_roughness(found, folder, ticks, names):
-    """Error and CPU time of every solver, one row of panels for each number of pixels."""
-    pixels = sorted({row["pixels"] for row in found})
-    figure = Figure((2.3 * len(names) + 0.6, 3.3 * len(pixels)), layout="constrained")
-    axes = figure.subplots(2 * len(pixels), len(names), sharex=True, sharey=True, squeeze=False)
-    for (k, pixel), (j, name) in product(enumerate(pixels), enumerate(names)):
-        here = [row for row in found if row["pixels"] == pixel and row["solver"] == name]
-        for axis, quantity in zip(axes[2 * k : 2 * k + 2, j], ("error", "seconds"), strict=True):
-            picture(axis, here, ("bandwidth", "hurst"), quantity, ticks)
-        axes[2 * k, j].set_title(f"{name}: error, {pixel:g} pixels")
-        axes[2 * k + 1, j].set_title("CPU time, ms")
-    for axis in axes[-1]:
-        axis.set_xlabel("bandwidth q₁/q_r")
-    for axis in axes[:, 0]:
-        axis.set_ylabel("H")
-    figure.savefig(folder / "contact_roughness_peers.png", dpi=120)
 
 
 def rough(name, hurst, band, pixel, finest):
@@ -252,14 +227,42 @@ def heat_map(rows, folder, toy):
     for name, peclet, side in product(KERNELS, peclets, sides):
         key = f"{name} Pe {peclet:g} box {side}"
         rows.once("heat", key, lambda n=name, p=peclet, s=side: heated(n, p, s, pixels))
-    figure = Figure((10.0, 3.4), layout="constrained")
-    for axis, name in zip(figure.subplots(1, 3, sharey=True), KERNELS, strict=True):
-        found = [row for row in rows["heat"].values() if row["kernel"] == name]
-        picture(axis, found, ("peclet", "side"), "excess", (peclets, sides))
-        axis.set(title=f"{name}: T_flash, % too high", xlabel="Péclet number vR/D")
-    figure.axes[0].set_ylabel("side of the box, radii")
-    figure.savefig(folder / "heat_box.png", dpi=120)
+    figures.limits_of_heat(list(rows["heat"].values()), folder / "limits_of_heat.png")
     told("heat", rows["heat"].values())
+
+
+# theory
+
+
+def theory_map(rows, folder, toy):
+    """T_flash by the paper's theory and by the calibrated law over that of elastic contacts, the worst of all H."""
+    peclets = (0.001, 1.0, 1000.0)
+    contacts = [row for row in json.loads(CONTACTS.read_text())["elastic"] if row["plateau"] == 2.0]
+    contacts = [row for row in contacts if row["bandwidth"] in BANDWIDTHS and row["low_exponent"] == 0.0]
+    worst: dict[str, dict] = {}
+    for contact in contacts[:: 20 if toy else 1]:
+        for formula, values in by_formula(contact, peclets).items():
+            excess = 100 * (values / np.array(contact["flash_temperature"]["value"]) - 1)
+            for peclet, value in zip(peclets, excess, strict=True):
+                place = {"load": contact["load"], "bandwidth": contact["bandwidth"], "peclet": peclet}
+                key = f"{formula} load {contact['load']:g} bandwidth {contact['bandwidth']:g} Pe {peclet:g}"
+                row = {"formula": formula, **place, "excess": float(value), "error": abs(float(value)) / 100, "why": ""}
+                worst[key] = max(row, worst.get(key, row), key=lambda one: one["error"])
+    rows.extend("theory", worst)
+    figures.limits_of_theory(list(rows["theory"].values()), folder / "limits_of_theory.png")
+    told("theory", rows["theory"].values())
+
+
+def by_formula(contact, peclets):
+    """T_flash of a contact of the file by both formulas, in its units."""
+    spectrum = spectrum_of(contact["hurst"], contact["plateau"], contact["bandwidth"], contact["low_exponent"])
+    load = contact["load"]
+    law = persson.calibrated_spectrum(spectrum, effective_modulus=1.0, nominal_pressure=load)
+    unit = {"conductivity": 1.0, "diffusivity": 1.0, "friction_coefficient": load, "nominal_pressure": load}
+    return {
+        "paper's theory": flash.flash_temperature(np.array(peclets), spectrum=spectrum, effective_modulus=1.0, **unit),
+        "calibrated law": flash.flash_temperature(np.array(peclets), stress_spectrum=law, **unit),
+    }
 
 
 # pictures
@@ -302,7 +305,7 @@ def told(name, found):
         print(f"    {where}: {complaint(row)[:90]} (error {row['error']:.1e})")
 
 
-MAPS = {"load": load_map, "roughness": roughness_map, "heat": heat_map}
+MAPS = {"load": load_map, "roughness": roughness_map, "heat": heat_map, "theory": theory_map}
 
 
 def main() -> None:
@@ -313,8 +316,12 @@ def main() -> None:
     if unknown := set(options.maps) - set(MAPS):
         command.error(f"{', '.join(unknown)}: choose from {', '.join(MAPS)}")
     rows = Rows(options.output / "data.json", resume=options.resume)
-    for name in options.maps or MAPS:
+    chosen = options.maps or list(MAPS)
+    for name in chosen:
         MAPS[name](rows, options.output, options.toy)
+    if options.evidence:
+        measured = [row for name in ("load", "heat", "theory") if name in chosen for row in rows[name].values()]
+        write_evidence("limits", "python experiments/where_methods_fail.py --resume --evidence", rows=measured)
 
 
 if __name__ == "__main__":

@@ -3,5 +3,17 @@
 from .chain import chain
 from .contact import SOLVERS, contact_cost, contact_error
 from .coverage import coverage
+from .heat import heat
+from .limits import limits_of_heat, limits_of_solvers, limits_of_theory
 
-__all__ = ["SOLVERS", "chain", "contact_cost", "contact_error", "coverage"]
+__all__ = [
+    "SOLVERS",
+    "chain",
+    "contact_cost",
+    "contact_error",
+    "coverage",
+    "heat",
+    "limits_of_heat",
+    "limits_of_solvers",
+    "limits_of_theory",
+]

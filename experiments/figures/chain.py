@@ -34,7 +34,7 @@ def chain(runs: list[Row], ways: list[Row], path: Path, source: str = "") -> Non
             for row in (row for row in ways if row["scene"] == scene):
                 draw_way(axes, row)
             axes.set_title(scene)
-            decades(axes, x=(3e-4, 3e2), y=(0.2, 200))
+            decades(axes, x=(1e-4, 3e2), y=(0.1, 500))
         for axes in panels[len(scenes) :]:
             axes.set_visible(False)
         for axes in grid[-1]:
