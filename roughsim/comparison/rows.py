@@ -11,7 +11,6 @@ from roughsim import prediction
 from roughsim.comparison.row import NOTHING, Cell, Ratio, Row
 from roughsim.estimate.errors import Estimate, Uncertain, quantile, quotient, spread
 from roughsim.estimate.levels import Values
-from roughsim.estimate.sliding import SLIDING_OBSERVABLES
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.sliding import SlidingPrediction
@@ -48,7 +47,7 @@ def rows_of(run: Run, observables: Sequence[str] | None = None) -> Iterator[Row]
     for observable in run.observables if observables is None else observables:
         predicted = {name: values[observable] for name, values in theories.items()}
         estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
-        if run.numerics.slide is not None and observable in SLIDING_OBSERVABLES:
+        if run.numerics.slide is not None and observable in run.slid_observables:
             estimates[SLIDING] = run.estimate(observable, SLIDING)
         ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"])
         yield from _rows_of_one(run, observable, predicted, estimates, ratios, slid)
@@ -98,11 +97,14 @@ def _rows_that_are_asked(run: Run) -> Iterator[Row]:
         asked.key: asked.estimate.value for asked in prediction.asked_predictions(run.scene, run.heat_partition)
     }
     nothing = np.full(len(run.scene.speeds), nan)
+    columns = run.reacting_columns
     for together in zip(*(run.reactions(column) for column in columns), strict=True):
         first = together[0].estimate
         calibrated = predicted.get(together[0].key, nothing)
         for k, speed in enumerate(run.scene.speeds):
             cells = {column: _cell_of(asked.estimate, k) for column, asked in zip(columns, together, strict=True)}
+            if run.numerics.slide is not None:
+                cells.setdefault(SLIDING, NOTHING)
             yield Row(
                 first.observable,
                 first.unit,

@@ -153,6 +153,7 @@ def _slide_member(job: Job, problem: "SlideProblem") -> Member:
         numbers=solution.numbers,
         wavenumber=solution.wavenumber,
         spectrum=solution.spectrum,
+        bins=solution.bins,
         curves=solution.curves,
         fields=solution.film.fields() if solution.film else {},
         speeds=job.speeds,

@@ -16,7 +16,8 @@ from roughsim import prediction
 from roughsim.estimate.ladder import SAME, Pair, Rung, change_by_pixel, climb
 from roughsim.estimate.levels import FLASH, Values
 from roughsim.estimate.limit import by_steps
-from roughsim.estimate.mean import Mean
+from roughsim.estimate.mean import Mean, mean_of
+from roughsim.estimate.sliding import DOUBT_OF_DISTRIBUTION, stretched
 from roughsim.grid import Array
 from roughsim.observables.distribution import BIN_AREAS, Bins, two_pressures
 from roughsim.observables.record import Sample
@@ -190,26 +191,48 @@ def mean_over_contact(scene: Scene, column: str, pairs: list[Pair], of_level: Co
     What of it changes with the cut-off at one T_flash follows the law of T_flash by steps. All of this rest counts as
     an error, since it is small and only a guess.
     """
-    flash, top = of_level.flash, pairs[-1].sample
+    top = pairs[-1].sample
     rungs = climb(of_level.influence, pairs)
     rest, unknown = _rest(scene, column, rungs, end)
     change, pixel = change_by_pixel(rungs, np.nan, _FALL, end)
     mean = rungs[-1].mean.plus(rest).by(change._replace(value=1.0 + change.value))
+    own = {"bandwidth": np.where(unknown, np.nan, np.abs(rest.value)), "pixel": np.abs(mean.value) * pixel}
+    return _over_contact(mean, rungs[-1].mean.value, own, of_level, top, pairs[0].sample)
+
+
+def mean_over_slides(drawn: Pair, stretch: Array, of_level: ContactMean) -> OverContact:
+    """Return a mean over the contacts of slides, scaled to the T_flash of `of_level`, and its errors.
+
+    Temperatures about T_flash grow by the factor `stretch`, (speeds,), up to the end of C(q). The change of the mean by
+    it counts as an error, since it is that of frozen contacts.
+    """
+    sample = stretched(drawn.sample, stretch)
+    mean = mean_of(drawn.stream, of_level.influence(sample))
+    narrow = mean_of(drawn.stream, of_level.influence(drawn.sample)).value
+    slope = of_level.derivative(sample) * of_level.slope(sample)
+    own = {"slide": np.hypot(DOUBT_OF_DISTRIBUTION * slope, mean.value - narrow)}
+    return _over_contact(mean, narrow, own, of_level, sample, sample)
+
+
+def _over_contact(
+    mean: Mean, finest: Array, own: dict[str, Array], of_level: ContactMean, top: Sample, lowest: Sample
+) -> OverContact:
+    """Return a mean over the contact with its `own` errors and those that it has by T_flash."""
+    flash = of_level.flash
     derivative = of_level.derivative(top)
     slope = derivative * of_level.slope(top)
     with np.errstate(all="ignore"):  # T_flash is zero at rest
         by_flash = np.nan_to_num(slope / flash.mean, posinf=0.0, neginf=0.0)
     scatter = {stream: rows * by_flash for stream, rows in flash.scatter.items()}
-    own = {"bandwidth": np.where(unknown, np.nan, np.abs(rest.value)), "pixel": np.abs(mean.value) * pixel}
     errors = {name: np.hypot(own.get(name, 0.0), by_flash * part) for name, part in flash.errors.items()}
     tail = of_level.tail(top)
     errors["tail"] = np.where(tail > _MOST_OF_TAIL, np.nan, np.abs(derivative) * tail * of_level.mean(top).mean(axis=0))
-    rows = of_level.mean(pairs[0].sample)
+    rows = of_level.mean(lowest)
     with np.errstate(invalid="ignore"):  # 0/0 of a share that no member has
         members = rows.sum(axis=0) ** 2 / (rows**2).sum(axis=0)
     values = Values(
         mean.value,
-        rungs[-1].mean.value,
+        finest,
         mean.plus(Mean(np.zeros_like(slope), scatter)).scatter,
         errors,
         flash.way,

@@ -12,7 +12,7 @@ import numpy as np
 
 from roughsim.extensions import extensions
 from roughsim.grid import Array
-from roughsim.observables.distribution import LEVELS
+from roughsim.observables.distribution import LEVELS, Distribution
 from roughsim.observables.record import Measured, Observable, Sample, ratio
 
 
@@ -86,6 +86,20 @@ def quantile(name: str, weight: str) -> Observable:
         heated=True,
         at_rest=0.0,
         pixel_orders=(2.0, 1.75),  # as T_flash: from 4 to 8 pixels per wave they fall by .5 to 1 %, T_flash by 1 %
+    )
+
+
+def slid_quantile(name: str, weight: str) -> Observable:
+    """Return the record of a quantile at the last positions of a slide; arguments as of `quantile`."""
+    return Observable(
+        f"sliding_{quantile(name, weight).name}",
+        "K",
+        stored=f"temperature above the moving body's background that {LEVELS[name]:.1%} of the {weight} of the contact "
+        "does not exceed, at eight positions on the last half of the slid distance",
+        only_stored=True,
+        of_slide=True,
+        asked=True,
+        per_speed=True,
     )
 
 
@@ -249,6 +263,7 @@ TABLE: tuple[Observable, ...] = (
     ),
     *(correlation_radius(round(100 * fraction)) for fraction in _FRACTIONS),
     *(quantile(name, weight) for weight in ("heat", "area") for name in LEVELS),
+    *(slid_quantile(name, weight) for weight in ("heat", "area") for name in LEVELS),
     *(record for entry in extensions("observables").values() for record in entry.load()),
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
@@ -281,6 +296,15 @@ def stored_numbers(measured: Measured) -> dict[str, Array]:
     without = measured.distribution is None
     stored = {name: one for name, one in NUMBERS.items() if not (one.of_slide or (one.asked and without))}
     return {name: one.of_member(measured) for name, one in stored.items()}
+
+
+def slid_quantiles(distribution: Distribution) -> dict[str, Array]:
+    """Return the quantiles that a slide stores, (speeds,), from the distribution at its last positions."""
+    return {
+        slid_quantile(name, weight).name: getattr(distribution, f"by_{weight}")[:, place]
+        for weight in ("heat", "area")
+        for place, name in enumerate(LEVELS)
+    }
 
 
 def observables_of(distribution: bool) -> dict[str, Observable]:

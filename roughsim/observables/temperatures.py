@@ -1,5 +1,6 @@
 """Temperatures of one contact by the field itself, which starts from rest: their distribution over the contact."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,12 +33,9 @@ def temperature_distribution(
     if not contact.any():
         nothing = np.full((speeds, len(LEVELS)), np.nan)
         return Distribution(nothing, nothing, Bins(*np.full((4, speeds, BIN_AREAS.size), np.nan)))
-    weights = pressure[contact].astype(np.float64, copy=False)
-    levels = np.array([*LEVELS.values()])
     flux = (pressure / pressure.mean()).astype(np.float32)
-    by_heat, by_area, bins = [], [], []
-    about = sliding.speeds, sliding.conductivity, sliding.diffusivity, flash_temperature
-    for speed, conductivity, diffusivity, flash in np.broadcast(*about):
+    fields = []
+    for speed, conductivity, diffusivity in np.broadcast(sliding.speeds, sliding.conductivity, sliding.diffusivity):
         field = sliding_temperature(
             flux,
             grid,
@@ -49,9 +47,24 @@ def temperature_distribution(
             direction=slide.direction,
             slid_distance=slide.slid_distance,
         )
-        values = field[contact].astype(np.float64)
+        fields.append(field[contact])
+    return distribution_of(fields, [pressure[contact]] * speeds, flash_temperature)
+
+
+def distribution_of(
+    temperatures: Sequence[Array], pressures: Sequence[Array], flash_temperature: Array
+) -> Distribution:
+    """Return the distribution of temperatures of points at each speed, scaled to a T_flash, (speeds,), K.
+
+    `temperatures` and `pressures`, > 0 in Pa, have an array (points,) for each speed.
+    """
+    levels = np.array([*LEVELS.values()])
+    flashes = np.broadcast_to(flash_temperature, len(temperatures))
+    by_heat, by_area, bins = [], [], []
+    for field, weights, flash in zip(temperatures, pressures, flashes, strict=True):
+        values = field.astype(np.float64)
         order = np.argsort(values)
-        values, heat = values[order], weights[order]
+        values, heat = values[order], weights[order].astype(np.float64, copy=False)
         with np.errstate(all="ignore"):  # 0/0 of a uniform pressure
             values = values * (float(flash) * heat.sum() / (values @ heat))
         by_heat.append(weighted_quantiles(values, heat, levels))

@@ -104,6 +104,7 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
         seed=scene.ensemble.seed,
         stream=numerics.stream(number),
         threads=numerics.threads,
+        distribution=scene.distribution,
     )
 
 

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.sliding import SLIDING_OBSERVABLES
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.arrays import SHARE, Labelled
@@ -60,7 +59,7 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
         entries: list[_Entry] = [(theory, nothing, unmarked, unmarked)]
         entries.append((calibrated, np.abs(calibrated) * bands.get(name, np.nan), unmarked, unmarked))
         for column in columns[2:]:
-            measured = column != SLIDING or name in SLIDING_OBSERVABLES
+            measured = column != SLIDING or name in run.slid_observables
             entries.append(_measured(run, name, column) if measured else (nothing, nothing, unmarked, unmarked))
         axes = ("column", "speed") if record.per_speed else ("column",)
         tables = (np.array(table) for table in zip(*entries, strict=True))
@@ -80,7 +79,7 @@ def _measured(run: Run, observable: str, column: str) -> _Entry:
 
 def _answers_of_reactions(run: Run, columns: list[str]) -> Iterator[Labelled]:
     """Yield reactions over column, energy and speed, and shares of the heat over column, temperature and speed."""
-    asked = {column: run.reactions(column) for column in run.numerics.columns}
+    asked = {column: run.reactions(column) for column in run.reacting_columns}
     first = asked[run.numerics.columns[0]]
     theory = {one.key: one.estimate.value for one in prediction.asked_predictions(run.scene, run.heat_partition)}
     nothing = np.full(len(run.scene.speeds), np.nan)

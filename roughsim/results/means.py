@@ -8,9 +8,16 @@ from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import SOURCES, Estimate, estimate
 from roughsim.estimate.ladder import Pair
-from roughsim.estimate.levels import Values, notes_of, product, scaled, values_of
+from roughsim.estimate.levels import FLASH, Values, notes_of, product, scaled, values_of
 from roughsim.estimate.rounds import Counts
-from roughsim.estimate.sliding import SLIDING_OBSERVABLES, sliding_estimate, with_background
+from roughsim.estimate.sliding import (
+    HOT,
+    SLIDING_OBSERVABLES,
+    sliding_estimate,
+    sliding_quantile,
+    stretch_of,
+    with_background,
+)
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, observables_of
 from roughsim.observables.record import Observable
@@ -68,6 +75,21 @@ class Means:
         """Whether the column sliding has a sound member."""
         slide = self.numerics.slide
         return slide is not None and bool(self.members.sound(slide))
+
+    @property
+    def slid_observables(self) -> tuple[str, ...]:
+        """Observables of the column sliding: those of the distribution only if its members have stored them."""
+        if SLIDING not in self.reacting_columns:
+            return SLIDING_OBSERVABLES
+        return (*SLIDING_OBSERVABLES, *(name for name, record in OBSERVABLES.items() if record.asked))
+
+    @property
+    def reacting_columns(self) -> tuple[str, ...]:
+        """Columns whose members have stored the distribution of the temperature; none if the scene does not ask."""
+        if not self.scene.distribution:
+            return ()
+        columns = self.numerics.columns
+        return (*columns, SLIDING) if slides.have_distribution(self.members) else columns
 
     def column(self, column: str | None) -> str:
         """Return the name of a column; None: capped, else elastic. ValueError if it is missing."""
@@ -152,7 +174,9 @@ class Means:
 
         ValueError if there is no such observable or column, or no realization yet.
         """
-        if column == SLIDING:
+        if column == SLIDING and observable in self.slid_observables and OBSERVABLES[observable].asked:
+            result = self._slid_quantile(observable)
+        elif column == SLIDING:
             single = self.single(observable, all_heat=True)
             result = sliding_estimate(observable, single, slides.numbers(self.members), slides.coarsening(self.members))
         else:
@@ -162,7 +186,7 @@ class Means:
 
     def estimates(self, column: str | None = None) -> dict[str, Estimate]:
         """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""
-        names = SLIDING_OBSERVABLES if column == SLIDING else self.observables
+        names = self.slid_observables if column == SLIDING else self.observables
         return {name: self.estimate(name, column) for name in names}
 
     def single(self, observable: str, column: str | None = None, *, all_heat: bool = False) -> Estimate:
@@ -183,6 +207,24 @@ class Means:
             size=self.size_error(observable, name),
             solver=record.solver_share * self.numerics.tolerance,
             scan=scan_part(self.scene, *factors) if self.scanned else None,
+        )
+
+    def stretch(self) -> Array:
+        """Return the growth of the distribution about T_flash in single contacts up to the end of C(q), (speeds,)."""
+        return stretch_of(self.values(FLASH), self.values(HOT), self.pairs()[0].sample)
+
+    def _slid_quantile(self, observable: str) -> Estimate:
+        """Return the estimate of a quantile of the temperature in the column sliding."""
+        numbers, pair = slides.numbers(self.members), slides.pair(self.members)
+        flash = slides.flash_temperature(self.members, self.values(FLASH))
+        name = self.column(None)
+        return estimate(
+            observable,
+            sliding_quantile(flash, observable, numbers, pair.stream, self.stretch()),
+            (f"T_flash of the column sliding, times this quantile over T_flash in {len(pair.sample.rows)} slides",),
+            size=self.size_error(FLASH, name),
+            solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
+            scan=scan_part(self.scene, FLASH) if self.scanned else None,
         )
 
     def contact_temperature(self, column: str, warming: Array) -> Estimate:

@@ -12,6 +12,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.errors import Estimate, estimate
+from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import FLASH, Values, product, scaled
 from roughsim.estimate.reactions import (
     LEAST_MEMBERS,
@@ -23,15 +24,20 @@ from roughsim.estimate.reactions import (
     heat_above,
     log_scale,
     mean_over_contact,
+    mean_over_slides,
     of_uniform_temperature,
     rates,
     uniform_temperature,
 )
+from roughsim.estimate.sliding import stretched, warmed
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
 from roughsim.observables.distribution import Bins
+from roughsim.observables.record import Sample
 from roughsim.prediction.distribution import ELECTRONVOLT
+from roughsim.results import slides
 from roughsim.results.means import Means
+from roughsim.scene.numerics import SLIDING
 
 RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = "reaction_rate", "activation_temperature", "conversion", "heat_share_above"
 _SOLVER_SHARE = 2.0  # of the tolerance, of temperatures: as of observables that were not measured
@@ -50,19 +56,57 @@ class Asked(NamedTuple):
         return self.estimate.observable, self.energy, self.temperature
 
 
+class _Contacts(NamedTuple):
+    """The contacts of a column, whose temperatures are scaled to its T_flash."""
+
+    column: str  # of single contacts
+    pairs: list[Pair]  # of levels, lowest first, or of the slides alone
+    flash: Values  # reported T_flash, K
+    background: Array  # T₀, absolute, K
+    stretch: Array | None = None  # of slides, as of `stretch_of`; None: single contacts
+
+    @property
+    def top(self) -> Sample:
+        """The sample of the highest level, or of the slides at the end of C(q)."""
+        sample = self.pairs[-1].sample
+        return sample if self.stretch is None else stretched(sample, self.stretch)
+
+    def mean(self, run: Means, of_level: ContactMean) -> OverContact:
+        """Return a mean over the contacts with its errors."""
+        if self.stretch is not None:
+            return mean_over_slides(self.pairs[0], self.stretch, of_level)
+        return mean_over_contact(run.scene, self.column, self.pairs, of_level, _end(run, self.column))
+
+
+def _contacts_of(run: Means, column: str | None) -> _Contacts:
+    """Return the contacts of a column; ValueError if it is missing."""
+    if column != SLIDING:
+        name = run.column(column)
+        return _Contacts(name, run.pairs(name), run.reported(FLASH, name), background_temperature(run, name))
+    pair, base = slides.pair(run.members), run.scene.sliding.background_temperature or 0.0
+    flash = slides.flash_temperature(run.members, run.values(FLASH))
+    warm = np.zeros_like(flash.mean)
+    if run.scene.sliding.duration is not None:
+        warm = slides.numbers(run.members)["sliding_background"].mean(axis=0)
+    return _Contacts(run.column(None), [pair], warmed(flash, warm), base + warm, run.stretch())
+
+
 def asked_estimates(run: Means, column: str | None = None) -> Iterator[Asked]:
     """Yield the estimates that [reaction] and `heat_above` of a scene ask for, over its speeds.
 
     ValueError if there is no such column, or no sound realization yet.
     """
+    if run.scene.reaction is None and run.scene.observables is None:
+        return
+    contacts = _contacts_of(run, column)
     reaction, observables = run.scene.reaction, run.scene.observables
     if reaction is not None:
         for energy in reaction.activation_energy:
-            for found in _reaction(run, energy, column):
+            for found in _reaction(run, energy, contacts):
                 yield Asked(found, energy=round(energy / ELECTRONVOLT, 12))
     if observables is not None:
         for temperature in observables.heat_above or ():
-            yield Asked(_heat_above(run, temperature, column), temperature=temperature)
+            yield Asked(_heat_above(run, temperature, contacts), temperature=temperature)
 
 
 def background_temperature(run: Means, column: str | None = None) -> Array:
@@ -71,14 +115,14 @@ def background_temperature(run: Means, column: str | None = None) -> Array:
     return start + run.share(column) * prediction.background(run.scene)
 
 
-def _reaction(run: Means, energy: float, column: str | None) -> Iterator[Estimate]:
+def _reaction(run: Means, energy: float, contacts: _Contacts) -> Iterator[Estimate]:
     """Yield rate and activation temperature at an energy, J, and the conversion in a pass if its length is given."""
-    reaction, name = run.scene.reaction, run.column(column)
+    reaction, pairs, flash = run.scene.reaction, contacts.pairs, contacts.flash
     if reaction is None:
         return
-    flash, pairs = run.reported(FLASH, name), run.pairs(name)
-    activation = Activation(energy, reaction.activation_volume, background_temperature(run, name))
+    activation = Activation(energy, reaction.activation_volume, contacts.background)
     samples = [sample for pair in pairs for sample in (pair.sample, pair.below) if sample is not None]
+    samples.append(contacts.top)
     scales = [log_scale(bins_of(sample), factor_of(sample, flash), activation) for sample in samples]
     scale = np.max(scales, axis=0)
 
@@ -88,15 +132,14 @@ def _reaction(run: Means, energy: float, column: str | None) -> Iterator[Estimat
     def of_mean(bins: Bins, mean: Array) -> tuple[Array, Array, Array]:
         return uniform_temperature(bins, mean, activation, scale)
 
-    end = _end(run, name)
-    warm = mean_over_contact(run.scene, name, pairs, ContactMean(of_bins, flash, of_mean), end)
+    warm = contacts.mean(run, ContactMean(of_bins, flash, of_mean))
     if np.isfinite(warm.values.mean).all():
-        mean, slope = of_uniform_temperature(warm.values, pairs[-1].sample, activation, scale)
+        mean, slope = of_uniform_temperature(warm.values, contacts.top, activation, scale)
         over = OverContact(mean, slope * warm.slope, warm.members)
     else:  # without a barrier
-        over = mean_over_contact(run.scene, name, pairs, ContactMean(of_bins, flash), end)
-    area = run.values("contact_fraction", name)
-    area = area._replace(errors=area.errors | {"tail": np.zeros_like(area.mean)})
+        over = contacts.mean(run, ContactMean(of_bins, flash))
+    area = run.values("contact_fraction", contacts.column)
+    area = area._replace(errors=dict.fromkeys(over.values.errors, np.zeros_like(area.mean)) | area.errors)
     rate = product(scaled(over.values, reaction.prefactor * np.exp(scale)), area)
     relative_slope = np.abs(over.slope / over.values.mean)
     yield _estimate(run, RATE, rate, over, relative_slope)
@@ -120,17 +163,14 @@ def _conversion(run: Means, rate: Values, over: OverContact, slope: Array, lengt
     return _estimate(run, CONVERSION, values, over, np.nan_to_num(sensitivity))
 
 
-def _heat_above(run: Means, temperature: float, column: str | None) -> Estimate:
+def _heat_above(run: Means, temperature: float, contacts: _Contacts) -> Estimate:
     """Return the share of the heat where the contact is hotter than an absolute temperature, K."""
-    name = run.column(column)
-    excess = temperature - background_temperature(run, name)
+    excess = temperature - contacts.background
 
     def of_bins(bins: Bins, factor: Array) -> Array:
         return heat_above(bins, factor, excess)
 
-    flash = run.reported(FLASH, name)
-    of_level = ContactMean(of_bins, flash, by_contact=True)
-    over = mean_over_contact(run.scene, name, run.pairs(name), of_level, _end(run, name))
+    over = contacts.mean(run, ContactMean(of_bins, contacts.flash, by_contact=True))
     values = over.values._replace(mean=np.clip(over.values.mean, 0.0, 1.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         sensitivity = np.nan_to_num(np.abs(over.slope / values.mean), posinf=0.0)

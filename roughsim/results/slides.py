@@ -1,7 +1,12 @@
 """The counted members of the column sliding: their numbers, and their curves over the slid distance."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from roughsim.estimate.ladder import Pair
+from roughsim.estimate.levels import FLASH, Values
+from roughsim.estimate.sliding import sliding_flash
 from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS, NUMBERS
 from roughsim.results.members import Members
@@ -28,6 +33,29 @@ def coarsening(members: Members) -> float:
     grid = members.numerics.grid(level)
     coarser = coarser_grid(grid, members.numerics.levels[level].q_max)
     return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]
+
+
+def flash_temperature(members: Members, single: Values) -> Values:
+    """Return T_flash of the moving body from that of single contacts with all the heat; errors as `numbers`."""
+    level = _sound(members)[0]
+    return sliding_flash(single, numbers(members), coarsening(members), members.numerics.stream(level))
+
+
+def pair(members: Members) -> Pair:
+    """Return the sample of the slides, with their T_flash as that of contacts; errors as `numbers`."""
+    level = _sound(members)[0]
+    sample = members.sample(level)
+    slid = sample.numbers | {FLASH: sample.numbers["sliding_flash_temperature"]}
+    return Pair(level, members.numerics.stream(level), replace(sample, numbers=slid), None)
+
+
+def have_distribution(members: Members) -> bool:
+    """Return whether there are slides, and all have stored the distribution of the temperature."""
+    level = members.numerics.slide
+    if level is None:
+        return False
+    indices = members.sound(level)
+    return bool(indices) and all(members[level, index].bins is not None for index in indices)
 
 
 def _sound(members: Members) -> tuple[int, list[int]]:

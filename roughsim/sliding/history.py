@@ -10,6 +10,7 @@ from roughsim.grid import Array, Grid
 from roughsim.observables.moments import HeatSource, sums_over_directions
 from roughsim.observables.stress_spectrum import stress_spectrum
 from roughsim.sliding.correlation import StressCorrelation
+from roughsim.sliding.distribution import Sampler
 from roughsim.sliding.film import Film, Projector
 from roughsim.sliding.path import Path
 from roughsim.sliding.spots import SpotLives, survival
@@ -57,9 +58,17 @@ class SlideHistory:
 
 
 def follow(
-    contacts: Iterator[Contact], grid: Grid, path: Path, motions: Sequence[Motion], filmed: Sequence[int] = ()
+    contacts: Iterator[Contact],
+    grid: Grid,
+    path: Path,
+    motions: Sequence[Motion],
+    filmed: Sequence[int] = (),
+    sampler: Sampler | None = None,
 ) -> SlideHistory:
-    """Slide along a path and record every step; the steps `filmed`, ascending and from 1 on, with their fields."""
+    """Slide along a path and record every step; the steps `filmed`, ascending and from 1 on, with their fields.
+
+    A `sampler` takes the temperatures of the contact at its own positions.
+    """
     sliding = HeatSource(
         speeds=[motion.speed for motion in motions],
         friction_coefficient=[motion.friction_coefficient for motion in motions],
@@ -87,6 +96,8 @@ def follow(
         fractions.append((step.contact.contact_fraction, step.contact.plastic_fraction))
         spectrum, unseen = stress_spectrum(step.stress, grid)
         frozen.append(sums_over_directions(spectrum, unseen, grid, sliding)[0])
+        if sampler is not None:
+            sampler.add(n, step)
         if n > LAST * path.steps:
             late = late + spectrum.variance
         projector.add(n, step)

@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 from roughsim.contact import Contact, Solid
 from roughsim.grid import Array, Grid
 from roughsim.heat.partition import Body
-from roughsim.observables.catalogue import AXIS, CURVES
+from roughsim.observables.catalogue import AXIS, CURVES, slid_quantiles
+from roughsim.observables.distribution import Bins
 from roughsim.observables.moments import HeatSource
 from roughsim.observables.stress_spectrum import uniform_nodes
 from roughsim.pipeline import linear_algebra
+from roughsim.sliding.distribution import POSITIONS, Sampler
 from roughsim.sliding.film import Film
 from roughsim.sliding.history import LAST, SlideHistory, follow
 from roughsim.sliding.path import Path, coarser_grid, oblique_path
@@ -55,6 +57,7 @@ class SlideProblem:
     stream: int  # number of the level
     index: int = 0  # of the realization
     threads: int = 1
+    distribution: bool = False  # whether the distribution of the temperature is taken at the last positions
 
     @property
     def steps(self) -> int:
@@ -65,6 +68,8 @@ class SlideProblem:
     def memory(self) -> float:
         """The peak memory of the slide, bytes: both bodies remember their heat, at each speed."""
         contact, heat = BYTES_PER_POINT
+        if self.distribution:  # pressures and temperatures in single precision, and their order
+            heat += 8 * POSITIONS + 40
         return self.grid.points * (contact + heat * len(self.distances))
 
     @property
@@ -98,6 +103,7 @@ class SlideSolution:
     steps: int
     seconds: dict[str, float]  # spent in each stage: surface, contact (with the temperatures)
     film: Film | None  # maps of some positions, if selected
+    bins: Bins | None  # of the contact area at the last positions, if the problem asks for the distribution
 
 
 def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
@@ -110,7 +116,8 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
         begin = time.perf_counter()
         path, contacts_along = _sliding_contacts(problem)
         drawn = time.perf_counter()
-        history = follow(contacts_along, grid, path, problem.motions, filmed_steps(path) if film else ())
+        samples = _sampler(problem, path) if problem.distribution else None
+        history = follow(contacts_along, grid, path, problem.motions, filmed_steps(path) if film else (), samples)
         coarser = _coarser_means(problem.coarser) if problem.coarser else {}
         solved = time.perf_counter()
     of_steps = numbers_of(history)
@@ -120,8 +127,13 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
         "stress_correlation": history.stress_correlation,
         "spot_survival": history.spot_survival,
     }
+    numbers, bins = _means_of(of_steps, path, problem.distances), None
+    if samples is not None:
+        distribution = samples.together(numbers["sliding_flash_temperature"])
+        numbers |= slid_quantiles(distribution)
+        bins = distribution.bins
     return SlideSolution(
-        _means_of(of_steps, path, problem.distances) | coarser,
+        numbers | coarser,
         _curves_of(over_distance, path),
         uniform_nodes(grid).entries,
         history.spectrum,
@@ -129,7 +141,14 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
         path.steps,
         {"surface": drawn - begin, "contact": solved - drawn},
         history.film,
+        bins,
     )
+
+
+def _sampler(problem: SlideProblem, path: Path) -> Sampler:
+    """Return the sampler of the temperatures of the contact at the last positions of each speed."""
+    ends = np.rint(np.array(problem.distances) / path.distance[1]).astype(int).tolist()
+    return Sampler(problem.grid, ends, LAST)
 
 
 def _coarser_means(problem: SlideProblem) -> dict[str, Array]:
