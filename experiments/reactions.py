@@ -1,6 +1,6 @@
 """The temperature over a contact, and what reacts there: drawn clipped fields against solved contacts.
 
-    python experiments/reactions.py [--draw] [--solve] [--toy] [-o FOLDER]
+    python experiments/reactions.py [--draw] [--solve] [--slide] [--toy] [-o FOLDER]
 
 The contacts were drawn by chance, and their list was committed before any was solved; nothing in the theory was
 fitted to them. `--draw` writes the list again. They are of three kinds: light load, where all has yielded (kind L),
@@ -9,14 +9,14 @@ yielded in part (P, a share from 0.3 to 0.7 of the contact still elastic), and n
 `--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces of 512² points, with four
 longest waves a side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are
 over T_flash. Rates are those of a contact at 700 K with T_flash = 220 K, over the rate of the whole nominal area at
-T_flash itself.
+T_flash itself. `--slide` slides two equally rough steels (two minutes).
 """
 
 from __future__ import annotations
 
 import json
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from math import exp, log, pi
 from pathlib import Path
@@ -28,6 +28,9 @@ from script import Command, Row, Rows
 from two_bodies_points import level_at, rounded
 
 import roughsim as rs
+from roughsim.observables.distribution import LEVELS
+from roughsim.planning.realization import slide_problem
+from roughsim.sliding.member import solve_slide
 from theory import clipped
 
 SEED = 20261127
@@ -208,11 +211,32 @@ def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
     figure.savefig(path, dpi=130)
 
 
+def slide(points: int | None) -> None:
+    """Print quantiles of the heat over T_flash of two equally rough steels that slide, at two cut-offs."""
+    asks = {"history": "sliding", "slid_distance": "2 mm", "heat_partition": 0.5, "speed": [1.0, 35.0]}
+    changes = {f"sliding.{key}": value for key, value in asks.items()}
+    scene = rs.load_scene("steel-1.2GPa", changes | {"observables.temperature_distribution": True})
+    numerics = rs.plan(scene)
+    level = numerics.levels[numerics.slide]
+    side = points or level.shape[0]
+    for q_max in (0.5 * level.q_max * side / level.shape[0], level.q_max * side / level.shape[0]):
+        chosen = replace(level, shape=(side, side), q_max=q_max)
+        levels = [chosen if one is level else one for one in numerics.levels]
+        slid = solve_slide(slide_problem(scene, replace(numerics, levels=tuple(levels)))).numbers
+        for k, speed in enumerate(scene.speeds):
+            flash = slid["sliding_flash_temperature"][k]
+            quantiles = [f"{slid[f'sliding_temperature_quantile_{name}'][k] / flash:.3f}" for name in LEVELS]
+            print(f"two steels, q_c = {q_max:.3g} 1/m, {speed:g} m/s: T_flash {flash:.1f} K, {', '.join(quantiles)}")
+
+
 def main() -> None:
     command = Command(__file__, __doc__, "two contacts of 128² points, which are not those of the list")
     command.add_argument("--draw", action="store_true", help="write the list of contacts again")
     command.add_argument("--solve", action="store_true", help="solve the contacts that have no row yet")
+    command.add_argument("--slide", action="store_true", help="slide two steels, and print their quantiles")
     options = command.parse()
+    if options.slide or options.toy:
+        slide(64 if options.toy else None)
     if options.draw:
         rows = ",\n".join(json.dumps(asdict(contact)) for contact in drawn())
         LIST.write_text(f"[\n{rows}\n]\n", "utf-8")
