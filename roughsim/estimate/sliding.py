@@ -23,7 +23,7 @@ ORDERS = 1.0, 1.5
 # the ratio without its error of the pixel changes by −2.9 … +0.8 %, the share by less
 _DOUBT_OF_CUT_OFF = 0.03
 # 95 %, of temperatures over T_flash. At twice the cut-off those above 99 % of the heat are 3 to 9 % higher, and the
-# distribution about T_flash of frozen contact is as much wider. From 1e5 to 2e5 1/m on a steel of 1.2 GPa this foretells
+# distribution about T_flash of frozen contact is as much wider. From 1e5 to 2e5 1/m on steel of 1.2 GPa this foretells
 # the quantiles of 5 to 99.9 % to .04 T_flash or 2 %
 HOT = "temperature_quantile_99"
 DOUBT_OF_DISTRIBUTION = 0.03
