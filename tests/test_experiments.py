@@ -126,3 +126,37 @@ def test_the_linked_tables_are_those_of_their_scripts(name, tmp_path):
     printed = subprocess.run(words, capture_output=True, text=True, check=True, env=env, timeout=600).stdout
     shown = (ROOT / "docs" / "reference" / f"{name}.txt").read_text()
     assert printed.startswith(shown), f"copy what experiments/{name}.py prints to docs/reference/{name}.txt"
+
+
+def test_the_least_time_to_an_error_is_that_of_any_tolerance_which_meets_it(script):
+    solvers = script("experiments/contact_solvers.py")
+    same = {"solver": "tamaas", "problem": "load 0.1", "points": 512}
+    rows = [same | {"error": error, "seconds": t} for error, t in ((1e-2, 1.0), (1e-4, 3.0), (5e-4, 4.0), (None, 0.1))]
+    rows.append(same | {"points": 256, "error": 1e-9, "seconds": 0.2})
+    assert solvers.cheapest(rows, "tamaas", "load 0.1", 512, 1e-3) == 3.0
+    assert solvers.cheapest(rows, "tamaas", "load 0.1", 512, 1e-5) is None
+    assert solvers.cheapest(rows, "NuMPI", "load 0.1", 512, 1e-3) is None
+
+
+def test_the_bias_of_a_way_counts_at_its_worst_speed_and_is_a_bound_where_scatter_hides_it(script):
+    ways = script("experiments/chain_ways.py")
+    row = {"bias": [0.01, -0.07], "scatter": [0.0, 0.04], "doubt": [0.0, 0.0], "members": 16}
+    assert ways.worst_bias(row) == "7"
+    # 1.96 √((.2/√16)² + .03²) = .114 is more than .07
+    assert ways.worst_bias(row | {"scatter": [0.0, 0.2], "doubt": [0.0, 0.03]}) == "≤ 11"
+    assert ways.worst_bias({"bias": [1.37], "doubt": [0.01]}) == "137"
+    assert ways.worst_bias({"bias": [float("nan")], "doubt": [0.01]}) == "–"
+
+
+def test_the_table_of_heat_has_the_least_time_to_a_hundredth_or_the_least_error(script):
+    heat = script("experiments/heat_methods.py")
+    rows = [
+        {"source": "Hertz", "method": method, "peclet": 10.0, "error": error, "seconds": seconds}
+        for method, error, seconds in (
+            ("free", 0.02, 1e-3),
+            ("free", 0.009, 3e-3),
+            ("steady", 0.4, 1.0),
+            ("steady", 5, 1),
+        )
+    ]
+    assert heat.table_of(rows)[1:] == [["Hertz", "free", "3"], ["Hertz", "steady", "(40 %)"]]
