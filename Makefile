@@ -1,9 +1,10 @@
 # What a maintainer types. `make setup` once; PYTHON=python3.12 chooses another interpreter.
 PYTHON ?= python3
 BIN := .venv/bin
+NEWEST ?= 3.14
 BASE ?= $(shell git describe --tags --abbrev=0 2>/dev/null)
 
-.PHONY: setup test lowest slow coverage mutants check docs flow bench evidence evidence-check
+.PHONY: setup test lowest newest slow coverage mutants check docs flow bench evidence evidence-check
 
 setup: ## an environment with everything, and the hooks
 	$(PYTHON) -m venv .venv
@@ -19,6 +20,11 @@ lowest: ## the default tests with the lowest versions of all direct dependencies
 		pyproject.toml -o build/lowest.txt
 	uv pip install -q -p build/lowest -r build/lowest.txt && uv pip install -q -p build/lowest --no-deps -e .
 	build/lowest/bin/python -m pytest -q -n 2
+
+newest: ## the default tests with the newest versions of all dependencies; NEWEST=3.13 chooses another Python
+	uv venv -q --clear -p $(NEWEST) build/newest
+	uv pip install -q --upgrade -p build/newest -e '.[test,explore]'
+	build/newest/bin/python -m pytest -q -n 2
 
 slow: ## the slow ones
 	$(BIN)/python -m pytest -q -m slow

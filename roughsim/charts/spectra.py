@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from roughsim import fourier, prediction
-from roughsim.charts.style import COLOURS, MARKERS, THEORY, Subject, band, new_figure
+from roughsim.charts.style import COLOURS, MARKERS, THEORY, Subject, band, new_figure, row_of_panels
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import half_width, spread
 from roughsim.grid import Array, Grid, modes_between
@@ -22,14 +22,14 @@ def spectrum_chart(subject: Subject, path: Path) -> None:
     """Draw the measured C(q) of kept heights over C(q) and C_sm(q), and the stress spectrum over the theory's."""
     title = subject.title("Power spectra of the heights and of the contact stress")
     with new_figure(path, (9.6, 4.4), title, subject.look) as figure:
-        left, right = figure.subplots(1, 2)
+        left, right = row_of_panels(figure, 2)
         _draw_roughness(left, subject)
         draw_stress_spectrum(right, subject)
         cut, colour = subject.run.numerics.levels[subject.level].q_max, COLOURS[subject.column]
         for axes in (left, right):  # the cut-off of the level
             axes.axvline(cut, color=colour, lw=0.8, ls=":")
             axes.text(cut, 0.98, " $q_c$", transform=axes.get_xaxis_transform(), va="top", color=colour)
-        left.legend(loc="upper right", bbox_to_anchor=(1.0, 0.92))
+        left.legend(loc="lower left")
         right.legend(loc="upper left")
 
 
@@ -65,7 +65,7 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     theory = 2 * np.pi * dense**2 * prediction.stress_spectrum(run.scene, dense) * 1e-18
     axes.loglog(dense, theory, color=THEORY, lw=1.3, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}")
     band(axes, q, mean, error, colour)
-    count = f"{len(rows)} realizations, band: statistical, 95 %" if len(rows) > 1 else f"realization {subject.index}"
+    count = f"{len(rows)} realizations,\nband: statistical, 95 %" if len(rows) > 1 else f"realization {subject.index}"
     axes.plot([], [], color=colour, label=f"measured, {count}")
     top = max(float(theory.max()), float(mean.max()))
     axes.set(xlabel="$q$, rad/m", ylabel=r"$2\pi q^2 |\sigma_q|^2$, GPa² per $\ln q$", ylim=(1e-5 * top, 30 * top))
@@ -146,7 +146,7 @@ def correlation_chart(subject: Subject, path: Path) -> None:
     far = np.linspace(0.0, min(1.2 * longest, reach), 240)
     title = subject.title(r"Correlation of the contact stress, $g_\sigma(r)$")
     with new_figure(path, (9.6, 4.2), title, subject.look) as figure:
-        left, right = figure.subplots(1, 2)
+        left, right = row_of_panels(figure, 2)
         for axes, r in ((left, near), (right, far)):
             label = rf"theory, $\gamma$ = {scene.theory.gamma:g}"
             axes.plot(r * 1e6, prediction.correlation(scene, r) * 1e-18, color=THEORY, lw=1.3, label=label)
@@ -159,5 +159,5 @@ def correlation_chart(subject: Subject, path: Path) -> None:
         right.set(title="Long distances: negative part", xlim=(0, far[-1] * 1e6))
         right.set_ylim(1.2 * values.min(), 0.1 * values.max())
         count = len(run.pairs(subject.column)[0].sample.rows)
-        title = f"{count} realizations of the lowest level, band: statistical, 95 %"
+        title = f"{count} realizations of the lowest level,\nband: statistical, 95 %"
         right.legend(loc="upper right", title=title, alignment="left")

@@ -1,14 +1,15 @@
 """Shared by all figures: the data to draw (`Subject`), colours for the colour-blind, fonts, units, files."""
 
+import re
 import warnings
 from base64 import b64encode
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import floor, log10
+from math import ceil, floor, log10
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from textwrap import shorten
+from textwrap import fill, shorten
 from typing import Any
 
 import matplotlib as mpl
@@ -38,6 +39,8 @@ FIELDS = {
     "heat_flux": ("Frictional heat of both bodies", r"$\mu\sigma v$", "W/m²"),
 }
 _SMALLEST, _LARGEST = 1.5, 40.0  # sides of a figure, inches
+_NARROWEST = 2.4  # width of a panel that can be read, inches
+_LETTERS = 15  # of a title to an inch
 _FEWEST, _MOST = 30, 1200  # pixels per inch
 _FORMATS = (".png", ".pdf", ".svg")
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
@@ -137,12 +140,30 @@ def new_figure(path: Path | None, size: tuple[float, float], title: str = "", lo
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=look.size or size, dpi=look.dpi, layout="constrained")
         if title and look.title:
-            figure.suptitle(title, fontsize=9, x=0.01, ha="left")
+            figure.suptitle(_wrapped(title, look.size), fontsize=9, x=0.01, ha="left")
         yield figure
         if path is not None:
             save(figure, path)
         if look.csv is not None:
             write_numbers(figure, look.csv)
+
+
+def row_of_panels(figure: Figure, count: int) -> list[Axes]:
+    """Return axes side by side; in a figure too narrow for that, in rows below one another, each of its height."""
+    width, height = figure.get_size_inches()
+    columns = min(count, max(1, int(width / _NARROWEST)))
+    rows = ceil(count / columns)
+    figure.set_size_inches(width, rows * height)
+    return [figure.add_subplot(rows, columns, k + 1) for k in range(count)]
+
+
+def _wrapped(title: str, size: tuple[float, float] | None) -> str:
+    """Return a title broken at the width of a figure of a given size, but not within a formula."""
+    if size is None:
+        return title
+    whole = re.sub(r"\$[^$]*\$", lambda formula: formula.group().replace(" ", "\0"), title)
+    lines = (fill(line, int(_LETTERS * size[0])) for line in whole.split("\n"))
+    return "\n".join(lines).replace("\0", " ")
 
 
 def data_url(draw: Callable[[Path], object], ending: str) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from roughsim.charts.style import COLOURS, FIELDS, THEORY, Subject, new_figure, scaled
+from roughsim.charts.style import COLOURS, FIELDS, THEORY, Subject, new_figure, row_of_panels, scaled
 from roughsim.grid import Array
 from roughsim.heat.statistics import ContactTemperature, contact_temperature, hottest_pixel, joint_distribution
 
@@ -43,7 +43,7 @@ def distribution_chart(subject: Subject, path: Path) -> None:
         f"highest {contact.max_temperature:.4g} K"
     )
     with new_figure(path, (13.2, 3.9), title, subject.look) as figure:
-        density, hotter, both = figure.subplots(1, 3)
+        density, hotter, both = row_of_panels(figure, 3)
         edges, area, heat = densities(contact)
         density.stairs(area, edges, fill=True, color="0.75", label="of the area")
         density.stairs(heat, edges, color=colour, lw=1.2, label="of the heat")
@@ -62,7 +62,7 @@ def distribution_chart(subject: Subject, path: Path) -> None:
         factor, unit = scaled(float(joint.pressure[-1]), "Pa")
         colours = LogNorm(percent.min(), percent.max())
         mesh = both.pcolormesh(joint.pressure * factor, joint.temperature, percent, cmap="viridis", norm=colours)
-        figure.colorbar(mesh, ax=both, label=f"% of the contact area in one of {_BINS} × {_BINS} bins")
+        figure.colorbar(mesh, ax=both, label=f"% of the contact area\nin one of {_BINS} × {_BINS} bins")
         both.set(xlabel=rf"$\sigma$, {unit}", ylabel="$T$, K", title="Pressure and temperature together")
 
 

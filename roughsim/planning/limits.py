@@ -194,7 +194,6 @@ def _share_lines(scene: Scene, known: Facts) -> Lines:
     if alike and 1 / _LIKE <= first / second <= _LIKE:
         about = "about " if scene.tables else ""  # a table over temperature has another value at another share
         yield (
-            f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is for hot spots that rest on the counterface, "
-            "but two equally rough faces of one material share the heat evenly; heat_partition = 0.5 makes "
-            f"temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md"
+            f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is not even, but the faces are; "
+            f"heat_partition = 0.5 makes temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md"
         )

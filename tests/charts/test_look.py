@@ -1,6 +1,7 @@
 """Figures as a journal wants them: size, pixels, no title, and a file of the numbers that are drawn."""
 
 import csv
+from itertools import pairwise
 
 import matplotlib.image
 import numpy as np
@@ -96,3 +97,15 @@ def test_the_command_line_takes_them(capped_run, tmp_path, capsys):
             main([*words, *wrong])
         assert ended.value.code == 1
         assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("quantity", "count"), [("correlation", 2), ("spectrum", 2), ("distribution", 3)])
+def test_panels_of_a_narrow_figure_stand_below_one_another(capped_run, drawn, quantity, count):
+    plot_run(capped_run, quantity, look=Look(size=(3.4, 2.6)))
+    (figure,) = drawn
+    assert tuple(figure.get_size_inches()) == (3.4, pytest.approx(2.6 * count))
+    figure.draw_without_rendering()
+    boxes = [axes.get_position() for axes in figure.axes[:count]]
+    assert all(above.y0 > below.y1 for above, below in pairwise(boxes))
+    assert all(box.width > 0.4 for box in boxes)
+    assert max(map(len, figure.get_suptitle().splitlines())) < 90
