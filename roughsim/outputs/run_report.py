@@ -150,7 +150,7 @@ def answer(comparison: Comparison) -> Html:
     share = share_text(comparison.run.shares())
     caption = (
         "Roughness, stress correlation g(r), flash temperature T, hot-spot width D and slope length d over the sliding "
-        "speed. The black line is the theory over the whole spectrum, dashed up to q_c if it differs; a green one is by "
+        "speed. The black line is the theory over the whole spectrum, dashed up to q_c if it differs; a green one by "
         "the calibrated stress spectrum. Bands are the total error, 95 %; of g(r) the statistical error, 95 %."
     )
     return joined(
