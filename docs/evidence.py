@@ -30,6 +30,7 @@ import figures  # noqa: E402
 FOLDER, FIGURES = DOCS / "evidence", DOCS / "figures"
 # figure → the files it is drawn from, and the function that draws their rows
 DRAWN: dict[str, tuple[tuple[str, ...], Callable[..., None]]] = {
+    "coverage.png": (("coverage",), figures.coverage),
     "chain.png": (("chain", "chain_ways"), figures.chain),
     "contact_error.png": (("contact",), figures.contact_error),
     "contact_cost.png": (("contact",), figures.contact_cost),
@@ -100,13 +101,28 @@ def wrong_numbers(text: str) -> Iterator[str]:
                 yield f"{shown} should be {right}: {key} of docs/evidence/{found[1]}.json"
 
 
+def shows(block: str, whole: str) -> bool:
+    """Return whether the parts of a block, between its …, follow one another in a text from its start to its end."""
+    first, *others = (" ".join(part.split()) for part in block.split("…"))
+    rest = " ".join(whole.split())
+    if not others:
+        return rest == first
+    if not rest.startswith(first):
+        return False
+    rest = rest.removeprefix(first)
+    for part in others[:-1]:
+        _, found, rest = rest.partition(part) if part else ("", "…", rest)
+        if not found:
+            return False
+    return rest.endswith(others[-1])
+
+
 def wrong_outputs(text: str) -> Iterator[str]:
     """Yield a line for each block of output that is not, in all words and digits, that of its file."""
     for name, key, block in _OUTPUT.findall(text):
-        parts = [r"\s+".join(map(re.escape, part.split())) for part in block.split("…")]
-        pattern = r"\s*" + r"(?:\s|\S)*?".join(rf"\s*{part}\s*" if part else "" for part in parts) + r"\s*"
-        if not re.fullmatch(pattern, held(name, "texts", key)):
-            yield f"the output {name}.{key} is other than shown:\n{held(name, 'texts', key)}"
+        whole = held(name, "texts", key)
+        if not shows(block, whole):
+            yield f"the output {name}.{key} is other than shown:\n{whole}"
 
 
 def source(names: tuple[str, ...]) -> str:
