@@ -64,8 +64,11 @@ def layers_of(skin: Skin | None, heat_depth: float, conductivity: float, diffusi
     )
 
 
-def surface_response(q: Array, advection: Array, layers: Layers) -> Complex:
-    """Return F = |q|κT/q̇ of waves |q|, rad/m, with q·v/D = `advection`, 1/m²; arrays that broadcast."""
+def surface_response(q: Array, advection: Array | Complex, layers: Layers) -> Complex:
+    """Return F = |q|κT/q̇ of waves |q|, rad/m, with q·v/D = `advection`, 1/m²; arrays that broadcast.
+
+    With ip/D in place of q·v/D it is the Laplace transform over time.
+    """
     below: Complex = np.sqrt(q**2 - 1j * advection)
     if layers.thickness == 0.0:
         bare: Complex = q / (below * (1 + below * layers.heat_depth))

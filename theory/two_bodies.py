@@ -19,7 +19,8 @@ w = (1, ψ, zψ, χ) the means of T at the time t, when the heat μvσw_j has en
 the mean over the normal places r of variance 2Dτ an axis at which the heat of the time τ ago entered, without ⟨F⟩².
 There z₁ has the correlation ρ(r) and z₂ ρ(|r + vτ|) in body 1, and exchanged, with −v, in body 2. `theory.memory` has
 the means. M₀₃, M₁₃ and M₂₃ are odd, M_ji = −M_ij. Heat that entered from t₁ to t₂ adds M(t − t₁) − M(t − t₂). So the
-equations at ages in geometric sequence, with constant shares between, are solved one after the other.
+equations at ages in geometric sequence, with constant shares between, are solved one after the other. With a skin,
+or heat released in depth, the heat of the time τ ago counts as `theory.layered_memory` has it.
 
 Source: docs/sliding.md, which compares it with simulations.
 """
@@ -34,12 +35,15 @@ from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, float_if_scalar, positive, real_array
 from theory.clipped import PAIRS
-from theory.memory import SeenPairs, memory_of
+from theory.layered_memory import pulses, uniform_rise
+from theory.memory import Memory, SeenPairs, memory_of
+from theory.skin import Layers, Skin, layers_of
 
 _MIRRORED = np.array([1.0, -1.0, -1.0, 1.0, 1.0, 1.0, -1.0, 1.0, 1.0, 1.0])  # bodies exchanged: ψ and χ change sign
 _MIRROR = np.array([1.0, 1.0, 1.0, -1.0])  # places exchanged
 _SHARES = 4
 _AGES = np.append(0.0, np.geomspace(1e-3, 1.0, 32))  # of the time slid: shares are constant between
+_EARLIER = np.geomspace(1e-9, 1e-3, 40)[:-1]  # further ages of heat that enters a body with layers
 
 
 class SlidingTemperatures(NamedTuple):
@@ -77,6 +81,10 @@ def sliding_temperatures(  # noqa: PLR0913  (two bodies)
     diffusivity: float,
     resting_conductivity: float | None = None,
     resting_diffusivity: float | None = None,
+    skin: Skin | None = None,
+    heat_depth: float = 0.0,
+    resting_skin: Skin | None = None,
+    resting_heat_depth: float = 0.0,
     moving_roughness: float = 0.5,
     slid_distance: ArrayLike,
 ) -> SlidingTemperatures:
@@ -96,6 +104,10 @@ def sliding_temperatures(  # noqa: PLR0913  (two bodies)
         κ, W/(m K), and D, m²/s, of the moving body.
     resting_conductivity, resting_diffusivity : float, optional
         The same of the resting body; None: as the moving one.
+    skin, resting_skin : three floats, optional
+        Thickness, m, conductivity, W/(m K), and diffusivity, m²/s, of a layer of another material on each body.
+    heat_depth, resting_heat_depth : float
+        Depth h, m, ≥ 0, in which the heat of each body is released, with the density q̇ e^(−z/h)/h; 0 is the surface.
     moving_roughness : float
         f, the part of C(q) that rides with the moving body, from 0 to 1.
     slid_distance : array_like
@@ -132,20 +144,46 @@ def sliding_temperatures(  # noqa: PLR0913  (two bodies)
     memory = memory_of(spectrum, effective_modulus, pressure, penetration_hardness, part)
     time = (distance / velocity).ravel()
 
-    def heated(body: SeenPairs, kappa: float, diffusion: float, sign: Array) -> tuple[Array, Array]:
+    def heated(
+        body: SeenPairs, kappa: float, diffusion: float, layers: Layers | None, sign: Array
+    ) -> tuple[Array, Array]:
         """Return M_ij and the background of one body with all the heat at each age, K; (speeds, ages, …)."""
         ages = time[:, None] * _AGES
-        terms = sign * memory.means(body, velocity.ravel(), ages[:, 1:], diffusion)
+        if layers is None:
+            terms = sign * memory.means(body, velocity.ravel(), ages[:, 1:], diffusion)
+            warmed = 2 * np.sqrt(diffusion * ages / pi)
+        else:
+            terms = sign * _layered_means(memory, body, velocity.ravel(), time, diffusion, layers)
+            warmed = np.array([[0.0, *uniform_rise(layers, diffusion, row[1:])] for row in ages])
         terms *= (heating / (kappa * pressure))[:, None, None]
         flash = np.zeros((*ages.shape, _SHARES, _SHARES))
         for column, (i, j) in enumerate(PAIRS):
             flash[:, 1:, j, i] = _MIRROR[i] * _MIRROR[j] * terms[..., column]
             flash[:, 1:, i, j] = terms[..., column]
-        return flash, 2 * pressure * (heating / kappa)[:, None] * np.sqrt(diffusion * ages / pi)
+        return flash, pressure * (heating / kappa)[:, None] * warmed
 
-    hot, hot_background = heated(memory.moving, *moving, _MIRRORED)
-    cold, cold_background = heated(memory.resting, resting_kappa, resting_diffusion, np.ones(len(PAIRS)))
+    moving_layers = layers_of(skin, heat_depth, *moving)
+    resting = resting_kappa, resting_diffusion
+    resting_layers = layers_of(resting_skin, resting_heat_depth, *resting)
+    hot, hot_background = heated(memory.moving, *moving, moving_layers, _MIRRORED)
+    cold, cold_background = heated(memory.resting, *resting, resting_layers, np.ones(len(PAIRS)))
     return _shared(hot, cold, hot_background, cold_background, velocity.shape)
+
+
+def _layered_means(
+    memory: Memory, body: SeenPairs, speed: Array, time: Array, diffusivity: float, layers: Layers
+) -> Array:
+    """Return `Memory.means` at `_AGES` of a body with layers: the heat of each time counts ρ_j of a bare body's."""
+    ages = time[:, None] * np.append(_EARLIER, _AGES[1:])
+    middle = np.sqrt(ages[:, 1:] * ages[:, :-1])
+    middle = np.concatenate([ages[:, :1] / 4, middle], axis=1)
+    several = [pulses(layers, diffusivity, row) for row in middle]
+    result = np.zeros((*ages.shape, len(PAIRS)))
+    for j, spread in enumerate(several[0][0].tolist()):
+        added = np.diff(memory.means(body, speed, ages, spread), axis=1, prepend=0.0)
+        strength = np.array([rho[j] for _, rho in several])
+        result += np.cumsum(strength[..., None] * added, axis=1)
+    return result[:, _EARLIER.size :]
 
 
 def _shared(hot: Array, cold: Array, hot_background: Array, cold_background: Array, shape: Any) -> SlidingTemperatures:

@@ -98,7 +98,10 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
         solid=Solid(scene.effective_modulus, scene.penetration_hardness),
         nominal_pressure=scene.sliding.nominal_pressure,
         sliding=_sliding(scene),
-        resting=tuple(map(Body, bodies.counter_conductivity.tolist(), bodies.counter_diffusivity.tolist())),
+        resting=tuple(
+            Body(kappa, diffusivity, **scene.layers[1]._asdict())
+            for kappa, diffusivity in zip(bodies.counter_conductivity, bodies.counter_diffusivity, strict=True)
+        ),
         distances=scene.sliding.distances,
         tolerance=numerics.tolerance,
         seed=scene.ensemble.seed,

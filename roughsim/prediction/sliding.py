@@ -10,7 +10,7 @@ from numpy.polynomial.legendre import leggauss
 
 import theory
 from roughsim.grid import Array
-from roughsim.prediction.bodies import groups, heat_arguments, load_arguments
+from roughsim.prediction.bodies import groups, heat_arguments, layer_arguments, load_arguments
 from roughsim.prediction.law import calibrated
 from roughsim.scene import Scene
 from theory.arguments import density
@@ -53,6 +53,8 @@ def sliding_prediction(scene: Scene) -> SlidingPrediction | None:
         arguments["penetration_hardness"] = None if scene.elastic else scene.penetration_hardness
         arguments["resting_conductivity"] = constants.bodies.counter_conductivity
         arguments["resting_diffusivity"] = constants.bodies.counter_diffusivity
+        arguments |= layer_arguments(constants.bodies)
+        arguments["resting_skin"], arguments["resting_heat_depth"] = constants.bodies.counter_layers
         arguments["moving_roughness"] = _moving_roughness(scene)
         slid = late[:, None] * distances[indices]
         contacts_along = theory.two_bodies.sliding_temperatures(

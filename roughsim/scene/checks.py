@@ -132,17 +132,6 @@ def check_history(sliding: SlidingSection, missing: str, solver: str | None) -> 
         )
 
 
-def check_layers(sliding: SlidingSection, body: BodySection, counterface: CounterfaceSection | None) -> None:
-    """Refuse a skin, or heat in depth, in a slide of two bodies, whose heat history is of bare bodies."""
-    for name, face in (("body", body), ("counterface", counterface)):
-        key = next((key for key in ("skin", "heat_depth") if getattr(face, key, None) is not None), None)
-        if key and sliding.history == SLIDING:
-            raise ValueError(
-                f'{name}.{key} does not go with sliding.history = "sliding", which follows the heat of bare bodies; '
-                'remove it, or write "frozen"'
-            )
-
-
 def check_targets(ensemble: EnsembleSection, distribution: bool) -> None:
     """Refuse a target of an observable that the scene does not ask for."""
     for name, _ in ensemble.until:

@@ -16,7 +16,6 @@ from roughsim.scene.checks import (
     check_heat_partition,
     check_history,
     check_junction_growth,
-    check_layers,
     check_levels,
     check_load,
     check_rows,
@@ -102,7 +101,6 @@ class Scene(Record, section=""):
         )
         check_targets(self.ensemble, self.distribution)
         check_history(sliding, missing, self.numerics.solver)
-        check_layers(sliding, self.body, self.counterface)
         check_rows(self.surface, self.counterface)
         check_levels(self.numerics, sliding.history, self.elastic)
         _check_derived(self)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from heat_cases import STEEL
 
-from roughsim import Body, Grid, Skin, Solid, half_space_temperature, partition_heat, slide
+from roughsim import Body, Grid, Skin, half_space_temperature, partition_heat
 from roughsim.heat import depth_profile
 from theory.skin import direction_mean, even_part, layers_of
 
@@ -102,15 +102,6 @@ def test_bad_layers_are_refused():
         Body(heat_depth=-1.0, **STEEL)
     with pytest.raises(ValueError, match="diffusivity of the skin = 0 m²/s must be positive"):
         Body(skin=Skin(1e-6, 1.0, 0.0), **STEEL)
-
-
-@pytest.mark.parametrize("name", ["moving", "resting"])
-def test_a_slide_of_bodies_with_layers_is_refused(name):
-    bodies = {"moving": Body(speed=1.0, **STEEL), "resting": Body(**STEEL)}
-    bodies[name] = Body(speed=bodies[name].speed, skin=OXIDE, **STEEL)
-    options = {"nominal_pressure": 1e7, "friction_coefficient": 0.1, "speed": 1.0, "slid_distance": 1e-4}
-    with pytest.raises(ValueError, match=f"{name} has a skin or a heat_depth, but a slide follows the heat of bare"):
-        slide(np.zeros((8, 8)), Grid((8, 8), (1e-3, 1e-3)), Solid(1e11), **options, **bodies)
 
 
 @pytest.mark.parametrize("speed", [0.0, 1.0, 35.0])

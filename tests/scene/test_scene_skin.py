@@ -70,10 +70,6 @@ def test_a_number_within_a_skin_is_set_and_varied():
         ({"counterface": {"skin": OXIDE}}, "skin goes with a counterface that takes heat; give its conductivity"),
         ({"counterface": {"heat_depth": 1e-7}}, "heat_depth goes with a counterface that takes heat"),
         ({"counterface__skin": OXIDE}, 'skin does not go with like = "body", which fixes it'),
-        (
-            {"body__skin": OXIDE, "sliding__history": "sliding", "sliding__slid_distance": "1 mm"},
-            'body.skin does not go with sliding.history = "sliding", which follows the heat of bare bodies',
-        ),
     ],
 )
 def test_wrong_layers_are_refused(changes, words):
