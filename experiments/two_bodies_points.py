@@ -46,10 +46,8 @@ SPEEDS = ("slow", "fast")
 MEMBERS, ENOUGH, STEPS = (2, 12), 0.008, 1000  # standard error, and steps of all members, at which there are enough
 GOLDEN = (sqrt(5) - 1) / 2
 LAST = 0.5  # share of the slid distance over which means are taken
-# slid while the form was chosen; the others after it was final
-SEEN = {
-    *["A01", "A02", "A04", "A05", "A07", "A09", "A10", "B01", "B02", "B03", "B07", "B08", "E02", "E04", "E05", "E06"]
-}
+# slid after the form was final; the others while it was chosen
+FRESH = ("A03", "A06", "A08", "A11", "A12", "B04", "B05", "B06", "E01", "E03")
 COLOURS = {"A": "#0072b2", "B": "#d55e00", "E": "#009e73"}
 
 
@@ -256,7 +254,7 @@ def table(found: dict[Pair, dict[str, np.ndarray]]) -> None:
     chosen = {kind: [pair for pair in found if pair.name[0] == kind] for kind in COUNTS}
     for low, high in ((0.1, 1.0), (1.0, 16.0)):
         chosen[f"{low:g} … {high:g} mm"] = [pair for pair in found if low <= 1e3 * pair.distance < high]
-    chosen["after the form was final"] = [pair for pair in found if pair.name not in SEEN]
+    chosen["after the form was final"] = [pair for pair in found if pair.name in FRESH]
     for title, pairs in {**chosen, "all": list(found)}.items():
         texts = []
         for key in ("corrected", "as it is") if pairs else ():
