@@ -41,7 +41,8 @@ TESTS = {
 class Comparison:
     """The table of a run. Temperatures have the heat share used; ratios do not depend on it.
 
-    `slopes` holds the slope of |σ_q|² of each column with a long enough band.
+    `run` is the run, and `rows` has a row for each observable and speed. `slopes` holds the slope of |σ_q|² of each
+    column with a long enough band.
     """
 
     run: Run
@@ -76,7 +77,10 @@ class Comparison:
         return tuple(notes)
 
     def farthest(self, name: str, other: str) -> str:
-        """Return in words T_flash at the largest difference of two theories; empty for one below `NOTICED`."""
+        """Return in words T_flash where two theories differ most; empty for a difference below `NOTICED`.
+
+        `name` and `other` are fields of `Row`, as "calibrated".
+        """
 
         def apart(row: Row) -> float:
             return float(abs(getattr(row, name) / getattr(row, other) - 1.0))

@@ -17,17 +17,43 @@ from roughsim.show.table import Table
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Theory:
-    """The theory over the whole spectrum of a scene; arrays over its speeds, temperatures with the share used."""
+    """The theory over the whole spectrum of a scene; arrays over its speeds, temperatures with the share used.
+
+    Attributes
+    ----------
+    scene : Scene
+        The scene.
+    speed : ndarray
+        Sliding speed, m/s.
+    flash_temperature : ndarray
+        ⟨Tσ⟩/⟨σ⟩ above the background, K.
+    calibrated : ndarray
+        The same by the calibrated stress spectrum, K; NaN outside its range.
+    flash_gradient : ndarray
+        T′_flash, K/m.
+    flash_laplacian : ndarray
+        ∇²T_flash, K/m².
+    flash_width : ndarray
+        D_flash, m.
+    slope_length : ndarray
+        d_flash, m.
+    heat_partition : ndarray
+        Share of the heat that is used.
+    contact_fraction : float
+        Share of the nominal area in contact.
+    plastic_fraction : float
+        Share of the nominal area that yields.
+    """
 
     scene: Scene
-    speed: Array  # m/s
-    flash_temperature: Array  # ⟨Tσ⟩/⟨σ⟩ above the background, K
-    calibrated: Array  # the same by the calibrated stress spectrum, K; NaN outside its range
-    flash_gradient: Array  # K/m
-    flash_laplacian: Array  # K/m²
-    flash_width: Array  # D_flash, m
-    slope_length: Array  # d_flash, m
-    heat_partition: Array  # share of the heat that is used
+    speed: Array
+    flash_temperature: Array
+    calibrated: Array
+    flash_gradient: Array
+    flash_laplacian: Array
+    flash_width: Array
+    slope_length: Array
+    heat_partition: Array
     contact_fraction: float
     plastic_fraction: float
 
@@ -54,7 +80,7 @@ class Theory:
     def chart(self, path: str | Path | None, *, csv: str | Path | None = None) -> None:
         """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v) as .png, .pdf or .svg.
 
-        `csv` is a file for the numbers drawn, .csv. ValueError for another ending, or a scene at rest.
+        `path` is the picture, or None. `csv` is a file for the numbers drawn, .csv. ValueError for another ending, or a scene at rest.
         """
         theory_chart({self.scene.title: self}, None if path is None else Path(path), csv=csv)
 

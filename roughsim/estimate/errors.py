@@ -31,12 +31,21 @@ SOURCES = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Uncertain:
-    """A mean, or a ratio of two, with its errors; arrays over speed, or of one entry."""
+    """A mean, or a ratio of two, with its errors; arrays over speed, or of one entry.
 
-    mean: Array  # extrapolated in q_c and the pixel if a limit exists and the levels show it
-    standard_error: Array  # of the mean, statistical
-    # the parts of the 95 % error by source, keys of `SOURCES`; NaN: unknown. "scan" is there only if C(q) was measured
-    # on maps, "last step" only if it counts at some speed
+    Attributes
+    ----------
+    mean : ndarray
+        Extrapolated in q_c and the pixel if a limit exists and the levels show it.
+    standard_error : ndarray
+        Of the mean, statistical.
+    budget : dict of str to ndarray
+        The parts of the 95 % error by source, keys of `SOURCES`; NaN: unknown. "scan" is there only if C(q) was
+        measured on maps, "last step" only if it counts at some speed.
+    """
+
+    mean: Array
+    standard_error: Array
     budget: dict[str, Array]
 
     @property
@@ -53,16 +62,38 @@ class Uncertain:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Estimate(Uncertain):
-    """The mean of one observable with its errors; arrays over speed, or of one entry."""
+    """The mean of one observable with its errors; arrays over speed, or of one entry.
+
+    Attributes
+    ----------
+    mean, standard_error, budget
+        As of `Uncertain`.
+    observable : str
+        Its name.
+    unit : str
+        SI unit.
+    bias : ndarray
+        Value at the finest level minus `mean`; zero without extrapolation.
+    n : int
+        Number of realizations.
+    effective_n : ndarray
+        Independent realizations that would give the same interval: degrees of freedom and one.
+    notes : tuple of str
+        Sentences on extrapolation and missing levels, for `explain`.
+    speeds : tuple of float
+        Of the entries, m/s; empty for an observable that does not depend on the speed.
+    sources : mapping of str to str
+        Meaning of each part of `budget`.
+    """
 
     observable: str
-    unit: str  # SI
-    bias: Array  # value at the finest level minus `mean`; zero without extrapolation
-    n: int  # realizations
-    effective_n: Array  # independent realizations that would give the same interval: degrees of freedom and one
-    notes: tuple[str, ...] = ()  # sentences on extrapolation and missing levels, for `explain`
-    speeds: tuple[float, ...] = ()  # of the entries, m/s; empty for an observable that does not depend on the speed
-    sources: Mapping[str, str] = field(default_factory=SOURCES.copy)  # meaning of each part of `budget`
+    unit: str
+    bias: Array
+    n: int
+    effective_n: Array
+    notes: tuple[str, ...] = ()
+    speeds: tuple[float, ...] = ()
+    sources: Mapping[str, str] = field(default_factory=SOURCES.copy)
 
     @property
     def half_width(self) -> Array:

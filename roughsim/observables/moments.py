@@ -119,21 +119,51 @@ class HeatSource:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Moments:
-    """Moments of one contact; the arrays run over the speeds of `HeatSource`, areas are shares of the cell."""
+    """Moments of one contact; the arrays run over the speeds of `HeatSource`, areas are shares of the cell.
 
-    speeds: tuple[float, ...]  # m/s
-    flash_temperature: Array  # ⟨Tσ⟩/σ₀, K, steady sliding. Eq. (3)
-    flash_gradient: Array  # ⟨∂T σ⟩/σ₀, K/m, along the sliding velocity: ≤ 0 for either sign of the speed. Eq. (6)
-    flash_laplacian: Array  # ⟨∇²T σ⟩/σ₀, K/m², in the plane of the surface. Eq. (8)
-    flash_width: Array  # D_flash = √(−T/∇²T), m; at rest its limit. Eq. (25)
-    slope_length: Array  # d_flash = −T/T′, m; inf at rest. Eq. (26)
-    resting_flash_temperature: Array  # ⟨Tσ⟩/σ₀, K, of the same heat μσ|v| in a bare body that does not move under it
-    contact_fraction: float  # share of the pixels, as in `Contact`
-    plastic_fraction: float  # the same
-    contact_fraction_corrected: float  # corrected for the pixels along the edges (`roughsim.contact.patches`)
+    Attributes
+    ----------
+    speeds : tuple of float
+        Of sliding, m/s.
+    flash_temperature : ndarray
+        ⟨Tσ⟩/σ₀, K, steady sliding. Eq. (3).
+    flash_gradient : ndarray
+        ⟨∂T σ⟩/σ₀, K/m, along the sliding velocity: ≤ 0 for either sign of the speed. Eq. (6).
+    flash_laplacian : ndarray
+        ⟨∇²T σ⟩/σ₀, K/m², in the plane of the surface. Eq. (8).
+    flash_width : ndarray
+        D_flash = √(−T/∇²T), m; at rest its limit. Eq. (25).
+    slope_length : ndarray
+        d_flash = −T/T′, m; inf at rest. Eq. (26).
+    resting_flash_temperature : ndarray
+        ⟨Tσ⟩/σ₀, K, of the same heat μσ|v| in a bare body that does not move under it.
+    contact_fraction : float
+        Share of the pixels, as in `Contact`.
+    plastic_fraction : float
+        Share of the pixels with plastic contact, as in `Contact`.
+    contact_fraction_corrected : float
+        Corrected for the pixels along the edges (`roughsim.contact.patches`).
+    plastic_fraction_corrected : float
+        The same, of plastic contact.
+    nominal_pressure : float
+        Mean pressure σ₀, Pa.
+    stress_spectrum : StressSpectrum
+        Variance of the stress by wavenumber.
+    """
+
+    speeds: tuple[float, ...]
+    flash_temperature: Array
+    flash_gradient: Array
+    flash_laplacian: Array
+    flash_width: Array
+    slope_length: Array
+    resting_flash_temperature: Array
+    contact_fraction: float
+    plastic_fraction: float
+    contact_fraction_corrected: float
     plastic_fraction_corrected: float
-    nominal_pressure: float  # σ₀, the mean pressure, Pa
-    stress_spectrum: StressSpectrum  # variance of the stress by wavenumber
+    nominal_pressure: float
+    stress_spectrum: StressSpectrum
 
     def __repr__(self) -> str:
         speeds = ", ".join(f"{speed:g}" for speed in self.speeds)

@@ -140,7 +140,7 @@ class Run(Means):
         return f"{self.realizations} realizations"
 
     def kept(self, level: int, name: str = "pressure") -> list[int]:
-        """Return the sound counted members of a level that store this field, or the pressure to compute it from."""
+        """Return the sound counted members of a level that store the field `name`, or the pressure that it needs."""
         return self.members.kept(level, name)
 
     def picture(self, column: str | None = None) -> int:
@@ -183,7 +183,7 @@ class Run(Means):
         return ((index, self.field(level, index, name, speed=speed, direction=direction)) for index in indices)
 
     def field(self, level: int, index: int, name: str, *, speed: float | None = None, direction: float = 0.0) -> Field:
-        """Return one field of one kept realization; name, speed and direction as in `fields`."""
+        """Return one field of the kept realization `index` of a level; name, speed and direction as in `fields`."""
         check_field(name, speed)
         path = member_path(self.folder, level, index)
         if speed is None:
@@ -199,6 +199,7 @@ class Run(Means):
     ) -> Field:
         """Return the temperature, K, by the frictional heat of both bodies, W/m², on any grid of any cell.
 
+        `flux` is this heat, `speed` is in m/s, and `direction` is the angle of sliding from the x axis, rad.
         The moving body takes the share of heat of a column, by default the one of `estimate`.
         """
         part, distance = self.heat_share(speed, column), self.numerics.slid_distance
@@ -213,7 +214,7 @@ class Run(Means):
         return list(asked_estimates(self, column))
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
-        """Return the error for fields that were not kept, of a realization or of all, with advice."""
+        """Return the error for fields of a level that were not kept, with advice: of realization `index`, or of all."""
         if index is not None and (level, index) in self.damaged:
             return RecordError(self.damaged[level, index])
         missing = "has kept no fields" if index is None else f"has not kept the fields of realization {index}"

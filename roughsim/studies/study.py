@@ -122,6 +122,7 @@ class Study(StudyResults):
     def draw(self, path: Path, observable: str, *, over: str | None = None, look: "Look | None" = None) -> None:
         """Draw as `chart`, over the speed or a varied number by name; `roughsim.plot` calls it.
 
+        `look` has the size and the colours of the figure, by default those of `chart`.
         ValueError if `over` is no axis of the study.
         """
         choice = usual_choice(self, observable, over)
