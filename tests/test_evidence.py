@@ -113,3 +113,24 @@ def test_a_figure_is_drawn_again_when_its_file_has_changed(evidence, monkeypatch
     assert (drawn, evidence.differences([])) == ([[]], [])
     (evidence.FOLDER / "steel.json").write_text(json.dumps(FILE | {"rows": [1]}))
     assert evidence.differences([]) == late
+
+
+@pytest.mark.parametrize(
+    ("block", "shown"),
+    [
+        ("one  two\nthree", True),
+        ("one … three", True),
+        ("… two …", True),
+        ("one …", True),
+        ("two …", False),
+        ("one … two", False),
+        ("one … three … two …", False),
+        ("one two", False),
+    ],
+)
+def test_an_output_is_shown_from_its_start_to_its_end(block, shown):
+    assert evidence.shows(block, "one two three\n") is shown
+
+
+def test_an_output_that_differs_is_told_at_once():
+    assert not evidence.shows("… ".join(f"word {k}" for k in range(200)), "word 0 other " * 5000)

@@ -80,7 +80,8 @@ class Theory:
     def chart(self, path: str | Path | None, *, csv: str | Path | None = None) -> None:
         """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v) as .png, .pdf or .svg.
 
-        `path` is the picture, or None. `csv` is a file for the numbers drawn, .csv. ValueError for another ending, or a scene at rest.
+        `path` is the picture, or None. `csv` is a file for the numbers drawn, .csv. ValueError for another ending, or
+        a scene at rest.
         """
         theory_chart({self.scene.title: self}, None if path is None else Path(path), csv=csv)
 
