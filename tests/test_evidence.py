@@ -128,9 +128,9 @@ def test_a_figure_is_drawn_again_when_its_file_has_changed(evidence, monkeypatch
         ("one two", False),
     ],
 )
-def test_an_output_is_shown_from_its_start_to_its_end(block, shown):
+def test_an_output_is_shown_from_its_start_to_its_end(evidence, block, shown):
     assert evidence.shows(block, "one two three\n") is shown
 
 
-def test_an_output_that_differs_is_told_at_once():
+def test_an_output_that_differs_is_told_at_once(evidence):
     assert not evidence.shows("… ".join(f"word {k}" for k in range(200)), "word 0 other " * 5000)
