@@ -187,6 +187,8 @@ def _submit(executor: Executor, assignment: Assignment) -> Future[str]:
     """Hand an assignment to an executor; BrokenExecutor if it takes none, whatever its own class of error."""
     try:
         return executor.submit(store_members, assignment.jobs, assignment.index)
+    except BrokenExecutor:
+        raise
     except Exception as error:
         raise BrokenExecutor(f"{type(error).__name__}: {error}") from error
 

@@ -13,7 +13,7 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import status_lines
 from roughsim.estimate import cell_size
-from roughsim.outputs import report
+from roughsim.outputs import run_report as report
 from roughsim.scene.numerics import Level, Numerics
 from roughsim.show.markup import html_table
 from roughsim.show.terminal import table_text

@@ -15,7 +15,7 @@ from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.errors import ConvergenceError
 from roughsim.explore import content as curves
 from roughsim.heat import effective_conductivity, effective_temperature
-from roughsim.outputs import report
+from roughsim.outputs import run_report as report
 from roughsim.scene import SceneError, parse_scene
 from theory import flash, partition
 

@@ -12,7 +12,7 @@ from roughsim.charts import comparison as chart
 from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import theory_dict
 from roughsim.estimate import cell_size
-from roughsim.outputs import report
+from roughsim.outputs import run_report as report
 from roughsim.scene import parse_scene
 from roughsim.show.markup import digits, html_table
 from roughsim.show.table import Number

@@ -15,7 +15,7 @@ from roughsim import prediction
 from roughsim.charts import comparison as chart
 from roughsim.cli import app
 from roughsim.explore.content import load_fields, measured_curves
-from roughsim.outputs import report
+from roughsim.outputs import run_report as report
 from roughsim.scene import parse_scene
 from theory import background
 

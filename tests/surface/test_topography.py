@@ -334,4 +334,4 @@ def test_the_command_line_writes_surfaces(kept_run, tmp_path, capsys):
     np.testing.assert_array_equal(np.load(tmp_path / "a.npy"), heights)
     with pytest.raises(SystemExit):
         main(["export", str(kept_run.folder), "-o", str(tmp_path / "b.nc"), "--surface", "0", "--bits", "3"])
-    assert "--bits does not go with --surface" in capsys.readouterr().err
+    assert "bits does not go with surface" in capsys.readouterr().err
