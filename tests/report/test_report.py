@@ -263,10 +263,12 @@ def test_the_command_line_writes_the_page(copy, tmp_path, capsys, no_pictures):
             main([*words])
         return ended.value.code, capsys.readouterr().err
 
-    assert call("report", str(copy)) == (
-        0,
-        f"report: {copy}.html, {(tmp_path / 'copy.html').stat().st_size / 1e6:.3g} MB\n",
-    )
+    code, said = call("report", str(copy))
+    *steps, last = said.splitlines()
+    assert code == 0
+    assert last == f"report: {copy}.html, {(tmp_path / 'copy.html').stat().st_size / 1e6:.3g} MB"
+    assert steps[0] == f"roughsim: comparing {copy} with the theory"
+    assert "roughsim: drawing pressure" in steps
     member_path(copy, 0, 2).write_bytes(b"")
     for verb in (["report", str(copy)], ["status", str(copy)]):
         code, said = call(*verb)
