@@ -1,11 +1,11 @@
 """The memory of a body with a skin, or heated in depth: finite volumes in depth, closed forms, and limits."""
 
 from itertools import pairwise
-from math import inf, pi, sqrt
+from math import pi, sqrt
 
 import numpy as np
 import pytest
-import scipy
+from depth_cases import decaying_modes
 
 from roughsim import Grid
 from roughsim.heat.history import KERNEL_ERROR, History
@@ -42,32 +42,17 @@ def random_flux(steps=STEPS):
 
 def by_finite_volumes(flux, q, layers, nodes):
     """The surface temperature of one wave by a flux linear between steps, by finite volumes in depth, exact in time."""
-    d, k, ratio, h = layers
-    spread = D * STEP * (len(flux) - 1)
-    below = d + (7 * sqrt(spread) + 40 * h) * np.linspace(0.0, 1.0, nodes) ** 2
-    z = below if d == 0.0 else np.concatenate((np.linspace(0.0, d, nodes // 2, endpoint=False), below))
-    middle, half = (z[1:] + z[:-1]) / 2, np.diff(z) / 2
-    conduction = np.where(middle < d, k, 1.0)
-    capacity = conduction * np.where(middle < d, ratio, 1.0)
-
-    def lumped(values):
-        return np.append(values, 0.0) + np.append(0.0, values)
-
-    edges = np.concatenate(([0.0], middle, [inf]))
-    source = -np.diff(np.exp(-edges / h)) if h else np.eye(1, z.size)[0]
-    across, heat = conduction / np.diff(z), np.sqrt(lumped(capacity * half))
-    diagonal = lumped(across + q**2 * conduction * half) / heat**2
-    rates, modes = scipy.linalg.eigh_tridiagonal(diagonal, -across / (heat[1:] * heat[:-1]))
-    excited = modes.T @ (source / heat)
+    deep = 7 * sqrt(D * STEP * (len(flux) - 1)) + 40 * layers[-1]
+    rates, seen, excited = decaying_modes(q, layers, deep, nodes)
     x = np.maximum(rates * D * STEP, 1e-6)
     fall = np.exp(-x)
     mean = -np.expm1(-x) / x
     late, early = (1 - mean) / x, (mean - fall) / x
-    amplitude = np.zeros(z.size)
+    amplitude = np.zeros(rates.size)
     surface = []
     for old, new in pairwise(flux):
         amplitude = fall * amplitude + D * STEP * (late * new + early * old) * excited
-        surface.append(modes[0] / heat[0] @ amplitude)
+        surface.append(seen @ amplitude)
     return np.array(surface) / KAPPA
 
 

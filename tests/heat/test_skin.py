@@ -5,6 +5,7 @@ from math import inf, pi, sqrt
 import numpy as np
 import pytest
 import scipy
+from depth_cases import decaying_modes
 from heat_cases import STEEL, close, points, steady
 
 from roughsim import Grid, Skin, sliding_temperature
@@ -43,25 +44,12 @@ def in_depth(q, advection, layers, nodes, spread=inf):
     In the frame of the source (1/D) ∂T/∂t = T″ − (q² − i q·v/D)T + Q, with κ_s and D_s in the skin: eigenvectors of
     conduction over capacity, each of which decays and drifts by itself.
     """
-    d, k, ratio, h = layers
+    h = layers[-1]
     deep = 14 / np.sqrt(q**2 - 1j * advection).real + 40 * h + 6 * sqrt(spread if spread < inf else 0.0)
-    below = d + deep * np.linspace(0.0, 1.0, nodes) ** 2
-    z = below if d == 0.0 else np.concatenate((np.linspace(0.0, d, nodes // 2, endpoint=False), below))
-    middle, half = (z[1:] + z[:-1]) / 2, np.diff(z) / 2
-    conduction = np.where(middle < d, k, 1.0)
-    capacity = conduction * np.where(middle < d, ratio, 1.0)  # ρc of the layer over that of the half-space
-
-    def lumped(values):
-        return np.append(values, 0.0) + np.append(0.0, values)
-
-    edges = np.concatenate(([0.0], middle, [inf]))
-    source = -np.diff(np.exp(-edges / h)) if h else np.eye(1, z.size)[0]
-    across, heat = conduction / np.diff(z), np.sqrt(lumped(capacity * half))
-    diagonal = lumped(across + q**2 * conduction * half) / heat**2
-    rates, modes = scipy.linalg.eigh_tridiagonal(diagonal, -across / (heat[1:] * heat[:-1]))
+    rates, seen, excited = decaying_modes(q, layers, deep, nodes)
     decay = rates - 1j * advection
     grown = 1.0 if spread == inf else -np.expm1(-decay * spread)
-    return complex((modes[0] / heat[0] * grown / decay) @ (modes.T @ (source / heat)))
+    return complex((seen * grown / decay) @ excited)
 
 
 def extrapolated(*arguments):

@@ -5,22 +5,12 @@ from math import hypot, pi, sqrt
 
 import numpy as np
 import pytest
+from mode_sum_cases import CELL, LOAD, E, mode_sum, waves
 
 from roughsim import Body, Grid, Solid, partition_heat, slide
 from roughsim.sliding.path import ACROSS, oblique_path
 
-CELL, E = 1e-3, 1e9
 STEEL, COPPER = Body(30.0, 7.6e-6), Body(300.0, 1e-4)
-HIGHEST = 4  # waves per cell
-
-
-def waves(count, seed, rms=1e-6):
-    """A few waves, the same on every grid."""
-    rng = np.random.default_rng(seed)
-    x = np.arange(count) / count * 2 * pi
-    pairs = [(i, j) for i in range(-HIGHEST, HIGHEST + 1) for j in range(HIGHEST + 1) if j > 0 or i > 0]
-    heights = sum(np.cos(i * x[:, None] + j * x + rng.uniform(0, 2 * pi)) / (i * i + j * j) for i, j in pairs)
-    return rms * heights / heights.std()
 
 
 def full(first, second, distance, speed=5.0, moving=STEEL, resting=STEEL, **kwargs):
@@ -30,7 +20,7 @@ def full(first, second, distance, speed=5.0, moving=STEEL, resting=STEEL, **kwar
         first,
         grid,
         Solid(E),
-        nominal_pressure=E * 1e-6 * 2 * pi / CELL * HIGHEST * 3,
+        nominal_pressure=LOAD,
         friction_coefficient=0.3,
         speed=speed,
         moving=replace(moving, speed=speed),
@@ -39,37 +29,6 @@ def full(first, second, distance, speed=5.0, moving=STEEL, resting=STEEL, **kwar
         slid_distance=distance,
         **kwargs,
     )
-
-
-def mode_sum(grid, first, second, slid, speed, moving, resting):
-    """T_flash of full contact in the steady state at the given positions, each wave at rest in one body."""
-    qx, qy = (2 * pi * np.fft.fftfreq(n, d) for n, d in zip(grid.shape, grid.spacing, strict=True))
-    square = qx[:, None] ** 2 + qy**2
-    square[0, 0] = 1.0
-    drift = speed * (qx[:, None] + ACROSS * qy) / hypot(1, ACROSS)
-    # at rest in the resting body, and at rest in the moving one
-    inverse = [
-        1
-        / (
-            resting.conductivity * np.sqrt(square)
-            + moving.conductivity * np.sqrt(square - 1j * drift / moving.diffusivity)
-        ),
-        1
-        / (
-            moving.conductivity * np.sqrt(square)
-            + resting.conductivity * np.sqrt(square + 1j * drift / resting.diffusivity)
-        ),
-    ]
-    load = E * 1e-6 * 2 * pi / CELL * HIGHEST * 3
-    still, riding = (np.fft.fft2(h) / h.size * E * np.sqrt(square) / 2 for h in (first, second))
-    for stress in (still, riding):
-        stress[0, 0] = 0.0
-    result = []
-    for s in slid:
-        phase = np.exp(1j * s * (qx[:, None] + ACROSS * qy) / hypot(1, ACROSS))
-        temperature = 0.3 * speed * (still * inverse[0] + riding * phase * inverse[1])
-        result.append(np.sum(temperature * (still + riding * phase).conj()).real / load)
-    return np.array(result)
 
 
 @pytest.mark.parametrize(("moving", "resting"), [(STEEL, STEEL), (COPPER, STEEL)], ids=["steels", "copper"])
