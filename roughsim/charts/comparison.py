@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from roughsim import prediction
+from roughsim.charts.curves import Row, distances, theories
 from roughsim.charts.spectra import draw_correlation, draw_cut_offs, draw_psd
 from roughsim.charts.style import (
     CALIBRATED,
@@ -23,8 +24,7 @@ from roughsim.charts.style import (
     new_figure,
     plain_ticks,
 )
-from roughsim.grid import Array
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.marks import AT_CUT_OFF
 from roughsim.results.run import Run
 from roughsim.results.share import share_text
 from roughsim.scene import Scene
@@ -50,21 +50,15 @@ class _Cell(Protocol):
     def unknown(self) -> Sequence[str]: ...
 
 
-class _Row(Protocol):
+class _Row(Row, Protocol):
     """A row of a comparison, as `roughsim.compare` makes it."""
 
-    @property
-    def observable(self) -> str: ...
-    @property
-    def speed(self) -> float | None: ...
     @property
     def calibrated(self) -> float: ...
     @property
     def theory_at_cut_off(self) -> float: ...
     @property
     def cut(self) -> bool: ...
-    @property
-    def note(self) -> str: ...
     @property
     def columns(self) -> Mapping[str, _Cell]: ...
 
@@ -77,8 +71,7 @@ def comparison_chart(run: Run, rows: Sequence[_Row], path: Path | None, look: Lo
         if not run.scene.elastic:
             note = r"$C(q)$ solid" + "\n" + r"$C_\mathrm{sm}(q)$ dashed"
             psd.text(0.97, 0.96, note, transform=psd.transAxes, fontsize=8, ha="right", va="top")
-        longest = 2 * np.pi / run.scene.spectrum.breaks[0]
-        r = 0.4 * longest * np.linspace(0.0, 1.0, 100) ** 2  # steep at 0
+        r = distances(run.scene)
         correlation.plot(r * 1e6, prediction.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
         law = prediction.calibrated_correlation(run.scene, r) * 1e-18
         correlation.plot(r * 1e6, law, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
@@ -102,12 +95,12 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[_Row], observable: str)
         return
     words, label, si = _DRAWN[observable]
     unit, factor = shown(si)
-    _draw_theory(axes, run.scene, observable, speed, factor)
+    _draw_theory(axes, run.scene, observable, factor)
     if any(row.cut for row in rows):
         axes.plot(speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--")
     for column in rows[0].columns:
         _draw_measured(axes, rows, column, factor)
-    if any(row.note == "at q_c" for row in rows):
+    if any(row.note == AT_CUT_OFF for row in rows):
         words += f" ({run.numerics.columns[-1]}: at $q_c$)"
     axes.set(xscale="log", yscale="log", xlabel="$v$, m/s", ylabel=f"{label}, {unit}", title=words)
     low, high = axes.get_ylim()
@@ -115,15 +108,11 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[_Row], observable: str)
         plain_ticks(axes.yaxis)
 
 
-def _draw_theory(axes: Axes, scene: Scene, observable: str, speed: Array, factor: float) -> None:
+def _draw_theory(axes: Axes, scene: Scene, observable: str, factor: float) -> None:
     """Draw an observable over and a little beyond the speeds, by the theory and by the calibrated law."""
-    beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table over temperature may end there
-    dense = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
-    share = prediction.heat_partition(scene, dense) if OBSERVABLES[observable].heated else 1.0
-    theory = prediction.over_speed(scene, dense)[observable] * share * factor
-    law = prediction.calibrated_over_speed(scene, dense)[observable] * share * factor
-    axes.plot(dense, theory, color=THEORY, lw=1.4)
-    axes.plot(dense, law, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
+    dense, by = theories(scene, observable)
+    axes.plot(dense, by["theory"] * factor, color=THEORY, lw=1.4)
+    axes.plot(dense, by["calibrated"] * factor, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
 
 
 def _draw_measured(axes: Axes, rows: Sequence[_Row], column: str, factor: float) -> None:

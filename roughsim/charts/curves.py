@@ -50,17 +50,24 @@ _ONE, _MANY = (5.4, 3.8), (9.6, 5.8)  # sizes of a figure of one panel and of al
 _LETTERS = 46  # of a line of text in a panel
 
 
-class _Row(Protocol):
+class Row(Protocol):
     """A row of a comparison, as `roughsim.compare` makes it."""
 
     @property
-    def observable(self) -> str: ...
+    def observable(self) -> str:
+        """Name of the observable."""
+
     @property
-    def speed(self) -> float | None: ...
+    def speed(self) -> float | None:
+        """Sliding speed, m/s; None: it has none."""
+
     @property
-    def note(self) -> str: ...
+    def note(self) -> str:
+        """A mark of `roughsim.results.marks`."""
+
     @property
-    def columns(self) -> Mapping[str, Any]: ...
+    def columns(self) -> Mapping[str, Any]:
+        """Cells by column."""
 
 
 class Entry(NamedTuple):
@@ -69,9 +76,9 @@ class Entry(NamedTuple):
     label: str
     scene: Scene
     run: Run | None = None
-    rows: Sequence[_Row] = ()
+    rows: Sequence[Row] = ()
 
-    def rows_of(self, observable: str) -> list[_Row]:
+    def rows_of(self, observable: str) -> list[Row]:
         """Return the rows of an observable above rest."""
         return [row for row in self.rows if row.observable == observable and row.speed]
 
@@ -129,7 +136,7 @@ def _draw(axes: Axes, entry: Entry, quantity: str, colour: Any) -> None:
 
 def _draw_correlation(axes: Axes, entry: Entry, colour: Any) -> None:
     """Draw g_σ(r) by both theories, and measured."""
-    r = _distances(entry.scene)
+    r = distances(entry.scene)
     theory = prediction.correlation(entry.scene, r) * 1e-18
     law = prediction.calibrated_correlation(entry.scene, r) * 1e-18
     _line(axes, r * 1e6, theory, entry, "theory", colour)
@@ -139,10 +146,10 @@ def _draw_correlation(axes: Axes, entry: Entry, colour: Any) -> None:
             draw_correlation(axes, entry.run, column, r, colour, f"{entry.label}: {column}")
 
 
-def _distances(scene: Scene) -> Array:
+def distances(scene: Scene) -> Array:
     """Return the distances at which g_σ is drawn, m: up to 0.4 of the longest wave, dense at 0, where it is steep."""
-    distances: Array = 0.4 * 2 * np.pi / scene.spectrum.breaks[0] * np.linspace(0.0, 1.0, 100) ** 2
-    return distances
+    longest = 2 * np.pi / scene.spectrum.breaks[0]
+    return np.asarray(0.4 * longest * np.linspace(0.0, 1.0, 100) ** 2)
 
 
 def _line(axes: Axes, x: Array, y: Array, entry: Entry, source: str, colour: Any) -> None:
@@ -159,8 +166,8 @@ def _line(axes: Axes, x: Array, y: Array, entry: Entry, source: str, colour: Any
 def _draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: Any) -> None:
     """Draw an observable by both theories and in each measured column over the speed."""
     factor = shown(OBSERVABLES[observable].unit)[1] * _sign(observable)
-    speed, theories = _theories(entry.scene, observable)
-    for source, values in theories.items():
+    speed, sources = theories(entry.scene, observable)
+    for source, values in sources.items():
         _line(axes, speed, values * factor, entry, source, colour)
     rows = entry.rows_of(observable)
     speed = np.array([row.speed for row in rows])
@@ -176,7 +183,7 @@ def _draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: Any) -> 
         axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=of_column, mfc=face, gid=MARKS)
 
 
-def _theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
+def theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
     """Return speeds, m/s, and the values of both theories there, with the share of the heat; SI.
 
     The speeds are dense where the theory gives any speed, else the speeds of the scene.

@@ -8,7 +8,7 @@ from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
 from roughsim.charts.reaction import reaction_chart
 from roughsim.charts.sliding import sliding_chart
 from roughsim.charts.spectra import correlation_chart, spectrum_chart
-from roughsim.charts.style import FIELDS, USUAL, Look, Subject, check_ending
+from roughsim.charts.style import FIELDS, USUAL, Look, Subject, beside, check_ending
 from roughsim.charts.temperature import distribution_chart, profile_chart
 from roughsim.errors import number
 from roughsim.results.fields import DERIVED_UNITS
@@ -83,15 +83,14 @@ def _choose_film(run: Run, realization: int | None, speed: float | None, column:
 
 def _path_beside(run: Run, quantity: str, realization: int | None, speed: float | None, column: str | None) -> Path:
     """Return a .png beside the run folder, named after the choice."""
-    folder = run.folder.resolve()
-    parts = [folder.name, quantity]
+    parts = [quantity]
     if column:
         parts.append(column)
     if realization is not None:
         parts.append(f"r{realization}")
     if speed is not None:
         parts.append(f"{speed:g}mps")
-    return folder.with_name("-".join(parts) + ".png")
+    return beside(run.folder, *parts)
 
 
 def plot_run(

@@ -126,6 +126,12 @@ def as_path(path: str | Path | None) -> Path | None:
     return None if path is None else Path(path)
 
 
+def beside(folder: Path, *words: str) -> Path:
+    """Return a .png beside a folder, named after it and after words."""
+    folder = folder.resolve()
+    return folder.with_name("-".join((folder.name, *words)) + ".png")
+
+
 def check_ending(path: Path) -> None:
     """Raise ValueError unless a picture is to be .png, .pdf or .svg."""
     if path.suffix.lower() not in _FORMATS:

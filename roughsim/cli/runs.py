@@ -16,7 +16,6 @@ from roughsim.cli.words import (
     open_without_damaged,
     print_json,
     print_parts,
-    study_of,
 )
 from roughsim.show.text import tell
 
@@ -136,12 +135,12 @@ def export(
     .h5, .hdf5 and .nc (netCDF-4) hold arrays, of a run also the kept fields; .csv, .json and .parquet hold one table, a
     row for each observable, column and speed.
     """
+    from roughsim.outputs.opened import opened
     from roughsim.results.folder import gap
 
-    study = study_of(run)
-    opened = rs.open_run(run) if study is None else study
-    file = rs.export(opened, output, bits=bits, surface=surface)
-    lines = gap(opened) if isinstance(opened, rs.Run) else []
+    record = opened(run)
+    file = rs.export(record, output, bits=bits, surface=surface)
+    lines = gap(record) if isinstance(record, rs.Run) else []
     tell("\n".join([*lines, f"file: {file}, {file.stat().st_size / 1e6:.3g} MB"]))
 
 

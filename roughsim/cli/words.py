@@ -50,21 +50,15 @@ def open_scene(name: str, words: list[str] | None, options: dict[str, Any] | Non
     return rs.load_scene(name, read_changes(words or []) | by_options)
 
 
-def study_of(folder: Path) -> "Study | None":
-    """Return the study in a folder; None if the folder is no study."""
-    from roughsim.studies.folder import is_study
-
-    return rs.open_study(folder) if is_study(folder) else None
-
-
 def open_without_damaged(folder: Path) -> "Run | Study":
     """Open a study, or a run without its damaged files, which are named on the terminal."""
-    if (study := study_of(folder)) is not None:
-        return study
-    run = rs.open_run(folder, damaged="skip")
-    for reason in run.damaged.values():
-        tell(f"left out: {reason}")
-    return run
+    from roughsim.outputs.opened import opened
+
+    record = opened(folder, damaged="skip")
+    if isinstance(record, rs.Run):
+        for reason in record.damaged.values():
+            tell(f"left out: {reason}")
+    return record
 
 
 def print_json(value: Any) -> None:

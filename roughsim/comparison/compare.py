@@ -6,7 +6,7 @@ theory and elastic. `theory` is over the whole spectrum; the ratio to the theory
 the modes of the simulation.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from math import degrees, isfinite
@@ -25,7 +25,7 @@ from roughsim.results.share import share_text
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
-from roughsim.show.table import Column, Number, Table, json_value, with_unit
+from roughsim.show.table import Cell, Column, Number, Table, json_value, with_unit
 from roughsim.show.table import Row as Cells
 
 # what each ratio tests
@@ -180,6 +180,15 @@ def _title_of(row: Row) -> str:
     return row.observable if row.temperature is None else f"{row.observable} {row.temperature:g} K"
 
 
+def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
+    """Yield the values of a row by both theories and in the named columns, for a table; empty where it has none."""
+    yield Number(row.theory, row.unit)
+    yield Number(row.calibrated, row.unit)
+    for name in columns:
+        cell = row.columns.get(name)
+        yield "" if cell is None else Number(cell.mean, row.unit, cell.total_error, cell.unknown)
+
+
 def summary_table(comparison: Comparison) -> Table:
     """Return T_flash by its columns, a row per speed, with the ratios at the highest speed below.
 
@@ -193,9 +202,7 @@ def summary_table(comparison: Comparison) -> Table:
     cells: list[Cells] = [
         (
             f"{row.speed:g}",
-            Number(row.theory, row.unit),
-            Number(row.calibrated, row.unit),
-            *(Number(cell.mean, row.unit, cell.total_error, cell.unknown) for cell in row.columns.values()),
+            *numbers_of(row, row.columns),
         )
         for row in rows
     ]
@@ -229,9 +236,7 @@ def comparison_table(comparison: Comparison) -> Table:
         (
             with_unit(_title_of(row), row.unit),
             "" if row.speed is None else f"{row.speed:g}",
-            Number(row.theory, row.unit),
-            Number(row.calibrated, row.unit),
-            *(Number(cell.mean, row.unit, cell.total_error, cell.unknown) for cell in row.columns.values()),
+            *numbers_of(row, row.columns),
             *(Number(row.sliding_calibrated, row.unit) for _ in beside),
             *(Number(ratio.value, "1", ratio.total_error, ratio.unknown) for ratio in row.ratios.values()),
             row.note,

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from roughsim.comparison.compare import Comparison
+from roughsim.comparison.compare import Comparison, numbers_of
 from roughsim.comparison.row import Row
 from roughsim.comparison.rows import FLASH
 from roughsim.results import marks
 from roughsim.results.folder import left_out
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
-from roughsim.show.table import Cell, Column, Number, Table, with_unit
+from roughsim.show.table import Column, Table, with_unit
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -64,7 +64,7 @@ class Comparisons:
                     if row is not None:
                         head = [with_unit(name, row.unit)] if len(chosen) > 1 else []
                         place = "" if speed is None else f"{speed:g}"
-                        rows.append([*head, place, label, *_cells(row, columns)])
+                        rows.append([*head, place, label, *numbers_of(row, columns)])
         units = {row.unit for one in self.comparisons for row in one.rows if row.observable in chosen}
         title = ", ".join(with_unit(name, *units) for name in chosen) if len(chosen) == 1 else ""
         return Table(titles, rows, title, self._notes(chosen))
@@ -108,12 +108,3 @@ def _row_at(comparison: Comparison, observable: str, speed: float | None) -> Row
     """Return the row of an observable at a speed; None if the run does not have it."""
     rows = (row for row in comparison.rows if row.observable == observable and row.speed == speed)
     return next(rows, None)
-
-
-def _cells(row: Row, columns: Sequence[str]) -> list[Cell]:
-    """Return the values of a row in both theories and the columns."""
-    cells: list[Cell] = [Number(row.theory, row.unit), Number(row.calibrated, row.unit)]
-    for name in columns:
-        cell = row.columns.get(name)
-        cells.append("" if cell is None else Number(cell.mean, row.unit, cell.total_error, cell.unknown))
-    return cells

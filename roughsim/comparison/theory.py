@@ -83,7 +83,7 @@ class Theory:
         `path` is the picture, or None. `csv` is a file for the numbers drawn, .csv. ValueError for another ending, or
         a scene at rest.
         """
-        theory_chart({self.scene.title: self}, None if path is None else Path(path), csv=csv)
+        theory_chart({self.scene.title: self}, path, csv=csv)
 
 
 def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> Theory:
@@ -112,11 +112,11 @@ def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> The
     return Theory(loaded, np.array(loaded.speeds), **{name: values[name] for name in names})
 
 
-def theory_chart(theories: Mapping[str, Theory], path: Path | None, *, csv: str | Path | None = None) -> None:
+def theory_chart(theories: Mapping[str, Theory], path: str | Path | None, *, csv: str | Path | None = None) -> None:
     """Draw one or several theories, by their labels, into one figure; other arguments as of `Theory.chart`."""
     from roughsim.charts.curves import Entry, curves_chart  # matplotlib is slow to import
     from roughsim.charts.style import Look, as_path
 
     entries = [Entry(label, one.scene) for label, one in theories.items()]
     title = entries[0].scene.title if len(entries) == 1 else ""
-    curves_chart(path, entries, title=title, look=Look(csv=as_path(csv)))
+    curves_chart(as_path(path), entries, title=title, look=Look(csv=as_path(csv)))

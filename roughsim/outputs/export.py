@@ -1,7 +1,5 @@
 """`export`: the results of a run or a study in one file for other programs."""
 
-import csv
-import io
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +9,7 @@ from roughsim.outputs.opened import Folder, opened
 from roughsim.results.answers import answers
 from roughsim.results.export import ENDINGS, export_run, export_surface
 from roughsim.results.run import Run
-from roughsim.show.frame import data_frame
+from roughsim.show.frame import csv_bytes, parquet_bytes
 from roughsim.show.table import json_value
 from roughsim.show.text import note
 from roughsim.store.disk import place_bytes
@@ -79,20 +77,13 @@ def _save_table(run: Run, path: Path) -> Path:
     rows = list(tidy_rows(run))
     ending = path.suffix.lower()
     if ending == ".csv":
-        text = io.StringIO()
-        writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        for row in rows:
-            writer.writerow({name: "" if value is None else value for name, value in row.items()})
-        content = text.getvalue().encode()
+        content = csv_bytes(rows, list(rows[0]))
     elif ending == ".json":
         about = {"title": run.scene.title, "folder": str(run.folder), "realizations": run.realizations}
         values = about | {"failed": run.failed, "rows": [json_value(row) for row in rows]}
         content = (json.dumps(values, indent=1) + "\n").encode()
     else:
-        buffer = io.BytesIO()
-        data_frame(rows).to_parquet(buffer)
-        content = buffer.getvalue()
+        content = parquet_bytes(rows)
     path.parent.mkdir(parents=True, exist_ok=True)
     place_bytes(path, content)
     return path

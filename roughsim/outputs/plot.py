@@ -5,7 +5,7 @@ from pathlib import Path
 
 from roughsim.charts.curves import OVER_SPEED, PSD, Entry, curves_chart
 from roughsim.charts.plot import QUANTITIES, plot_run
-from roughsim.charts.style import Look, as_path, check_ending
+from roughsim.charts.style import Look, as_path, beside, check_ending
 from roughsim.comparison.rows import rows_of
 from roughsim.outputs.opened import Folder, opened
 from roughsim.results.run import Run
@@ -67,7 +67,7 @@ def plot(  # noqa: PLR0913  (each is an option)
     }
     if isinstance(record, Study):
         _refuse(options, f"{record.folder} is a study")
-        place = _beside(record.folder, quantity) if path is None else Path(path)
+        place = beside(record.folder, quantity) if path is None else Path(path)
         record.draw(place, quantity, over=over, look=look)
         return place
     if over is not None:
@@ -98,15 +98,9 @@ def _refuse(options: Mapping[str, object], reason: str) -> None:
         raise ValueError(f"{', '.join(given)}: {reason}; leave it out")
 
 
-def _beside(folder: Path, quantity: str) -> Path:
-    """Return a .png beside a folder, named after the quantity."""
-    folder = folder.resolve()
-    return folder.with_name(f"{folder.name}-{quantity}.png")
-
-
 def _plot_curve(run: Run, quantity: str, path: str | Path | None, look: Look) -> Path:
     """Draw a curve of all members over the theory."""
-    place = _beside(run.folder, quantity) if path is None else Path(path)
+    place = beside(run.folder, quantity) if path is None else Path(path)
     check_ending(place)
     if quantity != PSD and quantity not in run.observables:
         raise ValueError(f"{run.folder} has no {quantity}; its scene must ask for it, by [observables]")

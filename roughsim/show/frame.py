@@ -1,5 +1,7 @@
-"""Rows as a pandas DataFrame: pandas is not among the packages that roughsim needs."""
+"""Rows as a pandas DataFrame, CSV or Parquet: pandas is not among the packages that roughsim needs."""
 
+import csv
+import io
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
@@ -13,3 +15,19 @@ def data_frame(rows: Sequence[Mapping[str, Any]], index: str | None = None) -> A
         raise ImportError("pandas is not installed; type: pip install pandas") from None
     frame = pandas.DataFrame([dict(row) for row in rows])
     return frame if index is None else frame.set_index(index)
+
+
+def csv_bytes(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> bytes:
+    """Return rows as CSV with the columns `names`; None is an empty cell."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, names, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue().encode()
+
+
+def parquet_bytes(rows: Sequence[Mapping[str, Any]]) -> bytes:
+    """Return rows as Parquet; ImportError without pandas or pyarrow."""
+    buffer = io.BytesIO()
+    data_frame(rows).to_parquet(buffer)
+    return buffer.getvalue()

@@ -1,7 +1,5 @@
 """A study as files for other programs: the tidy table, or arrays over the varied keys."""
 
-import csv
-import io
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,7 +10,7 @@ import numpy as np
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.answers import NOTE, TAIL, TAILS, UNKNOWN, marked
 from roughsim.results.arrays import Labelled, to_dataset
-from roughsim.show.frame import data_frame
+from roughsim.show.frame import csv_bytes, parquet_bytes
 from roughsim.show.table import json_value
 from roughsim.store.disk import place_bytes
 from roughsim.studies.results import StudyResults
@@ -49,12 +47,7 @@ def study_dict(study: StudyResults) -> dict[str, Any]:
 def _csv(study: StudyResults) -> bytes:
     """Return the tidy table as CSV, with the unit of each row in a column."""
     rows = _plain_rows(study)
-    file = io.StringIO()
-    writer = csv.DictWriter(file, list(rows[0]) if rows else ["point"], lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        writer.writerow({name: "" if value is None else value for name, value in row.items()})
-    return file.getvalue().encode()
+    return csv_bytes(rows, list(rows[0]) if rows else ["point"])
 
 
 def _json(study: StudyResults) -> bytes:
@@ -64,9 +57,7 @@ def _json(study: StudyResults) -> bytes:
 
 def _parquet(study: StudyResults) -> bytes:
     """Return the tidy table as Parquet; ImportError without pandas or pyarrow."""
-    buffer = io.BytesIO()
-    data_frame(_plain_rows(study)).to_parquet(buffer)
-    return buffer.getvalue()
+    return parquet_bytes(_plain_rows(study))
 
 
 def _hdf5(study: StudyResults) -> memoryview:

@@ -13,8 +13,8 @@ import pytest
 from study_cases import VARY, description_of
 
 import roughsim as rs
-from roughsim.cli.words import study_of
 from roughsim.errors import RecordError
+from roughsim.outputs.opened import opened
 from roughsim.scene import parse_scene
 from roughsim.studies import folder as study_folder
 from roughsim.studies import work
@@ -65,7 +65,7 @@ def test_every_reader_refuses_a_study_of_which_two_folders_were_exchanged(copy, 
         "chart": lambda: rs.open_study(copy).chart(tmp_path / "s.png"),
         "report": report,
         "page": page,
-        "status": lambda: study_of(copy).to_dict(),
+        "status": lambda: opened(copy).to_dict(),
         "study": lambda: rs.study(small, vary=VARY, folder=copy),
     }
     words = r"sliding.nominal_pressure is 300000000.0 there, not 100000000.0; give each folder in points/ its own name"
@@ -203,7 +203,7 @@ def test_readers_say_how_a_damaged_or_lost_description_is_written_anew(copy, dam
     path = copy / "study.json"
     path.write_text("{") if damage == "cut" else path.unlink()
     with pytest.raises(RecordError, match="study.json is .*give the study again.*roughsim study STUDY -o"):
-        study_of(copy)
+        opened(copy)
 
 
 def test_a_lost_description_is_not_written_anew_from_a_study_that_the_points_do_not_fit(copy, small):
