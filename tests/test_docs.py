@@ -106,9 +106,12 @@ def last_digit(number):
 
 
 def shows(expected, output):
-    """Whether the parts of `expected` between … follow one another in the output, from its start to its end."""
+    """Whether the parts of `expected` between … follow one another in the output, from its start to its end.
+
+    A comma belongs to the word that … stands for.
+    """
     words, position = output.split(), 0
-    parts = [part.split() for part in expected.split("…")]
+    parts = [part.split() for part in re.split("…,?", expected)]
     for number, part in enumerate(parts):
         last = len(words) - len(part)
         starts = range(position, last + 1) if number else range(min(1, last + 1))
@@ -154,6 +157,7 @@ def test_every_slow_example_runs(page, in_tmp_path, capped_run):
 
 def test_shown_output_is_compared_word_by_word_and_numbers_to_the_last_digit():
     assert shows("a 100 K … end", "a 101 K\n 5 s  end\n")
+    assert shows("a 100 ± …, end", "a 101 ± 3, end")
     assert shows("155.7 -3.2e-05", "155.8 -3.3e-05") is False  # 3 % of the second
     assert shows("155.7 -3.21e-05", "155.8 -3.22e-05")
     assert not shows("155.7", "155.9")
