@@ -33,8 +33,10 @@ from roughsim.studies.vary import Axis, points_of, read_axes
 
 _HARDEST = 1e30  # Pa, in place of the infinite hardness of elastic contact
 PAUSE = 0.2  # s between two looks whether another process has planned
-# sections and keys of a scene that do not concern its contact
-_HEAT_KEYS = ("conductivity", "density", "heat_capacity", "friction_coefficient", "speed", "heat_partition", "duration")
+# keys of a scene that do not concern its contact; friction does through the pressure at which the contact yields
+_OF_BODIES = ("conductivity", "density", "heat_capacity", "skin", "heat_depth")
+_OF_SLIDING = ("friction_coefficient", "junction_growth", "speed", "heat_partition", "duration")
+_HEAT_KEYS = (*_OF_BODIES, *_OF_SLIDING)
 
 
 class PointRun(NamedTuple):
@@ -218,4 +220,4 @@ def _contact_keys(scene: Scene) -> str:
     """Return the keys that determine the contact of a scene, as text that sorts like surfaces side by side."""
     identity = {key: value for key, value in scene.identity().items() if key.rpartition(".")[2] not in _HEAT_KEYS}
     load = identity.pop("sliding.nominal_pressure")
-    return f"{json.dumps(identity, sort_keys=True)} {load:.17e}"
+    return f"{json.dumps(identity, sort_keys=True)} {load:.17e} {scene.penetration_hardness:.17e}"

@@ -36,6 +36,23 @@ def test_surfaces_are_drawn_and_contacts_solved_once_for_all_points_that_share_t
     assert len(solved) == 24 * len(LOADS)  # points with another friction share them
 
 
+def test_a_study_over_skin_heat_depth_and_load_solves_the_contact_of_each_load_once(small, tmp_path, calls):
+    drawn, solved = calls(pipeline, "synthesize"), calls(pipeline, "loaded")
+    vary = {"body.skin.thickness": ["0.1 um", "1 um", "10 um"], "body.skin.conductivity": ["3 W/(m K)"]}
+    vary |= {"body.heat_depth": ["0 m", "1 um"], "sliding.nominal_pressure": ["100 MPa", "300 MPa"]}  # varies fastest
+    study = rs.study(small, vary=vary, folder=tmp_path / "study")
+    members = [len(run.members) for _, run in study.results]
+    assert (len(members), set(members)) == (12, {18})
+    assert (len(drawn), len(solved)) == (24, 2 * 24)  # as in the test above: 18 members, of which 6 have two levels
+
+
+def test_points_with_junction_growth_share_the_contacts_of_an_equal_friction(small, tmp_path, calls):
+    solved = calls(pipeline, "loaded")
+    vary = {"body.conductivity": [20, 30], "sliding.friction_coefficient": [0.1, 0.3]}  # friction varies fastest
+    rs.study(small.with_("sliding.junction_growth", 9), vary=vary, folder=tmp_path / "study")
+    assert len(solved) == 2 * 24
+
+
 def test_a_resumed_study_computes_only_what_is_missing_and_may_grow(small, done, tmp_path, calls):
     folder = tmp_path / "copy"
     shutil.copytree(done.folder, folder)
