@@ -19,6 +19,7 @@ from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature, contact_temperature
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.realization import realize
+from roughsim.results.fields import temperature_of
 from roughsim.results.film import filmed
 from roughsim.results.folder import gap, open_run
 from roughsim.results.run import Run
@@ -176,6 +177,7 @@ class Temperature(NamedTuple):
     grid: Grid
     speed: float
     direction: float
+    scene: Scene  # that of the run, or the same with other layers on its bodies
     contact: ContactTemperature | None
 
     @property
@@ -196,14 +198,21 @@ class MemberFields:
     preview_pressure: Field
     column: str | None = None  # whose share of the heat counts
 
-    def temperature(self, speed: float, direction: float, *, preview: bool = False) -> Temperature:
-        """Return the temperature at a speed, m/s, and direction, rad, on the whole grid or on the preview grid."""
+    def temperature(
+        self, speed: float, direction: float, scene: Scene | None = None, *, preview: bool = False
+    ) -> Temperature:
+        """Return the temperature at a speed, m/s, and direction, rad, on the whole grid or on the preview grid.
+
+        `scene` is that of the run if left out; it may have other layers on its bodies, which do not change the contact.
+        """
+        scene = self.run.scene if scene is None else scene
         pressure, grid = (self.preview_pressure, self.preview_grid) if preview else (self.pressure, self.grid)
-        heat = pressure.dtype.type(prediction.heat_per_pressure(self.run.scene, speed))
-        field = self.run.temperature(pressure * heat, grid, speed, direction, self.column)
+        heat = pressure * pressure.dtype.type(prediction.heat_per_pressure(scene, speed))
+        share, distance = self.run.heat_share(speed, self.column, scene), self.run.numerics.slid_distance
+        field = temperature_of(scene, heat, grid, speed, direction=direction, share=share, slid_distance=distance)
         # the heat that a pixel sets free is in proportion to its pressure
         contact = None if preview else contact_temperature(field, pressure)
-        return Temperature(self, field, grid, speed, direction, contact)
+        return Temperature(self, field, grid, speed, direction, scene, contact)
 
 
 def load_fields(run: Run, level: int, index: int, preview: int = PREVIEW) -> MemberFields:

@@ -14,6 +14,7 @@ from roughsim.charts.maps import HARD, palette
 from roughsim.charts.style import COLOURS, THEORY, scaled
 from roughsim.charts.temperature import COLOUR_OF, densities
 from roughsim.explore.content import CORRELATION, Curve, Field, Image, Line, scene_text, speed_range
+from roughsim.explore.skin import SkinControls
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature
 from roughsim.results.run import Run
@@ -251,6 +252,7 @@ class Layout:
         self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
         columns, lengths = run.numerics.columns, [length * self.factor for length in run.numerics.lengths]
         self.controls = _Controls(run, speed)
+        self.skin = SkinControls(run)
 
         # maps over one view, with the marked point and the line through it
         self.x_range, self.y_range = models.Range1d(), models.Range1d()
@@ -287,6 +289,7 @@ class Layout:
             row(heading, self.state, self.busy, spacing=16, styles=_WRAPPED),
             self.problems,
             self.controls.row,
+            self.skin.row,
             row(*(panel.figure for panel in self.maps.values()), styles=_WRAPPED),
             self.values,
             row(

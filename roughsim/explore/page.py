@@ -28,6 +28,7 @@ from roughsim.explore.content import (
 )
 from roughsim.explore.film import FilmView
 from roughsim.explore.layout import FIELDS, THEME, Layout
+from roughsim.explore.skin import layers_text
 from roughsim.grid import Grid
 from roughsim.heat.statistics import hottest_pixel
 from roughsim.show.text import clock
@@ -81,6 +82,7 @@ class Page:
         self.watched = watched
         scene = watched.run.scene
         self.speed, self.direction = max(scene.speeds) or 1.0, 0.0
+        self.scene = scene  # of the shown temperature: the skin and the depth of the heat may be chosen
         self.member: MemberFields | None = None
         self.temperature: Temperature | None = None
         self.point: tuple[int, int] | None = None  # that is marked
@@ -124,6 +126,10 @@ class Page:
         when(controls.level, "value", self.choose_level)
         when(controls.member, "value", self.choose_member)
         when(controls.colours_of, "active", self.draw_maps)
+        when(layout.skin.material, "value", self.choose_layers)
+        for slider in (layout.skin.thickness, layout.skin.heat_depth):
+            when(slider, "value", partial(self.choose_layers, moving=True))
+            when(slider, "value_throttled", self.choose_layers)
         for axis in (layout.x_range, layout.y_range):
             when(axis, "start", self.draw_maps)
             when(axis, "end", self.draw_maps)
@@ -245,10 +251,24 @@ class Page:
             self._setting_controls = True
             self.layout.show_choice(speed, direction)
             self._setting_controls = False
-        if (member := self.member) is not None:
-            if not moving and member.preview_grid != member.grid:
-                self.layout.busy.text = "computing the whole field …"
-            self.temperatures.ask(lambda: member.temperature(speed, direction, preview=moving), self.show_temperature)
+        self.ask_temperature(moving=moving)
+
+    def choose_layers(self, *, moving: bool = False) -> None:
+        """Show the temperature with the chosen skin and depth of the heat; a preview while a control is being moved."""
+        scene = self.layout.skin.scene()
+        if moving and scene == self.scene:
+            return  # a late event, as of the speed
+        self.scene = scene
+        self.ask_temperature(moving=moving)
+
+    def ask_temperature(self, *, moving: bool) -> None:
+        """Compute the temperature of all that is chosen, from the pressure of the member."""
+        if (member := self.member) is None:
+            return
+        if not moving and member.preview_grid != member.grid:
+            self.layout.busy.text = "computing the whole field …"
+        work = partial(member.temperature, self.speed, self.direction, self.scene, preview=moving)
+        self.temperatures.ask(work, self.show_temperature)
 
     def show_temperature(self, temperature: Temperature) -> None:
         """Show a temperature; distribution, point and line follow only with the whole field."""
@@ -289,6 +309,8 @@ class Page:
         if name == "temperature" and self.temperature is not None:
             # a new title makes the browser lay out the page again, so a preview does not name its speed
             note = ", preview" if self.temperature.preview else f", {self.temperature.speed:.3g} m/s"
+            if not self.temperature.preview and self.temperature.scene != self.watched.run.scene:
+                note += f", {layers_text(self.temperature.scene)}"
         if lengths != self.watched.run.numerics.lengths:
             where = self.watched.run.numerics.levels[int(self.layout.controls.level.value)].where
             sides = " × ".join(f"{length * self.layout.factor:.4g}" for length in lengths)

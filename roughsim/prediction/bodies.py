@@ -239,32 +239,51 @@ def background(scene: Scene) -> Array:
 
 
 def heat_partition(
-    scene: Scene, speeds: ArrayLike | None = None, *, rule: float | str | None = None, spectrum: Spectrum | None = None
+    scene: Scene,
+    speeds: ArrayLike | None = None,
+    *,
+    rule: float | str | None = None,
+    spectrum: Spectrum | None = None,
+    stress: Spectrum | None = None,
 ) -> Array:
     """Return the moving body's share of the heat at each speed, m/s, by default the speeds of the scene.
 
     `rule` is a number, "all" (1), or the theory's "mean" or "total", NaN without a second body; None is the rule of
-    the scene, with which temperatures are reported. `spectrum` stands for the whole C_sm if given.
+    the scene, with which temperatures are reported. `spectrum` stands for the whole C_sm if given, `stress` for the
+    spectrum of the stress of the theory, Pa² m².
     """
     speed = np.asarray(scene.speeds if speeds is None else speeds, np.float64)
     rule = scene.sliding.heat_partition if rule is None else rule
-    spectrum = smoothed_spectrum(scene) if spectrum is None else spectrum
+    if stress is None and spectrum is None:
+        spectrum = smoothed_spectrum(scene)
     result = np.empty(speed.shape)
     for indices, constants in groups(scene, speed):
-        result[indices] = share_of(scene, rule, speed[indices], spectrum, constants.bodies)
+        result[indices] = share_of(scene, rule, speed[indices], spectrum, constants.bodies, stress)
     return result
 
 
-def share_of(scene: Scene, rule: float | str, speed: Array, spectrum: Spectrum, bodies: Conduction) -> Array:
-    """Return the moving body's share by a rule of the scene at speeds (n,), m/s, that have one conduction."""
+def share_of(
+    scene: Scene,
+    rule: float | str,
+    speed: Array,
+    spectrum: Spectrum | None,
+    bodies: Conduction,
+    stress: Spectrum | None = None,
+) -> Array:
+    """Return the moving body's share by a rule of the scene at speeds (n,), m/s, that have one conduction.
+
+    Of C(q) m⁴, or of the spectrum of the stress, Pa² m², if that is given.
+    """
     if not isinstance(rule, str) or rule == "all":
         return np.full(speed.shape, 1.0 if rule == "all" else float(rule))
     if bodies.counter_conductivity is None:
         return np.full(speed.shape, nan)
+    contact: dict[str, Any] = {"spectrum": spectrum} | stress_arguments(scene)
+    if stress is not None:
+        contact = {"stress_spectrum": stress, "nominal_pressure": scene.sliding.nominal_pressure}
     share = theory.partition.moving_share(
         speed,
-        spectrum,
-        **stress_arguments(scene),
+        **contact,
         conductivity=bodies.conductivity,
         diffusivity=bodies.diffusivity,
         resting_conductivity=bodies.counter_conductivity,

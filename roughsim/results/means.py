@@ -145,12 +145,19 @@ class Means:
         """Return the share of the heat, (speeds,), in the reported temperatures of the theory and each column."""
         return {"theory": self.heat_partition} | {column: self.share(column) for column in self.numerics.columns}
 
-    def heat_share(self, speed: float, column: str | None = None) -> float:
-        """Return the share of the heat in the reported temperatures of a column, at any speed, m/s."""
+    def heat_share(self, speed: float, column: str | None = None, scene: Scene | None = None) -> float:
+        """Return the share of the heat in the reported temperatures of a column, at any speed, m/s.
+
+        `scene` is the scene of the run with other layers on its bodies, which change a share that follows from both.
+        """
         speed = abs(speed)
         if speed in self.scene.speeds:
-            return float(self.share(column)[self.scene.speeds.index(speed)])
-        return share.at_other_speed(self.scene, speed, self.heat_partition, self.share(column))
+            own = float(self.share(column)[self.scene.speeds.index(speed)])
+        else:
+            own = share.at_other_speed(self.scene, speed, self.heat_partition, self.share(column))
+        if scene is None or not share.has_own_share(scene):
+            return own
+        return share.with_other_layers(self.scene, scene, speed, own)
 
     def size_error(self, observable: str, column: str) -> Array | float:
         """Return the relative error by the finite cell."""

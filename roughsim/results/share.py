@@ -68,3 +68,14 @@ def at_other_speed(scene: Scene, speed: float, known: Array, own: Array) -> floa
     of_theory = theory / (1.0 - theory)
     ratio = of_theory * float(np.interp(of_theory, odds, measured / odds))
     return ratio / (1.0 + ratio)
+
+
+def with_other_layers(scene: Scene, layered: Scene, speed: float, own: float) -> float:
+    """Return the share at a speed, m/s, of a run whose bodies get the layers of another scene; `own` is without them.
+
+    The odds change as by the calibrated spectrum of the stress, or by the theory where that does not hold.
+    """
+    law = prediction.calibrated(scene).stress_spectrum
+    before, after = (float(prediction.heat_partition(each, (speed,), stress=law)[0]) for each in (scene, layered))
+    odds = own / (1.0 - own) * after / (1.0 - after) * (1.0 - before) / before
+    return odds / (1.0 + odds)
