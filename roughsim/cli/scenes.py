@@ -16,6 +16,7 @@ from roughsim.cli.words import (
     Json,
     SceneName,
     Set,
+    TargetError,
     Workers,
     complete_form,
     complete_scene,
@@ -85,7 +86,7 @@ def theory(
 def plan(
     scene: SceneName,
     changes: Set = None,
-    target_error: Annotated[str | None, Option(metavar="X", help="Error of T_flash to reach: 1% or 0.01.")] = None,
+    target_error: TargetError = None,
     as_json: Json = False,
 ) -> None:
     """Show how a scene would be computed, and why so."""
@@ -113,8 +114,9 @@ def run(
     scene: SceneName,
     output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")],
     changes: Set = None,
+    target_error: TargetError = None,
     until: Annotated[
-        list[str] | None, Option(metavar="NAME=X", help="Total 95 % error to stop at: 1% or 0.01.")
+        list[str] | None, Option(metavar="NAME=X", help="The same of any observable. May be repeated.")
     ] = None,
     most: Annotated[int | None, Option("--max", metavar="N", min=1, help="Stop at N of the lowest level.")] = None,
     workers: Workers = None,
@@ -123,9 +125,11 @@ def run(
 ) -> None:
     """Compute realizations of a scene. The same command resumes an interrupted run.
 
-    For example: roughsim run demo -o runs/demo --until flash_temperature=1%
+    For example: roughsim run demo -o runs/demo --target-error 1%
     """
     began = time.monotonic()
+    if target_error is not None:
+        until = [*(until or []), f"flash_temperature={target_error}"]
     targets = {name.strip(): value for name, _, value in (word.partition("=") for word in until or ())} or None
     ensemble = {"ensemble.until": targets, "ensemble.max_realizations": most}
     options = ensemble | {"numerics.threads": threads, "numerics.keep_fields": keep_fields}
@@ -140,6 +144,7 @@ def run(
         with Progress("planning") as progress:
             numerics = begin(loaded, output)
             _show_plan(loaded, numerics)
+            progress.show("computing", 0.0, 0)
             result = rs.run(loaded, output, workers=workers, observer=progress.update)
     except KeyboardInterrupt:  # caught here: typer would end without a message
         fail(_STOPPED, 130)

@@ -34,6 +34,9 @@ Set = Annotated[
     list[str] | None,
     Option("--set", metavar="KEY=VALUE", help="Another value of a key, as sliding.speed=35m/s. May be repeated."),
 ]
+TargetError = Annotated[
+    str | None, Option("--target-error", metavar="X", help="Total 95 % error of T_flash to reach: 1% or 0.01.")
+]
 RunFolder = Annotated[Path, Argument(metavar="RUN", help="The folder of a run, or of a study.")]
 Json = Annotated[bool, Option("--json", help="Print JSON (SI units) for programs.")]
 Chart = Annotated[Path | None, Option(metavar="FILE", help="Draw the figure: .png, .pdf or .svg.")]

@@ -1,13 +1,19 @@
-"""Progress of a run: a bar on a terminal, and a line for each round in a file, a pipe or a notebook."""
+"""Progress of a run: a bar on a terminal, and lines with the time in a file, a pipe or a notebook."""
 
+import time
 from contextlib import AbstractContextManager, suppress
+from datetime import timedelta
+from threading import Event, Thread
 
 from rich import progress as bars
 
-from roughsim.ensemble.status import round_text, time_left
+from roughsim.ensemble.status import seconds_left
 from roughsim.results.run import Run
 from roughsim.show.terminal import PlainConsole
-from roughsim.show.text import tell
+from roughsim.show.text import clock, tell
+
+SILENCE = 2.0  # s until a first line without a terminal; each further silence is twice as long, up to _LONGEST
+_LONGEST = 60.0  # s: a run of a day writes 1,440 lines
 
 
 class _Console(PlainConsole):
@@ -16,36 +22,68 @@ class _Console(PlainConsole):
 
 
 class Progress(AbstractContextManager["Progress"]):
-    """A line of text with a bar on a terminal; elsewhere the text alone, when a new stage begins.
+    """A line of text with a bar on a terminal; elsewhere lines: when a new stage begins, and after a silence.
 
     An output that is full or closed does not stop the run.
     """
 
     def __init__(self, text: str):
         console = _Console(stderr=True)
-        description = bars.TextColumn("{task.description}", markup=False)
-        self._bar = bars.Progress(description, bars.BarColumn(), console=console, disable=not console.is_terminal)
+        columns = bars.TextColumn("{task.description}", markup=False), bars.BarColumn(bar_width=None)
+        self._bar = bars.Progress(*columns, console=console, expand=True, disable=not console.is_terminal)
         self._task = self._bar.add_task(text, total=None)
-        self._stage = 0
+        self._text, self._stage = text, 0
+        self._began = self._told = time.monotonic()
+        self._silence = SILENCE
+        self._ended = Event()
+        self._teller = Thread(target=self._tell_after_silence, daemon=True)
 
     def __enter__(self) -> "Progress":
         with suppress(OSError):
             self._bar.start()
+        if self._bar.disable:
+            self._teller.start()
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._ended.set()
         with suppress(OSError):
             self._bar.stop()
 
     def show(self, text: str, share: float, stage: int) -> None:
         """Show text, and the share of the work that is done; stages are numbered from 0."""
+        self._text = text
         with suppress(OSError):
             self._bar.update(self._task, description=text, total=1.0, completed=min(share, 1.0))
         if self._bar.disable and stage != self._stage:
-            tell(text)
+            self._tell()
         self._stage = stage
 
     def update(self, run: Run) -> None:
-        """Show the round of a run, the errors with their targets, and the time left."""
+        """Show the round of a run, its largest error over its target, and the time left."""
         share = len(run.members) / max(sum(run.needed), 1)
-        self.show(f"{round_text(run)}, {time_left(run)}", share, run.rounds.number)
+        self.show(progress_text(run), share, run.rounds.number)
+
+    def _tell(self) -> None:
+        """Write the text as a line, after the time since the start."""
+        self._told = time.monotonic()
+        tell(f"{timedelta(seconds=round(self._told - self._began))} {self._text}")
+
+    def _tell_after_silence(self) -> None:
+        """Write a line after each silence, until the work has ended."""
+        while not self._ended.wait(max(self._told + self._silence - time.monotonic(), 0.0)):
+            if time.monotonic() >= self._told + self._silence:
+                self._tell()
+                self._silence = min(2.0 * self._silence, _LONGEST)
+
+
+def progress_text(run: Run) -> str:
+    """Return the round of a run, its largest error over its target, and the time left, in less than 75 columns."""
+    wanted = run.rounds.wanted
+    there = sum(min(run.members.available[level], count) for level, count in enumerate(wanted))
+    text = f"round {run.rounds.number + 1}: {there}/{sum(wanted)} members"
+    if errors := run.total_errors:
+        worst = max(errors, key=lambda name: errors[name] / run.until[name])
+        text += f", error {100 * errors[worst]:.2g} % (target {100 * run.until[worst]:g} %)"
+    seconds = seconds_left(run)
+    return text if seconds is None else f"{text}, {clock(seconds)} left"

@@ -7,10 +7,10 @@ follows from the members alone. So any number of processes may work on one run.
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from roughsim.ensemble.executors import Workers, interrupted_by_signals
 from roughsim.ensemble.tasks import Tasks, remove_unfinished
@@ -24,23 +24,29 @@ from roughsim.results.folder import unread_run
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import Numerics
-from roughsim.show.text import is_notebook
+from roughsim.scene.sections import TARGET
 from roughsim.store.claims import Claims
 
+if TYPE_CHECKING:
+    from roughsim.ensemble.progress import Progress
 
-def run(
+
+def run(  # noqa: PLR0913  (each is an option)
     scene: SceneLike,
     folder: str | Path,
     *,
+    changes: Mapping[str, Any] | None = None,
     numerics: Numerics | None = None,
     seed: int | None = None,
-    until: dict[str, float] | None = None,
+    target_error: float | str | None = None,
+    until: Mapping[str, float | str] | None = None,
     max_realizations: int | None = None,
     workers: int | None = 1,
     executor: Executor | None = None,
     observer: Callable[[Run], None] | None = None,
+    progress: bool = True,
 ) -> Run:
-    """Compute an ensemble into a folder, or resume it. In a notebook each round prints a line.
+    """Compute an ensemble into a folder, or resume it.
 
     Parameters
     ----------
@@ -49,11 +55,16 @@ def run(
     folder : str or Path
         Run folder; made if it does not exist. The same scene, numerics and seed resume it. Several processes may work
         on one run, also on different machines: each takes members that no other computes.
+    changes : mapping, optional
+        Other values of some keys of the scene, as for `load_scene`.
     numerics : Numerics, optional
         Default: stored in the folder, else from `plan`.
     seed : int, optional
         Default: the seed of the scene.
-    until : dict of str to float, optional
+    target_error : float or str, optional
+        Relative total error of T_flash, 95 %, at which to stop, at the worst speed, such as 0.02 or "2 %": short for
+        ``until={"flash_temperature": target_error}``.
+    until : mapping of str to float or str, optional
         Relative total error, 95 %, of each named observable at which to stop, at the worst speed; default: from the
         scene. It is checked after rounds of members. A run that cannot reach it ends, too, and states the reason.
     max_realizations : int, optional
@@ -66,7 +77,10 @@ def run(
     executor : concurrent.futures.Executor, optional
         Used in place of own processes; twice `workers` members are submitted at a time. Their memory is not checked.
     observer : callable, optional
-        Called with the run after each stored member.
+        Called with the run after each stored member, in place of `progress`.
+    progress : bool
+        Show the progress on the standard error: a bar on a terminal, else a line for each round, and after 2 s, 4 s …
+        60 s without one. A run without a second round that takes less than 2 s writes nothing.
 
     Returns
     -------
@@ -90,17 +104,29 @@ def run(
         Naming the argument, before any work.
     """
     allowed = Workers(workers, executor)
-    scene = aimed(as_scene(scene), seed=seed, until=until, max_realizations=max_realizations)
-    if observer is None and is_notebook():
-        from roughsim.ensemble.progress import Progress  # rich is slow to import
-
-        observer = Progress("planning").update
+    if target_error is not None:
+        if until is not None:
+            raise ValueError(f"target_error = {target_error} and until = {until} are both given; give one of them")
+        until = {"flash_temperature": TARGET(target_error, "target_error")}
+    scene = aimed(as_scene(scene, changes), seed=seed, until=until, max_realizations=max_realizations)
     folder = Path(folder)
-    with interrupted_by_signals(), allowed:
+    with interrupted_by_signals(), allowed, _shown(progress and observer is None) as bar:
         if numerics is not None:
             fit(allowed, [(scene, numerics)])  # before a folder is made
         numerics = begin(scene, folder, numerics)
+        if bar is not None:
+            bar.show("computing", 0.0, 0)
+            observer = bar.update
         return complete([(scene, numerics, folder)], allowed, observer)[0]
+
+
+def _shown(shown: bool) -> "AbstractContextManager[Progress | None]":
+    """Return the progress to show, or nothing."""
+    if not shown:
+        return nullcontext()
+    from roughsim.ensemble.progress import Progress  # rich is slow to import
+
+    return Progress("planning")
 
 
 def complete(

@@ -14,7 +14,7 @@ from roughsim.estimate.cell_size import choose_lengths
 from roughsim.planning.levels import SIDE
 from roughsim.prediction.facts import STEEP, YIELDED, Facts, gentle_end
 from roughsim.prediction.scans import scan_of_hottest
-from roughsim.prediction.statements import Statement, cautions, statements
+from roughsim.prediction.statements import UNEVEN, Statement, cautions, equal_faces, statements
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.scene.slips import slips
@@ -29,9 +29,7 @@ _LEAST_PIXELS = 16.0  # of contact in a cell
 _HOTTEST = 4200.0  # K: no material is solid above it
 _FREE_PATH = 10e-9  # m, free path of electrons and phonons: Fourier's law holds for longer distances
 _SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
-_UNEVEN = 0.02  # distance of the heat share from 1/2
 _THICK = 0.1  # of the side of the cell: thicker layers are bodies of their own
-_LIKE = 2.0  # ratio of the rms heights of two faces that count as equally rough
 
 
 class Plausibility(NamedTuple):
@@ -182,18 +180,13 @@ def _layer_lines(scene: Scene, side: float) -> Lines:
 
 
 def _share_lines(scene: Scene, known: Facts) -> Lines:
-    """Warn of a heat share other than 1/2 between faces that conduct alike and are equally rough."""
+    """Warn of a heat share by a rule other than 1/2 between equal faces; a stated number is the user's own."""
     k = int(np.argmax(scene.speeds))
     share = float(known.heat_partition[k])
-    if len(scene.faces) < 2 or not scene.counterface_conducts or abs(share - 0.5) <= _UNEVEN:
+    if not isinstance(scene.sliding.heat_partition, str) or abs(share - 0.5) <= UNEVEN or not equal_faces(scene):
         return
-    bodies = prediction.conduction(scene)
-    alike = np.array_equal(bodies.conductivity, bodies.counter_conductivity)
-    alike = alike and np.array_equal(bodies.diffusivity, bodies.counter_diffusivity)
-    first, second = (face.rms_height for face in scene.faces)
-    if alike and 1 / _LIKE <= first / second <= _LIKE:
-        about = "about " if scene.tables else ""  # a table over temperature has another value at another share
-        yield (
-            f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is not even, but the faces are; "
-            f"heat_partition = 0.5 makes temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md"
-        )
+    about = "about " if scene.tables else ""  # a table over temperature has another value at another share
+    yield (
+        f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is not even, but the faces are; "
+        f"heat_partition = 0.5 makes temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md"
+    )

@@ -10,9 +10,9 @@ from math import inf, isnan, pi, sqrt
 from typing import Any
 
 from roughsim import prediction
-from roughsim.errors import number
 from roughsim.estimate.cell_size import choose_lengths
-from roughsim.estimate.rounds import FIRST_STEP, TARGET, WORK_SECONDS, first_counts, work
+from roughsim.estimate.rounds import FIRST_STEP, WORK_SECONDS, first_counts, work
+from roughsim.estimate.rounds import TARGET as DEFAULT
 from roughsim.machine import PROCESS
 from roughsim.planning.levels import levels_of
 from roughsim.planning.realization import largest_member
@@ -21,21 +21,25 @@ from roughsim.planning.sliding import slide_reasons, with_slide
 from roughsim.prediction.scans import scan_of_hottest
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
+from roughsim.scene.sections import TARGET
 
 # relative standard deviation of T_flash over the members of a lowest level, × longest waves per side × √(contact area
 # of the theory there): smallest and largest of 20 scenes, elastic and capped, with contact on .0005 … .25 of the area
 _SCATTER = 0.012, 0.046
 
 
-def plan(scene: SceneLike, target_error: float | None = None, *, changes: Mapping[str, Any] | None = None) -> Numerics:
+def plan(
+    scene: SceneLike, target_error: float | str | None = None, *, changes: Mapping[str, Any] | None = None
+) -> Numerics:
     """Choose the numerics of a scene by rule; keys given in its [numerics] section are kept.
 
     Parameters
     ----------
     scene : Scene, str, path or dict
         Scene to compute, or an argument of `load_scene`.
-    target_error : float, optional
-        Target for the relative total error of T_flash. Default: from the scene's `until`, or 1 %.
+    target_error : float or str, optional
+        Target for the relative total error of T_flash, such as 0.02 or "2 %". Default: from the scene's
+        `until`, or 1 %.
     changes : mapping, optional
         Other values of some keys of the scene, as for `load_scene`.
 
@@ -52,9 +56,9 @@ def plan(scene: SceneLike, target_error: float | None = None, *, changes: Mappin
         If the machine has too little memory for the largest grid.
     """
     scene = as_scene(scene, changes)
-    target = (TARGET | dict(scene.ensemble.until))["flash_temperature"] if target_error is None else target_error
-    if not 0.0 < number("target_error", target) < 1.0:
-        raise ValueError(f"target_error = {target:.6g} must lie between 0 and 1; 0.01 is 1 %")
+    target = (DEFAULT | dict(scene.ensemble.until))["flash_temperature"]
+    if target_error is not None:
+        target = float(TARGET(target_error, "target_error"))
     stated, scene = scene, prediction.computed(scene)
     reasons = []
     if scene != stated:

@@ -13,6 +13,9 @@ from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.topography import Texture
 
+UNEVEN = 0.02  # distance of the heat share from 1/2
+_LIKE = 2.0  # ratio of the rms heights of two faces that count as equally rough
+
 
 class Statement(NamedTuple):
     """What a scene assumes: its name, its value in words, and why it is so."""
@@ -81,9 +84,21 @@ def _of_heat(scene: Scene) -> Iterator[Statement]:
         because += ": T_flash of the theory in theory and calibrated, of the column itself in a measured one"
     else:
         value, because = f"{rule:.4g} into the moving body", "heat_partition states it"
+        if abs(rule - 0.5) > UNEVEN and equal_faces(scene):
+            about = "about " if scene.tables else ""  # a table over temperature has another value at another share
+            because += f"; equal faces share evenly: 0.5 makes temperatures {about}{0.5 / rule:.3g} times as high"
     if scene.sliding.history == SLIDING:
         because += "; the column sliding has its own share"
     yield Statement("heat", value, because)
+
+
+def equal_faces(scene: Scene) -> bool:
+    """Return whether both faces conduct alike and are about equally rough, so that each takes half of the heat."""
+    if len(scene.faces) < 2 or not scene.counterface_conducts:
+        return False
+    moving, resting = ((body.conductivity, body.density * body.heat_capacity) for body in scene.bodies)
+    first, second = (face.rms_height for face in scene.faces)
+    return moving == resting and 1 / _LIKE <= first / second <= _LIKE
 
 
 def _of_tables(scene: Scene) -> Iterator[Statement]:

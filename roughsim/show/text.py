@@ -3,7 +3,6 @@
 Titles, paths and messages of other libraries may contain commands to the terminal; these characters are replaced.
 """
 
-import builtins
 import codecs
 import io
 import os
@@ -22,12 +21,6 @@ _ASCII = {
     "α": "alpha", "γ": "gamma", "ζ": "zeta", "κ": "kappa", "λ": "lambda", "ν": "nu", "ξ": "xi", "π": "pi",
     "ρ": "rho", "σ": "sigma",
 }  # fmt: skip
-
-
-def is_notebook() -> bool:
-    """Whether this process is the kernel of a notebook."""
-    get_ipython = getattr(builtins, "get_ipython", None)  # IPython adds it
-    return get_ipython is not None and hasattr(get_ipython(), "kernel")
 
 
 def plain(text: object) -> str:
@@ -138,6 +131,8 @@ def _one_line(error: BaseException) -> str:
 
 
 def clock(seconds: float) -> str:
-    """Return a time span in words: 12 s, 3 min 05 s."""
+    """Return a time span in words: 12 s, 3 min 05 s, 28 h 03 min."""
     whole = round(seconds)
+    if whole >= 3600:
+        return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
     return f"{whole // 60} min {whole % 60:02d} s" if whole >= 60 else f"{whole} s"

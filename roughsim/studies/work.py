@@ -9,7 +9,7 @@ import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,7 +24,6 @@ from roughsim.scene import Scene, SceneError, SceneLike
 from roughsim.scene.files import scene_of
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.scene.sections import ROUGHNESS_KEYS, TARGET
-from roughsim.show.text import is_notebook
 from roughsim.store.claims import PLAN, Claims
 from roughsim.studies.folder import base_scene, describe, refuse_exchanged, refuse_other, write
 from roughsim.studies.results import LATER
@@ -56,6 +55,7 @@ def study(
     workers: int | None = 1,
     executor: Executor | None = None,
     observer: Callable[[Run], None] | None = None,
+    progress: bool = True,
 ) -> Study:
     """Compute a scene for all combinations of some values, or go on with the study in a folder.
 
@@ -76,7 +76,9 @@ def study(
     workers, executor
         As of `roughsim.run`.
     observer : callable, optional
-        Called with the run of a point after members of it have been stored.
+        Called with the run of a point after members of it have been stored, in place of `progress`.
+    progress : bool
+        As of `roughsim.run`.
 
     Returns
     -------
@@ -100,11 +102,13 @@ def study(
     description = describe(scenes, axes, target)
     refuse_other(folder, description)
     points = {name: each for name, each in scenes.items() if name}
-    if observer is None and is_notebook():
+    bar = None
+    if progress and observer is None:
         from roughsim.studies.progress import StudyProgress  # rich is slow to import
 
-        observer = StudyProgress(len(points)).update
-    with interrupted_by_signals(), allowed:
+        bar = StudyProgress(len(points))
+        observer = bar.update
+    with interrupted_by_signals(), allowed, bar or nullcontext():
         with planning_alone(folder):
             refuse_other(folder, description)  # which another process may have begun meanwhile
             refuse_exchanged(folder, description)

@@ -3,13 +3,17 @@
 import errno
 import io
 import re
+import time
 from contextlib import redirect_stderr
+from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import roughsim as rs
 from roughsim.cli import main
-from roughsim.ensemble.progress import Progress
+from roughsim.ensemble.progress import Progress, progress_text
 from roughsim.ensemble.run import aimed
 from roughsim.studies.progress import StudyProgress
 
@@ -42,12 +46,36 @@ def test_a_file_gets_a_line_for_each_round_with_errors_and_the_time_left(tmp_pat
     said = capsys.readouterr().err.splitlines()
     assert said
     for number, line in enumerate(said):
-        words = rf"round {number + 2}: \d+ of \d+ members, flash_temperature total error [\d.]+ % \(target 0.8 %\), "
-        assert re.fullmatch(words + r"about \d+ s of computing left", line)
+        words = rf"0:00:\d\d round {number + 2}: \d+/\d+ members, error [\d.]+ % \(target 0.8 %\), \d+ s left"
+        assert re.fullmatch(words, line)
+
+
+@pytest.fixture(scope="module")
+def long_run(tmp_path_factory):
+    """A stand-in with the longest numbers of a run of days, and three targets."""
+    members = SimpleNamespace(
+        available=(1234, 56), seconds=lambda level: np.full((1234, 56)[level], 90.0), __len__=lambda: 1290
+    )
+    return SimpleNamespace(
+        members=members,
+        needed=(2345, 67),
+        total_errors={"flash_temperature": 0.011, "correlation_radius_10": 0.052, "contact_fraction": 0.06},
+        until={"flash_temperature": 0.01, "correlation_radius_10": 0.005, "contact_fraction": 0.05},
+        rounds=SimpleNamespace(number=11, wanted=(2345, 67), verdict=object()),
+        numerics=SimpleNamespace(levels=(None, None)),
+    )
+
+
+def test_the_line_of_a_long_run_fits_80_columns_beside_its_bar(long_run, monkeypatch):
+    monkeypatch.setattr("roughsim.ensemble.status.work", lambda numerics, level: 1.0)
+    text = progress_text(long_run)
+    # the error most above its target, and (1111 + 11) members of 90 s
+    assert text == "round 12: 1290/2412 members, error 5.2 % (target 0.5 %), 28 h 03 min left"
+    assert len(text) < 75  # and a short bar
 
 
 def test_a_run_warns_in_the_form_of_every_verb(quick, tmp_path, capsys):
-    run_command(quick, tmp_path)
+    run_command(replace(quick, sliding=replace(quick.sliding, heat_partition="all")), tmp_path)
     warned = [line for line in capsys.readouterr().err.splitlines() if "heat share" in line]
     assert [line.startswith("roughsim: warning: the heat share") for line in warned] == [True]
 
@@ -61,8 +89,42 @@ def test_a_terminal_that_takes_no_more_stops_no_run(quick, tmp_path, number, ter
 
 
 def test_a_script_shows_no_bar(quick, tmp_path, capfd):
-    rs.run(quick, tmp_path / "run", max_realizations=1)
+    rs.run(quick, tmp_path / "run", max_realizations=1, progress=False)
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_script_prints_a_line_after_each_silence_which_grows(monkeypatch, capsys):
+    monkeypatch.setattr("roughsim.ensemble.progress.SILENCE", 0.1)
+    with Progress("planning") as progress:
+        time.sleep(0.15)
+        progress.show("computing", 0.0, 0)
+        time.sleep(0.85)  # lines after 0.1 s, 0.3 s and 0.7 s; the next would follow after 1.5 s
+    said = capsys.readouterr().err.splitlines()
+    assert said == ["0:00:00 planning", "0:00:00 computing", "0:00:01 computing"]
+    time.sleep(0.7)
+    assert capsys.readouterr().err == ""  # nothing after the end
+
+
+def test_a_run_of_a_script_is_not_silent(quick, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("roughsim.ensemble.progress.SILENCE", 0.01)
+    rs.run(quick, tmp_path / "run", max_realizations=2)
+    rs.study(aimed(quick, max_realizations=1), vary={"sliding.nominal_pressure": [5e7]}, folder=tmp_path / "study")
+    said = capsys.readouterr().err
+    assert re.search(r"(?m)^0:00:\d\d (planning|computing)$", said)
+    assert re.search(r"(?m)^0:00:\d\d (planning 1 points|0 of 1 points finished.*)$", said)
+
+
+def test_a_target_error_is_that_of_the_flash_temperature(quick, tmp_path):
+    changes = {"sliding.nominal_pressure": "80 MPa"}
+    run = rs.run(quick, tmp_path / "run", changes=changes, target_error="30 %", max_realizations=2, progress=False)
+    assert run.until == {"flash_temperature": 0.3}
+    assert run.scene.sliding.nominal_pressure == 8e7
+    with pytest.raises(ValueError, match="target_error = 0.3 and until = .* are both given"):
+        rs.run(quick, tmp_path / "other", target_error=0.3, until={"contact_fraction": 0.1})
+    with pytest.raises(ValueError, match="target_error"):
+        rs.run(quick, tmp_path / "other", target_error=1.5)
+    assert not (tmp_path / "other").exists()
+    assert rs.plan(quick, "2 %").reasons == rs.plan(quick, 0.02).reasons
 
 
 @pytest.mark.slow
@@ -86,4 +148,4 @@ def test_a_study_prints_its_finished_points(quick, tmp_path, capsys):
     short = aimed(quick, max_realizations=2)
     observer = StudyProgress(2).update
     rs.study(short, vary={"sliding.nominal_pressure": [5e7, 9e7]}, folder=tmp_path / "study", observer=observer)
-    assert capsys.readouterr().err.splitlines()[-1].startswith("2 of 2 points finished; 2 realizations in ")
+    assert capsys.readouterr().err.splitlines()[-1][8:].startswith("2 of 2 points finished; 2 realizations in ")

@@ -152,7 +152,7 @@ def test_the_page_says_what_the_run_says(kept_run, written):
     assert f" {html.unescape(digits(total))} " in words
     assert all(note in words for note in estimate.notes if not note.startswith("speeds"))
     assert "3 realizations" in words
-    assert "heat share 0.9" in words
+    assert "0.9 into the moving body" in words
 
 
 def test_the_scene_in_the_page_gives_the_run_again(kept_run, written):
