@@ -88,6 +88,7 @@ class FilmView:
         """Make the panel of T_flash over the distance, a line for each speed, with a cursor."""
         scales = {"x_axis_type": "log", "y_axis_type": "log", "x_axis_label": f"slid distance, {self.unit}"}
         self.curve = figure(name="film_curve", width=360, height=_SIDE + 60, tools="pan,wheel_zoom,reset", **scales)
+        self.curve.visible = False  # until there is a film
         self.curve.yaxis.axis_label = "T_flash, K"
         self.lines = []
         for speed, colour in zip(self.run.scene.speeds, speed_colours(len(self.run.scene.speeds)), strict=True):
@@ -123,6 +124,7 @@ class FilmView:
             values = film.curves["slide_flash_temperature"][k], film.curves["slide_frozen_flash_temperature"][k]
             slid = np.isfinite(values[0])
             source.data = {"x": distance[slid], "y": values[0][slid], "frozen": values[1][slid]}
+        self.curve.visible = True
         x, y = film.resting_summits.T * self.factor
         self.at_rest.data = {"x": x, "y": y}
         self.choose_speed()

@@ -115,7 +115,7 @@ class MapPanel:
     def __init__(self, quantity: str, name: str, **options: Any):
         self.title, _, self.unit = FIELDS[quantity]
         tools = {"tools": "pan,wheel_zoom,box_zoom,tap,reset", "active_scroll": "wheel_zoom"}
-        self.figure = figure(title=self.title, name=name, **tools, **options)
+        self.figure = figure(title=self.title, name=name, visible=False, **tools, **options)  # until there is a field
         self.figure.grid.visible = False
         self.image = empty_source("image", "x", "y", "dw", "dh")
         colours = palette(quantity)
@@ -136,6 +136,7 @@ class MapPanel:
         self.scale.update(low=low * prefix, high=max(high * prefix, low * prefix + 1e-9))
         view = f"averaged view, {image.step[0]} × {image.step[1]}" if max(image.step) > 1 else "every point"
         self.figure.title.text = f"{self.title}, {unit}{note}  ({view})"
+        self.figure.visible = True
 
 
 class _LinePanels:
@@ -148,7 +149,7 @@ class _LinePanels:
             last = name == "temperature"
             options = {"x_range": self.figures[0].x_range} if self.figures else {}
             options |= _WIDE | {"max_width": 690, "height": 150 if last else 112, "tools": "xpan,xwheel_zoom,reset"}
-            plot = figure(name=f"profile_{name}", **options)
+            plot = figure(name=f"profile_{name}", visible=False, **options)  # until there is a line
             plot.extra_y_ranges = {"share": models.Range1d(0, 1)}
             # bars, since a stepped area without points hangs BokehJS 3.9
             plot.vbar("distance", "width", "contact", 0, source=self.source, y_range_name="share", color="#dddddd")
@@ -170,6 +171,7 @@ class _LinePanels:
         for (name, (_, letter, si_unit)), plot in zip(FIELDS.items(), self.figures, strict=True):
             factor, unit = scaled(float(np.abs(values[name]).max()), si_unit)
             data[name] = values[name] * factor
+            plot.visible = True
             plot.yaxis.axis_label = f"{letter}, {unit}"
             texts.append(f"{letter} = {data[name][middle]:.5g} {unit}")
         data |= {"contact": (values["pressure"] > 0.0).astype(float), "width": np.full(len(distance), width)}
@@ -183,7 +185,7 @@ class _DistributionPanel:
     def __init__(self) -> None:
         tools = "xpan,xwheel_zoom,reset"
         options = _WIDE | {"max_width": 560, "height": 374, "tools": tools}
-        self.figure = figure(x_axis_label=_formula("T", "K"), name="distribution", **options)
+        self.figure = figure(x_axis_label=_formula("T", "K"), name="distribution", visible=False, **options)
         self.bins = empty_source("left", "right", "area", "middle", "heat")
         self.flash = upright(None, _HEAT, line_dash="dashed", line_width=2)
         self.figure.add_layout(self.flash)
@@ -200,9 +202,10 @@ class _DistributionPanel:
         self.bins.data = {"left": edges[:-1], "right": edges[1:], "area": area, "middle": middle, "heat": heat}
         self.flash.location = contact.flash_temperature
         self.figure.title.text = (
-            f"In the contact: ⟨Tσ⟩/⟨σ⟩ = {contact.flash_temperature:.4g} K (dashed),\n"
-            f"mean {contact.mean_temperature:.4g} K, highest {contact.max_temperature:.4g} K"
+            f"This field, at its q_c: ⟨Tσ⟩/⟨σ⟩ = {contact.flash_temperature:.4g} K (dashed),\n"
+            f"mean of the contact {contact.mean_temperature:.4g} K, highest {contact.max_temperature:.4g} K"
         )
+        self.figure.visible = True
 
 
 class _CurvePanel:
@@ -272,8 +275,6 @@ class Layout:
         self.distribution = _DistributionPanel()
         self.curves = {name: _CurvePanel(name, columns, speed) for name in _CURVES}
 
-        self.film = column(name="film_place")  # of runs whose faces slide
-
         # texts
         self.state, self.values = plain_text("state"), plain_text("values")
         self.busy = plain_text("busy", color="#666666")
@@ -298,7 +299,6 @@ class Layout:
                 styles=_WRAPPED,
                 **_WIDE,
             ),
-            self.film,
             row(*(panel.figure for panel in self.curves.values()), styles=_WRAPPED),
             row(scene, models.Tabs(tabs=tabs, styles=_REST), spacing=30, styles=_WRAPPED, **_WIDE),
             margin=(6, 10),
@@ -312,12 +312,19 @@ class Layout:
                 axis.update(bounds=(-0.02 * end, 1.02 * end), start=0.0, end=end, reset_start=0.0, reset_end=end)
 
     def clear(self) -> None:
-        """Empty the maps, and the panels with values taken from them."""
+        """Empty and hide the maps, and the panels with values taken from them."""
         images = (panel.image for panel in self.maps.values())
         for source in (*images, self.point, self.line_ends, self.line.source, self.distribution.bins):
             source.data = {name: [] for name in source.data}
+        for hidden in (*(panel.figure for panel in self.maps.values()), *self.line.figures, self.distribution.figure):
+            hidden.visible = False
         self.distribution.flash.location = None
         self.distribution.figure.title.text = self.values.text = ""
+
+    def add_film(self, film: Any) -> None:
+        """Put the film of a run whose faces slide above the curves."""
+        children = list(self.root.children)
+        self.root.children = [*children[:-2], film, *children[-2:]]
 
     def show_choice(self, speed: float, direction: float) -> None:
         """Set all controls and the marks on the curves to the chosen speed, m/s, and direction, rad."""

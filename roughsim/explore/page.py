@@ -102,13 +102,14 @@ class Page:
         self.film: FilmView | None = None
         if watched.run.numerics.slide is not None:
             self.film = FilmView(watched.run, document, tasks(document, self.say).ask)
-            self.layout.film.children = [self.film.root]
+            self.layout.add_film(self.film.root)
         self._connect()
         document.title = f"roughsim: {scene.title or watched.run.folder.name}"
         document.template, document.theme = HEAD, THEME
         document.add_root(self.layout.root)
         document.add_periodic_callback(self.look_for_news, _PERIOD)
         document.add_periodic_callback(self.turn_bar, _TURN)
+        self.layout.busy.text = "reading the run …"
         self.look_for_news()
 
     def _connect(self) -> None:
@@ -154,6 +155,8 @@ class Page:
         summary, self.layout.state.text = news
         if summary is self.summary:
             return
+        if self.summary is None:
+            self.layout.busy.text = ""
         self.summary = summary
         for column, curves in summary.measured.items():
             for name, curve in curves.items():

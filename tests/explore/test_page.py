@@ -37,6 +37,32 @@ def test_the_page_opens_with_the_fields_and_their_real_limits(page, capped_run):
     assert page.layout.problems.text == ""
 
 
+def test_axes_are_shown_with_their_data_and_hidden_without(page):
+    layout = page.layout
+    figures = [*(panel.figure for panel in layout.maps.values()), *layout.line.figures, layout.distribution.figure]
+    assert all(figure.visible for figure in figures)
+    layout.clear()
+    assert not any(figure.visible for figure in figures)
+    page.choose_member()
+    assert all(figure.visible for figure in figures)
+
+
+def test_a_page_is_sound_for_bokeh_and_says_that_its_mean_is_of_one_field(page, caplog):
+    from bokeh.core.validation import check_integrity, process_validation_issues
+
+    issues = check_integrity(page.layout.root.references())
+    process_validation_issues(issues)  # what bokeh prints in the terminal when a page is opened
+    assert (issues.error, issues.warning, caplog.text) == ([], [], "")
+    mean = temperature_of_contact(page)
+    assert page.layout.distribution.figure.title.text.startswith(f"This field, at its q_c: ⟨Tσ⟩/⟨σ⟩ = {mean:.4g} K")
+
+
+def temperature_of_contact(page):
+    """⟨Tσ⟩/⟨σ⟩ of the shown field."""
+    pressure, field = page.member.pressure, page.temperature.field
+    return (pressure * field.astype(float)).sum() / pressure.sum(dtype=float)
+
+
 def test_the_slider_shows_the_temperature_at_its_speed(page, capped_run):
     page.layout.controls.slider.value = -0.5
     field = temperature(capped_run, 10.0**-0.5)
