@@ -45,8 +45,11 @@ def write_arrays(
             chunk = (*(1 for _ in data.shape[:-2]), *(min(points, _LARGEST_CHUNK) for points in data.shape[-2:]))
             packed = {} if name in _UNPACKED else {"shuffle": True, "compression": compression}
             dataset = group.create_dataset(name, data.shape, data.dtype, chunks=chunk, fletcher32=True, **packed)
-            for row, values in enumerate(data):
-                dataset[row] = values
+            if isinstance(data, np.ndarray):
+                dataset[...] = data
+            else:
+                for row, values in enumerate(data):
+                    dataset[row] = values
         else:
             checked = {"chunks": data.shape, "fletcher32": True} if data.size else {}
             dataset = group.create_dataset(name, data=data, **checked)
