@@ -50,7 +50,7 @@ def _tables(compared: "rs.Comparison | rs.Comparisons", every: bool) -> list[Any
     if isinstance(compared, rs.Comparisons):
         return [compared.table(None) if every else compared.table()]
     if not every:
-        return [compared.summary(), f"--all prints all {len(compared.rows)} rows, and the error of the theory."]
+        return [compared.summary(), "--all prints every observable, and the error of the theory."]
     from roughsim.comparison.tables import trust_table
     from roughsim.comparison.trust import trust
 

@@ -8,6 +8,7 @@ the modes of the simulation.
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 from math import degrees, isfinite
 from pathlib import Path
@@ -37,20 +38,28 @@ TESTS = {
 }
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, repr=False)
 class Comparison:
-    """The table of a run. Temperatures have the heat share used; ratios do not depend on it.
+    """A run beside the theory. Temperatures have the heat share used; ratios do not depend on it.
 
-    `run` is the run, and `rows` has a row for each observable and speed. `slopes` holds the slope of |σ_q|² of each
-    column with a long enough band.
+    `run` is the run. Printed, it is `summary()`.
     """
 
     run: Run
-    rows: tuple[Row, ...]
-    slopes: tuple[Slope, ...] = ()
+
+    @cached_property
+    def rows(self) -> tuple[Row, ...]:
+        """A row for each observable and speed."""
+        return tuple(rows_of(self.run))
+
+    @cached_property
+    def slopes(self) -> tuple[Slope, ...]:
+        """The slope of |σ_q|² of each column with a long enough band."""
+        slopes = (stress_slope(self.run, column) for column in self.run.numerics.columns)
+        return tuple(slope for slope in slopes if slope is not None)
 
     def __repr__(self) -> str:
-        return f"<Comparison of {self.run.folder}: {len(self.rows)} rows; {', '.join(self.rows[0].columns)}>"
+        return f"<Comparison of {self.run.folder}: {', '.join(self.run.numerics.columns)}>"
 
     @property
     def unknown(self) -> tuple[str, ...]:
@@ -116,10 +125,10 @@ class Comparison:
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
 
-        return table_text(self.table())
+        return table_text(self.summary())
 
     def _repr_html_(self) -> str:
-        return in_notebook(self.table())
+        return in_notebook(self.summary())
 
     def to_dataframe(self) -> Any:
         """Return the rows as a `pandas.DataFrame` in SI; its index is the observable.
@@ -157,7 +166,7 @@ def compare(run: Run | str | Path) -> Comparison:
     Returns
     -------
     Comparison
-        `rows`, `to_dict()` and `chart(path)`.
+        `rows`, `summary()`, `table()`, `to_dict()` and `chart(path)`.
 
     Raises
     ------
@@ -169,8 +178,7 @@ def compare(run: Run | str | Path) -> Comparison:
     sound = run.independent
     if sound < 2:
         raise ValueError(f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on")
-    slopes = (stress_slope(run, column) for column in run.numerics.columns)
-    return Comparison(run, tuple(rows_of(run)), tuple(s for s in slopes if s is not None))
+    return Comparison(run)
 
 
 def _title_of(row: Row) -> str:
@@ -197,7 +205,7 @@ def summary_table(comparison: Comparison) -> Table:
     run = comparison.run
     if isinstance(run, Pressed):
         return comparison_table(comparison)
-    rows = [row for row in comparison.rows if row.observable == FLASH]
+    rows = list(rows_of(run, (FLASH,)))  # the others take ten times as long
     columns = [Column(name, number=True) for name in ("speed, m/s", "theory", "calibrated", *rows[0].columns)]
     cells: list[Cells] = [
         (

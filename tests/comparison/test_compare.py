@@ -1,6 +1,7 @@
 """The comparison: exact in full contact, complete, and honest about what it compares."""
 
 import json
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -197,12 +198,19 @@ def test_theory_stands_beside_the_whole_spectrum(table):
     assert row.theory_same_modes == pytest.approx(row.theory, rel=0.02)  # modes of a finite cell
 
 
+def with_rows(table, rows):
+    """Return a comparison with other rows than those of its run."""
+    other = copy(table)
+    vars(other)["rows"] = tuple(rows)
+    return other
+
+
 def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_cause(table):
     row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
 
     def notes(summed, cut, whole):
         theories = {"theory": whole, "theory_same_modes": summed, "theory_at_cut_off": cut}
-        return replace(table, rows=(replace(row, **theories),)).notes()
+        return with_rows(table, [replace(row, **theories)]).notes()
 
     assert notes(1.0, 1.0, 1.019) == notes(1.019, 1.0, 1.0) == ()
     (cut,) = notes(0.7, 0.7, 1.0)
@@ -221,7 +229,7 @@ def test_the_speed_at_which_two_theories_differ_most_is_named(table):
     theories = {"theory_same_modes": 1.0, "theory_at_cut_off": 1.0}
     slow, fast = (replace(row, **theories, theory=whole) for row, whole in zip(rows, (1.25, 2.0), strict=True))
     for order in ((slow, fast), (fast, slow)):
-        (note,) = replace(table, rows=order).notes()
+        (note,) = with_rows(table, order).notes()
         assert f"1 instead of 2 K (flash_temperature at {fast.speed:g} m/s)" in note
 
 
