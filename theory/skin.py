@@ -28,11 +28,11 @@ Complex = NDArray[np.complex128]
 Skin = tuple[float, float, float]  # d, m, κ_s, W/(m K), and D_s, m²/s
 Part = Callable[[Array, Complex], Array]  # a real function of cosφ and F = |q|κT/q̇
 
-_GROWTH = 4.0  # of an angle over a panel: its 16 nodes are exact to 3^(−32)
+_GROWTH = 4.0  # of an angle over a panel: its 10 nodes are exact to 3^(−20) = 3e-10
 _LATE = 25.0  # D t over the square of the depth of layers, from which on backgrounds are within 3 % of the image series
-_WIDEST, _NODES = 1.0, 18  # of a panel in ln q, and its nodes: exact to 6.4^(−18)
+_WIDEST, _NODES = 1.0, 12  # of a panel in ln q, and its nodes: exact to 6.4^(−12) = 2e-10
 _BLOCK = 32  # wavenumbers that share their directions
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 
 
 class Layers(NamedTuple):
