@@ -1,6 +1,6 @@
 """Sharing the heat of a Hertz contact between two bodies by three rules: "mean", "total", and at every point.
 
-    python experiments/partition.py [--toy] [-o FOLDER]
+    python experiments/partition.py [--toy] [-o FOLDER] [--evidence]
 
 One body rests, the other moves, both of one steel; then the moving one conducts a tenth; then both move. Drawn over
 Pe = vR/D: the share of the moving body, and T_flash and T_max of the two rules with one number against the pointwise
@@ -17,7 +17,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from script import Command
+from script import Command, write_evidence
 
 import roughsim as rs
 from roughsim.heat import source_temperature
@@ -25,9 +25,9 @@ from roughsim.heat import source_temperature
 mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.spines.top": False, "axes.spines.right": False})
 mpl.rcParams.update({"legend.frameon": False, "figure.constrained_layout.use": True, "savefig.dpi": 150})
 CASES = {
-    "equal bodies, one rests": (1.0, 0.0),
-    "the moving body conducts a tenth": (0.1, 0.0),
-    "both move, against each other": (1.0, -1.0),
+    "equal bodies, one at rest": (1.0, 0.0),
+    "the moving body has a tenth of the conductivity": (0.1, 0.0),
+    "both bodies move, in opposite directions": (1.0, -1.0),
 }
 COLOURS, WIDTHS = ("#0072B2", "#D55E00", "#009E73"), (3.5, 1.4, 1.4)  # the first shows behind one that hides it
 STYLES = {"pointwise": "-", "mean": "--", "total": ":"}
@@ -88,7 +88,17 @@ def tell(peclets, results, name):
         shares = "".join(f"{found[rule][0]:11.4f}" for rule in STYLES)
         against = {rule: 100 * (found[rule] / found["pointwise"] - 1) for rule in ("mean", "total")}
         errors = "".join(f"{error[k]:+10.2f}%" for k in (1, 2) for error in against.values())
-        print(f"{name:33}{peclet:9.3g}{shares}{errors}{mismatch:11.3f}")
+        print(f"{name:48}{peclet:9.3g}{shares}{errors}{mismatch:11.3f}")
+
+
+def largest(results, name):
+    """A row of the table: the case, errors of both rules that are largest in size, and the largest mismatch."""
+    cells = []
+    for rule in ("mean", "total"):
+        for k in (1, 2):  # T_flash, T_max
+            errors = [100 * (found[rule][k] / found["pointwise"][k] - 1) for found, _ in results]
+            cells.append(f"{max(errors, key=abs):+.2g} %".replace("-", "−"))
+    return [name, *cells, f"{max(mismatch for _, mismatch in results):.2f}"]
 
 
 def main() -> None:
@@ -97,13 +107,15 @@ def main() -> None:
     peclets = np.geomspace(0.1, 1e4, 3 if options.toy else 21)
     figure = Figure(figsize=(8, 6.8))
     share, flash, hottest, jump = figure.subplots(2, 2).flat
-    print(f"{'':42}{'share of the moving body':^33}{'T_flash to pointwise':>22}{'T_max to pointwise':>22}")
+    print(f"{'':57}{'share of the moving body':^33}{'T_flash to pointwise':>22}{'T_max to pointwise':>22}")
     columns = [*STYLES, "mean", "total", "mean", "total", "mismatch"]
-    print(f"{'':33}{'Pe':>9}" + "".join(f"{column:>11}" for column in columns))
+    print(f"{'':48}{'Pe':>9}" + "".join(f"{column:>11}" for column in columns))
+    rows = [["", *(f'{what}, "{rule}"' for rule in ("mean", "total") for what in ("T_flash", "T_max")), "mismatch"]]
     for (name, case), colour, width in zip(CASES.items(), COLOURS, WIDTHS, strict=True):
         results = [three_rules(flux, grid, peclet, *case) for peclet in peclets]
         draw((share, flash, hottest, jump), peclets, results, colour, width)
         tell(peclets, results, name)
+        rows.append(largest(results, name))
     share.set(title="share of the moving body", ylim=(0, 1))
     flash.set(title=r"$T_\mathrm{flash}$ of one number against pointwise, %")
     hottest.set(title=r"$T_\mathrm{max}$ of one number against pointwise, %", xlabel="$vR/D$")
@@ -114,6 +126,8 @@ def main() -> None:
     handles += [Line2D([], [], color="k", ls=style, label=rule) for rule, style in STYLES.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     figure.savefig(options.output / "partition.png")
+    if options.evidence:
+        write_evidence("partition", "python experiments/partition.py --evidence", tables={"rules": rows})
 
 
 if __name__ == "__main__":
