@@ -4,10 +4,13 @@ from math import pi
 
 import numpy as np
 import pytest
+import scipy
 from heat_cases import STEEL
 
 from roughsim import Body, Grid, Skin, half_space_temperature, partition_heat
 from roughsim.heat import depth_profile
+from roughsim.heat.half_space import _mean_change, layered_change
+from roughsim.heat.skin import Layering
 from theory.skin import direction_mean, even_part, layers_of
 
 OXIDE = Skin(3e-6, 3.0, 9e-7)
@@ -70,6 +73,59 @@ def test_a_mirrored_source_leaves_a_mirrored_field():
         for field, v in ((flux, 3.0), (flux[::-1], -3.0))
     )
     np.testing.assert_allclose(back[::-1], forth, rtol=0, atol=1e-12 * forth.max())
+
+
+@pytest.mark.parametrize("direction", [0.4, pi / 2, 2.0])
+def test_a_source_mirrored_across_the_other_axis_leaves_a_mirrored_field(direction):
+    flux, grid, _ = hill(24)  # padded to 48 points: there are waves at the Nyquist wavenumber
+    flux = flux * (1 + 0.3 * np.random.default_rng(2).random(flux.shape))
+    left, right = (
+        half_space_temperature(field, grid, speed=3.0, direction=angle, skin=OXIDE, **STEEL)
+        for field, angle in ((flux, direction), (flux[:, ::-1], -direction))
+    )
+    np.testing.assert_allclose(right[:, ::-1], left, rtol=0, atol=1e-12 * left.max())
+
+
+def change_by_two_layers(along, across, rate):
+    """κT/q̇ of waves under the oxide less that of bare steel, from two layers in series; v/D = `rate`."""
+    square = along**2 + across**2
+    below, within = (np.sqrt(square - 1j * r * along) for r in (rate, rate * STEEL["diffusivity"] / 9e-7))
+    inner, lag = 3.0 / STEEL["conductivity"] * within, np.tanh(within * 3e-6)
+    return (inner + below * lag) / (inner * (below + inner * lag)) - 1 / below
+
+
+LAYERS = Layering(3e-6, 3.0 / STEEL["conductivity"], STEEL["diffusivity"] / 9e-7, 0.0)
+
+
+def test_waves_at_the_nyquist_wavenumbers_have_the_mean_of_both_directions_along_the_axis():
+    grid, rate = Grid((48, 48), (3e-5, 3e-5)), 3.0 / STEEL["diffusivity"]
+    ux, uy = np.cos(0.7), np.sin(0.7)
+    turned = layered_change(grid, (rate * ux, rate * uy), 0.0, LAYERS) * grid.points
+    step = 2 * pi / 3e-5
+    for i, j, mirrored in ((11, 24, [(11, -24), (11, 24)]), (24, 11, [(24, 11), (-24, 11)])):
+        waves = [(step * i, step * j) for i, j in mirrored]
+        both = [change_by_two_layers(ux * qx + uy * qy, ux * qy - uy * qx, rate) for qx, qy in waves]
+        assert abs(both[0] - both[1]) > 0.1 * abs(both[0])
+        assert turned[j, i] == pytest.approx(sum(both) / 2, rel=1e-12)
+
+
+@pytest.mark.parametrize(("speed", "across", "error"), [(0.0, 0.3, 1e-10), (1.0, 0.3, 1e-9), (1.0, 2.0, 1e-10)])
+@pytest.mark.parametrize("place", [0.0, 0.5, 3.0])
+def test_a_long_wave_is_the_mean_over_its_fourier_cell(speed, across, error, place):
+    width, rate = 1e5, speed / STEEL["diffusivity"]
+    edges = np.array([place - 0.5, place + 0.5]) * width
+    # F varies where q along is q_across² D/v
+    steps = (across * width) ** 2 / rate * np.array([-100, -10, -1, 0, 1, 10, 100]) if speed else np.zeros(1)
+    pieces = [*edges, *steps[(steps > edges[0]) & (steps < edges[1])]]
+    exact = 0.0
+    for low, high in zip(sorted(pieces)[:-1], sorted(pieces)[1:], strict=True):
+        for part, unit in ((np.real, 1), (np.imag, 1j)):
+            mean = scipy.integrate.quad(
+                lambda x, part=part: part(change_by_two_layers(x, across * width, rate)), low, high, epsrel=1e-12
+            )
+            exact += unit * mean[0] / width
+    got = _mean_change(np.array([place * width]), np.array([across * width]), rate, 0.0, LAYERS, width)[0]
+    assert abs(got - exact) < error * abs(exact)
 
 
 @pytest.mark.parametrize("pointwise", [True, False])

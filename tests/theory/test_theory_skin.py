@@ -135,20 +135,41 @@ def test_the_total_share_makes_both_temperatures_equal():
     assert share * hot == pytest.approx((1 - share) * cold, rel=1e-8)
 
 
-def test_the_background_under_a_skin_is_the_late_image_series():
-    # κT₀/q̇ = (2√(D_s t)/k)(ierfc(0) + 2 Σ rⁿ ierfc(nd/√(D_s t))), r = (e_s − e)/(e_s + e)
-    thickness, kappa, diffusivity = OXIDE
+def image_series(skin, time):
+    """κT₀/q̇ = (2√(D_s t)/k)(ierfc(0) + 2 Σ rⁿ ierfc(nd/√(D_s t))), r = (e_s − e)/(e_s + e), over κ."""
+    thickness, kappa, diffusivity = skin
     ratio = kappa / sqrt(diffusivity) / (46.0 / sqrt(1.2e-5))
     r, n = (ratio - 1) / (ratio + 1), np.arange(1, 4000)
+    reach = sqrt(diffusivity * time)
+    x = n * thickness / reach
+    ierfc = np.exp(-(x**2)) * (1 / sqrt(pi) - x * scipy.special.erfcx(x))
+    return 2 * reach / kappa * (1 / sqrt(pi) + 2 * (r**n * ierfc).sum())
+
+
+def test_the_background_under_a_skin_is_the_late_image_series():
     errors = []
     for time in (1e-2, 1.6e-1):
-        reach = sqrt(diffusivity * time)
-        x = n * thickness / reach
-        ierfc = np.exp(-(x**2)) * (1 / sqrt(pi) - x * scipy.special.erfcx(x))
-        exact = 2 * reach / kappa * (1 / sqrt(pi) + 2 * (r**n * ierfc).sum())
-        errors.append(abs(background.temperature(time, heat_flux=1.0, **BODY, skin=OXIDE) / exact - 1))
+        got = background.temperature(time, heat_flux=1.0, **BODY, skin=OXIDE)
+        errors.append(abs(got / image_series(OXIDE, time) - 1))
     assert errors[0] < 5e-4
     assert errors[1] / errors[0] == pytest.approx(1 / 16, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("skin", "depth"),
+    [
+        ((3e-6, 4.6, 4.8e-5), 3e-6),  # d
+        ((3e-6, 4.6, 3e-6), 6e-6),  # d√(D/D_s)
+        ((3e-6, 460.0, 1.2e-5), 3e-5),  # dκ_sD/κD_s: what the skin stores
+        ((3e-6, 460.0, 6e-6), 6e-5),
+    ],
+)
+def test_a_background_is_refused_until_heat_has_spread_five_times_as_far_as_the_layers(skin, depth):
+    limit = 25 * depth**2 / 1.2e-5
+    with pytest.raises(ValueError, match=f"less than 5 times the {depth:.3g} m of the skin"):
+        background.temperature(0.99 * limit, heat_flux=1.0, **BODY, skin=skin)
+    got = background.temperature(1.01 * limit, heat_flux=1.0, **BODY, skin=skin)
+    assert got == pytest.approx(image_series(skin, 1.01 * limit), rel=0.03)
 
 
 def test_the_background_of_heat_in_depth_is_late_in_closed_form():
