@@ -10,7 +10,9 @@ any thickness and conductivity: the measured 200 K is one of its lines. No conta
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, NullFormatter
 from script import Command
 
 import roughsim as rs
@@ -71,20 +73,33 @@ def print_table(steel: Steel) -> None:
 
 
 def draw_ratios(steel: Steel, points: int) -> Figure:
-    figure = Figure((9.2, 3.6), layout="constrained")
+    figure = Figure((5.8, 3.7), layout="constrained")  # readable at the width of a telephone
     left, right = figure.subplots(1, 2)
     depths = np.geomspace(1e-8, 3e-5, points)
+    lines = []
     for (name, skin), style in zip(SKINS.items(), ("-", "--"), strict=True):
         for ratio, colour in zip(steel.over_thickness(depths, *skin).T, COLOURS, strict=True):
             left.loglog(1e6 * depths, ratio, style, color=colour)
         left.plot([], [], style, color="k", label=name)
     for speed, ratio, colour in zip(SPEEDS, steel.over_depth(depths).T, COLOURS, strict=True):
-        right.loglog(1e6 * depths, ratio, color=colour, label=f"{speed:g} m/s")
-    left.set(xlabel="thickness of the skin (µm)", ylabel="$T_{flash}$ / bare")
+        lines += right.loglog(1e6 * depths, ratio, color=colour, label=f"{speed:g} m/s")
+    left.set(xlabel="thickness of the skin (µm)", ylabel="$T_{flash}$ / bare", ylim=(0.95, 9))
     right.set(xlabel="depth of the heat (µm)", ylabel="$T_{flash}$ / heated in the plane")
-    left.legend(fontsize="small")
-    right.legend(fontsize="small")
+    left.legend(fontsize="small", loc="upper left", handlelength=1.6, borderpad=0.3)
+    figure.legend(handles=lines, loc="outside upper center", ncols=len(lines), frameon=False)
+    with_plain_ticks(left.yaxis, [1, 1.5, 2, 3, 4, 5, 6, 8])
+    with_plain_ticks(right.yaxis, [0.05, 0.1, 0.2, 0.5, 1])
+    for axes in (left, right):
+        with_plain_ticks(axes.xaxis, [0.01, 0.1, 1, 10])
+        axes.grid(alpha=0.3)
     return figure
+
+
+def with_plain_ticks(axis: Axis, values: list[float]) -> None:
+    """Write numbers as 0.1, 1 and 10 on a logarithmic axis."""
+    axis.set_major_locator(FixedLocator(values))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def draw_map(steel: Steel, points: int) -> Figure:
@@ -100,6 +115,8 @@ def draw_map(steel: Steel, points: int) -> Figure:
     axes.clabel(lines, fmt="%g K")
     measured = axes.contour(1e6 * thicknesses, kappas, hot, levels=[MEASURED], colors="#d55e00", linewidths=2.0)
     axes.clabel(measured, fmt="%g K, measured")
+    with_plain_ticks(axes.xaxis, [0.01, 0.1, 1, 10])
+    with_plain_ticks(axes.yaxis, [1, 2, 5, 10, 20, 40])
     axes.set_title(f"$T_{{flash}}$ at {SPEEDS[-1]:g} m/s, steel with κ = {BODY:g}", fontsize="medium")
     return figure
 
