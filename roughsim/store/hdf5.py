@@ -38,6 +38,7 @@ def write_arrays(
     that are no array have a shape and a dtype, and yield their rows one by one. Numbers are guarded by a checksum. Maps
     (float32 of two or more axes) but heights are packed by gzip, too, at a level of `compression`.
     """
+    scales: dict[str, Any] = {}  # a look-up in the group takes as long as an attachment
     for name, axes, data, attributes in arrays:
         if data.dtype.kind == "U":
             dataset = group.create_dataset(name, data=data.tolist())
@@ -56,9 +57,10 @@ def write_arrays(
         dataset.attrs.update(attributes)
         if axes == (name,):
             dataset.make_scale(name)
+            scales[name] = dataset
             continue
         for number, axis in enumerate(axes):
-            dataset.dims[number].attach_scale(group[axis])
+            dataset.dims[number].attach_scale(scales[axis] if axis in scales else group[axis])
 
 
 def opened_array(file: Any, name: str, axes: int) -> Any:
