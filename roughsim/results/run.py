@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # not among the packages that roughsim needs
 class Run(Means):
     """State of a run folder at the time of opening; `refresh` reads members written since.
 
-    The reference of functions lists the attributes and methods for users. The others serve this package, and may change.
+    The reference of functions lists the attributes and methods for users. The others may change.
 
     Attributes
     ----------
