@@ -31,7 +31,9 @@ from roughsim.sliding.stepping import Motion, contacts
 from roughsim.surface.spectrum import Spectrum as Roughness
 from roughsim.surface.synthesis import synthesize
 
-BYTES_PER_POINT = 210.0, 340.0  # peak memory of a slide, measured: of the contact, and of each speed
+# bytes per point at the peak of a slide, measured: of the contact, of each speed, and of each exponential that a body
+# remembers, whose weights are those of all modes if it is bare, and of each mode with a skin or heat in depth
+BYTES_OF_CONTACT, BYTES_OF_SPEED, BYTES_OF_TERM = 420.0, 85.0, {"bare": 8.0, "layered": 12.0}
 POINTS = 64  # distances, in geometric sequence, at which the curves are stored
 FRAMES = 32  # positions of a film, at most
 
@@ -67,10 +69,15 @@ class SlideProblem:
     @property
     def memory(self) -> float:
         """The peak memory of the slide, bytes: both bodies remember their heat, at each speed."""
-        contact, heat = BYTES_PER_POINT
+        decades = math.log10(max(self.steps, 2))
+        # the usual numbers of exponentials, within 2 from 24 to 10⁴ steps
+        bare, layered = BYTES_OF_TERM["bare"] * (4 + 3 * decades), BYTES_OF_TERM["layered"] * (1 + 8 * decades)
+        bodies = [body for motion in self.motions for body in (motion.moving, motion.resting)]
+        heat = sum(bare if body.layers is None else layered for body in bodies)
+        each = BYTES_OF_SPEED
         if self.distribution:  # pressures and temperatures in single precision, and their order
-            heat += 8 * POSITIONS + 40
-        return self.grid.points * (contact + heat * len(self.distances))
+            each += 8 * POSITIONS + 40
+        return self.grid.points * (BYTES_OF_CONTACT + each * len(self.distances) + heat)
 
     @property
     def coarser(self) -> "SlideProblem | None":

@@ -135,6 +135,23 @@ def test_the_total_share_makes_both_temperatures_equal():
     assert share * hot == pytest.approx((1 - share) * cold, rel=1e-8)
 
 
+@pytest.mark.parametrize(("duration", "thickness"), [(1e-2, 3e-6), (2e-5, 3e-8)])
+def test_the_total_share_of_unlike_bodies_has_the_background_under_the_skin_of_each(duration, thickness):
+    resting = {"conductivity": 20.0, "diffusivity": 6e-6}
+    named = {"resting_conductivity": 20.0, "resting_diffusivity": 6e-6}
+    worked, oxide = (thickness / 3, 23.0, 6e-6), (thickness, 3.0, 9e-7)
+    layers = {"skin": worked, "resting_skin": oxide}
+    share = partition.moving_share(SPEED, **GIVEN, **BODY, **named, **layers, rule="total", duration=duration)
+    flux = 0.2 * SPEED * 2e6
+    hot = background.temperature(duration, heat_flux=flux, **BODY, skin=worked)
+    hot += flash.flash_temperature(SPEED, **SLIDING, skin=worked)
+    cold = background.temperature(duration, heat_flux=flux, **resting, skin=oxide)
+    # from rest: the bare body's transient, and the steady change by the skin
+    grown = scipy.special.erf(Q * sqrt(6e-6 * duration)) + at_rest(oxide, 20.0) - 1
+    cold += 0.2 * SPEED * VARIANCE / 2e6 / (20.0 * Q) * grown
+    assert share * hot == pytest.approx((1 - share) * cold, rel=1e-8)
+
+
 def image_series(skin, time):
     """κT₀/q̇ = (2√(D_s t)/k)(ierfc(0) + 2 Σ rⁿ ierfc(nd/√(D_s t))), r = (e_s − e)/(e_s + e), over κ."""
     thickness, kappa, diffusivity = skin
@@ -209,7 +226,11 @@ def test_bad_layers_are_refused(layers, message):
 
 
 def test_a_background_before_the_layers_are_warm_is_refused():
+    with pytest.raises(ValueError, match="less than 5 times the 1e-05 m of the skin or the heat_depth"):
+        background.temperature(0.99 * 25 * 1e-10 / 1.2e-5, heat_flux=1.0, **BODY, heat_depth=1e-5)
     with pytest.raises(ValueError, match="less than 5 times the 1.*e-05 m of the skin"):
         background.temperature(1e-5, heat_flux=1.0, **BODY, skin=OXIDE)
+    with pytest.raises(ValueError, match="duration: heat spreads .* less than 5 times the 1.*e-05 m of the skin"):
+        partition.moving_share(1.0, **GIVEN, **BODY, skin=OXIDE, rule="total", duration=1e-5)
     with pytest.raises(ValueError, match="go with a constant heat_flux"):
         background.temperature(1.0, heat_flux=lambda t: 1.0, **BODY, heat_depth=1e-6)
