@@ -55,6 +55,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/tutorial.py --evidence
 	$(MEASURE) experiments/partition.py --evidence
 	$(MEASURE) experiments/loads.py --evidence
+	$(MEASURE) experiments/yielding.py --evidence
 	$(MEASURE) experiments/coverage.py --evidence
 	$(MEASURE) benchmarks/chain.py --evidence
 	$(MEASURE) experiments/chain_ways.py --evidence

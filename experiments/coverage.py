@@ -61,7 +61,7 @@ def one_run(scene: rs.Scene, numerics: rs.Numerics, target: float, seed: int) ->
     before = resource.getrusage(resource.RUSAGE_SELF)
     with tempfile.TemporaryDirectory() as folder:
         until = {"flash_temperature": target}
-        run = rs.run(scene, Path(folder) / "run", numerics=numerics, seed=seed, until=until, workers=1)
+        run = rs.run(scene, Path(folder) / "run", numerics=numerics, seed=seed, until=until, progress=False)
         after = resource.getrusage(resource.RUSAGE_SELF)
         names = [name for name in MEASURED if name != "heat_partition" or scene.counterface_conducts]
         estimates = {name: run.estimate(name) for name in names}

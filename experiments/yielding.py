@@ -1,6 +1,6 @@
 """Set the calibrated law beside contacts: those on a grid, and points drawn before the law was final.
 
-    python experiments/yielding.py [--toy] [-o FOLDER]
+    python experiments/yielding.py [--toy] [-o FOLDER] [--evidence]
 
 Prints measured against predicted T_flash at the Péclet numbers .001, 1 and 1000, the variance g_σ(0), the curve g_σ(r)
 down to a tenth of it, and the areas in contact and yielded; for elastic contacts T′, D_flash and d_flash too. Draws
@@ -32,7 +32,7 @@ import numpy as np
 import yielding_points
 from contacts.members import spectrum_of
 from matplotlib.figure import Figure
-from script import Command
+from script import EVIDENCE, Command, write_evidence
 
 from theory import flash, persson, plasticity
 from theory.walls import between
@@ -168,20 +168,45 @@ def departures(cases: list[Case]) -> dict[str, Any]:
     return {name: np.log([form(case) / case.temperature for case in cases]) for name, form in FORMS.items()}
 
 
-def report(cases: list[Case], errors: dict[str, Any]) -> str:
-    """Return rms and largest departure by group and form, and a line for each point."""
+SERIES = {"points seen before the law was final": "seen", "points not seen before": "**unseen**"}  # on the page
+
+
+def rms(values: Any) -> Any:
+    """Return the root mean square over the first axis."""
+    return np.sqrt((np.array(values) ** 2).mean(axis=0))
+
+
+def tables(cases: list[Case], errors: dict[str, Any], others: dict[str, list[float]]) -> dict[str, list[list[str]]]:
+    """Return the tables of docs/yielding.md: T_flash by series and form, and the other quantities by series."""
+    flash = [["series", "paper, rms", "bearing limit, rms", "law, rms", "law, worst"]]
+    rest = [["series", "g_σ(0)", "g_σ(r)", "contact area", "yielded area"]]
+    for group in dict.fromkeys(case.group for case in cases):
+        rows = [k for k, case in enumerate(cases) if case.group == group]
+        paper, bearing, own = (errors[name][rows].ravel() for name in ("paper", "bearing", "law"))
+        numbers = f"{rms(paper):.2f}", f"{rms(bearing):.2f}", f"{rms(own):.3f}", f"{np.abs(own).max():.3f}"
+        flash.append([SERIES.get(group, group), *numbers])
+        points = [others[cases[k].name] for k in rows if cases[k].name in others]
+        if points:
+            columns = np.array(points)[:, [0, 2, 3, 4]]
+            pairs = zip(rms(columns), np.abs(columns).max(axis=0), strict=True)
+            rest.append([SERIES.get(group, group), *(f"{mean:.1f}, {worst:.2g}" for mean, worst in pairs)])
+    return {"flash": flash, "others": rest}
+
+
+def report(cases: list[Case], errors: dict[str, Any], others: dict[str, list[float]]) -> str:
+    """Return rms and largest departure by group and form, and a line for each point; `others` are by `besides`."""
     groups = list(dict.fromkeys(case.group for case in cases))
     lines = [f"{'ln of predicted over measured T_flash':40}" + "".join(f"{name:>16}" for name in FORMS)]
     for group in groups:
         rows = [k for k, case in enumerate(cases) if case.group == group]
-        pairs = [(float(np.sqrt((e[rows] ** 2).mean())), float(np.abs(e[rows]).max())) for e in errors.values()]
+        pairs = [(float(rms(e[rows].ravel())), float(np.abs(e[rows]).max())) for e in errors.values()]
         label = f"{group} ({len(rows)})"
         lines.append(f"{label:40}" + "".join(f"{rms:8.3f}{worst:8.3f}" for rms, worst in pairs))
     lines += ["", "rms and largest of all three Péclet numbers. In percent, by point:", POINT_HEAD]
     rest: dict[str, list[Any]] = {group: [] for group in groups}
     for k, case in enumerate(cases):
         if case.record:
-            row = besides(case)
+            row = others[case.name]
             rest[case.group].append([row[0], row[2], *row[3:]])
             temperature = "/".join(f"{100 * x:+.1f}" for x in errors["law"][k])
             own = "/".join(f"{100 * x:.1f}" for x in case.error)
@@ -192,8 +217,9 @@ def report(cases: list[Case], errors: dict[str, Any]) -> str:
             )
     for group, rows in rest.items():
         if rows:
-            rms = np.sqrt((np.array(rows) ** 2).mean(axis=0))
-            lines.append(f"rms, {group}: g(0) {rms[0]:.1f}, g(r) {rms[1]:.1f}, area {rms[2]:.1f}, yielded {rms[3]:.1f}")
+            mean = rms(rows)
+            means = f"g(0) {mean[0]:.1f}, g(r) {mean[1]:.1f}, area {mean[2]:.1f}, yielded {mean[3]:.1f}"
+            lines.append(f"rms, {group}: {means}")
     return "\n".join(lines)
 
 
@@ -272,10 +298,14 @@ def main() -> None:
     if options.toy:
         cases = cases[::4]
     errors = departures(cases)
-    text = report(cases, errors) + "\n\n" + elastic_report(every)
+    others = {case.name: besides(case) for case in cases if case.record}
+    text = report(cases, errors, others) + "\n\n" + elastic_report(every)
     print(text)
     (options.output / "yielding.txt").write_text(text + "\n")
     draw(cases, errors, options.output)
+    if options.evidence:
+        write_evidence("yielding", "python experiments/yielding.py --evidence", tables=tables(cases, errors, others))
+        (EVIDENCE.parent / "reference" / "yielding.txt").write_text(text + "\n")
     print(f"figure and text are in {options.output}")
 
 
