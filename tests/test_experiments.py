@@ -62,6 +62,16 @@ def script(monkeypatch):
     return load
 
 
+@pytest.mark.slow
+def test_two_sliding_faces_with_skins_are_as_hot_as_their_theory(script):
+    rows = list(script("experiments/skin.py").slide_rows(64))
+    bare = rows[0][1]
+    for _, hot, error, theory in rows:
+        assert hot == pytest.approx(theory, rel=0.15)
+        assert (error < 0.02 * hot).all()
+        assert hot is bare or (hot > 1.2 * bare).all()
+
+
 def test_an_interval_is_counted_if_it_reaches_the_reference_within_both_errors(script):
     coverage = script("experiments/coverage.py")
     truth = np.array([10.0]), np.array([0.01])

@@ -169,6 +169,13 @@ def test_after_long_the_background_has_risen_by_the_skin():
     assert slid.background - bare == pytest.approx(rise, rel=0.01)
 
 
+def test_after_long_the_background_lacks_the_resistance_above_the_heat():
+    slid = sliding(3.0, slid_distance=1.0, moving_roughness=0.0, heat_depth=4e-6, **INSULATED_RESTING)
+    flux = FRICTION * 3.0 * SOLID["nominal_pressure"]
+    bare = background.temperature(1.0 / 3.0, heat_flux=flux, **STEEL)
+    assert bare - slid.background == pytest.approx(flux * 4e-6 / 30.0, rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
