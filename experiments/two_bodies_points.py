@@ -2,13 +2,14 @@
 
     python experiments/two_bodies_points.py [--draw] [--solve] [--toy] [-o FOLDER]
 
-The list was drawn when the theory had its form, and committed before any pair was slid. `--draw` writes it again.
+The second half of the list was drawn when the theory had its form, and committed before any pair of it was slid; the
+first half was seen while the form was chosen. `--draw` writes it again.
 E* is 110 GPa; contact has yielded altogether (kind A, 1 % of it still elastic at 1.5 to 5 times below q_max), in part
 (B, a share from 0.2 to 0.8 still elastic at q_max) or is elastic (E). The bodies are unlike but for every fourth
 pair. Every sixth pair has one face that is smooth. Each pair slides at two speeds.
 
 `--solve` slides what is not there yet, into reference/two_bodies_slides.json: a cell of 4 mm with the longest waves
-four times a side, and 256² points. Members are added, 2 to 12, until the standard error of T_flash is 0.8 % or they
+four times a side, and 256² points, 144² of the second half, whose C(q) ends sooner. Members are added, 2 to 12, until the standard error of T_flash is 0.8 % or they
 have taken 1000 steps. Means over the last half of the slid distance are compared with the theory at those very
 distances, for C(q) up to the q_max of the slide. The error of the pixel goes with its power 1 to 1.5: one slide with
 half the pixel shows it, and ln of the ratio is extrapolated with the mean of both powers.
@@ -35,20 +36,29 @@ from roughsim.estimate.sliding import ORDERS
 from roughsim.sliding.path import oblique_path
 from theory import plasticity, two_bodies
 
-SEED = 20261126
 LIST = Path(__file__).parent / "reference" / "two_bodies_points.json"
 SLIDES = LIST.with_name("two_bodies_slides.json")
 DISTANCE = (1e-4, 16e-3)  # m; one pair in each of as many equal strata of its logarithm
-COUNTS = {"A": 12, "B": 8, "E": 6}
 MODULUS, CELL, PERIODS = 110e9, 4e-3, 4
-POINTS = {"A": (256, 16.0), "B": (256, 12.0), "E": (256, 8.0)}  # along a side, and q_max/q_min
 SPEEDS = ("slow", "fast")
 MEMBERS, ENOUGH, STEPS = (2, 12), 0.008, 1000  # standard error, and steps of all members, at which there are enough
 GOLDEN = (sqrt(5) - 1) / 2
 LAST = 0.5  # share of the slid distance over which means are taken
-# slid after the form was final; the others while it was chosen
-FRESH = ("A03", "A06", "A08", "A11", "A12", "B04", "B05", "B06", "E01", "E03")
 COLOURS = {"A": "#0072b2", "B": "#d55e00", "E": "#009e73"}
+
+
+@dataclass(frozen=True)
+class Half:
+    """Half of the list."""
+
+    seed: int
+    numbers: dict[str, range]  # of the pairs of each kind
+    points: int  # along a side
+    ends: dict[str, float]  # q_max/q_min
+
+
+SEEN = Half(20261126, {"A": range(1, 13), "B": range(1, 9), "E": range(1, 7)}, 256, {"A": 16.0, "B": 12.0, "E": 8.0})
+FRESH = Half(20261127, {"A": range(13, 23), "B": range(9, 17), "E": range(7, 13)}, 144, {"A": 9.0, "B": 9.0, "E": 8.0})
 
 
 @dataclass(frozen=True)
@@ -68,10 +78,18 @@ class Pair:
     distance: float
 
     @property
+    def kind(self) -> str:
+        return self.name[0]
+
+    @property
+    def half(self) -> Half:
+        return FRESH if int(self.name[1:]) in FRESH.numbers[self.kind] else SEEN
+
+    @property
     def spectrum(self) -> rs.SelfAffineSpectrum:
         """C(q) of both faces together."""
         q_min = 2 * pi * PERIODS / CELL
-        _, end = POINTS[self.name[0]]
+        end = self.half.ends[self.kind]
         return rs.SelfAffineSpectrum(self.level, self.hurst, q_min, self.plateau * q_min, end * q_min)
 
     def theory(self, distance: Any, speed: Any = None) -> two_bodies.SlidingTemperatures:
@@ -94,28 +112,32 @@ class Pair:
 
 def drawn() -> list[Pair]:
     """Draw the list; each kind has random numbers of its own. What the laws of the stress refuse is drawn again."""
+    return [pair for half in (SEEN, FRESH) for kind in half.numbers for pair in _drawn(half, kind)]
+
+
+def _drawn(half: Half, kind: str) -> list[Pair]:
     pairs = []
-    for kind, count in COUNTS.items():
-        rng = np.random.default_rng([SEED, ord(kind)])
-        stratum = (rng.permutation(count) + rng.uniform(size=count)) / count
-        distances = DISTANCE[0] * (DISTANCE[1] / DISTANCE[0]) ** stratum
-        for number, distance in enumerate(distances.tolist(), start=1):
-            while True:
-                pair = _pair(kind, number, rounded(distance), rng)
-                with suppress(ValueError):
-                    pair.theory(pair.distance)
-                    break
-            pairs.append(pair)
+    rng = np.random.default_rng([half.seed, ord(kind)])
+    count = len(half.numbers[kind])
+    stratum = (rng.permutation(count) + rng.uniform(size=count)) / count
+    distances = DISTANCE[0] * (DISTANCE[1] / DISTANCE[0]) ** stratum
+    for number, distance in zip(half.numbers[kind], distances.tolist(), strict=True):
+        while True:
+            pair = _pair(half, kind, number, rounded(distance), rng)
+            with suppress(ValueError):
+                pair.theory(pair.distance)
+                break
+        pairs.append(pair)
     return pairs
 
 
-def _pair(kind: str, number: int, distance: float, rng: np.random.Generator) -> Pair:
+def _pair(half: Half, kind: str, number: int, distance: float, rng: np.random.Generator) -> Pair:
     def between(low: float, high: float) -> float:
         return rounded(exp(rng.uniform(log(low), log(high))))
 
     hurst, plateau = rounded(rng.uniform(0.3, 1.0)), between(1.0, 3.0)
     share, hardness = between(0.03, 0.4), between(0.5e9, 5e9)
-    _, end = POINTS[kind]
+    end = half.ends[kind]
     q_min = 2 * pi * PERIODS / CELL
     unit = rs.SelfAffineSpectrum(1.0, hurst, q_min, plateau * q_min, end * q_min)
     if kind == "E":
@@ -185,7 +207,7 @@ def expected(pair: Pair, points: int) -> np.ndarray:
 def slide(pair: Pair, points: int, member: int) -> np.ndarray:
     """Slide one pair of faces; return T_flash, mean over the last half of the distance, K, (speeds,)."""
     grid = rs.Grid((points, points), (CELL, CELL))
-    streams = np.random.SeedSequence(SEED, spawn_key=(ord(pair.name[0]), int(pair.name[1:]), member)).spawn(2)
+    streams = np.random.SeedSequence(pair.half.seed, spawn_key=(ord(pair.kind), int(pair.name[1:]), member)).spawn(2)
     one, two = (rs.synthesize(pair.spectrum, grid, np.random.default_rng(stream)) for stream in streams)
     slid = rs.slide(
         sqrt(1 - pair.part) * one,
@@ -205,7 +227,7 @@ def slide(pair: Pair, points: int, member: int) -> np.ndarray:
 def solve(pair: Pair, members: tuple[int, int], points: int | None = None) -> Row:
     """Slide the pair, with members until their scatter is small enough."""
     start = time.process_time()
-    points = points or POINTS[pair.name[0]][0]
+    points = points or pair.half.points
     rows: list[np.ndarray] = []
     while len(rows) < members[1]:
         rows.append(np.log(slide(pair, points, len(rows))))
@@ -225,7 +247,7 @@ def refine(pair: Pair, points: int | None = None) -> Row:
 
     Both are read at slightly different distances. What the theory says of that is taken out.
     """
-    points = points or POINTS[pair.name[0]][0]
+    points = points or pair.half.points
     coarse, fine = (np.log(slide(pair, n, 0) / expected(pair, n)) for n in (points, 2 * points))
     change = fine - coarse
     return dict(zip(SPEEDS, change.tolist(), strict=True))
@@ -251,10 +273,15 @@ def table(found: dict[Pair, dict[str, np.ndarray]]) -> None:
             corrected, raw, error = (100 * values[key][k] for key in ("corrected", "as it is", "error"))
             texts.append(f"{speed:6.3g} m/s {corrected:+5.1f} ± {error:.1f} ({raw:+5.1f})")
         print(f"{pair.name} f {pair.part:4.2f} {1e3 * pair.distance:6.2f} mm  " + "   ".join(texts))
-    chosen = {kind: [pair for pair in found if pair.name[0] == kind] for kind in COUNTS}
-    for low, high in ((0.1, 1.0), (1.0, 16.0)):
-        chosen[f"{low:g} … {high:g} mm"] = [pair for pair in found if low <= 1e3 * pair.distance < high]
-    chosen["after the form was final"] = [pair for pair in found if pair.name in FRESH]
+    chosen: dict[str, list[Pair]] = {}
+    for name, half in (("seen", SEEN), ("fresh", FRESH)):
+        pairs = [pair for pair in found if pair.half is half]
+        chosen |= {f"{name}, {kind}": [pair for pair in pairs if pair.kind == kind] for kind in half.numbers}
+        for low, high in ((0.1, 1.0), (1.0, 16.0)):
+            chosen[f"{name}, {low:g} … {high:g} mm"] = [pair for pair in pairs if low <= 1e3 * pair.distance < high]
+        chosen[f"{name}, one face smooth"] = [pair for pair in pairs if pair.part in (0.0, 1.0)]
+        chosen[f"{name}, both faces rough"] = [pair for pair in pairs if 0.0 < pair.part < 1.0]
+        chosen[name] = pairs
     for title, pairs in {**chosen, "all": list(found)}.items():
         texts = []
         for key in ("corrected", "as it is") if pairs else ():
@@ -271,7 +298,7 @@ def draw(found: dict[Pair, dict[str, np.ndarray]], path: Path) -> None:
     for pair, values in found.items():
         for k, marker in enumerate("o^"):
             ratio, error = exp(values["corrected"][k]), 2 * values["error"][k]
-            axes.errorbar(1e3 * pair.distance, ratio, error, fmt=marker, ms=4, color=COLOURS[pair.name[0]])
+            axes.errorbar(1e3 * pair.distance, ratio, error, fmt=marker, ms=4, color=COLOURS[pair.kind])
     axes.axhline(1.0, color="0.6", lw=0.7)
     axes.axhspan(0.92, 1.08, color="0.9", zorder=0)
     axes.set(xscale="log", xlabel="slid distance (mm)", ylabel="T$_{flash}$, slide / theory")

@@ -4,7 +4,7 @@ The contact is a clipped Gaussian field, σ = F(z), with z = √(1 − f) z₁(x
 entered a body the time τ ago came from the normal place r, of variance 2Dτ an axis. There the heights of that body have
 the correlation ρ(r), and those of the other one ρ(|r + s|), with s = vτ along x. Means over r and τ of
 
-    ⟨F w_i F′ w′_j⟩ − ⟨F w_i⟩⟨F w_j⟩,    w = (1, ψ, zψ, χ),
+    ⟨F w_i F′ w′_j⟩ − ⟨F w_i⟩⟨F w_j⟩,    w = (1, ψ, zψ, χ, ζ),
 
 have three parts. What depends on the heights of one body alone is one integral over r with the kernel of a source at
 rest or in motion, in closed form. The rest vanishes where r or s is long, and its mean over the angle between both
@@ -22,7 +22,7 @@ import numpy as np
 import scipy
 
 from theory.arguments import Array, Spectrum, breaks_of
-from theory.clipped import PAIRS, ClippedField, clipped_field, directed_correlations
+from theory.clipped import PAIRS, ClippedField, Correlations, clipped_field, directed_correlations
 from theory.persson import is_value
 
 _TURNS = np.array([1.0, 0.0, -1.0])  # cos φ, at which functions a₀ + a₁ cos φ + a₂ cos 2φ are found
@@ -153,10 +153,10 @@ def _memory(
     r = field.distance[matters]
     radius = np.exp(np.log(r).reshape(-1, _TOGETHER).mean(axis=1))
     weight = r * np.log(r[1] / r[0]) * np.exp(-((r / (_LAST * longest)) ** 4))  # dr, and waves fade
-    riesz = field.riesz(_LAST * longest)
+    transforms = *field.riesz(_LAST * longest), *field.half_potential(_LAST * longest)
     bodies = {}
     for part in {f, 1 - f}:
-        seen = seen_pairs(field, riesz, part, place, nearer)
+        seen = seen_pairs(field, transforms, part, place, nearer)
         own, other = (
             (weight * values[..., matters]).reshape(*values.shape[:-1], -1, _TOGETHER).sum(axis=-1)
             for values in (seen.own, seen.other)
@@ -165,15 +165,17 @@ def _memory(
     return Memory(radius, place, distance, resting=bodies[f], moving=bodies[1 - f])
 
 
-def seen_pairs(field: ClippedField, riesz: tuple[Array, Array], part: float, place: Array, nearer: Array) -> SeenPairs:
+def seen_pairs(
+    field: ClippedField, transforms: tuple[Array, ...], part: float, place: Array, nearer: Array
+) -> SeenPairs:
     """Products of the contact with itself earlier, in the frame of one body.
 
     Parameters
     ----------
     field : ClippedField
         The contact.
-    riesz : tuple of ndarray
-        N₁ and N₂ at its distances, as `ClippedField.riesz` has them.
+    transforms : tuple of ndarray
+        N₁, N₂, K₀, K₁ and K₂ at its distances, as `ClippedField.riesz` and `ClippedField.half_potential` have them.
     part : float
         Part of the roughness on the other body.
     place : ndarray
@@ -186,7 +188,8 @@ def seen_pairs(field: ClippedField, riesz: tuple[Array, Array], part: float, pla
     SeenPairs
         `own` and `other` at the distances of the field, `both` at the places.
     """
-    known = np.stack([np.cos(field.angles()), *riesz])
+    known = np.stack([np.cos(field.angles()), *transforms])
+    alike = float(transforms[2][0])
     log_first, step = np.log(field.distance[0]), np.log(field.distance[1] / field.distance[0])
 
     def at(values: Array, r: Array) -> Array:
@@ -195,11 +198,10 @@ def seen_pairs(field: ClippedField, riesz: tuple[Array, Array], part: float, pla
         left = index.astype(np.intp)
         return np.asarray(values[..., left] + (index - left) * (values[..., left + 1] - values[..., left]))
 
-    def means(own: tuple[Array, Array, Array], other: tuple[Array, Array, Array]) -> Array:
-        rho, odd, even = zip(own, other, strict=True)
-        return field.products.shared(rho, part, odd, even)
+    def means(own: Correlations, other: Correlations) -> Array:
+        return field.products.shared(own, other, part, alike)
 
-    nothing = (np.zeros((1, 1)),) * 3
+    nothing = Correlations(*(np.zeros((1, 1)),) * 6)
     alone = directed_correlations(known[:, :, None], _TURNS)
     own = means(alone, nothing) @ _ORDERS[0]
     other = np.moveaxis(means(nothing, alone) @ _ORDERS.T, -1, 0)

@@ -7,18 +7,20 @@ The contact is a clipped Gaussian field, σ = F(z), `theory.clipped`. A part f o
 in the frame of the body 1 at rest. ψ = √f z₁ − √(1 − f) z₂ is independent of z at the same place: it is large where the
 summits are those of the resting body, which have been hot there for long. χ is the Riesz transform of z along the
 direction of sliding: it has opposite signs at the front of a spot, where one body is still cold, and at its rear, where
-the other is. The heat μvσ is shared by place and time,
+the other is. ζ is the half-potential of z, less its mean over the heat: it is large where contact is dense. There a face
+at rest under its own summits stays hottest, and leaves more of the heat to the other. The heat μvσ is shared by place
+and time,
 
-    into body 1: μvσ (α + βψ + γzψ + δχ),    into body 2, the moving one: the rest.
+    into body 1: μvσ (α + βψ + γzψ + δχ + εζ),    into body 2, the moving one: the rest.
 
-Galerkin's equations, that T₁ − T₂ vanishes in the mean over σ, σψ, σzψ and σχ, give the four numbers at each time. With
-w = (1, ψ, zψ, χ) the means of T at the time t, when the heat μvσw_j has entered since the start, are, over σ₀,
+Galerkin's equations, that T₁ − T₂ vanishes in the mean over σ, σψ, σzψ, σχ and σζ, give the five numbers at each time.
+With w = (1, ψ, zψ, χ, ζ) the means of T at the time t, when the heat μvσw_j has entered since the start, are, over σ₀,
 
     M_ij(t) = (μv/κσ₀) (g_σ(0)/⟨F²⟩_c) ∫₀ᵗ dτ √(D/πτ) ⟨F w_i F′ w′_j⟩_c,
 
 the mean over the normal places r of variance 2Dτ an axis at which the heat of the time τ ago entered, without ⟨F⟩².
 There z₁ has the correlation ρ(r) and z₂ ρ(|r + vτ|) in body 1, and exchanged, with −v, in body 2. `theory.memory` has
-the means. M₀₃, M₁₃ and M₂₃ are odd, M_ji = −M_ij. Heat that entered from t₁ to t₂ adds M(t − t₁) − M(t − t₂). So the
+the means. Those of χ with another are odd, M_ji = −M_ij. Heat that entered from t₁ to t₂ adds M(t − t₁) − M(t − t₂). So the
 equations at ages in geometric sequence, with constant shares between, are solved one after the other. With a skin,
 or heat released in depth, the heat of the time τ ago counts as `theory.layered_memory` has it.
 
@@ -39,9 +41,10 @@ from theory.layered_memory import pulses, uniform_rise
 from theory.memory import Memory, SeenPairs, memory_of
 from theory.skin import Layers, Skin, layers_of
 
-_MIRRORED = np.array([1.0, -1.0, -1.0, 1.0, 1.0, 1.0, -1.0, 1.0, 1.0, 1.0])  # bodies exchanged: ψ and χ change sign
-_MIRROR = np.array([1.0, 1.0, 1.0, -1.0])  # places exchanged
-_SHARES = 4
+_EXCHANGED = np.array([1.0, -1.0, -1.0, -1.0, 1.0])  # bodies exchanged: ψ and χ change sign
+_MIRRORED = np.array([_EXCHANGED[i] * _EXCHANGED[j] for i, j in PAIRS])
+_MIRROR = np.array([1.0, 1.0, 1.0, -1.0, 1.0])  # places exchanged
+_SHARES = 5
 _AGES = np.append(0.0, np.geomspace(1e-3, 1.0, 32))  # of the time slid: shares are constant between
 _EARLIER = np.geomspace(1e-9, 1e-3, 40)[:-1]  # further ages of heat that enters a body with layers
 

@@ -10,13 +10,14 @@ Source: one step is the clipped random wave of N.F. Berk, Phys. Rev. Lett. 58, 2
 
 from theory.clipped.distribution import BOLTZMANN, Estimate, TemperatureDistribution
 from theory.clipped.field import ClippedField, clipped_field, directed_correlations
-from theory.clipped.products import PAIRS, Products, products
+from theory.clipped.products import PAIRS, Correlations, Products, products
 from theory.clipped.temperatures import temperature_distribution
 
 __all__ = [
     "BOLTZMANN",
     "PAIRS",
     "ClippedField",
+    "Correlations",
     "Estimate",
     "Products",
     "TemperatureDistribution",

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.fft import fht
 
 from theory.arguments import Array, Spectrum, breaks_of, density, real_array
-from theory.clipped.products import Products, products
+from theory.clipped.products import Correlations, Products, products
 from theory.persson import calibrated_spectrum, half_variance
 from theory.walls import MODES, SWITCH, area_fractions, half_variance_of
 from theory.yielding import YieldingSpectrum, stress_spectrum
@@ -26,7 +26,8 @@ _RADII = 8192  # distances at which g_σ is found
 _ROOM = 1e3  # wavenumbers beyond both ends of |σ_q|², for the transform, which is periodic in ln q
 _BIAS = -0.6  # power of q that is taken out for the transform: errors, evenly over r, are then 1e-5 of g_σ(0)
 _RIESZ_BIAS = 0.3, -0.5  # the same for its two transforms: errors of N₁/r are then below 1 % down to `_LINEAR`
-_LINEAR = 1e-5  # of the furthest distance: below it N₁ is linear in r
+_HALF_BIAS = 0.0, -0.5  # the same for K: errors below 1e-4
+_LINEAR = 1e-5  # of the furthest distance: below it N₁ and K₁ are linear in r, and K₀ and K₂ constant
 _GAUSS = leggauss(3)
 
 
@@ -81,6 +82,21 @@ class ClippedField:
         disk = 2 * step * (np.cumsum(rho * r**2) - rho * r**2 / 2) + r[0] ** 2
         return slope * r, disk / r**2 - rho
 
+    def half_potential(self, furthest: float) -> tuple[Array, Array, Array]:
+        """Return K₀, K₁ and K₂ of the half-potential of z at each `distance`; ρ fades beyond `furthest`, m."""
+        r = self.distance
+        rho = np.cos(self.angles()) * np.exp(-((r / furthest) ** 4))
+        step = log(r[1] / r[0])
+        first, back = _HALF_BIAS
+        spectrum = fht(rho * r, step, 0.0, bias=first) * np.sqrt(r[::-1])  # √q times the transform of ρ
+        height, turned = (fht(spectrum, step, order, bias=back) / r for order in (0.0, 1.0))
+        own = fht(spectrum * np.sqrt(r[::-1]), step, 0.0, bias=back) / r
+        near = int(np.searchsorted(r, _LINEAR * furthest))
+        height[:near], own[:near] = height[near], own[near]
+        turned[:near] = turned[near] * r[:near] / r[near]
+        unit = sqrt(own[0])  # the variance is 1
+        return height / unit, turned / unit, own / unit**2
+
     def correlation(self, r: ArrayLike) -> Array:
         """Return ρ at the distances `r`, m, elementwise; 1 below the least of `distance` and 0 beyond the last.
 
@@ -100,23 +116,24 @@ class ClippedField:
         return np.interp(place, np.log(self.distance), shape, left=1.0, right=0.0)
 
 
-def directed_correlations(correlations: Array, cosine: Array) -> tuple[Array, Array, Array]:
-    """Correlations of z, and of its Riesz transform χ along x, at a distance in the direction φ to x.
+def directed_correlations(correlations: Array, cosine: Array) -> Correlations:
+    """Correlations of z, of its Riesz transform χ along x and its half-potential ζ, at a distance in the direction φ.
 
     Parameters
     ----------
     correlations : ndarray
-        ρ, N₁ and N₂ at the distance, dimensionless, along the first axis.
+        ρ, N₁, N₂, K₀, K₁ and K₂ at the distance, dimensionless, along the first axis.
     cosine : ndarray
-        cos φ, of a shape that broadcasts with each of them.
+        cos φ with φ the angle to x, of a shape that broadcasts with each of them.
 
     Returns
     -------
-    tuple of ndarray
-        ⟨zz′⟩, ⟨zχ′⟩ = N₁ cos φ and ⟨χχ′⟩ = (ρ − N₂ cos 2φ)/2, in the common shape, but the first in the shape of ρ.
+    Correlations
+        In the common shape, but those that do not depend on φ in the shape of ρ.
     """
-    rho, first, second = correlations
-    return rho, first * cosine, (rho - second * (2 * cosine**2 - 1)) / 2
+    rho, first, second, height, turned, own = correlations
+    even = (rho - second * (2 * cosine**2 - 1)) / 2
+    return Correlations(rho, first * cosine, even, height, turned * cosine, own)
 
 
 def clipped_field(
