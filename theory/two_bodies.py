@@ -7,9 +7,9 @@ The contact is a clipped Gaussian field, σ = F(z), `theory.clipped`. A part f o
 in the frame of the body 1 at rest. ψ = √f z₁ − √(1 − f) z₂ is independent of z at the same place: it is large where the
 summits are those of the resting body, which have been hot there for long. χ is the Riesz transform of z along the
 direction of sliding: it has opposite signs at the front of a spot, where one body is still cold, and at its rear, where
-the other is. ζ is the half-potential of z, less its mean over the heat: it is large where contact is dense. There a face
-at rest under its own summits stays hottest, and leaves more of the heat to the other. The heat μvσ is shared by place
-and time,
+the other is. ζ is the half-potential of z, less its mean over the heat: it is large where contact is dense. There the
+body to which the summits belong has become hottest, and the other one takes more of the heat. The heat μvσ is shared by
+place and time,
 
     into body 1: μvσ (α + βψ + γzψ + δχ + εζ),    into body 2, the moving one: the rest.
 
@@ -20,9 +20,9 @@ With w = (1, ψ, zψ, χ, ζ) the means of T at the time t, when the heat μvσw
 
 the mean over the normal places r of variance 2Dτ an axis at which the heat of the time τ ago entered, without ⟨F⟩².
 There z₁ has the correlation ρ(r) and z₂ ρ(|r + vτ|) in body 1, and exchanged, with −v, in body 2. `theory.memory` has
-the means. Those of χ with another are odd, M_ji = −M_ij. Heat that entered from t₁ to t₂ adds M(t − t₁) − M(t − t₂). So the
-equations at ages in geometric sequence, with constant shares between, are solved one after the other. With a skin,
-or heat released in depth, the heat of the time τ ago counts as `theory.layered_memory` has it.
+the means. Those of χ with another are odd, M_ji = −M_ij. Heat that entered from t₁ to t₂ adds M(t − t₁) − M(t − t₂).
+So the equations at ages in geometric sequence, with constant shares between, are solved one after the other. With a
+skin, or heat released in depth, the heat of the time τ ago counts as `theory.layered_memory` has it.
 
 Source: docs/sliding.md, which compares it with simulations.
 """

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.polynomial.hermite_e import hermeval
 from scipy.optimize import brentq
-from scipy.special import erf, ive, jv, ndtr, ndtri, owens_t
+from scipy.special import erf, gamma, hyp1f1, ive, jv, ndtr, ndtri, owens_t
 from yielding_cases import HARDNESS, MODULUS, SelfAffine
 
 from theory import clipped, persson, plasticity
@@ -49,7 +49,7 @@ def test_products_are_those_of_the_hermite_series():
     edges = power[:, :-1] @ (k[1:] * c[1:] ** 2)
     assert table.joint[near] == pytest.approx(joint, rel=2e-5, abs=1e-5)
     assert table.table[1][near] == pytest.approx(edge, rel=1e-6)
-    assert table.table[3][near] == pytest.approx(edges * np.sin(angle[near]), rel=1e-6)
+    assert table.table[4][near] == pytest.approx(edges * np.sin(angle[near]), rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -59,22 +59,32 @@ def test_shared_products_are_those_of_drawn_normal_heights(own, other, part):
     levels, heights = np.array([0.2, 1.1, 1.2]), np.array([0.5, 1.0, 1.5])
     rng = np.random.default_rng([int(100 * own), int(100 * part)])
     draws = 1_000_000
-    # z and χ of both bodies, here and there; z and χ have the same spectrum, and χ is odd
-    odd, even = (0.1, -0.05), (0.9 * own, 0.8 * other)
+    # z, χ and ζ of both bodies, here and there; χ is odd
+    odd, even, alike = (0.05, -0.03), (0.9 * own, 0.8 * other), 0.7
+    level = 0.7 * own + 0.04 * (1 - own), 0.7 * other - 0.1 * (1 - other)
+    turned, potentials = (0.02, -0.03), (0.96 * own, 0.95 * other)
+    given = [
+        clipped.Correlations(*map(np.asarray, values))
+        for values in zip((own, other), odd, even, level, turned, potentials, strict=True)
+    ]
+    here = np.array([[1.0, 0.0, alike], [0.0, 1.0, 0.0], [alike, 0.0, 1.0]])
     bodies = []
-    for rho, n, c in zip((own, other), odd, even, strict=True):
-        covariance = np.array([[1, 0, rho, n], [0, 1, -n, c], [rho, -n, 1, 0], [n, c, 0, 1]])
-        bodies.append(rng.multivariate_normal(np.zeros(4), covariance, draws, method="cholesky").T)
+    for rho, n, c, lv, t, k in given:
+        across = np.array([[rho, n, lv], [-n, c, -t], [lv, t, k]])
+        covariance = np.block([[here, across], [across.T, here]])
+        bodies.append(rng.multivariate_normal(np.zeros(6), covariance, draws, method="cholesky").T)
     weighted = []
-    for place in (slice(0, 2), slice(2, 4)):
-        (first, first_chi), (second, second_chi) = (body[place] for body in bodies)
+    for place in (slice(0, 3), slice(3, 6)):
+        (first, first_chi, first_zeta), (second, second_chi, second_zeta) = (body[place] for body in bodies)
         z = np.sqrt(1 - part) * first + np.sqrt(part) * second
         psi = np.sqrt(part) * first - np.sqrt(1 - part) * second
         chi = np.sqrt(1 - part) * first_chi + np.sqrt(part) * second_chi
+        zeta = np.sqrt(1 - part) * first_zeta + np.sqrt(part) * second_zeta
+        # ⟨Fζ⟩ = a⟨Fz⟩, and ⟨z; z > u⟩ is the normal density at u
+        zeta -= alike * (heights @ np.exp(-(levels**2) / 2)) / np.sqrt(2 * np.pi) / (heights @ ndtr(-levels))
         pressure = (z[:, None] > levels) @ heights
-        weighted.append((pressure, pressure * psi, pressure * z * psi, pressure * chi))
-    given = (np.asarray(pair) for pair in (own, other))
-    values = clipped.products(levels, heights).shared(tuple(given), part, odd, even)
+        weighted.append((pressure, pressure * psi, pressure * z * psi, pressure * chi, pressure * zeta))
+    values = clipped.products(levels, heights).shared(*given, part, alike)
     mean = (heights @ ndtr(-levels)) ** 2
     for value, (i, j) in zip(values, clipped.PAIRS, strict=True):
         drawn = weighted[0][i] * weighted[1][j] - (mean if i == j == 0 else 0.0)
@@ -96,14 +106,33 @@ def test_the_riesz_transform_of_a_gaussian_correlation_is_closed():
     assert second[near] == pytest.approx(2 * (1 - rho[near]) / r**2 - rho[near], abs=3e-4)
 
 
+def test_the_half_potential_of_a_gaussian_correlation_is_closed():
+    r = np.exp(np.arange(-4096, 4096) * 3.2e-3 + 1.6e-3)
+    rho = np.exp(-(r**2) / 2)
+    steps = np.array([0.0]), np.array([1.0])
+    field = clipped.ClippedField(*steps, r, np.arcsin(rho) / (2 * np.pi), 0.25, clipped.products(*steps))
+    found = field.half_potential(100.0)
+    # Weber: ∫ q^(μ − 1) e^(−q²/2) J_k(qr) dq; ⟨ζ²⟩ = ∫ e^(−q²/2) dq
+    unit = np.sqrt(np.pi / 2)
+    expected = (
+        gamma(0.75) * 2**-0.25 * hyp1f1(0.75, 1.0, -(r**2) / 2) / np.sqrt(unit),
+        r * gamma(1.25) * 2**-0.75 * hyp1f1(1.25, 2.0, -(r**2) / 2) / np.sqrt(unit),
+        ive(0, r**2 / 4),
+    )
+    for values, exact in zip(found, expected, strict=True):
+        assert values[r < 10.0] == pytest.approx(exact[r < 10.0], abs=3e-4)
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.4, np.pi / 2, 2.0, np.pi])
 def test_waves_of_one_length_and_all_directions_have_the_correlations_of_a_riesz_transform(turn):
     # z = ∫ cos(q⃗x⃗ + phase) over all directions θ of q⃗, and χ shifts each wave by −i cos θ; N_k = J_k(qr)
     distance = np.array([0.3, 1.7, 4.0, 9.0])
     theta = np.arange(400) * 2 * np.pi / 400
     phase = np.multiply.outer(distance, np.cos(theta - turn))
-    found = clipped.directed_correlations(jv(np.arange(3)[:, None], distance), np.cos(turn))
-    expected = np.cos(phase), np.sin(phase) * np.cos(theta), np.cos(phase) * np.cos(theta) ** 2
+    orders = jv(np.array([0, 1, 2, 0, 1, 0])[:, None], distance)  # of one length, ζ is z
+    found = clipped.directed_correlations(orders, np.cos(turn))
+    odd = np.sin(phase) * np.cos(theta)
+    expected = np.cos(phase), odd, np.cos(phase) * np.cos(theta) ** 2, np.cos(phase), odd, np.cos(phase)
     for values, waves in zip(found, expected, strict=True):
         np.testing.assert_allclose(values, waves.mean(axis=1), atol=1e-13)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.special import ive
+from scipy.special import gamma, hyp1f1, ive
 
 from theory import clipped, memory
 
@@ -16,6 +16,16 @@ def riesz(r):
         np.sqrt(np.pi / 8) * r * (ive(0, r**2 / 4) - ive(1, r**2 / 4)),
         -2 * np.expm1(-(r**2) / 2) / r**2 - np.exp(-(r**2) / 2),
     )
+
+
+def half_potential(r):
+    """K₀, K₁ and K₂ of the same ρ: Weber's integrals of q^(3/2) … q^(1) times J₀ and J₁, over ⟨ζ²⟩ = √(π/2)."""
+    x = r**2 / 2
+    height = gamma(0.75) * 2**-0.25 * hyp1f1(0.75, 1.0, -x)
+    turned = r * gamma(1.25) * 2**-0.75 * hyp1f1(1.25, 2.0, -x)
+    own = np.sqrt(np.pi / 2) * ive(0, r**2 / 4)
+    unit = np.sqrt(np.pi / 2)
+    return height / np.sqrt(unit), turned / np.sqrt(unit), own / unit
 
 
 def half_contact():
@@ -34,8 +44,11 @@ def orthant_means(part, own, other):
         first, second = riesz(r)
         cosine = np.where(r > 0, x / np.maximum(r, 1e-12), 0.0)
         rho = np.exp(-(r**2) / 2)
-        values.append((rho, first * cosine, (rho - second * (2 * cosine**2 - 1)) / 2))
-    (one, odd, even), (two, other_odd, other_even) = values
+        height, turned, own_potential = half_potential(r)
+        even = (rho - second * (2 * cosine**2 - 1)) / 2
+        values.append((rho, first * cosine, even, height, turned * cosine, own_potential))
+    (one, odd, even, level, turned, potential), (two, other_odd, other_even, *others) = values
+    other_level, other_turned, other_potential = others
     p, k = (1 - part) * one + part * two, part * one + (1 - part) * two
     mixed = np.sqrt(part * (1 - part))
     m, s = mixed * (one - two), mixed * (odd - other_odd)
@@ -44,6 +57,15 @@ def orthant_means(part, own, other):
     density = 1 / (2 * np.pi * np.maximum(np.sin(theta), 1e-9))
     both = 0.5 - theta / (2 * np.pi)
     higher = (1 + p) * NORMAL / 2  # ⟨F z′F′⟩
+    a = float(half_potential(np.array(0.0))[0])
+    mean = 2 * a * NORMAL  # ⟨Fζ⟩/⟨F⟩
+    h = mixed * (level - other_level)
+    level = (1 - part) * level + part * other_level
+    turned = (1 - part) * turned + part * other_turned
+    potential = (1 - part) * potential + part * other_potential
+    # with F_z = δ(z): z F_z = 0, and ⟨F_zz F′⟩ = −p⟨F_z F′_z⟩
+    along = (level - a * p) * density
+    uneven = (level + a) * NORMAL / 2
     return np.array(
         [
             both - 0.25,
@@ -56,6 +78,11 @@ def orthant_means(part, own, other):
             s * both + n * m * density,
             s * higher + n * m * NORMAL / 2,
             c * both - n**2 * density,
+            uneven - mean * both,
+            h * both + m * along - mean * m * NORMAL / 2,
+            h * higher + m * (level - a * p) * NORMAL / 2 - mean * m * np.sin(theta) / (2 * np.pi),
+            turned * both + n * along - mean * n * NORMAL / 2,
+            potential * both + (a**2 + level**2 - 2 * a * level * p) * density - 2 * mean * uneven + mean**2 * both,
         ]
     )
 
@@ -69,7 +96,8 @@ def test_products_with_earlier_heights_are_orthant_means_over_all_directions(par
     field = half_contact()
     place = np.array([0.0, 0.3, 0.7, 1.2, 2.0, 3.1])
     nearer = np.array([0.05, 0.1])
-    seen = memory.seen_pairs(field, riesz(field.distance), part, place, nearer)
+    transforms = *riesz(field.distance), *half_potential(field.distance)
+    seen = memory.seen_pairs(field, transforms, part, place, nearer)
     middle = np.searchsorted(field.distance, [0.2, 1.0, 2.5])
     for n in middle:
         r = field.distance[n]

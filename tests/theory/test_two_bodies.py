@@ -70,9 +70,9 @@ def test_over_a_smooth_face_the_share_is_nearly_that_of_equal_totals_and_spots_a
     for n, speed in enumerate(SPEEDS):
         share = partition.moving_share(speed, rule="total", duration=4e-3 / speed, **heat, **bodies)
         flashed = share * flash.flash_temperature(speed, friction_coefficient=FRICTION, **heat)
-        # that rule has one share for all times and places: front and rear of a spot cannot differ
-        assert slid.moving_share[n] == pytest.approx(share, rel=3e-2)
-        assert 0.99 * flashed < slid.flash_temperature[n] < 1.1 * flashed
+        # that rule has one share for all times and places: front and rear, dense and sparse contact cannot differ
+        assert slid.moving_share[n] == pytest.approx(share, rel=7e-2)
+        assert 0.99 * flashed < slid.flash_temperature[n] < 1.25 * flashed
 
 
 def test_a_resting_source_grows_as_the_error_function_of_each_wave():
@@ -126,33 +126,55 @@ def drawn_means(field, rng, speed, time, part, body):
     way = rng.standard_normal((2, draws)) * np.sqrt(2 * diffusivity * age)
     driven = way + np.array([[speed], [0.0]]) * age * (1 if body == "resting" else -1)
     first, second = (way, driven) if body == "resting" else (driven, way)
-    riesz = field.riesz(50 / 2e4)
-    now, before, other = np.empty((3, 2, 2, draws))  # z and χ of each body
+    transforms = *field.riesz(50 / 2e4), *field.half_potential(50 / 2e4)
+    alike = float(transforms[2][0])
+    # z, χ and ζ at one place
+    here = np.array([[1.0, 0.0, alike], [0.0, 0.5, 0.0], [alike, 0.0, 1.0]])
+    now, before, other = np.empty((3, 2, 3, draws))  # z, χ and ζ of each body
     for n, r in enumerate((first, second)):
         distance = np.hypot(*r)
         cosine = r[0] / distance
         rho = field.correlation(distance)
-        odd, even = (np.interp(np.log(distance), np.log(field.distance), values) for values in riesz)
-        odd, even = odd * cosine, (rho - even * (2 * cosine**2 - 1)) / 2
-        z, chi, new, turn, now_other, chi_other = rng.standard_normal((6, draws))
-        chi, chi_other = chi / np.sqrt(2), chi_other / np.sqrt(2)
-        # z′ and χ′ where z and χ are known
-        variance = np.maximum(1 - rho**2 - 2 * odd**2, 1e-12)
-        mixed = 2 * odd * even - rho * odd
-        rest = np.maximum(0.5 - odd**2 - 2 * even**2 - mixed**2 / variance, 0.0)
-        now[n], other[n] = (z, chi), (now_other, chi_other)
-        before[n, 0] = rho * z - 2 * odd * chi + np.sqrt(variance) * new
-        before[n, 1] = odd * z + 2 * even * chi + mixed / np.sqrt(variance) * new + np.sqrt(rest) * turn
+        odd, twofold, level, turned, own = (
+            np.interp(np.log(distance), np.log(field.distance), values) for values in transforms
+        )
+        odd, turned, even = odd * cosine, turned * cosine, (rho - twofold * (2 * cosine**2 - 1)) / 2
+        # what is here earlier (rows), where z, χ and ζ are known (columns)
+        across = np.array([[rho, -odd, level], [odd, even, turned], [level, -turned, own]]).transpose(2, 0, 1)
+        known = rng.multivariate_normal(np.zeros(3), here, draws, method="cholesky")
+        now[n] = known.T
+        other[n] = rng.multivariate_normal(np.zeros(3), here, draws, method="cholesky").T
+        slope = across @ np.linalg.inv(here)
+        left = here - slope @ across.transpose(0, 2, 1)
+        # Cholesky's factor; what all but repeats itself has a variance of 1e-4 left
+        first_root = np.sqrt(np.maximum(left[:, 0, 0], 1e-4))
+        below = left[:, 1:, 0] / first_root[:, None]
+        second_root = np.sqrt(np.maximum(left[:, 1, 1] - below[:, 0] ** 2, 1e-4))
+        last = (left[:, 2, 1] - below[:, 0] * below[:, 1]) / second_root
+        third_root = np.sqrt(np.maximum(left[:, 2, 2] - below[:, 1] ** 2 - last**2, 0.0))
+        new, turn, lift = rng.standard_normal((3, draws))
+        fresh = (
+            first_root * new,
+            below[:, 0] * new + second_root * turn,
+            below[:, 1] * new + last * turn + third_root * lift,
+        )
+        before[n] = np.einsum("nij,nj->in", slope, known) + np.array(fresh)
+
+    summit = np.linspace(-8.0, 8.0, 20001)
+    density = np.exp(-(summit**2) / 2)
+    pressure = field.pressure(summit)
+    mean = alike * (pressure * summit) @ density / (pressure @ density)  # ⟨Fζ⟩/⟨F⟩
 
     def weighted(bodies):
-        (one, one_chi), (two, two_chi) = bodies
+        (one, one_chi, one_zeta), (two, two_chi, two_zeta) = bodies
         z = np.sqrt(1 - part) * one + np.sqrt(part) * two
         psi = np.sqrt(part) * one - np.sqrt(1 - part) * two
         chi = np.sqrt(1 - part) * one_chi + np.sqrt(part) * two_chi
-        return field.pressure(z) * np.array([np.ones(draws), psi, z * psi, chi])
+        zeta = np.sqrt(1 - part) * one_zeta + np.sqrt(part) * two_zeta - mean
+        return field.pressure(z) * np.array([np.ones(draws), psi, z * psi, chi, zeta])
 
     products = np.einsum("n,in,jn->nij", measure / draws, weighted(now), weighted(before) - weighted(other))
-    grown = np.concatenate([np.zeros((1, 4, 4)), np.cumsum(products, axis=0)])
+    grown = np.concatenate([np.zeros((1, 5, 5)), np.cumsum(products, axis=0)])
     return lambda since: grown[np.searchsorted(age, since)]
 
 
@@ -178,7 +200,7 @@ def test_temperatures_are_those_of_drawn_heights_and_drawn_ways_of_the_heat(spee
                 return total
 
             heated[body], warmed[body] = flash_of, total_of
-        shares = np.zeros((ages.size - 1, 4))
+        shares = np.zeros((ages.size - 1, 5))
         for n in range(1, ages.size):
             since = ages[n] - ages[: n + 1]
             pulses = {body: -np.diff(total(since), axis=0) for body, total in warmed.items()}

@@ -26,7 +26,7 @@ _RADII = 8192  # distances at which g_σ is found
 _ROOM = 1e3  # wavenumbers beyond both ends of |σ_q|², for the transform, which is periodic in ln q
 _BIAS = -0.6  # power of q that is taken out for the transform: errors, evenly over r, are then 1e-5 of g_σ(0)
 _RIESZ_BIAS = 0.3, -0.5  # the same for its two transforms: errors of N₁/r are then below 1 % down to `_LINEAR`
-_HALF_BIAS = 0.0, -0.5  # the same for K: errors below 1e-4
+_HALF_BIAS = 0.0, -0.6  # the same for K: errors below 5e-4
 _LINEAR = 1e-5  # of the furthest distance: below it N₁ and K₁ are linear in r, and K₀ and K₂ constant
 _GAUSS = leggauss(3)
 
@@ -88,9 +88,10 @@ class ClippedField:
         rho = np.cos(self.angles()) * np.exp(-((r / furthest) ** 4))
         step = log(r[1] / r[0])
         first, back = _HALF_BIAS
-        spectrum = fht(rho * r, step, 0.0, bias=first) * np.sqrt(r[::-1])  # √q times the transform of ρ
+        root = np.sqrt(r[::-1])  # q^(−1/2): wavenumbers are 1/r in reverse order
+        spectrum = fht(rho * r, step, 0.0, bias=first) * root  # √q times the transform of ρ
         height, turned = (fht(spectrum, step, order, bias=back) / r for order in (0.0, 1.0))
-        own = fht(spectrum * np.sqrt(r[::-1]), step, 0.0, bias=back) / r
+        own = fht(spectrum * root, step, 0.0, bias=back) / r
         near = int(np.searchsorted(r, _LINEAR * furthest))
         height[:near], own[:near] = height[near], own[near]
         turned[:near] = turned[near] * r[:near] / r[near]

@@ -6,8 +6,8 @@ Let z and z′ be normal with the correlation p = cos θ, and δ Dirac's. The pa
     edge       ⟨F_z F′⟩ = ∬ dF(u) dF(w) φ(u) Φ((pu − w)/sin θ),    edge_level = ⟨z F_z F′⟩, the same with a factor u
     edges      sin θ ⟨F_z F′_z⟩ = ∬ dF(u) dF(w) exp(−(u² + w² − 2puw)/(2 sin²θ))/2π
 
-edge_levels with u², and edges_level and edges_levels, the same as edges with (u + w)/2 and with uw. ⟨F F′⟩ is found from σ₀² at p = 0 and
-d⟨F F′⟩/dp = ⟨F_z F′_z⟩. All are smooth in θ.
+edge_levels with u², and edges_level and edges_levels, the same as edges with (u + w)/2 and with uw. ⟨F F′⟩ is found
+from σ₀² at p = 0 and d⟨F F′⟩/dp = ⟨F_z F′_z⟩. All are smooth in θ.
 
 Two bodies share the heat by place. That takes a normal ψ too, independent of z at the same place but not at another,
 with k = ⟨ψψ′⟩ and m = ⟨zψ′⟩ = ⟨ψz′⟩. By Stein's rule ⟨x G⟩ = Σ_y ⟨x y⟩ ⟨∂G/∂y⟩,
@@ -22,13 +22,14 @@ are ⟨zχ′⟩ = N₁ cos φ, which is odd, and ⟨χχ′⟩ = (ρ − N₂ c
     ⟨F F′χ′⟩ = n⟨F_z F′⟩;    ⟨Fψ F′χ′⟩ = s⟨F F′⟩ + nm⟨F_z F′_z⟩;    ⟨zFψ F′χ′⟩ = s⟨zF F′⟩ + nm⟨(zF)_z F′_z⟩;
     ⟨Fχ F′χ′⟩ = c⟨F F′⟩ − n²⟨F_z F′_z⟩;    the first three change their sign when both places are exchanged.
 
-A fourth, ζ, is large where contact is dense. It is the half-potential of z, each wave times q^(−1/2) and a constant: half
-the way from z to 1/q, the response to heat at rest. Unlike the others it depends on z at the same place, a = ⟨zζ⟩. With
-K₀, K₁, K₂ the integrals of S q^(−1/2) J₀, S q^(−1/2) J₁, S q^(−1) J₀, scaled so that ⟨ζ²⟩ = 1, its correlations are
-l = ⟨zζ′⟩ = K₀, ⟨ζχ′⟩ = K₁ cos φ and ⟨ζζ′⟩ = K₂. With b = l − ap, h = ⟨ψζ′⟩, and ⟨F_zz F′⟩ = ⟨zF_z F′⟩ − p⟨F_z F′_z⟩,
+A fourth, ζ, is large where contact is dense. It is the half-potential of z, each wave times q^(−1/2) and a constant:
+half the way from z to its potential 1/q, the response to heat at rest. Unlike the others it depends on z at the same
+place, a = ⟨zζ⟩. K₀, K₁, K₂ are the integrals of S q^(−1/2) J₀, S q^(−1/2) J₁ and S q^(−1) J₀, scaled so that ⟨ζ²⟩ = 1.
+With l = ⟨zζ′⟩ = K₀, h = ⟨ψζ′⟩, t = ⟨ζχ′⟩ = K₁ cos φ, ⟨ζζ′⟩ = K₂, b = l − ap, and ⟨F_zz F′⟩ = ⟨zF_z F′⟩ − p⟨F_z F′_z⟩,
 
     ⟨F F′ζ′⟩ = (l + a)⟨F_z F′⟩;    ⟨Fψ F′ζ′⟩ = h⟨F F′⟩ + m(b⟨F_z F′_z⟩ + a⟨zF_z F′⟩);
-    ⟨zFψ F′ζ′⟩ = h⟨zF F′⟩ + m(b⟨(zF)_z F′_z⟩ + a⟨zF z′F′_z⟩);    ⟨Fζ F′χ′⟩ = ⟨ζχ′⟩⟨F F′⟩ + n(b⟨F_z F′_z⟩ + a⟨zF_z F′⟩);
+    ⟨zFψ F′ζ′⟩ = h⟨zF F′⟩ + m(b⟨(zF)_z F′_z⟩ + a⟨zF z′F′_z⟩);
+    ⟨Fζ F′χ′⟩ = t⟨F F′⟩ + n(b⟨F_z F′_z⟩ + a⟨zF_z F′⟩);
     ⟨Fζ F′ζ′⟩ = ⟨ζζ′⟩⟨F F′⟩ + 2al⟨zF_z F′⟩ + (b² + a² sin²θ)⟨F_z F′_z⟩.
 
 The fifth share function is ζ less its mean over the heat, ⟨Fζ⟩/⟨F⟩.
