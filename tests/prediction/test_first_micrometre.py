@@ -96,3 +96,10 @@ def test_a_layer_as_thick_as_the_roughness_is_long_is_warned_of(key):
         value = {"thickness": depth, "conductivity": 3} if key == "body.skin" else depth
         lines = judge(rs.load_scene(STEEL, {key: value})).warnings
         assert any(line.startswith(key) and "above 0.1 of the cell of" in line for line in lines) == warned
+
+
+def test_a_thick_layer_on_the_counterface_is_warned_of_by_its_own_name():
+    own = {"conductivity": 30, "density": 7900, "heat_capacity": 500}
+    for key, value in (("skin", {"thickness": 1e-3, "conductivity": 3}), ("heat_depth", 1e-3)):
+        warned = judge(rs.load_scene(STEEL, {"counterface": own | {key: value}})).warnings
+        assert next(line for line in warned if "above 0.1 of the cell of" in line).startswith(f"counterface.{key}")
