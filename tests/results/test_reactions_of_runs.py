@@ -18,6 +18,7 @@ from roughsim.observables.catalogue import observables_of
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
 from roughsim.results.export import export_run
 from roughsim.results.reactions import background_temperature
+from roughsim.show.terminal import table_text
 from roughsim.store.member_files import BINS, member_path, read_member, write_member
 
 ASKS = {
@@ -103,8 +104,9 @@ def test_rows_of_a_reaction_have_their_energy_in_ev(asked):
     assert still["temperature"] == moving["temperature"] == 560.0
     assert still["capped"]["mean"] == 0.0
     assert 0.0 < moving["capped"]["mean"] < 1.0
-    assert "reaction_rate, 1 eV, 1/s" in str(table)
-    assert "heat_share_above 560 K" in str(table)
+    whole = table_text(table.table())
+    assert "reaction_rate, 1 eV, 1/s" in whole
+    assert "heat_share_above 560 K" in whole
 
 
 def found(run, name, energy):
