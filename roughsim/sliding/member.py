@@ -34,6 +34,7 @@ from roughsim.surface.synthesis import synthesize
 # bytes per point at the peak of a slide, measured: of the contact, of each speed, and of each exponential that a body
 # remembers, whose weights are those of all modes if it is bare, and of each mode with a skin or heat in depth
 BYTES_OF_CONTACT, BYTES_OF_SPEED, BYTES_OF_TERM = 420.0, 85.0, {"bare": 8.0, "layered": 12.0}
+BYTES_OF_STEP = 2000.0  # of the numbers and the ended spots of a step
 POINTS = 64  # distances, in geometric sequence, at which the curves are stored
 FRAMES = 32  # positions of a film, at most
 
@@ -77,7 +78,8 @@ class SlideProblem:
         each = BYTES_OF_SPEED
         if self.distribution:  # pressures and temperatures in single precision, and their order
             each += 8 * POSITIONS + 40
-        return self.grid.points * (BYTES_OF_CONTACT + each * len(self.distances) + heat)
+        of_fields = self.grid.points * (BYTES_OF_CONTACT + each * len(self.distances) + heat)
+        return of_fields + BYTES_OF_STEP * self.steps
 
     @property
     def coarser(self) -> "SlideProblem | None":
