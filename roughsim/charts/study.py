@@ -139,12 +139,12 @@ def _draw_points(axes: Axes, points: _Points, marker: str, colour: Any) -> None:
 def _common_handles(rows: _Rows, column: str) -> list[Line2D]:
     """Return the entries of the legend that hold for all curves."""
     point: Any = {"color": THEORY, "ls": "", "ms": 3.5}
-    handles = [
-        Line2D([], [], marker="o", label=f"simulated ({column}),\n± total error, 95 %", **point),
-        Line2D([], [], color=THEORY, lw=0.9, label="theory"),
-        Line2D([], [], color=THEORY, lw=0.9, ls=DASHES, label="calibrated"),
-    ]
-    if any(row["column"] == SLIDING for row in rows):
+    drawn = {row["column"] for row in rows}
+    handles = [Line2D([], [], marker="o", label=f"simulated ({column}),\n± total error, 95 %", **point)]
+    for name, dashes in (("theory", "-"), ("calibrated", DASHES)):
+        if name in drawn:
+            handles.append(Line2D([], [], color=THEORY, lw=0.9, ls=dashes, label=name))
+    if SLIDING in drawn:
         handles.append(Line2D([], [], marker="D", label=SLIDING, **point))
     if not all(is_whole(row["unknown"], row["note"]) for row in rows):
         handles.append(Line2D([], [], marker="o", mfc="white", label=_HOLLOW, **point))
@@ -176,7 +176,8 @@ def _draw_map(axes: Axes, rows: _Rows, x: Along, y: Along, column: str, observab
     lines = axes.contour(*plane, values, 6, colors="white", linewidths=0.7)
     axes.clabel(lines, fmt="%.3g", fontsize=7)
     deviation = 100.0 * (_over_two(rows, x, y, at_x, at_y, "theory") / simulated - 1.0)
-    if np.nanmin(deviation) < _DEVIATIONS[-1] and np.nanmax(deviation) > _DEVIATIONS[0]:
+    known = deviation[np.isfinite(deviation)]  # reactions have no theory of the simple kind
+    if known.size and known.min() < _DEVIATIONS[-1] and known.max() > _DEVIATIONS[0]:
         dashed = axes.contour(*plane, deviation, _DEVIATIONS, colors="#56B4E9", linestyles="--", linewidths=1.1)
         axes.clabel(dashed, fmt="%+g %%", fontsize=7)
     axes.figure.colorbar(filled, ax=axes, label=with_unit(observable.replace("_", " "), UNITS[observable]))

@@ -205,7 +205,7 @@ def study(
     began = time.monotonic()
     from roughsim.studies.folder import study_file
     from roughsim.studies.progress import StudyProgress
-    from roughsim.studies.tables import study_table
+    from roughsim.studies.tables import asked_table, study_table
     from roughsim.studies.vary import points_of, read_axes
 
     content = study_file(study)
@@ -226,7 +226,7 @@ def study(
     if as_json:
         print_json(result.to_dict())
     else:
-        print_parts(study_table(result))
+        print_parts(*filter(None, (study_table(result), asked_table(result))))
 
 
 def bench(

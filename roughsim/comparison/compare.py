@@ -181,13 +181,6 @@ def compare(run: Run | str | Path) -> Comparison:
     return Comparison(run)
 
 
-def _title_of(row: Row) -> str:
-    """Return the observable of a row with its energy, eV, or temperature, K, if it has one."""
-    if row.energy is not None:
-        return f"{row.observable}, {row.energy:.3g} eV"
-    return row.observable if row.temperature is None else f"{row.observable} {row.temperature:g} K"
-
-
 def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
     """Yield the values of a row by both theories and in the named columns, for a table; empty where it has none."""
     yield Number(row.theory, row.unit)
@@ -242,7 +235,7 @@ def comparison_table(comparison: Comparison) -> Table:
     columns = [Column("observable", name=True), *(Column(title, number=True) for title in titles)]
     rows: list[Cells] = [
         (
-            with_unit(_title_of(row), row.unit),
+            with_unit(row.title, row.unit),
             "" if row.speed is None else f"{row.speed:g}",
             *numbers_of(row, row.columns),
             *(Number(row.sliding_calibrated, row.unit) for _ in beside),

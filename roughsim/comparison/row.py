@@ -73,6 +73,13 @@ class Row:
         return {name: value for name, value in both.items() if value is not None}
 
     @property
+    def title(self) -> str:
+        """The observable, with the energy, eV, or the temperature, K, of a row that has one."""
+        if self.energy is not None:
+            return f"{self.observable}, {self.energy:.3g} eV"
+        return self.observable if self.temperature is None else f"{self.observable} {self.temperature:g} K"
+
+    @property
     def cut(self) -> bool:
         """Whether the theory up to q_c differs from the theory over the whole spectrum by more than `NOTICED`."""
         return abs(self.theory_at_cut_off - self.theory) > NOTICED * abs(self.theory)

@@ -50,8 +50,9 @@ class Comparisons:
 
     def table(self, observables: Sequence[str] | None = (FLASH,)) -> Table:
         """Return observables of all runs, a row for each speed and run; None: all observables."""
-        names = list(dict.fromkeys(row.observable for one in self.comparisons for row in one.rows))
-        chosen = names if observables is None else [name for name in names if name in observables]
+        all_rows = [row for one in self.comparisons for row in one.rows]
+        shown = [row for row in all_rows if observables is None or row.observable in observables]
+        chosen = list(dict.fromkeys(row.title for row in shown))
         columns = list(dict.fromkeys(name for one in self.comparisons for name in one.rows[0].columns))
         titles = [Column("observable", name=True)] if len(chosen) > 1 else []
         titles += [Column("speed, m/s", name=True), Column("run", name=True)]
@@ -65,18 +66,16 @@ class Comparisons:
                         head = [with_unit(name, row.unit)] if len(chosen) > 1 else []
                         place = "" if speed is None else f"{speed:g}"
                         rows.append([*head, place, label, *numbers_of(row, columns)])
-        units = {row.unit for one in self.comparisons for row in one.rows if row.observable in chosen}
-        title = ", ".join(with_unit(name, *units) for name in chosen) if len(chosen) == 1 else ""
-        return Table(titles, rows, title, self._notes(chosen))
+        title = with_unit(chosen[0], *{row.unit for row in shown}) if len(chosen) == 1 else ""
+        return Table(titles, rows, title, self._notes(shown))
 
-    def _speeds(self, observable: str) -> list[float | None]:
+    def _speeds(self, title: str) -> list[float | None]:
         """Return the speeds of an observable in any run, m/s, ascending; None for one without speeds."""
-        speeds = {row.speed for one in self.comparisons for row in one.rows if row.observable == observable}
+        speeds = {row.speed for one in self.comparisons for row in one.rows if row.title == title}
         return sorted(speeds, key=lambda speed: -1.0 if speed is None else speed)
 
-    def _notes(self, observables: Sequence[str]) -> list[str]:
-        """Return the sentences below the table."""
-        rows = [row for one in self.comparisons for row in one.rows if row.observable in observables]
+    def _notes(self, rows: Sequence[Row]) -> list[str]:
+        """Return the sentences below the table of some rows."""
         unknown = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
         notes = ["± total error, 95 %; each with the heat share of its run.", *marks.meanings(list(unknown), set())]
         for label, one in zip(self.labels, self.comparisons, strict=True):
@@ -104,7 +103,7 @@ class Comparisons:
         curves_chart(as_path(path), entries, look=Look(csv=as_path(csv)))
 
 
-def _row_at(comparison: Comparison, observable: str, speed: float | None) -> Row | None:
+def _row_at(comparison: Comparison, title: str, speed: float | None) -> Row | None:
     """Return the row of an observable at a speed; None if the run does not have it."""
-    rows = (row for row in comparison.rows if row.observable == observable and row.speed == speed)
+    rows = (row for row in comparison.rows if row.title == title and row.speed == speed)
     return next(rows, None)

@@ -12,6 +12,7 @@ from roughsim.charts.style import data_url
 from roughsim.explore.layout import THEME, plain_text
 from roughsim.explore.page import HEAD, LatestTask
 from roughsim.observables.catalogue import observables_of
+from roughsim.results.reactions import ABOUT, asked_names
 from roughsim.show.text import plain
 from roughsim.studies.figure import NONE, SPEED, Choice, draw_study, usual_choice
 from roughsim.studies.study import Study, open_study
@@ -47,14 +48,17 @@ class StudyPage:
     def _make_controls(self) -> dict[str, Any]:
         """Return controls of the observable, the axis, the curves, the speed, and of each key ("key NAME")."""
         usual = usual_choice(self.study, "flash_temperature")
-        observables = list(observables_of(self.study.scene.distribution))
-        numeric = [*(self.study.keys[key] for key in self.study.numeric_keys), SPEED]
+        asked = asked_names(self.study.scene)
+        observables = [*observables_of(self.study.scene.distribution), *asked]
+        about = list(dict.fromkeys(ABOUT[name] for name in asked))
+        numeric = [*(self.study.keys[key] for key in self.study.numeric_keys), SPEED, *about]
+        families = [SPEED, *self.names, *about, NONE]
         speeds = sorted({each["speed"] for each in self.rows if each["speed"] is not None}, reverse=True)
         speed_options = [(_HIGHEST, "highest"), *((str(speed), f"{speed:g} m/s") for speed in speeds)]
         selects = {
             "observable": models.Select(title="observable", value=usual.observable, options=observables),
             "x": models.Select(title="along x", value=usual.x, options=numeric),
-            "family": models.Select(title="a curve for each", value=usual.family, options=[SPEED, *self.names, NONE]),
+            "family": models.Select(title="a curve for each", value=usual.family, options=families),
             SPEED: models.Select(title="speed", value=_HIGHEST, options=speed_options),
         }
         for name, key in self.names.items():

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.outputs.opened import Folder, opened
-from roughsim.results.answers import answers
 from roughsim.results.export import ENDINGS, export_run, export_surface
+from roughsim.results.reactions import asked_names
 from roughsim.results.run import Run
 from roughsim.show.frame import csv_bytes, parquet_bytes
 from roughsim.show.table import json_value
 from roughsim.show.text import note
 from roughsim.store.disk import place_bytes
-from roughsim.studies.results import rows_of_run
+from roughsim.studies.results import answers_by_name, rows_of_run
 from roughsim.studies.study import Study
 
 TABLES = (".csv", ".json", ".parquet")
@@ -67,8 +67,9 @@ def export(run: Folder, path: str | Path, *, bits: int | None = None, surface: i
 
 def tidy_rows(run: Run) -> Iterator[dict[str, Any]]:
     """Yield a row for each observable, column and speed of a run, in SI, as `Study.rows`."""
-    table = {array.name: array for array in answers(run, run.observables)}
-    for name in run.observables:
+    names = [*run.observables, *asked_names(run.scene)]
+    table = answers_by_name(run, names)
+    for name in names:
         yield from rows_of_run(run, table, name)
 
 
@@ -77,7 +78,7 @@ def _save_table(run: Run, path: Path) -> Path:
     rows = list(tidy_rows(run))
     ending = path.suffix.lower()
     if ending == ".csv":
-        content = csv_bytes(rows, list(rows[0]))
+        content = csv_bytes(rows)
     elif ending == ".json":
         about = {"title": run.scene.title, "folder": str(run.folder), "realizations": run.realizations}
         values = about | {"failed": run.failed, "rows": [json_value(row) for row in rows]}

@@ -6,16 +6,22 @@ from pathlib import Path
 from string import Template
 
 from roughsim.outputs.run_report import picture, place_of
+from roughsim.results.reactions import asked_names
 from roughsim.scene import with_short_tables
 from roughsim.show.markup import Html, html_table, joined, tag, text
 from roughsim.store.disk import place_bytes
 from roughsim.studies.study import Study
-from roughsim.studies.tables import study_table
+from roughsim.studies.tables import asked_table, study_table
 
 _DRAWN = {
     "flash_temperature": "Flash temperature. Points and bands: simulated, with the total error, 95 %. Lines: theory; "
     "dashed: by the calibrated stress spectrum. Hollow: at q_c, or a part of the error is unknown.",
     "contact_fraction": "Contact area over nominal area. Hollow: at q_c, or a part of the error is unknown.",
+}
+_OF_REACTIONS = {
+    "activation_temperature": "Activation temperature, absolute: the uniform temperature with the same rate.",
+    "reaction_rate": "Rate of reaction, mean over the nominal area.",
+    "heat_share_above": "Share of the heat set free where the contact is hotter.",
 }
 
 
@@ -34,9 +40,11 @@ def page(study: Study) -> str:
     title = study.scene.title or study.folder.resolve().name
     keys = ", ".join(key for axis in study.axes for key in axis.keys)
     state = f"A study over {keys}: {study.finished} of {len(study.points)} points finished."
+    asked = asked_table(study)
+    charts = _DRAWN | {name: caption for name, caption in _OF_REACTIONS.items() if name in asked_names(study.scene)}
     parts = {
-        "Result": html_table(study_table(study)),
-        "Charts": joined(*(chart(study, name, caption) for name, caption in _DRAWN.items())),
+        "Result": joined(*(html_table(table) for table in (study_table(study), asked) if table is not None)),
+        "Charts": joined(*(chart(study, name, caption) for name, caption in charts.items())),
         "Scene": tag("pre", with_short_tables(study.scene.to_toml())),
     }
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)

@@ -10,7 +10,7 @@ from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.arrays import SHARE, Labelled
 from roughsim.results.marks import AT_CUT_OFF, notes_of, unknown_words
 from roughsim.results.pressed import Pressed
-from roughsim.results.reactions import HEAT_ABOVE, RATE
+from roughsim.results.reactions import ABOUT, HEAT_ABOVE, RATE
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
@@ -64,8 +64,8 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
         axes = ("column", "speed") if record.per_speed else ("column",)
         tables = (np.array(table) for table in zip(*entries, strict=True))
         yield from marked(name, axes, *(table if record.per_speed else table[:, 0] for table in tables))
-    if observables is None and (run.scene.reaction is not None or run.scene.observables is not None):
-        yield from _answers_of_reactions(run, columns)
+    if observables is None:
+        yield from answers_of_reactions(run)
     if isinstance(run, Pressed):
         yield from _answers_of_directions(run)
 
@@ -77,17 +77,23 @@ def _measured(run: Run, observable: str, column: str) -> _Entry:
     return estimate.mean, estimate.total_error, unknown, notes_of(run, column, estimate)
 
 
-def _answers_of_reactions(run: Run, columns: list[str]) -> Iterator[Labelled]:
-    """Yield reactions over column, energy and speed, and shares of the heat over column, temperature and speed."""
+def answers_of_reactions(run: Run) -> Iterator[Labelled]:
+    """Yield reactions over column, energy and speed, and shares of the heat over column, temperature and speed.
+
+    Nothing if the scene asks for none.
+    """
+    if run.scene.reaction is None and run.scene.observables is None:
+        return
+    columns = _columns_of(run)
     asked = {column: run.reactions(column) for column in run.reacting_columns}
     first = asked[run.numerics.columns[0]]
     theory = {one.key: one.estimate.value for one in prediction.asked_predictions(run.scene, run.heat_partition)}
     nothing = np.full(len(run.scene.speeds), np.nan)
     for name in dict.fromkeys(one.estimate.observable for one in first):
         places = [k for k, one in enumerate(first) if one.estimate.observable == name]
-        axis, unit = ("energy", "eV") if name != HEAT_ABOVE else ("heat_above", "K")
+        axis, unit = ("heat_above", "K") if name == HEAT_ABOVE else ("energy", "eV")
         if name in (RATE, HEAT_ABOVE):  # the first on its axis
-            numbers = np.array([getattr(first[k], "energy" if axis == "energy" else "temperature") for k in places])
+            numbers = np.array([getattr(first[k], ABOUT[name]) for k in places])
             yield Labelled(axis, (axis,), numbers, {"units": unit})
         shape = len(columns), len(places), len(run.scene.speeds)
         values, errors = np.full(shape, np.nan), np.full(shape, np.nan)

@@ -37,9 +37,11 @@ from roughsim.observables.record import Sample
 from roughsim.prediction.distribution import ELECTRONVOLT
 from roughsim.results import slides
 from roughsim.results.means import Means
+from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 
 RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = "reaction_rate", "activation_temperature", "conversion", "heat_share_above"
+ABOUT = {RATE: "energy", ACTIVATION: "energy", CONVERSION: "energy", HEAT_ABOVE: "temperature"}  # key of their rows
 _SOLVER_SHARE = 2.0  # of the tolerance, of temperatures: as of observables that were not measured
 
 
@@ -89,6 +91,18 @@ def _contacts_of(run: Means, column: str | None) -> _Contacts:
     if run.scene.sliding.duration is not None:
         warm = slides.numbers(run.members)["sliding_background"].mean(axis=0)
     return _Contacts(run.column(None), [pair], warmed(flash, warm), base + warm, run.stretch())
+
+
+def asked_names(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the estimates that [reaction] and `heat_above` of a scene ask for."""
+    names: list[str] = []
+    if scene.reaction is not None:
+        names += [RATE, ACTIVATION]
+        if scene.reaction.contact_length is not None:
+            names.append(CONVERSION)
+    if scene.observables is not None and scene.observables.heat_above is not None:
+        names.append(HEAT_ABOVE)
+    return tuple(names)
 
 
 def asked_estimates(run: Means, column: str | None = None) -> Iterator[Asked]:

@@ -17,10 +17,11 @@ def data_frame(rows: Sequence[Mapping[str, Any]], index: str | None = None) -> A
     return frame if index is None else frame.set_index(index)
 
 
-def csv_bytes(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> bytes:
-    """Return rows as CSV with the columns `names`; None is an empty cell."""
+def csv_bytes(rows: Sequence[Mapping[str, Any]], first: Sequence[str] = ()) -> bytes:
+    """Return rows as CSV, with the columns `first` and all keys of the rows; None or no value is an empty cell."""
+    names = dict.fromkeys(first) | dict.fromkeys(name for row in rows for name in row)
     text = io.StringIO()
-    writer = csv.DictWriter(text, names, lineterminator="\n")
+    writer = csv.DictWriter(text, list(names), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue().encode()

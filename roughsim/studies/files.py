@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import UNITS
 from roughsim.results.answers import NOTE, TAIL, TAILS, UNKNOWN, marked
 from roughsim.results.arrays import Labelled, to_dataset
+from roughsim.results.reactions import asked_names
 from roughsim.show.frame import csv_bytes, parquet_bytes
 from roughsim.show.table import json_value
 from roughsim.store.disk import place_bytes
@@ -46,8 +47,7 @@ def study_dict(study: StudyResults) -> dict[str, Any]:
 
 def _csv(study: StudyResults) -> bytes:
     """Return the tidy table as CSV, with the unit of each row in a column."""
-    rows = _plain_rows(study)
-    return csv_bytes(rows, list(rows[0]) if rows else ["point"])
+    return csv_bytes(_plain_rows(study), ["point"])
 
 
 def _json(study: StudyResults) -> bytes:
@@ -102,7 +102,10 @@ def _arrays(study: StudyResults) -> Iterator[Labelled]:
     An axis of several keys has the first as its coordinate, and the others beside it. ValueError without results, or
     for points with lists of other speeds.
     """
-    tables = {point.name: study.answers(point, run, list(run.observables)) for point, run in study.results}
+    tables = {
+        point.name: study.answers(point, run, [*run.observables, *asked_names(run.scene)])
+        for point, run in study.results
+    }
     if not tables:
         raise ValueError(f"{study.folder} has no point with results yet; let it run first")
     for axis in study.axes:
@@ -116,8 +119,13 @@ def _arrays(study: StudyResults) -> Iterator[Labelled]:
     speeds = study.common_speeds()
     if speeds is not None:
         yield Labelled("speed", ("speed",), np.array(speeds), {"units": "m/s"})
-    for name in (name for name in OBSERVABLES if all(name in table for table in tables.values())):
-        yield from _over_the_grid(study, tables, columns, speeds, name)
+    about: dict[str, list[float]] = {}
+    for name, of_row in (("energy", "eV"), ("heat_above", "K")):
+        about[name] = sorted({x for table in tables.values() if name in table for x in table[name].data.tolist()})
+        if about[name]:
+            yield Labelled(name, (name,), np.array(about[name]), {"units": of_row})
+    for name in (name for name in UNITS if all(name in table for table in tables.values())):
+        yield from _over_the_grid(study, tables, columns, speeds, about, name)
 
 
 def _over_the_grid(
@@ -125,11 +133,17 @@ def _over_the_grid(
     tables: dict[str, dict[str, Labelled]],
     columns: list[str],
     speeds: list[float] | None,
+    about: dict[str, list[float]],
     name: str,
 ) -> Iterator[Labelled]:
-    """Yield an observable with its error and marks over the grid of points, the columns and the speeds."""
-    over_speed = OBSERVABLES[name].per_speed and speeds is not None
-    shape = (*study.shape, len(columns), *([len(speeds)] if over_speed and speeds else []))
+    """Yield an observable with its error and marks over the grid of points, the columns and the speeds.
+
+    Reactions are over the energies, and the share of hot heat over the temperatures, of `about` all points, too.
+    """
+    axes_of_one = next(iter(tables.values()))[name].axes[1:]
+    inner = [axis for axis in axes_of_one if axis != "speed" or speeds is not None]
+    sizes = {axis: len(numbers) for axis, numbers in about.items()} | {"speed": len(speeds or ())}
+    shape = (*study.shape, len(columns), *(sizes[axis] for axis in inner))
     parts = {
         "": np.full(shape, np.nan),
         TAIL: np.full(shape, np.nan),
@@ -139,15 +153,17 @@ def _over_the_grid(
     for place, point in zip(np.ndindex(study.shape), study.points, strict=True):
         table = tables.get(point.name, {})
         for i, column in enumerate(table["column"].data.tolist() if table else []):
-            at = (*place, columns.index(column))
+            at: tuple[Any, ...] = (*place, columns.index(column))
+            for axis in (axis for axis in inner if axis in about):
+                at = (*at, [about[axis].index(number) for number in table[axis].data.tolist()])
             for tail, array in parts.items():
                 entry = table[name + tail].data[i]
-                array[at] = entry if over_speed else np.ravel(entry)[0]
+                array[at] = entry if entry.ndim == len(inner) else entry[..., 0]  # of the only speed of each point
     value, error, unknown, note = parts.values()
     missing = np.isnan(value)
     if missing.all():
         return
     unknown[missing] = note[missing] = ""
     axes = [study.keys[axis.keys[0]] for axis in study.axes]
-    names = (*axes, "column", *(["speed"] if over_speed else []))
+    names = (*axes, "column", *inner)
     yield from marked(name, names, value, np.where(missing, np.nan, error), unknown.astype(str), note.astype(str))

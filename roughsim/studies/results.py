@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.results.answers import NOTE, TAIL, UNKNOWN, answers
+from roughsim.observables.catalogue import UNITS
+from roughsim.results.answers import NOTE, TAIL, UNKNOWN, answers, answers_of_reactions
 from roughsim.results.arrays import Labelled
 from roughsim.results.description import folder_state
 from roughsim.results.folder import open_run
+from roughsim.results.reactions import ABOUT, asked_names
 from roughsim.results.run import Run
 from roughsim.studies.folder import Description, read, refuse_other_scene
 from roughsim.studies.vary import Point, short_names
@@ -119,11 +120,11 @@ class StudyResults:
         raise ValueError("the points have lists of different speeds, which make no array; use the tidy table")
 
     def answers(self, point: Point, run: Run, observables: list[str]) -> dict[str, Labelled]:
-        """Return observables of a point as arrays over column and speed, by their names."""
+        """Return observables of a point as arrays over column and speed, by their names; reactions as of a run."""
         table = self._answers.setdefault(point.name, {})
         missing = [name for name in observables if name not in table]
-        if missing or not table:
-            table |= {array.name: array for array in answers(run, missing)}
+        if missing:
+            table |= answers_by_name(run, missing)
         return table
 
     def rows(self, observable: str | None = None) -> Iterator[dict[str, Any]]:
@@ -131,10 +132,12 @@ class StudyResults:
 
         `speed` is None for an observable without speeds. `total_error` is the 95 % error, NaN for the theory; `unknown`
         lists its unknown parts, as "bandwidth, pixel". `note` is "at q_c" for a value that is not extrapolated in the
-        cut-off, "identity" for a value fixed by force balance, or "". Temperatures include the heat share used.
+        cut-off, "identity" for a value fixed by force balance, or "". Temperatures include the heat share used. Rows of
+        a reaction have its `energy`, eV, and rows of the heat above a temperature this `temperature`, absolute, K.
         """
         for point, run in self.results:
-            names = [name for name in run.observables if observable in (None, name)]
+            known = (*run.observables, *asked_names(run.scene))
+            names = [name for name in known if observable in (None, name)]
             head: dict[str, Any] = {"point": point.name}
             head |= {self.keys[key]: value for key, value in point.values.items()}
             table = self.answers(point, run, names)
@@ -143,24 +146,33 @@ class StudyResults:
                     yield head | row
 
 
+def answers_by_name(run: Run, names: list[str]) -> dict[str, Labelled]:
+    """Return observables of a run, and what its scene asks for if one of that is named, as arrays by their names."""
+    table = {array.name: array for array in answers(run, [name for name in names if name not in ABOUT])}
+    if any(name in ABOUT for name in names):
+        table |= {array.name: array for array in answers_of_reactions(run)}
+    return table
+
+
 def rows_of_run(run: Run, table: dict[str, Labelled], name: str) -> Iterator[dict[str, Any]]:
-    """Yield a row for each value of an observable of a run."""
-    record = OBSERVABLES[name]
-    speeds = run.scene.speeds if record.per_speed else (None,)
-    parts = [table[name + tail].data for tail in ("", TAIL, UNKNOWN, NOTE)]
-    for i, column in enumerate(table["column"].data.tolist()):
-        entries = [np.atleast_1d(part[i]) for part in parts]
-        for speed, value, error, unknown, note in zip(speeds, *entries, strict=True):
-            if np.isnan(value):
-                continue
-            yield {
-                "observable": name,
-                "unit": record.unit,
-                "column": column,
-                "speed": speed,
-                "value": float(value),
-                "total_error": float(error),
-                "unknown": str(unknown),
-                "note": str(note),
-                "realizations": run.realizations,
-            }
+    """Yield a row for each value of an observable of a run, or of a reaction or the heat above a temperature."""
+    axes, columns = table[name].axes, table["column"].data.tolist()
+    speeds = run.scene.speeds if "speed" in axes else (None,)
+    numbers = table[axes[1]].data.tolist() if name in ABOUT else [None]
+    shape = len(columns), len(numbers), len(speeds)
+    value, error, unknown, note = (table[name + tail].data.reshape(shape) for tail in ("", TAIL, UNKNOWN, NOTE))
+    for i, j, k in np.ndindex(shape):
+        if np.isnan(value[i, j, k]):
+            continue
+        yield {
+            "observable": name,
+            "unit": UNITS[name],
+            "column": columns[i],
+            "speed": speeds[k],
+            **({ABOUT[name]: numbers[j]} if name in ABOUT else {}),
+            "value": float(value[i, j, k]),
+            "total_error": float(error[i, j, k]),
+            "unknown": str(unknown[i, j, k]),
+            "note": str(note[i, j, k]),
+            "realizations": run.realizations,
+        }

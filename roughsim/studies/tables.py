@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 
 from roughsim.observables.catalogue import UNITS
+from roughsim.prediction.distribution import ELECTRONVOLT
 from roughsim.results.marks import meanings, unknown_words
+from roughsim.results.reactions import ABOUT
 from roughsim.scene.numerics import SLIDING
 from roughsim.scene.written import literal
 from roughsim.show.table import Cell, Column, Number, Table, significant, with_unit
@@ -14,7 +16,13 @@ from roughsim.studies.results import StudyResults
 from roughsim.studies.trends import trends_of
 from roughsim.studies.vary import Point, key_quantity
 
-_PREFIXES = {"Pa": (1e-6, "MPa"), "m": (1e6, "µm"), "rad/m": (1.0, "1/m")}  # SI unit of a key → factor, shown unit
+_PREFIXES = {  # SI unit of a key → factor, shown unit
+    "Pa": (1e-6, "MPa"),
+    "m": (1e6, "µm"),
+    "rad/m": (1.0, "1/m"),
+    "J": (1.0 / ELECTRONVOLT, "eV"),
+}
+_OF_ROWS = {"energy": "eV", "temperature": "K"}  # of a reaction, and of the heat above a temperature
 _NAMED = 4  # points that a note names
 _MOST_ROWS = 60  # of the table on a terminal
 _MISFIT = " *"  # mark of a point whose levels do not suit it
@@ -34,7 +42,9 @@ _Rows = dict[str, dict[str, dict[str, Any]]]  # point → column → row of the 
 def words_of(key: str) -> tuple[str, float]:
     """Return the title of an axis of a key, and the factor from SI to its unit: ("nominal pressure, MPa", 1e-6)."""
     number = key_quantity(key)
-    factor, unit = _PREFIXES.get(number.unit, (1.0, number.unit)) if number is not None else (1.0, "")
+    factor, unit = (1.0, _OF_ROWS.get(key, ""))
+    if number is not None:
+        factor, unit = _PREFIXES.get(number.unit, (1.0, number.unit))
     text = key.partition(".")[2].replace("_", " ") or key
     return (f"{text}, {unit}" if unit else text), factor
 
@@ -78,6 +88,36 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     titles = [title for title, _ in columns]
     cells = zip(*(cells for _, cells in columns), strict=True)
     return Table(titles, list(cells), study.scene.title, _notes(study, observable, unknown, marks, trends))
+
+
+def asked_table(study: StudyResults) -> Table | None:
+    """Return a row for each reaction at each energy, each share of hot heat, and each point; None if no scene asks."""
+    rows: dict[tuple[str, float], dict[str, dict[str, dict[str, Any]]]] = {}  # quantity → point → column → row
+    for name in ABOUT:
+        for row in study.rows(name):
+            columns = rows.setdefault((name, row[ABOUT[name]]), {}).setdefault(row["point"], {})
+            if row["column"] not in columns or row["speed"] > columns[row["column"]]["speed"]:
+                columns[row["column"]] = row
+    if not rows:
+        return None
+    shown = [(*place, *of_point) for place, by_point in rows.items() for of_point in by_point.items()]
+    known = {source for *_, columns in shown for source in columns}
+    sources = [source for source in ("calibrated", study.column, SLIDING) if source in known]
+    values = {point.name: point.values for point in study.points}
+    cells: list[list[Cell]] = []
+    for name, number, point, columns in shown[:_MOST_ROWS]:
+        line: list[Cell] = [with_unit(f"{name}, {number:.4g} {_OF_ROWS[ABOUT[name]]}", UNITS[name])]
+        line += [value_text(key, values[point][key]) for key in study.keys]
+        line += [_number(columns[source], name) if source in columns else "–" for source in sources]
+        cells.append(line)
+    numbers = [*(words_of(key)[0] for key in study.keys), *sources]
+    titles = [Column("at the highest speed", name=True), *(Column(title, number=True) for title in numbers)]
+    measured = (row for *_, columns in shown for row in columns.values())
+    unknown = dict.fromkeys(part for row in measured for part in _unknown_parts(row))
+    notes = ["± total error, 95 %; activation temperatures are absolute.", *meanings(unknown, {})]
+    if len(shown) > _MOST_ROWS:
+        notes.append(f"The first {_MOST_ROWS} rows; `roughsim export` writes all.")
+    return Table(titles, cells, "What reacts", notes)
 
 
 def _key_columns(study: StudyResults, points: Sequence[Point]) -> Iterator[tuple[Column, list[Cell]]]:
@@ -162,6 +202,11 @@ def _value(shown: _Rows, point: Point, source: str, observable: str) -> Cell:
     row = shown.get(point.name, {}).get(source)
     if row is None:
         return "–"
+    return _number(row, observable)
+
+
+def _number(row: dict[str, Any], observable: str) -> Number:
+    """Return the value of a row with its total error."""
     error = 0.0 if np.isnan(row["total_error"]) else row["total_error"]  # theory has none
     return Number(row["value"], UNITS[observable], error, _unknown_parts(row))
 

@@ -206,7 +206,8 @@ def _label(value: Any) -> str:
 def short_names(keys: Sequence[str]) -> dict[str, str]:
     """Return each key without its section if that is unique: "nominal_pressure", but "sliding_speed"."""
     last = [key.rpartition(".")[2] for key in keys]
-    taken = {"speed", "column", "observable", *OBSERVABLES}  # names in the tables
+    # names in the tables
+    taken = {"speed", "column", "observable", "energy", "temperature", "heat_above", *OBSERVABLES}
     return {
         key: name if last.count(name) == 1 and name not in taken else key.replace(".", "_")
         for key, name in zip(keys, last, strict=True)
