@@ -111,8 +111,10 @@ def measure(scene: rs.Scene, target: float) -> Point:
 
 
 def lowest_members(run: rs.Run) -> int:
-    """Return the members of the lowest level of the capped or elastic column."""
+    """Return the members of the lowest level of the capped or elastic column; earlier versions have one count."""
     numerics = run.numerics
+    if not hasattr(run, "counts"):
+        return run.realizations
     return int(run.counts[numerics.of_column(numerics.columns[-1])[0]])
 
 
