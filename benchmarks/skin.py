@@ -27,7 +27,7 @@ def seconds(scene: rs.Scene) -> float:
     """Return the CPU time of a run."""
     with tempfile.TemporaryDirectory() as folder:
         begun = time.process_time()
-        rs.run(scene, Path(folder) / "run", workers=1)
+        rs.run(scene, Path(folder) / "run", workers=1, progress=False)
         return time.process_time() - begun
 
 
