@@ -35,10 +35,11 @@ def _choose_subject(
     """Return the data that a quantity is drawn from; ValueError without kept fields, or if an argument does not fit."""
     if quantity == "sliding" and column is not None:
         raise ValueError(f"column = {column!r}: sliding has a column of its own; leave it out")
-    column = run.column(column)
-    level = run.picture(column)
+    slides = quantity == "reaction" and column == SLIDING and SLIDING in run.reacting_columns
+    name = SLIDING if slides else run.column(column)
+    level = run.picture(None if slides else name)
     chosen = _choose_realization(run, level, quantity, realization)
-    return Subject(run, column, level, chosen, _choose_speed(run, quantity, speed))
+    return Subject(run, name, level, chosen, _choose_speed(run, quantity, speed))
 
 
 def _choose_realization(run: Run, level: int, quantity: str, realization: int | None) -> int | None:
@@ -110,7 +111,8 @@ def plot_run(
     Maps are of "heights", "pressure", "temperature" or "heat_flux". "distribution" shows the distribution of the
     temperature over the contact, "profile" the line along x through the hottest point, "spectrum" the power spectra of
     the kept heights and of the stress, "correlation" g_σ(r), "sliding" temperatures and share over the slid distance,
-    "reaction" temperatures and rates of a run with [reaction], "film" pressure and temperature at four slid distances.
+    "reaction" temperatures and rates of a run with [reaction], also of the column "sliding", "film" pressure and
+    temperature at four slid distances.
 
     `path` ends in .png, .pdf or .svg; default: a .png beside the run folder. `realization` is by default the first kept
     one, or all for spectra, `speed` the scene's highest, m/s, `column` as in `Run.estimate`. Of a map `zoom` draws the

@@ -11,6 +11,7 @@ from roughsim.charts.sliding import speed_colours
 from roughsim.charts.style import CALIBRATED, COLOURS, Subject, band, new_figure
 from roughsim.observables.distribution import LEVELS
 from roughsim.results.reactions import ACTIVATION, RATE
+from roughsim.scene.numerics import SLIDING
 from roughsim.show.text import plain
 
 _WIDTH = 4.4  # of a panel, inches
@@ -19,7 +20,8 @@ _WIDTH = 4.4  # of a panel, inches
 def reaction_chart(subject: Subject, path: Path) -> None:
     """Draw the share of contact that is hotter than T, and of a reaction T_act over E and the rate over the speed.
 
-    Means over all realizations with their total errors, 95 %; the calibrated theory is dashed. ValueError if the run
+    Means over all realizations with their total errors, 95 %; the calibrated theory, which the column sliding does not
+    have, is dashed. ValueError if the run
     has no distribution of the temperature, or no speed above zero.
     """
     run = subject.run
@@ -31,9 +33,8 @@ def reaction_chart(subject: Subject, path: Path) -> None:
         raise ValueError("speed = 0 m/s makes no heat to draw; give the scene a speed, for example 1")
     reacts = run.scene.reaction is not None
     scene = plain(run.scene.title).replace("$", r"\$")
-    title = "\n".join(
-        line for line in (scene, f"{subject.column} contact, total errors 95 %; dashed: calibrated theory") if line
-    )
+    dashed = "" if subject.column == SLIDING else "; dashed: calibrated theory"
+    title = "\n".join(line for line in (scene, f"{subject.column} contact, total errors 95 %{dashed}") if line)
     with new_figure(path, (_WIDTH * (3 if reacts else 1), 3.9), title, subject.look) as figure:
         panels = figure.subplots(1, 3 if reacts else 1, squeeze=False)[0]
         _draw_hotter(panels[0], subject, int(moving[np.argmax(speeds[moving])]))
@@ -44,9 +45,10 @@ def reaction_chart(subject: Subject, path: Path) -> None:
 def _draw_hotter(axes: Axes, subject: Subject, fastest: int) -> None:
     """Draw the shares of the heat and of the contact area that are hotter than T at the highest speed."""
     share = 100.0 * (1.0 - np.array([*LEVELS.values()]))
-    theory, heat = prediction.calibrated_predictions(subject.run.scene), subject.run.heat_partition[fastest]
-    drawn = [heat * theory[f"temperature_quantile_{name}"][fastest] for name in LEVELS]
-    axes.plot(drawn, share, color=CALIBRATED, lw=1.0, ls=(0, (4, 2)), label="of the heat, calibrated theory")
+    if subject.column != SLIDING:
+        theory, heat = prediction.calibrated_predictions(subject.run.scene), subject.run.heat_partition[fastest]
+        drawn = [heat * theory[f"temperature_quantile_{name}"][fastest] for name in LEVELS]
+        axes.plot(drawn, share, color=CALIBRATED, lw=1.0, ls=(0, (4, 2)), label="of the heat, calibrated theory")
     for of, colour, words in (("", COLOURS[subject.column], "of the heat"), ("area_", "0.5", "of the area")):
         found = [subject.run.estimate(f"temperature_quantile_{of}{name}", subject.column) for name in LEVELS]
         mean = np.array([estimate.mean[fastest] for estimate in found])
@@ -63,8 +65,10 @@ def _draw_reaction(temperatures: Axes, rates: Axes, subject: Subject, moving: ND
     """Draw activation temperatures over the energy, a line per speed, and rates over the speed, a line per energy."""
     speeds = np.array(subject.run.scene.speeds)
     found = subject.run.reactions(subject.column)
-    asked = prediction.asked_predictions(subject.run.scene, subject.run.heat_partition)
-    theory = {one.key: one.estimate.value for one in asked}
+    theory = {}
+    if subject.column != SLIDING:
+        asked = prediction.asked_predictions(subject.run.scene, subject.run.heat_partition)
+        theory = {one.key: one.estimate.value for one in asked}
     nothing = np.full(speeds.shape, np.nan)
     warm = [one for one in found if one.estimate.observable == ACTIVATION]
     energies = np.array([one.energy for one in warm])

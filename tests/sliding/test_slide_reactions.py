@@ -188,6 +188,22 @@ def test_compare_and_exports_have_them_in_the_column_sliding(asked):
     assert arrays["temperature_quantile_99"][at] == pytest.approx(asked.estimate(NAMES[5], "sliding").mean)
 
 
+def test_the_picture_of_reactions_is_also_of_the_column_sliding(asked, tmp_path):
+    def drawn(column):
+        numbers = tmp_path / f"{column}.csv"
+        picture = rs.plot(asked, "reaction", tmp_path / f"{column}.svg", column=column, csv=numbers)
+        return picture.read_text(), numbers.read_text()
+
+    picture, numbers = drawn("sliding")
+    assert "sliding contact, total errors" in picture
+    assert "calibrated" not in picture
+    rate = next(one.estimate for one in asked.reactions("sliding") if one.key == ("reaction_rate", 1.0, None))
+    assert all(f"{value:.7g}" in numbers for value in rate.mean)
+    assert "calibrated theory" in drawn("capped")[0]
+    with pytest.raises(ValueError, match="column = 'sliding' is not in this run"):
+        rs.plot(asked, "pressure", tmp_path / "p.svg", column="sliding")
+
+
 def test_with_a_duration_the_contact_reacts_above_the_background_of_the_slide(tmp_path):
     history = f'history = "sliding"\nduration = {1e-3 / 35}\nbackground_temperature = "600 K"\n'
     scene = asking(history).with_("sliding.speed", [14.0, 35.0])
