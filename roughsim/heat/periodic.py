@@ -76,8 +76,8 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     depth : float
         Distance below the surface, m, ≥ 0.
     skin : Skin, optional
-        A layer of another material on the body: thickness, m, conductivity, W/(m K), and diffusivity, m²/s. From rest
-        it adds its steady change, which holds for a thickness ≪ √(Dt); see docs/skin.md.
+        A layer of another material on the body: thickness d, m, conductivity κ_s, W/(m K), and diffusivity, m²/s. From
+        rest it adds its steady change, which holds for d and dκ_s/κ ≪ √(Dt); see docs/skin.md.
     heat_depth : float
         Depth h, m, ≥ 0, in which the heat is released, with the density q̇ e^(−z/h)/h; 0 is the surface.
 

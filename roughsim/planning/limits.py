@@ -168,14 +168,18 @@ def _heat_lines(scene: Scene, known: Facts) -> Lines:
 
 def _layer_lines(scene: Scene, side: float) -> Lines:
     """Warn of layers as thick as the roughness is long; `side` is the shorter one of the cell, m."""
+    effects = {
+        "skin.thickness": "so thick a layer changes the elastic contact, too, which the model leaves out",
+        "heat_depth": "so deep the heat of different contact spots is not apart",
+    }
     for name, body in (("body", scene.body), ("counterface", scene.counterface)):
         skin = None if body is None else body.skin
         depths = {"skin.thickness": skin and skin.thickness, "heat_depth": body and body.heat_depth}
         for key, depth in depths.items():
             if depth and depth > _THICK * side:
                 yield (
-                    f"{name}.{key} = {depth:.3g} m is above {_THICK:g} of the cell of {side:.3g} m: so thick a layer "
-                    "changes the elastic contact, too, which the model leaves out; check its unit"
+                    f"{name}.{key} = {depth:.3g} m is above {_THICK:g} of the cell of {side:.3g} m: {effects[key]}; "
+                    "check its unit"
                 )
 
 

@@ -92,6 +92,24 @@ def test_from_rest_the_layers_add_their_steady_change(thickness, heat_depth):
     close(field, (young * np.exp(1j * q * x)).real, 1e-12)
 
 
+@pytest.mark.parametrize(("conduction", "ratio"), [(0.1, 8.6), (0.5, 0.25), (10.0, 0.063)])
+def test_a_long_wave_at_rest_has_the_conduction_along_the_skin_too_early(conduction, ratio):
+    # q → 0: the change is (d/k)(1 − k²D/D_s) in truth and (d/k)(1 − k²) in the steady state; over the bare 2√(Dt/π)
+    thickness = 1.0
+    spread = 400.0 * thickness**2 * max(1.0, ratio)
+    q = 0.2 / sqrt(spread)
+    exact = extrapolated(q, 0.0, (thickness, conduction, ratio, 0.0), spread).real
+    grid = Grid((8, 8), (2 * pi / q, 2 * pi / q))
+    x, _ = points(grid)
+    skin = Skin(thickness, conduction, 1 / ratio)
+    field = sliding_temperature(
+        np.cos(q * x), grid, skin=skin, conductivity=1.0, diffusivity=1.0, speed=0.0, time=spread
+    )
+    bound = thickness * conduction * abs(1 - ratio) / (2 * sqrt(spread / pi))
+    error = abs(field[0, 0] - exact) / (2 * sqrt(spread / pi))
+    assert 0.4 * bound < error < bound + 2e-3  # as for other waves
+
+
 def test_a_field_has_the_response_in_closed_form():
     below, within = roots()
     inner, lag = OXIDE.conductivity * within, np.tanh(within * OXIDE.thickness)

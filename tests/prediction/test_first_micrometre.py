@@ -102,4 +102,6 @@ def test_a_thick_layer_on_the_counterface_is_warned_of_by_its_own_name():
     own = {"conductivity": 30, "density": 7900, "heat_capacity": 500}
     for key, value in (("skin", {"thickness": 1e-3, "conductivity": 3}), ("heat_depth", 1e-3)):
         warned = judge(rs.load_scene(STEEL, {"counterface": own | {key: value}})).warnings
-        assert next(line for line in warned if "above 0.1 of the cell of" in line).startswith(f"counterface.{key}")
+        line = next(line for line in warned if "above 0.1 of the cell of" in line)
+        assert line.startswith(f"counterface.{key}")
+        assert ("changes the elastic contact" in line) == (key == "skin")  # a depth of the heat has no mechanics
