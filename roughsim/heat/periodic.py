@@ -54,7 +54,8 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     waves at the Nyquist wavenumber of an axis run both ways along it, so their response is the mean of both: real if
     they lie along the sliding direction. TypeError or ValueError for an argument of the wrong kind, not finite or out
     of its range, or for both `time` and `slid_distance`. A RuntimeWarning for the steady kernel with v L/(2πD) > 1, L
-    the chord of the cell along sliding: the field is biased by the periodic cell.
+    the chord of the cell along sliding: the field is biased by the periodic cell; and for a time so short that heat
+    has not spread through the skin or `heat_depth`.
 
     Parameters
     ----------
@@ -106,6 +107,8 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     arguments, spreads = (grid, drift, depth, layers, flux.dtype.char), diffusivity * durations.ravel()
     fields = fields_over_time(flux, spreads, turned_response, arguments, grid.shape, 1 / conductivity)
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
+    if layers is not None:
+        _warn_of_young_layers(layers, spreads)
     laps = abs(speed) * chord / (2 * math.pi * diffusivity)
     if laps > 1.0 and np.isinf(durations).any():
         field = fields[np.isinf(durations).argmax()] * conductivity
@@ -119,6 +122,19 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
             stacklevel=2,
         )
     return fields.reshape(durations.shape + grid.shape)
+
+
+def _warn_of_young_layers(layers: Layering, spreads: Array) -> None:
+    """Warn of durations in which heat has not spread through the layers; `spreads` are D t, m²."""
+    young = spreads[(spreads > 0.0) & (spreads < layers.reach**2)]
+    if young.size:
+        warnings.warn(
+            f"√(Dt) = {math.sqrt(young.min()):.3g} m is below {layers.reach:.3g} m, the reach of skin or heat_depth: "
+            "their change is taken as steady, and the field is wrong so soon after the start; "
+            "take a longer time or slid_distance, or a thinner layer",
+            RuntimeWarning,
+            stacklevel=3,
+        )
 
 
 def uniform_temperature(

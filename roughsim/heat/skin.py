@@ -47,6 +47,12 @@ class Layering(NamedTuple):
     diffusion: float  # D/D_s
     heat_depth: float  # h, m
 
+    @property
+    def reach(self) -> float:
+        """The diffusion length √(Dt) in the half-space, m, well above which the response is the steady one."""
+        d = self.thickness
+        return max(d * math.sqrt(self.diffusion), d * self.conduction, self.heat_depth)
+
 
 def checked_skin(skin: SkinLike | None) -> Skin | None:
     """Return a skin of three positive numbers, in the order of `Skin`, or None; TypeError or ValueError otherwise."""

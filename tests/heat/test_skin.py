@@ -1,5 +1,6 @@
 """A skin on the half-space and heat released in depth, by closed forms, limits with rates, and finite differences."""
 
+import warnings
 from math import inf, pi, sqrt
 
 import numpy as np
@@ -90,6 +91,25 @@ def test_from_rest_the_layers_add_their_steady_change(thickness, heat_depth):
     options = {"conductivity": 1.0, "diffusivity": 1.0, "speed": advection / q, "time": spread}
     field = sliding_temperature(np.cos(q * x), grid, skin=skin, heat_depth=heat_depth, **options)
     close(field, (young * np.exp(1j * q * x)).real, 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("layers", "reach"),
+    [
+        ({"skin": Skin(1e-6, 2.0, 1.0)}, 2e-6),  # dκ_s/κ
+        ({"skin": Skin(1e-6, 0.5, 1 / 9)}, 3e-6),  # d√(D/D_s)
+        ({"heat_depth": 5e-6}, 5e-6),
+    ],
+)
+def test_a_field_is_warned_of_until_heat_has_spread_through_the_layers(layers, reach):
+    grid = Grid((8, 8), (1e-3, 1e-3))
+    x, _ = points(grid)
+    options = {"conductivity": 1.0, "diffusivity": 1.0, "speed": 0.0} | layers
+    with pytest.warns(RuntimeWarning, match=rf"√\(Dt\) = .* is below {reach:.3g} m, the reach of skin or heat_depth"):
+        sliding_temperature(np.cos(2e3 * pi * x), grid, time=0.98 * reach**2, **options)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sliding_temperature(np.cos(2e3 * pi * x), grid, time=[0.0, 1.02 * reach**2, np.inf], **options)
 
 
 @pytest.mark.parametrize(("conduction", "ratio"), [(0.1, 8.6), (0.5, 0.25), (10.0, 0.063)])
