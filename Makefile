@@ -59,6 +59,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/coverage.py --evidence
 	$(MEASURE) benchmarks/chain.py --evidence
 	$(MEASURE) benchmarks/skin.py --evidence
+	$(MEASURE) benchmarks/reactions.py --evidence
 	$(MEASURE) experiments/chain_ways.py --evidence
 	$(MEASURE) experiments/contact_solvers.py --evidence
 	$(MEASURE) experiments/heat_methods.py --evidence
