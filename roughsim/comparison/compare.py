@@ -6,7 +6,7 @@ theory and elastic. `theory` is over the whole spectrum; the ratio to the theory
 the modes of the simulation.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.comparison.row import NOTICED, Row
-from roughsim.comparison.rows import CONTACT_TEMPERATURE, FLASH, Slope, finest, rows_of, stress_slope
+from roughsim.comparison.rows import CONTACT_TEMPERATURE, FLASH, Slope, finest, rows_of, stress_slope, theories_of
 from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.prediction.statements import statements, texture_warnings
+from roughsim.prediction.values import Predicted
 from roughsim.results import marks
 from roughsim.results.folder import left_out, open_run
 from roughsim.results.pressed import SOME_LOAD, Pressed
@@ -50,7 +51,12 @@ class Comparison:
     @cached_property
     def rows(self) -> tuple[Row, ...]:
         """A row for each observable and speed."""
-        return tuple(rows_of(self.run))
+        return tuple(rows_of(self.run, theories=self._theories))
+
+    @cached_property
+    def _theories(self) -> dict[str, Predicted]:
+        """The theories of the run: the longest part of a summary, which a chart or table may follow."""
+        return theories_of(self.run)
 
     @cached_property
     def slopes(self) -> tuple[Slope, ...]:
@@ -119,8 +125,10 @@ class Comparison:
         return comparison_table(self)
 
     def summary(self) -> Table:
-        """Return the table of T_flash that `compare` prints."""
-        return summary_table(self)
+        """Return the table that `compare` prints: T_flash, or all of a pressed map, with its directions of sliding."""
+        if isinstance(self.run, Pressed):
+            return self.table()
+        return summary_table(self, list(rows_of(self.run, (FLASH,), self._theories)))  # others take ten times as long
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
@@ -190,15 +198,9 @@ def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
         yield "" if cell is None else Number(cell.mean, row.unit, cell.total_error, cell.unknown)
 
 
-def summary_table(comparison: Comparison) -> Table:
-    """Return T_flash by its columns, a row per speed, with the ratios at the highest speed below.
-
-    Of a pressed map the whole table, which has the directions of sliding.
-    """
+def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
+    """Return the rows of T_flash by its columns, with the ratios at the highest speed below."""
     run = comparison.run
-    if isinstance(run, Pressed):
-        return comparison_table(comparison)
-    rows = list(rows_of(run, (FLASH,)))  # the others take ten times as long
     columns = [Column(name, number=True) for name in ("speed, m/s", "theory", "calibrated", *rows[0].columns)]
     cells: list[Cells] = [
         (

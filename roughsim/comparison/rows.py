@@ -37,12 +37,14 @@ class Slope(NamedTuple):
     theory: float
 
 
-def rows_of(run: Run, observables: Sequence[str] | None = None) -> Iterator[Row]:
-    """Yield a row for each observable, or for some of them, and speed.
+def rows_of(
+    run: Run, observables: Sequence[str] | None = None, theories: dict[str, Predicted] | None = None
+) -> Iterator[Row]:
+    """Yield a row for each observable, or for some of them, and speed; `theories` are those of `theories_of`.
 
     Of all observables the contact temperatures follow, if the scene has a duration, and the rows that it asks for.
     """
-    theories = _theories_of(run)
+    theories = theories_of(run) if theories is None else theories
     slid = None if run.numerics.slide is None else prediction.sliding_prediction(run.scene)
     for observable in run.observables if observables is None else observables:
         predicted = {name: values[observable] for name, values in theories.items()}
@@ -62,7 +64,7 @@ def rows_of(run: Run, observables: Sequence[str] | None = None) -> Iterator[Row]
         yield from _rows_of_directions(run)
 
 
-def _theories_of(run: Run) -> dict[str, Predicted]:
+def theories_of(run: Run) -> dict[str, Predicted]:
     """Return the theories of a run by the field of a row."""
     grid, q_c = finest(run)
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
