@@ -1,11 +1,13 @@
 """`plot_run`: draws one quantity of a run as a map or a curve, and chooses the file."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from roughsim.charts.film import film_chart
 from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
-from roughsim.charts.reaction import reaction_chart
+from roughsim.charts.reaction import over_speed_chart, reaction_chart
 from roughsim.charts.sliding import sliding_chart
 from roughsim.charts.spectra import correlation_chart, spectrum_chart
 from roughsim.charts.style import FIELDS, USUAL, Look, Subject, beside, check_ending
@@ -13,19 +15,22 @@ from roughsim.charts.temperature import distribution_chart, profile_chart
 from roughsim.errors import number
 from roughsim.results.fields import DERIVED_UNITS
 from roughsim.results.film import filmed, no_film
+from roughsim.results.reactions import ABOUT
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
-CURVES = {
+CURVES: dict[str, Callable[[Subject, Path], None]] = {
     "distribution": distribution_chart,
     "spectrum": spectrum_chart,
     "correlation": correlation_chart,
     "profile": profile_chart,
     "sliding": sliding_chart,
     "reaction": reaction_chart,
+    **{name: partial(over_speed_chart, name) for name in ABOUT},
 }
 QUANTITIES = (*FIELDS, *CURVES, "film")
-_OF_ALL = ("correlation", "sliding", "reaction")  # means over all realizations, without fields
+_OF_REACTIONS = ("reaction", *ABOUT)
+_OF_ALL = ("correlation", "sliding", *_OF_REACTIONS)  # means over all realizations, without fields
 _NEEDS_SPEED = (*DERIVED_UNITS, "distribution", "profile")
 
 
@@ -35,7 +40,7 @@ def _choose_subject(
     """Return the data that a quantity is drawn from; ValueError without kept fields, or if an argument does not fit."""
     if quantity == "sliding" and column is not None:
         raise ValueError(f"column = {column!r}: sliding has a column of its own; leave it out")
-    slides = quantity == "reaction" and column == SLIDING and SLIDING in run.reacting_columns
+    slides = quantity in _OF_REACTIONS and column == SLIDING and SLIDING in run.reacting_columns
     name = SLIDING if slides else run.column(column)
     level = run.picture(None if slides else name)
     chosen = _choose_realization(run, level, quantity, realization)
@@ -111,8 +116,8 @@ def plot_run(
     Maps are of "heights", "pressure", "temperature" or "heat_flux". "distribution" shows the distribution of the
     temperature over the contact, "profile" the line along x through the hottest point, "spectrum" the power spectra of
     the kept heights and of the stress, "correlation" g_σ(r), "sliding" temperatures and share over the slid distance,
-    "reaction" temperatures and rates of a run with [reaction], also of the column "sliding", "film" pressure and
-    temperature at four slid distances.
+    "reaction" temperatures and rates of a run with [reaction], also of the column "sliding", as "reaction_rate" and the
+    other rows that a scene asks for over the speed, "film" pressure and temperature at four slid distances.
 
     `path` ends in .png, .pdf or .svg; default: a .png beside the run folder. `realization` is by default the first kept
     one, or all for spectra, `speed` the scene's highest, m/s, `column` as in `Run.estimate`. Of a map `zoom` draws the

@@ -1,5 +1,6 @@
 """What a reaction feels: quantiles of the temperature, activation temperatures over energy, rates over speed."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,15 @@ from numpy.typing import NDArray
 from roughsim import prediction
 from roughsim.charts.sliding import speed_colours
 from roughsim.charts.style import CALIBRATED, COLOURS, Subject, band, new_figure
+from roughsim.grid import Array
 from roughsim.observables.distribution import LEVELS
-from roughsim.results.reactions import ACTIVATION, RATE
+from roughsim.results.reactions import ACTIVATION, RATE, Asked, not_asked
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.text import plain
 
 _WIDTH = 4.4  # of a panel, inches
+_DASHES = (0, (4, 2))  # of the calibrated theory
+Theory = Mapping[tuple[str, float | None, float | None], Array]  # values over speed, by the key of an estimate
 
 
 def reaction_chart(subject: Subject, path: Path) -> None:
@@ -26,20 +30,56 @@ def reaction_chart(subject: Subject, path: Path) -> None:
     """
     run = subject.run
     if not run.scene.distribution:
-        raise ValueError(f"{run.folder} has no distribution of the temperature: its scene has no [reaction]")
-    speeds = np.array(run.scene.speeds)
+        raise not_asked(run, "distribution of the temperature")
+    fast = _moving(subject)
+    reacts = run.scene.reaction is not None
+    with new_figure(path, (_WIDTH * (3 if reacts else 1), 3.9), _title(subject), subject.look) as figure:
+        panels = figure.subplots(1, 3 if reacts else 1, squeeze=False)[0]
+        _draw_hotter(panels[0], subject, int(fast[-1]))
+        if reacts:
+            found, theory = run.reactions(subject.column), _theory(subject)
+            warm = [one for one in found if one.estimate.observable == ACTIVATION]
+            _draw_temperatures(panels[1], warm, theory, np.array(run.scene.speeds), fast)
+            rates = [one for one in found if one.estimate.observable == RATE]
+            _draw_over_speed(panels[2], rates, theory, np.array(run.scene.speeds), fast)
+            panels[2].set_title("Rate per nominal area")
+
+
+def over_speed_chart(name: str, subject: Subject, path: Path) -> None:
+    """Draw a row that a scene asks for, as "reaction_rate", over the speed: a line for each energy or temperature.
+
+    Errors and theory as of `reaction_chart`. ValueError if the scene does not ask for it, or has no speed above zero.
+    """
+    run = subject.run
+    found = [one for one in run.reactions(subject.column) if one.estimate.observable == name]
+    if not found:
+        raise not_asked(run, name)
+    fast = _moving(subject)
+    with new_figure(path, (_WIDTH, 3.9), _title(subject), subject.look) as figure:
+        _draw_over_speed(figure.subplots(), found, _theory(subject), np.array(run.scene.speeds), fast)
+
+
+def _moving(subject: Subject) -> NDArray[np.intp]:
+    """Return the places of the speeds above zero, slowest first; ValueError if there is none."""
+    speeds = np.array(subject.run.scene.speeds)
     moving = np.flatnonzero(speeds > 0.0)
     if not moving.size:
         raise ValueError("speed = 0 m/s makes no heat to draw; give the scene a speed, for example 1")
-    reacts = run.scene.reaction is not None
-    scene = plain(run.scene.title).replace("$", r"\$")
+    return np.asarray(moving[np.argsort(speeds[moving])])
+
+
+def _title(subject: Subject) -> str:
+    scene = plain(subject.run.scene.title).replace("$", r"\$")
     dashed = "" if subject.column == SLIDING else "; dashed: calibrated theory"
-    title = "\n".join(line for line in (scene, f"{subject.column} contact, total errors 95 %{dashed}") if line)
-    with new_figure(path, (_WIDTH * (3 if reacts else 1), 3.9), title, subject.look) as figure:
-        panels = figure.subplots(1, 3 if reacts else 1, squeeze=False)[0]
-        _draw_hotter(panels[0], subject, int(moving[np.argmax(speeds[moving])]))
-        if reacts:
-            _draw_reaction(panels[1], panels[2], subject, moving)
+    return "\n".join(line for line in (scene, f"{subject.column} contact, total errors 95 %{dashed}") if line)
+
+
+def _theory(subject: Subject) -> Theory:
+    """Return the calibrated theory of what the scene asks for; empty for the column sliding, which has none."""
+    if subject.column == SLIDING:
+        return {}
+    asked = prediction.asked_predictions(subject.run.scene, subject.run.heat_partition)
+    return {one.key: one.estimate.value for one in asked}
 
 
 def _draw_hotter(axes: Axes, subject: Subject, fastest: int) -> None:
@@ -48,7 +88,7 @@ def _draw_hotter(axes: Axes, subject: Subject, fastest: int) -> None:
     if subject.column != SLIDING:
         theory, heat = prediction.calibrated_predictions(subject.run.scene), subject.run.heat_partition[fastest]
         drawn = [heat * theory[f"temperature_quantile_{name}"][fastest] for name in LEVELS]
-        axes.plot(drawn, share, color=CALIBRATED, lw=1.0, ls=(0, (4, 2)), label="of the heat, calibrated theory")
+        axes.plot(drawn, share, color=CALIBRATED, lw=1.0, ls=_DASHES, label="of the heat, calibrated theory")
     for of, colour, words in (("", COLOURS[subject.column], "of the heat"), ("area_", "0.5", "of the area")):
         found = [subject.run.estimate(f"temperature_quantile_{of}{name}", subject.column) for name in LEVELS]
         mean = np.array([estimate.mean[fastest] for estimate in found])
@@ -61,32 +101,34 @@ def _draw_hotter(axes: Axes, subject: Subject, fastest: int) -> None:
     axes.legend(loc="lower left")
 
 
-def _draw_reaction(temperatures: Axes, rates: Axes, subject: Subject, moving: NDArray[np.intp]) -> None:
-    """Draw activation temperatures over the energy, a line per speed, and rates over the speed, a line per energy."""
-    speeds = np.array(subject.run.scene.speeds)
-    found = subject.run.reactions(subject.column)
-    theory = {}
-    if subject.column != SLIDING:
-        asked = prediction.asked_predictions(subject.run.scene, subject.run.heat_partition)
-        theory = {one.key: one.estimate.value for one in asked}
-    nothing = np.full(speeds.shape, np.nan)
-    warm = [one for one in found if one.estimate.observable == ACTIVATION]
-    energies = np.array([one.energy for one in warm])
+def _draw_temperatures(axes: Axes, found: list[Asked], theory: Theory, speeds: Array, fast: NDArray[np.intp]) -> None:
+    """Draw activation temperatures over the energy, a line for each speed."""
+    energies = np.array([one.energy for one in found])
     order = np.argsort(energies)
-    for k, colour in zip(moving, speed_colours(moving.size), strict=True):
-        mean = np.array([one.estimate.mean[k] for one in warm])[order]
-        error = np.array([one.estimate.total_error[k] for one in warm])[order]
+    nothing = np.full(speeds.shape, np.nan)
+    for k, colour in zip(fast, speed_colours(fast.size), strict=True):
+        mean = np.array([one.estimate.mean[k] for one in found])[order]
+        error = np.array([one.estimate.total_error[k] for one in found])[order]
         label = f"{speeds[k]:g} m/s"
-        temperatures.errorbar(energies[order], mean, yerr=error, color=colour, marker="o", ms=3, capsize=2, label=label)
-        drawn = np.array([theory.get(one.key, nothing)[k] for one in warm])[order]
-        temperatures.plot(energies[order], drawn, color=colour, lw=1.0, ls=(0, (4, 2)))
-    temperatures.set(xlabel="$E$, eV", ylabel=r"$T_\mathrm{act}$, K", title="Activation temperature")
-    temperatures.legend(loc="best", title="$v$")
-    fast = moving[np.argsort(speeds[moving])]
-    of_rate = [one for one in found if one.estimate.observable == RATE]
-    for one, colour in zip(of_rate, speed_colours(len(of_rate)), strict=True):
-        band(rates, speeds[fast], one.estimate.mean[fast], one.estimate.total_error[fast], colour)
-        rates.lines[-1].set_label(f"{one.energy:.3g} eV")
-        rates.plot(speeds[fast], theory.get(one.key, nothing)[fast], color=colour, lw=1.0, ls=(0, (4, 2)))
-    rates.set(xscale="log", yscale="log", xlabel="$v$, m/s", ylabel="rate, 1/s", title="Rate per nominal area")
-    rates.legend(loc="best", title="$E$")
+        axes.errorbar(energies[order], mean, yerr=error, color=colour, marker="o", ms=3, capsize=2, label=label)
+        drawn = np.array([theory.get(one.key, nothing)[k] for one in found])[order]
+        axes.plot(energies[order], drawn, color=colour, lw=1.0, ls=_DASHES)
+    axes.set(xlabel="$E$, eV", ylabel=r"$T_\mathrm{act}$, K", title="Activation temperature")
+    axes.legend(loc="best", title="$v$")
+
+
+def _draw_over_speed(axes: Axes, found: list[Asked], theory: Theory, speeds: Array, fast: NDArray[np.intp]) -> None:
+    """Draw estimates of one observable over the speed, a line for each energy or temperature."""
+    for one, colour in zip(found, speed_colours(len(found)), strict=True):
+        about = f"{one.temperature:g} K" if one.energy is None else f"{one.energy:.3g} eV"
+        band(axes, speeds[fast], one.estimate.mean[fast], one.estimate.total_error[fast], colour, about)
+        axes.lines[-1].set(label=about, marker="o", ms=3)
+        if one.key in theory:
+            drawn = theory[one.key][fast]
+            axes.plot(speeds[fast], drawn, color=colour, lw=1.0, ls=_DASHES, gid=f"{about}: calibrated theory")
+    name, unit = found[0].estimate.observable, found[0].estimate.unit
+    words = name.replace("_", " ")
+    axes.set(xscale="log", xlabel="$v$, m/s", ylabel=words if unit == "1" else f"{words}, {unit}")
+    if name == RATE:
+        axes.set_yscale("log")
+    axes.legend(loc="best", title="$T$" if found[0].energy is None else "$E$")

@@ -65,7 +65,9 @@ def plot(  # noqa: PLR0913  (each is an option)
         int | None, Option("-r", "--realization", metavar="K", min=0, help="A realization with kept fields.")
     ] = None,
     speed: Annotated[float | None, Option(metavar="V", help="In m/s; left out: the scene's highest.")] = None,
-    column: Annotated[str | None, Option(metavar="COLUMN", help="smoothed, capped or elastic.")] = None,
+    column: Annotated[
+        str | None, Option(metavar="COLUMN", help="smoothed, capped or elastic; of reactions also sliding.")
+    ] = None,
     over: Annotated[str | None, Option(metavar="AXIS", help="Of a study: speed, or a varied number.")] = None,
     zoom: Annotated[str | None, Option(metavar="X0:X1,Y0:Y1", help="Draw this part of a map; in m.")] = None,
     side_by_side: Annotated[bool, Option("--side-by-side", help="Add heights and pressure to the map.")] = False,
@@ -76,9 +78,9 @@ def plot(  # noqa: PLR0913  (each is an option)
 ) -> None:
     """Draw a map or a curve of a run, as .png, .pdf or .svg. Of a study, an observable over its axes.
 
-    Maps: heights, pressure, temperature, heat_flux. Curves: psd, correlation, spectrum, distribution, and each
-    observable over the speed, as flash_temperature; another word lists all. Temperatures are computed from the stored
-    pressure.
+    Maps: heights, pressure, temperature, heat_flux. Curves: psd, correlation, spectrum, distribution, reaction, and
+    each observable over the speed, as flash_temperature; another word lists all. Temperatures are computed from the
+    stored pressure.
     """
     from roughsim.results.folder import gap
 

@@ -8,6 +8,7 @@ from roughsim.charts.plot import QUANTITIES, plot_run
 from roughsim.charts.style import Look, as_path, beside, check_ending
 from roughsim.comparison.rows import rows_of
 from roughsim.outputs.opened import Folder, opened
+from roughsim.results.reactions import ABOUT, asked_names, not_asked
 from roughsim.results.run import Run
 from roughsim.studies.study import Study
 
@@ -37,7 +38,8 @@ def plot(  # noqa: PLR0913  (each is an option)
     quantity : str
         Maps: "heights", "pressure", "temperature", "heat_flux", "film". Curves of one member or of all: "distribution",
         "profile", "spectrum", "correlation", "sliding", "reaction". Curves over theory, of all members: "psd", which is
-        C(q) and C_sm(q), and each observable over the speed, such as "flash_temperature". Of a study: an observable.
+        C(q) and C_sm(q), and each observable over the speed, such as "flash_temperature" or, of a scene that asks,
+        "reaction_rate". Of a study: an observable.
     path : str or Path, optional
         Ends in .png, .pdf or .svg. Default: a .png beside the folder.
     over : str, optional
@@ -75,6 +77,8 @@ def plot(  # noqa: PLR0913  (each is an option)
     if quantity in (PSD, *OVER_SPEED):
         _refuse(options, f"{quantity} is of all members")
         return _plot_curve(record, quantity, path, look)
+    if quantity in ABOUT and quantity not in asked_names(record.scene):
+        raise not_asked(record, quantity)
     if quantity not in QUANTITIES:
         known = ", ".join((*QUANTITIES, PSD, *(name for name in OVER_SPEED if name in record.observables)))
         raise ValueError(f"quantity = {quantity!r} cannot be drawn; choose one of {known}")
@@ -103,7 +107,7 @@ def _plot_curve(run: Run, quantity: str, path: str | Path | None, look: Look) ->
     place = beside(run.folder, quantity) if path is None else Path(path)
     check_ending(place)
     if quantity != PSD and quantity not in run.observables:
-        raise ValueError(f"{run.folder} has no {quantity}; its scene must ask for it, by [observables]")
+        raise not_asked(run, quantity)
     rows = () if quantity == PSD else tuple(rows_of(run, [quantity]))
     entry = Entry(run.folder.resolve().name, run.scene, run, rows)
     curves_chart(place, [entry], [quantity], title=f"{run.scene.title}: {run.extent}", look=look)

@@ -42,6 +42,13 @@ from roughsim.scene.numerics import SLIDING
 
 RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = "reaction_rate", "activation_temperature", "conversion", "heat_share_above"
 ABOUT = {RATE: "energy", ACTIVATION: "energy", CONVERSION: "energy", HEAT_ABOVE: "temperature"}  # key of their rows
+# lines of a scene that ask for them; without a name: for the distribution of the temperature alone
+_ASKS = {
+    RATE: "[reaction] with activation_energy and prefactor",
+    ACTIVATION: "[reaction] with activation_energy and prefactor",
+    CONVERSION: "[reaction] with activation_energy, prefactor and contact_length",
+    HEAT_ABOVE: "[observables] with heat_above",
+}
 _SOLVER_SHARE = 2.0  # of the tolerance, of temperatures: as of observables that were not measured
 
 
@@ -91,6 +98,14 @@ def _contacts_of(run: Means, column: str | None) -> _Contacts:
     if run.scene.sliding.duration is not None:
         warm = slides.numbers(run.members)["sliding_background"].mean(axis=0)
     return _Contacts(run.column(None), [pair], warmed(flash, warm), base + warm, run.stretch())
+
+
+def not_asked(run: Means, name: str) -> ValueError:
+    """Return the error that the scene of a run does not ask for an observable, or for the distribution itself."""
+    lines = _ASKS.get(name, "[observables] with temperature_distribution = true")
+    # members that have stored the distribution need not be computed again
+    where = "again" if run.scene.distribution else "in another folder"
+    return ValueError(f"{run.folder} has no {name}: its scene does not ask for it; add {lines} and run it {where}")
 
 
 def asked_names(scene: Scene) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from roughsim.charts.plot import CURVES, plot_run
 from roughsim.charts.style import Look
 from roughsim.cli import main
 from roughsim.estimate.errors import quantile
+from roughsim.results.reactions import ABOUT
 
 
 def test_the_size_and_the_pixels_are_those_asked_for(capped_run, tmp_path):
@@ -68,7 +69,7 @@ def test_a_curve_is_written_with_its_error_and_the_theory(capped_run, tmp_path):
     assert np.all((student >= quantile(10.0) * (1 - 1e-4)) & (student <= quantile(5.0) * (1 + 1e-4)))
 
 
-@pytest.mark.parametrize("curve", [name for name in CURVES if name not in ("sliding", "reaction")])
+@pytest.mark.parametrize("curve", [name for name in CURVES if name not in ("sliding", "reaction", *ABOUT)])
 def test_every_curve_has_numbers_and_names_of_its_axes(capped_run, tmp_path, curve):
     plot_run(capped_run, curve, tmp_path / "a.svg", look=Look(csv=tmp_path / "a.csv"))
     rows = rows_of(tmp_path / "a.csv")

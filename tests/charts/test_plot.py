@@ -9,8 +9,10 @@ from chart_cases import SPEED
 from roughsim.charts.plot import QUANTITIES, plot_run
 from roughsim.charts.style import scaled
 from roughsim.cli import main
+from roughsim.results.reactions import ABOUT
 
-DRAWN = [quantity for quantity in QUANTITIES if quantity not in ("sliding", "reaction", "film")]
+ASKED = ("sliding", "reaction", *ABOUT, "film")  # of other scenes
+DRAWN = [quantity for quantity in QUANTITIES if quantity not in ASKED]
 
 
 @pytest.mark.parametrize("quantity", DRAWN)
@@ -54,7 +56,9 @@ WRONG = {
     "column": (("heights",), {"column": "elastic"}, "column = 'elastic' is not in this run"),
     "not kept": (("pressure",), {"realization": 4}, "fields of realization 4 at level 2; .*--keep-fields 5.*index=4"),
     "frozen": (("sliding",), {}, 'has no column "sliding"'),
-    "no reaction": (("reaction",), {}, "has no distribution of the temperature"),
+    "no reaction": (("reaction",), {}, r"add \[observables\] with temperature_distribution = true and run it in an"),
+    "no rate": (("reaction_rate",), {}, r"has no reaction_rate: .*; add \[reaction\] with activation_energy and pre"),
+    "no share": (("heat_share_above",), {}, r"has no heat_share_above: .*; add \[observables\] with heat_above"),
     "no film": (("film",), {}, 'has no film of realization 0; run a scene with history = "sliding"'),
     "own column": (("sliding",), {"column": "capped"}, "sliding has a column of its own"),
     "a mean": (("correlation",), {"realization": 0}, "mean over all"),

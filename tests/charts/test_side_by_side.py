@@ -80,8 +80,10 @@ def test_what_has_no_curve_is_refused(capped_run):
         rs.plot(capped_run, "contact_area")
     with pytest.raises(ValueError, match="speed: flash_temperature is of all members; leave it out"):
         rs.plot(capped_run, "flash_temperature", speed=1.0)
-    with pytest.raises(ValueError, match="has no temperature_quantile_99; its scene must ask for it"):
+    with pytest.raises(ValueError, match="has no temperature_quantile_99: its scene does not ask for it; add"):
         rs.plot(capped_run, "temperature_quantile_99")
+    with pytest.raises(ValueError, match=r"add \[reaction\] with activation_energy, prefactor and contact_length"):
+        rs.plot(capped_run, "conversion")
     with pytest.raises(ValueError, match="over = 'speed' is for studies"):
         rs.plot(capped_run, "flash_temperature", over="speed")
 

@@ -217,6 +217,31 @@ def test_the_picture_has_the_numbers_of_the_run(asked, tmp_path):
         plot_run(asked, "reaction", tmp_path / "reaction.svg", speed=10.0)
 
 
+@pytest.mark.parametrize("name", ["reaction_rate", "activation_temperature", "conversion", "heat_share_above"])
+def test_each_row_that_is_asked_is_drawn_over_the_speed_with_its_errors(asked, tmp_path, name):
+    numbers = tmp_path / "numbers.csv"
+    rs.plot(asked, name, tmp_path / "one.svg", csv=numbers)
+    drawn = [line.rsplit(",", 3) for line in numbers.read_text().splitlines()[1:]]
+    measured = [(float(value), float(error)) for _, speed, value, error in drawn if error]
+    assert {float(speed) for _, speed, _, _ in drawn} == {10.0}  # not at rest
+    estimates = [one.estimate for one in asked.reactions() if one.estimate.observable == name]
+    expected = [(one.mean[1], one.total_error[1]) for one in estimates if np.isfinite(one.mean[1])]
+    np.testing.assert_allclose(measured, expected, rtol=1e-5)
+    theory = [float(value) for _, _, value, error in drawn if not error and value]
+    rows = [row for row in rs.compare(asked).rows if row.observable == name and row.speed == 10.0]
+    calibrated = [row.calibrated for row in rows if np.isfinite(row.calibrated)]
+    assert len(calibrated) == len(expected)
+    np.testing.assert_allclose(theory, calibrated, rtol=1e-5)
+
+
+def test_a_rate_that_the_scene_does_not_ask_for_is_not_drawn(asked):
+    quiet = rs.open_run(asked.folder)
+    quiet.scene = replace(quiet.scene, reaction=None)
+    words = r"has no reaction_rate: .* add \[reaction\] with activation_energy and prefactor and run it again"
+    with pytest.raises(ValueError, match=words):
+        rs.plot(quiet, "reaction_rate", "one.svg")
+
+
 def test_bins_of_another_size_are_damage(tmp_path, asked):
     member = read_member(member_path(asked.folder, 0, 0))
     (tmp_path / "realizations").mkdir()
