@@ -12,7 +12,6 @@ from slide_cases import sliding_scene
 from small_scene import CAPPED
 
 import roughsim as rs
-from roughsim import extensions
 from roughsim.machine import Limit
 from roughsim.scene import parse_scene
 
@@ -220,7 +219,5 @@ def install(monkeypatch, tmp_path):
         (about / "entry_points.txt").write_text("\n".join([*lines, ""]))
         for module, source in (modules or {}).items():
             (site / f"{module}.py").write_text(source)
-        extensions.installed.cache_clear()
 
-    yield package
-    extensions.installed.cache_clear()
+    return package

@@ -43,22 +43,18 @@ TESTS = {
 class Comparison:
     """A run beside the theory. Temperatures have the heat share used; ratios do not depend on it.
 
-    `run` is the run. Printed, it is `summary()`.
+    `theories` are those of the run by the field of a row. Printed, it is `summary()`.
     """
 
     run: Run
+    theories: dict[str, Predicted]
 
-    @cached_property
+    @cached_property  # .4 s; a summary does without
     def rows(self) -> tuple[Row, ...]:
         """A row for each observable and speed."""
-        return tuple(rows_of(self.run, theories=self._theories))
+        return tuple(rows_of(self.run, theories=self.theories))
 
-    @cached_property
-    def _theories(self) -> dict[str, Predicted]:
-        """The theories of the run: the longest part of a summary, which a chart or table may follow."""
-        return theories_of(self.run)
-
-    @cached_property
+    @property
     def slopes(self) -> tuple[Slope, ...]:
         """The slope of |σ_q|² of each column with a long enough band."""
         slopes = (stress_slope(self.run, column) for column in self.run.numerics.columns)
@@ -128,7 +124,7 @@ class Comparison:
         """Return the table that `compare` prints: T_flash, or all of a pressed map, with its directions of sliding."""
         if isinstance(self.run, Pressed):
             return self.table()
-        return summary_table(self, list(rows_of(self.run, (FLASH,), self._theories)))  # others take ten times as long
+        return summary_table(self, list(rows_of(self.run, (FLASH,), self.theories)))  # others take ten times as long
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
@@ -186,7 +182,7 @@ def compare(run: Run | str | Path) -> Comparison:
     sound = run.independent
     if sound < 2:
         raise ValueError(f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on")
-    return Comparison(run)
+    return Comparison(run, theories_of(run))
 
 
 def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
