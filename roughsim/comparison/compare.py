@@ -60,6 +60,9 @@ class Comparison:
         slopes = (stress_slope(self.run, column) for column in self.run.numerics.columns)
         return tuple(slope for slope in slopes if slope is not None)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return compare, (self.run,)  # theories hold functions, which cannot be pickled
+
     def __repr__(self) -> str:
         return f"<Comparison of {self.run.folder}: {', '.join(self.run.numerics.columns)}>"
 

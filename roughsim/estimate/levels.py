@@ -216,9 +216,9 @@ def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, val
     """Return notes on values: their levels, the way they were continued to the end of C(q), and the speeds."""
     grids = ", ".join(
         f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g} rad/m" + level.where
-        for level in (numerics.levels[i] for i in numerics.of_column(column))
+        for level in (numerics.levels[i] for i in numerics.of_column(column) if numerics.stream(i) in values.scatter)
     )
-    notes = [f"{column} contact, levels up to: {grids}; solver tolerance {numerics.tolerance:.1g}"]
+    notes = [f"{column} contact, levels with members: {grids}; solver tolerance {numerics.tolerance:.1g}"]
     if values.way:
         notes.append(f"continued beyond the highest cut-off {values.way}")
     if column == "capped" and not OBSERVABLES[observable].limit:

@@ -5,8 +5,8 @@ mean is the observable and whose scatter gives its error. Ratios of observables 
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Self
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -61,35 +61,14 @@ class Sample:
     reach: float  # the distance up to which the spectra hold, m
     part: bool = False  # whether its cell is a part of the run's, with surfaces of its own
     bins: Bins | None = None  # of the contact area of each realization, (n, speeds, bins); None: not stored
-    # samples of fewer realizations by their rows, and influence values by the name of the observable
-    _known: dict[bytes | str, Any] = field(default_factory=dict, init=False, repr=False)
-
-    def at(self, rows: NDArray[np.intp]) -> Self:
-        """Return the sample of the realizations `rows` alone."""
-        chosen = np.isin(self.rows, rows)
-        if np.all(chosen):
-            return self
-        key = chosen.tobytes()
-        if key not in self._known:
-            self._known[key] = self._taken(chosen)
-        known: Self = self._known[key]
-        return known
-
-    def first(self, count: int) -> Self:
-        """Return the sample of the first `count` realizations alone."""
-        return self._taken(slice(int(np.searchsorted(self.rows, count))))
-
-    def _taken(self, chosen: Any) -> Self:
-        numbers = {name: values[chosen] for name, values in self.numbers.items()}
-        bins = None if self.bins is None else Bins(*(values[chosen] for values in self.bins))
-        return replace(self, rows=self.rows[chosen], numbers=numbers, spectrum=self.spectrum[chosen], bins=bins)
+    # influence values by the name of the observable
+    _known: dict[str, Array] = field(default_factory=dict, init=False, repr=False)
 
     def values_of(self, name: str, values: "Callable[[Sample], Array]") -> Array:
         """Return the influence values of an observable, computed by `values` the first time."""
         if name not in self._known:
             self._known[name] = values(self)
-        known: Array = self._known[name]
-        return known
+        return self._known[name]
 
 
 @dataclass(frozen=True, slots=True)

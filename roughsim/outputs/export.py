@@ -57,12 +57,10 @@ def export(run: Folder, path: str | Path, *, bits: int | None = None, surface: i
         return record.save(path)
     if surface is not None:
         return export_surface(record, path, surface)
-    note(f"reading {len(record.members)} members of {record.folder}")
-    if table:
-        return _save_table(record, path)
-    if path.suffix.lower() not in ENDINGS:
+    if not table and path.suffix.lower() not in ENDINGS:
         raise ValueError(f"path = {str(path)!r} must end in {', '.join((*ENDINGS, *TABLES))}")
-    return export_run(record, path, bits)
+    note(f"reading {len(record.members)} members of {record.folder}")
+    return _save_table(record, path) if table else export_run(record, path, bits)
 
 
 def tidy_rows(run: Run) -> Iterator[dict[str, Any]]:

@@ -80,6 +80,11 @@ def plot(  # noqa: PLR0913  (each is an option)
     if quantity in ABOUT and quantity not in asked_names(record.scene):
         raise not_asked(record, quantity)
     if quantity not in QUANTITIES:
+        if quantity in record.observables:
+            raise ValueError(
+                f"{quantity} is one number, not a curve over the speed; `compare --all` prints it, and "
+                f"`plot STUDY {quantity}` draws it over the keys of a study"
+            )
         known = ", ".join((*QUANTITIES, PSD, *(name for name in OVER_SPEED if name in record.observables)))
         raise ValueError(f"quantity = {quantity!r} cannot be drawn; choose one of {known}")
     return plot_run(

@@ -448,7 +448,7 @@ def test_notes_say_what_values_are_made_of(steel, resting, asked):
     pairs = ladder(at_speeds(9.0, 8.0), (1e5, 2e5))
     found = notes(values_of(steel, "capped", NAME, pairs))
     assert found[0] == (
-        "capped contact, levels up to: 64 × 64 to 1e+05 rad/m, 64 × 64 to 2e+05 rad/m in half the cell; "
+        "capped contact, levels with members: 64 × 64 to 1e+05 rad/m, 64 × 64 to 2e+05 rad/m in half the cell; "
         "solver tolerance 0.002"
     )
     assert found[1] == "continued beyond the highest cut-off as q_c^(−p) with p = 0.80"

@@ -1,5 +1,6 @@
 """Means over the bins of contacts: closed cases, the derivative of each, and the errors that follow from T_flash."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -186,6 +187,13 @@ def test_each_level_is_brought_to_the_continued_flash_temperature(foretold):
     np.testing.assert_allclose(found.members, 6.0)
 
 
+def part_of(sample, rows):
+    """A sample of some of its realizations."""
+    numbers = {name: values[rows] for name, values in sample.numbers.items()}
+    bins = type(sample.bins)(*(values[rows] for values in sample.bins))
+    return replace(sample, rows=sample.rows[rows], numbers=numbers, spectrum=sample.spectrum[rows], bins=bins)
+
+
 @pytest.mark.parametrize("warm", [False, True])
 def test_influence_values_of_a_rate_are_those_of_a_jackknife(warm):
     n = 30
@@ -197,7 +205,7 @@ def test_influence_values_of_a_rate_are_those_of_a_jackknife(warm):
     sample = pairs[0].sample
 
     def value(rows):
-        part = sample.at(rows)
+        part = part_of(sample, rows)
         mean = of_level.mean(part).mean(axis=0)
         return mean if of_level.of_mean is None else of_level.of_mean(part.bins, mean)[0]
 

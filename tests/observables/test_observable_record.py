@@ -24,20 +24,6 @@ def test_the_theory_of_an_observable_is_its_own_or_the_value_of_its_name_or_noth
     np.testing.assert_array_equal(Observable("other", "m", per_speed=True).of_theory(THEORY, 3), [np.nan] * 3)
 
 
-def test_part_of_a_sample_keeps_numbers_and_spectra_of_its_realizations_together():
-    rows, numbers, spectra = np.array([0, 2, 4, 5]), np.arange(8.0).reshape(4, 2), np.arange(12.0).reshape(4, 3)
-    sample = Sample(1e5, 64.0, rows, {"flash_temperature": numbers}, np.arange(3.0), spectra, 1e-3)
-    for part, chosen in (
-        (sample.at(np.array([5, 3, 2])), [1, 3]),
-        (sample.first(4), [0, 1]),
-        (sample.first(5), [0, 1, 2]),
-    ):
-        np.testing.assert_array_equal(part.rows, rows[chosen])
-        np.testing.assert_array_equal(part.numbers["flash_temperature"], numbers[chosen])
-        np.testing.assert_array_equal(part.spectrum, spectra[chosen])
-        assert (part.q_max, part.side, part.reach) == (1e5, 64.0, 1e-3)
-
-
 def test_a_ratio_of_means_has_its_value_also_where_its_scatter_is_undefined():
     below = np.array([[1.0], [3.0]])
     np.testing.assert_array_equal(ratio(np.zeros((2, 1)), below), [[0.0], [0.0]])

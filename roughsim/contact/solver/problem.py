@@ -1,6 +1,6 @@
 """The contact problem in its own units, on coarser grids, and in closed form if no point lifts off.
 
-Lengths are in units of the longer side of the cell, heights in units of their range, and E* is 1. Spectra are
+Lengths are in units of the longer side of the cell, heights in units of half their range, and E* is 1. Spectra are
 transposed half spectra, as `operators` hold them.
 """
 
@@ -59,7 +59,7 @@ class _Relief:
     spectrum: Field
     stiffness: float
     pressed: float  # p − load at the lowest point in full contact
-    # by the shape of a coarser grid: the grid, and the modes of the heights that it resolves, in units of their range
+    # by the shape of a coarser grid: the grid, and the modes of the heights that it resolves, in units of `unit`
     coarse: dict[tuple[int, int], tuple[Grid, Field]] = field(default_factory=dict)
 
 
