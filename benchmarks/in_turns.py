@@ -1,6 +1,7 @@
 """CPU times of runs of two scenes in turns, for benchmarks of what a scene asks for beside T_flash.
 
-The runs are in one process, which is warm, and end at the same number of realizations.
+The runs are in one process, which is warm, and end at the same number of realizations. Each turn has speeds of its own,
+so that responses that a process keeps for the members of a run are computed by every run.
 """
 
 from __future__ import annotations
@@ -36,11 +37,11 @@ def in_turns(
 ) -> list[dict[str, float]]:
     """Return the CPU seconds of runs of a scene as it is, "bare", and with changes, under `name`; print each turn."""
     ensemble = {"ensemble.until": {}, "ensemble.max_realizations": realizations}
-    scenes = {"bare": rs.load_scene(scene, ensemble), name: rs.load_scene(scene, ensemble | changes)}
-    for each in scenes.values():
-        seconds(each)  # compiles
+    speeds = rs.load_scene(scene).speeds
     rows: list[dict[str, float]] = []
-    for _ in range(times):
+    for turn in range(times + 1):
+        ensemble["sliding.speed"] = [speed * (1.0 + 1e-3 * turn) for speed in speeds]
+        scenes = {"bare": rs.load_scene(scene, ensemble), name: rs.load_scene(scene, ensemble | changes)}
         rows.append({key: seconds(each) for key, each in scenes.items()})
         print(f"{rows[-1]['bare']:.2f} s bare, {rows[-1][name]:.2f} s {name}", flush=True)
-    return rows
+    return rows[1:]  # the first turn compiles

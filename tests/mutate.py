@@ -73,6 +73,7 @@ TESTS = {
     "roughsim/heat/history.py": "heat/test_history.py",
     "roughsim/heat/layered_history.py": "heat/test_layered_history.py",
     "roughsim/heat/equal_temperatures.py": "heat/test_partition.py",
+    "roughsim/heat/arguments.py": "heat/test_heat_arguments.py heat/test_heat_time.py",
     "roughsim/heat/influence.py": "heat/test_half_space.py heat/test_source.py heat/test_partition.py",
     "roughsim/heat/half_space.py": "heat/test_half_space.py heat/test_source.py",
     "roughsim/heat/partition.py": "heat/test_partition.py",
@@ -82,6 +83,8 @@ TESTS = {
     "roughsim/scene/model.py": (
         "heat/test_conductivity.py scene/test_scene_bodies.py scene/test_scene.py scene/test_scene_identity.py"
     ),
+    "roughsim/observables/distribution.py": "observables/test_distribution.py",
+    "roughsim/observables/temperatures.py": "observables/test_distribution.py",
     "roughsim/observables/record.py": "observables/test_observable_record.py estimate/test_influence.py",
     "roughsim/observables/catalogue.py": "estimate/test_influence.py estimate/test_levels.py",
     "roughsim/scene/spectra/k_correlation.py": "surface/test_spectrum.py",

@@ -24,15 +24,9 @@ from numpy.typing import ArrayLike
 from roughsim.errors import need_computed, not_negative, number, real_field, sized
 from roughsim.fourier import convolution
 from roughsim.grid import Array, Field, Grid, need_grid
+from roughsim.heat.arguments import checked_duration, checked_flux, checked_times
 from roughsim.heat.influence import Axis, one_sided_influence, temperature_at
-from roughsim.heat.periodic import (
-    ROWS,
-    checked_duration,
-    checked_flux,
-    checked_times,
-    fields_over_time,
-    unit_vector,
-)
+from roughsim.heat.periodic import ROWS, fields_over_time, unit_vector
 from roughsim.heat.precision import need_resolved
 from roughsim.heat.skin import Complex, Layering, SkinLike, layering, steady_response
 from roughsim.heat.waves import response_of_waves

@@ -18,8 +18,8 @@ from roughsim import fourier
 from roughsim.errors import ConvergenceError, need_computed, not_negative, number, sized
 from roughsim.fourier import convolution
 from roughsim.grid import Field, Grid, need_grid
+from roughsim.heat.arguments import checked_duration, checked_flux
 from roughsim.heat.half_space import axes, influence_response, layered_change, padded_grid, padded_shape
-from roughsim.heat.periodic import checked_duration, checked_flux
 from roughsim.heat.precision import need_resolved
 from roughsim.heat.skin import Layering, SkinLike, checked_skin, layering
 

@@ -27,6 +27,7 @@ from roughsim import fourier
 from roughsim.errors import need_computed, not_negative, number, real_field, sized
 from roughsim.fourier import convolution
 from roughsim.grid import Array, Field, Grid, need_grid
+from roughsim.heat.arguments import checked_times
 from roughsim.heat.precision import need_phases, need_resolved
 from roughsim.heat.skin import Layering, SkinLike, layering, steady_response
 from roughsim.heat.waves import FORGOTTEN, response_of_waves
@@ -92,23 +93,16 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     speed = number("speed", speed, "m/s")
     conductivity = sized("conductivity", conductivity, "W/(m K)")
     diffusivity = sized("diffusivity", diffusivity, "m²/s")
-    need_resolved(grid, speed, diffusivity)
     depth = not_negative("depth", depth, "m")
     layers = layering(skin, heat_depth, conductivity, diffusivity)
-    ux, uy = unit_vector(direction)
-    # length of the line through the centre of the cell along the sliding direction
-    chord = min(side / abs(part) for side, part in zip(grid.lengths, (ux, uy), strict=True) if part)
-    durations = _durations(speed, chord, slid_distance, time)
-    need_phases(grid, speed, durations)
-    drift = (speed * ux / diffusivity, speed * uy / diffusivity)
+    drift, durations, chord = moving(grid, speed, diffusivity, direction, slid_distance, time)
     # a uniform flux has only q = 0: exactly nothing is left, whatever the transform rounds
     if flux[0, 0] == flux[-1, -1] and flux.min() == flux.max():
         return np.zeros((*durations.shape, *grid.shape), flux.dtype)
     arguments, spreads = (grid, drift, depth, layers, flux.dtype.char), diffusivity * durations.ravel()
     fields = fields_over_time(flux, spreads, turned_response, arguments, grid.shape, 1 / conductivity)
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
-    if layers is not None:
-        _warn_of_young_layers(layers, spreads)
+    warn_of_young_layers(layers, spreads)
     laps = abs(speed) * chord / (2 * math.pi * diffusivity)
     if laps > 1.0 and np.isinf(durations).any():
         field = fields[np.isinf(durations).argmax()] * conductivity
@@ -124,8 +118,31 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     return fields.reshape(durations.shape + grid.shape)
 
 
-def _warn_of_young_layers(layers: Layering, spreads: Array) -> None:
+def moving(
+    grid: Grid,
+    speed: float,
+    diffusivity: float,
+    direction: float,
+    slid_distance: float | None = None,
+    time: ArrayLike | None = None,
+) -> tuple[tuple[float, float], Array, float]:
+    """Return v/D of a source along x and y, 1/m, its times since the start from rest, s, and the chord of the cell, m.
+
+    Arguments and errors as `sliding_temperature`.
+    """
+    need_resolved(grid, speed, diffusivity)
+    ux, uy = unit_vector(direction)
+    # length of the line through the centre of the cell along the sliding direction
+    chord = min(side / abs(part) for side, part in zip(grid.lengths, (ux, uy), strict=True) if part)
+    durations = _durations(speed, chord, slid_distance, time)
+    need_phases(grid, speed, durations)
+    return (speed * ux / diffusivity, speed * uy / diffusivity), durations, chord
+
+
+def warn_of_young_layers(layers: Layering | None, spreads: Array) -> None:
     """Warn of durations in which heat has not spread through the layers; `spreads` are D t, m²."""
+    if layers is None:
+        return
     young = spreads[(spreads > 0.0) & (spreads < layers.reach**2)]
     if young.size:
         warnings.warn(
@@ -319,31 +336,3 @@ def fields_over_time(
         for index, field in zip(flowing, convolution.convolutions(flux, series, shape, factor), strict=True):
             fields[index] = field
     return fields
-
-
-def checked_times(time: ArrayLike) -> Array:
-    """`time` as a float array of at most one axis, s, ≥ 0; inf may stay."""
-    instants = np.asarray(time)
-    if instants.dtype.kind not in "iuf":
-        raise TypeError(f"time has dtype {instants.dtype}; real numbers in s are needed")
-    if instants.ndim > 1 or instants.size == 0:
-        raise ValueError(f"time has shape {instants.shape}; give one number or a 1-D array, in s")
-    if not (instants >= 0).all():
-        raise ValueError(f"time = {instants.min()} s must not be negative or NaN")
-    return instants.astype(np.float64)
-
-
-def checked_duration(time: ArrayLike) -> float:
-    """`time` as one number, s, > 0; inf may stay."""
-    instant = checked_times(time)
-    if instant.ndim or instant == 0.0:
-        raise ValueError(f"time = {time!r} s must be one positive number")
-    return float(instant)
-
-
-def checked_flux(heat_flux: ArrayLike, shape: tuple[int, int]) -> Array:
-    """`heat_flux` as a float64 field of `shape`, W/m², ≥ 0."""
-    flux = real_field("heat_flux", heat_flux, shape).astype(np.float64)
-    if flux.min() < 0.0:
-        raise ValueError(f"heat_flux = {flux.min():.6g} W/m² must not be negative: friction only heats")
-    return flux

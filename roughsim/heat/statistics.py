@@ -17,7 +17,7 @@ from roughsim import fourier
 from roughsim.contact.patches import Patches, patch_sizes
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.grid import Array, Field, Grid, distinct_wavenumbers
-from roughsim.heat.periodic import checked_flux
+from roughsim.heat.arguments import checked_flux
 
 _STEPS = 100  # of the fixed point
 

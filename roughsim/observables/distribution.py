@@ -46,8 +46,16 @@ def weighted_quantiles(values: Array, weights: Array, levels: Array) -> Array:
     A value stands at the middle of its own weight; between values the quantile is linear.
     """
     total = np.cumsum(weights)
-    positions = (total - 0.5 * weights) / total[-1]
-    quantiles: Array = np.interp(levels, positions, values)
+    quantiles: Array = np.interp(levels * total[-1], total - 0.5 * weights, values)
+    return quantiles
+
+
+def area_quantiles(values: Array, levels: Array) -> Array:
+    """Return `weighted_quantiles` of values with equal weights."""
+    place = np.clip(levels * values.size - 0.5, 0.0, values.size - 1.0)
+    below = place.astype(np.intp)
+    above = np.minimum(below + 1, values.size - 1)
+    quantiles: Array = values[below] + (place - below) * (values[above] - values[below])
     return quantiles
 
 
@@ -58,17 +66,29 @@ def binned(temperature: Array, pressure: Array) -> Bins:
     """
     unit = float(pressure.mean())
     relative = pressure / unit
-    powers = np.stack([temperature, relative, relative**2, relative**3])
-    # summed from the hottest pixel on, as the hottest bins are the smallest
-    sums = np.concatenate([np.zeros((4, 1)), np.cumsum(powers[:, ::-1], axis=1)], axis=1) / temperature.size
-    areas = np.linspace(0.0, 1.0, temperature.size + 1)
-    up_to_edges = np.array([np.interp(_HOTTER, areas, row) for row in sums])
-    mean_temperature, mean, square, cube = -np.diff(up_to_edges, axis=1) / BIN_AREAS
+    squares = relative * relative
+    mean_temperature, mean, square, cube = _sums(np.stack([temperature, relative, squares, squares * relative])) / (
+        temperature.size * BIN_AREAS
+    )
     deviation = np.sqrt(np.maximum(square - mean**2, 0.0))
     deviation = np.where(deviation > _ROUNDING * mean, deviation, 0.0)
     third = cube - 3.0 * mean * square + 2.0 * mean**3
     skewness = np.divide(third, deviation**3, out=np.zeros_like(third), where=deviation > 0.0)
     return Bins(mean_temperature, unit * mean, unit * deviation, skewness)
+
+
+def _sums(rows: Array) -> Array:
+    """Return the sums of rows of pixels, (n, pixels), over the bins, (n, bins), with the parts of pixels at edges."""
+    pixels = rows.shape[1]
+    rows = rows[:, ::-1]  # from the hottest pixel on, as the hottest bins are the smallest
+    edges = _HOTTER[::-1] * pixels
+    at_edge = np.minimum(edges.astype(np.intp), pixels - 1)
+    part = rows[:, at_edge] * (edges - at_edge)  # of the pixel at each edge
+    whole = np.add.reduceat(rows, at_edge[:-1], axis=1)  # from the pixel at an edge up to that at the next one
+    whole[:, -1] -= rows[:, -1]
+    whole[:, at_edge[:-1] == at_edge[1:]] = 0.0  # both edges in one pixel
+    sums: Array = (whole + np.diff(part, axis=1))[:, ::-1]
+    return sums
 
 
 def two_pressures(bins: Bins) -> tuple[tuple[Array, Array], tuple[Array, Array]]:

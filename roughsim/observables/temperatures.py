@@ -1,14 +1,28 @@
 """Temperatures of one contact by the field itself, which starts from rest: their distribution over the contact."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from roughsim.grid import Array, Grid
-from roughsim.heat.periodic import sliding_temperature
-from roughsim.observables.distribution import BIN_AREAS, LEVELS, Bins, Distribution, binned, weighted_quantiles
+from roughsim.errors import need_computed
+from roughsim.fourier.convolution import convolutions
+from roughsim.grid import Array, Field, Grid
+from roughsim.heat.periodic import moving, turned_response, warn_of_young_layers
+from roughsim.heat.skin import Layering
+from roughsim.observables.distribution import (
+    BIN_AREAS,
+    LEVELS,
+    Bins,
+    Distribution,
+    area_quantiles,
+    binned,
+    weighted_quantiles,
+)
 from roughsim.observables.moments import HeatSource
+
+_KEPT = 2**21  # points times speeds up to which the responses of a grid are kept, in 8 MB
 
 
 class Slide(NamedTuple):
@@ -24,9 +38,9 @@ def temperature_distribution(
     """Return the distribution of the temperature over a contact, pressure > 0, at each speed.
 
     The field gives T over its own heat-weighted mean, and `flash_temperature`, (speeds,), K, multiplies it: of
-    isotropic roughness that is the mean over all directions of sliding, which scatters less. The field is computed in
-    single precision. `pressure` is in Pa, shape `grid.shape`, periodic; of `sliding` the speeds and the body are read.
-    Without contact all is NaN. ValueError as `sliding_temperature`.
+    isotropic roughness that is the mean over all directions of sliding, which scatters less. The fields are computed in
+    single precision, from one transform of the pressure. `pressure` is in Pa, shape `grid.shape`, periodic; of
+    `sliding` the speeds and the body are read. Without contact all is NaN. ValueError as `sliding_temperature`.
     """
     contact = pressure > 0.0
     speeds = len(sliding.speeds)
@@ -34,25 +48,48 @@ def temperature_distribution(
         nothing = np.full((speeds, len(LEVELS)), np.nan)
         return Distribution(nothing, nothing, Bins(*np.full((4, speeds, BIN_AREAS.size), np.nan)))
     flux = (pressure / pressure.mean()).astype(np.float32)
-    fields = []
-    for speed, conductivity, diffusivity in np.broadcast(sliding.speeds, sliding.conductivity, sliding.diffusivity):
-        field = sliding_temperature(
-            flux,
-            grid,
-            speed=float(speed),
-            conductivity=float(conductivity),
-            diffusivity=float(diffusivity),
-            skin=sliding.skin,
-            heat_depth=sliding.heat_depth,
-            direction=slide.direction,
-            slid_distance=slide.slid_distance,
-        )
-        fields.append(field[contact])
+    motions = []
+    for speed, diffusivity, layers in zip(
+        sliding.speeds, np.broadcast_to(sliding.diffusivity, speeds).tolist(), sliding.layers, strict=True
+    ):
+        drift, durations, _ = moving(grid, speed, diffusivity, slide.direction, slide.slid_distance)
+        warn_of_young_layers(layers, diffusivity * durations.ravel())
+        motions.append(_Motion(drift, layers, diffusivity * float(durations)))
+    if flux.min() == flux.max():  # only q = 0, which is left out
+        fields = [np.zeros(grid.points, np.float32)] * speeds
+    else:
+        fields = [field[contact] for field in convolutions(flux, _responses(grid, tuple(motions)), grid.shape)]
+    for field in fields:
+        need_computed("temperature", field, "m of κT/q̇", "the size of the cell and the speed")
     return distribution_of(fields, [pressure[contact]] * speeds, flash_temperature)
 
 
+class _Motion(NamedTuple):
+    """A moving source in units of the half-space."""
+
+    drift: tuple[float, float]  # v/D along x and y, 1/m
+    layers: Layering | None
+    spread: float  # D t, m²
+
+
+def _responses(grid: Grid, motions: tuple[_Motion, ...]) -> Iterable[Field]:
+    """Return the response κT/q̇ of the waves to each motion, as `convolutions` takes it."""
+    if grid.points * len(motions) <= _KEPT:
+        return _kept_responses(grid, motions)
+    return (_response(grid, motion) for motion in motions)
+
+
+@lru_cache(maxsize=8)  # half of the time of a contact of 512² points; the grids of a run come in turn
+def _kept_responses(grid: Grid, motions: tuple[_Motion, ...]) -> tuple[Field, ...]:
+    return tuple(_response(grid, motion) for motion in motions)
+
+
+def _response(grid: Grid, motion: _Motion) -> Field:
+    return turned_response(grid, motion.drift, 0.0, motion.layers, "f", motion.spread)
+
+
 def distribution_of(
-    temperatures: Sequence[Array], pressures: Sequence[Array], flash_temperature: Array
+    temperatures: Sequence[Field], pressures: Sequence[Field], flash_temperature: Array
 ) -> Distribution:
     """Return the distribution of temperatures of points at each speed, scaled to a T_flash, (speeds,), K.
 
@@ -62,13 +99,12 @@ def distribution_of(
     flashes = np.broadcast_to(flash_temperature, len(temperatures))
     by_heat, by_area, bins = [], [], []
     for field, weights, flash in zip(temperatures, pressures, flashes, strict=True):
-        values = field.astype(np.float64)
-        order = np.argsort(values)
-        values, heat = values[order], weights[order].astype(np.float64, copy=False)
+        order = np.argsort(field)
+        values, heat = field[order].astype(np.float64), weights[order].astype(np.float64)
         with np.errstate(all="ignore"):  # 0/0 of a uniform pressure
-            values = values * (float(flash) * heat.sum() / (values @ heat))
+            values *= float(flash) * heat.sum() / (values @ heat)
         by_heat.append(weighted_quantiles(values, heat, levels))
-        by_area.append(weighted_quantiles(values, np.ones_like(values), levels))
+        by_area.append(area_quantiles(values, levels))
         bins.append(binned(values, heat))
     return Distribution(
         np.array(by_heat), np.array(by_area), Bins(*(np.array(rows) for rows in zip(*bins, strict=True)))

@@ -125,6 +125,43 @@ def test_temperatures_are_in_proportion_to_their_heat_weighted_mean():
         assert BIN_AREAS @ found.bins.temperature[k] == pytest.approx(scaled.mean(), rel=1e-4)
 
 
+def rough_contact(points):
+    grid = rs.Grid((points, points), (1e-3, 1e-3))
+    spectrum = rs.SelfAffineSpectrum.from_rms_slope(0.2, hurst=0.8, q_min=2.5e4, q_max=np.pi * points / 2e-3)
+    heights = rs.synthesize(spectrum, grid, np.random.default_rng(8))
+    solid = rs.Solid(110e9, 3e9)
+    return rs.solve_contact(heights, grid, solid, nominal_pressure=3e8, tolerance=1e-4).pressure, grid
+
+
+def test_single_precision_errs_by_less_than_a_hundred_thousandth_of_the_flash_temperature():
+    pressure, grid = rough_contact(256)
+    speeds, skin = [0.01, 1.0, 100.0], rs.Skin(thickness=3e-7, conductivity=2.0, diffusivity=1e-6)
+    heat = rs.HeatSource(speeds, friction_coefficient=0.1, conductivity=30.0, diffusivity=7.6e-6, skin=skin)
+    found = temperature_distribution(pressure, grid, heat, np.ones(3), Slide())
+    for k, speed in enumerate(speeds):
+        field = rs.sliding_temperature(pressure, grid, speed=speed, conductivity=30.0, diffusivity=7.6e-6, skin=skin)
+        values, weights = sorted_contact(field, pressure)
+        values *= weights.sum() / (values @ weights)
+        shares = (np.cumsum(weights) - 0.5 * weights) / weights.sum()
+        np.testing.assert_allclose(found.by_heat[k], np.interp(P, shares, values), rtol=0.0, atol=1e-5)
+        np.testing.assert_allclose(found.by_area[k], np.quantile(values, P, method="hazen"), rtol=0.0, atol=1e-5)
+
+
+def test_fields_of_many_points_are_those_of_each_speed_alone():
+    # the responses of 1024² points are kept for two speeds, not for three
+    grid = rs.Grid((1024, 1024), (1e-3, 1e-3))
+    pressure = np.maximum(np.random.default_rng(11).standard_normal(grid.shape), 0.0)
+    speeds = (0.5, 0.0, 20.0)
+
+    def distribution(some):
+        heat = rs.HeatSource(some, friction_coefficient=0.1, conductivity=30.0, diffusivity=7.6e-6)
+        return temperature_distribution(pressure, grid, heat, np.ones(len(some)), Slide(0.3, 1e-4)).by_heat
+
+    together = distribution(speeds)
+    for _ in range(2):  # computed, and kept
+        np.testing.assert_array_equal(np.concatenate([distribution([speed]) for speed in speeds]), together)
+
+
 def test_full_contact_has_normal_temperatures():
     # T is a sum of many waves; weighted by heat 1 + cz the quantile z has Φ(z) − cφ(z) = p
     grid = rs.Grid((256, 256), (1.0, 1.0))
