@@ -15,6 +15,7 @@ from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import half_width
+from roughsim.explore.reacting import ReactionLine, reaction_lines
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature, contact_temperature
 from roughsim.observables.catalogue import OBSERVABLES
@@ -48,7 +49,7 @@ class Curve(NamedTuple):
 class Summary(NamedTuple):
     """A run at one moment: problems, error budget and curves by column, sound and kept realizations by level.
 
-    `films` are the realizations with a film of both faces.
+    `films` are the realizations with a film of both faces, `reactions` the lines of what a reaction feels, by panel.
     """
 
     problems: list[str]
@@ -57,6 +58,7 @@ class Summary(NamedTuple):
     sound: dict[int, list[int]]
     kept: dict[int, list[int]]
     films: list[int]
+    reactions: dict[str, list[ReactionLine]]
 
 
 class WatchedRun:
@@ -67,7 +69,7 @@ class WatchedRun:
         self.theory: dict[str, tuple[Any, Any]] = theory_curves(self.run)
         self._lock = Lock()
         nothing: dict[int, list[int]] = {level: [] for level in self.run.numerics.single}
-        self._latest: tuple[Any, Summary] = None, Summary([], {}, {}, nothing, nothing, [])
+        self._latest: tuple[Any, Summary] = None, Summary([], {}, {}, nothing, nothing, [], {})
 
     @property
     def deleted(self) -> bool:
@@ -113,6 +115,7 @@ def _summarized(run: Run) -> Summary:
         sound,
         {level: run.kept(level) for level in levels},
         filmed(run),
+        reaction_lines(run) if all(begun.values()) else {},
     )
 
 

@@ -321,10 +321,10 @@ class Layout:
         self.distribution.flash.location = None
         self.distribution.figure.title.text = self.values.text = ""
 
-    def add_film(self, film: Any) -> None:
-        """Put the film of a run whose faces slide above the curves."""
+    def add_below(self, part: Any) -> None:
+        """Put a part that not all runs have above the curves, as the film of a run whose faces slide."""
         children = list(self.root.children)
-        self.root.children = [*children[:-2], film, *children[-2:]]
+        self.root.children = [*children[:-2], part, *children[-2:]]
 
     def show_choice(self, speed: float, direction: float) -> None:
         """Set all controls and the marks on the curves to the chosen speed, m/s, and direction, rad."""

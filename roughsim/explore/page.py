@@ -28,6 +28,7 @@ from roughsim.explore.content import (
 )
 from roughsim.explore.film import FilmView
 from roughsim.explore.layout import FIELDS, THEME, Layout
+from roughsim.explore.reactions import ReactionView
 from roughsim.explore.skin import layers_text
 from roughsim.grid import Grid
 from roughsim.heat.statistics import hottest_pixel
@@ -102,7 +103,10 @@ class Page:
         self.film: FilmView | None = None
         if watched.run.numerics.slide is not None:
             self.film = FilmView(watched.run, document, tasks(document, self.say).ask)
-            self.layout.add_film(self.film.root)
+            self.layout.add_below(self.film.root)
+        self.reactions = ReactionView(watched.run)
+        if self.reactions.figures:
+            self.layout.add_below(self.reactions.root)
         self._connect()
         document.title = f"roughsim: {scene.title or watched.run.folder.name}"
         document.template, document.theme = HEAD, THEME
@@ -167,6 +171,7 @@ class Page:
         self.offer_members()
         if self.film is not None:
             self.film.offer(summary.films)
+        self.reactions.show(summary.reactions)
 
     def offer_members(self) -> None:
         """List the realizations of the chosen level; if none is shown yet, show the first one with fields."""
