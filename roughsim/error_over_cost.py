@@ -20,6 +20,7 @@ from roughsim import fourier, prediction
 from roughsim.charts.error_over_cost import PAIR_SIDE, Point, front, panels
 from roughsim.contact import Contact
 from roughsim.contact.active_set import solve_contact
+from roughsim.ensemble.run import shown
 from roughsim.errors import ConvergenceError
 from roughsim.estimate.ladder import SAME, Pair
 from roughsim.estimate.levels import values_of
@@ -35,7 +36,6 @@ from roughsim.planning.realization import below_problem, level_problem
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import Numerics
 from roughsim.show.table import Column, Number, Row, Table, json_value
-from roughsim.show.text import note
 from roughsim.surface.synthesis import synthesize
 
 SEED = 21  # any number but the seed of the run: the bench has surfaces of its own
@@ -264,13 +264,14 @@ def bench(
     numerics: Numerics | None = None,
     stages: Collection[str] = tuple(STAGES),
     realizations: int = 8,
+    progress: bool = True,
 ) -> list[Point]:
     """Measure error and cost of several ways to compute a scene, stage by stage.
 
     `scene` and `changes` are as for `load_scene`; `stages` are "contact" and "chain". Each point has its `stage`,
     `observable`, `method`, `setting`, relative `error`, and `seconds` of CPU. Points with `numerics`, by default
     from `plan`, are marked as chosen. Scatter and bias are measured over `realizations` ≥ 4. ValueError if a stage is
-    unknown, there are too few realizations, or no speed of the scene is above zero.
+    unknown, there are too few realizations, or no speed of the scene is above zero. `progress` is as of `run`.
     """
     scene = as_scene(scene, changes)
     for name in stages:
@@ -283,14 +284,15 @@ def bench(
     numerics = plan(scene) if numerics is None else numerics
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # they warn of errors that are measured here
-        return in_pairs(point for name in stages for point in _announced(STAGES[name](scene, numerics, realizations)))
-
-
-def _announced(points: Iterator[Point]) -> Iterator[Point]:
-    """Yield points; each is named on the terminal of the command line."""
-    for point in points:
-        note(f"{point.stage}: {point.observable}, {point.method}, {point.setting}")
-        yield point
+        with shown(progress, "measuring") as bar:
+            points = list[Point]()
+            for number, name in enumerate(stages):
+                for point in STAGES[name](scene, numerics, realizations):
+                    points.append(point)
+                    if bar is not None:
+                        text = f"{point.stage}: {point.observable}, {point.method}, {point.setting}"
+                        bar.show(text, number / len(stages), number)
+        return in_pairs(points)
 
 
 def in_pairs(points: Iterable[Point]) -> list[Point]:

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 from roughsim import prediction
 from roughsim.ensemble.directions import by_direction
 from roughsim.ensemble.executors import Workers, interrupted_by_signals
-from roughsim.ensemble.run import begin, complete, fit
+from roughsim.ensemble.run import begin, complete, fit, shown
 from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
@@ -23,7 +23,6 @@ from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError, SceneSource
 from roughsim.scene.files import load_map
 from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
-from roughsim.show.text import note
 from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import band_limited, mirrored, overshoots
 
@@ -46,6 +45,7 @@ def press(
     edges: Edges | None = None,
     changes: Mapping[str, Any] | None = None,
     workers: int | None = 1,
+    progress: bool = True,
 ) -> Run:
     """Press the measured map of a scene itself; its four quarters give the scatter.
 
@@ -67,6 +67,8 @@ def press(
     changes : mapping, optional
         Other values of some keys of the scene, as for `load_scene`.
     workers : int, optional
+        As of `roughsim.run`.
+    progress : bool
         As of `roughsim.run`.
 
     Returns
@@ -99,9 +101,9 @@ def press(
         numerics = begin(own, home, numerics, press={"of": kind, "edges": joined, "heights": digest})
         source = MapSource(kind, topography, tuple(cells), joined, loaded.sliding.direction, len(numerics.levels) - 1)
         begun.append(((own, numerics, home), source))
-    with interrupted_by_signals(), allowed:
+    with interrupted_by_signals(), allowed, shown(progress, "pressing") as bar:
         for one, source in reversed(begun):  # the quarters first: they give the errors of the map
-            (run,) = complete([one], allowed, source=source)
+            (run,) = complete([one], allowed, bar and bar.update, source=source)
             for member in run.members.values():
                 if member.failure:
                     about = member.provenance
@@ -211,8 +213,6 @@ class MapSource:
 
     def heights(self, problem: Problem) -> Array:
         """Return a cell with the waves of the level, m, on its grid."""
-        name = "map" if self.kind == MAP else f"quarter {problem.index + 1}"
-        note(f"{name}: {problem.grid.shape[0]} × {problem.grid.shape[1]} points")
         return band_limited(*self.cells[problem.index], problem.grid.shape, float(problem.spectrum.breaks[-1]))
 
     def about(self, level: int, problem: Problem, solution: Solution) -> dict[str, Any]:

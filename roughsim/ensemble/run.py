@@ -110,7 +110,7 @@ def run(  # noqa: PLR0913  (each is an option)
         until = {"flash_temperature": TARGET(target_error, "target_error")}
     scene = aimed(as_scene(scene, changes), seed=seed, until=until, max_realizations=max_realizations)
     folder = Path(folder)
-    with interrupted_by_signals(), allowed, _shown(progress and observer is None) as bar:
+    with interrupted_by_signals(), allowed, shown(progress and observer is None, "planning") as bar:
         if numerics is not None:
             fit(allowed, [(scene, numerics)])  # before a folder is made
         numerics = begin(scene, folder, numerics)
@@ -120,13 +120,13 @@ def run(  # noqa: PLR0913  (each is an option)
         return complete([(scene, numerics, folder)], allowed, observer)[0]
 
 
-def _shown(shown: bool) -> "AbstractContextManager[Progress | None]":
-    """Return the progress to show, or nothing."""
-    if not shown:
+def shown(wanted: bool, text: str) -> "AbstractContextManager[Progress | None]":
+    """Return the progress to show, with its first text, or nothing."""
+    if not wanted:
         return nullcontext()
     from roughsim.ensemble.progress import Progress  # rich is slow to import
 
-    return Progress("planning")
+    return Progress(text)
 
 
 def complete(

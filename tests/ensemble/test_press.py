@@ -1,6 +1,7 @@
 """A measured map itself in contact: the very heights, errors by coarsening and by its quarters, and a run folder."""
 
 import math
+import re
 import warnings
 
 import numpy as np
@@ -67,8 +68,10 @@ def test_the_quarters_are_the_four_parts_each_with_its_mirror_images():
     assert cell_of(heights, grid, "tile").grid == grid
 
 
-def test_a_tiled_map_is_pressed_as_its_own_heights_are(scene_file, surface, tmp_path):
+def test_a_tiled_map_is_pressed_as_its_own_heights_are(scene_file, surface, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("roughsim.ensemble.progress.SILENCE", 0.01)
     run = rs.press(scene_file, tmp_path / "run", edges="tile")
+    assert re.search(r"(?m)^0:00:\d\d pressing$", capsys.readouterr().err)
     assert "side by side" in run.reasons[0][2]
     assert "mirror images" in run.quarters.reasons[0][2]  # they do not go on at their edges
     level = run.numerics.levels[-1]

@@ -111,6 +111,8 @@ def test_a_run_of_a_script_is_not_silent(quick, tmp_path, monkeypatch, capsys):
     rs.study(aimed(quick, max_realizations=1), vary={"sliding.nominal_pressure": [5e7]}, folder=tmp_path / "study")
     said = capsys.readouterr().err
     assert re.search(r"(?m)^0:00:\d\d (planning|computing)$", said)
+    rs.bench(quick, stages=["contact"], realizations=4)
+    assert re.search(r"(?m)^0:00:\d\d contact: pressure, ", capsys.readouterr().err)
     assert re.search(r"(?m)^0:00:\d\d (planning 1 points|0 of 1 points finished.*)$", said)
 
 
