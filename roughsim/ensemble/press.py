@@ -103,7 +103,7 @@ def press(
         begun.append(((own, numerics, home), source))
     with interrupted_by_signals(), allowed, shown(progress, "pressing") as bar:
         for one, source in reversed(begun):  # the quarters first: they give the errors of the map
-            (run,) = complete([one], allowed, bar and bar.update, source=source)
+            (run,) = complete([one], allowed, None if bar is None else bar.update, source=source)
             for member in run.members.values():
                 if member.failure:
                     about = member.provenance
