@@ -112,7 +112,7 @@ def test_a_run_of_a_script_is_not_silent(quick, tmp_path, monkeypatch, capsys):
     said = capsys.readouterr().err
     assert re.search(r"(?m)^0:00:\d\d (planning|computing)$", said)
     rs.bench(quick, stages=["contact"], realizations=4)
-    assert re.search(r"(?m)^0:00:\d\d contact: pressure, ", capsys.readouterr().err)
+    assert re.search(r"(?m)^0:00:\d\d contact: .* precision, tolerance ", capsys.readouterr().err)
     assert re.search(r"(?m)^0:00:\d\d (planning 1 points|0 of 1 points finished.*)$", said)
 
 
