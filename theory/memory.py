@@ -4,7 +4,7 @@ The contact is a clipped Gaussian field, σ = F(z), with z = √(1 − f) z₁(x
 entered a body the time τ ago came from the normal place r, of variance 2Dτ an axis. There the heights of that body have
 the correlation ρ(r), and those of the other one ρ(|r + s|), with s = vτ along x. Means over r and τ of
 
-    ⟨F w_i F′ w′_j⟩ − ⟨F w_i⟩⟨F w_j⟩,    w = (1, ψ, zψ, χ, ζ),
+    ⟨W_i W′_j⟩ − ⟨W_i⟩⟨W_j⟩,    W = (F, G − F, Gψ, zGψ, Gχ, Gζ),    G constant in the contact, and 0 outside,
 
 have three parts. What depends on the heights of one body alone is one integral over r with the kernel of a source at
 rest or in motion, in closed form. The rest vanishes where r or s is long, and its mean over the angle between both
@@ -38,7 +38,7 @@ _ANGLES = 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenPairs:
-    """⟨F w_i F′ w′_j⟩_c for the `PAIRS`, over ⟨F²⟩_c/g_σ(0), in the frame of one body; Pa².
+    """⟨W_i W′_j⟩_c for the `PAIRS`, over ⟨F²⟩_c/g_σ(0), in the frame of one body; Pa².
 
     In `Memory` the first two are times dr, summed over `_TOGETHER` distances.
 
@@ -51,6 +51,8 @@ class SeenPairs:
     both : ndarray
         Addition by the heights of both bodies together, over r and the slid distance, mean over the angle between
         both, shape (terms, places, distances).
+
+    The last term is ⟨F F′⟩_c with the g_σ of the law, which no Gaussian heights have at long distances.
     """
 
     own: Array
@@ -83,7 +85,9 @@ class Memory:
             z = v * self.radius / (2 * diffusivity)
             orders = [np.where(z < 1e8, scipy.special.ive(k, z), scipy.special.i0e(z)) for k in range(len(_ORDERS))]
             passing = np.einsum("kir,kr->ri", body.other, np.array(orders) / 2)
-            result[n] = still @ body.own.T + begun @ passing + self._joint(body, v, times, diffusivity)
+            terms = still @ body.own.T + begun @ passing + self._joint(body, v, times, diffusivity)
+            # as much of all as of the pressure with the g_σ of the law
+            result[n] = terms[:, :-1] * (terms[:, -1:] / terms[:, :1])
         return result
 
     def _joint(self, body: SeenPairs, speed: float, times: Array, diffusivity: float) -> Array:
@@ -153,7 +157,8 @@ def _memory(
     r = field.distance[matters]
     radius = np.exp(np.log(r).reshape(-1, _TOGETHER).mean(axis=1))
     weight = r * np.log(r[1] / r[0]) * np.exp(-((r / (_LAST * longest)) ** 4))  # dr, and waves fade
-    transforms = *field.riesz(_LAST * longest), *field.half_potential(_LAST * longest)
+    furthest = _LAST * longest
+    transforms = field.possible_correlation(furthest), *field.riesz(furthest), *field.half_potential(furthest)
     bodies = {}
     for part in {f, 1 - f}:
         seen = seen_pairs(field, transforms, part, place, nearer)
@@ -175,7 +180,7 @@ def seen_pairs(
     field : ClippedField
         The contact.
     transforms : tuple of ndarray
-        N₁, N₂, K₀, K₁ and K₂ at its distances, as `ClippedField.riesz` and `ClippedField.half_potential` have them.
+        ρ, N₁, N₂, K₀, K₁ and K₂ at its distances: `possible_correlation`, `riesz` and `half_potential` of the field.
     part : float
         Part of the roughness on the other body.
     place : ndarray
@@ -188,8 +193,8 @@ def seen_pairs(
     SeenPairs
         `own` and `other` at the distances of the field, `both` at the places.
     """
-    known = np.stack([np.cos(field.angles()), *transforms])
-    alike = float(transforms[2][0])
+    known = np.stack([*transforms, np.cos(field.angles())])
+    alike = float(transforms[3][0])
     log_first, step = np.log(field.distance[0]), np.log(field.distance[1] / field.distance[0])
 
     def at(values: Array, r: Array) -> Array:
@@ -201,14 +206,14 @@ def seen_pairs(
     def means(own: Correlations, other: Correlations) -> Array:
         return field.products.shared(own, other, part, alike)
 
-    nothing = Correlations(*(np.zeros((1, 1)),) * 6)
+    nothing = Correlations(*(np.zeros((1, 1)),) * 7)
     alone = directed_correlations(known[:, :, None], _TURNS)
     own = means(alone, nothing) @ _ORDERS[0]
     other = np.moveaxis(means(nothing, alone) @ _ORDERS.T, -1, 0)
     points, weights = np.polynomial.legendre.leggauss(_ANGLES)
     cosine = np.cos(pi * (1 + points) / 2)
     here, mean_alone = directed_correlations(at(known, place)[:, :, None], cosine), at(own, place)
-    both = np.empty((len(PAIRS), place.size, place.size))
+    both = np.empty((len(PAIRS) + 1, place.size, place.size))
     for n, s in enumerate(place):
         apart = np.sqrt(place[:, None] ** 2 + s**2 + 2 * s * place[:, None] * cosine)
         turned = np.clip((s + place[:, None] * cosine) / np.maximum(apart, 1e-3 * nearer[0]), -1.0, 1.0)

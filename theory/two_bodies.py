@@ -4,19 +4,21 @@ The contact is a clipped Gaussian field, σ = F(z), `theory.clipped`. A part f o
 
     z(x, t) = √(1 − f) z₁(x) + √f z₂(x − vt)
 
-in the frame of the body 1 at rest. ψ = √f z₁ − √(1 − f) z₂ is independent of z at the same place: it is large where the
-summits are those of the resting body, which have been hot there for long. χ is the Riesz transform of z along the
-direction of sliding: it has opposite signs at the front of a spot, where one body is still cold, and at its rear, where
-the other is. ζ is the half-potential of z, less its mean over the heat: it is large where contact is dense. There the
-body to which the summits belong has become hottest, and the other one takes more of the heat. The heat μvσ is shared by
-place and time,
+in the frame of the body 1 at rest. The heat μvσ is shared by place and time. Heat may cross from one body to the other
+wherever they touch, even where σ is low. Let σ̄ be σ₀A₀/A in the contact and 0 outside:
 
-    into body 1: μvσ (α + βψ + γzψ + δχ + εζ),    into body 2, the moving one: the rest.
+    into body 1: μv[ασ + β(σ̄ − σ) + σ̄(γψ + δzψ + εχ + ηζ)],    into body 2, the moving one: the rest.
 
-Galerkin's equations, that T₁ − T₂ vanishes in the mean over σ, σψ, σzψ, σχ and σζ, give the five numbers at each time.
-With w = (1, ψ, zψ, χ, ζ) the means of T at the time t, when the heat μvσw_j has entered since the start, are, over σ₀,
+ψ = √f z₁ − √(1 − f) z₂ is independent of z at the same place: it is large where the summits are those of the resting
+body, which have been hot there for long. χ is the Riesz transform of z along the direction of sliding: it has opposite
+signs at the front of a spot, where one body is still cold, and at its rear, where the other is. ζ is the half-potential
+of z, less its mean over the contact: it is large where contact is dense. There the body to which the summits belong has
+become hottest, and the other one takes more of the heat.
 
-    M_ij(t) = (μv/κσ₀) (g_σ(0)/⟨F²⟩_c) ∫₀ᵗ dτ √(D/πτ) ⟨F w_i F′ w′_j⟩_c,
+Galerkin's equations, that T₁ − T₂ vanishes in the mean over each W of (σ, σ̄ − σ, σ̄ψ, σ̄zψ, σ̄χ, σ̄ζ), give the six
+numbers at each time. The means of T over σ₀ at the time t, when the heat μvW_j has entered since the start, are
+
+    M_ij(t) = (μv/κσ₀) (g_σ(0)/⟨F²⟩_c) ∫₀ᵗ dτ √(D/πτ) ⟨W_i W′_j⟩_c,
 
 the mean over the normal places r of variance 2Dτ an axis at which the heat of the time τ ago entered, without ⟨F⟩².
 There z₁ has the correlation ρ(r) and z₂ ρ(|r + vτ|) in body 1, and exchanged, with −v, in body 2. `theory.memory` has
@@ -41,10 +43,11 @@ from theory.layered_memory import pulses, uniform_rise
 from theory.memory import Memory, SeenPairs, memory_of
 from theory.skin import Layers, Skin, layers_of
 
-_EXCHANGED = np.array([1.0, -1.0, -1.0, -1.0, 1.0])  # bodies exchanged: ψ and χ change sign
+_EXCHANGED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # bodies exchanged: ψ and χ change sign
 _MIRRORED = np.array([_EXCHANGED[i] * _EXCHANGED[j] for i, j in PAIRS])
-_MIRROR = np.array([1.0, 1.0, 1.0, -1.0, 1.0])  # places exchanged
-_SHARES = 5
+_MIRROR = np.array([1.0, 1.0, 1.0, 1.0, -1.0, 1.0])  # places exchanged
+_SHARES = 6
+_EVEN = 1e-6  # of the mean over σ: the least that counts of the mean over σ̄ − σ, which is 0 where all has yielded
 _AGES = np.append(0.0, np.geomspace(1e-3, 1.0, 32))  # of the time slid: shares are constant between
 _EARLIER = np.geomspace(1e-9, 1e-3, 40)[:-1]  # further ages of heat that enters a body with layers
 
@@ -194,6 +197,7 @@ def _shared(hot: Array, cold: Array, hot_background: Array, cold_background: Arr
     moving = hot.copy()
     moving[..., 0, 0] += hot_background
     system = moving + cold
+    system[..., 1, 1] += _EVEN * system[..., 0, 0]
     system[..., 0, 0] += cold_background
     last = _AGES.size - 1
     into_resting = np.zeros((len(hot), last, _SHARES))

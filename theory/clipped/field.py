@@ -68,14 +68,40 @@ class ClippedField:
         share = (of_angle.joint - of_angle.mean_square) / of_angle.variance
         return np.interp(-self.pressure_correlation / self.variance, -share, np.linspace(0.0, pi, share.size))
 
-    def riesz(self, furthest: float) -> tuple[Array, Array]:
-        """Return N₁ and N₂ of the Riesz transform of z at each `distance`; ρ fades beyond `furthest`, m."""
+    def possible_correlation(self, furthest: float) -> Array:
+        """Return the correlation of z at each `distance` without negative power; ρ fades beyond `furthest`, m."""
         r = self.distance
-        rho = np.cos(self.angles()) * np.exp(-((r / furthest) ** 4))
+        _, lacking, total = self._waves(furthest, _HALF_BIAS[0])
+        added = fht(lacking, log(r[1] / r[0]), 0.0, bias=_HALF_BIAS[1]) / r
+        near = int(np.searchsorted(r, _LINEAR * furthest))
+        added[:near] = added[near]
+        return np.asarray((self._faded(furthest) + added) / (1 + total))
+
+    def _faded(self, furthest: float) -> Array:
+        return np.asarray(np.cos(self.angles()) * np.exp(-((self.distance / furthest) ** 4)))
+
+    def _waves(self, furthest: float, bias: float) -> tuple[Array, Array, float]:
+        """Return q times the transform of the possible correlation at q = 1/r in reverse order, and what ρ lacks of it.
+
+        Contacts avoid one another at long distances more than those of any Gaussian field. Waves longer than the
+        strongest one whose power would be negative are left out. The last number is the power that they lack.
+        """
+        r = self.distance
+        step = log(r[1] / r[0])
+        spectrum = fht(self._faded(furthest) * r, step, 0.0, bias=bias)
+        q = 1 / r[::-1]
+        longer = np.arange(r.size) < np.argmax(spectrum)
+        lacking = np.where(longer, np.maximum(-spectrum, 0.0), 0.0)
+        total = float(step * q @ lacking)
+        return (spectrum + lacking) / (1 + total), lacking, total
+
+    def riesz(self, furthest: float) -> tuple[Array, Array]:
+        """Return N₁ and N₂ of the Riesz transform of z at each `distance`, of the possible correlation."""
+        r = self.distance
+        rho = self.possible_correlation(furthest)
         step = log(r[1] / r[0])
         first, back = _RIESZ_BIAS
-        spectrum = fht(rho * r, step, 0.0, bias=first)  # q times the transform of ρ
-        slope = fht(spectrum, step, 1.0, bias=back) / r**2  # N₁/r
+        slope = fht(self._waves(furthest, first)[0], step, 1.0, bias=back) / r**2  # N₁/r
         near = int(np.searchsorted(r, _LINEAR * furthest))
         slope[:near] = slope[near]
         # J₂(x) = 2 J₁(x)/x − J₀(x), so that N₂ + ρ is the mean of ρ over the disk of radius r
@@ -83,13 +109,12 @@ class ClippedField:
         return slope * r, disk / r**2 - rho
 
     def half_potential(self, furthest: float) -> tuple[Array, Array, Array]:
-        """Return K₀, K₁ and K₂ of the half-potential of z at each `distance`; ρ fades beyond `furthest`, m."""
+        """Return K₀, K₁ and K₂ of the half-potential of z at each `distance`, of the possible correlation."""
         r = self.distance
-        rho = np.cos(self.angles()) * np.exp(-((r / furthest) ** 4))
         step = log(r[1] / r[0])
         first, back = _HALF_BIAS
-        root = np.sqrt(r[::-1])  # q^(−1/2): wavenumbers are 1/r in reverse order
-        spectrum = fht(rho * r, step, 0.0, bias=first) * root  # √q times the transform of ρ
+        root = np.sqrt(r[::-1])  # q^(−1/2)
+        spectrum = self._waves(furthest, first)[0] * root  # √q times the transform of ρ
         height, turned = (fht(spectrum, step, order, bias=back) / r for order in (0.0, 1.0))
         own = fht(spectrum * root, step, 0.0, bias=back) / r
         near = int(np.searchsorted(r, _LINEAR * furthest))
@@ -123,7 +148,7 @@ def directed_correlations(correlations: Array, cosine: Array) -> Correlations:
     Parameters
     ----------
     correlations : ndarray
-        ρ, N₁, N₂, K₀, K₁ and K₂ at the distance, dimensionless, along the first axis.
+        ρ, N₁, N₂, K₀, K₁ and K₂ at the distance, and ρ with which F has its g_σ, dimensionless, along the first axis.
     cosine : ndarray
         cos φ with φ the angle to x, of a shape that broadcasts with each of them.
 
@@ -132,9 +157,9 @@ def directed_correlations(correlations: Array, cosine: Array) -> Correlations:
     Correlations
         In the common shape, but those that do not depend on φ in the shape of ρ.
     """
-    rho, first, second, height, turned, own = correlations
+    rho, first, second, height, turned, own, of_pressure = correlations
     even = (rho - second * (2 * cosine**2 - 1)) / 2
-    return Correlations(rho, first * cosine, even, height, turned * cosine, own)
+    return Correlations(rho, first * cosine, even, height, turned * cosine, own, of_pressure)
 
 
 def clipped_field(
