@@ -2,14 +2,15 @@
 
     python experiments/two_bodies_points.py [--draw] [--solve] [--toy] [-o FOLDER]
 
-The second half of the list was drawn when the theory had its form, and committed before any pair of it was slid; the
-first half was seen while the form was chosen. `--draw` writes it again.
+The last part of the list was drawn when the theory had its form, and committed before any pair of it was slid; the
+others were seen while the form was chosen. `--draw` writes it again.
 E* is 110 GPa; contact has yielded altogether (kind A, 1 % of it still elastic at 1.5 to 5 times below q_max), in part
 (B, a share from 0.2 to 0.8 still elastic at q_max) or is elastic (E). The bodies are unlike but for every fourth
 pair. Every sixth pair has one face that is smooth. Each pair slides at two speeds.
 
 `--solve` slides what is not there yet, into reference/two_bodies_slides.json: a cell of 4 mm with the longest waves
-four times a side, and 256² points; 144² in the second half, where C(q) ends sooner. Cells of 8 and 16 mm give the same.
+four times a side, and 256² points; 144² and 160² in the later parts, where C(q) ends sooner. Cells of 8 and 16 mm give
+the same.
 Members are added, 2 to 12, until the standard error of T_flash is 0.8 % or they have taken 1000 steps. Means over the
 last half of the slid distance are compared with the theory at those very distances, for C(q) up to the q_max of the
 slide. The error of the pixel goes with its power 1 to 1.5: one slide with half the pixel shows it, and ln of the ratio
@@ -49,8 +50,8 @@ COLOURS = {"A": "#0072b2", "B": "#d55e00", "E": "#009e73"}
 
 
 @dataclass(frozen=True)
-class Half:
-    """Half of the list."""
+class Part:
+    """Part of the list."""
 
     seed: int
     numbers: dict[str, range]  # of the pairs of each kind
@@ -58,8 +59,13 @@ class Half:
     ends: dict[str, float]  # q_max/q_min
 
 
-SEEN = Half(20261126, {"A": range(1, 13), "B": range(1, 9), "E": range(1, 7)}, 256, {"A": 16.0, "B": 12.0, "E": 8.0})
-FRESH = Half(20261127, {"A": range(13, 23), "B": range(9, 17), "E": range(7, 13)}, 144, {"A": 9.0, "B": 9.0, "E": 8.0})
+FIRST = Part(20261126, {"A": range(1, 13), "B": range(1, 9), "E": range(1, 7)}, 256, {"A": 16.0, "B": 12.0, "E": 8.0})
+SECOND = Part(20261127, {"A": range(13, 23), "B": range(9, 17), "E": range(7, 13)}, 144, {"A": 9.0, "B": 9.0, "E": 8.0})
+# the first seed with a rough body that slides under a smooth one for more than 5 mm
+FRESH = Part(
+    20261130, {"A": range(23, 33), "B": range(17, 25), "E": range(13, 21)}, 160, {"A": 9.0, "B": 9.0, "E": 8.0}
+)
+PARTS = {"first": FIRST, "second": SECOND, "fresh": FRESH}
 
 
 @dataclass(frozen=True)
@@ -84,15 +90,15 @@ class Pair:
         return self.name[0]
 
     @property
-    def half(self) -> Half:
-        """The half of the list to which it belongs."""
-        return FRESH if int(self.name[1:]) in FRESH.numbers[self.kind] else SEEN
+    def drawn(self) -> Part:
+        """The part of the list to which it belongs."""
+        return next(part for part in PARTS.values() if int(self.name[1:]) in part.numbers[self.kind])
 
     @property
     def spectrum(self) -> rs.SelfAffineSpectrum:
         """C(q) of both faces together."""
         q_min = 2 * pi * PERIODS / CELL
-        end = self.half.ends[self.kind]
+        end = self.drawn.ends[self.kind]
         return rs.SelfAffineSpectrum(self.level, self.hurst, q_min, self.plateau * q_min, end * q_min)
 
     def theory(self, distance: Any, speed: Any = None) -> two_bodies.SlidingTemperatures:
@@ -115,18 +121,18 @@ class Pair:
 
 def drawn() -> list[Pair]:
     """Draw the list; each kind has random numbers of its own. What the laws of the stress refuse is drawn again."""
-    return [pair for half in (SEEN, FRESH) for kind in half.numbers for pair in _drawn(half, kind)]
+    return [pair for several in PARTS.values() for kind in several.numbers for pair in _drawn(several, kind)]
 
 
-def _drawn(half: Half, kind: str) -> list[Pair]:
+def _drawn(several: Part, kind: str) -> list[Pair]:
     pairs = []
-    rng = np.random.default_rng([half.seed, ord(kind)])
-    count = len(half.numbers[kind])
+    rng = np.random.default_rng([several.seed, ord(kind)])
+    count = len(several.numbers[kind])
     stratum = (rng.permutation(count) + rng.uniform(size=count)) / count
     distances = DISTANCE[0] * (DISTANCE[1] / DISTANCE[0]) ** stratum
-    for number, distance in zip(half.numbers[kind], distances.tolist(), strict=True):
+    for number, distance in zip(several.numbers[kind], distances.tolist(), strict=True):
         while True:
-            pair = _pair(half, kind, number, rounded(distance), rng)
+            pair = _pair(several, kind, number, rounded(distance), rng)
             with suppress(ValueError):
                 pair.theory(pair.distance)
                 break
@@ -134,13 +140,13 @@ def _drawn(half: Half, kind: str) -> list[Pair]:
     return pairs
 
 
-def _pair(half: Half, kind: str, number: int, distance: float, rng: np.random.Generator) -> Pair:
+def _pair(several: Part, kind: str, number: int, distance: float, rng: np.random.Generator) -> Pair:
     def between(low: float, high: float) -> float:
         return rounded(exp(rng.uniform(log(low), log(high))))
 
     hurst, plateau = rounded(rng.uniform(0.3, 1.0)), between(1.0, 3.0)
     share, hardness = between(0.03, 0.4), between(0.5e9, 5e9)
-    end = half.ends[kind]
+    end = several.ends[kind]
     q_min = 2 * pi * PERIODS / CELL
     unit = rs.SelfAffineSpectrum(1.0, hurst, q_min, plateau * q_min, end * q_min)
     if kind == "E":
@@ -210,7 +216,7 @@ def expected(pair: Pair, points: int) -> np.ndarray:
 def slide(pair: Pair, points: int, member: int) -> np.ndarray:
     """Slide one pair of faces; return T_flash, mean over the last half of the distance, K, (speeds,)."""
     grid = rs.Grid((points, points), (CELL, CELL))
-    streams = np.random.SeedSequence(pair.half.seed, spawn_key=(ord(pair.kind), int(pair.name[1:]), member)).spawn(2)
+    streams = np.random.SeedSequence(pair.drawn.seed, spawn_key=(ord(pair.kind), int(pair.name[1:]), member)).spawn(2)
     one, two = (rs.synthesize(pair.spectrum, grid, np.random.default_rng(stream)) for stream in streams)
     slid = rs.slide(
         sqrt(1 - pair.part) * one,
@@ -230,7 +236,7 @@ def slide(pair: Pair, points: int, member: int) -> np.ndarray:
 def solve(pair: Pair, members: tuple[int, int], points: int | None = None) -> Row:
     """Slide the pair, with members until their scatter is small enough."""
     start = time.process_time()
-    points = points or pair.half.points
+    points = points or pair.drawn.points
     rows: list[np.ndarray] = []
     while len(rows) < members[1]:
         rows.append(np.log(slide(pair, points, len(rows))))
@@ -250,7 +256,7 @@ def refine(pair: Pair, points: int | None = None) -> Row:
 
     Both are read at slightly different distances. What the theory says of that is taken out.
     """
-    points = points or pair.half.points
+    points = points or pair.drawn.points
     coarse, fine = (np.log(slide(pair, n, 0) / expected(pair, n)) for n in (points, 2 * points))
     change = fine - coarse
     return dict(zip(SPEEDS, change.tolist(), strict=True))
@@ -277,9 +283,9 @@ def table(found: dict[Pair, dict[str, np.ndarray]]) -> None:
             texts.append(f"{speed:6.3g} m/s {corrected:+5.1f} ± {error:.1f} ({raw:+5.1f})")
         print(f"{pair.name} f {pair.part:4.2f} {1e3 * pair.distance:6.2f} mm  " + "   ".join(texts))
     chosen: dict[str, list[Pair]] = {}
-    for name, half in (("seen", SEEN), ("fresh", FRESH)):
-        pairs = [pair for pair in found if pair.half is half]
-        chosen |= {f"{name}, {kind}": [pair for pair in pairs if pair.kind == kind] for kind in half.numbers}
+    for name, several in PARTS.items():
+        pairs = [pair for pair in found if pair.drawn is several]
+        chosen |= {f"{name}, {kind}": [pair for pair in pairs if pair.kind == kind] for kind in several.numbers}
         for low, high in ((0.1, 1.0), (1.0, 16.0)):
             chosen[f"{name}, {low:g} … {high:g} mm"] = [pair for pair in pairs if low <= 1e3 * pair.distance < high]
         chosen[f"{name}, one face smooth"] = [pair for pair in pairs if pair.part in (0.0, 1.0)]
