@@ -26,6 +26,9 @@ the means. Those of χ with another are odd, M_ji = −M_ij. Heat that entered f
 So the equations at ages in geometric sequence, with constant shares between, are solved one after the other. With a
 skin, or heat released in depth, the heat of the time τ ago counts as `theory.layered_memory` has it.
 
+Waves of z have no negative power, as ρ of the law has at long ones (`ClippedField.possible_correlation`): else the six
+numbers could grow without bounds. All M_ij are multiplied by the ratio of M_00 with the g_σ of the law to theirs.
+
 Source: docs/sliding.md, which compares it with simulations.
 """
 
@@ -197,8 +200,8 @@ def _shared(hot: Array, cold: Array, hot_background: Array, cold_background: Arr
     moving = hot.copy()
     moving[..., 0, 0] += hot_background
     system = moving + cold
-    system[..., 1, 1] += _EVEN * system[..., 0, 0]
     system[..., 0, 0] += cold_background
+    system[..., 1, 1] += _EVEN * system[..., 0, 0]
     last = _AGES.size - 1
     into_resting = np.zeros((len(hot), last, _SHARES))
     for n in range(1, last + 1):

@@ -37,19 +37,36 @@ def test_one_step_has_the_probability_that_two_normal_heights_exceed_it():
 
 def test_products_are_those_of_the_hermite_series():
     levels, heights = np.array([-0.4, 0.7, 1.5]), np.array([0.3, 1.0, 2.0])
+    height = heights @ ndtr(-levels) / ndtr(0.4)  # the contact has the mean of the pressure
     c = hermite_coefficients(levels, heights, 120)
+    g = hermite_coefficients(levels[:1], np.array([height]), 120)
     table = clipped.products(levels, heights)
     angle = np.linspace(0, np.pi, table.joint.size)
     p = np.cos(angle)
     k = np.arange(c.size)
     near = np.abs(p) < 0.85  # 0.85^120 is 3e-9
-    power = p[near, None] ** k
-    joint = power @ c**2
-    edge = power[:, :-1] @ (np.sqrt(k[1:]) * c[:-1] * c[1:])
-    edges = power[:, :-1] @ (k[1:] * c[1:] ** 2)
-    assert table.joint[near] == pytest.approx(joint, rel=2e-5, abs=1e-5)
-    assert table.table[1][near] == pytest.approx(edge, rel=1e-6)
-    assert table.table[4][near] == pytest.approx(edges * np.sin(angle[near]), rel=1e-6)
+
+    def series(first, second):
+        terms = min(first.size, second.size)
+        return p[near, None] ** k[:terms] @ (first[:terms] * second[:terms])
+
+    of_slope, of_step = np.sqrt(k[1:]) * c[1:], np.sqrt(k[1:]) * g[1:]  # of F_z and G_z
+    of_level = np.sqrt(k[1:-1]) * of_slope[:-1]  # of z F_z, from its second on
+    of_level = np.append(of_slope[1], of_level[:-1] + np.sqrt(k[2:-1]) * of_slope[2:])
+    expected = [
+        series(c, c),
+        series(c, g),
+        series(of_slope, g),
+        series(of_level, g),
+        series(of_slope, of_step) * np.sin(angle[near]),
+        series(c, of_step),
+        series(g, g),
+        series(of_step, g),
+        series(of_step, of_step) * np.sin(angle[near]),
+    ]
+    assert table.level == -0.4
+    for found, values in zip(table.table[:, near], expected, strict=True):
+        assert found == pytest.approx(values, rel=2e-5, abs=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -63,13 +80,14 @@ def test_shared_products_are_those_of_drawn_normal_heights(own, other, part):
     odd, even, alike = (0.05, -0.03), (0.9 * own, 0.8 * other), 0.7
     level = 0.7 * own + 0.04 * (1 - own), 0.7 * other - 0.1 * (1 - other)
     turned, potentials = (0.02, -0.03), (0.96 * own, 0.95 * other)
+    of_pressure = own - 0.02, other - 0.05
     given = [
         clipped.Correlations(*map(np.asarray, values))
-        for values in zip((own, other), odd, even, level, turned, potentials, strict=True)
+        for values in zip((own, other), odd, even, level, turned, potentials, of_pressure, strict=True)
     ]
     here = np.array([[1.0, 0.0, alike], [0.0, 1.0, 0.0], [alike, 0.0, 1.0]])
     bodies = []
-    for rho, n, c, lv, t, k in given:
+    for rho, n, c, lv, t, k, _ in given:
         across = np.array([[rho, n, lv], [-n, c, -t], [lv, t, k]])
         covariance = np.block([[here, across], [across.T, here]])
         bodies.append(rng.multivariate_normal(np.zeros(6), covariance, draws, method="cholesky").T)
@@ -80,12 +98,16 @@ def test_shared_products_are_those_of_drawn_normal_heights(own, other, part):
         psi = np.sqrt(part) * first - np.sqrt(1 - part) * second
         chi = np.sqrt(1 - part) * first_chi + np.sqrt(part) * second_chi
         zeta = np.sqrt(1 - part) * first_zeta + np.sqrt(part) * second_zeta
-        # ⟨Fζ⟩ = a⟨Fz⟩, and ⟨z; z > u⟩ is the normal density at u
-        zeta -= alike * (heights @ np.exp(-(levels**2) / 2)) / np.sqrt(2 * np.pi) / (heights @ ndtr(-levels))
+        # ⟨Gζ⟩ = a⟨Gz⟩, and ⟨z; z > u⟩ is the normal density at u
+        zeta -= alike * np.exp(-(levels[0] ** 2) / 2) / np.sqrt(2 * np.pi) / ndtr(-levels[0])
         pressure = (z[:, None] > levels) @ heights
-        weighted.append((pressure, pressure * psi, pressure * z * psi, pressure * chi, pressure * zeta))
-    values = clipped.products(levels, heights).shared(*given, part, alike)
+        contact = (z > levels[0]) * (heights @ ndtr(-levels) / ndtr(-levels[0]))
+        weighted.append((pressure, contact - pressure, contact * psi, z * contact * psi, contact * chi, contact * zeta))
+    *values, of_law = clipped.products(levels, heights).shared(*given, part, alike)
     mean = (heights @ ndtr(-levels)) ** 2
+    c = hermite_coefficients(levels, heights, 150)
+    p = (1 - part) * of_pressure[0] + part * of_pressure[1]
+    assert of_law == pytest.approx(c**2 @ p ** np.arange(150) - mean, rel=0.02)
     for value, (i, j) in zip(values, clipped.PAIRS, strict=True):
         drawn = weighted[0][i] * weighted[1][j] - (mean if i == j == 0 else 0.0)
         # four standard errors, and 1e-3 of the heights' squares for the table
@@ -123,16 +145,45 @@ def test_the_half_potential_of_a_gaussian_correlation_is_closed():
         assert values[r < 10.0] == pytest.approx(exact[r < 10.0], abs=3e-4)
 
 
+def test_heights_have_no_negative_power():
+    # ρ = (e^(−r²/2) − a e^(−r²/2w²))/(1 − a), with the power (e^(−q²/2) − a w² e^(−w²q²/2))/(1 − a): negative below q₀
+    a, width = 0.05, 8.0
+    r = np.exp(np.arange(-4096, 4096) * 3.2e-3 + 1.6e-3)
+    rho = (np.exp(-(r**2) / 2) - a * np.exp(-((r / width) ** 2) / 2)) / (1 - a)
+    steps = np.array([0.0]), np.array([1.0])
+    field = clipped.ClippedField(*steps, r, np.arcsin(rho) / (2 * np.pi), 0.25, clipped.products(*steps))
+    first = np.sqrt(2 * np.log(a * width**2) / (width**2 - 1))
+    q = np.linspace(first, 8.0, 20_001)
+    power = q * (np.exp(-(q**2) / 2) - a * width**2 * np.exp(-((width * q) ** 2) / 2))
+    near = (r > 0.1) & (r < 30.0)
+    some = np.flatnonzero(near)[::100]
+
+    def transformed(order, weight=1.0):
+        waves = jv(order, np.multiply.outer(r[some], q)) * power * weight
+        return (waves[:, 1:] + waves[:, :-1]).sum(axis=1)
+
+    variance, potential = ((values[1:] + values[:-1]).sum() for values in (power, power / q))
+    unit = np.sqrt(variance * potential)
+    assert field.possible_correlation(1e3)[some] == pytest.approx(transformed(0) / variance, abs=5e-4)
+    first_order, second_order = field.riesz(1e3)
+    assert first_order[some] == pytest.approx(transformed(1) / variance, abs=5e-4)
+    assert second_order[some] == pytest.approx(transformed(2) / variance, abs=5e-4)
+    found = field.half_potential(1e3)
+    expected = transformed(0, q**-0.5) / unit, transformed(1, q**-0.5) / unit, transformed(0, 1 / q) / potential
+    for values, exact in zip(found, expected, strict=True):
+        assert values[some] == pytest.approx(exact, abs=5e-4)
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.4, np.pi / 2, 2.0, np.pi])
 def test_waves_of_one_length_and_all_directions_have_the_correlations_of_a_riesz_transform(turn):
     # z = ∫ cos(q⃗x⃗ + phase) over all directions θ of q⃗, and χ shifts each wave by −i cos θ; N_k = J_k(qr)
     distance = np.array([0.3, 1.7, 4.0, 9.0])
     theta = np.arange(400) * 2 * np.pi / 400
     phase = np.multiply.outer(distance, np.cos(theta - turn))
-    orders = jv(np.array([0, 1, 2, 0, 1, 0])[:, None], distance)  # of one length, ζ is z
+    orders = jv(np.array([0, 1, 2, 0, 1, 0, 0])[:, None], distance)  # of one length, ζ is z
     found = clipped.directed_correlations(orders, np.cos(turn))
     odd = np.sin(phase) * np.cos(theta)
-    expected = np.cos(phase), odd, np.cos(phase) * np.cos(theta) ** 2, np.cos(phase), odd, np.cos(phase)
+    expected = np.cos(phase), odd, np.cos(phase) * np.cos(theta) ** 2, np.cos(phase), odd, np.cos(phase), np.cos(phase)
     for values, waves in zip(found, expected, strict=True):
         np.testing.assert_allclose(values, waves.mean(axis=1), atol=1e-13)
 

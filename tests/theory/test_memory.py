@@ -29,7 +29,7 @@ def half_potential(r):
 
 
 def half_contact():
-    """Contact on half of the area, with ρ = e^(−r²/2): ⟨FF′⟩ − ¼ = arcsin ρ/2π."""
+    """Contact on half of the area, with ρ = e^(−r²/2): ⟨FF′⟩ − ¼ = arcsin ρ/2π. The pressure is even there: F = G."""
     r = np.exp(np.arange(-2048, 2048) * 4e-3 + 2e-3)
     steps = np.array([0.0]), np.array([1.0])
     of_half = np.arcsin(np.exp(-(r**2) / 2)) / (2 * np.pi)
@@ -66,25 +66,25 @@ def orthant_means(part, own, other):
     # with F_z = δ(z): z F_z = 0, and ⟨F_zz F′⟩ = −p⟨F_z F′_z⟩
     along = (level - a * p) * density
     uneven = (level + a) * NORMAL / 2
-    return np.array(
-        [
-            both - 0.25,
-            m * NORMAL / 2,
-            m * np.sin(theta) / (2 * np.pi),
-            k * both + m**2 * density,
-            k * higher + m**2 * NORMAL / 2,
-            k * (np.sin(theta) + (np.pi - theta) * p) / (2 * np.pi) + m**2 * both,
-            n * NORMAL / 2,
-            s * both + n * m * density,
-            s * higher + n * m * NORMAL / 2,
-            c * both - n**2 * density,
-            uneven - mean * both,
-            h * both + m * along - mean * m * NORMAL / 2,
-            h * higher + m * (level - a * p) * NORMAL / 2 - mean * m * np.sin(theta) / (2 * np.pi),
-            turned * both + n * along - mean * n * NORMAL / 2,
-            potential * both + (a**2 + level**2 - 2 * a * level * p) * density - 2 * mean * uneven + mean**2 * both,
-        ]
-    )
+    of_shares = {
+        (0, 0): both - 0.25,
+        (0, 2): m * NORMAL / 2,
+        (0, 3): m * np.sin(theta) / (2 * np.pi),
+        (2, 2): k * both + m**2 * density,
+        (2, 3): k * higher + m**2 * NORMAL / 2,
+        (3, 3): k * (np.sin(theta) + (np.pi - theta) * p) / (2 * np.pi) + m**2 * both,
+        (0, 4): n * NORMAL / 2,
+        (2, 4): s * both + n * m * density,
+        (3, 4): s * higher + n * m * NORMAL / 2,
+        (4, 4): c * both - n**2 * density,
+        (0, 5): uneven - mean * both,
+        (2, 5): h * both + m * along - mean * m * NORMAL / 2,
+        (3, 5): h * higher + m * (level - a * p) * NORMAL / 2 - mean * m * np.sin(theta) / (2 * np.pi),
+        (5, 4): turned * both + n * along - mean * n * NORMAL / 2,
+        (5, 5): potential * both + (a**2 + level**2 - 2 * a * level * p) * density - 2 * mean * uneven + mean**2 * both,
+    }
+    nothing = np.zeros_like(both)  # the even share of an even pressure
+    return np.array([*(of_shares.get(pair, nothing) for pair in clipped.PAIRS), both - 0.25])
 
 
 FAR = (np.array(1e3), np.array(0.0))
@@ -96,7 +96,7 @@ def test_products_with_earlier_heights_are_orthant_means_over_all_directions(par
     field = half_contact()
     place = np.array([0.0, 0.3, 0.7, 1.2, 2.0, 3.1])
     nearer = np.array([0.05, 0.1])
-    transforms = *riesz(field.distance), *half_potential(field.distance)
+    transforms = np.exp(-(field.distance**2) / 2), *riesz(field.distance), *half_potential(field.distance)
     seen = memory.seen_pairs(field, transforms, part, place, nearer)
     middle = np.searchsorted(field.distance, [0.2, 1.0, 2.5])
     for n in middle:

@@ -148,7 +148,7 @@ def directed_correlations(correlations: Array, cosine: Array) -> Correlations:
     Parameters
     ----------
     correlations : ndarray
-        ρ, N₁, N₂, K₀, K₁ and K₂ at the distance, and ρ with which F has its g_σ, dimensionless, along the first axis.
+        Possible ρ, N₁, N₂, K₀, K₁ and K₂ at the distance, and ρ of g_σ, dimensionless, along the first axis.
     cosine : ndarray
         cos φ with φ the angle to x, of a shape that broadcasts with each of them.
 
