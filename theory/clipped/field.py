@@ -96,7 +96,7 @@ class ClippedField:
         return (spectrum + lacking) / (1 + total), lacking, total
 
     def riesz(self, furthest: float) -> tuple[Array, Array]:
-        """Return N₁ and N₂ of the Riesz transform of z at each `distance`, of the possible correlation."""
+        """Return N₁ and N₂ of the Riesz transform of z at each `distance`; ρ fades beyond `furthest`, m."""
         r = self.distance
         rho = self.possible_correlation(furthest)
         step = log(r[1] / r[0])
@@ -109,7 +109,7 @@ class ClippedField:
         return slope * r, disk / r**2 - rho
 
     def half_potential(self, furthest: float) -> tuple[Array, Array, Array]:
-        """Return K₀, K₁ and K₂ of the half-potential of z at each `distance`, of the possible correlation."""
+        """Return K₀, K₁ and K₂ of the half-potential of z at each `distance`; ρ fades beyond `furthest`, m."""
         r = self.distance
         step = log(r[1] / r[0])
         first, back = _HALF_BIAS
