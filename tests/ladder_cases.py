@@ -1,5 +1,7 @@
 """Levels made by hand: a T_flash and nothing else."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from roughsim.estimate.ladder import Pair
@@ -44,3 +46,10 @@ def ladder(means, cut_offs, *, n=6, scatter=0.0, seed=0, **names):
             below = factor * np.atleast_1d(means[k - 1])
             pairs.append(step(k, factor * np.atleast_1d(mean), below, (cut_offs[k - 1], q_max), **names))
     return pairs
+
+
+def part_of(sample, chosen):
+    """A sample of some of its realizations."""
+    numbers = {name: values[chosen] for name, values in sample.numbers.items()}
+    bins = None if sample.bins is None else type(sample.bins)(*(values[chosen] for values in sample.bins))
+    return replace(sample, rows=sample.rows[chosen], numbers=numbers, spectrum=sample.spectrum[chosen], bins=bins)

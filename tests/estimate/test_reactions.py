@@ -1,12 +1,11 @@
 """Means over the bins of contacts: closed cases, the derivative of each, and the errors that follow from T_flash."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import scipy
-from ladder_cases import NAME, ladder, lowest
+from ladder_cases import NAME, ladder, lowest, part_of
 
 from roughsim.estimate.errors import spread
 from roughsim.estimate.levels import Values
@@ -185,13 +184,6 @@ def test_each_level_is_brought_to_the_continued_flash_temperature(foretold):
     assert found.slope == pytest.approx(slope, rel=1e-4)
     assert found.values.errors["bandwidth"] == pytest.approx(slope * 11.0 / 220.0, rel=1e-4)
     np.testing.assert_allclose(found.members, 6.0)
-
-
-def part_of(sample, rows):
-    """A sample of some of its realizations."""
-    numbers = {name: values[rows] for name, values in sample.numbers.items()}
-    bins = type(sample.bins)(*(values[rows] for values in sample.bins))
-    return replace(sample, rows=sample.rows[rows], numbers=numbers, spectrum=sample.spectrum[rows], bins=bins)
 
 
 @pytest.mark.parametrize("warm", [False, True])

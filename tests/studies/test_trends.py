@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ladder_cases import part_of
 from study_cases import LOADS
 
 import roughsim as rs
@@ -62,7 +63,7 @@ def test_the_paired_error_of_a_ratio_is_that_of_the_jackknife(quick, tmp_path):
 
     def mean_ratio(chosen):
         above, below = (
-            values_of(run.scene, "capped", "flash_width", [Pair(0, 0, sample.at(sample.rows[chosen]), None)]).mean[-1]
+            values_of(run.scene, "capped", "flash_width", [Pair(0, 0, part_of(sample, chosen), None)]).mean[-1]
             for run, sample in zip(runs, samples, strict=True)
         )
         return above / below
