@@ -36,6 +36,7 @@ def test_the_toy_runs(script, tmp_path):
     assert list(tmp_path.glob("*.png"))
 
 
+@pytest.mark.slow
 def test_means_of_two_rough_steels_are_over_the_last_half_of_their_slide(tmp_path):
     # half of the heat warms each body as 2q√(Dt/π)/κ, and the mean of √s from 8 to 16 mm is √16 mm · 2/3 (2 − 2^(−1/2))
     script = ROOT / "experiments" / "two_bodies.py"

@@ -1,11 +1,12 @@
 """Numbers of any size in every public stage and function of theory: a finite result, or one sentence that names them.
 
-Each runs in a process of its own with a time limit: no number may keep it busy for ever.
+They run in a process of their own with a time limit: no number may keep it busy for ever.
 """
 
 import re
 import subprocess
 import sys
+from threading import Timer
 
 import numpy as np
 import pytest
@@ -144,22 +145,38 @@ NAMED = re.compile(
 )
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_a_number_of_any_size_gives_a_finite_result_or_is_refused_by_name(name):
-    text, numbers = CASES[name]
-    tries = [(None, 0.0)] + [(key, size) for key in numbers for size in SIZES]
-    code = (
-        PREAMBLE
-        + f"""
-for key, size in {tries!r}:
-    print(of({text!r}, {numbers!r} | ({{key: size}} if key else {{}})), flush=True)
+TRIES = [
+    (name, key, size)
+    for name, (_, numbers) in CASES.items()
+    for key, size in [(None, 0.0), *((key, size) for key in numbers for size in SIZES)]
+]
+
+
+@pytest.fixture(scope="module")
+def answers():
+    """The answers to all tries, by their cases; of one that never ends, and of later ones, there are none."""
+    code = f"""{PREAMBLE}
+cases = {CASES!r}
+for name, key, size in {TRIES!r}:
+    text, numbers = cases[name]
+    print(of(text, numbers | ({{key: size}} if key else {{}})), flush=True)
 """
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=False)
-    said = done.stdout.splitlines()
-    assert len(said) == len(tries), done.stderr[-500:]
-    assert said[0] == "finite"
-    for (key, size), answer in zip(tries, said, strict=True):
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as process:
+        ender = Timer(240.0, process.kill)
+        ender.start()
+        said = process.stdout.read().splitlines()
+        ender.cancel()
+    result = {name: {} for name in CASES}
+    for (name, key, size), answer in zip(TRIES, said, strict=False):
+        result[name][key, size] = answer
+    return result
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_number_of_any_size_gives_a_finite_result_or_is_refused_by_name(answers, name):
+    assert list(answers[name]) == [(key, size) for other, key, size in TRIES if other == name]
+    assert answers[name][None, 0.0] == "finite"
+    for (key, size), answer in answers[name].items():
         assert answer == "finite" or (answer.startswith("refused") and NAMED.search(answer)), (key, size, answer)
 
 

@@ -58,6 +58,7 @@ def test_a_part_adds_half_of_its_error_in_elastic_contact_and_nothing_in_capped_
         assert found == pytest.approx(np.hypot(whole, 0.5 * part), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.statistical
 def test_half_the_cell_has_the_same_ratio_of_means():
     # σ₀/σ_P = .01, q_y = 3 q_min: from 2 to 4 q_y in cells of four and of two waves, where means differ by a tenth

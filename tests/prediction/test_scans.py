@@ -225,6 +225,7 @@ def draws(kind, seeds, points, q_max):
     return np.sum(inside, axis=0), np.array(errors)
 
 
+@pytest.mark.slow
 @pytest.mark.statistical
 def test_the_stated_error_of_maps_cut_out_of_a_known_surface_holds():
     inside, errors = draws((9.4e4, 1.5), range(8), 256, 1.5e5)

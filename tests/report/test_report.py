@@ -99,6 +99,7 @@ def test_all_pictures_are_drawn(kept_run):
     assert [kind for kind, _ in images] == ["image/svg+xml", *["image/png"] * 3, *["image/svg+xml"] * 2]
 
 
+@pytest.mark.slow
 def test_the_page_of_a_run_that_slides_shows_its_slide_too(sliding_run, tmp_path):
     page = report_run(sliding_run, tmp_path / "one.html").read_text()
     for caption in ("turnover of the contact over the slid distance", "at four slid distances of one member"):

@@ -26,8 +26,12 @@ def slid(first, second, moving, resting, speed=1.0, distance=CELL / 2, load=1e6,
 
 @pytest.mark.parametrize(
     ("moving", "resting"),
-    [(OXIDE, OXIDE), (BARE, SILVER), (DEEP, BARE), (BOTH, DEEP)],
-    ids=["oxides", "silver", "deep", "both"],
+    [
+        pytest.param(OXIDE, OXIDE, id="oxides"),
+        pytest.param(BARE, SILVER, id="silver", marks=pytest.mark.slow),
+        pytest.param(DEEP, BARE, id="deep", marks=pytest.mark.slow),
+        pytest.param(BOTH, DEEP, id="both"),
+    ],
 )
 def test_full_contact_is_the_mode_sum_of_each_wave_in_its_own_body(moving, resting):
     first, second = sqrt(0.7) * waves(64, 1), sqrt(0.3) * waves(64, 2)

@@ -181,7 +181,13 @@ def drawn_means(field, rng, speed, time, part, body):
     return lambda since: grown[np.searchsorted(age, since)]
 
 
-@pytest.mark.parametrize(("speed", "part", "distance"), [(4.0, 0.5, 2e-5), (4.0, 0.3, 1e-4), (40.0, 0.6, 5e-5)])
+@pytest.mark.parametrize(
+    ("speed", "part", "distance"),
+    [
+        (4.0, 0.3, 1e-4),
+        *(pytest.param(*case, marks=pytest.mark.slow) for case in ((4.0, 0.5, 2e-5), (40.0, 0.6, 5e-5))),
+    ],
+)
 def test_temperatures_are_those_of_drawn_heights_and_drawn_ways_of_the_heat(speed, part, distance):
     field = clipped.clipped_field(SPECTRUM, **SOLID)
     rng = np.random.default_rng([int(10 * speed), int(10 * part)])
