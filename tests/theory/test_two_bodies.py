@@ -307,6 +307,14 @@ def test_light_slow_contact_changes_smoothly_with_the_way():
     assert np.all((slid.moving_share > 0.0) & (slid.moving_share < 1.0))
 
 
+def test_the_even_share_counts_where_the_pressure_is_uneven_alone(monkeypatch):
+    yielded = {"spectrum": SelfAffine(level=1e-24), "moving_roughness": 0.3, **GLASS}
+    steel, dense = sliding(**yielded).flash_temperature, slid_pair("part yielded, both rough", 1.0).flash_temperature
+    monkeypatch.setattr(two_bodies, "_EVEN", 1e9)  # so much resists it
+    assert sliding(**yielded).flash_temperature == pytest.approx(steel, rel=1e-3)
+    assert slid_pair("part yielded, both rough", 1.0).flash_temperature > 1.02 * dense
+
+
 def test_elastic_bodies_need_no_hardness():
     # all heat enters the moving body: the resting one does not conduct
     spectrum = SelfAffine(level=3e-27, q_max=1e6, q_min=2e4)
