@@ -1,6 +1,6 @@
 """Derived quantities of a scene, and a warning for each number outside the range of the model.
 
-A warning has the value, the limit, and advice. The table of docs/limits.md has the same limits.
+A warning has the value, the limit, and advice. The list of docs/limits.md has the same limits.
 """
 
 from collections.abc import Iterator
