@@ -194,7 +194,10 @@ def evidence(table: dict[str, dict[str, Point]]) -> None:
         row = [name]
         for target in targets:
             point = points.get(target, {"failure": "not measured"})
-            row.append("–" if "failure" in point else f"{point['seconds']:.2g} ({point['lowest']})")
+            cell = "–" if "failure" in point else f"{point['seconds']:.2g} ({point['lowest']})"
+            if not point.get("met", True):
+                cell += f" ends at {100 * np.nanmax(point['error']):.2g} %"
+            row.append(cell)
         cells.append(row)
     rows = [
         {"scene": name, "target": float(target), **point} for name, of in table.items() for target, point in of.items()

@@ -26,11 +26,16 @@ def chain(runs: list[Row], ways: list[Row], path: Path, source: str = "") -> Non
         grid = figure.subplots(-(-len(scenes) // 2), 2, sharex=True, sharey=True, squeeze=False)
         panels = list(grid.flat)
         for axes, scene in zip(panels, scenes, strict=False):
-            done = [row for row in runs if row["scene"] == scene and "error" in row]
-            if done:
-                done.sort(key=lambda row: row["target"])
-                errors = [100 * np.nanmax(row["error"]) for row in done]
-                axes.loglog([row["seconds"] for row in done], errors, label="roughsim", **LOOKS["roughsim"])
+            done = sorted(
+                (row for row in runs if row["scene"] == scene and "error" in row), key=lambda row: row["target"]
+            )
+            reached = [(row["seconds"], 100 * np.nanmax(row["error"])) for row in done if row["met"]]
+            missed = [(row["seconds"], 100 * np.nanmax(row["error"])) for row in done if not row["met"]]
+            if reached:
+                axes.loglog(*np.transpose(reached), label="roughsim", **LOOKS["roughsim"])
+            if missed:
+                look = {**LOOKS["roughsim"], "ls": "", "mfc": "none"}
+                axes.loglog(*np.transpose(missed), label="roughsim, target out of reach", **look)
             for row in (row for row in ways if row["scene"] == scene):
                 draw_way(axes, row)
             axes.set_title(scene)
