@@ -8,6 +8,7 @@ import roughsim as rs
 from roughsim.observables.distribution import LEVELS
 from roughsim.scene import parse_scene
 
+pytest.importorskip("bokeh")
 REACTION = """
 [observables]
 temperature_distribution = true
