@@ -9,6 +9,7 @@ compact entries then equals the sum over the modes to rounding.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -131,13 +132,19 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
     """
     from roughsim.fourier.power import gathered_power  # loads numba
 
-    nodes, waves = uniform_nodes(grid), nyquist_waves(grid)
+    nodes, waves = _gathering(grid)
     quarter, sums = gathered_power(amplitude, grid.multiplicity, nodes.slot, nodes.slots)
     share: Array = quarter.ravel()[waves.mode] * waves.unseen_share
     unseen = np.bincount(waves.entry, share, minlength=waves.wavenumber.size)
     reach = 0.5 * math.hypot(*grid.lengths)
     spectrum = StressSpectrum(nodes.entries, nodes.compacted(sums), reach)
     return spectrum, unseen.astype(np.float64, copy=False)
+
+
+@lru_cache(maxsize=8)  # 10 ms for each contact of 768² points, which a solve takes 140 ms for; grids come in turn
+def _gathering(grid: Grid) -> "tuple[_UniformNodes, _NyquistWaves]":
+    """Return the compact wavenumbers of a grid, and its waves that have no derivative along an axis."""
+    return uniform_nodes(grid), nyquist_waves(grid)
 
 
 class _NyquistWaves(NamedTuple):
