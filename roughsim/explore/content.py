@@ -11,11 +11,12 @@ import scipy
 from numpy.typing import NDArray
 
 from roughsim import prediction
+from roughsim.charts.reaction_lines import ReactionLine
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import half_width
-from roughsim.explore.reacting import ReactionLine, reaction_lines
+from roughsim.explore.reacting import reaction_lines
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature, contact_temperature
 from roughsim.observables.catalogue import OBSERVABLES

@@ -8,10 +8,11 @@ from bokeh import models
 from bokeh.layouts import row
 from bokeh.plotting import figure
 
+from roughsim.charts.reaction_lines import ReactionLine
 from roughsim.charts.sliding import speed_colours
 from roughsim.charts.style import CALIBRATED, COLOURS
 from roughsim.explore.layout import LEGEND, empty_source
-from roughsim.explore.reacting import HOTTER, RATES, WARM, ReactionLine, labels
+from roughsim.explore.reacting import HOTTER, RATES, WARM, labels
 from roughsim.results.run import Run
 
 # title, and labels and kinds of the axes
