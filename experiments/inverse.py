@@ -1,6 +1,6 @@
 """What the paper's printed numbers determine about its unpublished input, and what they do not.
 
-    python experiments/inverse.py [--toy] [-o FOLDER]
+    python experiments/inverse.py [--toy] [-o FOLDER] [--evidence]
 
 For a surface that yields fully, everything is an integral over g = G/sigma_P^2 with fixed weights; C(q) enters only as
 the wavenumber q(g), an arbitrary rising function. So T_flash, D_flash, the share s and d_flash are moments of one
@@ -20,7 +20,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import linprog, root
 from scipy.special import erf
-from script import Command
+from script import Command, show_on_pages, write_evidence
 
 from theory import flash, partition, persson, plasticity
 
@@ -145,6 +145,7 @@ def spectrum_variance(spectrum: PowerLaw, q_max: float = 9.4e4) -> float:
 
 
 SETS = {"": "T, D", "s": "T, D, s", "d": "T, D, d", "sd": "T, D, s, d"}
+ENDS = ("low", "high")
 
 
 def chart(folder: Path, bounds: dict[str, tuple[float, float]], family: list[tuple[PowerLaw, float]]) -> None:
@@ -194,6 +195,10 @@ def main() -> None:
         print(f"  {spectrum.exponent:4g}{gamma:10.4f}{spectrum.q_min:10.0f}{row}")
     print(FOUND)
     chart(options.output, bounds, family)
+    if options.evidence:
+        show_on_pages(options.output / "inverse.png")
+        numbers = {f"gamma_{end}_{name}": value for name, ends in bounds.items() for end, value in zip(ENDS, ends, strict=True)}
+        write_evidence("inverse", "python experiments/inverse.py --evidence", numbers=numbers)
 
 
 if __name__ == "__main__":

@@ -9,9 +9,14 @@ solution, which is steady and has no background. "mean" is steady too. "total" a
 material, whichever moves, and so more of the heat goes to the one that rests than by the flash temperatures alone. Last
 the largest local difference |T₁ - T₂| under "mean": it is the same for the first two cases, whose temperatures have the
 same shape.
+
+Printed last: how long a hot spot of the steel scene lives beside the time to warm up at rest, T_flash with the share of
+the paper and with 1/2, and the hardness of this steel at the temperature of its contact.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import matplotlib as mpl
 import numpy as np
@@ -21,6 +26,8 @@ from script import Command, write_evidence
 
 import roughsim as rs
 from roughsim.heat import source_temperature
+from roughsim.prediction.hot_hardness import hot_hardness
+from theory import flash, hertz, plasticity
 
 mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.spines.top": False, "axes.spines.right": False})
 mpl.rcParams.update({"legend.frameon": False, "figure.constrained_layout.use": True, "savefig.dpi": 150})
@@ -31,10 +38,12 @@ CASES = {
 }
 COLOURS, WIDTHS = ("#0072B2", "#D55E00", "#009E73"), (3.5, 1.4, 1.4)  # the first shows behind one that hides it
 STYLES = {"pointwise": "-", "mean": "--", "total": ":"}
+SCENE, SPEED, FASTEST = "steel-1.2GPa", 35.0, 100.0  # m/s
+HARDNESS = (300.0, 600.0, 900.0), (1.5e9, 1.2e9, 0.8e9)  # K, Pa: assumed
 CONTACT_FRACTION, TIME = 0.075, 1.0  # of the rule "total"; the time in R²/D
 
 
-def hertz(pixels):
+def hertz_source(pixels):
     """A Hertz source of radius 1 with unit peak, on pixels of 1/`pixels`."""
     count = 2 * pixels + 2
     x = (np.arange(count) - (count - 1) / 2) / pixels
@@ -101,9 +110,41 @@ def largest(results, name):
     return [name, *cells, f"{max(mismatch for _, mismatch in results):.2f}"]
 
 
+def steel():
+    """The scene, its smoothed spectrum, load, and heat, for the functions of `theory.flash`."""
+    scene = rs.load_scene(SCENE)
+    load = {"effective_modulus": scene.effective_modulus, "nominal_pressure": scene.sliding.nominal_pressure}
+    smooth = plasticity.smoothed_spectrum(scene.spectrum, **load, penetration_hardness=scene.penetration_hardness)
+    body = scene.conduction()
+    heat = {"conductivity": body.conductivity, "diffusivity": body.diffusivity, "gamma": scene.theory.gamma}
+    return scene, smooth, load | heat | {"friction_coefficient": scene.friction_coefficient()}
+
+
+def life_of_a_spot():
+    """A table of the spot, of the radius R of the Hertz contact that has the theory's D_flash of fast sliding."""
+    _, smooth, given = steel()
+    radius = float(flash.flash_width(FASTEST, smooth, **given)) / hertz.FAST.flash_width
+    warm, lives = radius**2 / given["diffusivity"], 2 * radius / SPEED
+    return [
+        ["", ""],
+        ["radius of a hot spot, R", f"{1e6 * radius:.0f} µm"],
+        ["time to warm up at rest, R²/D", f"{1e3 * warm:.1f} ms"],
+        ["lifetime of a spot, 2R/v", f"{1e6 * lives:.1f} µs"],
+        ["ratio of the two times, Pe/2", f"{warm / lives:.0f}"],
+    ]
+
+
+def hot_steel():
+    """Hardness, GPa, and T_flash, K, of the scene at the temperature of its contact, by the law and by the theory."""
+    scene = rs.load_scene(SCENE)
+    scene = replace(scene, sliding=replace(scene.sliding, speed=SPEED))
+    found = hot_hardness(scene, *HARDNESS, background=HARDNESS[0][0])
+    return {"hot_hardness": 1e-9 * found.penetration_hardness, "hot_flash": found.flash_temperature}
+
+
 def main() -> None:
     options = Command(__file__, __doc__).parse()
-    flux, grid = hertz(6 if options.toy else 32)
+    flux, grid = hertz_source(6 if options.toy else 32)
     peclets = np.geomspace(0.1, 1e4, 3 if options.toy else 21)
     figure = Figure(figsize=(8, 6.8))
     share, flash, hottest, jump = figure.subplots(2, 2).flat
@@ -126,8 +167,11 @@ def main() -> None:
     handles += [Line2D([], [], color="k", ls=style, label=rule) for rule, style in STYLES.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     figure.savefig(options.output / "partition.png")
+    spot, numbers = life_of_a_spot(), hot_steel()
+    print(*("  ".join(row) for row in spot[1:]), numbers, sep="\n")
     if options.evidence:
-        write_evidence("partition", "python experiments/partition.py --evidence", tables={"rules": rows})
+        tables = {"rules": rows, "spot": spot}
+        write_evidence("partition", "python experiments/partition.py --evidence", tables=tables, numbers=numbers)
 
 
 if __name__ == "__main__":

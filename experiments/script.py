@@ -3,6 +3,7 @@
 import argparse
 import json
 import platform
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -66,6 +67,12 @@ class Rows:
         self._tables.setdefault(table, {}).update(rows)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         place_bytes(self.path, json.dumps({CONTENT: self._tables}, indent=1).encode())
+
+
+def show_on_pages(*pictures: Path) -> None:
+    """Copy pictures to docs/figures under their own names."""
+    for picture in pictures:
+        shutil.copyfile(picture, EVIDENCE.parent / "figures" / picture.name)
 
 
 def processor() -> str:

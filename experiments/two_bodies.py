@@ -1,6 +1,6 @@
 """Two rough bodies that slide over one another, against the frozen contact: flash temperature, share, backgrounds.
 
-    python experiments/two_bodies.py [--toy] [-o FOLDER] [--solve [CASE ...]]
+    python experiments/two_bodies.py [--toy] [-o FOLDER] [--solve [CASE ...]] [--evidence]
 
 The steel scenes, whose two faces are equally rough. A part f of C(q) rides with the moving body. Each member is one
 slide over `Case.distance` at all speeds; it is kept in experiments/reference/two_bodies, and --solve computes those
@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from script import Command
+from script import EVIDENCE, Command, show_on_pages, write_evidence
 
 import roughsim as rs
 from roughsim.sliding.stepping import NUMBERS
@@ -35,6 +35,14 @@ LIVES = (0.1, 0.25, 0.5, 0.75, 0.9, 0.99)  # shares of the spots that have died 
 LONG, SHORTER = 16e-3, (1 / 16, 1 / 8, 1 / 4, 1 / 2)  # m; parts of it from which slides are continued
 SEED = 4100
 TOLERANCE = 3e-3  # of the contacts
+PAGE_HEADS = [
+    "hardness",
+    "T_flash, both rough, K",
+    "one rough, K",
+    "both / one",
+    "contact temperature, both, K",
+    "one rough, K",
+]
 COLOURS = ("#440154", "#31688e", "#35b779", "#c8a800")
 
 
@@ -166,10 +174,10 @@ def theory(case: Case, distance: float) -> np.ndarray:
     return weights @ slid.flash_temperature / 2
 
 
-def table(case: Case, members: list[dict[str, np.ndarray]]) -> None:
-    """Print the means over the last half of the distance."""
+def table(case: Case, members: list[dict[str, np.ndarray]]) -> list[str]:
+    """Return the lines of the means over the last half of the distance."""
     expected = theory(case, case.distance)
-    print(f"\n{case.name}, {len(members)} members, last half of the distance")
+    lines = ["", f"{case.name}, {len(members)} members, last half of the distance"]
     ratio = mean_and_error([late(case, m, "flash_temperature") / m["frozen_flash_temperature"] for m in members])
     share = mean_and_error([late(case, m, "moving_share") for m in members])
     flash, background, total = (
@@ -177,15 +185,19 @@ def table(case: Case, members: list[dict[str, np.ndarray]]) -> None:
         for name in ("flash_temperature", "background", "contact_temperature")
     )
     for k, speed in enumerate(SPEEDS):
-        print(
+        lines.append(
             f"{speed:5g} m/s  T_flash {flash[0][k]:7.2f} ± {flash[1][k]:.2f} K, theory {expected[k]:.2f} K, "
             f"over frozen {ratio[0][k]:.3f} ± {ratio[1][k]:.3f}, share {share[0][k]:.3f}, "
             f"background {background[0][k]:.1f} K, contact {total[0][k]:.1f} ± {total[1][k]:.1f} K"
         )
+    return lines
 
 
-def continued(results: dict[Case, list[dict[str, np.ndarray]]]) -> None:
-    """Print how well the theory continues slides to a longer distance and to a higher cut-off, and without it."""
+def continued(results: dict[Case, list[dict[str, np.ndarray]]]) -> tuple[list[str], dict[str, float]]:
+    """Return how well the theory continues slides to a longer distance and to a higher cut-off, and without it.
+
+    As lines, and as numbers: rms and worst of the continued ones, %.
+    """
     changes: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # of ln T_flash over the true one: as it is, continued
     for case, members in results.items():
         if case.distance == LONG and case.steps is None:
@@ -204,9 +216,65 @@ def continued(results: dict[Case, list[dict[str, np.ndarray]]]) -> None:
             change = theory(higher, case.distance) / theory(case, case.distance)
             name = f"from q_max = {case.q_max:.0e} to {higher.q_max:.0e} 1/m"
             changes.setdefault(name, []).append((np.log(first / second), np.log(first * change / second)))
+    lines, numbers = [], {}
     for name, values in changes.items():
-        words = (f"rms {np.sqrt(np.mean(x**2)):.1%}, worst {np.abs(x).max():.1%}" for x in np.stack(values, axis=1))
-        print(f"{name}: T_flash as it is {next(words)}; continued by the theory {next(words)}")
+        sizes = [(np.sqrt(np.mean(x**2)), np.abs(x).max()) for x in np.stack(values, axis=1)]
+        words = [f"rms {rms:.1%}, worst {worst:.1%}" for rms, worst in sizes]
+        lines.append(f"{name}: T_flash as it is {words[0]}; continued by the theory {words[1]}")
+        key = name.replace(" ", "_")
+        numbers |= {f"{key}_rms": 100 * sizes[1][0], f"{key}_worst": 100 * sizes[1][1]}
+    return lines, numbers
+
+
+def rows_of_page(results: dict[Case, list[dict[str, np.ndarray]]]) -> tuple[list[list[str]], dict[str, float]]:
+    """Return the table of docs/sliding.md, both faces rough beside one, at 35 m/s, and the numbers of its text."""
+    rows, numbers = [PAGE_HEADS], {}
+    fast, k = SPEEDS.index(35.0), SPEEDS.index(1.0)
+    for hardness in ("0.5", "1.2", "2.0"):
+        both, one = (
+            {
+                name: np.mean([late(case, m, name) for m in results[case]], axis=0)
+                for name in ("flash_temperature", "contact_temperature", "moving_share")
+            }
+            for case in (Case(hardness), Case(hardness, 0.0))
+        )
+        ratio = both["flash_temperature"] / one["flash_temperature"]
+        cells = [f"{each['flash_temperature'][fast]:.1f}" for each in (both, one)]
+        contact = [f"{each['contact_temperature'][fast]:.0f}" for each in (both, one)]
+        rows.append([f"{hardness} GPa", *cells, f"{ratio[fast]:.2f}", *contact])
+        numbers |= {f"{hardness}GPa_slow_ratio": ratio[k], f"{hardness}GPa_share": one["moving_share"][fast]}
+        cooler = 1 - both["contact_temperature"] / one["contact_temperature"]
+        numbers |= {f"{hardness}GPa_cooler_least": 100 * cooler.min(), f"{hardness}GPa_cooler_most": 100 * cooler.max()}
+    return rows, numbers
+
+
+def of_theory(results: dict[Case, list[dict[str, np.ndarray]]]) -> dict[str, float]:
+    """Return T_flash of the theory over that of all slides: rms, least and most, %."""
+    logs = np.concatenate(
+        [
+            np.log(theory(case, case.distance) / np.mean([late(case, m, "flash_temperature") for m in members], axis=0))
+            for case, members in results.items()
+        ]
+    )
+    off = 100 * np.expm1(logs)
+    rms = 100 * np.sqrt(np.mean(logs**2))
+    return {"temperatures": logs.size, "theory_rms": rms, "theory_least": off.min(), "theory_most": off.max()}
+
+
+def of_half_the_pixel(results: dict[Case, list[dict[str, np.ndarray]]]) -> dict[str, float]:
+    """Return how much half the pixel changes T_flash, least and most over the speeds, and both/one at most, in %."""
+    flash = {}
+    for part in (0.5, 0.0):
+        fine, coarse = Case("1.2", part, points=512, distance=4e-3, members=3), Case("1.2", part)
+        count = len(results[fine])  # the same surfaces on both grids
+        flash[part] = [
+            np.mean([late(case, m, "flash_temperature", fine.distance) for m in results[case][:count]], axis=0)
+            for case in (fine, coarse)
+        ]
+    changes = {part: 100 * (fine / coarse - 1) for part, (fine, coarse) in flash.items()}
+    ratio = 100 * ((1 + changes[0.5] / 100) / (1 + changes[0.0] / 100) - 1)
+    every = np.concatenate(list(changes.values()))
+    return {"pixel_least": every.min(), "pixel_most": every.max(), "pixel_ratio": np.abs(ratio).max()}
 
 
 def drawn(results: dict[Case, list[dict[str, np.ndarray]]]) -> Figure:
@@ -250,11 +318,18 @@ def main() -> None:
             if not options.solve or case.name in options.solve:
                 solve(case, folder, options.members)
     results = {case: members for case in cases if (members := kept(case, folder))}
-    for case, members in results.items():
-        table(case, members)
-    print()
-    continued(results)
+    lines = [line for case, members in results.items() for line in table(case, members)]
+    more, numbers = continued(results)
+    text = "\n".join([*lines, "", *more])
+    print(text)
     drawn(results).savefig(options.output / "two_bodies.png", dpi=150)
+    if options.evidence:
+        show_on_pages(options.output / "two_bodies.png")
+        (EVIDENCE.parent / "reference" / "two_bodies.txt").write_text(f"{text}\n")
+        rows, more_numbers = rows_of_page(results)
+        numbers |= more_numbers | of_theory(results) | of_half_the_pixel(results)
+        command_line = "python experiments/two_bodies.py --evidence"
+        write_evidence("two_bodies", command_line, tables={"steels": rows}, numbers=numbers)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Fresh pairs of rough bodies, drawn by chance, to test the theory of `theory.two_bodies` against slides.
 
-    python experiments/two_bodies_points.py [--draw] [--solve] [--toy] [-o FOLDER]
+    python experiments/two_bodies_points.py [--draw] [--solve] [--toy] [-o FOLDER] [--evidence]
 
 The last part of the list was drawn when the theory had its form, and committed before any pair of it was slid; the
 others were seen while the form was chosen. `--draw` writes it again.
@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
-from script import Command, Row, Rows
+from script import Command, Row, Rows, write_evidence
 
 import roughsim as rs
 from roughsim.estimate.sliding import ORDERS
@@ -300,6 +300,17 @@ def table(found: dict[Pair, dict[str, np.ndarray]]) -> None:
         print(f"{title}, {2 * len(pairs)} temperatures: " + "; ".join(texts))
 
 
+def of_page(found: dict[Pair, dict[str, np.ndarray]]) -> dict[str, float]:
+    """Return numbers of docs/sliding.md: T_flash of the theory over that of slides, rms, least and most, %."""
+    numbers: dict[str, float] = {}
+    for name, parts in (("seen", (FIRST, SECOND)), ("fresh", (FRESH,))):
+        logs = -np.concatenate([values["corrected"] for pair, values in found.items() if pair.drawn in parts])
+        off, rms = 100 * np.expm1(logs), 100 * np.sqrt(np.mean(logs**2))
+        numbers |= {f"{name}_temperatures": logs.size, f"{name}_rms": rms}
+        numbers |= {f"{name}_least": off.min(), f"{name}_most": off.max()}
+    return numbers
+
+
 def draw(found: dict[Pair, dict[str, np.ndarray]], path: Path) -> None:
     """Slide over theory, by the slid distance."""
     figure = Figure(figsize=(6.0, 3.2), layout="constrained")
@@ -337,6 +348,8 @@ def main() -> None:
     found = {pair: compared(pair, slides[pair.name], finer[pair.name]) for pair in pairs if pair.name in finer}
     table(found)
     draw(found, options.output / "two_bodies_points.png")
+    if options.evidence:
+        write_evidence("two_bodies_points", "python experiments/two_bodies_points.py --evidence", numbers=of_page(found))
 
 
 if __name__ == "__main__":

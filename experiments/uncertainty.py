@@ -1,6 +1,6 @@
 """Does the theory agree with the measured ~200 K within what the data leave open? 10 000 draws, and a tornado chart.
 
-    python experiments/uncertainty.py [--toy] [-o FOLDER] [--draws N] [--seed N]
+    python experiments/uncertainty.py [--toy] [-o FOLDER] [--draws N] [--seed N] [--evidence]
 
 Steel on steel at 35 m/s. Drawn evenly, within what the paper and its sources allow: conductivity, friction, hardness,
 roughness, the longest wavelength, the sliding time, gamma, and the rule of heat sharing ("mean", the paper's, or
@@ -19,7 +19,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.special import erf
-from script import Command
+from script import Command, show_on_pages, write_evidence
 
 import roughsim as rs
 from theory import flash, hardness, partition, plasticity
@@ -215,8 +215,10 @@ def main() -> None:
     checks = [rise[i] / exact(sample, i) - 1 for i in range(10)]
     off = np.abs(checks).max()
     print(f"{rise.size} draws in {taken:.2f} s; ten of them differ from theory.flash by at most {off:.1e}")
+    numbers = {}
     for name, chosen in (("mean", ~sample["total"]), ("total", sample["total"]), ("both", np.full(rise.size, True))):
         low, median, high = np.quantile(rise[chosen], [0.05, 0.5, 0.95])
+        numbers |= {f"{name}_5": low, f"{name}_50": median, f"{name}_95": high}
         below = (rise[chosen] < MEASURED).mean()
         span = f"median {median:4.0f} K, 5 ... 95 %: {low:4.0f} ... {high:4.0f} K"
         print(f"rule {name:6} {span}; below {MEASURED:.0f} K: {100 * below:.0f} %")
@@ -227,6 +229,9 @@ def main() -> None:
     softened, hot = hot_hardness()
     print(f"with an assumed hot hardness (1.2 GPa cold): sigma_P = {softened / 1e9:.2f} GPa at T_flash = {hot:.0f} K")
     chart(options.output, sample, rise, bars)
+    if options.evidence:
+        show_on_pages(options.output / "uncertainty.png")
+        write_evidence("uncertainty", "python experiments/uncertainty.py --evidence", numbers=numbers)
 
 
 if __name__ == "__main__":
