@@ -54,11 +54,19 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/flash_vs_speed.py --evidence
 	$(MEASURE) experiments/tutorial.py --evidence
 	$(MEASURE) experiments/partition.py --evidence
+	$(MEASURE) experiments/paper.py --evidence
+	$(MEASURE) experiments/inverse.py --evidence
+	$(MEASURE) experiments/uncertainty.py --evidence
+	$(MEASURE) experiments/multiscale.py --evidence
+	$(MEASURE) experiments/skin.py --evidence
+	$(MEASURE) experiments/two_bodies.py --evidence
+	$(MEASURE) experiments/two_bodies_points.py --evidence
 	$(MEASURE) experiments/loads.py --evidence
 	$(MEASURE) experiments/yielding.py --evidence
 	$(MEASURE) experiments/coverage.py --evidence
 	$(MEASURE) benchmarks/chain.py --evidence
 	$(MEASURE) benchmarks/skin.py --evidence
+	$(MEASURE) benchmarks/heat.py --points 0 --evidence
 	$(MEASURE) benchmarks/reactions.py --evidence
 	$(MEASURE) experiments/chain_ways.py --evidence
 	$(MEASURE) experiments/contact_solvers.py --evidence

@@ -1,16 +1,18 @@
 """What heat fields cost, in pairs of real transforms of the same size, how exact each method is, and where each fails.
 
-    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/heat.py [--points 2048] [--charts docs/figures]
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/heat.py [--points 2048] [--charts FOLDER] [--evidence]
 
 Prints CPU times as ratios to a bare pair of the same run, then draws `heat_accuracy.png`, the error of T_flash of a
 Hertz contact over the time of each method, and `heat_limits.png`, the errors beyond the limits of each method. The
-free half-space with values of the point source at the pixels is there as a warning; the package has no such method.
+free half-space with values of the point source at the pixels is there as a warning; the package has no such method. --evidence draws both charts
+for docs/heat.md, and writes its numbers.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import sys
 import time
 import warnings
 from pathlib import Path
@@ -25,6 +27,9 @@ import roughsim as rs
 from roughsim import fourier
 from roughsim.heat import half_space, periodic, source_temperature, uniform_temperature
 from theory import hertz
+
+sys.path.append(str(Path(__file__).parents[1] / "experiments"))
+from script import EVIDENCE, write_evidence
 
 mpl.use("Agg")
 UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
@@ -177,7 +182,11 @@ def accuracy(folder, pixels=(4, 8, 16, 32, 64, 128)):
 
 
 def hot_tracks(axis):
-    """Steady T_flash over that of an endless surface: the mean over all directions, by the closed angular mean."""
+    """Steady T_flash over that of an endless surface: the mean over all directions, by the closed angular mean.
+
+    Returns the excess in % at vL/2πD = 100 and 1000 by method and longest waves per side, and the largest from rest.
+    """
+    found, rests = {}, []
     points, laps = 256, np.geomspace(1, 1e4, 13)
     grid = rs.Grid((points, points), (1.0, 1.0))
     for waves, style in ((1, "-"), (4, "--"), (16, ":")):
@@ -194,6 +203,10 @@ def hot_tracks(axis):
         ):
             flash = [np.mean(method(flux, grid, 2 * math.pi * lap) * flux) for lap in laps]
             error = np.abs(np.array(flash) / flux.mean() * 2 * math.pi * laps / exact - 1)
+            if color == "rest":
+                rests.append(100 * error.max())
+            else:
+                found |= {f"tracks_{waves}_{lap:g}": 100 * np.interp(lap, laps, error) for lap in (100, 1000)}
             label = f"{'steady' if color == 'steady' else 'from rest'}, {waves} wave{'s' * (waves > 1)}"
             axis.loglog(laps, error, style, color=COLORS[color], label=label)
             print(f"hot tracks {color:6} {waves:2} waves: " + " ".join(f"{value:8.1e}" for value in error))
@@ -204,6 +217,7 @@ def hot_tracks(axis):
         title="periodic: hot tracks, longest waves per side",
     )
     axis.legend(frameon=False, fontsize=7, ncols=2, loc="upper left", columnspacing=1)
+    return found | {"tracks_from_rest": max(rests)}
 
 
 def point_values(axis, pixels=8):
@@ -225,8 +239,8 @@ def square_source(pixels, margin):
 
 
 def undershoot(axis):
-    """Lowest over highest temperature of a fast square: the Gibbs oscillation of the periodic field."""
-    sizes = (4, 8, 16, 32, 64)
+    """Lowest over highest temperature of a fast square: the Gibbs oscillation of the periodic field; most, in %."""
+    sizes, most = (4, 8, 16, 32, 64), np.zeros(5)
     for peclet, style in ((100.0, "--"), (1e3, "-"), (1e5, ":")):
         fields = {
             "rest": [from_rest(*square_source(pixels, CELL / 2), peclet) for pixels in sizes],
@@ -234,6 +248,7 @@ def undershoot(axis):
         }
         shares = {name: [max(-field.min() / field.max(), 0.0) for field in made] for name, made in fields.items()}
         axis.loglog(sizes, shares["rest"], "o" + style, ms=3, color=COLORS["rest"], label=f"vR/D = {peclet:g}")
+        most = np.maximum(most, 100 * np.array(shares["rest"]))
         print(f"undershoot vR/D = {peclet:g}: " + " ".join(f"{value:8.1e}" for value in shares["rest"]))
         print(f"  free half-space at most {max(shares['free']):.0e}")
     axis.text(0.05, 0.08, "free half-space: none (rounding, 1e−16)", transform=axis.transAxes, color=COLORS["free"])
@@ -241,6 +256,7 @@ def undershoot(axis):
     axis.set(ylim=(1e-4, 0.1))
     axis.legend(frameon=False, fontsize=7.5, loc="upper right")
     _ticks(axis, sizes)
+    return {f"undershoot_{size}": value for size, value in zip(sizes, most, strict=True)}
 
 
 def _ticks(axis, sizes):
@@ -271,27 +287,34 @@ def resolution(axis):
     axis.set(xlabel="pixels per radius or half side", ylabel="|relative error|", title="what a pixel costs")
     axis.legend(frameon=False, fontsize=7.5, loc="center left")
     _ticks(axis, sizes)
+    return {f"laplacian_{size}": 100 * value for size, value in zip(sizes, laplacian, strict=True)}
 
 
 def limits(folder):
     figure = Figure(figsize=(8.4, 6.8), layout="constrained")
     axes = figure.subplots(2, 2)
+    numbers = {}
     for axis, draw in zip(axes.flat, (hot_tracks, point_values, undershoot, resolution), strict=True):
-        draw(axis)
+        numbers |= draw(axis) or {}
     figure.savefig(folder / "heat_limits.png", dpi=150)
+    return numbers
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--points", type=int, default=2048, help="points per side; 0: no times")
     options.add_argument("--charts", type=Path, default=None, help="folder for the two charts")
+    options.add_argument("--evidence", action="store_true", help="write charts and numbers of docs/heat.md")
     given = options.parse_args()
     if given.points:
         costs(given.points)
-    if given.charts is not None:
-        given.charts.mkdir(parents=True, exist_ok=True)
-        accuracy(given.charts)
-        limits(given.charts)
+    folder = EVIDENCE.parent / "figures" if given.evidence else given.charts
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+        accuracy(folder)
+        numbers = limits(folder)
+        if given.evidence:
+            write_evidence("heat_limits", "python benchmarks/heat.py --points 0 --evidence", numbers=numbers)
 
 
 if __name__ == "__main__":

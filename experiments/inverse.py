@@ -145,7 +145,6 @@ def spectrum_variance(spectrum: PowerLaw, q_max: float = 9.4e4) -> float:
 
 
 SETS = {"": "T, D", "s": "T, D, s", "d": "T, D, d", "sd": "T, D, s, d"}
-ENDS = ("low", "high")
 
 
 def chart(folder: Path, bounds: dict[str, tuple[float, float]], family: list[tuple[PowerLaw, float]]) -> None:
@@ -197,7 +196,8 @@ def main() -> None:
     chart(options.output, bounds, family)
     if options.evidence:
         show_on_pages(options.output / "inverse.png")
-        numbers = {f"gamma_{end}_{name}": value for name, ends in bounds.items() for end, value in zip(ENDS, ends, strict=True)}
+        numbers = {f"gamma_low_{name}": low for name, (low, _) in bounds.items()}
+        numbers |= {f"gamma_high_{name}": high for name, (_, high) in bounds.items()}
         write_evidence("inverse", "python experiments/inverse.py --evidence", numbers=numbers)
 
 

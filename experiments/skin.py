@@ -1,10 +1,11 @@
 """T_flash of steel with a skin, or heated in depth: over thickness, depth and conductivity, by the calibrated spectrum.
 
-    python experiments/skin.py [--slides] [--toy] [-o FOLDER]
+    python experiments/skin.py [--slides] [--toy] [-o FOLDER] [--evidence]
 
 Prints the ratio of T_flash to that of the bare body, and draws it over the thickness of two skins and over the depth of
 the heat at three speeds. The last figure is T_flash at 35 m/s of steel as a handbook has it (κ = 46), with a skin of
-any thickness and conductivity: the measured 200 K is one of its lines. No contact is solved.
+any thickness and conductivity: the measured 200 K is one of its lines. No contact is solved but for --evidence, which
+runs the study of docs/skin.md, too: a minute.
 
 `--slides` slides two such faces with skins over one another, in a cell of 4 mm with 256² points and waves down to
 63 µm, and prints T_flash beside `theory.two_bodies`, means over the last half of 4 mm: two minutes.
@@ -13,12 +14,14 @@ any thickness and conductivity: the measured 200 K is one of its lines. No conta
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter
-from script import Command
+from scipy.optimize import brentq
+from script import Command, show_on_pages, write_evidence
 
 import roughsim as rs
 from theory import flash, plasticity, two_bodies
@@ -27,10 +30,18 @@ SCENE = "steel-1.2GPa"
 SPEEDS = (1.0, 10.0, 35.0)
 BODY, HOT = 46.0, 30.0  # W/(m K): of steel at room temperature, and of the scene
 STEEL, OXIDE = 7900 * 500.0, 3.4e6  # ρc, J/(m³ K)
-SKINS = {"worked layer, κ = 21": (21.0, STEEL), "oxide, κ = 3": (3.0, OXIDE)}
+OXIDE_CONDUCTIVITY = 3.0  # W/(m K)
+SKINS = {"worked layer, κ = 21": (21.0, STEEL), "oxide, κ = 3": (OXIDE_CONDUCTIVITY, OXIDE)}
 TABLE = (1e-7, 3e-7, 1e-6, 3e-6, 1e-5)  # m
 SHARE, MEASURED = 0.938, 200.0  # of the heat; K
 CELL, CUT_OFF, SLID, MEMBERS = 4e-3, 1e5, (1.0, 35.0), 2  # m, rad/m, m/s: of slides
+# the study of docs/skin.md: m, W/(m K)
+VARIED = {
+    "body.skin.thickness": {"logspace": ["0.1 um", "10 um", 5]},
+    "body.skin.conductivity": ["3 W/(m K)", "21 W/(m K)"],
+}
+GROWTH = {"junction_9": (9.0, 0.11), "junction_25": (25.0, 0.11)}  # α, μ
+GROWTH |= {"junction_9_rough": (9.0, 0.3), "junction_25_rough": (25.0, 0.3)}
 COLOURS = ("#0072b2", "#009e73", "#d55e00")
 
 
@@ -67,7 +78,8 @@ class Steel:
         return deep / self.flash_temperature(HOT)
 
 
-def print_table(steel: Steel) -> None:
+def print_table(steel: Steel) -> list[list[str]]:
+    """Print T_flash over that of the bare body; return it at the first and the last speed, as a table of cells."""
     at = np.array(TABLE)
     rows = {f"{name} on {BODY:g}": steel.over_thickness(at, *skin) for name, skin in SKINS.items()}
     rows[f"heat in depth, κ = {HOT:g}"] = steel.over_depth(at)
@@ -76,6 +88,66 @@ def print_table(steel: Steel) -> None:
     print(f"{'':28}" + "".join(f"{1e6 * depth:>18g}" for depth in TABLE))
     for name, ratios in rows.items():
         print(f"{name:28}" + "".join(f"{'/'.join(f'{ratio:.3f}' for ratio in row):>18}" for row in ratios))
+    heads = ["", *(f"{1e6 * depth:g} µm" for depth in TABLE)]
+    return [heads, *([name, *(f"{row[0]:.2f}/{row[-1]:.2f}" for row in ratios)] for name, ratios in rows.items())]
+
+
+def quoted(steel: Steel) -> dict[str, float]:
+    """Return other numbers of docs/skin.md, of T_flash at the last speed: K, W/(m K), or % of change."""
+    bare = steel.flash_temperature(BODY)[-1]
+
+    def of_measured(thickness: float) -> float:
+        """Return κ of a skin of this thickness under which T_flash is the measured one."""
+
+        def excess(kappa: float) -> float:
+            skin = (thickness, kappa, kappa / STEEL)
+            return float(SHARE * steel.flash_temperature(BODY, skin=skin)[-1] - MEASURED)
+
+        return float(brentq(excess, 0.1, BODY))
+
+    kappa, volumetric = SKINS["oxide, κ = 3"]
+    thin = steel.over_thickness(np.array([1e-8]), kappa, volumetric)[0, -1]
+    found = {"bare": SHARE * bare, "oxide_10nm": 100 * (thin - 1)}
+    found["effusivities"] = np.sqrt(BODY * STEEL / (kappa * volumetric))
+    found |= {f"kappa_{name}": of_measured(d) for name, d in (("10nm", 1e-8), ("100nm", 1e-7), ("thick", 1e-4))}
+    scene = rs.load_scene(SCENE)
+    without = flash_of_law(scene)
+    for name, (growth, friction) in GROWTH.items():
+        changed = rs.load_scene(SCENE, {"sliding.junction_growth": growth, "sliding.friction_coefficient": friction})
+        found[name] = 100 * (flash_of_law(changed) / without * scene.friction_coefficient() / friction - 1)
+    return found
+
+
+def flash_of_law(scene: rs.Scene) -> float:
+    """Return T_flash at the last speed by the law for contact that yields, all heat in the body of κ = `HOT`, K."""
+    load = {"nominal_pressure": scene.sliding.nominal_pressure}
+    stress = plasticity.stress_spectrum(
+        scene.spectrum,
+        effective_modulus=scene.effective_modulus,
+        penetration_hardness=scene.penetration_hardness,
+        **load,
+    )
+    body = {"conductivity": HOT, "diffusivity": HOT / STEEL}
+    contact = {"stress_spectrum": stress, "friction_coefficient": scene.friction_coefficient()} | load
+    return float(flash.flash_temperature(SPEEDS[-1], **contact, **body))
+
+
+def of_study(folder: Path) -> dict[str, float]:
+    """Run the study of docs/skin.md; return T_flash of capped contact at the highest speed, and the law over it."""
+    study = rs.study(SCENE, vary=VARIED, folder=folder, target_error=0.02)
+    found: dict[str, float] = {}
+    rows = list(study.rows("flash_temperature"))
+    place = ("point", "speed")
+    laws = {tuple(row[key] for key in place): row["value"] for row in rows if row["column"] == "calibrated"}
+    capped = [row for row in rows if row["column"] == "capped"]
+    ratios = [laws[tuple(row[key] for key in place)] / row["value"] for row in capped]
+    found |= {"law_least": min(ratios), "law_most": max(ratios)}
+    found["error_most"] = 100 * max(row["total_error"] / row["value"] for row in capped)
+    fastest = max(row["speed"] for row in capped)
+    oxides = [row for row in capped if row["speed"] == fastest and row["conductivity"] == OXIDE_CONDUCTIVITY]
+    for name, row in (("thin", oxides[0]), ("thick", oxides[-1])):
+        found |= {f"{name}_flash": row["value"], f"{name}_error": row["total_error"]}
+    return found
 
 
 def slide_rows(points: int) -> Iterator[tuple[str, np.ndarray, np.ndarray, np.ndarray]]:
@@ -182,13 +254,16 @@ def main() -> None:
     command.add_argument("--slides", action="store_true", help="slide two faces with skins, too")
     options = command.parse()
     steel = Steel()
-    print_table(steel)
-    bare = SHARE * steel.flash_temperature(BODY)[-1]
-    print(f"bare, κ = {BODY:g}: {bare:.1f} K at {SPEEDS[-1]:g} m/s with {SHARE:g} of the heat")
+    table, numbers = print_table(steel), quoted(steel)
+    print(f"bare, κ = {BODY:g}: {numbers['bare']:.1f} K at {SPEEDS[-1]:g} m/s with {SHARE:g} of the heat")
     if options.slides:
         print_slides(64 if options.toy else 256)
     draw_ratios(steel, 7 if options.toy else 41).savefig(options.output / "skin.png", dpi=150)
     draw_map(steel, 5 if options.toy else 25).savefig(options.output / "skin_map.png", dpi=150)
+    if options.evidence:
+        numbers |= of_study(options.output / "study")
+        show_on_pages(options.output / "skin.png", options.output / "skin_map.png")
+        write_evidence("skin", "python experiments/skin.py --evidence", tables={"sizes": table}, numbers=numbers)
 
 
 if __name__ == "__main__":

@@ -349,7 +349,8 @@ def main() -> None:
     table(found)
     draw(found, options.output / "two_bodies_points.png")
     if options.evidence:
-        write_evidence("two_bodies_points", "python experiments/two_bodies_points.py --evidence", numbers=of_page(found))
+        command_line = "python experiments/two_bodies_points.py --evidence"
+        write_evidence("two_bodies_points", command_line, numbers=of_page(found))
 
 
 if __name__ == "__main__":

@@ -291,17 +291,12 @@ def test_the_figures_of_a_resting_spot_are_those_of_docs_partition(steel):
     width = float(flash.flash_width(100.0, smooth, **given, **heat))
     radius = width / hertz.FAST.flash_width
     warm, lives = radius**2 / diffusivity, 2 * radius / 35.0
-    hot = float(flash.flash_temperature(35.0, smooth, **given, **heat))
     rows = dict(re.findall(r"(?m)^\| (\D[^|]*?) \| ([^|]*) \|$", (ROOT / "docs/partition.md").read_text()))
     told = {key: float(value.split()[0]) for key, value in rows.items() if value[:1].isdigit()}
     assert told["radius of a hot spot, R"] == pytest.approx(1e6 * radius, rel=0.005)
     assert told["time to warm up at rest, R²/D"] == pytest.approx(1e3 * warm, rel=0.05)
     assert told["lifetime of a spot, 2R/v"] == pytest.approx(1e6 * lives, rel=0.01)
     assert told["ratio of the two times, Pe/2"] == pytest.approx(warm / lives, rel=0.01)
-    page = (ROOT / "docs/partition.md").read_text()
-    for whole, half in re.findall(r"\| (?:theory|simulation, capped) \| (\S+) K \| (\S+) K \|", page):
-        assert float(half) == pytest.approx(float(whole) * 0.5 / 0.938, abs=0.06)
-    assert f"| theory | {0.938 * hot:.1f} K |" in page
 
 
 def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed():
