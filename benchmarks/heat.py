@@ -4,8 +4,8 @@
 
 Prints CPU times as ratios to a bare pair of the same run, then draws `heat_accuracy.png`, the error of T_flash of a
 Hertz contact over the time of each method, and `heat_limits.png`, the errors beyond the limits of each method. The
-free half-space with values of the point source at the pixels is there as a warning; the package has no such method. --evidence draws both charts
-for docs/heat.md, and writes its numbers.
+free half-space with values of the point source at the pixels is there as a warning; the package has no such method.
+--evidence draws both charts for docs/heat.md, and writes its numbers.
 """
 
 from __future__ import annotations
