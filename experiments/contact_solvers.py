@@ -84,6 +84,18 @@ def ratios(found, points, goals=(1e-3, 1e-6)):
     return table
 
 
+def of_readme(found, points=512, goal=1e-6):
+    """Return the numbers of README.md at the load 0.1: CPU seconds of roughsim, and times of the others over them."""
+    numbers = {}
+    for name, problem in (("elastic", "load 0.1"), ("capped", "load 0.1, capped at 0.6")):
+        own = cheapest(found, "roughsim", problem, points, goal)
+        numbers[f"{name}_seconds"] = own
+        for other in ("tamaas", "ContactMechanics"):
+            if time := cheapest(found, other, problem, points, goal):
+                numbers[f"{name}_{other}"] = time / own
+    return numbers
+
+
 def over_size(found, goal=1e-6):
     """Return the table of the home-made loop over roughsim, by load and grid."""
     sizes = sorted({row["points"] for row in found})
@@ -118,7 +130,9 @@ def main() -> None:
     figures.contact_cost(found, options.output / "contact_cost.png")
     if options.evidence:
         tables = {"ratios": ratios(found, 512), "home-made": over_size(found)}
-        write_evidence("contact", "python experiments/contact_solvers.py --evidence", rows=found, tables=tables)
+        numbers = of_readme(found)
+        command_line = "python experiments/contact_solvers.py --evidence"
+        write_evidence("contact", command_line, rows=found, tables=tables, numbers=numbers)
 
 
 def solution(task, known):

@@ -172,8 +172,8 @@ def test_the_examples_of_the_page_on_files_run(kept_run, tmp_path, in_tmp_path):
     (tmp_path / "runs").mkdir()
     (tmp_path / "runs" / "steel").symlink_to(kept_run.folder)
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "files.md").read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 7
+    assert len(blocks) == 4
     names = {}
     for block in blocks:
         exec(block, names)
-    assert {path.name for path in tmp_path.iterdir()} == {"runs", "steel.h5", "surface.nc", "surface.npy"}
+    assert {path.name for path in tmp_path.iterdir()} == {"runs", "steel.h5"}

@@ -290,7 +290,7 @@ def test_steel_has_the_quantiles_and_the_rates_of_solved_contacts():
 
 
 def test_the_hottest_of_all_steel_is_that_of_a_ladder_of_solved_contacts():
-    # docs/reactions.md has 99 % quantiles of 2.43 and 2.72 T_flash at 8e5 1/m, and they rise by .06 more
+    # boundary-element contacts have 99 % quantiles of 2.43 and 2.72 T_flash at 8e5 1/m, and they rise by .06 more
     found = clipped.temperature_distribution([1.0, 35.0], Steel(), **STEEL, **HEAT)
     assert found.contact_fraction == pytest.approx(9e7 / 1.2e9, rel=1e-3)  # all has yielded
     hottest = found.quantiles(0.99)
