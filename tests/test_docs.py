@@ -31,6 +31,8 @@ DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 BLOCK = re.compile(r"(?:^<!-- ([^\n]*) -->\n+)?^```(python|console|text|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 OPTIONAL = ("xarray", "h5netcdf", "netCDF4", "nexusformat", "dask", "mpi4py", "SurfaceTopography", "bokeh", "tamaas")
+WORDS = {"errors.md": 2000, "yielding.md": 1800, "accuracy.md": 1500, "validity.md": 1500}  # at most; others 1200
+WRITTEN = re.compile(r"<!-- \w+: written by docs/flow\.py -->.*?<!-- end -->", re.DOTALL)
 LARGE = re.compile(r"\bsteel-\d\.\dGPa(?![\w.])")
 NUMBER = re.compile(r"(?<![\w.])[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 COMMANDS = {"roughsim": f"{sys.executable} -m roughsim.cli", "python": sys.executable}
@@ -231,6 +233,13 @@ def test_every_local_link_leads_somewhere():
     for page in PAGES:
         for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text()):
             assert (page.parent / target).exists(), f"{name(page)} links to {target}"
+
+
+def test_pages_are_short_alone_and_together():
+    # as `wc -w` counts them, but for the two lists of all modules that a script writes
+    words = {page: len(WRITTEN.sub("", page.read_text()).split()) for page in PAGES}
+    assert {name(page): count for page, count in words.items() if count > WORDS.get(page.name, 1200)} == {}
+    assert sum(words.values()) <= 20_000
 
 
 def test_every_figure_is_on_a_page():
