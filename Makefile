@@ -60,9 +60,11 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/multiscale.py --evidence
 	$(MEASURE) experiments/skin.py --evidence
 	$(MEASURE) experiments/two_bodies.py --evidence
+	$(MEASURE) experiments/reactions.py --evidence
 	$(MEASURE) experiments/two_bodies_points.py --evidence
 	$(MEASURE) experiments/loads.py --evidence
 	$(MEASURE) experiments/yielding.py --evidence
+	$(MEASURE) experiments/yielding_gaps.py --evidence
 	$(MEASURE) experiments/coverage.py --evidence
 	$(MEASURE) benchmarks/chain.py --evidence
 	$(MEASURE) benchmarks/skin.py --evidence

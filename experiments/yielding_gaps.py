@@ -1,6 +1,6 @@
 """Contacts of roughness with gaps and at the corners of the range, to see where the law for contact that yields fails.
 
-    python experiments/yielding_gaps.py [--solve] [--toy] [-o FOLDER]
+    python experiments/yielding_gaps.py [--solve] [--toy] [-o FOLDER] [--evidence]
 
 The contacts are drawn from seeds. Those of TUNED chose the measure of a gap and its limit in `theory.yielding`; those
 of FRESH were solved after both were final, and only they are a test. Three kinds, in the units of yielding_points.py:
@@ -31,7 +31,7 @@ import numpy as np
 import yielding_points
 from contacts import ladder
 from matplotlib.figure import Figure
-from script import Command
+from script import Command, write_evidence
 
 import roughsim as rs
 from theory import flash, persson, plasticity
@@ -179,12 +179,8 @@ def row(contact: Contact, record: dict[str, Any]) -> dict[str, Any]:
 
 def line(contact: Contact, record: dict[str, Any]) -> str:
     """Return one line of the table."""
-    found = row(contact, record)
-    try:
-        plasticity.stress_spectrum(contact.spectrum(), **contact.solid)
-        verdict = ""
-    except ValueError as error:
-        verdict = "refused: " + str(error).split(" lies")[0]
+    found, why = row(contact, record), refused(contact)
+    verdict = f"refused: {why}" if why else ""
     temperature = "/".join(f"{100 * x:+.1f}" for x in found["flash"])
     error = "/".join(f"{100 * x:.1f}" for x in found["error"])
     made = f"{contact.hurst:.2f} {contact.share:.4f} {contact.high / contact.low:5.1f} {contact.fill:7.0e}"
@@ -193,6 +189,26 @@ def line(contact: Contact, record: dict[str, Any]) -> str:
         f"{100 * found['curve']:5.1f} ± {100 * found['curve_error']:4.1f} {100 * found['contact']:+6.1f} "
         f"{100 * found['yielded']:+6.1f} ± {100 * found['yielded_error']:4.1f} {found['share']:.3f} {verdict}"
     )
+
+
+def refused(contact: Contact) -> str:
+    """Return why the law refuses a contact; an empty text if it does not."""
+    try:
+        plasticity.stress_spectrum(contact.spectrum(), **contact.solid)
+    except ValueError as error:
+        return str(error).split(" lies")[0]
+    return ""
+
+
+def of_page(rows: list[tuple[Contact, Any]]) -> dict[str, float]:
+    """Return how far the law is off in each kind, and in gaps that it refuses, least and most, %."""
+    numbers: dict[str, float] = {}
+    for name, kind, taken in (("P", "P", True), ("L", "L", True), ("G", "G", True), ("refused", "G", False)):
+        chosen = [found for contact, found in rows if contact.kind == kind and (not refused(contact)) == taken]
+        for quantity in ("flash", "variance", "curve", "contact", "yielded"):
+            off = 100 * np.concatenate([np.atleast_1d(found[quantity]) for found in chosen])
+            numbers |= {f"{name}_{quantity}_least": float(off.min()), f"{name}_{quantity}_most": float(off.max())}
+    return numbers
 
 
 def draw(rows: list[tuple[Contact, Any]], path: Path) -> None:
@@ -230,6 +246,8 @@ def main() -> None:
             print(line(contact, record), flush=True)
             rows.append((contact, row(contact, record)))
     draw(rows, options.output / "yielding_gaps.png")
+    if options.evidence:
+        write_evidence("yielding_gaps", "python experiments/yielding_gaps.py --evidence", numbers=of_page(rows))
 
 
 if __name__ == "__main__":
