@@ -45,6 +45,12 @@ def test_all_pages_and_figures_are_those_of_the_files():
     assert done.returncode == 0, done.stderr
 
 
+def test_make_evidence_runs_the_command_of_every_file():
+    recipe = (ROOT / "Makefile").read_text()
+    commands = [json.loads(path.read_text())["command"] for path in sorted((ROOT / "docs" / "evidence").iterdir())]
+    assert [command for command in commands if f"{command.removeprefix('python ')}\n" not in recipe] == []
+
+
 @pytest.mark.parametrize(
     ("shown", "key", "right"),
     [
