@@ -2,7 +2,7 @@
 
 The slide has a low cut-off and few members. But each member gives T_flash of its contacts both with their history and
 as frozen contacts. The ratio scatters little and depends little on the cut-off. It multiplies the estimate of single
-contacts, which includes all of C(q).
+contacts, which includes all of C(q). A slide that is followed over a part of its distance is continued by the theory.
 """
 
 from dataclasses import replace
@@ -15,6 +15,7 @@ from roughsim.estimate.levels import FLASH, Values
 from roughsim.estimate.mean import mean_of
 from roughsim.grid import Array
 from roughsim.observables.record import Sample, ratio
+from roughsim.prediction.sliding import SlidingContinuation
 
 SLIDING_OBSERVABLES = ("flash_temperature", "heat_partition", "contact_fraction")
 # exponents of the pixel between which the error of the ratio falls, measured from 3 to 16 pixels per shortest wave
@@ -30,7 +31,13 @@ DOUBT_OF_DISTRIBUTION = 0.03
 _UNIFORM = 0.01  # relative difference of that quantile from T_flash, below which there is no distribution to widen
 
 
-def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array], coarsening: float = 1.0) -> Estimate:
+def sliding_estimate(
+    observable: str,
+    single: Estimate,
+    numbers: dict[str, Array],
+    continued: SlidingContinuation,
+    coarsening: float = 1.0,
+) -> Estimate:
     """Return the estimate of an observable of two bodies that slide over one another.
 
     Parameters
@@ -41,6 +48,8 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
         Estimate of single contacts, with all the heat in the moving body.
     numbers : dict of str to ndarray
         Numbers stored by slides, (members, speeds); at least one member.
+    continued : SlidingContinuation
+        Factors from the distance that the slides are followed to their whole distance.
     coarsening : float
         Ratio of pixels, coarser grid over own grid of a slide; 1 without a coarser grid: the error is unknown.
 
@@ -56,19 +65,19 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
     if observable == "contact_fraction":
         return single
     if observable == "heat_partition":
-        share, error, scatter, freedom = _mean_of(numbers["sliding_share"])
+        share, error, scatter, freedom = _mean_of(numbers["sliding_share"] * continued.heat_partition)
         count = len(numbers["sliding_share"])
         return replace(
             single,
             mean=share,
             standard_error=error,
-            budget={"statistical": scatter, "slide": _DOUBT_OF_CUT_OFF * share},
+            budget={"statistical": scatter, "slide": np.hypot(_DOUBT_OF_CUT_OFF, continued.error) * share},
             bias=np.zeros_like(share),
             n=count,
             effective_n=freedom + 1.0,
-            notes=(f"mean over the last half of the distance that {count} members slide",),
+            notes=(f"mean over the last half of the distance that {count} members slide", *_note_of(continued)),
         )
-    paired = _change(numbers, coarsening)
+    paired = _change(numbers, continued, coarsening)
     change, error, scatter, _ = _mean_of(paired.rows)
     budget = {name: part * change for name, part in single.budget.items()}
     budget["statistical"] = np.hypot(budget["statistical"], single.mean * scatter)
@@ -81,19 +90,30 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
         standard_error=np.hypot(single.standard_error * change, single.mean * error),
         budget=budget,
         bias=single.bias * change,
-        notes=(*single.notes, note, f"the slide is {paired.pixel}"),
+        notes=(*single.notes, note, f"the slide is {paired.pixel}", *_note_of(continued)),
+    )
+
+
+def _note_of(continued: SlidingContinuation) -> tuple[str, ...]:
+    """Return a note of slides that are not followed over all of their distance."""
+    flash = continued.flash_temperature
+    if not continued.error.any():
+        return ()
+    return (
+        f"the theory continues the slides to their whole distance, T_flash by the factors {flash.min():.3g} … "
+        f"{flash.max():.3g}, with an error of {100 * continued.error.max():.2g} %",
     )
 
 
 class _Change(NamedTuple):
     """The change of T_flash by the slide, over the frozen one."""
 
-    rows: Array  # of each member, corrected for the pixel, (members, speeds)
-    doubt: Array | float  # 95 %, by the cut-off and the rest of the pixel; NaN: unknown
+    rows: Array  # of each member, corrected for the pixel and continued to the whole distance, (members, speeds)
+    doubt: Array | float  # 95 %, by the cut-off, the rest of the pixel and the distance; NaN: unknown
     pixel: str  # in words
 
 
-def _change(numbers: dict[str, Array], coarsening: float) -> _Change:
+def _change(numbers: dict[str, Array], continued: SlidingContinuation, coarsening: float) -> _Change:
     """Return the change of T_flash from frozen to sliding contacts; arguments as of `sliding_estimate`."""
     rows = ratio(numbers["sliding_flash_temperature"], numbers["sliding_frozen_flash_temperature"])
     correction, doubt, pixel = np.zeros_like(rows), np.nan, "not corrected for its pixel, as there is no coarser grid"
@@ -106,19 +126,22 @@ def _change(numbers: dict[str, Array], coarsening: float) -> _Change:
         first, last = (1.0 / (coarsening**order - 1.0) for order in ORDERS)
         correction = 0.5 * (first + last) * (rows - coarser)
         of_orders = 0.5 * (first - last) * np.abs((rows - coarser).mean(axis=0))
-        doubt = np.hypot(of_orders, _DOUBT_OF_CUT_OFF * rows.mean(axis=0))
+        others = np.hypot(_DOUBT_OF_CUT_OFF, continued.error)
+        doubt = continued.flash_temperature * np.hypot(of_orders, others * rows.mean(axis=0))
         relative = 100 * correction.mean(axis=0) / rows.mean(axis=0)
         pixel = f"changed by {relative.min():+.2g} … {relative.max():+.2g} % for its pixel, by {coarsening:.3g} of it"
-    return _Change(rows + correction, doubt, pixel)
+    return _Change((rows + correction) * continued.flash_temperature, doubt, pixel)
 
 
-def sliding_flash(single: Values, numbers: dict[str, Array], coarsening: float, stream: int) -> Values:
+def sliding_flash(
+    single: Values, numbers: dict[str, Array], continued: SlidingContinuation, coarsening: float, stream: int
+) -> Values:
     """Return T_flash of the moving body above its background, K, with the scatter of each surface.
 
     `single` are the values of single contacts with all the heat in the moving body; the slides have a `stream` of
     surfaces of their own. The other arguments as of `sliding_estimate`.
     """
-    paired = _change(numbers, coarsening)
+    paired = _change(numbers, continued, coarsening)
     change = mean_of(stream, paired.rows)
     mean = single.scattered.by(change)
     errors = {name: part * change.value for name, part in single.errors.items()}
@@ -168,16 +191,16 @@ def warmed(flash: Values, warm: Array) -> Values:
     return flash._replace(errors=flash.errors | {"slide": flash.errors["slide"] + _DOUBT_OF_CUT_OFF * warm})
 
 
-def with_background(flash: Estimate, rows: Array) -> Estimate:
+def with_background(flash: Estimate, rows: Array, continued: SlidingContinuation) -> Estimate:
     """Return T₀ + T_flash of the moving body: `rows`, (members, speeds), are T₀ at the end of each slide, K.
 
     T₀ depends on the slide only by the share of the heat, and has its relative error. A larger share warms both parts,
     so these errors add.
     """
-    warm, error, scatter, _ = _mean_of(rows)
+    warm, error, scatter, _ = _mean_of(rows * continued.background)
     budget = flash.budget | {
         "statistical": np.hypot(flash.budget["statistical"], scatter),
-        "slide": flash.budget["slide"] + _DOUBT_OF_CUT_OFF * warm,
+        "slide": flash.budget["slide"] + np.hypot(_DOUBT_OF_CUT_OFF, continued.error) * warm,
     }
     return replace(
         flash,

@@ -81,14 +81,15 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
     """Return the slide of realization 0, with the seed of the scene; `numerics.slide` is its level."""
     number = numerics.slide or 0
     level, grid = numerics.levels[number], numerics.grid(number)
-    if min(scene.sliding.distances) < _LEAST_STEPS * (step := pixel_of_path(grid)) * (1 - 1e-9):
-        k = int(np.argmin(scene.sliding.distances))
+    distances = tuple(min(distance, level.followed or np.inf) for distance in scene.sliding.distances)
+    if min(distances) < _LEAST_STEPS * (step := pixel_of_path(grid)) * (1 - 1e-9):
+        k = int(np.argmin(distances))
         raise ResolutionError(
-            f"slid distance = {scene.sliding.distances[k]:.4g} m at {scene.speeds[k]:g} m/s is under {_LEAST_STEPS} "
+            f"slid distance = {distances[k]:.4g} m at {scene.speeds[k]:g} m/s is under {_LEAST_STEPS} "
             f"pixels of {step:.4g} m on the grid {level.shape}; slide further, leave out the slow speeds, or refine "
             "the last of numerics.levels"
         )
-    oblique_path(grid, max(scene.sliding.distances))  # refuses too many steps
+    oblique_path(grid, max(distances))  # refuses too many steps
     resting, moving = scene.sliding_faces
     bodies = prediction.conduction(scene)
     return SlideProblem(
@@ -102,7 +103,7 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
             Body(kappa, diffusivity, **scene.layers[1]._asdict())
             for kappa, diffusivity in zip(bodies.counter_conductivity, bodies.counter_diffusivity, strict=True)
         ),
-        distances=scene.sliding.distances,
+        distances=distances,
         tolerance=numerics.tolerance,
         seed=scene.ensemble.seed,
         stream=numerics.stream(number),

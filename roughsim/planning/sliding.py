@@ -8,6 +8,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.planning.levels import BASE_SIDE
 from roughsim.planning.realization import slide_problem
+from roughsim.prediction.sliding import CONTINUED
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
 from roughsim.show.text import clock
@@ -16,6 +17,7 @@ from roughsim.sliding.member import SlideProblem, filmed_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 
 _LEAST_CUT_OFF = 4.0  # q_y
+_MOST_CONTINUED = 16.0  # whole slid distance over the followed one: further the theory was not compared
 _MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
 _OF_FROZEN = (
@@ -47,7 +49,19 @@ def slide_level(scene: Scene, numerics: Numerics) -> Level:
     least = 0.0 if scene.elastic else _LEAST_CUT_OFF * prediction.yield_wavenumber(scene)
     while max(x, y) > 0.75 * BASE_SIDE and 0.5 * q_max >= 0.98 * least:
         x, y, q_max = x // 2, y // 2, 0.5 * q_max
-    return Level(SLIDING, (x, y), q_max, first=_MEMBERS)
+    return Level(SLIDING, (x, y), q_max, first=_MEMBERS, followed=_followed(scene, numerics.lengths[0]))
+
+
+def _followed(scene: Scene, length: float) -> float | None:
+    """Return the distance that slides are followed, m: once around their cell; None: the whole slid distance.
+
+    The theory continues them. The distribution of the temperature is measured at the end of the whole distance.
+    """
+    whole = max(scene.sliding.distances)
+    followed = max(length, whole / _MOST_CONTINUED)
+    if followed >= whole or scene.distribution or prediction.calibrated(scene).stress_spectrum is None:
+        return None
+    return followed
 
 
 def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
@@ -66,7 +80,11 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     steps = problem.steps
     lengths = " … ".join(dict.fromkeys(f"{1e3 * end:.3g}" for end in (distances.min(), distances.max())))
     fresh = f"{distances.max() / problem.grid.lengths[0]:.2g} lengths of the cell"
-    yield Reason("slid distance", f"{lengths} mm", f"{fresh}, in {steps} steps of {1e6 * step:.3g} µm")
+    why = f"{fresh}, in {steps} steps of {1e6 * step:.3g} µm"
+    if level.followed is not None:
+        whole = 1e3 * max(scene.sliding.distances)
+        why += f"; the theory continues it to {whole:.3g} mm, within {100 * CONTINUED:.2g} %"
+    yield Reason("slid distance", f"{lengths} mm", why)
     members = scene.ensemble.max_realizations if level.first is None else level.first
     members = min(members, scene.ensemble.max_realizations)
     pixels = f" with one of {COARSER:g} of the points, which shows the error of the pixel" * (

@@ -19,7 +19,7 @@ from roughsim.prediction.distribution import asked_predictions, quantile_predict
 from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
-from roughsim.prediction.sliding import sliding_prediction
+from roughsim.prediction.sliding import sliding_continuation, sliding_prediction
 from roughsim.prediction.theories import (
     calibrated_correlation,
     calibrated_over_speed,
@@ -54,6 +54,7 @@ __all__ = [
     "over_speed",
     "predictions",
     "quantile_predictions",
+    "sliding_continuation",
     "sliding_prediction",
     "slow",
     "smoothed_spectrum",

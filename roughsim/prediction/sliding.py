@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -16,6 +16,9 @@ from roughsim.scene import Scene
 from theory.arguments import density
 
 ERROR = 0.08  # of T_flash: no pair of experiments/two_bodies_points.py, of 76, is further off
+# of a number over that at another slid distance, 95 %: of 16 mm over 1, 2 and 4 mm, at seven pairs of steels with four
+# speeds each, T_flash errs by at most 2.7 %, rms 0.9 %, and the share by 1.4 %
+CONTINUED = 0.025
 _LATE = 0.5  # share of the slid distance, at its end, over which the means of the column sliding are taken
 _POINTS = 3  # of Gauss in that share: T grows as a root of the distance at most
 
@@ -40,11 +43,44 @@ class SlidingPrediction:
     contact_temperature: Array
 
 
-def sliding_prediction(scene: Scene) -> SlidingPrediction | None:
-    """Return the theory of a scene with `history = "sliding"`; None where the calibrated law does not hold."""
+class SlidingContinuation(NamedTuple):
+    """Factors from the distance that slides are followed to the whole slid distance, and their error; (speeds,)."""
+
+    flash_temperature: Array
+    heat_partition: Array
+    background: Array
+    error: Array  # 95 %, relative, of each factor; 0 at the whole distance
+
+
+def sliding_continuation(scene: Scene, followed: float | None) -> SlidingContinuation:
+    """Return how the theory continues slides that are followed over a distance, m; None: over all.
+
+    ValueError if slides end sooner where the theory does not hold.
+    """
+    distances = np.array(scene.sliding.distances)
+    if followed is None or followed >= distances.max():
+        same = np.ones_like(distances)
+        return SlidingContinuation(same, same, same, 0.0 * same)
+    whole, part = sliding_prediction(scene), sliding_prediction(scene, np.minimum(distances, followed))
+    if whole is None or part is None:
+        raise ValueError(
+            f"followed = {followed:.4g} m is less than the slid distance of {distances.max():.4g} m, and the theory of "
+            f"two sliding faces cannot continue it: {calibrated(scene).range}; leave out followed"
+        )
+    flash, share = (getattr(whole, name) / getattr(part, name) for name in ("flash_temperature", "heat_partition"))
+    warmed, before = (found.contact_temperature - found.flash_temperature for found in (whole, part))
+    return SlidingContinuation(flash, share, warmed / before, np.where(distances > followed, CONTINUED, 0.0))
+
+
+def sliding_prediction(scene: Scene, slid_distance: Array | None = None) -> SlidingPrediction | None:
+    """Return the theory of a scene with `history = "sliding"`; None where the calibrated law does not hold.
+
+    `slid_distance`, (speeds,), m, replaces that of the scene.
+    """
     if calibrated(scene).stress_spectrum is None:
         return None
-    speeds, distances = np.array(scene.speeds), np.array(scene.sliding.distances)
+    speeds = np.array(scene.speeds)
+    distances = np.array(scene.sliding.distances) if slid_distance is None else slid_distance
     points, weights = leggauss(_POINTS)
     late = 1.0 - 0.5 * _LATE * (1.0 - points)
     flash, share, contact = np.zeros((3, speeds.size))

@@ -22,6 +22,7 @@ from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, observables_of
 from roughsim.observables.record import Observable
 from roughsim.prediction.scans import scan_part
+from roughsim.prediction.sliding import SlidingContinuation
 from roughsim.results import share, slides
 from roughsim.results.members import Members
 from roughsim.scene import Scene
@@ -42,6 +43,7 @@ class Means:
         # of the members that count; all observables follow from the pairs, and most values are asked for repeatedly
         self._pairs: dict[str, list[Pair]] = {}
         self._values: dict[tuple[str, str, bool], Values] = {}
+        self._continued: SlidingContinuation | None = None  # .1 s to .5 s
 
     def count(self, counts: Counts) -> None:
         """Let so many members of each level count."""
@@ -185,7 +187,8 @@ class Means:
             result = self._slid_quantile(observable)
         elif column == SLIDING:
             single = self.single(observable, all_heat=True)
-            result = sliding_estimate(observable, single, slides.numbers(self.members), slides.coarsening(self.members))
+            numbers, coarsening = slides.numbers(self.members), slides.coarsening(self.members)
+            result = sliding_estimate(observable, single, numbers, self.continued(), coarsening)
         else:
             result = self.single(observable, column)
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
@@ -216,6 +219,13 @@ class Means:
             scan=scan_part(self.scene, *factors) if self.scanned else None,
         )
 
+    def continued(self) -> SlidingContinuation:
+        """Return the factors from the distance that slides are followed to their whole distance."""
+        if self._continued is None:
+            followed = None if self.numerics.slide is None else self.numerics.levels[self.numerics.slide].followed
+            self._continued = prediction.sliding_continuation(self.scene, followed)
+        return self._continued
+
     def stretch(self) -> Array:
         """Return the growth of the distribution about T_flash in single contacts up to the end of C(q), (speeds,)."""
         return stretch_of(self.values(FLASH), self.values(HOT), self.pairs()[0].sample)
@@ -223,7 +233,7 @@ class Means:
     def _slid_quantile(self, observable: str) -> Estimate:
         """Return the estimate of a quantile of the temperature in the column sliding."""
         numbers, pair = slides.numbers(self.members), slides.pair(self.members)
-        flash = slides.flash_temperature(self.members, self.values(FLASH))
+        flash = slides.flash_temperature(self.members, self.values(FLASH), self.continued())
         name = self.column(None)
         return estimate(
             observable,
@@ -238,7 +248,7 @@ class Means:
         """Return T₀ + T_flash of a column over speed; `warming` is T₀ of single contacts with all the heat, K."""
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
-            return with_background(flash, slides.numbers(self.members)["sliding_background"])
+            return with_background(flash, slides.numbers(self.members)["sliding_background"], self.continued())
         own = share.has_own_share(self.scene)
         return share.with_warming(
             flash, self.estimate("heat_partition", column) if own else self.heat_partition, warming

@@ -54,6 +54,8 @@ class Level(Record, section="numerics.levels"):
         run's cell. Higher levels are corrections, and may have smaller cells.
     first : int or None
         Number of realizations with a slide, for the slide only. None: all.
+    followed : float or None
+        Distance that is followed, m, for the slide only; the theory continues it. None: all of the slid distance.
     """
 
     column: Column
@@ -61,6 +63,7 @@ class Level(Record, section="numerics.levels"):
     q_max: QMax
     cell: Literal["half", "quarter"] | None = None
     first: Annotated[int, whole("8", 1, 1_000_000)] | None = None
+    followed: Annotated[float, Quantity("m", '"4 mm"', above=0)] | None = None
 
     @property
     def parts(self) -> int:
@@ -142,8 +145,10 @@ class Numerics(Record, section="numerics"):
     def _check_slide(self) -> None:
         """Refuse more than one slide, one that is not the last level, and its keys on other levels."""
         for i, level in enumerate(self.levels):
-            if level.column != SLIDING and level.first is not None:
-                raise ValueError(f'levels[{i}].first = {level.first} is for column = "{SLIDING}" only; remove it')
+            for key in ("first", "followed"):
+                if level.column != SLIDING and getattr(level, key) is not None:
+                    value = f"levels[{i}].{key} = {getattr(level, key):g}"
+                    raise ValueError(f'{value} is for column = "{SLIDING}" only; remove it')
             if level.column == SLIDING and level.cell is not None:
                 raise ValueError(f'levels[{i}].cell does not go with column = "{SLIDING}"; remove it')
             if level.column == SLIDING and (i == 0 or i < len(self.levels) - 1):
