@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -42,6 +43,7 @@ LIST = Path(__file__).parent / "reference" / "two_bodies_points.json"
 SLIDES = LIST.with_name("two_bodies_slides.json")
 DISTANCE = (1e-4, 16e-3)  # m; one pair in each of as many equal strata of its logarithm
 MODULUS, CELL, PERIODS = 110e9, 4e-3, 4
+FURTHER = (1.5 * CELL, 16 * CELL)
 SPEEDS = ("slow", "fast")
 MEMBERS, ENOUGH, STEPS = (2, 12), 0.008, 1000  # standard error, and steps of all members, at which there are enough
 GOLDEN = (sqrt(5) - 1) / 2
@@ -57,6 +59,7 @@ class Part:
     numbers: dict[str, range]  # of the pairs of each kind
     points: int  # along a side
     ends: dict[str, float]  # q_max/q_min
+    distance: tuple[float, float] = DISTANCE
 
 
 FIRST = Part(20261126, {"A": range(1, 13), "B": range(1, 9), "E": range(1, 7)}, 256, {"A": 16.0, "B": 12.0, "E": 8.0})
@@ -66,6 +69,10 @@ FRESH = Part(
     20261130, {"A": range(23, 33), "B": range(17, 25), "E": range(13, 21)}, 160, {"A": 9.0, "B": 9.0, "E": 8.0}
 )
 PARTS = {"first": FIRST, "second": SECOND, "fresh": FRESH}
+# of experiments/sliding_distance.py, with a list of its own
+FAR = Part(
+    20261202, {"A": range(41, 47), "B": range(41, 46), "E": range(41, 46)}, 144, {"A": 9.0, "B": 9.0, "E": 8.0}, FURTHER
+)
 
 
 @dataclass(frozen=True)
@@ -92,7 +99,7 @@ class Pair:
     @property
     def drawn(self) -> Part:
         """The part of the list to which it belongs."""
-        return next(part for part in PARTS.values() if int(self.name[1:]) in part.numbers[self.kind])
+        return next(part for part in (*PARTS.values(), FAR) if int(self.name[1:]) in part.numbers[self.kind])
 
     @property
     def spectrum(self) -> rs.SelfAffineSpectrum:
@@ -119,9 +126,9 @@ class Pair:
         )
 
 
-def drawn() -> list[Pair]:
-    """Draw the list; each kind has random numbers of its own. What the laws of the stress refuse is drawn again."""
-    return [pair for several in PARTS.values() for kind in several.numbers for pair in _drawn(several, kind)]
+def drawn(parts: Iterable[Part]) -> list[Pair]:
+    """Draw a list; each kind has random numbers of its own. What the laws of the stress refuse is drawn again."""
+    return [pair for several in parts for kind in several.numbers for pair in _drawn(several, kind)]
 
 
 def _drawn(several: Part, kind: str) -> list[Pair]:
@@ -129,7 +136,7 @@ def _drawn(several: Part, kind: str) -> list[Pair]:
     rng = np.random.default_rng([several.seed, ord(kind)])
     count = len(several.numbers[kind])
     stratum = (rng.permutation(count) + rng.uniform(size=count)) / count
-    distances = DISTANCE[0] * (DISTANCE[1] / DISTANCE[0]) ** stratum
+    distances = several.distance[0] * (several.distance[1] / several.distance[0]) ** stratum
     for number, distance in zip(several.numbers[kind], distances.tolist(), strict=True):
         while True:
             pair = _pair(several, kind, number, rounded(distance), rng)
@@ -188,15 +195,15 @@ def rounded(value: float, digits: int = 4) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def points() -> list[Pair]:
-    """Return the committed list."""
-    rows = json.loads(LIST.read_text("utf-8"))
+def points(path: Path = LIST) -> list[Pair]:
+    """Return a committed list."""
+    rows = json.loads(path.read_text("utf-8"))
     return [Pair(**{key: tuple(x) if isinstance(x, list) else x for key, x in row.items()}) for row in rows]
 
 
-def write(pairs: list[Pair]) -> None:
-    """Write the list as JSON."""
-    LIST.write_text("[\n" + ",\n".join(json.dumps(asdict(pair)) for pair in pairs) + "\n]\n", "utf-8")
+def write(pairs: list[Pair], path: Path = LIST) -> None:
+    """Write a list as JSON."""
+    path.write_text("[\n" + ",\n".join(json.dumps(asdict(pair)) for pair in pairs) + "\n]\n", "utf-8")
 
 
 def late(pair: Pair, points: int) -> np.ndarray:
@@ -332,7 +339,7 @@ def main() -> None:
     command.add_argument("--solve", action="store_true", help="slide the pairs that have no row yet")
     options = command.parse()
     if options.draw:
-        write(drawn())
+        write(drawn(PARTS.values()))
     pairs, rows = points(), Rows(options.output / "slid.json" if options.toy else SLIDES, resume=not options.toy)
     if options.toy:
         pairs = [replace(next(pair for pair in pairs if pair.name == "E01"), distance=4e-4)]

@@ -1,0 +1,135 @@
+"""How well the theory continues slides that are followed once around their cell, on pairs drawn by chance.
+
+    python experiments/sliding_distance.py [--draw] [--solve] [--toy] [-o FOLDER]
+
+A run follows a slide over one length of its cell, and multiplies its numbers by those of `theory.two_bodies` at the
+whole slid distance over those at that length (`roughsim.prediction.sliding_continuation`). The pairs are drawn as those
+of experiments/two_bodies_points.py, but slide 1.5 to 16 lengths of the cell. The list was committed when the rule
+was, and before any pair of it slid; `--draw` writes it again. `--solve` slides the pairs that have no row yet, four
+members each, over the whole distance, and keeps the numbers at one length and at the end: T_flash over that of the
+frozen contacts and the share of the heat, means over the last half, and the background of the moving body.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from math import inf, log, sqrt
+from pathlib import Path
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from script import Command, Row, Rows
+from two_bodies_points import CELL, FAR, LAST, MODULUS, SPEEDS, Pair, drawn, points, write
+
+import roughsim as rs
+
+LIST = Path(__file__).parent / "reference" / "sliding_distance_points.json"
+SLIDES = LIST.with_name("sliding_distance_slides.json")
+MEMBERS = 4
+NUMBERS = ("ratio", "share", "background")
+TITLES = {"ratio": "T_flash", "share": "share", "background": "background"}
+
+
+def member(pair: Pair, points: int, index: int) -> np.ndarray:
+    """Slide one pair of faces; return ln of the `NUMBERS` after one length of the cell and at the end.
+
+    Shape (2, numbers, speeds).
+    """
+    grid = rs.Grid((points, points), (CELL, CELL))
+    streams = np.random.SeedSequence(FAR.seed, spawn_key=(ord(pair.kind), int(pair.name[1:]), index)).spawn(2)
+    one, two = (rs.synthesize(pair.spectrum, grid, np.random.default_rng(stream)) for stream in streams)
+    slid = rs.slide(
+        sqrt(1 - pair.part) * one,
+        grid,
+        rs.Solid(MODULUS, inf if pair.hardness is None else pair.hardness),
+        nominal_pressure=pair.pressure,
+        friction_coefficient=0.1,
+        speed=pair.speeds,
+        moving=rs.Body(*pair.moving),
+        resting=rs.Body(*pair.resting),
+        counter_heights=sqrt(pair.part) * two if pair.part else None,
+        slid_distance=pair.distance,
+    )
+    rows = []
+    for end in (CELL, slid.slid_distance[-1]):
+        last = int(np.argmin(np.abs(slid.slid_distance - end)))
+        late = (slid.slid_distance > LAST * slid.slid_distance[last]) & (slid.slid_distance <= slid.slid_distance[last])
+        flash, frozen, share = (
+            values[:, late].mean(axis=1)
+            for values in (slid.flash_temperature, slid.frozen_flash_temperature, slid.moving_share)
+        )
+        rows.append([flash / frozen, share, slid.background[:, last]])
+    return np.log(rows)
+
+
+def solve(pair: Pair, points: int, members: int) -> Row:
+    """Slide all members of a pair; return the ln of each number at the end over that after one length, and its error."""
+    changes = [after - before for before, after in (member(pair, points, index) for index in range(members))]
+    mean = np.mean(changes, axis=0)
+    error = np.std(changes, axis=0, ddof=1) / sqrt(members) if members > 1 else np.full(mean.shape, np.nan)
+    return {
+        f"{speed} {name} {what}": float(values[i, k])
+        for what, values in (("change", mean), ("error", error))
+        for i, name in enumerate(NUMBERS)
+        for k, speed in enumerate(SPEEDS)
+    }
+
+
+def expected(pair: Pair) -> np.ndarray:
+    """Return ln of the numbers of the theory at the end over those after one length, shape (numbers, speeds)."""
+    nodes, weights = leggauss(3)
+    at = []
+    for end in (CELL, pair.distance):
+        late = pair.theory(end * (1 - (1 - LAST) * (1 - nodes) / 2)[:, None], np.array(pair.speeds))
+        last = pair.theory(end)
+        at.append([weights @ late.flash_temperature / 2, weights @ late.moving_share / 2, last.background])
+    return np.log(at[1]) - np.log(at[0])
+
+
+def table(pairs: list[Pair], rows: dict[str, Row]) -> None:
+    """Print how the continued slides differ from those that were followed, and from not continuing."""
+    print("slides continued by the theory over slides followed to the end, ln in %; ± standard error; in brackets as it is")
+    errors: dict[str, list[float]] = {name: [] for name in NUMBERS}
+    left: dict[str, list[float]] = {name: [] for name in NUMBERS}
+    for pair in pairs:
+        theory = expected(pair)
+        for k, speed in enumerate(SPEEDS):
+            texts = []
+            for i, name in enumerate(NUMBERS):
+                change, error = (float(rows[pair.name][f"{speed} {name} {what}"]) for what in ("change", "error"))
+                errors[name].append(theory[i, k] - change)
+                left[name].append(-change)
+                texts.append(
+                    f"{TITLES[name]} {100 * errors[name][-1]:+5.2f} ± {100 * error:.2f} ({100 * left[name][-1]:+.1f})"
+                )
+            about = f"{pair.name} f {pair.part:4.2f} {1e3 * pair.distance:5.1f} mm {pair.speeds[k]:6.3g} m/s"
+            print(about, "; ".join(texts))
+    for name in NUMBERS if pairs else ():
+        words = [
+            f"rms {100 * np.sqrt(np.mean(np.square(values))):.2f} %, worst {100 * max(values, key=abs):+.2f} %"
+            for values in (errors[name], left[name])
+        ]
+        print(f"{TITLES[name]}, {len(errors[name])} numbers: continued {words[0]}; as it is {words[1]}")
+
+
+def main() -> None:
+    command = Command(__file__, __doc__, "slide one elastic pair on a small grid")
+    command.add_argument("--draw", action="store_true", help="write the list of pairs again")
+    command.add_argument("--solve", action="store_true", help="slide the pairs that have no row yet")
+    options = command.parse()
+    if options.draw:
+        write(drawn([FAR]), LIST)
+    pairs, rows = points(LIST), Rows(options.output / "slid.json" if options.toy else SLIDES, resume=not options.toy)
+    if options.toy:
+        pairs = [replace(next(pair for pair in pairs if pair.kind == "E"), distance=1.5 * CELL)]
+    if options.toy or options.solve:
+        for pair in sorted(pairs, key=lambda pair: pair.distance):
+            size, members = (64, 1) if options.toy else (FAR.points, MEMBERS)
+            rows.once("slides", pair.name, partial(solve, pair, size, members))
+            print(f"{pair.name} slid", flush=True)
+    table([pair for pair in pairs if pair.name in rows["slides"]], rows["slides"])
+
+
+if __name__ == "__main__":
+    main()
