@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from math import inf, log, sqrt
+from math import inf, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -64,7 +64,7 @@ def member(pair: Pair, points: int, index: int) -> np.ndarray:
 
 
 def solve(pair: Pair, points: int, members: int) -> Row:
-    """Slide all members of a pair; return the ln of each number at the end over that after one length, and its error."""
+    """Slide all members of a pair; return ln of each number at the end over that after one length, and its error."""
     changes = [after - before for before, after in (member(pair, points, index) for index in range(members))]
     mean = np.mean(changes, axis=0)
     error = np.std(changes, axis=0, ddof=1) / sqrt(members) if members > 1 else np.full(mean.shape, np.nan)
@@ -89,7 +89,9 @@ def expected(pair: Pair) -> np.ndarray:
 
 def table(pairs: list[Pair], rows: dict[str, Row]) -> None:
     """Print how the continued slides differ from those that were followed, and from not continuing."""
-    print("slides continued by the theory over slides followed to the end, ln in %; ± standard error; in brackets as it is")
+    print(
+        "slides continued by the theory over slides followed to the end, ln in %; ± standard error; in brackets as it is"
+    )
     errors: dict[str, list[float]] = {name: [] for name in NUMBERS}
     left: dict[str, list[float]] = {name: [] for name in NUMBERS}
     for pair in pairs:
@@ -110,7 +112,7 @@ def table(pairs: list[Pair], rows: dict[str, Row]) -> None:
             f"rms {100 * np.sqrt(np.mean(np.square(values))):.2f} %, worst {100 * max(values, key=abs):+.2f} %"
             for values in (errors[name], left[name])
         ]
-        print(f"{TITLES[name]}, {len(errors[name])} numbers: continued {words[0]}; as it is {words[1]}")
+        print(f"{TITLES[name]}, {len(errors[name])} numbers: continued {words[0]}; not continued {words[1]}")
 
 
 def main() -> None:

@@ -15,7 +15,7 @@ from roughsim.estimate.levels import FLASH, Values
 from roughsim.estimate.mean import mean_of
 from roughsim.grid import Array
 from roughsim.observables.record import Sample, ratio
-from roughsim.prediction.sliding import SlidingContinuation
+from roughsim.prediction.sliding import WHOLE, SlidingContinuation
 
 SLIDING_OBSERVABLES = ("flash_temperature", "heat_partition", "contact_fraction")
 # exponents of the pixel between which the error of the ratio falls, measured from 3 to 16 pixels per shortest wave
@@ -35,8 +35,8 @@ def sliding_estimate(
     observable: str,
     single: Estimate,
     numbers: dict[str, Array],
-    continued: SlidingContinuation,
     coarsening: float = 1.0,
+    continued: SlidingContinuation = WHOLE,
 ) -> Estimate:
     """Return the estimate of an observable of two bodies that slide over one another.
 
@@ -48,10 +48,10 @@ def sliding_estimate(
         Estimate of single contacts, with all the heat in the moving body.
     numbers : dict of str to ndarray
         Numbers stored by slides, (members, speeds); at least one member.
-    continued : SlidingContinuation
-        Factors from the distance that the slides are followed to their whole distance.
     coarsening : float
         Ratio of pixels, coarser grid over own grid of a slide; 1 without a coarser grid: the error is unknown.
+    continued : SlidingContinuation
+        Factors from the distance that the slides are followed to their whole distance.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def sliding_estimate(
             effective_n=freedom + 1.0,
             notes=(f"mean over the last half of the distance that {count} members slide", *_note_of(continued)),
         )
-    paired = _change(numbers, continued, coarsening)
+    paired = _change(numbers, coarsening, continued)
     change, error, scatter, _ = _mean_of(paired.rows)
     budget = {name: part * change for name, part in single.budget.items()}
     budget["statistical"] = np.hypot(budget["statistical"], single.mean * scatter)
@@ -113,7 +113,7 @@ class _Change(NamedTuple):
     pixel: str  # in words
 
 
-def _change(numbers: dict[str, Array], continued: SlidingContinuation, coarsening: float) -> _Change:
+def _change(numbers: dict[str, Array], coarsening: float, continued: SlidingContinuation) -> _Change:
     """Return the change of T_flash from frozen to sliding contacts; arguments as of `sliding_estimate`."""
     rows = ratio(numbers["sliding_flash_temperature"], numbers["sliding_frozen_flash_temperature"])
     correction, doubt, pixel = np.zeros_like(rows), np.nan, "not corrected for its pixel, as there is no coarser grid"
@@ -134,14 +134,18 @@ def _change(numbers: dict[str, Array], continued: SlidingContinuation, coarsenin
 
 
 def sliding_flash(
-    single: Values, numbers: dict[str, Array], continued: SlidingContinuation, coarsening: float, stream: int
+    single: Values,
+    numbers: dict[str, Array],
+    coarsening: float,
+    stream: int,
+    continued: SlidingContinuation = WHOLE,
 ) -> Values:
     """Return T_flash of the moving body above its background, K, with the scatter of each surface.
 
     `single` are the values of single contacts with all the heat in the moving body; the slides have a `stream` of
     surfaces of their own. The other arguments as of `sliding_estimate`.
     """
-    paired = _change(numbers, continued, coarsening)
+    paired = _change(numbers, coarsening, continued)
     change = mean_of(stream, paired.rows)
     mean = single.scattered.by(change)
     errors = {name: part * change.value for name, part in single.errors.items()}
@@ -191,7 +195,7 @@ def warmed(flash: Values, warm: Array) -> Values:
     return flash._replace(errors=flash.errors | {"slide": flash.errors["slide"] + _DOUBT_OF_CUT_OFF * warm})
 
 
-def with_background(flash: Estimate, rows: Array, continued: SlidingContinuation) -> Estimate:
+def with_background(flash: Estimate, rows: Array, continued: SlidingContinuation = WHOLE) -> Estimate:
     """Return T₀ + T_flash of the moving body: `rows`, (members, speeds), are T₀ at the end of each slide, K.
 
     T₀ depends on the slide only by the share of the heat, and has its relative error. A larger share warms both parts,

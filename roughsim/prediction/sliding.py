@@ -52,6 +52,10 @@ class SlidingContinuation(NamedTuple):
     error: Array  # 95 %, relative, of each factor; 0 at the whole distance
 
 
+_SAME = np.ones(1)
+WHOLE = SlidingContinuation(_SAME, _SAME, _SAME, np.zeros(1))  # slides that are followed to their end
+
+
 def sliding_continuation(scene: Scene, followed: float | None) -> SlidingContinuation:
     """Return how the theory continues slides that are followed over a distance, m; None: over all.
 
@@ -59,8 +63,7 @@ def sliding_continuation(scene: Scene, followed: float | None) -> SlidingContinu
     """
     distances = np.array(scene.sliding.distances)
     if followed is None or followed >= distances.max():
-        same = np.ones_like(distances)
-        return SlidingContinuation(same, same, same, 0.0 * same)
+        return WHOLE
     whole, part = sliding_prediction(scene), sliding_prediction(scene, np.minimum(distances, followed))
     if whole is None or part is None:
         raise ValueError(

@@ -188,7 +188,7 @@ class Means:
         elif column == SLIDING:
             single = self.single(observable, all_heat=True)
             numbers, coarsening = slides.numbers(self.members), slides.coarsening(self.members)
-            result = sliding_estimate(observable, single, numbers, self.continued(), coarsening)
+            result = sliding_estimate(observable, single, numbers, coarsening, self.continued())
         else:
             result = self.single(observable, column)
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()

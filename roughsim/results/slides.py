@@ -39,7 +39,7 @@ def coarsening(members: Members) -> float:
 def flash_temperature(members: Members, single: Values, continued: SlidingContinuation) -> Values:
     """Return T_flash of the moving body from that of single contacts with all the heat; errors as `numbers`."""
     level = _sound(members)[0]
-    return sliding_flash(single, numbers(members), continued, coarsening(members), members.numerics.stream(level))
+    return sliding_flash(single, numbers(members), coarsening(members), members.numerics.stream(level), continued)
 
 
 def pair(members: Members) -> Pair:

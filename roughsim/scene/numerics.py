@@ -292,7 +292,7 @@ class Numerics(Record, section="numerics"):
         """Return these numerics as JSON values, without reasons."""
         values: dict[str, Any] = to_jsonable_python(self, exclude={"reasons"})
         for level in values["levels"]:
-            for key in ("cell", "first"):
+            for key in ("cell", "first", "followed"):
                 if level[key] is None:
                     del level[key]
         return values

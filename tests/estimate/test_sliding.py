@@ -20,6 +20,7 @@ from roughsim.estimate.sliding import (
     with_background,
 )
 from roughsim.observables.distribution import BIN_AREAS, Bins
+from roughsim.prediction.sliding import SlidingContinuation
 
 
 def frozen():
@@ -93,6 +94,32 @@ def test_the_share_of_the_heat_is_that_of_the_members():
     assert list(found.budget) == ["statistical", "slide"]
     assert found.bias == pytest.approx([0.0])
     assert (found.n, found.effective_n[0]) == (40, 40.0)
+
+
+TO_THE_END = SlidingContinuation(np.array([1.2]), np.array([0.9]), np.array([2.0]), np.array([0.04]))
+
+
+def test_a_slide_that_is_followed_in_part_is_continued_with_the_error_of_that():
+    alone = np.full((8, 1), 100.0)
+    numbers = slid(1.1 * alone, alone, 1.08 * alone, alone) | {"sliding_share": 0.5 * alone / 100.0}
+    short = sliding_estimate("flash_temperature", frozen(), numbers, 4 / 3)
+    found = sliding_estimate("flash_temperature", frozen(), numbers, 4 / 3, TO_THE_END)
+    assert found.mean == pytest.approx(1.2 * short.mean)
+    assert found.budget["size"] == pytest.approx(1.2 * short.budget["size"])
+    assert found.budget["slide"] == pytest.approx(np.hypot(1.2 * short.budget["slide"], 0.04 * 1.2 * 220.0))
+    values_of_it = sliding_flash(values(200.0, np.zeros(12)), numbers, 4 / 3, 7, TO_THE_END)
+    assert values_of_it.mean == pytest.approx(found.mean)
+    assert values_of_it.errors["slide"] == pytest.approx(found.budget["slide"])
+    share = sliding_estimate("heat_partition", frozen(), numbers, 4 / 3, TO_THE_END)
+    assert share.mean == pytest.approx([0.45])
+    assert share.budget["slide"] == pytest.approx([0.45 * hypot(0.03, 0.04)])
+    flash = frozen()
+    flash.budget["slide"] = np.array([12.0])
+    warm = with_background(flash, 300.0 * alone / 100.0, TO_THE_END)
+    assert warm.mean == pytest.approx([200.0 + 600.0])
+    assert warm.budget["slide"] == pytest.approx([12.0 + 600.0 * hypot(0.03, 0.04)])
+    for estimate in (found, share):
+        assert any("T_flash by the factors 1.2 … 1.2, with an error of 4 %" in note for note in estimate.notes)
 
 
 def test_the_area_is_that_of_single_contacts_and_other_observables_are_refused():

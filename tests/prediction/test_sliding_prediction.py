@@ -82,3 +82,49 @@ def test_theory_prints_both_bodies_in_motion():
     assert any(note.startswith("sliding, calibrated: two bodies that slide") for note in table.notes)
     result = CliRunner().invoke(app, ["theory", "demo", "--json"])
     assert "sliding" not in json.loads(result.stdout)["calibrated"]
+
+
+def test_a_slide_is_continued_by_the_theory_at_both_distances():
+    # unlike bodies, the moving one smooth: all three numbers change with the distance
+    resting = 'conductivity = 10\ndensity = 7900\nheat_capacity = 500\nyoungs_modulus = "200 GPa"\npoisson_ratio = 0.3'
+    scene = sliding_scene('history = "sliding"\nslid_distance = "8 mm"', ('like = "body"', resting))
+    found = prediction.sliding_continuation(scene, 2e-3)
+    bodies = {"resting_conductivity": 10.0, "resting_diffusivity": 10 / (7900 * 500), "moving_roughness": 0.0}
+    for k, speed in enumerate(scene.speeds):
+        means = []
+        for end in (2e-3, 8e-3):
+            late = np.linspace(0.5 * end, end, 41)
+            slid = by_the_theory(scene, speed, late, **bodies)
+            averages = [np.trapezoid(y, late) / (0.5 * end) for y in (slid.flash_temperature, slid.moving_share)]
+            means.append([*averages, slid.background[-1]])
+        expected = np.divide(means[1], means[0])
+        assert (np.abs(expected - 1.0) > 3e-4).all()
+        assert [values[k] for values in found[:3]] == pytest.approx(expected, rel=1e-4)
+    assert found.error == pytest.approx([0.025, 0.025])
+
+
+def test_twins_that_are_equally_rough_warm_as_the_root_of_the_distance():
+    found = prediction.sliding_continuation(sliding_scene('history = "sliding"\nslid_distance = "18 mm"'), 2e-3)
+    assert found.background == pytest.approx([3.0, 3.0], rel=1e-6)
+    assert found.heat_partition == pytest.approx([1.0, 1.0], rel=1e-6)
+    assert (found.flash_temperature > 1.0).all()  # summits of the moving body stay hot
+
+
+def test_a_speed_that_is_followed_to_its_end_is_not_continued():
+    scene = sliding_scene('history = "sliding"\nduration = "20 us"', ("speed = [1, 35]", "speed = [10, 200]"))
+    found = prediction.sliding_continuation(scene, 1e-3)  # of 0.2 and 4 mm
+    assert [values[0] for values in found] == [1.0, 1.0, 1.0, 0.0]
+    assert (found.flash_temperature[1], found.error[1]) != (1.0, 0.0)
+    for followed in (None, 4e-3):
+        assert (np.array(prediction.sliding_continuation(scene, followed)[:3]) == 1.0).all()
+
+
+def test_without_a_theory_a_slide_that_ends_sooner_is_refused():
+    full = sliding_scene(
+        'history = "sliding"\nslid_distance = "8 mm"', ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"')
+    )
+    assert prediction.sliding_prediction(full) is None
+    with pytest.raises(
+        ValueError, match=r"^followed = 0\.002 m is less than the slid distance of 0\.008 m, and .*leave"
+    ):
+        prediction.sliding_continuation(full, 2e-3)

@@ -100,7 +100,18 @@ def without(text, keys):
 
 def test_the_form_holds_every_key_and_says_what_is_missing():
     form = scene_text(BLANK)
-    keys = KEYS - {"psd", "psd_error", "psd_texture", "psd_filled", "column", "shape", "cell", "first", "thickness"}
+    keys = KEYS - {
+        "psd",
+        "psd_error",
+        "psd_texture",
+        "psd_filled",
+        "column",
+        "shape",
+        "cell",
+        "first",
+        "followed",
+        "thickness",
+    }
     assert {key for key in keys if not re.search(rf"(?m)^# {key} = ", form)} == set()
     with pytest.raises(SceneError, match=r"^blank: surface.rms_height is missing; give exactly one of"):
         rs.load_scene(BLANK)

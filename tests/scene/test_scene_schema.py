@@ -132,6 +132,7 @@ LIMITS = {
     "numerics.levels.shape": ("", [1, 2**31], [0, 2**31 + 1, *WHOLE]),
     "numerics.levels.q_max": ("rad/m", *POSITIVE),
     "numerics.levels.first": ("", [1, 10**6], [0, 10**6 + 1, *WHOLE]),
+    "numerics.levels.followed": ("m", *POSITIVE),
 }
 
 

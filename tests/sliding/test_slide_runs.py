@@ -373,3 +373,35 @@ def test_the_picture_over_the_distance_has_a_line_for_each_speed(run, tmp_path):
         assert words in text
     with pytest.raises(ValueError, match="sliding is a mean over all"):
         plot_run(run, "sliding", tmp_path / "one.svg", realization=0)
+
+
+def continued_scene(distance, *changes):
+    return sliding_scene(f'history = "sliding"\nslid_distance = "{distance}"', *changes)
+
+
+def test_a_plan_follows_slides_once_around_their_cell():
+    # the cell is 2 mm long; further than 16 times the theory does not continue them
+    without = ('  { column = "sliding", shape = [32, 32], q_max = 2.5e4, first = 2 },\n', "")
+    for distance, followed in (("1.9 mm", None), ("8 mm", 2e-3), ("48 mm", 3e-3)):
+        assert rs.plan(continued_scene(distance, without)).levels[-1].followed == followed
+    asks = ("[theory]", "[observables]\ntemperature_distribution = true\n[theory]")
+    assert rs.plan(continued_scene("8 mm", without, asks)).levels[-1].followed is None
+    lawless = ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"')
+    assert rs.plan(continued_scene("8 mm", without, lawless)).levels[-1].followed is None
+    reason = next(r for r in rs.plan(continued_scene("8 mm", without)).reasons if r.choice == "slid distance")
+    assert reason.value == "2 mm"
+    assert reason.reason.endswith("; the theory continues it to 8 mm, within 2.5 %")
+
+
+def test_a_run_multiplies_what_it_followed_by_the_theory(tmp_path):
+    scene = continued_scene("3 mm", ("first = 2 }", "first = 2, followed = 1e-3 }"))
+    run = rs.run(scene, tmp_path / "run", max_realizations=2)
+    followed = rs.run(sliding_scene(), tmp_path / "followed", max_realizations=2)
+    factors = prediction.sliding_continuation(scene, 1e-3)
+    for name, factor in (("flash_temperature", factors.flash_temperature), ("heat_partition", factors.heat_partition)):
+        short, whole = (one.estimate(name, "sliding") for one in (followed, run))
+        assert whole.mean == pytest.approx(short.mean * factor, rel=1e-12)
+        assert (whole.budget["slide"] / whole.mean > short.budget["slide"] / short.mean).all()
+    assert run.curves()["slid_distance"][-1] == pytest.approx(1e-3, rel=0.05)
+    assert plot_run(run, "sliding", tmp_path / "one.svg").exists()
+    assert rs.open_run(tmp_path / "run").numerics.levels[-1].followed == 1e-3
