@@ -89,9 +89,7 @@ def expected(pair: Pair) -> np.ndarray:
 
 def table(pairs: list[Pair], rows: dict[str, Row]) -> None:
     """Print how the continued slides differ from those that were followed, and from not continuing."""
-    print(
-        "slides continued by the theory over slides followed to the end, ln in %; ± standard error; in brackets as it is"
-    )
+    print("slides continued by the theory over slides followed to the end, ln in %; ± standard error; (not continued)")
     errors: dict[str, list[float]] = {name: [] for name in NUMBERS}
     left: dict[str, list[float]] = {name: [] for name in NUMBERS}
     for pair in pairs:
