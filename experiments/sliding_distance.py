@@ -1,6 +1,6 @@
 """How well the theory continues slides that are followed once around their cell, on pairs drawn by chance.
 
-    python experiments/sliding_distance.py [--draw] [--solve] [--toy] [-o FOLDER]
+    python experiments/sliding_distance.py [--draw] [--solve] [--toy] [-o FOLDER] [--evidence]
 
 A run follows a slide over one length of its cell, and multiplies its numbers by those of `theory.two_bodies` at the
 whole slid distance over those at that length (`roughsim.prediction.sliding_continuation`). The pairs are drawn as those
@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from script import Command, Row, Rows
+from script import Command, Row, Rows, write_evidence
 from two_bodies_points import CELL, FAR, LAST, MODULUS, SPEEDS, Pair, drawn, points, write
 
 import roughsim as rs
@@ -87,30 +87,40 @@ def expected(pair: Pair) -> np.ndarray:
     return np.log(at[1]) - np.log(at[0])
 
 
-def table(pairs: list[Pair], rows: dict[str, Row]) -> None:
+def errors(pairs: list[Pair], rows: dict[str, Row]) -> dict[str, np.ndarray]:
+    """Return by number, and both speeds of each pair, ln of the slide over the followed one, with and without theory.
+
+    Columns are continued, as it is, and the standard error; shape (pairs, speeds, 3).
+    """
+    found = {name: np.empty((len(pairs), len(SPEEDS), 3)) for name in NUMBERS}
+    for n, pair in enumerate(pairs):
+        theory = expected(pair)
+        for i, name in enumerate(NUMBERS):
+            for k, speed in enumerate(SPEEDS):
+                change, error = (float(rows[pair.name][f"{speed} {name} {what}"]) for what in ("change", "error"))
+                found[name][n, k] = theory[i, k] - change, -change, error
+    return found
+
+
+def table(pairs: list[Pair], found: dict[str, np.ndarray]) -> None:
     """Print how the continued slides differ from those that were followed, and from not continuing."""
     print("slides continued by the theory over slides followed to the end, ln in %; ± standard error; (not continued)")
-    errors: dict[str, list[float]] = {name: [] for name in NUMBERS}
-    left: dict[str, list[float]] = {name: [] for name in NUMBERS}
-    for pair in pairs:
-        theory = expected(pair)
-        for k, speed in enumerate(SPEEDS):
-            texts = []
-            for i, name in enumerate(NUMBERS):
-                change, error = (float(rows[pair.name][f"{speed} {name} {what}"]) for what in ("change", "error"))
-                errors[name].append(theory[i, k] - change)
-                left[name].append(-change)
-                texts.append(
-                    f"{TITLES[name]} {100 * errors[name][-1]:+5.2f} ± {100 * error:.2f} ({100 * left[name][-1]:+.1f})"
-                )
-            about = f"{pair.name} f {pair.part:4.2f} {1e3 * pair.distance:5.1f} mm {pair.speeds[k]:6.3g} m/s"
-            print(about, "; ".join(texts))
-    for name in NUMBERS if pairs else ():
-        words = [
-            f"rms {100 * np.sqrt(np.mean(np.square(values))):.2f} %, worst {100 * max(values, key=abs):+.2f} %"
-            for values in (errors[name], left[name])
-        ]
-        print(f"{TITLES[name]}, {len(errors[name])} numbers: continued {words[0]}; not continued {words[1]}")
+    for n, pair in enumerate(pairs):
+        for k, speed in enumerate(pair.speeds):
+            values = {name: 100 * found[name][n, k] for name in NUMBERS}
+            texts = [f"{TITLES[name]} {x[0]:+5.2f} ± {x[2]:.2f} ({x[1]:+.1f})" for name, x in values.items()]
+            print(f"{pair.name} f {pair.part:4.2f} {1e3 * pair.distance:5.1f} mm {speed:6.3g} m/s", "; ".join(texts))
+    for name, (rms, worst, plain) in summary(found).items():
+        print(f"{TITLES[name]}: continued rms {rms:.2f} %, worst {worst:.2f} %; not continued, worst {plain:.1f} %")
+
+
+def summary(found: dict[str, np.ndarray]) -> dict[str, tuple[float, float, float]]:
+    """Return by number the rms and the largest error of continued slides, and the largest without theory, in %."""
+    result = {}
+    for name, values in found.items():
+        continued, plain = 100 * values[..., 0], 100 * values[..., 1]
+        result[name] = float(np.sqrt(np.mean(continued**2))), float(np.abs(continued).max()), float(np.abs(plain).max())
+    return result
 
 
 def main() -> None:
@@ -128,7 +138,20 @@ def main() -> None:
             size, members = (64, 1) if options.toy else (FAR.points, MEMBERS)
             rows.once("slides", pair.name, partial(solve, pair, size, members))
             print(f"{pair.name} slid", flush=True)
-    table([pair for pair in pairs if pair.name in rows["slides"]], rows["slides"])
+    slid = [pair for pair in pairs if pair.name in rows["slides"]]
+    if not slid:
+        print("no pair has slid yet: --solve slides them")
+        return
+    found = errors(slid, rows["slides"])
+    table(slid, found)
+    if options.evidence:
+        numbers = {
+            f"{name}_{what}": value
+            for name, values in summary(found).items()
+            for what, value in zip(("rms", "worst", "without"), values, strict=True)
+        }
+        command_line = "python experiments/sliding_distance.py --evidence"
+        write_evidence("sliding_distance", command_line, numbers=numbers | {"pairs": len(slid)})
 
 
 if __name__ == "__main__":
