@@ -17,7 +17,7 @@ from roughsim.sliding.member import SlideProblem, filmed_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 
 _LEAST_CUT_OFF = 4.0  # q_y
-_MOST_CONTINUED = 16.0  # whole slid distance over the followed one: further the theory was not compared
+_CONTINUED = 1.5, 16.0  # whole slid distance over the followed one: less saves little, more was not compared
 _MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
 _OF_FROZEN = (
@@ -55,11 +55,12 @@ def slide_level(scene: Scene, numerics: Numerics) -> Level:
 def _followed(scene: Scene, length: float) -> float | None:
     """Return the distance that slides are followed, m: once around their cell; None: the whole slid distance.
 
-    The theory continues them. The distribution of the temperature is measured at the end of the whole distance.
+    The theory continues T_flash and the share, and not the distribution of the temperature, which changes on the way.
     """
     whole = max(scene.sliding.distances)
-    followed = max(length, whole / _MOST_CONTINUED)
-    if followed >= whole or scene.distribution or prediction.calibrated(scene).stress_spectrum is None:
+    least, most = _CONTINUED
+    followed = max(length, whole / most)
+    if whole < least * followed or scene.distribution or prediction.calibrated(scene).stress_spectrum is None:
         return None
     return followed
 

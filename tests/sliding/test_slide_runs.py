@@ -382,7 +382,7 @@ def continued_scene(distance, *changes):
 def test_a_plan_follows_slides_once_around_their_cell():
     # the cell is 2 mm long; further than 16 times the theory does not continue them
     without = ('  { column = "sliding", shape = [32, 32], q_max = 2.5e4, first = 2 },\n', "")
-    for distance, followed in (("1.9 mm", None), ("8 mm", 2e-3), ("48 mm", 3e-3)):
+    for distance, followed in (("2.9 mm", None), ("8 mm", 2e-3), ("48 mm", 3e-3)):
         assert rs.plan(continued_scene(distance, without)).levels[-1].followed == followed
     asks = ("[theory]", "[observables]\ntemperature_distribution = true\n[theory]")
     assert rs.plan(continued_scene("8 mm", without, asks)).levels[-1].followed is None
