@@ -18,11 +18,14 @@ from math import inf, sqrt
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from numpy.polynomial.legendre import leggauss
 from script import Command, Row, Rows, write_evidence
 from two_bodies_points import CELL, FAR, LAST, MODULUS, SPEEDS, Pair, drawn, points, write
 
 import roughsim as rs
+from roughsim.prediction.sliding import CONTINUED
 
 LIST = Path(__file__).parent / "reference" / "sliding_distance_points.json"
 SLIDES = LIST.with_name("sliding_distance_slides.json")
@@ -88,23 +91,20 @@ def expected(pair: Pair) -> np.ndarray:
 
 
 def errors(pairs: list[Pair], rows: dict[str, Row]) -> dict[str, np.ndarray]:
-    """Return by number, and both speeds of each pair, ln of the slide over the followed one, with and without theory.
-
-    Columns are continued, as it is, and the standard error; shape (pairs, speeds, 3).
-    """
+    """Return by number the errors of short slides, (pairs, speeds, 3): continued, as they are, and ± of both."""
     found = {name: np.empty((len(pairs), len(SPEEDS), 3)) for name in NUMBERS}
     for n, pair in enumerate(pairs):
         theory = expected(pair)
         for i, name in enumerate(NUMBERS):
             for k, speed in enumerate(SPEEDS):
                 change, error = (float(rows[pair.name][f"{speed} {name} {what}"]) for what in ("change", "error"))
-                found[name][n, k] = theory[i, k] - change, -change, error
+                found[name][n, k] = np.expm1(theory[i, k] - change), np.expm1(-change), error
     return found
 
 
 def table(pairs: list[Pair], found: dict[str, np.ndarray]) -> None:
     """Print how the continued slides differ from those that were followed, and from not continuing."""
-    print("slides continued by the theory over slides followed to the end, ln in %; ± standard error; (not continued)")
+    print("slides continued by the theory over slides followed to the end, in %; ± standard error; (not continued)")
     for n, pair in enumerate(pairs):
         for k, speed in enumerate(pair.speeds):
             values = {name: 100 * found[name][n, k] for name in NUMBERS}
@@ -121,6 +121,26 @@ def summary(found: dict[str, np.ndarray]) -> dict[str, tuple[float, float, float
         continued, plain = 100 * values[..., 0], 100 * values[..., 1]
         result[name] = float(np.sqrt(np.mean(continued**2))), float(np.abs(continued).max()), float(np.abs(plain).max())
     return result
+
+
+def draw(pairs: list[Pair], found: dict[str, np.ndarray], path: Path) -> None:
+    """Draw T_flash of short slides, continued and as it is, over that of whole ones, by the slid distance."""
+    figure = Figure(figsize=(6.0, 3.2), layout="constrained")
+    axes = figure.subplots()
+    lengths = [pair.distance / CELL for pair in pairs]
+    for k, marker in enumerate("o^"):
+        continued, plain, error = found["ratio"][:, k].T
+        axes.plot(lengths, 100 * plain, marker, mfc="none", color="0.5", label=f"as it is, {SPEEDS[k]}")
+        axes.errorbar(
+            lengths, 100 * continued, 200 * error, fmt=marker, color="#0072b2", label=f"continued, {SPEEDS[k]}"
+        )
+    axes.axhspan(-100 * CONTINUED, 100 * CONTINUED, color="0.9", zorder=0)
+    axes.set(xscale="log", xlabel="slid distance (lengths of the cell)", ylabel="error of T$_{flash}$ (%)")
+    axes.set_xticks([2, 4, 8, 16], ["2", "4", "8", "16"])
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False, fontsize=8)
+    figure.savefig(path, dpi=130)
 
 
 def main() -> None:
@@ -144,6 +164,7 @@ def main() -> None:
         return
     found = errors(slid, rows["slides"])
     table(slid, found)
+    draw(slid, found, options.output / "sliding_distance.png")
     if options.evidence:
         numbers = {
             f"{name}_{what}": value
