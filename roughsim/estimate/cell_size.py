@@ -12,6 +12,7 @@ tested on scenes drawn at random (`experiments/cell_size.py`). Neither a run nor
 the theory summed over the modes of a cell with four longest waves per side is within 0.6 % of its integral.
 """
 
+from collections.abc import Callable
 from math import hypot, inf, nan, pi, sqrt
 
 from roughsim import prediction
@@ -24,15 +25,19 @@ _ELASTIC = 0.4  # of A: elastic contact errs as if on fewer hills, by the same e
 # neglected; but in smaller cells they scatter so much that the doubt of the last step adds levels
 _PART_ERROR = 0.05
 SIZE_SHARE = 0.2  # of a squared target error, for the size of the cell
+SYSTEMATIC = 0.5  # of it, for errors by levels before one is added; of elastic contact, for size and cut-off together
 _WAVES = range(4, 33, 2)  # per side of a cell: pictures and g_σ(r) need four, and grids hold no more than 32
 
 
-def choose_lengths(scene: Scene, target: float = inf) -> tuple[tuple[float, float], str]:
+def choose_lengths(
+    scene: Scene, target: float = inf, expected: Callable[[tuple[float, float], int], float] | None = None
+) -> tuple[tuple[float, float], str]:
     """Return the sides of the cell, m, given in the scene or the shortest that suffice, and the reason.
 
     The squared error of the cell is at most `SIZE_SHARE` of the squared relative error `target`, as far as `_WAVES`
-    allow. If C(q) is flat below a roll-off, a side holds at least 8 roll-off waves, or 4 of the longest waves: on rocks
-    shorter sides left an error of .7 %.
+    allow. In elastic contact `expected` gives the error by sides, m, and parts, which is at most `SYSTEMATIC` of it, or
+    as small as possible. If C(q) is flat below a roll-off, a side holds at least 8 roll-off waves, or 4 of the longest
+    waves: on rocks shorter sides left an error of .7 %.
     """
     if scene.numerics.lengths is not None:
         return scene.numerics.lengths, "given in the scene"
@@ -43,18 +48,27 @@ def choose_lengths(scene: Scene, target: float = inf) -> tuple[tuple[float, floa
     choices = [n for n in _WAVES if n >= 0.99 * least]
     hill = _effective_hill(scene, choices[0] * wave)
     errors = {n: _relative(hill / (n * wave) ** 2) for n in choices}
-    waves = next((n for n in choices if errors[n] <= sqrt(SIZE_SHARE) * target), choices[-1])
+    waves = first_within(sqrt(SIZE_SHARE) * target, errors)
+    if expected is not None:  # without 1 part: on the same grid half of a larger cell took half of the time
+        least = {n: min(expected((n * wave, n * wave), parts) for parts in (4, 2)) for n in choices}
+        waves = first_within(sqrt(SYSTEMATIC) * target, least)
     why = ", as in fewer too few hills carry the load" if waves > choices[0] else ""
     reason = f"{waves} {kind} per side{why}; a larger cell changes T_flash by {100 * errors[waves]:.1g} %"
     return (waves * wave, waves * wave), reason
 
 
+def first_within(most: float, errors: dict[int, float]) -> int:
+    """Return the first choice whose error is at most `most`; if there is none, the last of those with the least."""
+    least = min(reversed(errors), key=errors.__getitem__)
+    return next((choice for choice, error in errors.items() if error <= most), least)
+
+
 def parts_of(scene: Scene, lengths: tuple[float, float], target: float = inf, column: str = "") -> int:
     """Return the ratio of these sides, m, to the sides of a smaller cell for corrections: 4, 2, or 1 for no such cell.
 
-    The relative error of T_flash in the smaller cell is at most `target` in elastic contact, else `_PART_ERROR`.
+    The relative error of T_flash in the smaller cell is at most `target` in smoothed contact, else `_PART_ERROR`.
     """
-    most = target if _is_elastic(scene, column) else _PART_ERROR
+    most = target if column == "smoothed" else _PART_ERROR
     hill = _effective_hill(scene, min(lengths), column)
     return next((parts for parts in (4, 2) if _relative(hill * (parts / min(lengths)) ** 2) <= most), 1)
 

@@ -11,15 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughsim.estimate.cell_size import SIZE_SHARE
+from roughsim.estimate.cell_size import SIZE_SHARE, SYSTEMATIC
 from roughsim.estimate.errors import Estimate, quantile, spread_of
 from roughsim.estimate.levels import Values
 from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
 
 FIRST, FIRST_STEP = 12, 6  # first members of the lowest level, and of others; fewer show too little scatter
-# errors that a higher level lowers, and the share that they may take of the squared target before one is added
-_OF_LEVELS, _SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
+_OF_LEVELS = "bandwidth", "last step", "pixel"  # errors that a higher level lowers
 WORK_SECONDS = 5e-9  # s of CPU time over the `work` of a member, on one core of a server of 2020
 MEMBER = 5e5  # `work` of a member on any grid, a few milliseconds: handing out, file, reading
 TARGET = {"flash_temperature": 0.01}  # for the choice of levels in a run without a target
@@ -160,13 +159,13 @@ def _wishes(
     of_levels = np.linalg.norm([part for name, part in parts.items() if name in _OF_LEVELS], axis=0)
     systematic = np.linalg.norm([part for name, part in parts.items() if name != "statistical"], axis=0)
     others = systematic**2 - of_levels**2
-    too_large = (of_levels**2 > _SYSTEMATIC * (goal**2 - others)) & (others < goal**2)
+    too_large = (of_levels**2 > SYSTEMATIC * (goal**2 - others)) & (others < goal**2)
     added = _next_level(numerics, column, counts, _relative_parts(found, unknown=np.inf), too_large)
     left = np.maximum(
         goal**2 - systematic**2, SIZE_SHARE * np.maximum(systematic, goal) ** 2
     )  # as much as for the size
     if added is not None:
-        left = np.maximum(left, _SYSTEMATIC * goal**2)
+        left = np.maximum(left, SYSTEMATIC * goal**2)
     return _allocation(numerics, column, values, found, counts, np.sqrt(left)), added
 
 

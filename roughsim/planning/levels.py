@@ -7,18 +7,19 @@ a partner with half the pixel, the end of C(q) two. All are candidates: a run so
 - Contact on the smoothed spectrum C_sm ends a little above q_y.
 """
 
-from math import ceil, log2, pi
+from math import ceil, hypot, inf, log2, pi, sqrt
 from typing import Final, Literal, NamedTuple
 
 from roughsim import prediction
-from roughsim.estimate.cell_size import parts_of
+from roughsim.estimate.cell_size import SYSTEMATIC, first_within, parts_of, size_error
+from roughsim.estimate.limit import OF_STEPS
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Column, Level
 
 Lengths = tuple[float, float]  # of the cell, m
 
 PIXELS = 4  # per shortest wave of a level; its partner has twice as many
-SIDE = 4096  # points per side of the largest grid; half of it for elastic contact, whose continuation is well known
+SIDE = 4096  # points per side of the largest grid
 # points per side of the lowest level, within a factor of √2: on seven scenes 512 took least time, or next to least;
 # a level in a part of the cell has at least half as many
 BASE_SIDE = 512
@@ -68,11 +69,23 @@ def fast_size(points: float) -> int:
     return min(k << a for a in range(1, least.bit_length()) for k in (4, 5, 6) if k << a >= least)
 
 
+def elastic_error(scene: Scene, lengths: Lengths, parts: int) -> float:
+    """Return the relative error of T_flash in elastic contact to be expected from its cell and its highest cut-off.
+
+    Corrections are in a cell of 1/`parts` of the sides, m. Beyond the cut-off of the largest grid, which falls as the
+    cell grows, contact follows the theory. The fastest speed counts: there short waves add most.
+    """
+    top = min(_Grids("elastic", lengths, parts, SIDE).highest, scene.spectrum.breaks[-1])
+    below, whole = (prediction.predictions(scene, q)["flash_temperature"].max() for q in (top, inf))
+    return hypot(size_error(scene, lengths, parts=parts), OF_STEPS * (1.0 - below / whole))
+
+
 def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[Rung]:
     """Return the levels of a scene in a cell of these sides, m, for a relative error, the smoothed column first."""
     end = scene.spectrum.breaks[-1]
     if scene.elastic:
-        return _climb(_Grids("elastic", lengths, parts_of(scene, lengths, target), SIDE // 2), end, end)
+        parts = first_within(sqrt(SYSTEMATIC) * target, {n: elastic_error(scene, lengths, n) for n in (4, 2, 1)})
+        return _climb(_Grids("elastic", lengths, parts, SIDE), end, end)
     q_yield = prediction.yield_wavenumber(scene)
     smoothed = _Grids("smoothed", lengths, 1, SIDE // 2)
     if q_yield > smoothed.highest:  # contact at the cut-offs of all grids is next to elastic

@@ -122,8 +122,7 @@ def _load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
             "and stiff solids yield before that; give a penetration_hardness, or check the units of roughness and "
             "pressure"
         )
-    side = SIDE // 2 if scene.elastic else SIDE
-    shapes = [level.shape for level in numerics.levels] if numerics else [(side, side)]
+    shapes = [level.shape for level in numerics.levels] if numerics else [(SIDE, SIDE)]
     (x, y), grid = max(shapes, key=prod), "the finest grid" + " of a plan" * (numerics is None)
     pixels = known.contact_fraction * (x * y)
     contact = f"{pressure} makes contact on {known.contact_fraction:.2g} of the area"

@@ -6,6 +6,7 @@ level gets is decided by the run itself, round by round. Numerics that the scene
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from math import inf, isnan, pi, sqrt
 from typing import Any
 
@@ -14,7 +15,7 @@ from roughsim.estimate.cell_size import choose_lengths
 from roughsim.estimate.rounds import FIRST_STEP, WORK_SECONDS, first_counts, work
 from roughsim.estimate.rounds import TARGET as DEFAULT
 from roughsim.machine import PROCESS
-from roughsim.planning.levels import levels_of
+from roughsim.planning.levels import elastic_error, levels_of
 from roughsim.planning.realization import largest_member
 from roughsim.planning.reasons import at_speeds, level_text, span, workers_reason
 from roughsim.planning.sliding import slide_reasons, with_slide
@@ -64,7 +65,7 @@ def plan(
     if scene != stated:
         why = "in theory next to nothing of the contact reaches it: the contact is elastic"
         reasons.append(Reason("hardness", f"{stated.penetration_hardness / 1e9:.3g} GPa left out", why))
-    lengths, why = choose_lengths(scene, target)
+    lengths, why = choose_lengths(scene, target, partial(elastic_error, scene) if scene.elastic else None)
     reasons.append(Reason("cell", f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm", why))
     if scene.numerics.levels is not None:
         levels = scene.numerics.levels
