@@ -77,7 +77,8 @@ def elastic_error(scene: Scene, lengths: Lengths, parts: int) -> float:
     """
     top = min(_Grids("elastic", lengths, parts, SIDE).highest, scene.spectrum.breaks[-1])
     below, whole = (prediction.predictions(scene, q)["flash_temperature"].max() for q in (top, inf))
-    return hypot(size_error(scene, lengths, parts=parts), OF_STEPS * (1.0 - below / whole))
+    beyond = (whole - below) / (whole or 1.0)  # no heat at rest
+    return hypot(size_error(scene, lengths, parts=parts), OF_STEPS * beyond)
 
 
 def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[Rung]:

@@ -24,7 +24,7 @@ def cell(monkeypatch):
     part = SimpleNamespace(parts=2, smoothed=1)
 
     def parts_of(scene, lengths, target=inf, column="capped"):
-        return 1 if scene.elastic else part.smoothed if column == "smoothed" else part.parts
+        return part.smoothed if column == "smoothed" else part.parts
 
     monkeypatch.setattr(stage, "parts_of", parts_of)
     return part
@@ -127,8 +127,8 @@ def test_elastic_contact_begins_coarse_and_ends_with_C_or_the_largest_grid(steel
     parts = numerics.parts("elastic")
     sides = [numerics.grid(i).shape[0] * numerics.levels[i].parts for i in numerics.rungs("elastic")]
     assert sides == [512 << k for k in range(len(sides))]
-    assert numerics.levels[-1].shape == (2048, 2048)
-    assert sides[-1] == 2048 * parts
+    assert numerics.levels[-1].shape == (4096, 4096)
+    assert sides[-1] == 4096 * parts
     short = planned(replace(elastic, surface=replace(elastic.surface, q_max=3e5)))
     rungs = cut_offs(short, "elastic")
     assert rungs == pytest.approx([3e5 / 2**k for k in reversed(range(len(rungs)))])
