@@ -13,7 +13,7 @@ from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 
 # least share of the rest that is in doubt, as measured: in proportion to the law for contact that yields, and by steps
-_OF_LAW, OF_STEPS = 0.07, 0.25
+_OF_LAW, _OF_STEPS = 0.07, 0.25
 _MOST_BY_STEPS = 0.5  # of the value: a larger rest with the theory's shape was not tried
 _USUAL_SCATTER, _LEAST_EXPONENT = 0.3, 0.2  # how far exponents lie from the usual one, and the least of them
 
@@ -49,7 +49,7 @@ def by_shape(rungs: list[Rung], theory: Array) -> Limit:
     error = np.abs(alike.value)
     if len(rungs) > 1:
         rest = _by_steps(rungs, theory)
-        error = np.maximum(np.abs(rest.value - alike.value), OF_STEPS * np.abs(rest.value))
+        error = np.maximum(np.abs(rest.value - alike.value), _OF_STEPS * np.abs(rest.value))
     tried = np.abs(rest.value) <= _MOST_BY_STEPS * np.abs(rungs[-1].mean.value)
     nothing = Mean(np.zeros_like(rest.value), {})
     way = "with the shape of the theory" if np.any(tried & (rest.value != 0.0)) else ""
@@ -64,7 +64,7 @@ def by_steps(rungs: list[Rung], law: Array) -> Limit:
     alike = _in_proportion(rungs, law)
     rest = _by_steps(rungs, law) if len(rungs) > 1 else alike
     size = np.abs(rest.value)
-    error = np.clip(np.abs(rest.value - alike.value), OF_STEPS * size, size) if len(rungs) > 1 else size
+    error = np.clip(np.abs(rest.value - alike.value), _OF_STEPS * size, size) if len(rungs) > 1 else size
     return Limit(rest, error, "by steps of the law of T_flash for contact that yields")
 
 
@@ -89,7 +89,7 @@ def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
         scatter = np.sqrt(1.0 - weight) * _USUAL_SCATTER
     rest = _by_steps(rungs, q**-exponent)
     slower = _by_steps(rungs, q ** -np.maximum(exponent - scatter, _LEAST_EXPONENT))
-    error = np.maximum(np.abs(slower.value - rest.value), OF_STEPS * np.abs(rest.value))
+    error = np.maximum(np.abs(slower.value - rest.value), _OF_STEPS * np.abs(rest.value))
     return Limit(rest, error, "as q_c^(−p) with p = " + ", ".join(dict.fromkeys(f"{p:.2f}" for p in exponent)))
 
 

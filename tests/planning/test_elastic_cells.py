@@ -38,10 +38,10 @@ def scene(request):
 
 
 def expected(scene, lengths, parts, top):
-    """Return the error by size, and a quarter of what the theory adds beyond the cut-off `top`, rad/m."""
+    """Return the error by size, and 0.3 of what the theory adds beyond the cut-off `top`, rad/m."""
     moving = np.array(scene.speeds) > 0.0
     below, whole = (prediction.predictions(scene, q)["flash_temperature"][moving] for q in (top, inf))
-    return hypot(size_error(scene, lengths, parts=parts), 0.25 * np.max(1 - below / whole))
+    return hypot(size_error(scene, lengths, parts=parts), 0.3 * np.max(1 - below / whole))
 
 
 def of_plan(scene, target):
