@@ -50,8 +50,8 @@ def choose_lengths(
     errors = {n: _relative(hill / (n * wave) ** 2) for n in choices}
     waves = first_within(sqrt(SIZE_SHARE) * target, errors)
     if expected is not None:  # without 1 part: on the same grid half of a larger cell took half of the time
-        least = {n: min(expected((n * wave, n * wave), parts) for parts in (4, 2)) for n in choices}
-        waves = first_within(sqrt(SYSTEMATIC) * target, least)
+        together = {n: min(expected((n * wave, n * wave), parts) for parts in (4, 2)) for n in choices}
+        waves = first_within(sqrt(SYSTEMATIC) * target, together)
     why = ", as in fewer too few hills carry the load" if waves > choices[0] else ""
     reason = f"{waves} {kind} per side{why}; a larger cell changes T_flash by {100 * errors[waves]:.1g} %"
     return (waves * wave, waves * wave), reason
