@@ -11,6 +11,7 @@ Source: one step is the clipped random wave of N.F. Berk, Phys. Rev. Lett. 58, 2
 from theory.clipped.distribution import BOLTZMANN, Estimate, TemperatureDistribution
 from theory.clipped.field import ClippedField, clipped_field, directed_correlations
 from theory.clipped.products import PAIRS, Correlations, Products, products
+from theory.clipped.sliding import sliding_temperature_distribution
 from theory.clipped.temperatures import temperature_distribution
 
 __all__ = [
@@ -24,5 +25,6 @@ __all__ = [
     "clipped_field",
     "directed_correlations",
     "products",
+    "sliding_temperature_distribution",
     "temperature_distribution",
 ]

@@ -78,14 +78,19 @@ def halved(white: Array) -> Array:
     return np.asarray(scipy.fft.ifft2(waves).real * (fewer / points))
 
 
+def heights(amplitude: Array, white: Array) -> Array:
+    """Return z for the standard deviation of each of its waves and `white` noise, both of shape (points, points)."""
+    points = amplitude.shape[0]
+    waves = scipy.fft.rfft2(white) * (amplitude[:, : points // 2 + 1] * points)
+    return np.asarray(scipy.fft.irfft2(waves, s=amplitude.shape))
+
+
 def draw_pressure(field: ClippedField, amplitude: Array, white: Array) -> Array:
     """Return the pressure of one field, Pa, for `white` noise: its distribution is that of `field`.
 
     F is applied to the rank of z in the cell, so that the load of each cell is the nominal one.
     """
-    points = amplitude.shape[0]
-    waves = scipy.fft.rfft2(white) * (amplitude[:, : points // 2 + 1] * points)
-    z = scipy.fft.irfft2(waves, s=amplitude.shape).ravel()
+    z = heights(amplitude, white).ravel()
     pressure = np.empty(z.size)
     pressure[np.argsort(z)] = field.pressure(scipy.special.ndtri((np.arange(z.size) + 0.5) / z.size))
     return pressure.reshape(amplitude.shape)

@@ -116,7 +116,7 @@ def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of t
 
     def drawn(noise: list[Array]) -> Drawn:
         cell = Cell(noise[0].shape[0], 2 * pi * _WAVES / longest)
-        cut = _Truncated(spectrum, min(_shortest(cell.points, longest), end))
+        cut = Truncated(spectrum, min(_shortest(cell.points, longest), end))
         distance = min(way, cell.length / 2)
         responses = [heat_response(cell, v, diffusivity, distance) for v in velocity.tolist()]
         return _drawn(clipped_field(cut, **solid), cell, responses, noise, flash_of(law_of(cut, **solid)))
@@ -175,7 +175,7 @@ def _drawn(
 
 
 @dataclass(frozen=True, slots=True)
-class _Truncated:
+class Truncated:
     """C(q) up to a wavenumber."""
 
     spectrum: Spectrum
@@ -183,9 +183,11 @@ class _Truncated:
 
     @property
     def breaks(self) -> tuple[float, ...]:
+        """Ends, kinks and jumps, rad/m."""
         ends = breaks_of(self.spectrum)
         return (*ends[ends < self.q_max].tolist(), self.q_max)
 
     def __call__(self, q: ArrayLike) -> Array:
+        """Return C at the wavenumbers `q`, rad/m, elementwise, m⁴."""
         wavenumber = real_array("q", q, "rad/m")
         return np.where(wavenumber <= self.q_max, self.spectrum(wavenumber), 0.0)
