@@ -38,6 +38,8 @@ TESTS = {
     "theory/clipped/drawing.py": "theory/test_clipped_temperatures.py",
     "theory/clipped/distribution.py": "theory/test_clipped_temperatures.py",
     "theory/clipped/temperatures.py": "theory/test_clipped_temperatures.py",
+    "theory/clipped/sliding.py": "theory/test_clipped_sliding.py",
+    "theory/clipped/two_faces.py": "theory/test_clipped_sliding.py",
     "theory/memory.py": "theory/test_memory.py theory/test_two_bodies.py",
     "theory/clipped/products.py": "theory/test_memory.py theory/test_two_bodies.py",
     "theory/clipped/field.py": "theory/test_clipped.py theory/test_memory.py",

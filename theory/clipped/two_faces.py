@@ -161,16 +161,22 @@ def _equalizing(touching: NDArray[np.bool_], jump: Plane, temperature: Plane, re
     Conjugate gradients, with the inverse of `response` on the whole plane.
     """
     contact, shape = touching.astype(np.float32), jump.shape[1:]
+    # in units of the largest jump and response: no square leaves single precision
+    jump = jump * contact
+    kelvin, unit = float(np.abs(jump).max()), float(response.max())
+    limit = _EQUAL * float(np.linalg.norm(temperature[touching]))
+    change, direction, last = np.zeros_like(jump), np.zeros_like(jump), 1.0
+    if kelvin == 0.0:
+        return change
+    jump /= kelvin
+    response = response / unit
     inverse = np.reciprocal(response)
 
     def on_contact(field: Plane, factor: Plane) -> Plane:
         return np.asarray(scipy.fft.irfft2(scipy.fft.rfft2(field) * factor, s=shape) * contact)
 
-    limit = _EQUAL * float(np.linalg.norm(temperature[touching]))
-    jump = jump * contact
-    change, direction, last = np.zeros_like(jump), np.zeros_like(jump), 1.0
     for _ in range(_ROUNDS):
-        if float(np.linalg.norm(jump)) <= limit:
+        if float(np.linalg.norm(jump)) <= limit / kelvin:
             break
         steepest = on_contact(jump, inverse)
         power = float(np.vdot(jump, steepest))
@@ -180,7 +186,7 @@ def _equalizing(touching: NDArray[np.bool_], jump: Plane, temperature: Plane, re
         change += length * direction
         jump -= length * closed
         last = power
-    return change
+    return change * np.float32(kelvin / unit)
 
 
 class _HalfSpace:
