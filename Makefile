@@ -57,6 +57,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/paper.py --evidence
 	$(MEASURE) experiments/inverse.py --evidence
 	$(MEASURE) experiments/uncertainty.py --evidence
+	$(MEASURE) experiments/unloading.py --evidence
 	$(MEASURE) experiments/multiscale.py --evidence
 	$(MEASURE) experiments/skin.py --evidence
 	$(MEASURE) experiments/two_bodies.py --evidence

@@ -1,11 +1,10 @@
-"""What heat fields cost, in pairs of real transforms of the same size, how exact each method is, and where each fails.
+"""What heat fields cost, in pairs of real transforms of the same size, and where their methods fail.
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/heat.py [--points 2048] [--charts FOLDER] [--evidence]
 
-Prints CPU times as ratios to a bare pair of the same run, then draws `heat_accuracy.png`, the error of T_flash of a
-Hertz contact over the time of each method, and `heat_limits.png`, the errors beyond the limits of each method. The
-free half-space with values of the point source at the pixels is there as a warning; the package has no such method.
---evidence draws both charts for docs/heat.md, and writes its numbers.
+Prints CPU times as ratios to a bare pair of the same run, then draws `heat_limits.png`, the errors beyond the limits of
+each method. --evidence draws it for docs/heat.md, and writes its numbers. `experiments/heat_methods.py` has the error
+over the CPU time.
 """
 
 from __future__ import annotations
@@ -18,9 +17,7 @@ import warnings
 from pathlib import Path
 from types import SimpleNamespace
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 import roughsim as rs
@@ -29,12 +26,12 @@ from roughsim.heat import half_space, periodic, source_temperature, uniform_temp
 from theory import hertz
 
 sys.path.append(str(Path(__file__).parents[1] / "experiments"))
+from figures.style import AMBER, GREEN, LOOKS, PINK, decades, new_figure
 from script import EVIDENCE, write_evidence
 
-mpl.use("Agg")
 UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
 CELL = 8.0  # radii, of the periodic cell around a single contact
-COLORS = {"steady": "C3", "rest": "C0", "free": "C2", "means": "C4", "point": "0.5"}
+STEADY, REST = LOOKS["periodic, steady"]["color"], LOOKS["periodic, from rest"]["color"]
 
 
 def best(work, repeats=3):
@@ -103,7 +100,7 @@ def kernels(grid):
     return table
 
 
-# accuracy
+# sources and fields
 
 
 def hertz_source(pixels, margin):
@@ -113,17 +110,6 @@ def hertz_source(pixels, margin):
     fine = np.sqrt(np.maximum(1 - x[:, None] ** 2 - x**2, 0.0))
     flux = fine.reshape(count, 8, count, 8).mean((1, 3))
     return flux, rs.Grid((count, count), (count / pixels,) * 2)
-
-
-def point_kernel(flux, grid, speed):
-    """The warning: e^(−p(r + x)/2)/2πr at the pixels, with that of the resting pixel at r = 0."""
-    count, side = grid.shape[0], grid.spacing[0]
-    x = (np.arange(2 * count) - count) * side
-    r = np.hypot(x[:, None], x)
-    r[count, count] = side / (2 * math.pi * 0.5610998523)
-    kernel = np.exp(-speed * (r + x[:, None]) / 2) / (2 * math.pi * r) * side**2
-    spectrum = np.fft.rfft2(np.roll(kernel, (-count, -count), (0, 1)))
-    return np.fft.irfft2(np.fft.rfft2(flux, s=kernel.shape) * spectrum, s=kernel.shape)[:count, :count]
 
 
 def steady(flux, grid, speed):
@@ -142,40 +128,10 @@ def free(flux, grid, speed):
     return rs.half_space_temperature(flux, grid, speed=speed, **UNIT)
 
 
-METHODS = {
-    "periodic, steady": ("steady", CELL / 2, steady),
-    "periodic, from rest": ("rest", CELL / 2, from_rest),
-    "free, pixel influences": ("free", 1.05, free),
-    "free, point values (a warning)": ("point", 1.05, point_kernel),
-}
-
-
 def flash_error(method, flux, grid, speed):
+    """Relative error of T_flash of a Hertz contact."""
     temperature = method(flux, grid, speed)
     return abs((temperature * flux).sum() / flux.sum() / float(hertz.flash_temperature(speed)) - 1)
-
-
-def accuracy(folder, pixels=(4, 8, 16, 32, 64, 128)):
-    figure = Figure(figsize=(8.4, 3.9), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
-    for axis, peclet in zip(axes, (10.0, 1000.0), strict=True):
-        for name, (color, margin, method) in METHODS.items():
-            rows = []
-            for count in pixels:
-                flux, grid = hertz_source(count, margin)
-                cost = best(lambda f=flux, g=grid, m=method, p=peclet: m(f, g, p), 2)
-                rows.append((1e3 * cost, flash_error(method, flux, grid, peclet)))
-            axis.loglog(*zip(*rows, strict=True), "o-", ms=3.5, color=COLORS[color], label=name)
-            print(f"Pe {peclet:g} {name:32}" + " ".join(f"{error:8.1e}" for _, error in rows))
-        axis.set(xlabel="CPU time of one field, kernel ready, ms", title=f"vR/D = {peclet:g}")
-        for level, label in ((0.01, "1 %"), (0.001, "0.1 %")):
-            axis.axhline(level, color="0.8", lw=0.8, zorder=0)
-            axis.text(1.01, level, label, transform=axis.get_yaxis_transform(), va="center", color="0.5")
-    axes[0].set_ylabel("relative error of T_flash")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, columnspacing=1.2)
-    figure.suptitle(f"Hertz source, {pixels[0]} to {pixels[-1]} pixels per radius; periodic cell of {CELL:g} radii")
-    figure.savefig(folder / "heat_accuracy.png", dpi=150)
 
 
 # limits
@@ -197,39 +153,27 @@ def hot_tracks(axis):
         flux = 20 + rs.synthesize(spectrum, grid, np.random.default_rng(1), amplitudes="fixed")
         contact = SimpleNamespace(pressure=flux, contact_fraction=1.0, plastic_fraction=0.0)
         exact = rs.measure(contact, grid, rs.HeatSource(2 * math.pi * laps, 1.0, 1.0, 1.0)).flash_temperature
-        for color, method in (
-            ("steady", steady),
-            ("rest", lambda f, g, s: rs.sliding_temperature(f, g, speed=s, **UNIT)),
+        for name, color, method in (
+            ("steady", STEADY, steady),
+            ("from rest", REST, lambda f, g, s: rs.sliding_temperature(f, g, speed=s, **UNIT)),
         ):
             flash = [np.mean(method(flux, grid, 2 * math.pi * lap) * flux) for lap in laps]
             error = np.abs(np.array(flash) / flux.mean() * 2 * math.pi * laps / exact - 1)
-            if color == "rest":
+            if name == "from rest":
                 rests.append(100 * error.max())
             else:
                 found |= {f"tracks_{waves}_{lap:g}": 100 * np.interp(lap, laps, error) for lap in (100, 1000)}
-            label = f"{'steady' if color == 'steady' else 'from rest'}, {waves} wave{'s' * (waves > 1)}"
-            axis.loglog(laps, error, style, color=COLORS[color], label=label)
-            print(f"hot tracks {color:6} {waves:2} waves: " + " ".join(f"{value:8.1e}" for value in error))
-    axis.set(
-        xlabel="vL/2πD",
-        ylabel="|error| of T_flash",
-        ylim=(1e-5, 1e3),
-        title="periodic: hot tracks, longest waves per side",
-    )
-    axis.legend(frameon=False, fontsize=7, ncols=2, loc="upper left", columnspacing=1)
+            axis.loglog(laps, error, style, color=color, label=f"{name}, {waves} wave{'s' * (waves > 1)}")
+            print(f"hot tracks {name:9} {waves:2} waves: " + " ".join(f"{value:8.1e}" for value in error))
+    decades(axis, x=(1, 1e4), y=(1e-5, 1e3))
+    axis.set(title="hot tracks, by longest waves", xlabel="vL/(2πD)", ylabel="error of $T_{flash}$")
+    key(axis)
     return found | {"tracks_from_rest": max(rests)}
 
 
-def point_values(axis, pixels=8):
-    """T_flash of a Hertz contact at 8 pixels per radius, over the Péclet number of a pixel."""
-    flux, grid = hertz_source(pixels, 1.05)
-    peclets = np.geomspace(0.1, 1e5, 19)
-    for color, method, label in (("point", point_kernel, "point values"), ("free", free, "pixel influences")):
-        errors = [flash_error(method, flux, grid, peclet) for peclet in peclets]
-        axis.loglog(peclets / pixels, errors, color=COLORS[color], label=label)
-        print(f"{label:18}" + " ".join(f"{value:8.1e}" for value in errors))
-    axis.set(xlabel="Péclet number of a pixel", ylabel="|error| of T_flash", title="free kernel, 8 pixels per radius")
-    axis.legend(frameon=False, fontsize=7.5)
+def key(axis):
+    """Put the legend to the right of a panel."""
+    axis.legend(loc="center left", bbox_to_anchor=(1.02, 0.5))
 
 
 def square_source(pixels, margin):
@@ -247,14 +191,13 @@ def undershoot(axis):
             "free": [free(*square_source(pixels, 2.0), peclet) for pixels in sizes],
         }
         shares = {name: [max(-field.min() / field.max(), 0.0) for field in made] for name, made in fields.items()}
-        axis.loglog(sizes, shares["rest"], "o" + style, ms=3, color=COLORS["rest"], label=f"vR/D = {peclet:g}")
+        axis.loglog(sizes, shares["rest"], style, marker="o", color=REST, label=f"from rest, vR/D = {peclet:g}")
         most = np.maximum(most, 100 * np.array(shares["rest"]))
         print(f"undershoot vR/D = {peclet:g}: " + " ".join(f"{value:8.1e}" for value in shares["rest"]))
         print(f"  free half-space at most {max(shares['free']):.0e}")
-    axis.text(0.05, 0.08, "free half-space: none (rounding, 1e−16)", transform=axis.transAxes, color=COLORS["free"])
-    axis.set(xlabel="pixels per half side", ylabel="−T_min/T_max", title="periodic: a sharp edge undershoots")
-    axis.set(ylim=(1e-4, 0.1))
-    axis.legend(frameon=False, fontsize=7.5, loc="upper right")
+    decades(axis, y=(1e-4, 0.1))
+    axis.set(title="undershoot at a sharp edge", xlabel="pixels per half side", ylabel="$-T_{min}/T_{max}$")
+    key(axis)
     _ticks(axis, sizes)
     return {f"undershoot_{size}": value for size, value in zip(sizes, most, strict=True)}
 
@@ -277,41 +220,39 @@ def resolution(axis):
         power = np.abs(np.fft.rfft2(pressure) / grid.points) ** 2 * grid.multiplicity
         laplacian.append(1 - float(np.sum(power * grid.wavenumbers) / pressure.mean()) / (math.pi / 2))
     curves = {
-        "∇²T of a resting Hertz contact": (laplacian, "C1"),
-        "T_max of a fast square, at centres": (centres, COLORS["free"]),
-        "T_max, source_temperature": (search, COLORS["means"]),
+        "∇²T, resting Hertz contact": (laplacian, PINK),
+        "$T_{max}$, fast square, at centres": (centres, GREEN),
+        "$T_{max}$, source_temperature": (search, AMBER),
     }
     for label, (values, color) in curves.items():
-        axis.loglog(sizes, values, "o-", ms=3, color=color, label=label)
+        axis.loglog(sizes, values, "o-", color=color, label=label)
         print(f"{label:36}" + " ".join(f"{value:8.1e}" for value in values))
-    axis.set(xlabel="pixels per radius or half side", ylabel="|relative error|", title="what a pixel costs")
-    axis.legend(frameon=False, fontsize=7.5, loc="center left")
+    decades(axis)
+    axis.set(title="pixel", xlabel="pixels per radius or half side", ylabel="relative error")
+    key(axis)
     _ticks(axis, sizes)
     return {f"laplacian_{size}": 100 * value for size, value in zip(sizes, laplacian, strict=True)}
 
 
 def limits(folder):
-    figure = Figure(figsize=(8.4, 6.8), layout="constrained")
-    axes = figure.subplots(2, 2)
     numbers = {}
-    for axis, draw in zip(axes.flat, (hot_tracks, point_values, undershoot, resolution), strict=True):
-        numbers |= draw(axis) or {}
-    figure.savefig(folder / "heat_limits.png", dpi=150)
+    with new_figure(folder / "heat_limits.png", 6.0) as figure:
+        for axis, draw in zip(figure.subplots(3, 1), (hot_tracks, undershoot, resolution), strict=True):
+            numbers |= draw(axis)
     return numbers
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--points", type=int, default=2048, help="points per side; 0: no times")
-    options.add_argument("--charts", type=Path, default=None, help="folder for the two charts")
-    options.add_argument("--evidence", action="store_true", help="write charts and numbers of docs/heat.md")
+    options.add_argument("--charts", type=Path, default=None, help="folder for the chart")
+    options.add_argument("--evidence", action="store_true", help="write the chart and the numbers of docs/heat.md")
     given = options.parse_args()
     if given.points:
         costs(given.points)
     folder = EVIDENCE.parent / "figures" if given.evidence else given.charts
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-        accuracy(folder)
         numbers = limits(folder)
         if given.evidence:
             write_evidence("heat_limits", "python benchmarks/heat.py --points 0 --evidence", numbers=numbers)

@@ -35,6 +35,8 @@ DRAWN: dict[str, tuple[tuple[str, ...], Callable[..., None]]] = {
     "contact_error.png": (("contact",), figures.contact_error),
     "contact_cost.png": (("contact",), figures.contact_cost),
     "heat_methods.png": (("heat",), figures.heat),
+    "limits_of_solvers.png": (("limits",), figures.limits_of_solvers),
+    "limits_of_pixel.png": (("limits",), figures.limits_of_pixel),
     "limits_of_heat.png": (("limits",), figures.limits_of_heat),
     "limits_of_theory.png": (("limits",), figures.limits_of_theory),
 }

@@ -17,15 +17,12 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
+from figures.style import AMBER, BLACK, BLUE, new_figure
 from scipy.optimize import linprog, root
 from scipy.special import erf
 from script import Command, show_on_pages, write_evidence
 
 from theory import flash, partition, persson, plasticity
-
-mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False})
-mpl.rcParams.update({"figure.constrained_layout.use": True, "savefig.dpi": 130, "savefig.bbox": "tight"})
 
 PRESSURE, HARDNESS, SPEED = 90e6, 1.2e9, 35.0
 LOAD = {"effective_modulus": 2e11 / 0.91 / 2, "nominal_pressure": PRESSURE}
@@ -148,27 +145,31 @@ SETS = {"": "T, D", "s": "T, D, s", "d": "T, D, d", "sd": "T, D, s, d"}
 
 
 def chart(folder: Path, bounds: dict[str, tuple[float, float]], family: list[tuple[PowerLaw, float]]) -> None:
-    figure = Figure((9.2, 3.5))
-    left, right = figure.subplots(1, 2, width_ratios=[1, 1.15])
-    for row, (low, high) in enumerate(bounds.values()):
-        left.barh(row, high - max(low, 0.0), left=max(low, 0.0), height=0.5, color="#0072b2")
-        left.text(high + 0.008, row, f"{max(low, 0):.3f} ... {high:.3f}", va="center", fontsize=8)
-    left.axvspan(0.42, 0.5, color="#e69f00", alpha=0.25, lw=0)
-    left.text(0.46, 3.62, "public codes", ha="center", fontsize=8, color="#a06a00")
-    left.axvline(0.294, color="k", lw=1, ls="--")
-    left.set(yticks=range(4), yticklabels=[SETS[name] for name in bounds], xlabel="$\\gamma$ that any C(q) can have")
-    left.set(xlim=(0, 0.62), ylim=(3.9, -0.6))
-    left.tick_params(left=False)
-    colours = mpl.colormaps["viridis"](np.linspace(0.0, 0.9, len(family)))
-    for (spectrum, gamma), colour in zip(family, colours, strict=True):
-        q = np.geomspace(spectrum.q_min, 3e5, 100)
-        smooth = plasticity.smoothed_spectrum(spectrum, penetration_hardness=HARDNESS, **LOAD)
-        right.loglog(q, spectrum(q), color=colour, lw=0.8, alpha=0.6)
-        name = f"m = {spectrum.exponent:g}, $\\gamma$ = {gamma:.3f}"
-        right.loglog(q, np.where(smooth(q) > 1e-26, smooth(q), np.nan), color=colour, lw=1.8, label=name)
-    right.set(xlabel="wavenumber q (1/m)", ylabel="C(q), both faces (m$^4$)", ylim=(1e-26, 1e-20))
-    right.legend(fontsize=7.5, title="same T$_{flash}$, D$_{flash}$ and s", title_fontsize=8)
-    figure.savefig(folder / "inverse.png")
+    """Draw the bounds of γ, and below them the spectra with the same printed numbers."""
+    with new_figure(folder / "inverse.png", 4.6) as figure:
+        upper, lower = figure.subplots(2, 1, height_ratios=[1, 1.9])
+        ticks = []
+        for row, (name, (low, high)) in enumerate(bounds.items()):
+            upper.barh(row, high - max(low, 0.0), left=max(low, 0.0), height=0.5, color=BLUE)
+            ticks.append(f"{SETS[name]}: {max(low, 0):.3f} to {high:.3f}")
+        public = upper.axvspan(0.42, 0.5, color=AMBER, alpha=0.3, lw=0)
+        used = upper.axvline(0.294, color=BLACK, ls="--")
+        upper.set(yticks=range(4), yticklabels=ticks, xlim=(0, 0.52), ylim=(3.6, -0.6))
+        upper.set(title="reproduced by some C(q)", xlabel="$\\gamma$")
+        upper.tick_params(left=False)
+        upper.grid(visible=False)
+        words = ["$\\gamma$ of public\ncodes", "$\\gamma$ = 0.294"]
+        upper.legend([public, used], words, loc="center left", bbox_to_anchor=(1.0, 0.5))
+        colours = mpl.colormaps["viridis"](np.linspace(0.0, 0.85, len(family)))
+        for (spectrum, gamma), colour in zip(family, colours, strict=True):
+            q = np.geomspace(spectrum.q_min, 3e5, 100)
+            smooth = plasticity.smoothed_spectrum(spectrum, penetration_hardness=HARDNESS, **LOAD)
+            lower.loglog(q, spectrum(q), color=colour, lw=0.7)
+            name = f"m = {spectrum.exponent:g}, $\\gamma$ = {gamma:.3f}"
+            lower.loglog(q, np.where(smooth(q) > 1e-26, smooth(q), np.nan), color=colour, lw=1.8, label=name)
+        lower.set(title="the same $T_{flash}$, $D_{flash}$ and s", ylim=(1e-26, 1e-20))
+        lower.set(xlabel="wavenumber q (rad/m)", ylabel="C, $C_{sm}$ of both faces (m$^4$)")
+        lower.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), title="C ∝ $q^{-m}$", alignment="left")
 
 
 FOUND = """So gamma is known to about 0.02 if all four numbers are taken as printed, and the 0.42 ... 0.5 of public

@@ -15,22 +15,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
+from figures.style import BLACK, ORANGE, SPEEDS, legend_below, new_figure
 from matplotlib.ticker import NullFormatter
 from script import Command, show_on_pages, write_evidence
 
 import roughsim as rs
 from theory import classical, flash, persson, plasticity
 
-mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False})
-mpl.rcParams.update({"figure.constrained_layout.use": True, "savefig.dpi": 110, "savefig.bbox": "tight"})
-mpl.rcParams.update({"axes.grid": True, "grid.alpha": 0.25})
-
 STEEL = "steel, yielded"
-SPEEDS = (1e-3, 1e-1, 10.0)
-COLOURS = ("#56b4e9", "#0072b2", "#d55e00")
+SHOWN = (1e-3, 1e-1, 10.0)  # m/s
 
 
 @dataclass(frozen=True)
@@ -105,7 +99,7 @@ def table(cases: list[Case]) -> dict[str, float]:
     for case in cases:
         print(f"{case.title} ({case.says})")
         coarse, fine = ends(case)
-        for speed in SPEEDS:
+        for speed in SHOWN:
             value = multiscale(case, speed)
             low, high = (float(single_scale(case, np.array([q]), speed)[0]) for q in (coarse, fine))
             ratio = f"{low / value:.3g} ... {high / value:.3g}"
@@ -123,33 +117,29 @@ which yields, one decade is left and every choice is within a factor two."""
 
 
 def chart(folder: Path, cases: list[Case], points: int) -> None:
-    figure = Figure((9.6, 5.6))
-    axes = figure.subplots(2, len(cases))
+    """Draw a row for each scene: T_flash over speed, and the classical one over the contact diameter chosen."""
     v = np.geomspace(1e-5, 1e1, points)
-    for case, (top, bottom) in zip(cases, axes.T, strict=True):
-        coarse, fine = ends(case)
-        q = np.geomspace(coarse, fine, points)
-        band = [np.array([single_scale(case, np.array([at]), speed)[0] for speed in v]) for at in (coarse, fine)]
-        top.fill_between(v, *band, color="0.88", label="classical, any radius")
-        top.loglog(v, band[0], color="0.35", ls="--", lw=1, label="macroasperities")
-        top.loglog(v, band[1], color="0.35", ls=":", lw=1, label="finest roughness")
-        top.loglog(v, multiscale(case, v), color="#d55e00", lw=2, label="multiscale theory")
-        top.set(title=case.title, xlabel="sliding speed (m/s)")
-        for speed, colour in zip(SPEEDS, COLOURS, strict=True):
-            ratio = single_scale(case, q, speed) / multiscale(case, speed)
-            bottom.loglog(np.pi / q * 1e6, ratio, color=colour, label=f"{speed:g} m/s")
-        bottom.axhline(1, color="k", lw=0.8)
-        bottom.set_ylim(5e-5, 3)
-        bottom.set(xlabel="contact diameter chosen (µm)")
-        bottom.invert_xaxis()
-        bottom.xaxis.set_minor_formatter(NullFormatter())
-        if coarse * 10 > fine:
-            bottom.set_xticks([60, 100, 200], ["60", "100", "200"])
-    axes[0, 0].set_ylabel("$T_{flash}$ (K)")
-    axes[1, 0].set_ylabel("classical / multiscale")
-    axes[0, 0].legend(fontsize=7.5)
-    axes[1, 0].legend(fontsize=7.5)
-    figure.savefig(folder / "multiscale.png")
+    with new_figure(folder / "multiscale.png", 6.6) as figure:
+        grid = figure.subplots(len(cases), 2, sharex="col")
+        for case, (left, right) in zip(cases, grid, strict=True):
+            coarse, fine = ends(case)
+            q = np.geomspace(coarse, fine, points)
+            band = [np.array([single_scale(case, np.array([at]), speed)[0] for speed in v]) for at in (coarse, fine)]
+            left.fill_between(v, *band, color="0.88", lw=0, label="classical, any radius")
+            left.loglog(v, band[0], color=BLACK, ls="--", label="classical, largest spots")
+            left.loglog(v, band[1], color=BLACK, ls=":", label="classical, smallest spots")
+            left.loglog(v, multiscale(case, v), color=ORANGE, lw=1.8, label="theory of all scales")
+            left.set(title=case.title, ylabel="$T_{flash}$ (K)", yticks=10.0 ** np.arange(-5, 4, 2))
+            for speed, colour in zip(SHOWN, SPEEDS[::-1][:0:-1], strict=True):
+                ratio = single_scale(case, q, speed) / multiscale(case, speed)
+                right.loglog(np.pi / q * 1e6, ratio, color=colour, label=f"classical, {speed:g} m/s")
+            right.axhline(1, color=ORANGE, lw=1.8)
+            right.set(ylim=(3e-5, 5), ylabel="over theory of all scales")
+            right.xaxis.set_minor_formatter(NullFormatter())
+        grid[-1, 1].invert_xaxis()
+        grid[-1, 0].set_xlabel("sliding speed (m/s)")
+        grid[-1, 1].set_xlabel("diameter chosen (µm)")
+        legend_below(figure, list(grid[0]), 2)
 
 
 def main() -> None:

@@ -13,27 +13,12 @@ from math import pi, sqrt
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
+from figures.style import BLACK, HARDNESS, ORANGE, legend_below, new_figure
 from script import EVIDENCE, Command, show_on_pages, write_evidence
 
 import roughsim as rs
 from theory import background, flash, hertz, partition, persson, plasticity
-
-mpl.rcParams.update(
-    {
-        "font.size": 9,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "legend.frameon": False,
-        "savefig.dpi": 130,
-        "savefig.bbox": "tight",
-    }
-)
-mpl.rcParams.update(
-    {"lines.linewidth": 1.6, "axes.grid": True, "grid.alpha": 0.25, "figure.constrained_layout.use": True}
-)
 
 FACE = rs.SelfAffineSpectrum.from_rms_height(
     0.9e-6, hurst=0.8, q_min=6350.0, q_roll_off=9.4e4, q_max=4.15e7, roll_off_exponent=1.5
@@ -44,7 +29,6 @@ BODY = {"conductivity": 30.0, "diffusivity": 30.0 / (7900 * 500)}
 CONTACT = {**LOAD, "gamma": 0.294}
 SLIDING = {**CONTACT, **BODY, "friction_coefficient": 0.11}
 SHARE, SPEED = 0.938, 35.0
-HARDNESS = {0.5e9: "#009e73", 1.2e9: "#0072b2", 2.0e9: "#d55e00"}  # green, blue and red, as in the paper
 SMOOTH = {y: plasticity.smoothed_spectrum(PAIR, penetration_hardness=y, **LOAD) for y in HARDNESS}
 
 
@@ -53,92 +37,91 @@ def label(hardness: float) -> str:
 
 
 def spectra(folder: Path, points: int) -> None:
+    """Draw C(q) and C_sm(q), and the stress correlation beside them."""
     q = np.geomspace(PAIR.breaks[0], 2e6, points)
-    figure = Figure((4.6, 3.4))
-    axes = figure.subplots()
-    axes.loglog(q, PAIR(q), color="k", label="machined steel, × 2")
-    for y, colour in HARDNESS.items():
-        axes.loglog(q, SMOOTH[y](q), color=colour, label=label(y))
-    axes.set(xlabel="wavenumber q (1/m)", ylabel="C(q) (m$^4$)", ylim=(1e-30, 3e-21))
-    axes.legend()
-    figure.savefig(folder / "spectra.png")
-
-
-def correlation(folder: Path, points: int) -> None:
     r = np.linspace(0, 400e-6, points)
-    figure = Figure((4.6, 3.4))
-    axes = figure.subplots()
-    for y, colour in HARDNESS.items():
-        axes.plot(r * 1e6, persson.pressure_correlation(r, SMOOTH[y], **CONTACT) / 1e16, color=colour, label=label(y))
-    axes.axhline(0, color="0.5", lw=0.8)
-    axes.set(xlabel="distance r (µm)", ylabel="$g_\\sigma(r)$ without $\\sigma_0^2$ ($10^{16}$ Pa$^2$)", xlim=(0, 400))
-    axes.legend()
-    figure.savefig(folder / "stress_correlation.png")
+    with new_figure(folder / "spectra.png", 2.9) as figure:
+        psd, correlation = figure.subplots(1, 2)
+        psd.loglog(q, PAIR(q), color=BLACK, label="C of both faces")
+        for y, colour in HARDNESS.items():
+            psd.loglog(q, SMOOTH[y](q), color=colour, label=label(y))
+            stress = persson.pressure_correlation(r, SMOOTH[y], **CONTACT)
+            correlation.plot(r * 1e6, stress / 1e16, color=colour)
+        psd.set(xlabel="wavenumber q (rad/m)", ylabel="C, $C_{sm}$ (m$^4$)", ylim=(1e-30, 3e-21))
+        correlation.axhline(0, color="0.5", lw=0.8)
+        correlation.set(xlabel="distance r (µm)", ylabel="$g_\\sigma$ ($10^{16}$ Pa$^2$)", xlim=(0, 400))
+        psd.set_title("spectrum")
+        correlation.set_title("stress correlation")
+        legend_below(figure, [psd], 4)
 
 
 def over_speed(folder: Path, points: int) -> None:
     v = np.geomspace(1e-3, 1e3, points)
-    figure = Figure((9.6, 3.2))
-    rise, width, slope = figure.subplots(1, 3)
-    for y, colour in HARDNESS.items():
-        rise.loglog(v, SHARE * flash.flash_temperature(v, SMOOTH[y], **SLIDING), color=colour, label=label(y))
-        width.semilogx(v, flash.flash_width(v, SMOOTH[y], **SLIDING) * 1e6, color=colour)
-        slope.loglog(v, flash.slope_length(v, SMOOTH[y], **SLIDING) * 1e6, color=colour)
-    slope.loglog(v, 4e6 * BODY["diffusivity"] / v, "k:", lw=1, label="4D/v")
-    rise.set(ylabel="$T_{flash}$ (K), share 0.938")
-    width.set(ylabel="$D_{flash}$ (µm)", ylim=(0, None))
-    slope.set(ylabel="$d_{flash}$ (µm)", ylim=(30, 1e5))
-    for axes in (rise, width, slope):
-        axes.axvline(SPEED, color="0.5", ls=":", lw=1)
-        axes.set(xlabel="sliding speed (m/s)")
-    rise.legend()
-    slope.legend()
-    figure.savefig(folder / "over_speed.png")
+    with new_figure(folder / "over_speed.png", 4.9) as figure:
+        (rise, width), (slope, free) = figure.subplots(2, 2)
+        for y, colour in HARDNESS.items():
+            rise.loglog(v, SHARE * flash.flash_temperature(v, SMOOTH[y], **SLIDING), color=colour, label=label(y))
+            width.semilogx(v, flash.flash_width(v, SMOOTH[y], **SLIDING) * 1e6, color=colour)
+            slope.loglog(v, flash.slope_length(v, SMOOTH[y], **SLIDING) * 1e6, color=colour)
+        slope.loglog(v, 4e6 * BODY["diffusivity"] / v, color=BLACK, ls=":", label="4D/v")
+        rise.set(title="flash temperature", ylabel="$T_{flash}$ (K)")
+        width.set(title="width", ylabel="$D_{flash}$ (µm)", ylim=(0, None))
+        slope.set(title="slope length", ylabel="$d_{flash}$ (µm)", ylim=(30, 1e5))
+        for axes in (rise, width, slope):
+            axes.axvline(SPEED, color="0.5", ls="--", lw=0.9, label="35 m/s")
+            axes.set(xlabel="sliding speed (m/s)", xticks=[1e-3, 1e-1, 1e1, 1e3])
+            axes.minorticks_off()
+        free.set_axis_off()
+        lines = {line.get_label(): line for axes in (rise, slope) for line in axes.get_lines()}
+        free.legend(handles=lines.values(), loc="center")
 
 
 def maps(folder: Path, points: int) -> None:
     x = np.linspace(-2.5, 1.5, points)
     y = np.linspace(-1.5, 1.5, points * 3 // 4)
-    figure = Figure((8.6, 4.8))
-    axes = figure.subplots(2, 2, sharex=True, height_ratios=[3, 2])
     columns = {"at rest": hertz.static_temperature, "fast, moving to the right": hertz.fast_temperature}
-    for (title, field), (top, bottom) in zip(columns.items(), axes.T, strict=True):
-        image = field(x[:, None], y)
-        image = image / image.max()
-        drawn = top.imshow(image.T, origin="lower", extent=(x[0], x[-1], y[0], y[-1]), cmap="inferno", vmin=0, vmax=1)
-        angle = np.linspace(0, 2 * pi, 200)
-        top.plot(np.cos(angle), np.sin(angle), color="w", lw=0.8, ls="--")
-        top.set(title=title, ylabel="y/R")
-        top.grid(visible=False)
-        profile = field(x, 0.0)
-        bottom.fill_between([-1, 1], 0, 1.05, color="0.92")
-        bottom.plot(x, profile / profile.max(), color="#d55e00")
-        bottom.plot(x, np.sqrt(np.maximum(1 - x**2, 0)), color="0.4", ls=":", label="heat flux")
-        bottom.set(xlabel="x/R", ylabel="T/T$_{max}$ at y = 0", ylim=(0, 1.05), xlim=(x[0], x[-1]))
-    axes[1, 0].legend()
-    figure.colorbar(drawn, ax=axes[0, :], label="T/T$_{max}$", shrink=0.9)
-    figure.savefig(folder / "hertz_maps.png", dpi=90)
+    with new_figure(folder / "hertz_maps.png", 3.65) as figure:
+        axes = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=[3, 2.2])
+        for (title, field), (top, bottom) in zip(columns.items(), axes.T, strict=True):
+            image = field(x[:, None], y)
+            image = image / image.max()
+            extent = (x[0], x[-1], y[0], y[-1])
+            drawn = top.imshow(image.T, origin="lower", extent=extent, cmap="inferno", vmin=0, vmax=1)
+            angle = np.linspace(0, 2 * pi, 200)
+            top.plot(np.cos(angle), np.sin(angle), color="w", lw=0.8, ls="--")
+            top.set_title(title)
+            top.grid(visible=False)
+            profile = field(x, 0.0)
+            bottom.axvspan(-1, 1, color="0.92", lw=0, label="contact")
+            bottom.plot(x, profile / profile.max(), color=ORANGE, label="temperature at y = 0")
+            bottom.plot(x, np.sqrt(np.maximum(1 - x**2, 0)), color=BLACK, ls=":", label="heat flux")
+            bottom.set(xlabel="x/R", ylim=(0, 1.05), xlim=(x[0], x[-1]))
+        axes[0, 0].set_ylabel("y/R")
+        axes[1, 0].set_ylabel("over its maximum")
+        figure.colorbar(drawn, ax=axes[0, :], label="T/$T_{max}$")
+        legend_below(figure, [axes[1, 0]], 3)
 
 
 def areas(folder: Path, points: int) -> float:
     """Draw the elastoplastic contact area beside the elastic one of the smoothed surface; return how far they part."""
     q = np.geomspace(PAIR.breaks[0] * 1.0001, 1e6, points)
-    figure = Figure((4.6, 3.4))
-    axes = figure.subplots()
     worst = 0.0
-    for y, colour in HARDNESS.items():
-        half = persson.half_variance(q, PAIR, effective_modulus=LOAD["effective_modulus"])
-        _, elastic, plastic = plasticity.area_fractions(half, LOAD["nominal_pressure"], y)
-        smoothed = persson.contact_probability(q, SMOOTH[y], **LOAD)
-        worst = max(worst, float(np.abs(smoothed / (elastic + plastic) - 1).max()))
-        axes.loglog(q / PAIR.breaks[0], elastic + plastic, color=colour, label=label(y))
-        axes.loglog(q[:: points // 18] / PAIR.breaks[0], smoothed[:: points // 18], "o", color=colour, ms=4, mfc="none")
-        axes.loglog(q / PAIR.breaks[0], plastic, color=colour, ls="--", lw=0.9)
-    axes.plot([], [], "o", color="0.4", mfc="none", ms=4, label="smoothed surface, elastic")
-    axes.plot([], [], "--", color="0.4", lw=0.9, label="plastic part")
-    axes.set(xlabel="magnification", ylabel="A/A$_0$", ylim=(3e-3, 1.2))
-    axes.legend(fontsize=7.5)
-    figure.savefig(folder / "contact_area.png")
+    with new_figure(folder / "contact_area.png", 3.0) as figure:
+        axes = figure.subplots()
+        for y, colour in HARDNESS.items():
+            half = persson.half_variance(q, PAIR, effective_modulus=LOAD["effective_modulus"])
+            _, elastic, plastic = plasticity.area_fractions(half, LOAD["nominal_pressure"], y)
+            smoothed = persson.contact_probability(q, SMOOTH[y], **LOAD)
+            worst = max(worst, float(np.abs(smoothed / (elastic + plastic) - 1).max()))
+            some = slice(None, None, points // 18)
+            axes.loglog(q / PAIR.breaks[0], elastic + plastic, color=colour, label=label(y))
+            axes.loglog(q[some] / PAIR.breaks[0], smoothed[some], "o", color=colour, ms=4, mfc="none")
+            axes.loglog(q / PAIR.breaks[0], plastic, color=colour, ls="--", lw=0.9)
+        axes.plot([], [], "-", color="0.4", label="$A_{el} + A_{pl}$")
+        axes.plot([], [], "o", color="0.4", mfc="none", ms=4, label="elastic area of $C_{sm}$")
+        axes.plot([], [], "--", color="0.4", lw=0.9, label="$A_{pl}$")
+        axes.set(xlabel="magnification q/q$_{min}$", ylabel="area over the nominal area", ylim=(3e-3, 1.2))
+        figure.legend(loc="outside right center")
     return worst
 
 
@@ -230,7 +213,7 @@ def table() -> str:
 def main() -> None:
     options = Command(__file__, __doc__, "fewer points").parse()
     points = 60 if options.toy else 300
-    for draw in (spectra, correlation, over_speed, maps):
+    for draw in (spectra, over_speed, maps):
         draw(options.output, points)
     worst = areas(options.output, points)
     numbers = table()
@@ -238,7 +221,7 @@ def main() -> None:
     print(numbers)
     print(f"A_el + A_pl and the smoothed surface's elastic area differ by at most {100 * worst:.3f} %")
     if options.evidence:
-        names = ("spectra", "stress_correlation", "over_speed", "hertz_maps", "contact_area")
+        names = ("spectra", "over_speed", "hertz_maps", "contact_area")
         show_on_pages(*(options.output / f"{name}.png" for name in names))
         (EVIDENCE.parent / "reference" / "paper.txt").write_text(numbers)
         compliant = {"flash_temperature_at_100GPa": with_printed_modulus()}

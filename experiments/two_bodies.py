@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
+from figures.style import SPEEDS as COLOURS
+from figures.style import new_figure
 from script import EVIDENCE, Command, show_on_pages, write_evidence
 
 import roughsim as rs
@@ -43,7 +44,6 @@ PAGE_HEADS = [
     "contact temperature, both, K",
     "one rough, K",
 ]
-COLOURS = ("#440154", "#31688e", "#35b779", "#c8a800")
 
 
 @dataclass(frozen=True)
@@ -277,32 +277,32 @@ def of_half_the_pixel(results: dict[Case, list[dict[str, np.ndarray]]]) -> dict[
     return {"pixel_least": every.min(), "pixel_most": every.max(), "pixel_ratio": np.abs(ratio).max()}
 
 
-def drawn(results: dict[Case, list[dict[str, np.ndarray]]]) -> Figure:
-    """T_flash over the frozen one, with the distance: a panel for each hardness, a line for each speed."""
+def draw(results: dict[Case, list[dict[str, np.ndarray]]], path: Path) -> None:
+    """Draw T_flash over the frozen one, with the distance: a panel for each hardness, a line for each speed."""
     longest = max(case.distance for case in results)
     panels = [case for case in results if case.part == 0.5 and case.steps is None and case.distance == longest]
     panels.sort(key=lambda case: case.hardness)
-    figure = Figure((3.0 * len(panels) + 0.6, 3.3), layout="constrained")
-    all_axes = np.atleast_1d(figure.subplots(1, len(panels), sharey=True))
-    for axes, case in zip(all_axes, panels, strict=True):
-        for part, style in ((0.5, "-"), (0.0, "--")):
-            members = results.get(replace(case, part=part), [])
-            for k, colour in enumerate(COLOURS):
-                ratios = [m["flash_temperature"][k] / m["frozen_flash_temperature"][k] for m in members]
-                if not ratios:
-                    continue
-                mean, error = mean_and_error(ratios)
-                distance, label = 1e3 * members[0]["slid_distance"], f"{SPEEDS[k]:g} m/s" if part else None
-                axes.plot(distance, mean, style, color=colour, lw=1.6 if part else 1.0, label=label)
-                axes.fill_between(distance, mean - 2 * error, mean + 2 * error, alpha=0.2, color=colour, lw=0)
-        axes.axhline(1.0, color="0.6", lw=0.7)
-        axes.set_title(f"steel, hardness {case.hardness} GPa", fontsize=10, loc="left")
-        axes.set(xscale="log", xlabel="slid distance (mm)", ylim=(0.0, None))
-        axes.set_xticks([0.1, 1.0, 10.0], ["0.1", "1", "10"])
-        axes.spines[["top", "right"]].set_visible(False)
-    all_axes[0].set_ylabel("T$_{flash}$ / frozen, all heat on one side")
-    all_axes[-1].legend(frameon=False, fontsize=8, loc="lower right", title="both rough; dashed: one", title_fontsize=8)
-    return figure
+    with new_figure(path, 4.9) as figure:
+        grid = list(figure.subplots(2, 2, sharey=True).flat)
+        for axes, case in zip(grid, panels, strict=False):
+            for part, style in ((0.5, "-"), (0.0, "--")):
+                members = results.get(replace(case, part=part), [])
+                for k, colour in enumerate(COLOURS if members else ()):
+                    ratios = [m["flash_temperature"][k] / m["frozen_flash_temperature"][k] for m in members]
+                    mean, error = mean_and_error(ratios)
+                    distance, label = 1e3 * members[0]["slid_distance"], f"{SPEEDS[k]:g} m/s" if part else None
+                    axes.semilogx(distance, mean, style, color=colour, label=label)
+                    axes.fill_between(distance, mean - 2 * error, mean + 2 * error, alpha=0.2, color=colour, lw=0)
+            axes.axhline(1.0, color="0.6", lw=0.8)
+            axes.set(title=f"steel, hardness {case.hardness} GPa", xlabel="slid distance (mm)", ylim=(0.0, None))
+            axes.set_xticks([0.1, 1.0, 10.0], ["0.1", "1", "10"])
+        for style, label in (("-", "both faces rough"), ("--", "resting face rough")):
+            grid[0].plot([], [], style, color="0.4", label=label)
+        for axes in grid[len(panels) :]:
+            axes.set_axis_off()
+        figure.supylabel("$T_{flash}$ over frozen contact, all heat in one body", fontsize=9)
+        handles, labels = grid[0].get_legend_handles_labels()
+        grid[3].legend(handles, labels, loc="center")
 
 
 def main() -> None:
@@ -322,7 +322,7 @@ def main() -> None:
     more, numbers = continued(results)
     text = "\n".join([*lines, "", *more])
     print(text)
-    drawn(results).savefig(options.output / "two_bodies.png", dpi=150)
+    draw(results, options.output / "two_bodies.png")
     if options.evidence:
         show_on_pages(options.output / "two_bodies.png")
         (EVIDENCE.parent / "reference" / "two_bodies.txt").write_text(f"{text}\n")

@@ -17,15 +17,12 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
+from figures.style import AMBER, BLACK, BLUE, SKY, new_figure
 from scipy.special import erf
 from script import Command, show_on_pages, write_evidence
 
 import roughsim as rs
 from theory import flash, hardness, partition, plasticity
-
-mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False})
-mpl.rcParams.update({"figure.constrained_layout.use": True, "savefig.dpi": 130, "savefig.bbox": "tight"})
 
 Draws = dict[str, Any]
 
@@ -42,13 +39,13 @@ RANGES = {  # low, the paper's choice, high
     "duration": (1e-4, 5e-4, 1e-3),  # s, counts for the rule "total" only
 }
 NAMES = {
-    "conductivity": "conductivity, W/(m K)",
+    "conductivity": "conductivity (W/(m K))",
     "friction": "friction coefficient",
-    "hardness": "hardness, GPa",
-    "rms_height": "rms height, µm",
-    "q_min": "smallest wavenumber, 1/mm",
-    "gamma": "gamma",
-    "duration": 'sliding time ("total"), ms',
+    "hardness": "hardness (GPa)",
+    "rms_height": "rms height (µm)",
+    "q_min": "smallest wavenumber (1/mm)",
+    "gamma": "γ",
+    "duration": 'sliding time (ms), "total"',
 }
 UNITS = {"hardness": 1e-9, "rms_height": 1e6, "q_min": 1e-3, "duration": 1e3}
 NODES = np.sqrt(
@@ -153,43 +150,35 @@ def tornado() -> list[tuple[str, float, float, float]]:
 
 
 def chart(folder: Path, sample: Draws, rise: np.ndarray, bars: list[tuple[str, float, float, float]]) -> None:
-    figure = Figure((9.2, 3.6))
-    left, right = figure.subplots(1, 2, width_ratios=[1, 1.15])
-    bins = np.linspace(0, np.quantile(rise, 0.998), 60)
-    for rule, colour, name in ((False, "#0072b2", 'share rule "mean"'), (True, "#e69f00", 'share rule "total"')):
-        left.hist(
-            rise[sample["total"] == rule],
-            bins=bins,
-            histtype="stepfilled",
-            fc=mpl.colors.to_rgba(colour, 0.25),
-            ec=colour,
-            lw=1.4,
-            label=name,
-        )
-    left.axvline(MEASURED, color="k", ls="--", lw=1.2, label="measured, ~200 K")
-    left.set(xlabel="$T_{flash}$ (K)", ylabel="draws", yticks=[])
-    left.spines["left"].set_visible(False)
-    left.legend(loc="upper right", fontsize=8)
-    middle = float(flash_temperature(central(1))[0])
-    for row, (name, low, high, _) in enumerate(bars):
-        right.barh(row, high - low, left=low, height=0.62, color="#56b4e9" if name != "rule" else "#e69f00")
-        ends = (
-            ('"mean"', '"total"')
-            if name == "rule"
-            else tuple(f"{RANGES[name][k] * UNITS.get(name, 1):.3g}" for k in (0, 2))
-        )
-        for value, text in zip((low, high), ends, strict=True):
-            left_side = value == min(low, high)
-            right.annotate(text, (value, row), (-4 if left_side else 4, 0), textcoords="offset points", va="center",
-                           ha="right" if left_side else "left", fontsize=7.5)  # fmt: skip
-    right.axvline(middle, color="0.4", lw=1)
-    right.axvline(MEASURED, color="k", ls="--", lw=1.2)
-    right.set(yticks=range(len(bars)), yticklabels=[NAMES.get(name, "rule of sharing the heat") for name, *_ in bars])
-    right.set(xlabel=f"$T_{{flash}}$ (K), all else at the paper's values ({middle:.0f} K)")
-    ends = [value for _, low, high, _ in bars for value in (low, high)]
-    right.set_xlim(min(ends) - 35, max(ends) + 25)
-    right.tick_params(left=False)
-    figure.savefig(folder / "uncertainty.png")
+    """Draw the distribution of T_flash, and below it how much each input changes it."""
+    with new_figure(folder / "uncertainty.png", 4.9) as figure:
+        upper, lower = figure.subplots(2, 1, height_ratios=[1, 1.5], sharex=True)
+        bins = np.linspace(0, np.quantile(rise, 0.998), 60)
+        for rule, colour in ((False, BLUE), (True, AMBER)):
+            look = {"histtype": "stepfilled", "fc": mpl.colors.to_rgba(colour, 0.25), "ec": colour, "lw": 1.2}
+            name = f'heat share by "{"total" if rule else "mean"}"'
+            upper.hist(rise[sample["total"] == rule], bins=bins, label=name, **look)
+        upper.set(title="random inputs", ylabel="draws", yticks=[])
+        upper.spines["left"].set_visible(False)
+        middle = float(flash_temperature(central(1))[0])
+        for row, (name, low, high, _) in enumerate(bars):
+            lower.barh(row, high - low, left=low, height=0.62, color=AMBER if name == "rule" else SKY)
+            words = '"mean"', '"total"'
+            if name != "rule":
+                words = tuple(f"{RANGES[name][k] * UNITS.get(name, 1):.3g}" for k in (0, 2))
+            for value, text in zip((low, high), words, strict=True):
+                side = -1 if value == min(low, high) else 1
+                place = {"xytext": (4 * side, 0), "textcoords": "offset points", "va": "center", "fontsize": 8.5}
+                place["bbox"] = {"color": "w", "pad": 0.6}
+                lower.annotate(text, (value, row), ha="right" if side < 0 else "left", **place)
+        for axes in (upper, lower):
+            axes.axvline(MEASURED, color=BLACK, ls="--", label="measured, about 200 K")
+            axes.axvline(middle, color="0.4", label=f"the paper's values, {middle:.0f} K")
+            axes.grid(visible=False)
+        lower.set(yticks=range(len(bars)), yticklabels=[NAMES.get(name, "rule of the heat share") for name, *_ in bars])
+        lower.set(title="one input at a time", xlabel="$T_{flash}$ (K)")
+        lower.tick_params(left=False)
+        figure.legend(*upper.get_legend_handles_labels(), loc="outside lower center", ncols=2)
 
 
 def hot_hardness() -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """A steel surface pressed once, relieved and pressed again: what yields, what stays, and what Eq. (27) says of it.
 
-    python experiments/unloading.py [--toy] [-o FOLDER]
+    python experiments/unloading.py [--toy] [-o FOLDER] [--evidence]
 
 Two rough steel faces of hardness 1.2 GPa are pressed with up to 90 MPa, relieved, pressed to the same load and beyond.
 Drawn: the way of the flat; contact and yielded area on the way up and down; one profile before and after; the power
@@ -10,18 +10,14 @@ the pressures elastically, which it should to the tolerance of the solver.
 
 from __future__ import annotations
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
-from script import Command
+from figures.style import BLACK, BLUE, GREEN, ORANGE, new_figure
+from script import Command, show_on_pages
 
 import roughsim as rs
 from theory import plasticity
 
-mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.spines.top": False, "axes.spines.right": False})
-mpl.rcParams.update({"legend.frameon": False, "legend.fontsize": 8, "savefig.dpi": 150})
-mpl.rcParams.update({"figure.constrained_layout.use": True, "axes.grid": True, "grid.alpha": 0.25})
-BLUE, RED, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "0.55"
+GREY = "0.55"
 SCENE = rs.load_scene("steel-1.2GPa")
 LENGTH, LOAD, MICRON, MEGA = 3.96e-3, 90e6, 1e6, 1e-6
 STEEL = rs.Solid(SCENE.effective_modulus, SCENE.penetration_hardness)
@@ -64,7 +60,7 @@ def repeats(heights, grid, tolerances):
 
 
 def draw_history(way, area, parts):
-    styles = {"first loading": (BLUE, "-"), "unloading": (RED, "-"), "loading again": ("k", ":")}
+    styles = {"first loading": (BLUE, "-"), "unloading": (ORANGE, "-"), "loading again": (BLACK, ":")}
     origin = parts["first loading"][0, 1]
     for name, (colour, line) in styles.items():
         rows = parts[name]
@@ -75,22 +71,27 @@ def draw_history(way, area, parts):
         area.plot(rows[:, 0] * MEGA, 100 * rows[:, 3], color=styles[name][0], ls="--", lw=1)
     area.plot([], [], color=GREY, label="contact")
     area.plot([], [], color=GREY, ls="--", lw=1, label="yielded")
-    way.set(title="the flat moves down and comes back a little", xlabel="way of the flat (µm)", ylabel="load (MPa)")
-    area.set(title="unloading is elastic and keeps its area", xlabel="load (MPa)", ylabel="share of the cell (%)")
-    way.legend()
-    area.legend()
+    way.set(title="way of the flat", xlabel="way (µm)", ylabel="load (MPa)")
+    area.set(title="area", xlabel="load (MPa)", ylabel="share of the cell (%)")
+    key(way, 1)
+    key(area, 2)
+
+
+def key(axis, columns):
+    """Put the legend below a panel."""
+    axis.legend(loc="upper left", bbox_to_anchor=(-0.05, -0.24), ncols=columns, columnspacing=1.2, handlelength=1.6)
 
 
 def draw_profile(axis, heights, deformed, grid):
     row, middle = np.unravel_index(deformed.displacement.argmax(), grid.shape)
     y = (np.arange(grid.shape[1]) - grid.shape[1] // 2) * grid.spacing[1] * MICRON
     shift = grid.shape[1] // 2 - middle
-    axis.plot(y, np.roll(heights[row], shift) * MICRON, color=GREY, lw=1, label="new")
-    axis.plot(y, np.roll(deformed.heights[row], shift) * MICRON, color=RED, lw=1, label="after 90 MPa, relieved")
-    axis.axhline(deformed.flat_height * MICRON, color=BLUE, lw=0.8, label="flat at 90 MPa")
-    axis.set(title="profile through the largest plastic displacement", xlabel="y (µm)", ylabel="height (µm)")
-    axis.set(xlim=(-300, 300), ylim=(-3.5, heights[row].max() * MICRON * 1.45))
-    axis.legend(loc="upper left")
+    axis.plot(y, np.roll(heights[row], shift) * MICRON, color=GREY, label="new")
+    axis.plot(y, np.roll(deformed.heights[row], shift) * MICRON, color=ORANGE, label="after 90 MPa, relieved")
+    axis.axhline(deformed.flat_height * MICRON, color=BLUE, label="flat at 90 MPa")
+    axis.set(title="profile at the most yielded point", xlabel="y (µm)", ylabel="height (µm)")
+    axis.set(xlim=(-300, 300), ylim=(-3.5, heights[row].max() * MICRON * 1.1))
+    key(axis, 1)
 
 
 def draw_spectra(axis, heights, deformed, grid):
@@ -102,19 +103,19 @@ def draw_spectra(axis, heights, deformed, grid):
     q = np.sqrt(edges[1:] * edges[:-1])
     before, after = (ring_psd(surface, grid, edges) for surface in (heights, deformed.heights))
     axis.loglog(q, before, color=GREY, label="new")
-    axis.loglog(q, after, color=RED, label="deformed")
+    axis.loglog(q, after, color=ORANGE, label="deformed")
     theory = smooth(q)
-    axis.loglog(q, theory, color="k", ls="--", label="theory, $C_{sm}$")
-    axis.set(title="the spectrum falls far less than in Eq. (27)", xlabel="wavenumber (rad/m)", ylabel="C(q) (m⁴)")
+    axis.loglog(q, theory, color=BLACK, ls="--", label="$C_{sm}$ by Eq. (27)")
+    axis.set(title="spectrum", xlabel="wavenumber (rad/m)", ylabel="C(q) (m⁴)")
     axis.set_ylim(before[-1] / 100, 2 * before[0])
-    axis.legend()
+    key(axis, 1)
     return q, after / before, theory / spectrum(q)
 
 
 def draw_patches(axis, top, relieved, grid):
     fields = {
         "contact at 90 MPa": (top.pressure > 0, BLUE),
-        "yielded at 90 MPa": (top.pressure == STEEL.penetration_hardness, RED),
+        "yielded at 90 MPa": (top.pressure == STEEL.penetration_hardness, ORANGE),
         "contact after, at 10 MPa": (relieved.pressure > 0, GREEN),
     }
     for name, (mask, colour) in fields.items():
@@ -129,8 +130,8 @@ def draw_patches(axis, top, relieved, grid):
     pixel = np.prod(grid.spacing) * MICRON**2
     axis.axvspan(axis.get_xlim()[0], 4 * pixel, color="0.93", zorder=0)
     axis.margins(x=0)
-    axis.set(title="patches by size (grey: below 4 pixels)", xlabel="area (µm²)", ylabel="patches per µm² of size")
-    axis.legend()
+    axis.set(title="patches (grey: below 4 pixels)", xlabel="area (µm²)", ylabel="number per area (1/µm²)")
+    key(axis, 1)
 
 
 def main() -> None:
@@ -139,23 +140,25 @@ def main() -> None:
     grid = rs.Grid((points, points), (LENGTH, LENGTH))
     spectrum = SCENE.spectrum.truncated(q_max=grid.nyquist / 2)  # four pixels per shortest wave
     heights = rs.synthesize(spectrum, grid, np.random.default_rng(1))
-    figure = Figure(figsize=(11, 6.4))
-    (way, area, repeat), (profile, psd, patch) = figure.subplots(2, 3)
     parts = history(heights, grid, 6 if options.toy else 16, 1e-6)
-    draw_history(way, area, parts)
     top, deformed = next(rs.follow_loads(heights, grid, STEEL, nominal_pressures=[LOAD]))
     relieved = rs.solve_contact(deformed.heights, grid, STEEL, nominal_pressure=10e6)
-    draw_profile(profile, heights, deformed, grid)
-    q, kept, theory = draw_spectra(psd, heights, deformed, grid)
-    draw_patches(patch, top, relieved, grid)
     tolerances = np.array([1e-2, 1e-6]) if options.toy else 10.0 ** np.arange(-9, -1)
     errors = repeats(heights, grid, tolerances)
-    repeat.loglog(tolerances, errors, "o-", color=RED, ms=4, label="found")
-    repeat.loglog(tolerances, tolerances, color=GREY, lw=0.8, label="the tolerance itself")
-    repeat.set(title="pressures repeat on the deformed surface", xlabel="tolerance", ylabel="relative difference")
-    repeat.legend()
-    figure.savefig(options.output / "unloading.png")
-    tell(parts, top, deformed, errors / tolerances, (q, kept, theory))
+    picture = options.output / "unloading.png"
+    with new_figure(picture, 8.2) as figure:
+        (way, area), (profile, psd), (patch, repeat) = figure.subplots(3, 2)
+        draw_history(way, area, parts)
+        draw_profile(profile, heights, deformed, grid)
+        spectra = draw_spectra(psd, heights, deformed, grid)
+        draw_patches(patch, top, relieved, grid)
+        repeat.loglog(tolerances, errors, "o-", color=ORANGE, label="pressed again")
+        repeat.loglog(tolerances, tolerances, color=GREY, label="the tolerance")
+        repeat.set(title="difference of the pressures", xlabel="tolerance", ylabel="relative difference")
+        key(repeat, 1)
+    if options.evidence:
+        show_on_pages(picture)
+    tell(parts, top, deformed, errors / tolerances, spectra)
 
 
 def tell(parts, top, deformed, ratio, spectra):

@@ -21,10 +21,8 @@ from math import inf, isnan, nan
 from pathlib import Path
 
 import figures
-import matplotlib as mpl
 import numpy as np
 from contacts.members import spectrum_of
-from matplotlib.figure import Figure
 from script import Command, Rows, write_evidence
 
 import roughsim as rs
@@ -34,7 +32,6 @@ from theory import flash, hertz, persson
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 import contact as solvers
 
-mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.titlelocation": "left", "legend.frameon": False})
 TOLERANCE = 1e-6
 LONGEST = 20.0  # CPU seconds of one solve; a solver that takes longer is not asked with finer pixels
 NOT_MADE = "one bound only"  # what a solver is not made for is no failure of it
@@ -137,24 +134,8 @@ def roughness_map(rows, folder, toy):
             slow.add((name, hurst, band))
         print(f"{key:50s} {row['error']:8.1e} {row['seconds']:8.3f} s  {row['why']}", flush=True)
     found = list(rows["roughness"].values())
-    ours_over_roughness([row for row in found if row["solver"] == "roughsim"], folder, (bands, hursts), pixels)
+    figures.limits_of_pixel(found, folder / "limits_of_pixel.png")
     told("roughness", found)
-
-
-def ours_over_roughness(found, folder, ticks, pixels):
-    figure = Figure((2.8 * len(pixels) + 0.6, 7.4), layout="constrained")
-    axes = figure.subplots(3, len(pixels), sharex=True, sharey=True, squeeze=False)
-    for column, pixel in zip(axes.T, pixels, strict=True):
-        here = [row for row in found if row["pixels"] == pixel]
-        for axis, quantity in zip(column, ("transforms", "error", "pixel_error"), strict=True):
-            picture(axis, here, ("bandwidth", "hurst"), quantity, ticks)
-        column[0].set_title(f"{pixel} pixels per wave: transforms")
-        column[1].set_title("error of the solve")
-        column[2].set_title("error of T_flash by the pixel, %")
-        column[2].set_xlabel("bandwidth q₁/q_r")
-    for axis in axes[:, 0]:
-        axis.set_ylabel("Hurst exponent H")
-    figure.savefig(folder / "contact_roughness.png", dpi=120)
 
 
 def rough(name, hurst, band, pixel, finest):
@@ -265,35 +246,6 @@ def by_formula(contact, peclets):
     }
 
 
-# pictures
-
-SHOWN = {  # factor to what is written, how it is written, and the range of the colours in it
-    "error": (1.0, "{:.0e}".format, (1e-8, 1e-2)),
-    "seconds": (1e3, lambda value: f"{value:.0f}" if value >= 9.5 else f"{value:.2g}", (1, 3e3)),
-    "transforms": (1.0, "{:.0f}".format, (10, 100)),
-    "pixel_error": (100.0, "{:.2g}".format, (0.1, 30)),
-    "excess": (100.0, lambda value: f"{value:+.0f}" if abs(value) >= 10 else f"{value:+.2g}", (0.1, 100)),
-}
-
-
-def picture(axis, found, keys, quantity, ticks):
-    """A map with the number in each cell; a cross where the method failed, with what it returned, if anything."""
-    factor, form, (low, high) = SHOWN[quantity]
-    table = np.full((len(ticks[1]), len(ticks[0])), nan)
-    for row in found:
-        i, j = ticks[1].index(row[keys[1]]), ticks[0].index(row[keys[0]])
-        value = table[i, j] = factor * row[quantity]
-        failed = bool(complaint(row))
-        text = "✗" if failed and isnan(value) else form(value) + ("\n✗" if failed else "")
-        text = "–" if row["why"] == NOT_MADE else text
-        dark = not isnan(value) and abs(value) > (low * high**3) ** 0.25
-        axis.text(j, i, text, ha="center", va="center", fontsize=6.5, color="w" if dark else "k")
-    shade = mpl.colors.LogNorm(low, high, clip=True)
-    axis.imshow(np.maximum(np.abs(table), low), norm=shade, cmap="YlGnBu", origin="lower", aspect="auto")
-    for ticked, values in ((axis.set_xticks, ticks[0]), (axis.set_yticks, ticks[1])):
-        ticked(range(len(values)), ["∞" if value == inf else f"{value:g}" for value in values], fontsize=7.5)
-
-
 def told(name, found):
     """Print the failures of a map, each with its reason, and how many rows there are."""
     failed = [row for row in found if complaint(row)]
@@ -320,8 +272,27 @@ def main() -> None:
     for name in chosen:
         MAPS[name](rows, options.output, options.toy)
     if options.evidence:
-        measured = [row for name in ("load", "heat", "theory") if name in chosen for row in rows[name].values()]
-        write_evidence("limits", "python experiments/where_methods_fail.py --resume --evidence", rows=measured)
+        measured = [row for name in chosen for row in rows[name].values()]
+        # without CPU times, which no map shows, and what is not known of a failure
+        known = [{key: value for key, value in row.items() if key != "seconds" and is_known(value)} for row in measured]
+        command_line = "python experiments/where_methods_fail.py --resume --evidence"
+        write_evidence("limits", command_line, rows=known, numbers=numbers_of_page(measured))
+
+
+def is_known(value):
+    return isinstance(value, str) or not isnan(value)
+
+
+def numbers_of_page(measured):
+    """The largest errors of the pressure by the peers, and of T_flash by the pixel, %; of maps that were computed."""
+    numbers = {}
+    for row in measured:
+        if "ratio" in row and row["solver"] != "roughsim" and not isnan(row["error"]):
+            numbers[row["solver"]] = max(numbers.get(row["solver"], 0.0), 100 * row["error"])
+        if row.get("solver") == "roughsim" and "pixels" in row:
+            key = f"pixel_{row['pixels']:g}"
+            numbers[key] = max(numbers.get(key, 0.0), 100 * row["pixel_error"])
+    return numbers
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from .chain import chain
 from .contact import SOLVERS, contact_cost, contact_error
 from .coverage import coverage
 from .heat import heat
-from .limits import limits_of_heat, limits_of_solvers, limits_of_theory
+from .limits import limits_of_heat, limits_of_pixel, limits_of_solvers, limits_of_theory
 
 __all__ = [
     "SOLVERS",
@@ -14,6 +14,7 @@ __all__ = [
     "coverage",
     "heat",
     "limits_of_heat",
+    "limits_of_pixel",
     "limits_of_solvers",
     "limits_of_theory",
 ]

@@ -33,7 +33,7 @@ def limits_of_heat(rows: list[Row], path: Path, source: str = "") -> None:
         for axes, kernel in zip(panels, kernels, strict=True):
             found = [row for row in rows if row.get("kernel") == kernel]
             draw_map(axes, found, ("peclet", "side"), bounds, cell)
-            axes.set(title=f"{kernel}: error of T_flash (%)", ylabel="cell (radii)")
+            axes.set(title=f"{kernel}: error of $T_{{flash}}$ (%)", ylabel="cell (radii)")
         panels[-1].set_xlabel("Péclet number vR/D")
         colour_key(figure, bounds, unit)
 
@@ -41,26 +41,46 @@ def limits_of_heat(rows: list[Row], path: Path, source: str = "") -> None:
 def limits_of_solvers(rows: list[Row], path: Path, source: str = "") -> None:
     """Draw the error of the pressure over load and hardness at a tolerance of 1e-6, a map for each solver."""
     solvers = list(dict.fromkeys(row["solver"] for row in rows if "ratio" in row))
-    bounds, unit = (1e-6, 1e-5, 1e-4, 1e-2), ""
+    bounds, unit = (2e-6, 1e-5, 1e-4, 1e-2), ""
 
     def cell(row: Row) -> tuple[float, str]:
         if row["why"] == ONE_BOUND:
             return nan, "–"
-        failed = row["why"] or isnan(row["error"])
-        return (inf, "✗") if failed else (row["error"], f"{row['error']:.0e}".replace("e-0", "e-"))
+        if row["why"] or isnan(row["error"]):
+            return inf, "✗"
+        return row["error"], f"{row['error']:.0e}".replace("e-0", "e-").replace("0e+00", "0")
 
-    with new_figure(path, 1.0 + 2.4 * -(-len(solvers) // 2), source) as figure:
+    with new_figure(path, 1.0 + 2.0 * -(-len(solvers) // 2), source) as figure:
         grid = figure.subplots(-(-len(solvers) // 2), 2, sharex=True, sharey=True, squeeze=False)
         for axes, solver in zip(grid.flat, solvers, strict=False):
             found = [row for row in rows if row.get("solver") == solver and "ratio" in row]
             draw_map(axes, found, ("load", "ratio"), bounds, cell)
             axes.set_title(solver)
         for axes in grid[-1]:
-            axes.set_xlabel("load σ₀/(E*h′)")
+            axes.set_xlabel("load $\\sigma_0/(E^* h')$")
         for axes in grid[:, 0]:
-            axes.set_ylabel("hardness σ_P/σ₀")
-        figure.suptitle("Relative error of the pressure, 64² points, tolerance 1e-6", fontsize=9)
+            axes.set_ylabel("hardness $\\sigma_P/\\sigma_0$")
+        figure.suptitle("Relative error of the pressure at a tolerance of 1e-6; –: no such solver", fontsize=9)
         colour_key(figure, bounds, unit)
+
+
+def limits_of_pixel(rows: list[Row], path: Path, source: str = "") -> None:
+    """Draw the error of T_flash by the pixel over bandwidth and Hurst exponent, %, a map for each pixel."""
+    found = [row for row in rows if row.get("solver") == "roughsim" and "pixels" in row]
+    pixels, bounds = sorted({row["pixels"] for row in found}), (0.5, 1.0, 3.0, 10.0)
+
+    def cell(row: Row) -> tuple[float, str]:
+        value = 100 * row["pixel_error"]
+        return value, f"{value:.0f}" if value >= 9.5 else f"{value:.1f}"
+
+    with new_figure(path, 2.8, source) as figure:
+        panels = figure.subplots(1, len(pixels), sharex=True, sharey=True, squeeze=False)[0]
+        for axes, pixel in zip(panels, pixels, strict=True):
+            draw_map(axes, [row for row in found if row["pixels"] == pixel], ("bandwidth", "hurst"), bounds, cell)
+            axes.set(title=f"{pixel:g} pixels", xlabel="bandwidth $q_1/q_r$")
+        panels[0].set_ylabel("Hurst exponent H")
+        figure.suptitle("Error of $T_{flash}$ by the pixel (%), by pixels per shortest wave", fontsize=9)
+        colour_key(figure, bounds, "%", "more")
 
 
 def limits_of_theory(rows: list[Row], path: Path, source: str = "") -> None:
@@ -77,12 +97,12 @@ def limits_of_theory(rows: list[Row], path: Path, source: str = "") -> None:
             for axes, formula in zip(line, formulas, strict=True):
                 found = [row for row in rows if (row.get("formula"), row.get("peclet")) == (formula, peclet)]
                 draw_map(axes, found, ("load", "bandwidth"), bounds, cell)
-                axes.set_title(f"{formula}, v/(D q_r) = {peclet:g}")
+                axes.set_title(f"{formula}, $v/(Dq_r)$ = {peclet:g}")
         for axes in grid[-1]:
-            axes.set_xlabel("load σ₀/(E*h′)")
+            axes.set_xlabel("load $\\sigma_0/(E^* h')$")
         for axes in grid[:, 0]:
-            axes.set_ylabel("bandwidth q₁/q_r")
-        figure.suptitle("Error of T_flash of elastic contact (%), the largest for H from 0.3 to 1", fontsize=9)
+            axes.set_ylabel("bandwidth $q_1/q_r$")
+        figure.suptitle("Error of $T_{flash}$ of elastic contact (%), the largest for H from 0.3 to 1", fontsize=9)
         colour_key(figure, bounds, "%")
 
 
@@ -109,9 +129,10 @@ def draw_map(
     axes.grid(visible=False)
 
 
-def colour_key(figure: Any, bounds: tuple[float, ...], unit: str) -> None:
+def colour_key(figure: Any, bounds: tuple[float, ...], unit: str, last: str = "more, or failed") -> None:
     """Put the meaning of the colours below the maps."""
     space = f" {unit}" if unit else ""
-    words = [f"≤ {bounds[0]:g}{space}", *(f"≤ {bound:g}{space}" for bound in bounds[1:]), "more, or failed"]
+    numbers = (f"{bound:g}" if bound > 1e-3 else f"{bound:.0e}".replace("e-0", "e-") for bound in bounds)
+    words = [*(f"≤ {number}{space}" for number in numbers), last]
     handles = [Patch(color=colour, label=word) for colour, word in zip(COLOURS, words, strict=True)]
     figure.legend(handles=handles, loc="outside lower center", ncols=5, columnspacing=0.9, handlelength=1.0)

@@ -41,6 +41,8 @@ LOOKS: dict[str, dict[str, Any]] = {  # of each method, in all figures
     "free half-space": {"color": GREEN, "marker": "D"},
     "mean over directions": {"color": ORANGE, "marker": "o", "lw": 1.8},
 }
+HARDNESS = {0.5e9: GREEN, 1.2e9: BLUE, 2.0e9: ORANGE}  # Pa, of the paper's steels, in its colours
+SPEEDS = "#440154", "#31688E", "#35B779", "#C8A800"  # from slow to fast
 _STYLE: Any = {
     "font.size": 9,
     "axes.titlesize": 9,
@@ -77,7 +79,9 @@ def legend_below(figure: Figure, axes: list[Axes], columns: int) -> None:
         label: handle for panel in axes for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
     }
     names = sorted(handles, key=lambda name: list(LOOKS).index(name) if name in LOOKS else len(LOOKS))
-    figure.legend([handles[name] for name in names], names, loc="outside lower center", ncols=columns)
+    figure.legend(
+        [handles[name] for name in names], names, loc="outside lower center", ncols=columns, columnspacing=1.4
+    )
 
 
 def decades(axes: Axes, *, x: tuple[float, float] | None = None, y: tuple[float, float] | None = None) -> None:
