@@ -103,8 +103,9 @@ def compute(verb, scene, home, workers):
 
 
 def stored(folder):
-    """Return the files of all members below a folder."""
-    return sorted(folder.glob("**/realizations/L*.h5"))
+    """Return the files of all members below a folder; other folders in it may vanish meanwhile."""
+    found = [Path(home) / name for home, _, names in os.walk(folder) if home.endswith("realizations") for name in names]
+    return sorted(path for path in found if path.match("L*.h5"))
 
 
 def children(pid):
