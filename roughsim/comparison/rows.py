@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Iterator, Sequence
 from math import log, nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -46,13 +46,19 @@ def rows_of(
     """
     theories = theories_of(run) if theories is None else theories
     slid = None if run.numerics.slide is None else prediction.sliding_prediction(run.scene)
-    for observable in run.observables if observables is None else observables:
+    names = run.observables if observables is None else observables
+    quantiles: dict[str, Array] = {}
+    if slid is not None and any(OBSERVABLES[name].asked for name in names):
+        estimates_of_theory = prediction.sliding_quantile_predictions(run.scene)
+        quantiles = {name: estimate.value for name, estimate in estimates_of_theory.items()}
+    for observable in names:
         predicted = {name: values[observable] for name, values in theories.items()}
         estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
         if run.numerics.slide is not None and observable in run.slid_observables:
             estimates[SLIDING] = run.estimate(observable, SLIDING)
         ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"])
-        yield from _rows_of_one(run, observable, predicted, estimates, ratios, slid)
+        sliding = _theory_of_sliding(slid, observable, predicted["calibrated"])
+        yield from _rows_of_one(run, observable, predicted, estimates, ratios, quantiles.get(observable, sliding))
     if observables is not None:
         return
     if run.scene.sliding.duration is not None:
@@ -87,7 +93,8 @@ def _rows_of_contact_temperature(run: Run, flash: dict[str, Array], slid: Slidin
     columns = run.numerics.columns if run.numerics.slide is None else (*run.numerics.columns, SLIDING)
     estimates = {name: run.contact_temperature(name, background) for name in columns}
     ratios = ratios_of(run, FLASH, predicted["theory_same_modes"], predicted["theory_at_cut_off"], background)
-    yield from _rows_of_one(run, CONTACT_TEMPERATURE, predicted, estimates, ratios, slid)
+    sliding = _theory_of_sliding(slid, CONTACT_TEMPERATURE, predicted["calibrated"])
+    yield from _rows_of_one(run, CONTACT_TEMPERATURE, predicted, estimates, ratios, sliding)
 
 
 def _rows_that_are_asked(run: Run) -> Iterator[Row]:
@@ -98,11 +105,14 @@ def _rows_that_are_asked(run: Run) -> Iterator[Row]:
     predicted = {
         asked.key: asked.estimate.value for asked in prediction.asked_predictions(run.scene, run.heat_partition)
     }
+    slid: dict[Any, Array] = {}
+    if run.numerics.slide is not None:
+        slid = {asked.key: asked.estimate.value for asked in prediction.sliding_asked_predictions(run.scene)}
     nothing = np.full(len(run.scene.speeds), nan)
     columns = run.reacting_columns
     for together in zip(*(run.reactions(column) for column in columns), strict=True):
         first = together[0].estimate
-        calibrated = predicted.get(together[0].key, nothing)
+        calibrated, sliding = (values.get(together[0].key, nothing) for values in (predicted, slid))
         for k, speed in enumerate(run.scene.speeds):
             cells = {column: _cell_of(asked.estimate, k) for column, asked in zip(columns, together, strict=True)}
             if run.numerics.slide is not None:
@@ -115,6 +125,7 @@ def _rows_that_are_asked(run: Run) -> Iterator[Row]:
                 columns=cells,
                 ratios=ratios,
                 note=AT_CUT_OFF if any("bandwidth" in cell.unknown for cell in cells.values()) else "",
+                sliding_calibrated=float(sliding[k]),
                 energy=together[0].energy,
                 temperature=together[0].temperature,
             )
@@ -144,14 +155,14 @@ def _rows_of_one(
     predicted: dict[str, Array],
     estimates: dict[str, Estimate],
     ratios: dict[str, Uncertain],
-    slid: SlidingPrediction | None,
+    sliding: Array,
 ) -> Iterator[Row]:
     """Yield a row for each speed of an observable.
 
-    `predicted` has its theories by the field of a row, with all heat in the moving body; `estimates` its columns.
+    `predicted` has its theories by the field of a row, with all heat in the moving body; `estimates` its columns, and
+    `sliding` the theory of the column sliding.
     """
     record = OBSERVABLES[FLASH if observable == CONTACT_TEMPERATURE else observable]
-    sliding = _theory_of_sliding(slid, observable, predicted["calibrated"])
     share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
     notes = [notes_of(run, name, estimates[name]) for name in run.numerics.columns]
     for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):

@@ -20,6 +20,7 @@ from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
 from roughsim.prediction.sliding import sliding_continuation, sliding_prediction
+from roughsim.prediction.sliding_distribution import sliding_asked_predictions, sliding_quantile_predictions
 from roughsim.prediction.theories import (
     calibrated_correlation,
     calibrated_over_speed,
@@ -54,8 +55,10 @@ __all__ = [
     "over_speed",
     "predictions",
     "quantile_predictions",
+    "sliding_asked_predictions",
     "sliding_continuation",
     "sliding_prediction",
+    "sliding_quantile_predictions",
     "slow",
     "smoothed_spectrum",
     "stress_spectrum",

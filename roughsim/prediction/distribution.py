@@ -23,6 +23,7 @@ QUANTILES = {
     for weight in ("heat", "area")
     for name, level in LEVELS.items()
 }
+Parts = tuple[tuple[list[int], TemperatureDistribution], ...]  # places of speeds, and the distribution at these
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ class AskedPrediction:
 
 
 @lru_cache(maxsize=16)  # 1 s at two speeds, in each table of a comparison
-def temperature_distributions(scene: Scene) -> tuple[tuple[list[int], TemperatureDistribution], ...]:
+def temperature_distributions(scene: Scene) -> Parts:
     """Return the places of speeds, and the distribution of the temperature at these.
 
     Nothing where a scene does not ask for it, the moving body has a skin or is heated in depth, or the calibrated law
@@ -73,7 +74,11 @@ def temperature_distributions(scene: Scene) -> tuple[tuple[list[int], Temperatur
 
 def quantile_predictions(scene: Scene) -> dict[str, Estimate]:
     """Return each quantile of the temperature over the speeds, K, with all heat in the moving body; empty without."""
-    parts = temperature_distributions(scene)
+    return quantiles_of(scene, temperature_distributions(scene))
+
+
+def quantiles_of(scene: Scene, parts: Parts) -> dict[str, Estimate]:
+    """Return each quantile of the distributions at some places of the speeds, over all speeds, K; empty without."""
     found: dict[str, Estimate] = {}
     for weight in ("heat", "area") if parts else ():
         names = [name for name, (_, by) in QUANTILES.items() if by == weight]
@@ -85,9 +90,16 @@ def quantile_predictions(scene: Scene) -> dict[str, Estimate]:
 
 def asked_predictions(scene: Scene, share: Array) -> list[AskedPrediction]:
     """Return reactions and the share of hot heat that a scene asks for; `share` is that of the heat at each speed."""
-    parts = temperature_distributions(scene)
     start = (scene.sliding.background_temperature or 0.0) + share * background(scene)
-    found = _reactions(scene, start, share) if parts and scene.reaction is not None else []
+    return asked_of(scene, temperature_distributions(scene), start, share)
+
+
+def asked_of(scene: Scene, parts: Parts, start: Array, share: Array) -> list[AskedPrediction]:
+    """Return what a scene asks for from distributions at some places of the speeds; empty without.
+
+    `start` is the absolute temperature of the background, K, and `share` the factor of the temperatures, (speeds,).
+    """
+    found = _reactions(scene, parts, start, share) if parts and scene.reaction is not None else []
     limits = scene.observables.heat_above if scene.observables is not None else None
     for limit in (limits or ()) if parts else ():
         with np.errstate(divide="ignore"):
@@ -97,14 +109,14 @@ def asked_predictions(scene: Scene, share: Array) -> list[AskedPrediction]:
     return found
 
 
-def _reactions(scene: Scene, start: Array, share: Array) -> list[AskedPrediction]:
+def _reactions(scene: Scene, parts: Parts, start: Array, share: Array) -> list[AskedPrediction]:
     """Return rate, activation temperature and, if its length is given, conversion at each energy."""
     reaction = scene.reaction
     if reaction is None:
         return []
     energies = np.array(reaction.activation_energy)
     rates, kelvins = [], []
-    for places, fields in temperature_distributions(scene):
+    for places, fields in parts:
         given: dict[str, Any] = {"background_temperature": start[places], "heat_partition": share[places]}
         given["activation_volume"] = reaction.activation_volume
         rates.append((places, fields.reaction_rate(energies, prefactor=reaction.prefactor, **given)))

@@ -10,9 +10,10 @@ from numpy.polynomial.legendre import leggauss
 
 import theory
 from roughsim.grid import Array
-from roughsim.prediction.bodies import groups, heat_arguments, layer_arguments, load_arguments
+from roughsim.prediction.bodies import groups, layer_arguments, load_arguments
 from roughsim.prediction.law import calibrated
 from roughsim.scene import Scene
+from roughsim.scene.model import Conduction
 from theory.arguments import density
 
 ERROR = 0.08  # of T_flash: no pair of experiments/two_bodies_points.py, of 76, is further off
@@ -88,13 +89,9 @@ def sliding_prediction(scene: Scene, slid_distance: Array | None = None) -> Slid
     late = 1.0 - 0.5 * _LATE * (1.0 - points)
     flash, share, contact = np.zeros((3, speeds.size))
     for indices, constants in groups(scene, speeds):
-        arguments: dict[str, Any] = load_arguments(scene) | heat_arguments(*constants)
-        arguments["penetration_hardness"] = None if scene.elastic else scene.penetration_hardness
-        arguments["resting_conductivity"] = constants.bodies.counter_conductivity
-        arguments["resting_diffusivity"] = constants.bodies.counter_diffusivity
-        arguments |= layer_arguments(constants.bodies)
+        arguments = pair_arguments(scene, constants.bodies) | layer_arguments(constants.bodies)
+        arguments["friction_coefficient"] = constants.friction_coefficient
         arguments["resting_skin"], arguments["resting_heat_depth"] = constants.bodies.counter_layers
-        arguments["moving_roughness"] = _moving_roughness(scene)
         slid = late[:, None] * distances[indices]
         contacts_along = theory.two_bodies.sliding_temperatures(
             speeds[indices], scene.spectrum, slid_distance=slid, **arguments
@@ -106,6 +103,19 @@ def sliding_prediction(scene: Scene, slid_distance: Array | None = None) -> Slid
         share[indices] = 0.5 * weights @ contacts_along.moving_share
         contact[indices] = flash[indices] + at_the_end.background
     return SlidingPrediction(distances, flash, share, contact)
+
+
+def pair_arguments(scene: Scene, bodies: Conduction) -> dict[str, Any]:
+    """Return contact, κ and D of both bodies, and the moving part of C(q), as arguments of the theory."""
+    arguments: dict[str, Any] = load_arguments(scene)
+    return arguments | {
+        "penetration_hardness": None if scene.elastic else scene.penetration_hardness,
+        "conductivity": bodies.conductivity,
+        "diffusivity": bodies.diffusivity,
+        "resting_conductivity": bodies.counter_conductivity,
+        "resting_diffusivity": bodies.counter_diffusivity,
+        "moving_roughness": _moving_roughness(scene),
+    }
 
 
 def _moving_roughness(scene: Scene) -> float:
