@@ -3,7 +3,8 @@
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python experiments/accuracy_vs_cost.py [CHART ...] [--resume] [-o F]
 
 Charts: those of `roughsim bench` for a scene (contact, chain), and stages: the ways to compute surface, heat, moments
-and theory, of which roughsim always takes the same one. All by default.
+and theory, of which roughsim always takes the same one. All by default. --evidence draws accuracy_contact.png for
+docs/accuracy.md: errors of T_flash of one contact over the CPU time, which an idle machine measures in ten seconds.
 Costs are CPU seconds of one thread, and the same in FFT pairs timed in the same run. Everything lies in data.json.
 """
 
@@ -15,9 +16,9 @@ from functools import partial
 from itertools import pairwise
 from math import inf, pi
 
-import matplotlib as mpl
+import figures
 import numpy as np
-from script import Command, Rows
+from script import Command, Rows, show_on_pages
 
 import roughsim as rs
 from roughsim import prediction
@@ -28,7 +29,6 @@ from roughsim.observables.moments import angular_means
 from roughsim.pipeline import solve_problem
 from theory import hertz
 
-mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.titlelocation": "left", "legend.frameon": False})
 CHARTS = {
     "contact": ("contact",),
     "stages": ("surface", "heat", "moments", "theory"),
@@ -230,8 +230,15 @@ def main() -> None:
     rows = Rows(options.output / "data.json", resume=options.resume)
     scene = rs.load_scene("demo" if options.toy else options.scene)
     numerics = toy_numerics() if options.toy else rs.plan(scene)
+    realizations = options.realizations or (4 if options.toy else 16)
     for chart in options.charts or CHARTS:
-        cost_chart(rows, chart, scene, numerics, options.output, options.realizations or (4 if options.toy else 16))
+        cost_chart(rows, chart, scene, numerics, options.output, realizations)
+    if options.evidence:
+        points = measured(rows, "contact", scene, numerics, realizations)
+        points += measured(rows, "moments", scene, numerics, realizations)
+        picture = options.output / "accuracy_contact.png"
+        figures.one_contact([point._asdict() for point in points if point.observable != "pressure"], picture)
+        show_on_pages(picture)
 
 
 if __name__ == "__main__":

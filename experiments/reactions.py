@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
+from figures.style import BLUE, GREEN, ORANGE, legend_below, new_figure
 from script import Command, Row, Rows, show_on_pages, write_evidence
 from two_bodies_points import level_at, rounded
 
@@ -45,7 +45,7 @@ SHARES = (0.05, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999)
 ENERGIES = (0.6, 1.0, 1.5)  # eV
 ELECTRONVOLT = 1.602176634e-19  # J
 BACKGROUND, FLASH = 700.0, 220.0  # K
-COLOURS = {"L": "#0072b2", "P": "#d55e00", "N": "#009e73"}
+COLOURS = {"L": BLUE, "P": ORANGE, "N": GREEN}
 HEAT = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": DIFFUSIVITY}
 
 
@@ -204,25 +204,23 @@ def _beside(theory: Row, solved: Row, key: str) -> str:
 
 def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
     """Theory over solved contacts: quantiles and rates."""
-    figure = Figure(figsize=(7.0, 3.2), layout="constrained")
-    panels = figure.subplots(1, 2)
-    for axes, kind, names in ((panels[0], "quantile", SHARES), (panels[1], "rate", ENERGIES)):
-        for name, (theory, solved) in rows.items():
-            for speed, marker in zip(SPEEDS, "o^", strict=True):
-                keys = [f"{speed} {kind} {each:g}" for each in names]
-                x, y = ([float(row[key]) for key in keys] for row in (solved, theory))
-                errors = [[2 * float(row[f"{key} error"]) for key in keys] for row in (solved, theory)]
-                style: dict[str, Any] = {"fmt": marker, "ms": 4, "color": COLOURS[name[0]], "lw": 0.8}
-                axes.errorbar(x, y, xerr=errors[0], yerr=errors[1], **style)
-        limits = np.array(axes.get_xlim())
-        axes.plot(limits, limits, color="0.6", lw=0.7)
-        axes.spines[["top", "right"]].set_visible(False)
-    for kind, words in KINDS.items():
-        panels[0].plot([], [], "s", ms=4, color=COLOURS[kind], label=words)
-    panels[0].legend(frameon=False, fontsize="small")
-    panels[0].set(xlabel="T/T$_{flash}$, solved", ylabel="T/T$_{flash}$, theory")
-    panels[1].set(xscale="log", yscale="log", xlabel="rate over that of A$_0$ at T$_{flash}$, solved", ylabel="theory")
-    figure.savefig(path, dpi=130)
+    with new_figure(path, 3.3) as figure:
+        panels = figure.subplots(1, 2)
+        for axes, kind, names in ((panels[0], "quantile", SHARES), (panels[1], "rate", ENERGIES)):
+            for name, (theory, solved) in rows.items():
+                for speed, marker in zip(SPEEDS, "o^", strict=True):
+                    keys = [f"{speed} {kind} {each:g}" for each in names]
+                    x, y = ([float(row[key]) for key in keys] for row in (solved, theory))
+                    errors = [[2 * float(row[f"{key} error"]) for key in keys] for row in (solved, theory)]
+                    style: dict[str, Any] = {"fmt": marker, "color": COLOURS[name[0]], "lw": 0.8}
+                    axes.errorbar(x, y, xerr=errors[0], yerr=errors[1], **style)
+            limits = np.array(axes.get_xlim())
+            axes.plot(limits, limits, color="0.6", lw=0.8)
+        for kind, words in KINDS.items():
+            panels[0].plot([], [], "s", color=COLOURS[kind], label=words)
+        panels[0].set(title="quantiles of $T/T_{flash}$", xlabel="solved", ylabel="theory")
+        panels[1].set(title="rate / that of $A_0$ at $T_{flash}$", xlabel="solved", xscale="log", yscale="log")
+        legend_below(figure, [panels[0]], 3)
 
 
 def slide(points: int | None) -> None:

@@ -17,8 +17,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from figures.style import BLUE, GREEN, ORANGE, legend_below, new_figure
 from matplotlib.axis import Axis
-from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter
 from scipy.optimize import brentq
 from script import Command, show_on_pages, write_evidence
@@ -42,7 +42,7 @@ VARIED = {
 }
 GROWTH = {"junction_9": (9.0, 0.11), "junction_25": (25.0, 0.11)}  # α, μ
 GROWTH |= {"junction_9_rough": (9.0, 0.3), "junction_25_rough": (25.0, 0.3)}
-COLOURS = ("#0072b2", "#009e73", "#d55e00")
+COLOURS = (BLUE, GREEN, ORANGE)
 
 
 class Steel:
@@ -200,27 +200,23 @@ def print_slides(points: int) -> None:
         print(f"{name:20}" + "   ".join(cells), flush=True)
 
 
-def draw_ratios(steel: Steel, points: int) -> Figure:
-    figure = Figure((5.8, 3.7), layout="constrained")  # readable at the width of a telephone
-    left, right = figure.subplots(1, 2)
-    depths = np.geomspace(1e-8, 3e-5, points)
-    lines = []
-    for (name, skin), style in zip(SKINS.items(), ("-", "--"), strict=True):
-        for ratio, colour in zip(steel.over_thickness(depths, *skin).T, COLOURS, strict=True):
-            left.loglog(1e6 * depths, ratio, style, color=colour)
-        left.plot([], [], style, color="k", label=name)
-    for speed, ratio, colour in zip(SPEEDS, steel.over_depth(depths).T, COLOURS, strict=True):
-        lines += right.loglog(1e6 * depths, ratio, color=colour, label=f"{speed:g} m/s")
-    left.set(xlabel="thickness of the skin (µm)", ylabel="$T_{flash}$ / bare", ylim=(0.95, 9))
-    right.set(xlabel="depth of the heat (µm)", ylabel="$T_{flash}$ / heated in the plane")
-    left.legend(fontsize="small", loc="upper left", handlelength=1.6, borderpad=0.3)
-    figure.legend(handles=lines, loc="outside upper center", ncols=len(lines), frameon=False)
-    with_plain_ticks(left.yaxis, [1, 1.5, 2, 3, 4, 5, 6, 8])
-    with_plain_ticks(right.yaxis, [0.05, 0.1, 0.2, 0.5, 1])
-    for axes in (left, right):
-        with_plain_ticks(axes.xaxis, [0.01, 0.1, 1, 10])
-        axes.grid(alpha=0.3)
-    return figure
+def draw_ratios(steel: Steel, points: int, path: Path) -> None:
+    with new_figure(path, 3.6) as figure:
+        left, right = figure.subplots(1, 2)
+        depths = np.geomspace(1e-8, 3e-5, points)
+        for speed, ratio, colour in zip(SPEEDS, steel.over_depth(depths).T, COLOURS, strict=True):
+            right.loglog(1e6 * depths, ratio, color=colour, label=f"{speed:g} m/s")
+        for (name, skin), style in zip(SKINS.items(), ("-", "--"), strict=True):
+            for ratio, colour in zip(steel.over_thickness(depths, *skin).T, COLOURS, strict=True):
+                left.loglog(1e6 * depths, ratio, style, color=colour)
+            right.plot([], [], style, color="0.4", label=name)
+        left.set(title="skin", xlabel="thickness of the skin (µm)", ylabel="$T_{flash}$ / bare", ylim=(0.95, 9))
+        right.set(title="heat in depth", xlabel="depth of the heat (µm)", ylabel="$T_{flash}$ / heated in the plane")
+        with_plain_ticks(left.yaxis, [1, 1.5, 2, 3, 4, 5, 6, 8])
+        with_plain_ticks(right.yaxis, [0.05, 0.1, 0.2, 0.5, 1])
+        for axes in (left, right):
+            with_plain_ticks(axes.xaxis, [0.01, 0.1, 1, 10])
+        legend_below(figure, [right], 3)
 
 
 def with_plain_ticks(axis: Axis, values: list[float]) -> None:
@@ -230,23 +226,22 @@ def with_plain_ticks(axis: Axis, values: list[float]) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def draw_map(steel: Steel, points: int) -> Figure:
+def draw_map(steel: Steel, points: int, path: Path) -> None:
     thicknesses, kappas = np.geomspace(1e-8, 1e-5, points), np.geomspace(1.0, 46.0, points)
     hot = [
         [SHARE * steel.flash_temperature(BODY, skin=(d, kappa, kappa / STEEL))[-1] for d in thicknesses.tolist()]
         for kappa in kappas.tolist()
     ]
-    figure = Figure((5.2, 4.0), layout="constrained")
-    axes = figure.subplots()
-    axes.set(xscale="log", yscale="log", xlabel="thickness of the skin (µm)", ylabel="its conductivity (W/(m K))")
-    lines = axes.contour(1e6 * thicknesses, kappas, hot, levels=[170, 250, 300, 400, 600], colors="#777")
-    axes.clabel(lines, fmt="%g K")
-    measured = axes.contour(1e6 * thicknesses, kappas, hot, levels=[MEASURED], colors="#d55e00", linewidths=2.0)
-    axes.clabel(measured, fmt="%g K, measured")
-    with_plain_ticks(axes.xaxis, [0.01, 0.1, 1, 10])
-    with_plain_ticks(axes.yaxis, [1, 2, 5, 10, 20, 40])
-    axes.set_title(f"$T_{{flash}}$ at {SPEEDS[-1]:g} m/s, steel with κ = {BODY:g}", fontsize="medium")
-    return figure
+    with new_figure(path, 3.6) as figure:
+        axes = figure.subplots()
+        axes.set(xscale="log", yscale="log", xlabel="thickness of the skin (µm)", ylabel="its conductivity (W/(m K))")
+        lines = axes.contour(1e6 * thicknesses, kappas, hot, levels=[170, 250, 300, 400, 600], colors="0.4")
+        axes.clabel(lines, fmt="%g K", fontsize=8.5)
+        measured = axes.contour(1e6 * thicknesses, kappas, hot, levels=[MEASURED], colors=ORANGE, linewidths=1.8)
+        axes.clabel(measured, fmt="%g K, measured", fontsize=8.5)
+        with_plain_ticks(axes.xaxis, [0.01, 0.1, 1, 10])
+        with_plain_ticks(axes.yaxis, [1, 2, 5, 10, 20, 40])
+        axes.set_title(f"$T_{{flash}}$ at {SPEEDS[-1]:g} m/s, steel with κ = {BODY:g} W/(m K)")
 
 
 def main() -> None:
@@ -258,8 +253,8 @@ def main() -> None:
     print(f"bare, κ = {BODY:g}: {numbers['bare']:.1f} K at {SPEEDS[-1]:g} m/s with {SHARE:g} of the heat")
     if options.slides:
         print_slides(64 if options.toy else 256)
-    draw_ratios(steel, 7 if options.toy else 41).savefig(options.output / "skin.png", dpi=150)
-    draw_map(steel, 5 if options.toy else 25).savefig(options.output / "skin_map.png", dpi=150)
+    draw_ratios(steel, 7 if options.toy else 41, options.output / "skin.png")
+    draw_map(steel, 5 if options.toy else 25, options.output / "skin_map.png")
     if options.evidence:
         numbers |= of_study(options.output / "study")
         show_on_pages(options.output / "skin.png", options.output / "skin_map.png")

@@ -1,5 +1,6 @@
 """Figures of docs/figures that are drawn from the files of docs/evidence, in one style."""
 
+from .accuracy import one_contact
 from .chain import chain
 from .contact import SOLVERS, contact_cost, contact_error
 from .coverage import coverage
@@ -17,4 +18,5 @@ __all__ = [
     "limits_of_pixel",
     "limits_of_solvers",
     "limits_of_theory",
+    "one_contact",
 ]

@@ -10,9 +10,9 @@ import numpy as np
 from .style import BLUE, ORANGE, new_figure
 
 NAMES = {
-    "flash_temperature": "T_flash",
+    "flash_temperature": "$T_{flash}$",
     "contact_fraction": "contact area",
-    "pressure_variance": "g_σ(0)",
+    "pressure_variance": "$g_\\sigma(0)$",
     "heat_partition": "share",
 }
 
@@ -20,8 +20,10 @@ NAMES = {
 def coverage(rows: list[dict[str, Any]], path: Path, source: str = "") -> None:
     """Draw (run − reference)/total error of every run, a panel for each scene; grey is within the total error."""
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
-    with new_figure(path, 0.6 + 2.1 * -(-len(scenes) // 2), source) as figure:
-        grid = figure.subplots(-(-len(scenes) // 2), 2, squeeze=False, sharex=True)
+    counts = [sum(row["scene"] == scene for row in rows) for scene in scenes]
+    lines = [max(counts[k : k + 2]) for k in range(0, len(scenes), 2)]  # of the panels side by side
+    with new_figure(path, 0.4 + 0.35 * len(lines) + 0.17 * sum(lines), source) as figure:
+        grid = figure.subplots(len(lines), 2, squeeze=False, sharex=True, height_ratios=lines)
         for axes, scene in zip(grid.flat, scenes, strict=False):
             here = [row for row in rows if row["scene"] == scene]
             axes.axvspan(-1, 1, color="0.9")
