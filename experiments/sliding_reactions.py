@@ -1,6 +1,6 @@
 """The temperature over the contact of two rough faces that slide, and what reacts there: theory against slides.
 
-    python experiments/sliding_reactions.py [--draw] [--solve] [--toy] [-o FOLDER]
+    python experiments/sliding_reactions.py [--draw] [--solve] [--evidence] [--toy] [-o FOLDER]
 
 The pairs were drawn by chance when the theory had its form, and their list was committed before any was slid. `--draw`
 writes the list again. Contact has yielded altogether (kind A, 1 % of it still elastic at 1.5 to 4 times below q_max),
@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 from reactions import ENERGIES, SHARES, row_of
-from script import Command, Row, Rows
+from script import Command, Row, Rows, write_evidence
 from two_bodies_points import level_at, rounded
 
 import roughsim as rs
@@ -174,8 +174,8 @@ def points() -> list[Drawn]:
     return [Drawn(**{key: tuple(x) if isinstance(x, list) else x for key, x in row.items()}) for row in rows]
 
 
-def table(pairs: list[Drawn], rows: dict[str, tuple[Row, Row]]) -> None:
-    """Print theory and slides side by side."""
+def table(pairs: list[Drawn], rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
+    """Print theory and slides side by side; return differences of T/T_flash, and of rates in %, rms and worst."""
     print("quantiles of T/T_flash by heat, and rates over that of the nominal area at T_flash: theory / slides ± error")
     kinds = (("quantile", SHARES), ("rate", ENERGIES))
     for pair in pairs:
@@ -189,6 +189,7 @@ def table(pairs: list[Drawn], rows: dict[str, tuple[Row, Row]]) -> None:
                     for key in keys
                 ]
                 print(f"  {v:g} m/s {kind} " + "   ".join(texts))
+    numbers = {}
     for kind, names in kinds:
         for name in names:
             keys = [f"{speed} {kind} {name:g}" for speed in SPEEDS]
@@ -196,10 +197,12 @@ def table(pairs: list[Drawn], rows: dict[str, tuple[Row, Row]]) -> None:
             error = np.array([[_error(key, t, s) for key in keys] for t, s in rows.values()])
             unit = ""
             if kind == "rate":
-                known = np.array([[float(s[key]) for key in keys] for _, s in rows.values()]) / 100
-                off, error, unit = off / known, error / known, " %"
-            worst, rms, chance = off.flat[np.abs(off).argmax()], np.sqrt(np.mean(off**2)), np.sqrt(np.mean(error**2))
+                percent = np.array([[float(s[key]) for key in keys] for _, s in rows.values()]) / 100
+                off, error, unit = off / percent, error / percent, " %"
+            worst, rms, chance = float(off.flat[np.abs(off).argmax()]), *(sqrt(np.mean(x**2)) for x in (off, error))
+            numbers |= {f"{kind}_{name:g}": rms, f"{kind}_{name:g}_worst": worst}
             print(f"{kind} {name:g}: theory − slides rms {rms:.2g}, worst {worst:+.2g}{unit}; by chance {chance:.2g}")
+    return numbers
 
 
 def _error(key: str, theory: Row, slid: Row) -> float:
@@ -244,7 +247,10 @@ def main() -> None:
     fields = (2, 64) if options.toy else (6, 192)
     found = {pair.name: (row_of(pair.theory(*fields)), slid[pair.name]) for pair in pairs}
     if found:
-        table(pairs, found)
+        numbers = table(pairs, found)
+        if options.evidence:
+            command_line = "python experiments/sliding_reactions.py --evidence"
+            write_evidence("sliding_reactions", command_line, numbers=numbers)
         draw(found, options.output / "sliding_reactions.png")
 
 

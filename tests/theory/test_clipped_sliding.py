@@ -196,7 +196,7 @@ def test_in_full_contact_the_temperature_is_normal():
 
 
 def test_steel_has_the_quantiles_of_slides():
-    # docs/reactions.md: 2 mm, of boundary-element contacts up to 1.016e5 1/m; slow and fast
+    # experiments/reactions.py --slide: boundary-element contacts up to 1.016e5 1/m; slow and fast
     slid = np.array(
         [(0.316, 0.677, 0.972, 1.295, 1.598, 2.135, 2.444), (0.319, 0.689, 0.984, 1.290, 1.568, 2.049, 2.367)]
     )
