@@ -17,7 +17,7 @@ from roughsim.charts.reaction_lines import (
     theory_of,
 )
 from roughsim.charts.sliding import speed_colours
-from roughsim.charts.style import CALIBRATED, COLOURS, Subject, band, new_figure
+from roughsim.charts.style import CALIBRATED, COLOURS, Subject, band, legend_below, new_figure, row_of_panels
 from roughsim.observables.catalogue import UNITS
 from roughsim.results.reactions import ABOUT, RATE, not_asked
 from roughsim.scene.numerics import SLIDING
@@ -39,7 +39,7 @@ def reaction_chart(subject: Subject, path: Path) -> None:
     fast = _moving(subject)
     reacts = run.scene.reaction is not None
     with new_figure(path, (_WIDTH * (3 if reacts else 1), 3.9), _title(subject), subject.look) as figure:
-        panels = figure.subplots(1, 3 if reacts else 1, squeeze=False)[0]
+        panels = row_of_panels(figure, 3 if reacts else 1)
         _draw_hotter(panels[0], subject, int(fast[-1]))
         if reacts:
             found, theory = run.reactions(subject.column), theory_of(run, subject.column)
@@ -91,7 +91,7 @@ def _draw_hotter(axes: Axes, subject: Subject, fastest: int) -> None:
     axes.axvline(flash, color=COLOURS[subject.column], lw=1.0, ls="--")
     title = f"Share that is hotter, {speed_label(subject.run.scene.speeds[fastest])}"
     axes.set(yscale="log", xlabel="$T$, K", ylabel="% hotter than $T$", title=title)
-    axes.legend(loc="lower left")
+    legend_below(axes)
 
 
 def _draw_temperatures(axes: Axes, lines: list[ReactionLine]) -> None:
@@ -101,7 +101,7 @@ def _draw_temperatures(axes: Axes, lines: list[ReactionLine]) -> None:
         axes.errorbar(line.place, line.mean, yerr=line.error, label=line.label, **style)
         axes.plot(line.place, line.theory, color=colour, lw=1.0, ls=_DASHES)
     axes.set(xlabel="$E$, eV", ylabel=r"$T_\mathrm{act}$, K", title="Activation temperature")
-    axes.legend(loc="best", title="$v$")
+    legend_below(axes, title="$v$", columns=2)
 
 
 def _draw_over_speed(axes: Axes, name: str, lines: list[ReactionLine], *, with_theory: bool) -> None:
@@ -116,4 +116,4 @@ def _draw_over_speed(axes: Axes, name: str, lines: list[ReactionLine], *, with_t
     axes.set(xscale="log", xlabel="$v$, m/s", ylabel=words if unit == "1" else f"{words}, {unit}")
     if name == RATE:
         axes.set_yscale("log")
-    axes.legend(loc="best", title="$E$" if ABOUT[name] == "energy" else "$T$")
+    legend_below(axes, title="$E$" if ABOUT[name] == "energy" else "$T$", columns=2)

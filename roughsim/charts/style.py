@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.text import Text
 from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullFormatter
+from matplotlib.transforms import offset_copy
 
 from roughsim.charts.numbers import write_numbers
 from roughsim.grid import Array, Grid
@@ -40,6 +41,7 @@ FIELDS = {
 }
 _SMALLEST, _LARGEST = 1.5, 40.0  # sides of a figure, inches
 _NARROWEST = 2.4  # width of a panel that can be read, inches
+_BELOW = 0.42  # from an axis to the legend below it, inches
 _LETTERS = 15  # of a title to an inch
 _FEWEST, _MOST = 30, 1200  # pixels per inch
 _FORMATS = (".png", ".pdf", ".svg")
@@ -199,6 +201,13 @@ def band(axes: Axes, x: Array, mean: Array, error: Array, colour: Any, name: str
     (line,) = axes.plot(x, mean, color=colour, lw=1.0)
     line.set_gid(name)
     line.half_width = error  # type: ignore[attr-defined]  # for the file of the numbers
+
+
+def legend_below(axes: Axes, *, title: str | None = None, columns: int = 1) -> None:
+    """Put the legend of a panel below its axis, where it hides no data."""
+    below = offset_copy(axes.transAxes, axes.figure, y=-_BELOW, units="inches")
+    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "bbox_transform": below}
+    axes.legend(title=title, ncols=columns, columnspacing=1.2, alignment="left", borderaxespad=0.0, **place)
 
 
 def plain_ticks(axis: Axis) -> None:
