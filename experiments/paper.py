@@ -72,8 +72,9 @@ def over_speed(folder: Path, points: int) -> None:
             axes.set(xlabel="sliding speed (m/s)", xticks=[1e-3, 1e-1, 1e1, 1e3])
             axes.minorticks_off()
         free.set_axis_off()
-        lines = {line.get_label(): line for axes in (rise, slope) for line in axes.get_lines()}
-        free.legend(handles=lines.values(), loc="center")
+        keys = [dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True)) for axes in (rise, slope)]
+        names = keys[0] | keys[1]
+        free.legend(names.values(), names.keys(), loc="center")
 
 
 def maps(folder: Path, points: int) -> None:
