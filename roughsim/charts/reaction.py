@@ -30,8 +30,8 @@ _DASHES = (0, (4, 2))  # of the calibrated theory
 def reaction_chart(subject: Subject, path: Path) -> None:
     """Draw the share of contact that is hotter than T, and of a reaction T_act over E and the rate over the speed.
 
-    Means over all realizations with their total errors, 95 %; the calibrated theory, which the column sliding does not
-    have, is dashed. ValueError if the run has no distribution of the temperature, or no speed above zero.
+    Means over all realizations with their total errors, 95 %; the calibrated theory, which is not drawn for the
+    column sliding, is dashed. ValueError if the run has no distribution of the temperature, or no speed above zero.
     """
     run = subject.run
     if not run.scene.distribution:

@@ -45,7 +45,7 @@ def speed_label(speed: float) -> str:
 
 
 def theory_of(run: Run, column: str) -> Theory:
-    """Return the calibrated theory of what the scene asks for; empty for the column sliding, which has none."""
+    """Return the calibrated theory of what the scene asks for; empty for the column sliding: it takes seconds."""
     if column == SLIDING:
         return {}
     return {one.key: one.estimate.value for one in prediction.asked_predictions(run.scene, run.heat_partition)}
