@@ -17,7 +17,7 @@ from roughsim.cli.words import (
     print_json,
     print_parts,
 )
-from roughsim.show.text import tell
+from roughsim.show.text import note, tell
 
 
 def status(run: RunFolder, as_json: Json = False) -> None:
@@ -38,6 +38,8 @@ def compare(
 ) -> None:
     """Compare a run with the theory: T_flash in each column. Several runs, or those of a study, are side by side."""
     compared = rs.compare(*runs)
+    if (every or as_json) and isinstance(compared, rs.Comparison) and compared.run.scene.distribution:
+        note("drawing fields for the theory of the distribution of the temperature")
     if as_json:
         print_json(compared.to_dict())
     else:
