@@ -37,9 +37,11 @@ def sliding_chart(subject: Subject, path: Path) -> None:
     distance, ends = curves[AXIS] * factor, np.array(run.scene.sliding.distances) * factor
     colours = speed_colours(len(speeds))
     members = f"{count} members" if count > 1 else "one member"
-    title = "\n".join(
-        line for line in (plain(run.scene.title).replace("$", r"\$"), f"Both faces slide; {members}") if line
-    )
+    slides = f"Both faces slide; {members}"
+    if run.followed is not None:
+        whole = ends.max()
+        slides += f", followed over {run.followed * factor:.3g} of {whole:.3g} {unit}"
+    title = "\n".join(line for line in (plain(run.scene.title).replace("$", r"\$"), slides) if line)
     with new_figure(path, (11.4, 5.6), title, subject.look) as figure:
         panels = figure.subplots(2, 3, sharex=True)
         for axes, (words, label, names) in zip(panels[:, :2].ravel(), _PANELS, strict=True):

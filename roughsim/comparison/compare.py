@@ -17,6 +17,7 @@ from typing import Any
 from roughsim.comparison.row import NOTICED, Row
 from roughsim.comparison.rows import CONTACT_TEMPERATURE, FLASH, Slope, finest, rows_of, stress_slope, theories_of
 from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
+from roughsim.prediction.sliding import CONTINUED
 from roughsim.prediction.statements import statements, texture_warnings
 from roughsim.prediction.values import Predicted
 from roughsim.results import marks
@@ -296,6 +297,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
         yield (
             "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash above "
             "the background of the moving body, mean over the last half of the slid distance."
+            + _continued_note(comparison.run)
         )
         yield sliding_note(comparison.run.scene)
     yield from marks.meanings(comparison.unknown, {row.note for row in comparison.rows})
@@ -305,3 +307,14 @@ def meanings(comparison: Comparison) -> Iterator[str]:
             "sliding began. T₀ is from the theory of heat, not simulated"
             + (", but in the column sliding from the slide." if comparison.run.numerics.slide is not None else ".")
         )
+
+
+def _continued_note(run: Run) -> str:
+    """Return how far slides are followed, if it is not the whole slid distance."""
+    if run.followed is None:
+        return ""
+    whole = max(run.scene.sliding.distances)
+    return (
+        f" Slides are followed over {1e3 * run.followed:.3g} of {1e3 * whole:.3g} mm; the theory of {OF_SLIDING} "
+        f"multiplies their values, with an error of {100 * CONTINUED:.2g} % more."
+    )

@@ -81,9 +81,15 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
     """Return the slide of realization 0, with the seed of the scene; `numerics.slide` is its level."""
     number = numerics.slide or 0
     level, grid = numerics.levels[number], numerics.grid(number)
+    prediction.check_continuation(scene, level.followed, grid.lengths[0])
     distances = tuple(min(distance, level.followed or np.inf) for distance in scene.sliding.distances)
     if min(distances) < _LEAST_STEPS * (step := pixel_of_path(grid)) * (1 - 1e-9):
         k = int(np.argmin(distances))
+        if distances[k] == level.followed:
+            raise ResolutionError(
+                f"followed = {level.followed:.4g} m is under {_LEAST_STEPS} pixels of {step:.4g} m on the grid "
+                f"{level.shape}; follow the slide further, or refine the last of numerics.levels"
+            )
         raise ResolutionError(
             f"slid distance = {distances[k]:.4g} m at {scene.speeds[k]:g} m/s is under {_LEAST_STEPS} "
             f"pixels of {step:.4g} m on the grid {level.shape}; slide further, leave out the slow speeds, or refine "

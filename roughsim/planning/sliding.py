@@ -1,6 +1,6 @@
 """The slide of one body over the other in a plan: its level, its cost, and the reason of a frozen scene."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.planning.levels import BASE_SIDE
 from roughsim.planning.realization import slide_problem
-from roughsim.prediction.sliding import CONTINUED
+from roughsim.prediction.sliding import CONTINUED, FURTHEST
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
 from roughsim.show.text import clock
@@ -17,7 +17,7 @@ from roughsim.sliding.member import SlideProblem, filmed_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 
 _LEAST_CUT_OFF = 4.0  # q_y
-_CONTINUED = 1.5, 16.0  # whole slid distance over the followed one: less saves little, more was not compared
+_LEAST_CONTINUED = 1.5  # whole slid distance over the followed one: less saves little
 _MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
 _OF_FROZEN = (
@@ -49,20 +49,37 @@ def slide_level(scene: Scene, numerics: Numerics) -> Level:
     least = 0.0 if scene.elastic else _LEAST_CUT_OFF * prediction.yield_wavenumber(scene)
     while max(x, y) > 0.75 * BASE_SIDE and 0.5 * q_max >= 0.98 * least:
         x, y, q_max = x // 2, y // 2, 0.5 * q_max
-    return Level(SLIDING, (x, y), q_max, first=_MEMBERS, followed=_followed(scene, numerics.lengths[0]))
+    return Level(SLIDING, (x, y), q_max, first=_MEMBERS, followed=_followed([scene], numerics.lengths[0]))
 
 
-def _followed(scene: Scene, length: float) -> float | None:
+def _followed(scenes: Sequence[Scene], length: float) -> float | None:
     """Return the distance that slides are followed, m: once around their cell; None: the whole slid distance.
 
     The theory continues T_flash and the share, and not the distribution of the temperature, which changes on the way.
     """
-    whole = max(scene.sliding.distances)
-    least, most = _CONTINUED
-    followed = max(length, whole / most)
-    if whole < least * followed or scene.distribution or prediction.calibrated(scene).stress_spectrum is None:
+    furthest = max(max(scene.sliding.distances) for scene in scenes)
+    followed = max(length, furthest / FURTHEST)
+    if furthest < _LEAST_CONTINUED * followed:
         return None
-    return followed
+    continued = (not scene.distribution and prediction.calibrated(scene).stress_spectrum is not None for scene in scenes)
+    return followed if all(continued) else None
+
+
+def with_common_slide(planned: Scene, numerics: Numerics, scenes: Iterable[Scene]) -> Numerics:
+    """Return the numerics of a scene for several: all slides are followed as far as the longest of them needs.
+
+    Levels that the scenes give are unchanged. ValueError if the theory cannot continue the slides of a scene.
+    """
+    if numerics.slide is None:
+        return numerics
+    level, scenes = numerics.levels[numerics.slide], list(scenes)
+    if level not in (planned.numerics.levels or ()):
+        level = replace(level, followed=_followed(scenes, numerics.lengths[0]))
+    for scene in scenes:
+        prediction.check_continuation(scene, level.followed, numerics.lengths[0])
+    common = replace(numerics, levels=(*numerics.levels[: numerics.slide], level))
+    new = {reason.choice: reason for reason in slide_reasons(planned, common)}
+    return replace(common, reasons=tuple(new.get(reason.choice, reason) for reason in numerics.reasons))
 
 
 def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
@@ -82,8 +99,8 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     lengths = " … ".join(dict.fromkeys(f"{1e3 * end:.3g}" for end in (distances.min(), distances.max())))
     fresh = f"{distances.max() / problem.grid.lengths[0]:.2g} lengths of the cell"
     why = f"{fresh}, in {steps} steps of {1e6 * step:.3g} µm"
-    if level.followed is not None:
-        whole = 1e3 * max(scene.sliding.distances)
+    whole = 1e3 * max(scene.sliding.distances)
+    if level.followed is not None and 1e3 * level.followed < whole:
         why += f"; the theory continues it to {whole:.3g} mm, within {100 * CONTINUED:.2g} %"
     yield Reason("slid distance", f"{lengths} mm", why)
     members = scene.ensemble.max_realizations if level.first is None else level.first

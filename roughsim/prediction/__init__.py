@@ -19,7 +19,7 @@ from roughsim.prediction.distribution import asked_predictions, quantile_predict
 from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
-from roughsim.prediction.sliding import sliding_continuation, sliding_prediction
+from roughsim.prediction.sliding import check_continuation, sliding_continuation, sliding_prediction
 from roughsim.prediction.sliding_distribution import sliding_asked_predictions, sliding_quantile_predictions
 from roughsim.prediction.theories import (
     calibrated_correlation,
@@ -41,6 +41,7 @@ __all__ = [
     "calibrated_correlation",
     "calibrated_over_speed",
     "calibrated_predictions",
+    "check_continuation",
     "computed",
     "conduction",
     "continuation",

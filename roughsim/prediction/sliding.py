@@ -20,6 +20,8 @@ ERROR = 0.08  # of T_flash: no pair of experiments/two_bodies_points.py, of 76, 
 # of a number over that at another slid distance, 95 %: of 16 mm over 1, 2 and 4 mm, at seven pairs of steels with four
 # speeds each, T_flash errs by at most 2.7 %, rms 0.9 %, and the share by 1.4 %
 CONTINUED = 0.025
+FURTHEST = 16.0  # whole slid distance over the followed one: further was not compared
+_LEAST_OF_CELL = 0.5  # followed at least: from a quarter the share errs by up to 2.9 %
 _LATE = 0.5  # share of the slid distance, at its end, over which the means of the column sliding are taken
 _POINTS = 3  # of Gauss in that share: T grows as a root of the distance at most
 
@@ -67,13 +69,41 @@ def sliding_continuation(scene: Scene, followed: float | None) -> SlidingContinu
         return WHOLE
     whole, part = sliding_prediction(scene), sliding_prediction(scene, np.minimum(distances, followed))
     if whole is None or part is None:
-        raise ValueError(
-            f"followed = {followed:.4g} m is less than the slid distance of {distances.max():.4g} m, and the theory of "
-            f"two sliding faces cannot continue it: {calibrated(scene).range}; leave out followed"
-        )
+        raise ValueError(_refusal(scene, followed))
     flash, share = (getattr(whole, name) / getattr(part, name) for name in ("flash_temperature", "heat_partition"))
     warmed, before = (found.contact_temperature - found.flash_temperature for found in (whole, part))
     return SlidingContinuation(flash, share, warmed / before, np.where(distances > followed, CONTINUED, 0.0))
+
+
+def check_continuation(scene: Scene, followed: float | None, length: float) -> None:
+    """Refuse, by a ValueError, a distance that slides are followed, m, from which the theory cannot continue them.
+
+    `length` is the side of their cell along the slide, m.
+    """
+    whole = max(scene.sliding.distances)
+    if followed is None or followed >= whole:
+        return
+    if scene.distribution or calibrated(scene).stress_spectrum is None:
+        raise ValueError(_refusal(scene, followed))
+    least = max(whole / FURTHEST, _LEAST_OF_CELL * length)
+    if followed < least * (1 - 1e-9):
+        raise ValueError(
+            f"followed = {followed:.4g} m is less than {least:.4g} m, which is 1/{FURTHEST:g} of the slid distance or "
+            f"{_LEAST_OF_CELL:g} of the side of the cell; the error of the theory that continues it is unknown: follow "
+            "the slide further"
+        )
+
+
+def _refusal(scene: Scene, followed: float) -> str:
+    """Return why slides that end sooner cannot be continued."""
+    what, why = "the theory of two sliding faces cannot continue it", f": {calibrated(scene).range}"
+    if calibrated(scene).stress_spectrum is not None:
+        what, why = "no theory continues the distribution of the temperature, which the scene asks for", ""
+    whole = max(scene.sliding.distances)
+    return (
+        f"followed = {followed:.4g} m is less than the slid distance of {whole:.4g} m, and {what}{why}; leave out "
+        "followed"
+    )
 
 
 def sliding_prediction(scene: Scene, slid_distance: Array | None = None) -> SlidingPrediction | None:

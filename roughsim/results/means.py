@@ -79,6 +79,13 @@ class Means:
         return slide is not None and bool(self.members.sound(slide))
 
     @property
+    def followed(self) -> float | None:
+        """Distance that slides are followed, m, if it is less than the whole slid distance; else None."""
+        slide = self.numerics.slide
+        followed = None if slide is None else self.numerics.levels[slide].followed
+        return followed if followed is not None and followed < max(self.scene.sliding.distances) else None
+
+    @property
     def slid_observables(self) -> tuple[str, ...]:
         """Observables of the column sliding: those of the distribution only if its members have stored them."""
         if SLIDING not in self.reacting_columns:
@@ -222,8 +229,7 @@ class Means:
     def continued(self) -> SlidingContinuation:
         """Return the factors from the distance that slides are followed to their whole distance."""
         if self._continued is None:
-            followed = None if self.numerics.slide is None else self.numerics.levels[self.numerics.slide].followed
-            self._continued = prediction.sliding_continuation(self.scene, followed)
+            self._continued = prediction.sliding_continuation(self.scene, self.followed)
         return self._continued
 
     def stretch(self) -> Array:

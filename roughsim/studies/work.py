@@ -18,7 +18,8 @@ from roughsim import prediction
 from roughsim.ensemble.executors import Workers, interrupted_by_signals
 from roughsim.ensemble.run import aimed, begin, complete
 from roughsim.planning.plan import plan
-from roughsim.results.description import folder_state
+from roughsim.planning.sliding import with_common_slide
+from roughsim.results.description import folder_state, read_description
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError, SceneLike
 from roughsim.scene.files import scene_of
@@ -177,15 +178,29 @@ def _plans_of(folder: Path, scenes: dict[str, Scene]) -> dict[str, Numerics]:
     """
     plans = {}
     for key, members in families_of(scenes).items():
-        if _begun_of(folder, members):
+        if there := _begun_of(folder, members):
+            _refuse_later_slides(folder, there[0], {name: members[name] for name in members.keys() - there})
             continue
         loads = {
             name: scene.sliding.nominal_pressure / min(scene.penetration_hardness, _HARDEST)
             for name, scene in members.items()
         }
         middle = members[sorted(loads, key=loads.__getitem__)[len(loads) // 2]]
-        plans[key] = replace(plan(middle), keep_fields=middle.numerics.keep_fields or 0)
+        planned = with_common_slide(middle, plan(middle), members.values())
+        plans[key] = replace(planned, keep_fields=middle.numerics.keep_fields or 0)
     return plans
+
+
+def _refuse_later_slides(folder: Path, begun: str, later: dict[str, Scene]) -> None:
+    """Refuse points whose slides the theory cannot continue from the distance that was planned for others."""
+    numerics = read_description(folder / "points" / begun).numerics
+    if numerics.slide is None:
+        return
+    for name, scene in sorted(later.items()):
+        try:
+            prediction.check_continuation(scene, numerics.levels[numerics.slide].followed, numerics.lengths[0])
+        except ValueError as error:
+            raise SceneError(f"{name}: {error}; or name another folder, as {folder} was planned without it") from None
 
 
 def _begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numerics]) -> list[list[PointRun]]:
