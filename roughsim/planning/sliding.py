@@ -8,7 +8,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.planning.levels import BASE_SIDE
 from roughsim.planning.realization import slide_problem
-from roughsim.prediction.sliding import CONTINUED, FURTHEST
+from roughsim.prediction.sliding import CONTINUED, FURTHEST, continuation_fault
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
 from roughsim.show.text import clock
@@ -55,14 +55,13 @@ def slide_level(scene: Scene, numerics: Numerics) -> Level:
 def _followed(scenes: Sequence[Scene], length: float) -> float | None:
     """Return the distance that slides are followed, m: once around their cell; None: the whole slid distance.
 
-    The theory continues T_flash and the share, and not the distribution of the temperature, which changes on the way.
+    The theory continues T_flash and the share where `continuation_fault` finds no fault.
     """
     furthest = max(max(scene.sliding.distances) for scene in scenes)
     followed = max(length, furthest / FURTHEST)
     if furthest < _LEAST_CONTINUED * followed:
         return None
-    continued = (not scene.distribution and prediction.calibrated(scene).stress_spectrum is not None for scene in scenes)
-    return followed if all(continued) else None
+    return None if any(continuation_fault(scene) for scene in scenes) else followed
 
 
 def with_common_slide(planned: Scene, numerics: Numerics, scenes: Iterable[Scene]) -> Numerics:

@@ -413,9 +413,14 @@ def test_a_run_multiplies_what_it_followed_by_the_theory(tmp_path):
     assert "are followed over" not in notes[1]
 
 
+POOR = 'like = "body"', "youngs_modulus = 2e11\npoisson_ratio = 0.3\ndensity = 7900\nheat_capacity = 500\n"
 REFUSED = {
     "further than was compared": ("16.1 mm", "1e-3", (), r"is less than 0\.001006 m, which is 1/16 of the slid dist"),
     "under half of the cell": ("3 mm", "0.9e-3", (), r"is less than 0\.001 m, .* or 0\.5 of the side of the cell"),
+    "on a better conductor": (
+        *("8 mm", "2e-3", (POOR[0], POOR[1] + "conductivity = 61")),
+        r"conducts 2\.03 times as well as the moving one, over 2 times, .* leave out followed$",
+    ),
     "outside the law": ("8 mm", "2e-3", ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"'), "leave out"),
     "with a distribution": (
         *("8 mm", "2e-3", ("[theory]", "[observables]\ntemperature_distribution = true\n[theory]")),
@@ -437,6 +442,12 @@ def test_slides_that_the_theory_cannot_continue_are_refused_before_any_work(case
     assert not (tmp_path / "run").exists()
 
 
+def test_slides_on_a_much_better_conductor_are_planned_to_their_end():
+    for conductivity, followed in ((59, 2e-3), (61, None)):
+        body = POOR[0], f"{POOR[1]}conductivity = {conductivity}"
+        assert rs.plan(continued_scene("8 mm", WITHOUT, body)).levels[-1].followed == followed
+
+
 def test_a_slide_that_is_followed_further_than_it_slides_is_not_continued():
     scene = continued_scene("3 mm", ("first = 2 }", "first = 2, followed = 5e-3 }"))
     reason = next(r for r in rs.plan(scene).reasons if r.choice == "slid distance")
@@ -445,7 +456,7 @@ def test_a_slide_that_is_followed_further_than_it_slides_is_not_continued():
 
 def test_too_short_a_distance_is_that_of_the_level():
     # half of the cell is 3 pixels
-    level = "{ column = \"sliding\", shape = [32, 32], q_max = 2.5e4, first = 2 }"
+    level = '{ column = "sliding", shape = [32, 32], q_max = 2.5e4, first = 2 }'
     coarse = level.replace("[32, 32], q_max = 2.5e4", "[6, 6], q_max = 7e3").replace(" }", ", followed = 1e-3 }")
     with pytest.raises(rs.ResolutionError, match=r"^followed = 0\.001 m is under 4 pixels of "):
         rs.plan(continued_scene("3 mm", (level, coarse)))
