@@ -24,7 +24,7 @@ SOURCES = {
     "size": "change by a larger cell, from the number of hills that carry load, measured on other scenes",
     "solver": "largest change by the contact solver's tolerance in measured contacts: for T_flash 0.3 of it",
     "tail": "share of a rate from the hottest pixels, whose temperature has no limit; unknown above a quarter",
-    "slide": "of two bodies that slide: the low cut-off of the slide, and the rest of its pixel and step",
+    "slide": "of two bodies that slide: low cut-off, rest of pixel and step, and the distance continued by the theory",
     "scan": "of C(q) measured on maps: few long waves, none longer than a map, and other places than these",
 }
 

@@ -414,12 +414,19 @@ def test_a_run_multiplies_what_it_followed_by_the_theory(tmp_path):
 
 
 POOR = 'like = "body"', "youngs_modulus = 2e11\npoisson_ratio = 0.3\ndensity = 7900\nheat_capacity = 500\n"
+NEARLY_FLAT = (
+    POOR[1] + 'conductivity = 30\nrms_height = "RMS um"\nhurst = 0.8\nq_min = 6350\nq_roll_off = 2e4\nq_max = 2e5\n'
+)
 REFUSED = {
     "further than was compared": ("16.1 mm", "1e-3", (), r"is less than 0\.001006 m, which is 1/16 of the slid dist"),
     "under half of the cell": ("3 mm", "0.9e-3", (), r"is less than 0\.001 m, .* or 0\.5 of the side of the cell"),
     "on a better conductor": (
         *("8 mm", "2e-3", (POOR[0], POOR[1] + "conductivity = 61")),
         r"conducts 2\.03 times as well as the moving one, over 2 times, .* leave out followed$",
+    ),
+    "on a flat face": (
+        *("8 mm", "2e-3", (POOR[0], NEARLY_FLAT.replace("RMS", "0.19"))),
+        r"over 95% of C\(q\) is on the moving face, .* leave out followed$",
     ),
     "outside the law": ("8 mm", "2e-3", ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"'), "leave out"),
     "with a distribution": (
@@ -440,6 +447,13 @@ def test_slides_that_the_theory_cannot_continue_are_refused_before_any_work(case
     with pytest.raises(ValueError, match=rf"^followed = .*{words}"):
         rs.run(scene, tmp_path / "run", numerics=numerics)
     assert not (tmp_path / "run").exists()
+
+
+def test_slides_on_a_nearly_flat_face_are_planned_to_their_end():
+    # of 0.9 µm on the moving face: the part 1/(1 + (0.22/0.9)²) = 0.944 is continued, 1/(1 + (0.19/0.9)²) = 0.957 not
+    for rms, followed in (("0.22", 2e-3), ("0.19", None)):
+        faces = POOR[0], NEARLY_FLAT.replace("RMS", rms)
+        assert rs.plan(continued_scene("8 mm", WITHOUT, faces)).levels[-1].followed == followed
 
 
 def test_slides_on_a_much_better_conductor_are_planned_to_their_end():
