@@ -26,8 +26,8 @@ FURTHEST = 16.0  # whole slid distance over the followed one: further was not co
 # by 1.9 % at 1.4 and 3.2 % at 3. Of two faces equally rough the share errs by 3.6 % at 100. As in
 # tests/sliding/test_slides_continued.py
 _CONTRAST = 2.0
-# part of C(q) on the moving face: at 0.92 T_flash and share err by 2 % (pair E44, experiments/sliding_distance.py); on a
-# flat resting face at 30 m/s, by 2 % after eight lengths of the cell, and T_flash by 3.1 … 3.5 % after sixteen
+# part of C(q) on the moving face: at 0.92 T_flash and share err by 2 % (pair E44, experiments/sliding_distance.py); on
+# a flat resting face at 30 m/s, by 2 % after eight lengths of the cell, and T_flash by 3.1 … 3.5 % after sixteen
 _MOVING_PART = 0.95
 _LEAST_OF_CELL = 0.5  # followed at least: from a quarter the share errs by up to 2.9 %
 _LATE = 0.5  # share of the slid distance, at its end, over which the means of the column sliding are taken
