@@ -403,6 +403,10 @@ def test_a_run_multiplies_what_it_followed_by_the_theory(tmp_path):
         short, whole = (one.estimate(name, "sliding") for one in (followed, run))
         assert whole.mean == pytest.approx(short.mean * factor, rel=1e-12)
         assert (whole.budget["slide"] / whole.mean > short.budget["slide"] / short.mean).all()
+    before, after = (one.contact_temperature("sliding", np.zeros(2)).mean for one in (followed, run))
+    short = followed.estimate("flash_temperature", "sliding").mean
+    expected = short * factors.flash_temperature + (before - short) * factors.background
+    assert after == pytest.approx(expected, rel=1e-12)
     assert run.curves()["slid_distance"][-1] == pytest.approx(1e-3, rel=0.05)
     assert rs.open_run(tmp_path / "run").numerics.levels[-1].followed == 1e-3
     # chart and notes state how far slides were followed; where they ended nothing is added
