@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.text import Text
 from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullFormatter
-from matplotlib.transforms import offset_copy
+from matplotlib.transforms import ScaledTranslation
 
 from roughsim.charts.numbers import write_numbers
 from roughsim.grid import Array, Grid
@@ -205,7 +205,7 @@ def band(axes: Axes, x: Array, mean: Array, error: Array, colour: Any, name: str
 
 def legend_below(axes: Axes, *, title: str | None = None, columns: int = 1) -> None:
     """Put the legend of a panel below its axis, where it hides no data."""
-    below = offset_copy(axes.transAxes, axes.figure, y=-_BELOW, units="inches")
+    below = axes.transAxes + ScaledTranslation(0.0, -_BELOW, axes.figure.dpi_scale_trans)
     place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "bbox_transform": below}
     axes.legend(title=title, ncols=columns, columnspacing=1.2, alignment="left", borderaxespad=0.0, **place)
 

@@ -113,7 +113,7 @@ class _Change(NamedTuple):
     pixel: str  # in words
 
 
-def _change(numbers: dict[str, Array], coarsening: float, continued: SlidingContinuation) -> _Change:
+def _change(numbers: dict[str, Array], coarsening: float, continued: SlidingContinuation = WHOLE) -> _Change:
     """Return the change of T_flash from frozen to sliding contacts; arguments as of `sliding_estimate`."""
     rows = ratio(numbers["sliding_flash_temperature"], numbers["sliding_frozen_flash_temperature"])
     correction, doubt, pixel = np.zeros_like(rows), np.nan, "not corrected for its pixel, as there is no coarser grid"
@@ -133,19 +133,13 @@ def _change(numbers: dict[str, Array], coarsening: float, continued: SlidingCont
     return _Change((rows + correction) * continued.flash_temperature, doubt, pixel)
 
 
-def sliding_flash(
-    single: Values,
-    numbers: dict[str, Array],
-    coarsening: float,
-    stream: int,
-    continued: SlidingContinuation = WHOLE,
-) -> Values:
+def sliding_flash(single: Values, numbers: dict[str, Array], coarsening: float, stream: int) -> Values:
     """Return T_flash of the moving body above its background, K, with the scatter of each surface.
 
     `single` are the values of single contacts with all the heat in the moving body; the slides have a `stream` of
     surfaces of their own. The other arguments as of `sliding_estimate`.
     """
-    paired = _change(numbers, coarsening, continued)
+    paired = _change(numbers, coarsening)
     change = mean_of(stream, paired.rows)
     mean = single.scattered.by(change)
     errors = {name: part * change.value for name, part in single.errors.items()}

@@ -239,7 +239,7 @@ class Means:
     def _slid_quantile(self, observable: str) -> Estimate:
         """Return the estimate of a quantile of the temperature in the column sliding."""
         numbers, pair = slides.numbers(self.members), slides.pair(self.members)
-        flash = slides.flash_temperature(self.members, self.values(FLASH), self.continued())
+        flash = slides.flash_temperature(self.members, self.values(FLASH))
         name = self.column(None)
         return estimate(
             observable,

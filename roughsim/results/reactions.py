@@ -93,11 +93,10 @@ def _contacts_of(run: Means, column: str | None) -> _Contacts:
         name = run.column(column)
         return _Contacts(name, run.pairs(name), run.reported(FLASH, name), background_temperature(run, name))
     pair, base = slides.pair(run.members), run.scene.sliding.background_temperature or 0.0
-    continued = run.continued()
-    flash = slides.flash_temperature(run.members, run.values(FLASH), continued)
+    flash = slides.flash_temperature(run.members, run.values(FLASH))
     warm = np.zeros_like(flash.mean)
     if run.scene.sliding.duration is not None:
-        warm = slides.numbers(run.members)["sliding_background"].mean(axis=0) * continued.background
+        warm = slides.numbers(run.members)["sliding_background"].mean(axis=0)
     return _Contacts(run.column(None), [pair], warmed(flash, warm), base + warm, run.stretch())
 
 

@@ -9,7 +9,6 @@ from roughsim.estimate.levels import FLASH, Values
 from roughsim.estimate.sliding import sliding_flash
 from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS, NUMBERS
-from roughsim.prediction.sliding import SlidingContinuation
 from roughsim.results.members import Members
 from roughsim.sliding.path import coarser_grid
 from roughsim.store.member_files import member_path, read_member
@@ -36,10 +35,13 @@ def coarsening(members: Members) -> float:
     return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]
 
 
-def flash_temperature(members: Members, single: Values, continued: SlidingContinuation) -> Values:
-    """Return T_flash of the moving body from that of single contacts with all the heat; errors as `numbers`."""
+def flash_temperature(members: Members, single: Values) -> Values:
+    """Return T_flash of the moving body from that of single contacts with all the heat; errors as `numbers`.
+
+    The slides are followed to their end, as of all scenes that ask for the distribution of the temperature.
+    """
     level = _sound(members)[0]
-    return sliding_flash(single, numbers(members), coarsening(members), members.numerics.stream(level), continued)
+    return sliding_flash(single, numbers(members), coarsening(members), members.numerics.stream(level))
 
 
 def pair(members: Members) -> Pair:
