@@ -388,7 +388,7 @@ def test_every_slip_by_a_thousand_or_a_million_is_refused_told_or_lawful():
                         continue
                     if {line[:12] for line in judge(other).warnings} <= usual:
                         quiet.append((key, factor, name))
-    # all of these there are: slow sliding, rubber on a smooth floor, polished stone, diamond
+    # all of these there are: slow sliding, rubber on a smooth floor or under its own weight, polished stone, diamond
     everywhere = {("speed", 1e-6), ("speed", 1e-3)}
     assert {entry for entry in quiet if entry[:2] not in everywhere} == {
         ("q_max", 1e-6, "rubber"),
@@ -397,4 +397,5 @@ def test_every_slip_by_a_thousand_or_a_million_is_refused_told_or_lawful():
         ("rms_height", 1e-3, "granite"),
         ("conductivity", 1e3, "granite"),
         ("conductivity", 1e3, "rubber"),
+        ("nominal_pressure", 1e-3, "rubber"),
     }
