@@ -42,7 +42,7 @@ def sliding_distributions(scene: Scene) -> Parts:
                     flash_temperature=slid.flash_temperature[places],
                     **arguments,
                 )
-            except ValueError:  # the law does not hold for C(q) up to the shortest wave of the fields
+            except (ValueError, ArithmeticError):  # outside the law up to the shortest wave of the fields, or unequal
                 return ()
             found.append((places, fields))
     return tuple(found)

@@ -258,3 +258,16 @@ def test_a_slide_that_cannot_be_is_refused(changes, message):
     given = {"speed": 1.0, "spectrum": SelfAffine(), "slid_distance": 1e-3, "flash_temperature": 1.0}
     with pytest.raises(ValueError, match=message):
         clipped.sliding_temperature_distribution(**given | STEEL | BODY | changes)
+
+
+def test_temperatures_that_stay_unequal_are_an_error(monkeypatch):
+    cell = Cell(64, 1e-3)
+    pair = Pair(cell, even_way(2, cell), 1, speed=1.0, moving=Body(30.0, 7.6e-6), resting=Body(3.0, 1e-6))
+    pressure = np.zeros((1, 64, 64), np.float32)
+    pressure[0, 20:30, 20:30] = 40.0
+    monkeypatch.setattr("theory.clipped.two_faces._ROUNDS", 1)
+    monkeypatch.setattr("theory.clipped.two_faces._EQUAL", 1e-6)
+    with pytest.raises(
+        ArithmeticError, match=r"^temperatures of the two bodies: after 1 rounds they differ by .*, 1e-06"
+    ):
+        pair.advance(pressure)

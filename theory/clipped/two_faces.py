@@ -158,7 +158,7 @@ class Pair:
 def _equalizing(touching: NDArray[np.bool_], jump: Plane, temperature: Plane, response: Plane) -> Plane:
     """Return the change of the heat that closes a jump of temperature over the contact; none enters elsewhere.
 
-    Conjugate gradients, with the inverse of `response` on the whole plane.
+    Conjugate gradients, with the inverse of `response` on the whole plane. ArithmeticError if it stays open.
     """
     contact, shape = touching.astype(np.float32), jump.shape[1:]
     # in units of the largest jump and response: no square leaves single precision
@@ -186,6 +186,12 @@ def _equalizing(touching: NDArray[np.bool_], jump: Plane, temperature: Plane, re
         change += length * direction
         jump -= length * closed
         last = power
+    else:
+        left = float(np.linalg.norm(jump)) * kelvin / limit * _EQUAL
+        raise ArithmeticError(
+            f"temperatures of the two bodies: after {_ROUNDS} rounds they differ by {left:.3g} of the temperature over "
+            f"the contact, {_EQUAL:g} is allowed; take other numbers of fields and points"
+        )
     return change * np.float32(kelvin / unit)
 
 
