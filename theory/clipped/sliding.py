@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, Spectrum, breaks_of, not_negative_array, positive, real_array
+from theory.arguments import Array, Spectrum, breaks_of, need_whole, not_negative_array, positive, real_array
 from theory.clipped.distribution import TemperatureDistribution
 from theory.clipped.drawing import Cell, amplitudes, heights
 from theory.clipped.field import clipped_field, law_of
@@ -83,14 +83,15 @@ def sliding_temperature_distribution(  # noqa: PLR0913  (contact, two bodies, an
         If an argument is not real, finite and of the right sign, or the contact lies outside the range of the law of
         its stress spectrum, as `plasticity.stress_spectrum` and `persson.calibrated_spectrum` explain. The part of C(q)
         up to the shortest drawn wave must lie in it too.
+    ArithmeticError
+        If the temperatures of both bodies do not become equal over the contact.
     """
     velocity = np.atleast_1d(np.abs(real_array("speed", speed, "m/s")))
     if not (velocity > 0.0).all():
         raise ValueError(f"speed = {velocity.min():.6g} m/s must be positive: heat is kept over the way slid")
     flash = np.broadcast_to(not_negative_array("flash_temperature", flash_temperature, "K"), velocity.shape)
     for name, count, least in (("seed", seed, 0), ("fields", fields, 2), ("points", points, _SMALLEST)):
-        if not isinstance(count, (int, np.integer)) or count < least:
-            raise ValueError(f"{name} = {count!r} must be a whole number of {least} or more")
+        need_whole(name, count, least)
     part = float(real_array("moving_roughness", moving_roughness, "1"))
     if not 0.0 <= part <= 1.0:
         raise ValueError(f"moving_roughness = {part:.6g} must lie from 0 to 1")

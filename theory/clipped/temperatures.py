@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from theory.arguments import Array, Spectrum, breaks_of, positive, real_array
+from theory.arguments import Array, Spectrum, breaks_of, need_whole, positive, real_array
 from theory.clipped.distribution import TemperatureDistribution
 from theory.clipped.drawing import Cell, amplitudes, draw_pressure, halved, heat_response, temperature
 from theory.clipped.field import ClippedField, clipped_field, law_of
@@ -93,8 +93,7 @@ def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of t
     """
     velocity = np.atleast_1d(np.abs(real_array("speed", speed, "m/s")))
     for name, count, least in (("seed", seed, 0), ("fields", fields, 2), ("points", points, _SMALLEST)):
-        if not isinstance(count, (int, np.integer)) or count < least:
-            raise ValueError(f"{name} = {count!r} must be a whole number of {least} or more")
+        need_whole(name, count, least)
     way = inf if slid_distance is None else positive("slid_distance", slid_distance, "m")
     solid: dict[str, Any] = {"effective_modulus": effective_modulus, "nominal_pressure": nominal_pressure}
     solid["penetration_hardness"] = penetration_hardness
