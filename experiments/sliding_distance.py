@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from math import inf, sqrt
+from math import sqrt
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +22,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 from numpy.polynomial.legendre import leggauss
 from script import Command, Row, Rows, write_evidence
-from two_bodies_points import CELL, FAR, LAST, MODULUS, SPEEDS, Pair, drawn, points, write
+from two_bodies_points import CELL, FAR, LAST, SPEEDS, Pair, drawn, points, slid, write
 
-import roughsim as rs
 from roughsim.prediction.sliding import CONTINUED
 
 LIST = Path(__file__).parent / "reference" / "sliding_distance_points.json"
@@ -39,30 +38,17 @@ def member(pair: Pair, points: int, index: int) -> np.ndarray:
 
     Shape (2, numbers, speeds).
     """
-    grid = rs.Grid((points, points), (CELL, CELL))
-    streams = np.random.SeedSequence(FAR.seed, spawn_key=(ord(pair.kind), int(pair.name[1:]), index)).spawn(2)
-    one, two = (rs.synthesize(pair.spectrum, grid, np.random.default_rng(stream)) for stream in streams)
-    slid = rs.slide(
-        sqrt(1 - pair.part) * one,
-        grid,
-        rs.Solid(MODULUS, inf if pair.hardness is None else pair.hardness),
-        nominal_pressure=pair.pressure,
-        friction_coefficient=0.1,
-        speed=pair.speeds,
-        moving=rs.Body(*pair.moving),
-        resting=rs.Body(*pair.resting),
-        counter_heights=sqrt(pair.part) * two if pair.part else None,
-        slid_distance=pair.distance,
-    )
+    slide = slid(pair, points, index)
     rows = []
-    for end in (CELL, slid.slid_distance[-1]):
-        last = int(np.argmin(np.abs(slid.slid_distance - end)))
-        late = (slid.slid_distance > LAST * slid.slid_distance[last]) & (slid.slid_distance <= slid.slid_distance[last])
+    for end in (CELL, slide.slid_distance[-1]):
+        last = int(np.argmin(np.abs(slide.slid_distance - end)))
+        reached = slide.slid_distance[last]
+        late = (slide.slid_distance > LAST * reached) & (slide.slid_distance <= reached)
         flash, frozen, share = (
             values[:, late].mean(axis=1)
-            for values in (slid.flash_temperature, slid.frozen_flash_temperature, slid.moving_share)
+            for values in (slide.flash_temperature, slide.frozen_flash_temperature, slide.moving_share)
         )
-        rows.append([flash / frozen, share, slid.background[:, last]])
+        rows.append([flash / frozen, share, slide.background[:, last]])
     return np.log(rows)
 
 
@@ -158,13 +144,13 @@ def main() -> None:
             size, members = (64, 1) if options.toy else (FAR.points, MEMBERS)
             rows.once("slides", pair.name, partial(solve, pair, size, members))
             print(f"{pair.name} slid", flush=True)
-    slid = [pair for pair in pairs if pair.name in rows["slides"]]
-    if not slid:
+    whole = [pair for pair in pairs if pair.name in rows["slides"]]
+    if not whole:
         print("no pair has slid yet: --solve slides them")
         return
-    found = errors(slid, rows["slides"])
-    table(slid, found)
-    draw(slid, found, options.output / "sliding_distance.png")
+    found = errors(whole, rows["slides"])
+    table(whole, found)
+    draw(whole, found, options.output / "sliding_distance.png")
     if options.evidence:
         numbers = {
             f"{name}_{what}": value
@@ -172,7 +158,7 @@ def main() -> None:
             for what, value in zip(("rms", "worst", "without"), values, strict=True)
         }
         command_line = "python experiments/sliding_distance.py --evidence"
-        write_evidence("sliding_distance", command_line, numbers=numbers | {"pairs": len(slid)})
+        write_evidence("sliding_distance", command_line, numbers=numbers | {"pairs": len(whole)})
 
 
 if __name__ == "__main__":

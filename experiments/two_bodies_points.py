@@ -220,12 +220,12 @@ def expected(pair: Pair, points: int) -> np.ndarray:
     return np.array([np.interp(distances, distances[few], row).mean() for row in theory.flash_temperature])
 
 
-def slide(pair: Pair, points: int, member: int) -> np.ndarray:
-    """Slide one pair of faces; return T_flash, mean over the last half of the distance, K, (speeds,)."""
+def slid(pair: Pair, points: int, member: int) -> rs.Slide:
+    """Slide one pair of faces."""
     grid = rs.Grid((points, points), (CELL, CELL))
     streams = np.random.SeedSequence(pair.drawn.seed, spawn_key=(ord(pair.kind), int(pair.name[1:]), member)).spawn(2)
     one, two = (rs.synthesize(pair.spectrum, grid, np.random.default_rng(stream)) for stream in streams)
-    slid = rs.slide(
+    return rs.slide(
         sqrt(1 - pair.part) * one,
         grid,
         rs.Solid(MODULUS, inf if pair.hardness is None else pair.hardness),
@@ -237,7 +237,11 @@ def slide(pair: Pair, points: int, member: int) -> np.ndarray:
         counter_heights=sqrt(pair.part) * two if pair.part else None,
         slid_distance=pair.distance,
     )
-    return slid.flash_temperature[:, -late(pair, points).size :].mean(axis=1)
+
+
+def slide(pair: Pair, points: int, member: int) -> np.ndarray:
+    """Slide one pair of faces; return T_flash, mean over the last half of the distance, K, (speeds,)."""
+    return slid(pair, points, member).flash_temperature[:, -late(pair, points).size :].mean(axis=1)
 
 
 def solve(pair: Pair, members: tuple[int, int], points: int | None = None) -> Row:
