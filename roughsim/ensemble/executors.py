@@ -6,11 +6,11 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from math import inf
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any
 
 from roughsim.contact.active_set import note_compilation
@@ -45,6 +45,7 @@ class Workers(AbstractContextManager["Workers"]):
     A context manager: own processes end with it. After an error or an interrupt they are ended at once, since a member
     that is not stored can be computed again. An executor of the caller is never shut down. Without a given number of
     workers (`count` None), this process computes alone as long as processes would take longer to start than to compute.
+    Inside it, the signals that end a run are KeyboardInterrupt: `interrupted_by_signals`.
     """
 
     def __init__(self, count: int | None, executor: Executor | None = None):
@@ -58,6 +59,8 @@ class Workers(AbstractContextManager["Workers"]):
         self._member = 0.0  # bytes of a member
         self._pool: ProcessPoolExecutor | None = None
         self._lifeline: Connection | None = None  # when it closes, the workers end
+        self._interrupted = False
+        self._signals = ExitStack()
 
     @property
     def in_flight(self) -> int:
@@ -147,12 +150,26 @@ class Workers(AbstractContextManager["Workers"]):
             stacklevel=2,
         )
 
+    def raise_interrupt(self) -> None:
+        """Raise the KeyboardInterrupt that Python has dropped, as in the callback of a weak reference; else nothing."""
+        if self._interrupted:
+            raise KeyboardInterrupt
+
+    def __enter__(self) -> "Workers":
+        self._signals.enter_context(interrupted_by_signals(self._interrupt))
+        return self
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        self._interrupted = True
+        signal.default_int_handler(number, frame)
+
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if kind is not None and self._lifeline is not None:
-            self._lifeline.close()
-        self._close()
+        with self._signals:
+            if kind is not None and self._lifeline is not None:
+                self._lifeline.close()
+            self._close()
 
     def _close(self) -> None:
         """End the pool after the calls in progress."""
@@ -181,19 +198,19 @@ def _begin_worker(lifeline: Connection, notes: bool) -> None:
 
 
 @contextmanager
-def interrupted_by_signals() -> Iterator[None]:
-    """Turn SIGTERM, and SIGHUP of a closed terminal, into KeyboardInterrupt, as Ctrl-C.
+def interrupted_by_signals(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Let a handler of Ctrl-C (SIGINT) hear SIGTERM, and SIGHUP of a closed terminal, too.
 
     Handlers that a program has set itself, or that `nohup` has, are kept, as are all outside of the main thread.
     """
     before = {}
     if threading.current_thread() is threading.main_thread():
-        for name in ("SIGTERM", "SIGHUP"):
+        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
             number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-                before[number] = signal.signal(number, signal.default_int_handler)
+            if number is not None and signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+                before[number] = signal.signal(number, handler)
     try:
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for number, kept in before.items():
+            signal.signal(number, kept)

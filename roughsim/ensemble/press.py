@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 
 from roughsim import prediction
 from roughsim.ensemble.directions import by_direction
-from roughsim.ensemble.executors import Workers, interrupted_by_signals
+from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.run import begin, complete, fit, shown
 from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Array, Grid
@@ -101,7 +101,7 @@ def press(
         numerics = begin(own, home, numerics, press={"of": kind, "edges": joined, "heights": digest})
         source = MapSource(kind, topography, tuple(cells), joined, loaded.sliding.direction, len(numerics.levels) - 1)
         begun.append(((own, numerics, home), source))
-    with interrupted_by_signals(), allowed, shown(progress, "pressing") as bar:
+    with allowed, shown(progress, "pressing") as bar:
         for one, source in reversed(begun):  # the quarters first: they give the errors of the map
             (run,) = complete([one], allowed, None if bar is None else bar.update, source=source)
             for member in run.members.values():

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughsim.ensemble.executors import Workers, interrupted_by_signals
+from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.tasks import Tasks, remove_unfinished
 from roughsim.ensemble.workers import Source
 from roughsim.errors import RecordError
@@ -110,7 +110,7 @@ def run(  # noqa: PLR0913  (each is an option)
         until = {"flash_temperature": TARGET(target_error, "target_error")}
     scene = aimed(as_scene(scene, changes), seed=seed, until=until, max_realizations=max_realizations)
     folder = Path(folder)
-    with interrupted_by_signals(), allowed, shown(progress and observer is None, "planning") as bar:
+    with allowed, shown(progress and observer is None, "planning") as bar:
         if numerics is not None:
             fit(allowed, [(scene, numerics)])  # before a folder is made
         numerics = begin(scene, folder, numerics)

@@ -97,6 +97,7 @@ class Tasks:
         pending: dict[Future[str], Assignment] = {}
         try:
             while self.unfinished:
+                workers.raise_interrupt()
                 executor = workers.executor(sum(expected_seconds(run) for run in self.unfinished))
                 while len(pending) < workers.in_flight:
                     assignment = self._next(idle=len(pending) < workers.count)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from roughsim import prediction
-from roughsim.ensemble.executors import Workers, interrupted_by_signals
+from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.run import aimed, begin, complete
 from roughsim.planning.plan import plan
 from roughsim.planning.sliding import with_common_slide
@@ -109,7 +109,7 @@ def study(
 
         bar = StudyProgress(len(points))
         observer = bar.update
-    with interrupted_by_signals(), allowed, bar or nullcontext():
+    with allowed, bar or nullcontext():
         with planning_alone(folder):
             refuse_other(folder, description)  # which another process may have begun meanwhile
             refuse_exchanged(folder, description)

@@ -16,7 +16,7 @@ from pool_cases import GivenPools, to_do
 
 import roughsim as rs
 from roughsim.ensemble import tasks
-from roughsim.ensemble.executors import SerialExecutor, Workers, interrupted_by_signals
+from roughsim.ensemble.executors import SerialExecutor, Workers
 from roughsim.store.member_files import member_path
 
 
@@ -59,22 +59,38 @@ def test_workers_that_die_once_are_replaced_and_the_observer_sees_every_member(q
     assert work.runs[0].realizations == 2
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_is_an_interrupt_until_the_run_ends_and_then_its_default(number):
     before = signal.signal(number, signal.SIG_DFL)
     try:
-        with interrupted_by_signals(), pytest.raises(KeyboardInterrupt):
+        with Workers(1), pytest.raises(KeyboardInterrupt):
             signal.raise_signal(number)
         assert signal.getsignal(number) is signal.SIG_DFL
     finally:
         signal.signal(number, before)
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_an_interrupt_that_python_drops_ends_the_run_after_the_member(quick, tmp_path):
+    class Callback:
+        def __del__(self):
+            signal.raise_signal(signal.SIGINT)  # "Exception ignored in", and the program goes on
+
+    work = to_do(quick, tmp_path / "run")
+    work.runs[0].max_realizations = 5
+    work.observer = lambda run: Callback() and None
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt), Workers(1) as workers:
+        work.complete(workers)
+    assert work.runs[0].realizations == 2
+    assert signal.getsignal(signal.SIGINT) is before
+
+
 def test_a_handler_of_the_program_is_kept():
     heard = []
     before = signal.signal(signal.SIGTERM, lambda *_: heard.append(1))
     try:
-        with interrupted_by_signals():
+        with Workers(1):
             signal.raise_signal(signal.SIGTERM)
     finally:
         signal.signal(signal.SIGTERM, before)
