@@ -1,6 +1,6 @@
 """Two rough steel faces that keep what has yielded while they slide: how the next encounter differs from a fresh one.
 
-    python experiments/sliding_yielding.py [--toy] [-o FOLDER]
+    python experiments/sliding_yielding.py [--toy] [-o FOLDER] [--evidence]
 
 `roughsim.slide` forgets: each position meets fresh surfaces. Here the plastic displacement of each position
 (`plastic_deformation`, as `follow_loads` adds it up) stays, half of it on each face, and travels with it. Printed and
@@ -16,7 +16,7 @@ from pathlib import Path as FilePath
 
 import numpy as np
 from matplotlib.figure import Figure
-from script import Command
+from script import Command, write_evidence
 
 import roughsim as rs
 from roughsim.sliding.history import SlideHistory, follow
@@ -81,6 +81,19 @@ def main() -> None:
         words = ", ".join(f"{name} {mean[k, i]:.3f} ± {spread[k, i]:.3f}" for i, name in enumerate(COLOURS))
         print(f"{way[k]:5.2f} mm: {words}")
     draw(way, mean, spread, options.output / "sliding_yielding.png")
+    if options.evidence:
+        rows = [{"way": w, "mean": m, "spread": s} for w, m, s in zip(way, mean.tolist(), spread.tolist(), strict=True)]
+        command = "python experiments/sliding_yielding.py --evidence"
+        write_evidence("sliding_yielding", command, rows=rows, numbers=quoted(way, mean))
+
+
+def quoted(way: list[float], mean: np.ndarray) -> dict[str, float]:
+    """Return the numbers of docs/sliding.md: the slid distance, mm, and what is left at its end, over without memory."""
+    last = dict(zip(COLOURS, mean[-1].tolist(), strict=True))
+    numbers = {"distance": way[-1], "contact": last["contact area"], "yielded": last["yielded area"]}
+    numbers |= {f"flash_{v:g}": last[f"T_flash, {v:g} m/s"] for v in SPEEDS}
+    fastest = mean[:, list(COLOURS).index(f"T_flash, {SPEEDS[-1]:g} m/s")]
+    return numbers | {"fastest_off": 100 * np.abs(fastest - 1.0).max()}
 
 
 def draw(way: list[float], mean: np.ndarray, spread: np.ndarray, path: FilePath) -> None:
