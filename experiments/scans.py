@@ -111,7 +111,7 @@ def main():
 
 
 def quoted(rows):
-    """The numbers of docs/how-to/topography.md, %: scatter of wide scans at the highest speed, and how many errors hold.
+    """The numbers of docs/how-to/topography.md, %: scatter of wide scans at the highest speed, errors that hold.
 
     These are the errors of both speeds, of all scans whose error is known.
     """

@@ -88,7 +88,7 @@ def main() -> None:
 
 
 def quoted(way: list[float], mean: np.ndarray) -> dict[str, float]:
-    """Return the numbers of docs/sliding.md: the slid distance, mm, and what is left at its end, over without memory."""
+    """Return the numbers of docs/sliding.md: the slid distance, mm, and its last numbers over those without memory."""
     last = dict(zip(COLOURS, mean[-1].tolist(), strict=True))
     numbers = {"distance": way[-1], "contact": last["contact area"], "yielded": last["yielded area"]}
     numbers |= {f"flash_{v:g}": last[f"T_flash, {v:g} m/s"] for v in SPEEDS}
