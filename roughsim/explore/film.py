@@ -97,7 +97,7 @@ class FilmView:
             self.curve.line("x", "y", line_width=2, legend_label=f"{speed:g} m/s", **style)
             self.curve.line("x", "frozen", line_dash="dashed", **style)
             self.lines.append(source)
-        self.curve.title.text = "Flash temperature; dashed: frozen, all heat moving"
+        self.curve.title.text = "Flash temperature; dashed: frozen contact"
         self.curve.legend.update(**LEGEND, ncols=4, padding=0)
         self.curve.add_layout(self.curve.legend[0], "below")  # there are lines in every corner
         self.cursor = upright(None, MARK, line_width=2)

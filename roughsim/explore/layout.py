@@ -134,8 +134,8 @@ class MapPanel:
         low, high = image.limits
         prefix, unit = scaled(max(abs(low), abs(high)), self.unit)
         self.scale.update(low=low * prefix, high=max(high * prefix, low * prefix + 1e-9))
-        view = f"averaged view, {image.step[0]} × {image.step[1]}" if max(image.step) > 1 else "every point"
-        self.figure.title.text = f"{self.title}, {unit}{note}  ({view})"
+        view = f" (means of {image.step[0]} × {image.step[1]})" if max(image.step) > 1 else ""
+        self.figure.title.text = f"{self.title}, {unit}{note}{view}"
         self.figure.visible = True
 
 

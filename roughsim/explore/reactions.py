@@ -49,8 +49,8 @@ class ReactionView:
             dashed = {"source": source, "color": CALIBRATED if panel == HOTTER else colour, "line_dash": "dashed"}
             plot.line(*at, **dashed)
             self.sources[panel].append(source)
-        plot.legend.update(**LEGEND, padding=2)
-        plot.legend.location = "bottom_left" if panel == HOTTER else "top_left"
+        plot.legend.update(**LEGEND, ncols=4, padding=2)
+        plot.add_layout(plot.legend[0], "below")  # lines rise and fall into every corner
         return plot
 
     def show(self, lines: dict[str, list[ReactionLine]]) -> None:

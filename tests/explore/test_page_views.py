@@ -50,7 +50,7 @@ def test_a_coarse_view_says_that_it_is_averaged(page):
     whole = tuple((0.0, length) for length in grid.lengths)
     panel = page.layout.maps["pressure"]
     panel.show(image_of(field, grid, whole, None, pixels=32), page.layout.factor, "")
-    assert "averaged view, 4 × 4" in panel.figure.title.text
+    assert "(means of 4 × 4)" in panel.figure.title.text
 
 
 def test_a_click_reads_off_the_full_field(page, capped_run):
