@@ -4,6 +4,8 @@ import multiprocessing
 import signal
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -302,6 +304,22 @@ def test_a_gradient_step_keeps_a_load_that_no_offset_meets():
     assert 0.1 * target < state.excess < 100.0 * target
     solve.descend(problem, work, now, state)
     assert now.pressure.sum() / target == pytest.approx(1.0, rel=1e-6)
+
+
+def test_a_gradient_step_in_several_blocks_is_the_step_in_one():
+    # a grid above 512 × 512 has several
+    heights, grid = rough()
+    problem = ScaledProblem(heights, 0.0, 1.0, grid, 0.05, 0.12, 100.0)
+    begin = np.random.default_rng(6).uniform(0.0, 0.1, grid.shape)
+    found = []
+    for ends in ((0, 4096), (0, 1024, 4096)):
+        work, now = started(problem, begin)
+        work = replace(work, blocks=list(pairwise(ends)))
+        length = solve.descend(problem, work, now, check(problem, work, now, 1e-6, 0.5))
+        assert length.best > 0.0
+        found.append(now.pressure.copy())
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-5, atol=1e-9)
+    assert np.abs(found[0] - begin.ravel()).max() > 1e-3
 
 
 def test_a_load_that_no_free_point_can_take_has_no_shift():

@@ -215,7 +215,7 @@ def descend(problem: ScaledProblem, work: Workspace, now: Iterate, state: Check)
     # a tiny load that no offset meets is exceeded: the share brings the step back to it
     share = target / (excess + target) if excess > 1e-9 * target else 1.0
     law = now.offset, problem.stiffness, problem.cap
-    slope = work.sums(kernels.gradient_step, (now.pressure, now.gap, work.step), law, share)
+    slope = sum(work.do(kernels.gradient_step, (now.pressure, now.gap, work.step), law, share))
     length = best_length(problem, work, now, slope)
     if length.best > 0.0:
         move(problem, work, now, length)
