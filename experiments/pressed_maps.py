@@ -88,7 +88,7 @@ def judged(runs, truth):
 def main():
     """Print how often the stated errors hold, and draw T_flash of the maps."""
     options = Command(__file__, __doc__, "two maps of each kind").parse()
-    count, points, seeds = (2, 64, 4) if options.toy else (60, POINTS, 24)
+    count, points, seeds = (2, 64, 4) if options.toy else (24, POINTS, 24)
     warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)  # C(q) goes on beyond a map
     figure = Figure((6.0, 3.2), layout="constrained")
     axes, labels, rows = figure.subplots(), [], []

@@ -119,8 +119,6 @@ def capped_numbers(capped: list[Contact]) -> dict[str, float]:
     slow, _, fast = capped_over_theory([contact for contact in capped if contact["depth"] is None]).T
     found = {**limits("capped_slow", slow), **limits("capped_fast", fast)}
     found |= limits("share", [contact["share"] for contact in capped])
-    found["endless"] = sum(at_no_end(contact) for contact in capped)
-    found["ended"] = len(capped) - found["endless"]
     return found | limits("depth", [contact["depth"] for contact in capped if contact["depth"]])
 
 

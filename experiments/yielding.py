@@ -36,7 +36,7 @@ from script import EVIDENCE, Command, write_evidence
 
 from theory import flash, persson, plasticity
 from theory.walls import between
-from theory.yielding import ERROR_BANDS, YieldingSpectrum
+from theory.yielding import ERROR_BANDS, STEP, YieldingSpectrum
 
 ON_GRID = Path(__file__).parent / "reference" / "contacts.json"
 SEEN = {"A": 22, "B": 16, "C": 28}  # numbers up to these
@@ -246,6 +246,25 @@ def besides(case: Case) -> list[float]:
     return [*(float(100 * x) for x in in_percent), min(yielded / contact, 1.0)]
 
 
+COUNTED = {
+    "endless": "grid, q_max → ∞",
+    "ended": "grid, q_max finite",
+    "seen": "points seen before the law was final",
+    "unseen": "points not seen before",
+}
+
+
+def counted(cases: list[Case]) -> dict[str, float]:
+    """Return the number of contacts of each series, and the largest change of T_flash by half the steps, per cent."""
+    groups = [case.group for case in cases]
+    numbers: dict[str, float] = {name: groups.count(group) for name, group in COUNTED.items()}
+    changes = []
+    for case in cases:
+        fine = YieldingSpectrum(case.spectrum, 1.0, case.load, case.hardness, step=STEP / 2)
+        changes.append(heat(case.load, stress_spectrum=law(case)) / heat(case.load, stress_spectrum=fine) - 1)
+    return numbers | {"half_step": 100 * np.abs(changes).max()}
+
+
 MARKS = {"paper": ("C3", "^"), "walls": ("C1", "v"), "bearing": ("C2", "s"), "law": ("C0", "o")}
 
 
@@ -304,7 +323,8 @@ def main() -> None:
     (options.output / "yielding.txt").write_text(text + "\n")
     draw(cases, errors, options.output)
     if options.evidence:
-        write_evidence("yielding", "python experiments/yielding.py --evidence", tables=tables(cases, errors, others))
+        shown, numbers = tables(cases, errors, others), counted(cases)
+        write_evidence("yielding", "python experiments/yielding.py --evidence", tables=shown, numbers=numbers)
         (EVIDENCE.parent / "reference" / "yielding.txt").write_text(text + "\n")
     print(f"figure and text are in {options.output}")
 
