@@ -71,6 +71,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/yielding.py --evidence
 	$(MEASURE) experiments/yielding_gaps.py --evidence
 	$(MEASURE) experiments/validity.py --evidence
+	$(MEASURE) experiments/tolerance.py --evidence
 	$(MEASURE) experiments/coverage.py --evidence
 	$(MEASURE) benchmarks/chain.py --evidence
 	$(MEASURE) benchmarks/skin.py --evidence

@@ -9,7 +9,7 @@ yielded in part (P, a share from 0.3 to 0.7 of the contact still elastic), and n
 `--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces of 512² points, with four
 longest waves a side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are
 over T_flash. Rates are those of a contact at 700 K with T_flash = 220 K, over the rate of the whole nominal area at
-T_flash itself. `--slide` slides two equally rough steels (two minutes).
+T_flash itself. `--slide` slides two equally rough steels (two minutes), as `--evidence` does.
 """
 
 from __future__ import annotations
@@ -223,8 +223,12 @@ def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
         legend_below(figure, [panels[0]], 3)
 
 
-def slide(points: int | None) -> None:
-    """Print quantiles of the heat over T_flash of two equally rough steels that slide, at two cut-offs."""
+def slide(points: int | None) -> dict[str, float]:
+    """Print quantiles of the heat over T_flash of two equally rough steels that slide, at two cut-offs.
+
+    Return those at the highest cut-off and speed.
+    """
+    numbers = {}
     asks = {"history": "sliding", "slid_distance": "2 mm", "heat_partition": 0.5, "speed": [1.0, 35.0]}
     changes = {f"sliding.{key}": value for key, value in asks.items()}
     scene = rs.load_scene("steel-1.2GPa", changes | {"observables.temperature_distribution": True})
@@ -237,8 +241,10 @@ def slide(points: int | None) -> None:
         slid = solve_slide(slide_problem(scene, replace(numerics, levels=tuple(levels)))).numbers
         for k, speed in enumerate(scene.speeds):
             flash = slid["sliding_flash_temperature"][k]
-            quantiles = [f"{slid[f'sliding_temperature_quantile_{name}'][k] / flash:.3f}" for name in LEVELS]
-            print(f"two steels, q_c = {q_max:.3g} 1/m, {speed:g} m/s: T_flash {flash:.1f} K, {', '.join(quantiles)}")
+            numbers = {f"slide_{name}": slid[f"sliding_temperature_quantile_{name}"][k] / flash for name in LEVELS}
+            quantiles = ", ".join(f"{value:.3f}" for value in numbers.values())
+            print(f"two steels, q_c = {q_max:.3g} 1/m, {speed:g} m/s: T_flash {flash:.1f} K, {quantiles}")
+    return numbers
 
 
 def main() -> None:
@@ -247,8 +253,7 @@ def main() -> None:
     command.add_argument("--solve", action="store_true", help="solve the contacts that have no row yet")
     command.add_argument("--slide", action="store_true", help="slide two steels, and print their quantiles")
     options = command.parse()
-    if options.slide or options.toy:
-        slide(64 if options.toy else None)
+    slid = slide(64 if options.toy else None) if options.slide or options.toy or options.evidence else {}
     if options.draw:
         rows = ",\n".join(json.dumps(asdict(contact)) for contact in drawn())
         LIST.write_text(f"[\n{rows}\n]\n", "utf-8")
@@ -267,7 +272,7 @@ def main() -> None:
         if options.evidence:
             show_on_pages(options.output / "reactions.png")
             command_line = "python experiments/reactions.py --evidence"
-            write_evidence("reactions", command_line, numbers=numbers | of_steel())
+            write_evidence("reactions", command_line, numbers=numbers | of_steel() | slid)
 
 
 if __name__ == "__main__":
