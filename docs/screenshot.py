@@ -1,7 +1,7 @@
 """The picture of docs/explore.md: python docs/screenshot.py RUN [CHROMIUM]
 
-Opens the page of `roughsim explore RUN` in the browser of `pip install playwright && playwright install chromium`, or in
-another Chromium by the path of its program, and takes its upper part as docs/figures/explore.png.
+Opens the page of `roughsim explore RUN` in the browser of `pip install playwright && playwright install chromium`, or
+in another Chromium by the path of its program, and takes its upper part as docs/figures/explore.png.
 """
 
 import re

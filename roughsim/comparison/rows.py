@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Iterator, Sequence
 from math import log, nan
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,10 +47,9 @@ def rows_of(
     theories = theories_of(run) if theories is None else theories
     slid = None if run.numerics.slide is None else prediction.sliding_prediction(run.scene)
     names = run.observables if observables is None else observables
-    quantiles: dict[str, Array] = {}
-    if slid is not None and any(OBSERVABLES[name].asked for name in names):
-        estimates_of_theory = prediction.sliding_quantile_predictions(run.scene)
-        quantiles = {name: estimate.value for name, estimate in estimates_of_theory.items()}
+    asks = slid is not None and any(OBSERVABLES[name].asked for name in names)
+    fields = prediction.sliding_distributions(run.scene) if asks else ()
+    quantiles = {name: estimate.value for name, estimate in prediction.quantiles_of(run.scene, fields).items()}
     for observable in names:
         predicted = {name: values[observable] for name, values in theories.items()}
         estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
@@ -65,7 +64,7 @@ def rows_of(
         flash = {name: values[FLASH] for name, values in theories.items()}
         yield from _rows_of_contact_temperature(run, flash, slid)
     if run.scene.distribution:
-        yield from _rows_that_are_asked(run)
+        yield from _rows_that_are_asked(run, fields)
     if isinstance(run, Pressed):
         yield from _rows_of_directions(run)
 
@@ -97,17 +96,18 @@ def _rows_of_contact_temperature(run: Run, flash: dict[str, Array], slid: Slidin
     yield from _rows_of_one(run, CONTACT_TEMPERATURE, predicted, estimates, ratios, sliding)
 
 
-def _rows_that_are_asked(run: Run) -> Iterator[Row]:
-    """Yield the rows of a reaction at each energy and speed, and of the heat above each temperature."""
+def _rows_that_are_asked(run: Run, fields: prediction.Parts) -> Iterator[Row]:
+    """Yield the rows of a reaction at each energy and speed, and of the heat above each temperature.
+
+    `fields` are the `sliding_distributions` of the scene.
+    """
     columns = run.numerics.columns
     names = [f"{columns[0]}_over_theory", *(f"{columns[1]}_over_{columns[0]}" for _ in columns[1:])]
     ratios = {name: Ratio(nan, nan) for name in names}
     predicted = {
         asked.key: asked.estimate.value for asked in prediction.asked_predictions(run.scene, run.heat_partition)
     }
-    slid: dict[Any, Array] = {}
-    if run.numerics.slide is not None:
-        slid = {asked.key: asked.estimate.value for asked in prediction.sliding_asked_predictions(run.scene)}
+    slid = {asked.key: asked.estimate.value for asked in prediction.sliding_asked_predictions(run.scene, fields)}
     nothing = np.full(len(run.scene.speeds), nan)
     columns = run.reacting_columns
     for together in zip(*(run.reactions(column) for column in columns), strict=True):

@@ -15,12 +15,12 @@ from roughsim.prediction.bodies import (
     smoothed_spectrum,
 )
 from roughsim.prediction.cut_offs import continuation, follows_theory, in_motion, slow, usual_exponent, yielded_fall
-from roughsim.prediction.distribution import asked_predictions, quantile_predictions
+from roughsim.prediction.distribution import Parts, asked_predictions, quantile_predictions, quantiles_of
 from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
 from roughsim.prediction.sliding import check_continuation, sliding_continuation, sliding_prediction
-from roughsim.prediction.sliding_distribution import sliding_asked_predictions, sliding_quantile_predictions
+from roughsim.prediction.sliding_distribution import sliding_asked_predictions, sliding_distributions
 from roughsim.prediction.theories import (
     calibrated_correlation,
     calibrated_over_speed,
@@ -32,6 +32,7 @@ from roughsim.prediction.theories import (
 )
 
 __all__ = [
+    "Parts",
     "area_fractions",
     "asked_predictions",
     "background",
@@ -56,10 +57,11 @@ __all__ = [
     "over_speed",
     "predictions",
     "quantile_predictions",
+    "quantiles_of",
     "sliding_asked_predictions",
     "sliding_continuation",
+    "sliding_distributions",
     "sliding_prediction",
-    "sliding_quantile_predictions",
     "slow",
     "smoothed_spectrum",
     "stress_spectrum",

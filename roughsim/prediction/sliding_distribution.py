@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 import theory
 from roughsim.prediction.bodies import groups
-from roughsim.prediction.distribution import AskedPrediction, Parts, asked_of, quantiles_of
+from roughsim.prediction.distribution import AskedPrediction, Parts, asked_of
 from roughsim.prediction.sliding import pair_arguments, sliding_prediction
 from roughsim.scene import Scene
 from roughsim.scene.model import Layers
 from roughsim.scene.numerics import SLIDING
-from theory.clipped import Estimate
 
 
-@lru_cache(maxsize=16)  # 3 s a speed
 def sliding_distributions(scene: Scene) -> Parts:
-    """Return the places of speeds, and the distribution of the temperature of the moving body at these.
+    """Return the places of speeds, and the distribution of the temperature of the moving body at these: 3 s a speed.
 
     Nothing where a scene does not ask for it or does not slide, a body has a skin or is heated in depth, or the
     calibrated law does not hold for all of C(q) and for its part in the drawn fields.
@@ -48,17 +44,12 @@ def sliding_distributions(scene: Scene) -> Parts:
     return tuple(found)
 
 
-def sliding_quantile_predictions(scene: Scene) -> dict[str, Estimate]:
-    """Return each quantile of the temperature of the moving body over the speeds, K; empty without."""
-    return quantiles_of(scene, sliding_distributions(scene))
-
-
-def sliding_asked_predictions(scene: Scene) -> list[AskedPrediction]:
+def sliding_asked_predictions(scene: Scene, parts: Parts) -> list[AskedPrediction]:
     """Return reactions of the moving body, and the share of hot heat, that a scene asks for; empty without.
 
-    With a duration the contact has warmed by the background of the slide.
+    `parts` are those of `sliding_distributions`. With a duration the contact has warmed by the background of the slide.
     """
-    parts, slid = sliding_distributions(scene), sliding_prediction(scene)
+    slid = sliding_prediction(scene)
     if not parts or slid is None:
         return []
     start = np.full(len(scene.speeds), scene.sliding.background_temperature or 0.0)

@@ -1,6 +1,7 @@
 """The theory of the temperature over two faces that slide, for a scene: rows beside the column sliding."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,6 +30,19 @@ def asking(history=FAR, *changes):
     return sliding_scene(f'{history}\nbackground_temperature = "600 K"', ("[numerics]", ASKED), SHORT, *changes)
 
 
+@cache
+def fields(scene):
+    return prediction.sliding_distributions(scene)
+
+
+def quantiles(scene):
+    return prediction.quantiles_of(scene, fields(scene))
+
+
+def reactions(scene):
+    return prediction.sliding_asked_predictions(scene, fields(scene))
+
+
 @pytest.fixture(scope="module")
 def scene():
     return asking()
@@ -46,7 +60,7 @@ def drawn(scene):
 
 
 def test_quantiles_are_those_of_drawn_faces_over_the_last_half_of_the_slide(scene, drawn):
-    found = prediction.sliding_quantile_predictions(scene)
+    found = quantiles(scene)
     for weight, of in (("heat", ""), ("area", "area_")):
         expected = drawn.quantiles([*LEVELS.values()], by=weight)
         for k, name in enumerate(LEVELS):
@@ -56,7 +70,7 @@ def test_quantiles_are_those_of_drawn_faces_over_the_last_half_of_the_slide(scen
 
 
 def test_reactions_are_those_of_the_moving_body_with_its_own_share_of_the_heat(scene, drawn):
-    asked = {each.key: each.estimate.value for each in prediction.sliding_asked_predictions(scene)}
+    asked = {each.key: each.estimate.value for each in reactions(scene)}
     rate = drawn.reaction_rate([EV], prefactor=1e13, background_temperature=600.0).value[0]
     assert asked["reaction_rate", 1.0, None] == pytest.approx(rate, rel=1e-3)
     kelvin = drawn.activation_temperature([EV], background_temperature=600.0).value[0]
@@ -70,7 +84,7 @@ def test_with_a_duration_the_background_of_the_slide_is_added_and_each_speed_sli
     slid = prediction.sliding_prediction(scene)
     warm = slid.contact_temperature - slid.flash_temperature
     assert (warm > 3.0).all()
-    asked = {each.key: each.estimate.value for each in prediction.sliding_asked_predictions(scene)}
+    asked = {each.key: each.estimate.value for each in reactions(scene)}
     for k, speed in enumerate((10.0, 35.0)):
         fields = clipped.sliding_temperature_distribution(
             speed,
@@ -88,12 +102,12 @@ def test_rows_of_a_comparison_have_it_beside_the_slides(tmp_path, scene):
     run = rs.run(scene, tmp_path / "run", max_realizations=2)
     rows = json.loads(json.dumps(rs.compare(run).to_dict()))["rows"]
     found = {(row["observable"], row.get("energy"), row.get("temperature"), row["speed"]): row for row in rows}
-    for name, estimate in prediction.sliding_quantile_predictions(scene).items():
+    for name, estimate in quantiles(scene).items():
         for k, speed in enumerate((1.0, 35.0)):
             row = found[name, None, None, speed]
             assert row["sliding_calibrated"] == pytest.approx(estimate.value[k], rel=1e-12)
             assert row["sliding_calibrated"] != row["calibrated"]
-    for asked in prediction.sliding_asked_predictions(scene):
+    for asked in reactions(scene):
         for k, speed in enumerate((1.0, 35.0)):
             row = found[asked.observable, asked.energy, asked.temperature, speed]
             assert row["sliding_calibrated"] == pytest.approx(float(asked.estimate.value[k]), rel=1e-12)
@@ -106,8 +120,8 @@ def test_rows_of_a_comparison_have_it_beside_the_slides(tmp_path, scene):
 
 def test_a_scene_that_does_not_ask_has_none():
     silent = sliding_scene(FAR)
-    assert prediction.sliding_quantile_predictions(silent) == {}
-    assert prediction.sliding_asked_predictions(silent) == []
+    assert quantiles(silent) == {}
+    assert reactions(silent) == []
 
 
 @pytest.mark.parametrize(
@@ -120,5 +134,5 @@ def test_a_scene_that_does_not_ask_has_none():
 )
 def test_without_bare_bodies_in_the_range_of_the_law_there_is_none(change):
     scene = asking(FAR, change)
-    assert prediction.sliding_quantile_predictions(scene) == {}
-    assert prediction.sliding_asked_predictions(scene) == []
+    assert quantiles(scene) == {}
+    assert reactions(scene) == []
