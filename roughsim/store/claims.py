@@ -26,6 +26,7 @@ PLAN = "plan"  # claim of the process that plans the points of a study
 _PROCESS = re.compile(r"process-([\w.-]{1,200})")
 _CLAIM = re.compile(rf"{MEMBER_NAME.pattern}|{PLAN}")
 _SIGN = re.compile(r"\d+\n(?P<host>[\w.-]+) (?P<pid>\d{1,9}) (?P<space>.+)\n")  # content of the file of a process
+_silent: dict[Path, str] = {}  # files of processes for which `writer` waited in vain, with their content
 
 
 class Claims:
@@ -81,15 +82,24 @@ class Claims:
     def take(self, claim: str) -> bool:
         """Claim a member, or the plan of a study, also from a process that has ended; False if it was claimed before.
 
-        If claim files cannot be made, claims are granted without a file, after one warning.
+        If claim files cannot be made, or those of another user not removed, claims are granted without a file, after
+        one warning.
         """
         if claim in self.held:
             return False
-        path = self.folder / claim
+        try:
+            if not self._made(self.folder / claim):
+                return False
+        except OSError as error:
+            self._go_on_without(error)
+        self.held.add(claim)
+        return True
+
+    def _made(self, path: Path) -> bool:
+        """Make the file of a claim; False if another process has it. OSError if the disk or its permissions refuse."""
         for _ in range(3):  # again without the folder, and again after a stale claim was removed
             try:
                 _write_in_place(path, self.name, os.O_EXCL)
-                self.held.add(claim)
                 return True
             except FileNotFoundError:
                 with suppress(OSError):
@@ -98,10 +108,6 @@ class Claims:
                 if not self._is_stale(path):
                     return False
                 path.unlink(missing_ok=True)
-            except OSError as error:
-                self._go_on_without(error)
-                self.held.add(claim)
-                return True
         return False  # another process was quicker
 
     def release(self, claim: str) -> None:
@@ -165,8 +171,11 @@ def writer(run_folder: Path) -> str | None:
 
 
 def _renewed(first: dict[Path, str]) -> set[Path]:
-    """Wait until each file has changed since its `first` content or its process has ended; return the changed ones."""
-    waiting = set(first)
+    """Wait until each file has changed since its `first` content or its process has ended; return the changed ones.
+
+    Files that have the content with which they were waited for in vain are not waited for again.
+    """
+    waiting = {path for path, content in first.items() if _silent.get(path) != content}
     renewed = set[Path]()
     end = time.monotonic() + 3.0 * RENEWAL
     while waiting and time.monotonic() < end:
@@ -175,6 +184,7 @@ def _renewed(first: dict[Path, str]) -> set[Path]:
         waiting -= renewed | {path for path, content in now.items() if not content or _has_ended(content)}
         if waiting:
             time.sleep(0.05)
+    _silent.update({path: first[path] for path in waiting})
     return renewed
 
 

@@ -132,6 +132,31 @@ def test_a_folder_that_goes_and_a_full_disk_cost_claims_only(tmp_path):
         assert mine.take("L0-000002")  # and says no more
 
 
+def test_a_claim_that_cannot_be_removed_costs_claims_only(tmp_path, soon):
+    # as that of another user, whose process has ended, in a folder of a group; of a directory nobody's can
+    (tmp_path / "claims" / ONE / "kept").mkdir(parents=True)
+    with Claims(tmp_path) as mine:
+        assert not mine.take(ONE)
+        time.sleep(0.35)
+        with pytest.warns(RuntimeWarning, match="the run goes on without them"):
+            assert mine.take(ONE)
+        assert not mine.take(ONE)  # this process has it
+
+
+def test_a_silent_process_is_waited_for_once_until_it_signs_again(tmp_path, monkeypatch):
+    monkeypatch.setattr("roughsim.store.claims.RENEWAL", 0.1)
+    silent(tmp_path)
+    times = []
+    for _ in range(2):
+        began = time.monotonic()
+        assert writer(tmp_path) is None
+        times.append(time.monotonic() - began)
+    assert times[0] >= 0.3
+    assert times[1] < 0.15
+    with Claims(tmp_path):
+        assert writer(tmp_path).startswith(f"process {os.getpid()} on ")
+
+
 def test_working_counts_those_that_give_signs_of_life(tmp_path, soon):
     assert writer(tmp_path) is None
     silent(tmp_path)
