@@ -182,12 +182,12 @@ def press(
     is (tile) if its file marks it as periodic. The run opens as any other: compare, plot, report, explore.
     """
     from roughsim.comparison.compare import overshoot_warnings
-    from roughsim.prediction.statements import texture_warnings
+    from roughsim.planning.limits import judge
     from roughsim.scene.changes import read_changes
 
     result = rs.press(scene, output, edges=edges, changes=read_changes(changes or []))  # type: ignore[arg-type]
     compare([output])
-    for line in (*texture_warnings(result.scene), *overshoot_warnings(result)):
+    for line in (*judge(result.scene, result.numerics, drawn=False).warnings, *overshoot_warnings(result)):
         warn(line)
 
 

@@ -125,7 +125,7 @@ def header(run: Run) -> Html:
             tag("p", "Damaged files, left out; all else is shown:", css="warning"),
             bullets(*run.damaged.values()),
         ]
-    if warnings := judge(run.scene, run.numerics).warnings:
+    if warnings := judge(run.scene, run.numerics, drawn=run.drawn).warnings:
         parts += [tag("p", "Numbers of this scene that the model is not meant for:", css="warning"), bullets(*warnings)]
     return joined(*parts)
 

@@ -4,7 +4,7 @@ A warning has the value, the limit, and advice. The list of docs/limits.md has t
 """
 
 from collections.abc import Iterator
-from math import inf, isfinite, isnan, prod, sqrt
+from math import inf, isfinite, isnan, pi, prod, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.planning.levels import SIDE
 from roughsim.prediction.facts import STEEP, YIELDED, Facts, gentle_end
-from roughsim.prediction.scans import scan_of_hottest
+from roughsim.prediction.scans import scan_of_hottest, unknown_by
 from roughsim.prediction.statements import UNEVEN, Statement, cautions, equal_faces, statements
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
@@ -51,12 +51,14 @@ class Plausibility(NamedTuple):
         return {"scene_facts": sizes, "scene_statements": assumptions, "scene_warnings": self.warnings}
 
 
-def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
+def judge(scene: Scene, numerics: Numerics | None = None, *, drawn: bool = True) -> Plausibility:
     """Return the sizes that follow from a scene, and a warning for each number that the model is not meant for.
 
     Contact is counted in pixels of the finest grid of `numerics`, or, without `numerics`, of the largest planned one.
+    Where the map itself is pressed in place of `drawn` surfaces, the error of C(q) is in no number.
     """
-    stated, plain = statements(scene), [*slips(scene), *_scan_lines(scene), *cautions(scene)]
+    scanned = _scan_lines(scene) if drawn else ()
+    stated, plain = statements(scene), [*slips(scene), *scanned, *cautions(scene, drawn=drawn)]
     try:
         known = Facts(scene, choose_lengths(scene)[0])
     except (ValueError, ArithmeticError, RuntimeError) as error:
@@ -79,22 +81,28 @@ def _slope_lines(scene: Scene, before_yield: float) -> Lines:
         changes = "makes T_flash higher: with so small an H it falls slowly" if rough else "changes little"
         advice = (
             f"up to {YIELDED:g} q_y it is {before_yield:.3g}, and shorter waves touch at the hardness alone; check the "
-            f"units of the roughness, or lower q_max to {end:.3g} rad/m, which {changes}"
+            f"units of the roughness, or {_without_waves(scene, end)}, which {changes}"
         )
     else:
-        until = f", or lower q_max to {end:.3g} rad/m, up to which it is less" if isfinite(end) else ""
+        until = f", or {_without_waves(scene, end)}, up to which it is less" if isfinite(end) else ""
         advice = f"check the units of the roughness{until}"
     yield f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}: the model is for small slopes; {advice}"
+
+
+def _without_waves(scene: Scene, q: float) -> str:
+    """Return how to leave out the waves above a wavenumber, rad/m."""
+    if scene.scanned:
+        return f"smooth waves shorter than {2e6 * pi / q:.3g} µm out of the scan: q above {q:.3g} rad/m"
+    if any(face is not None and face.psd for face in (scene.surface, scene.counterface)):
+        return f"end the table of C(q) at {q:.3g} rad/m"
+    return f"lower q_max to {q:.3g} rad/m"
 
 
 def _scan_lines(scene: Scene) -> Lines:
     """Warn of a C(q) from scans whose own error is unknown or large."""
     scan, target = scan_of_hottest(scene), dict(scene.ensemble.until).get("flash_temperature", inf)
     if scan is not None and isnan(scan):
-        yield (
-            "C(q) was measured on a scan, and its error is unknown: psd_error is missing, the map is not isotropic or "
-            "not Gaussian, or C(q) may rise without limit to the longest waves; press the map, or take a larger scan"
-        )
+        yield f"C(q) was measured on a scan, and its error is unknown: {unknown_by(scene)}"
     elif scan is not None and scan > target:
         yield (
             f"C(q) was measured on a scan, which by itself leaves {100 * scan:.2g} % of error in the highest T_flash, "

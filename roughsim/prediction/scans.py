@@ -44,8 +44,7 @@ def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
     """
     squares = {name: np.zeros(values.shape) for name, values in _expected(scene, only).items()}
     for name in ("surface", "counterface"):
-        face = getattr(scene, name)
-        if face is not None and face.psd_source == "scan":
+        if (face := _scanned_face(scene, name)) is not None:
             error = _error_of_face(scene, name, face, only)
             squares = {key: square + error[key] ** 2 for key, square in squares.items()}
     # the error is one of logarithms: a value that is too low lacks more than one that is too high has in excess
@@ -65,6 +64,28 @@ def scan_of_hottest(scene: Scene) -> float | None:
     return float(scan_error(scene, name)[name][np.argmax(_expected(scene, name)[name])])
 
 
+def unknown_by(scene: Scene) -> str:
+    """Return in words why the error by the scans of C(q) is unknown, and what helps."""
+    scanned = {name: face for name in ("surface", "counterface") if (face := _scanned_face(scene, name)) is not None}
+    if any(face.psd is None or face.psd_error is None for face in scanned.values()):
+        return "psd_error is missing; give it, or the scan itself as topography"
+    if not all(_alike(scene, name) for name in scanned):
+        return "the map is not isotropic or not Gaussian; press the map"
+    press = " press the map, or" if textures(scene) else ""  # a line scan cannot be pressed
+    return f"C(q) may rise without limit to waves longer than the scan;{press} take a larger scan"
+
+
+def _scanned_face(scene: Scene, name: str) -> SurfaceSection | None:
+    """Return the face of a section if its C(q) was measured on scans."""
+    face: SurfaceSection | None = getattr(scene, name)
+    return face if face is not None and face.psd_source == "scan" else None
+
+
+def _alike(scene: Scene, name: str) -> bool:
+    """Return whether the maps of a section are like surfaces that are drawn from their C(q)."""
+    return all(texture.isotropic and texture.gaussian for texture in textures(scene).get(name, ()))
+
+
 def _expected(scene: Scene, only: str) -> Mapping[str, Array]:
     """Return every observable by the theory, or one of `OVER_SPEED` alone."""
     if only:
@@ -75,8 +96,7 @@ def _expected(scene: Scene, only: str) -> Mapping[str, Array]:
 def _error_of_face(scene: Scene, name: str, face: SurfaceSection, only: str) -> _Changes:
     """Return the error of the logarithms by the scans of one face, which stands in the section `name`."""
     own = _expected(scene, only)
-    alike = all(texture.isotropic and texture.gaussian for texture in textures(scene).get(name, ()))
-    if face.psd is None or face.psd_error is None or not alike:
+    if face.psd is None or face.psd_error is None or not _alike(scene, name):
         return {key: np.full(values.shape, np.nan) for key, values in own.items()}
     q, psd = np.array(face.psd).T
     errors = np.array(face.psd_error)

@@ -123,10 +123,13 @@ def _of_the_first_micrometre(scene: Scene) -> Iterator[Statement]:
     yield from (Statement(*each) for each in left_out)
 
 
-def cautions(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each assumption that is easily missed, or that a map does not fulfil."""
+def cautions(scene: Scene, *, drawn: bool = True) -> Iterator[str]:
+    """Yield a warning for each assumption that is easily missed, or that a map does not fulfil.
+
+    `drawn` is False where the map itself is pressed: then the direction of sliding counts.
+    """
     yield from texture_warnings(scene)
-    if scene.sliding.direction is not None:
+    if drawn and scene.sliding.direction is not None:
         yield (
             f"sliding.direction = {degrees(scene.sliding.direction):.4g}° changes nothing in the theory and on drawn "
             "surfaces, which are isotropic; `roughsim press` gives T_flash in this direction"

@@ -54,9 +54,10 @@ def _slips_of_roughness(scene: Scene) -> Iterator[str]:
             "and the model is for continuous solids; check the unit of q_max, or lower it"
         )
     if longest > _LONGEST:
+        units = 'the units: q in rad/m (1/µm is 1e6 1/m: "0.1 1/um" or 1e5), and C(q) in m⁴ (µm⁴ is 1e-24 m⁴)'
         yield (
             f"the longest wave, 2π/q_min = {longest:.3g} m, is above {_LONGEST:g} m, and that is shape, not roughness; "
-            'check the units: q in rad/m (1/µm is 1e6 1/m: "0.1 1/um" or 1e5), and C(q) in m⁴ (µm⁴ is 1e-24 m⁴)'
+            f"check {'topography_size and its unit' if scene.scanned else units}"
         )
 
 

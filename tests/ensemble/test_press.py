@@ -116,6 +116,20 @@ def test_the_mean_is_the_map_and_the_scatter_that_of_its_quarters(scene_file, tm
     assert "doubling cells" not in said  # of drawn surfaces
 
 
+def test_the_command_warns_as_run_does_but_not_of_the_error_of_a_spectrum(scene_file, tmp_path, capsys):
+    heights = np.load(tmp_path / "map.npy")
+    np.save(tmp_path / "map.npy", 300 * heights)  # as if in another unit
+    with pytest.raises(SystemExit) as ended:
+        main(["press", str(scene_file), "-o", str(tmp_path / "run"), "--set", "sliding.speed=35"])
+    assert ended.value.code == 0
+    told = capsys.readouterr().err
+    assert "roughsim: warning: rms slope = " in told
+    assert "C(q) was measured on a scan" not in told
+    page = report_run(rs.open_run(tmp_path / "run"), tmp_path / "page.html").read_text()
+    assert "rms slope = " in page
+    assert "press the map" not in page
+
+
 def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(scene_file, tmp_path, capsys):
     folder = tmp_path / "run"
     with pytest.raises(SystemExit) as ended:
@@ -134,6 +148,10 @@ def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(scene_f
     with pytest.raises(SystemExit) as ended:
         main(["plot", str(folder), "temperature", "-o", str(tmp_path / "map.png")])
     assert ended.value.code == 0
+    with pytest.raises(SystemExit) as ended:
+        main(["plot", str(folder), "spectrum", "-o", str(tmp_path / "spectrum.svg")])
+    assert ended.value.code == 0
+    assert "measured, one realization" in (tmp_path / "spectrum.svg").read_text()
     with pytest.raises(rs.RecordError, match="holds another scene: sliding.speed is"):
         rs.press(scene_file, folder)
     np.save(tmp_path / "map.npy", np.load(tmp_path / "map.npy")[::-1])

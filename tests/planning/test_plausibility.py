@@ -310,12 +310,37 @@ def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed():
     error = 'psd_source = "scan"\npsd_error = [[{0}], [{0}], [{0}]]\npsd_convention'
     (line,) = warned(flatter.replace("psd_convention", error.format(0.3)))
     assert re.search(r"leaves .* % of error in the highest T_flash, above the target of 1 %", line)
+    rising = flatter.replace("4e-23", "6e-21")  # as q^(−4.4): longer waves have ever more of the heights
+    (line,) = warned(rising.replace("psd_convention", error.format(0.01)))
+    assert line.endswith(
+        "unknown: C(q) may rise without limit to waves longer than the scan; take a larger scan"
+    )  # no map to press
     flat = flatter.replace("4e-23", "1e-27")  # no wave longer than the scan
     assert warned(flat.replace("psd_convention", error.format(1e-3))) == []
     for scanned in (False, True):
         scene = parse_scene(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention') if scanned else text)
         told = [reason.value for reason in rs.plan(scene).reasons if reason.choice == "scan"]
         assert told == ["unknown"] * scanned
+
+
+def test_waves_too_steep_are_left_out_of_a_table_or_a_scan_where_no_key_cuts_them():
+    text = even()
+    face = '[[1e4, 1e-19], [1e5, 7e-23], [4e7, 1e-32]]\npsd_convention = "persson"\n'
+    table = text[: text.index("rms_height")] + f"psd = {face}" + text[text.index("[body]") :]
+    assert "or end the table of C(q) at " in next(line for line in warned(table) if "rms slope" in line)
+    scan = table.replace("psd_convention", 'psd_source = "scan"\npsd_convention')
+    line = next(line for line in warned(scan) if "rms slope" in line)
+    length, q = map(
+        float, re.search(r"smooth waves shorter than (\S+) µm out of the scan: q above (\S+)", line).groups()
+    )
+    assert length * q == pytest.approx(2e6 * math.pi, rel=0.01)
+
+
+def test_a_scan_of_metres_is_told_by_its_size():
+    text = even()
+    rows = 'psd = [[1, 3e-10], [100, 3e-14]]\npsd_source = "scan"\npsd_convention = "persson"\n'
+    lines = warned(text[: text.index("rms_height")] + rows + text[text.index("[body]") :])
+    assert any(line.endswith("not roughness; check topography_size and its unit") for line in lines)
 
 
 def test_a_theory_that_cannot_be_evaluated_is_said_and_stops_nothing(quick, monkeypatch):
