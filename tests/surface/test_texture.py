@@ -210,6 +210,10 @@ def test_plan_and_theory_name_the_texture_and_warn_and_the_error_of_the_scan_is_
         said = [line for line in known.warnings if "not Gaussian:" in line or "not isotropic:" in line]
         assert [word in line for line in said] == [True] * bool(word)
         assert all("roughsim press" in line for line in said)
+        assert ["write nan for them" in line for line in said] == [word == "not Gaussian"] * bool(word)
+        unknown = [line for line in known.warnings if "its error is unknown" in line]
+        ends = ["unknown: the map is not isotropic or not Gaussian; press the map"] * bool(word)
+        assert all(line.endswith(end) for line, end in zip(unknown, ends, strict=True))
         assert math.isnan(scan_of_hottest(scene)) == (word is not None)
         # what a run stores says the same
         from roughsim.scene import parse_scene

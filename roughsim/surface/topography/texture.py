@@ -81,11 +81,13 @@ class Texture(NamedTuple):
                 f"differs between the directions of sliding; {_INSTEAD}, and gives T_flash along and across the lay"
             )
         if not self.gaussian:
+            write_nan = f"; if the points beyond {_OUTLYING:g} rms are spikes of the instrument, write nan for them"
+            spikes = write_nan * (self.outlying > 0.0)
             yield (
                 f"the heights of the map of [{face}] are not Gaussian: {self.heights()} (Gaussian 0 and 3); "
-                f"{self.extremes()} (Gaussian 1); drawn surfaces have its C(q), but Gaussian heights without its "
-                f"pits, flattened tops or dust, and T_flash may be off by a factor; {_INSTEAD}, and gives the ratio of "
-                "the map to a Gaussian twin"
+                f"{self.extremes()} (Gaussian 1){spikes}; drawn surfaces have its C(q), but Gaussian heights without "
+                f"its pits, flattened tops or dust, and T_flash may be off by a factor; {_INSTEAD}, and gives the "
+                "ratio of the map to a Gaussian twin"
             )
 
 
