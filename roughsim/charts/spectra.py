@@ -65,7 +65,8 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     theory = 2 * np.pi * dense**2 * prediction.stress_spectrum(run.scene, dense) * 1e-18
     axes.loglog(dense, theory, color=THEORY, lw=1.3, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}")
     band(axes, q, mean, error, colour)
-    count = f"{len(rows)} realizations,\nband: statistical, 95 %" if len(rows) > 1 else f"realization {subject.index}"
+    one = "one realization" if subject.index is None else f"realization {subject.index}"
+    count = f"{len(rows)} realizations,\nband: statistical, 95 %" if len(rows) > 1 else one
     axes.plot([], [], color=colour, label=f"measured, {count}")
     top = max(float(theory.max()), float(mean.max()))
     axes.set(xlabel="$q$, rad/m", ylabel=r"$2\pi q^2 |\sigma_q|^2$, GPa² per $\ln q$", ylim=(1e-5 * top, 30 * top))
@@ -160,4 +161,5 @@ def correlation_chart(subject: Subject, path: Path) -> None:
         right.set_ylim(1.2 * values.min(), 0.1 * values.max())
         count = len(run.pairs(subject.column)[0].sample.rows)
         title = f"{count} realizations of the lowest level,\nband: statistical, 95 %"
+        title = title if count > 1 else "one realization of the lowest level"
         right.legend(loc="upper right", title=title, alignment="left")
