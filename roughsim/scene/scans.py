@@ -1,6 +1,7 @@
 """Scans named in a scene: their sizes and units, and the C(q) that replaces them."""
 
 import re
+import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 from roughsim.scene.schema import Quantity, SceneError, as_written, did_you_mean
 
 if TYPE_CHECKING:
+    from roughsim.grid import Grid
     from roughsim.surface.topography import Profile, Topography
 
 _MOST_SCANS = 32  # of one face: their table with its errors still fits into a scene
+_UNEVEN = 0.05  # of the larger number of points: more would make pixels of one length oblong
 _MAP_SIZE = Quantity("m", '"1 mm"', above=0)
 SCAN_KEYS = ("topography_size", "topography_unit", "topography_fill")  # they go with `topography`
 
@@ -42,7 +45,7 @@ def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
 
 def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topography | Profile]":
     """Yield the scans of one surface, with the size and the unit of a section if a file lacks them."""
-    from roughsim.surface.topography import FILLS, read_scan
+    from roughsim.surface.topography import FILLS, Topography, read_scan
 
     nothing: list[tuple[float, float] | None] = [None] * len(paths)
     lengths = _sizes(section["topography_size"], len(paths)) if "topography_size" in section else nothing
@@ -51,7 +54,22 @@ def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topog
     if fill is not None and fill not in FILLS:
         raise SceneError(f"topography_fill = {as_written(fill)} is not known; {did_you_mean(str(fill), FILLS)}")
     for path, size in zip(paths, lengths, strict=True):  # one scan at a time in memory
-        yield read_scan(path, size=size, unit=unit, fill=fill)
+        scan = read_scan(path, size=size, unit=unit, fill=fill)
+        if not isinstance(section.get("topography_size", []), (list, tuple)) and isinstance(scan, Topography):
+            _warn_of_one_length(path, scan.grid)
+        yield scan
+
+
+def _warn_of_one_length(path: Path, grid: "Grid") -> None:
+    """Warn of a map with one length for both sides, whose pixels then are oblong."""
+    (nx, ny), (dx, dy) = grid.shape, grid.spacing
+    if abs(nx - ny) > _UNEVEN * max(nx, ny):
+        warnings.warn(
+            f"{path}: one topography_size for {nx} × {ny} points makes pixels of {1e6 * dx:.3g} × {1e6 * dy:.3g} µm; "
+            "write both sides, [x, y]",
+            RuntimeWarning,
+            stacklevel=2,
+        )
 
 
 def _sizes(value: Any, count: int) -> list[tuple[float, float] | None]:

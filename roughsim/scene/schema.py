@@ -302,7 +302,8 @@ def _one_line(detail: Any, record: type[Record]) -> str:
 def _missing(key: str, holder: str, record: type[Record]) -> str:
     """Return the message of a missing key or section, with an example."""
     if key in SECTIONS:
-        return f"section [{key}] is missing; `roughsim new` writes a complete scene to start from"
+        where = "the roughness of a lone rough face stands there, whichever body has it; " * (key == "surface")
+        return f"section [{key}] is missing; {where}`roughsim new` writes a complete scene to start from"
     text = f"{key} is missing; write for example {example(record, key.rpartition('.')[2])}"
     return f"{text} in [{holder}]" if holder else text
 

@@ -12,6 +12,7 @@ import pytest
 from scipy.io import netcdf_file
 
 import roughsim as rs
+from roughsim.scene.scans import read_scans
 from roughsim.surface.topography import Profile, encoded, read_scan, read_topography
 
 SHAPE, SIZE = (40, 24), (80e-6, 48e-6)  # square pixels of 2 µm
@@ -182,6 +183,28 @@ def test_numbers_alone_are_the_same_map_whatever_the_name_and_the_divider(tmp_pa
         read_topography(save(tmp_path, name, text(heights)))
     with pytest.warns(RuntimeWarning, match="two sides of topography_size exchanged its pixels would be square"):
         read_topography(save(tmp_path, name, text(heights)), size=SIZE[::-1], unit=1e-6)
+
+
+def test_one_length_for_a_map_of_uneven_points_is_told(tmp_path, heights):
+    save(tmp_path, "a.txt", text(heights[:, : heights.shape[1] // 2]))
+    keys = {"topography": "a.txt", "topography_unit": "um"}
+    for size, told in (("1 mm", True), (["1 mm", "1 mm"], False)):
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            list(read_scans([tmp_path / "a.txt"], keys | {"topography_size": size}))
+        assert [("write both sides" in str(line.message)) for line in found] == [True] * told
+
+
+@pytest.mark.parametrize(
+    "heading", ["x y z", "x/um y/um z/um", "x [um] y [um] z [um]", "X (µm)   Y (µm)   Height (nm)"]
+)
+def test_the_names_of_three_columns_may_have_units(tmp_path, heights, heading):
+    x, y = np.indices(heights.shape)
+    rows = np.column_stack([x.ravel(), y.ravel(), heights.ravel()])
+    path = save(tmp_path, "a.xyz", heading + "\n" + text(rows))
+    with pytest.warns(RuntimeWarning, match="left out: its first line, names of columns"):
+        found = read_topography(path, **GIVEN)
+    assert_is(found, heights)
 
 
 def test_a_decimal_comma_or_two_numbers_is_asked(tmp_path):

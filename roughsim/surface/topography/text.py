@@ -131,7 +131,8 @@ def heights_of(table: Table) -> Contents:
     left_out: tuple[str, ...] = ()
     names = [line for line in table.header if not line.lstrip().startswith("#")]
     if names:
-        if len(names) > 1 or len(table.layout.fields(names[0])) != numbers.shape[1]:
+        bare = re.sub(r"[\[(].*?[\])]", "", names[0])  # without units, which blanks may set off
+        if len(names) > 1 or len(table.layout.fields(bare)) != numbers.shape[1]:
             raise NoHeightsError(f"must hold numbers alone, but line 1 is {names[0].strip()[:40]!r}; remove such lines")
         left_out = ("its first line, names of columns",)
     columns = numbers.shape[1]
