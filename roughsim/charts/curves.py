@@ -44,6 +44,7 @@ _SYMBOLS = {
     "flash_width": r"$D_\mathrm{flash}$",
     "slope_length": r"$d_\mathrm{flash}$",
 }
+_WORDS = {"flash_width": "hot-spot width"}  # where they differ from the name
 OVER_SPEED = tuple(name for name, record in OBSERVABLES.items() if record.per_speed)
 _BRIGHTEST = 0.85  # of the colours of several scenes; the end of the scale is too pale for paper
 _ONE, _MANY = (5.4, 3.8), (9.6, 5.8)  # sizes of a figure of one panel and of all, inches
@@ -221,7 +222,7 @@ def _name_axes(axes: Axes, entries: Sequence[Entry], quantity: str) -> None:
         axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
         axes.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, None))
         return
-    words, unit = quantity.replace("_", " "), shown(OBSERVABLES[quantity].unit)[0]
+    words, unit = _WORDS.get(quantity, quantity.replace("_", " ")), shown(OBSERVABLES[quantity].unit)[0]
     symbol = ("−" if _sign(quantity) < 0.0 else "") + _SYMBOLS.get(quantity, words)
     axes.set(xscale="log", xlabel="$v$, m/s", ylabel=f"{symbol}, {unit}" if unit else symbol)
     cut = any(row.note == AT_CUT_OFF for entry in entries for row in entry.rows_of(quantity))

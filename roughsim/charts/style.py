@@ -211,8 +211,9 @@ def legend_below(axes: Axes, *, title: str | None = None, columns: int = 1) -> N
 
 
 def plain_ticks(axis: Axis) -> None:
-    """Write the ticks of a logarithmic axis as 0.1, 0.2, 0.5, 1."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    """Write the ticks of a logarithmic axis as 0.1, 0.2, 0.5, 1; over more than three decades as powers of ten."""
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high <= 1e3 * low else (1.0,)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 

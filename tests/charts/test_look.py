@@ -6,10 +6,12 @@ from itertools import pairwise
 import matplotlib.image
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+import roughsim as rs
 from roughsim.charts.numbers import bare
 from roughsim.charts.plot import CURVES, plot_run
-from roughsim.charts.style import Look
+from roughsim.charts.style import Look, plain_ticks
 from roughsim.cli import main
 from roughsim.estimate.errors import quantile
 from roughsim.results.reactions import ABOUT
@@ -98,6 +100,25 @@ def test_the_command_line_takes_them(capped_run, tmp_path, capsys):
             main([*words, *wrong])
         assert ended.value.code == 1
         assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("lowest", "ticks"), [(0.1, [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]), (0.01, [0.01, 0.1, 1, 10])])
+def test_the_ticks_of_more_than_three_decades_are_powers_of_ten(lowest, ticks):
+    axes = Figure().subplots()
+    axes.set(xscale="log", xlim=(lowest, 60.0))
+    plain_ticks(axes.xaxis)
+    places = axes.xaxis.get_majorticklocs()
+    assert places[(places > 0.99 * lowest) & (places < 60.0)] == pytest.approx(ticks)
+
+
+@pytest.mark.parametrize(("word", "speed"), [("9", 9.0), ("9 m/s", 9.0), ("36km/h", 10.0)])
+def test_a_speed_on_the_command_line_may_have_a_unit(capped_run, tmp_path, monkeypatch, word, speed):
+    drawn = []
+    monkeypatch.setattr(rs, "plot", lambda *words, **options: drawn.append(options["speed"]))
+    with pytest.raises(SystemExit) as ended:
+        main(["plot", str(capped_run.folder), "temperature", "--speed", word])
+    assert ended.value.code == 0
+    assert drawn == [speed]
 
 
 @pytest.mark.parametrize(("quantity", "count"), [("correlation", 2), ("spectrum", 2), ("distribution", 3)])
