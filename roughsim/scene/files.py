@@ -179,7 +179,8 @@ def read_text(path: Path, what: str, limit: int) -> str:
             hint = f', or use the bundled scene "{near}"' if near else ""
             raise FileNotFoundError(f"{what} {name} does not exist; check the path{hint}")
         if not path.is_file():
-            raise SceneError(f"{what} {name} is a folder or a device; give the path of a file")
+            hint = f"; {name}/scene.toml is the scene of this run" if (path / "scene.toml").is_file() else ""
+            raise SceneError(f"{what} {name} is a folder or a device; give the path of a file{hint}")
         with path.open("rb") as file:
             data = file.read(limit + 1)
     except (FileNotFoundError, SceneError):

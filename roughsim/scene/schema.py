@@ -202,7 +202,8 @@ def one_or_list(count: int = 1) -> WrapValidator:
         try:
             return handler((value,) * count)
         except ValidationError as error:  # without the index, which the file does not have
-            raise error.errors()[0]["ctx"]["error"] from None
+            cause = error.errors()[0]["ctx"]["error"]
+            raise cause if isinstance(value, Real) else ValueError(f"{cause}, or a list of such") from None
 
     return WrapValidator(read)
 

@@ -66,6 +66,9 @@ REFUSED = [
     ("density =", "diffusivity =", 'body.diffusivity = "7900 kg/m^3" is not a key of a scene; it is conductivity/(den'),
     ("penetration_hardness", "hardness", 'is not a key of a scene; did you mean "penetration_hardness"?'),
     ("friction_coefficient", "friction", 'is not a key of a scene; did you mean "friction_coefficient"?'),
+    ("rms_height", "h_rms", 'surface.h_rms = "0.90 um" is not a key of a scene; did you mean "rms_height"?'),
+    ("rms_height", "Ra", "for Gaussian heights the rms_height is 1.25 Ra; give that"),
+    ("friction_coefficient", "mu", 'is not a key of a scene; did you mean "friction_coefficient"?'),
     ("poisson_ratio", "shear_modulus", "it is youngs_modulus/(2 (1 + poisson_ratio)); give these two"),
     ("[body]", "[bodi]", 'did you mean "body"?'),
     (
@@ -112,6 +115,11 @@ REFUSED = [
         "tolerance = 3e-3",
         "levels = [{ shap = 3 }]",
         'numerics.levels[0].shap = 3 is not a key of a scene; did you mean "s',
+    ),
+    (
+        "speed = [",
+        'speed = "1 m/s, 2 m/s" # [',
+        'is not a number with a unit; write for example "35 m/s", or a list of such',
     ),
     ('like = "body"', 'like = "bodies"', 'counterface.like = "bodies" is not known; did you mean "body"?'),
     ('like = "body"', 'like = "body"\nhurst = 1', 'counterface.hurst does not go with like = "body"'),
