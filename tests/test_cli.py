@@ -106,7 +106,15 @@ def test_run_and_compare_a_scene_of_ones_own(capsys, tmp_path, capped_scene):
         capsys, "run", path, "-o", folder, "--workers", 1, "--max", 3, "--until", "flash_temperature=1%"
     )
     assert "target not reached" in err
+    assert "the target of" not in err
     assert code == 0
+    code, _, err = inside(
+        capsys, "run", path, "-o", folder, "--workers", 1, "--max", 3, "--until", "flash_temperature=90%"
+    )
+    assert "the target of flash_temperature was 1 %, and is 90 % now" in err
+    assert "--until flash_temperature=1% takes them in again" in err
+    code, _, err = inside(capsys, "theory", folder)
+    assert err.endswith(f"give the path of a file; {folder}/scene.toml is the scene of this run\n")
 
 
 @pytest.mark.slow

@@ -66,7 +66,9 @@ def plot(  # noqa: PLR0913  (each is an option)
     realization: Annotated[
         int | None, Option("-r", "--realization", metavar="K", min=0, help="A realization with kept fields.")
     ] = None,
-    speed: Annotated[float | None, Option(metavar="V", help="In m/s; left out: the scene's highest.")] = None,
+    speed: Annotated[
+        str | None, Option(metavar="V", help="In m/s, or with a unit; left out: the scene's highest.")
+    ] = None,
     column: Annotated[
         str | None, Option(metavar="COLUMN", help="smoothed, capped or elastic; of reactions also sliding.")
     ] = None,
@@ -93,7 +95,7 @@ def plot(  # noqa: PLR0913  (each is an option)
         output,
         over=over,
         realization=realization,
-        speed=speed,
+        speed=_parse_speed(speed),
         column=column,
         zoom=_parse_zoom(zoom),
         side_by_side=side_by_side,
@@ -146,6 +148,18 @@ def export(
     file = rs.export(record, output, bits=bits, surface=surface)
     lines = gap(record) if isinstance(record, rs.Run) else []
     tell("\n".join([*lines, f"file: {file}, {file.stat().st_size / 1e6:.3g} MB"]))
+
+
+def _parse_speed(text: str | None) -> float | None:
+    """Return a speed, m/s, of a number or of text with a unit; None for None."""
+    if text is None:
+        return None
+    from roughsim.scene.sections import SPEED
+
+    try:
+        return float(text)
+    except ValueError:
+        return SPEED.of_text(text, "--speed")
 
 
 def _parse_zoom(text: str | None) -> tuple[tuple[float, float], tuple[float, float]] | None:

@@ -140,6 +140,8 @@ def run(
     from roughsim.ensemble.run import begin
     from roughsim.ensemble.status import losses, outcome
 
+    if (output / "scene.toml").is_file():
+        _note_looser_targets(rs.load_scene(output / "scene.toml"), loaded)
     try:
         with Progress("planning") as progress:
             numerics = begin(loaded, output)
@@ -153,6 +155,17 @@ def run(
         tell(line)
     if result.failed > 0.01 * result.realizations:
         raise Exit(1)
+
+
+def _note_looser_targets(before: "rs.Scene", now: "rs.Scene") -> None:
+    """Print a line for each target that was stricter when a run was last computed: fewer of its members will count."""
+    targets = dict(now.ensemble.until)
+    for name, goal in before.ensemble.until:
+        if goal < targets.get(name, 0.0):
+            note(
+                f"the target of {name} was {100 * goal:g} %, and is {100 * targets[name]:g} % now: members beyond it "
+                f"stay stored but do not count; --until {name}={100 * goal:g}% takes them in again"
+            )
 
 
 def _show_plan(scene: "rs.Scene", numerics: "rs.Numerics") -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 import roughsim as rs
-from roughsim.show.text import say, tell
+from roughsim.show.text import note, say, tell
 
 if TYPE_CHECKING:  # commands import late: the help loads none of these
     from roughsim.results.run import Run
@@ -80,6 +80,8 @@ def draw_figure(draw: Callable[..., None], chart: Path | None, csv: Path | None)
     """Draw a figure, and write its numbers; either may be left out."""
     if chart is None and csv is None:
         return
+    if chart is not None:
+        note(f"drawing {chart}")
     draw(chart, csv=csv)
     names = {"picture": chart, "numbers": csv}
     tell("\n".join(f"{name}: {path}" for name, path in names.items() if path is not None))

@@ -38,6 +38,7 @@ from roughsim.scene.tables import Conductivity, FrictionCoefficient, Rows, read_
 
 _SHARE = Quantity("", "0.938", above=0, at_most=1)
 _SHARE_RULES = ("mean", "total", "all")
+SPEED = Quantity("m/s", '"35 m/s"', at_least=0)
 TARGET = Quantity("", '"1 %"', above=0, below=1)
 _SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
 _SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them gives the roughness of a face
@@ -305,7 +306,7 @@ class SlidingSection(Record, section="sliding"):
     junction_growth: Annotated[float, Quantity("", "9", at_least=0, at_most=100)] | None = None
     """Tabor's α: with friction contact yields at σ_P/√(1 + αμ²). None: friction does not change the contact."""
     speed: Annotated[
-        tuple[Annotated[float, Quantity("m/s", '"35 m/s"', at_least=0)], ...],
+        tuple[Annotated[float, SPEED], ...],
         one_or_list(),
         WrapValidator(_read_speeds),
     ]
