@@ -38,6 +38,7 @@ TESTS = {
     "elastic_over_theory": "tests the weight W(q) of the theory",
     "capped_over_theory": "tests weight and smoothing together: no smoothed surfaces were computed",
 }
+_SAME_MODES = "The ratio to theory is over the modes of the cell, up to q_c."
 
 
 @dataclass(frozen=True, repr=False)
@@ -217,7 +218,8 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
         if isfinite(ratio.value)
     ]
     unknown = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
-    notes = [*ratios, f"± total error, 95 %. Heat share in the body: {share_text(run.shares())}."]
+    modes = f" {_SAME_MODES}" if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios) else ""
+    notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {share_text(run.shares())}."]
     notes += [*map(str, statements(run.scene)), *(texture_warnings(run.scene) if run.drawn else ())]
     notes += [*marks.meanings(list(unknown), {row.note for row in rows}), *left_out(run)]
     title = f"{run.scene.title}: {_count(run)}" if run.scene.title else _count(run)
@@ -282,10 +284,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
         band = f"slope of |σ_q|² from {slope.low:.3g} to {slope.high:.3g} rad/m"
         measured = Number(slope.measured, error=slope.error)
         yield f"{band}: {slope.column} {measured} (statistical, 95 %), theory {slope.theory:.2f}"
-    yield (
-        "± total error, 95 %. theory: over the whole spectrum. The ratio to theory is over the modes of the cell, "
-        "up to q_c."
-    )
+    yield f"± total error, 95 %. theory: over the whole spectrum. {_SAME_MODES}"
     yield calibrated_note(comparison.run.scene)
     yield from map(str, statements(comparison.run.scene))
     if isinstance(comparison.run, Pressed):

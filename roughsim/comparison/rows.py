@@ -74,7 +74,8 @@ def theories_of(run: Run) -> dict[str, Predicted]:
     grid, q_c = finest(run)
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
     with warnings.catch_warnings():
-        if not run.drawn:  # the longest waves of C(q) represent the longest of the map: its cell lacks none
+        # the longest waves of C(q) represent the longest of a map, and the plan says which its own cell has
+        if not run.drawn or run.scene.numerics.lengths is None:
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
         summed = prediction.mode_sums(run.scene, drawn, grid)
     return {

@@ -27,8 +27,9 @@ class Judgement(NamedTuple):
     error: float  # 95 % error of `percent`
 
     def __str__(self) -> str:
-        side = "high" if self.percent >= 0.0 else "low"
-        return f"{abs(self.percent):.0f} ± {max(self.error, 1.0):.0f} % {side}"
+        size = f"{abs(self.percent):.0f}"
+        side = "" if size == "0" else " high" if self.percent > 0.0 else " low"
+        return f"{size} ± {max(self.error, 1.0):.0f} %{side}"
 
 
 @dataclass(frozen=True, slots=True)

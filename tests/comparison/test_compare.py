@@ -1,6 +1,7 @@
 """The comparison: exact in full contact, complete, and honest about what it compares."""
 
 import json
+import warnings
 from copy import copy
 from dataclasses import replace
 
@@ -250,6 +251,21 @@ def test_the_chart_is_drawn(table, tmp_path, ending):
     path = tmp_path / f"chart{ending}"
     table.chart(path)
     assert path.stat().st_size > 10_000
+
+
+def test_the_short_table_says_over_which_modes_its_ratio_to_the_theory_is(table):
+    assert "The ratio to theory is over the modes of the cell, up to q_c." in str(table)
+
+
+@pytest.mark.parametrize(("lengths", "warned"), [(None, False), ((2e-4, 2e-4), True)])
+def test_a_cell_without_the_longest_waves_is_warned_of_if_the_plan_did_not_choose_it(capped_run, lengths, warned):
+    run = copy(capped_run)
+    run.scene = replace(run.scene, numerics=replace(run.scene.numerics, lengths=lengths))
+    run.numerics = replace(run.numerics, lengths=(2e-4, 2e-4))
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        rs.compare(run)
+    assert any("q_min = " in str(one.message) for one in found) == warned
 
 
 def test_other_endings_are_refused(table, tmp_path):

@@ -122,6 +122,11 @@ def test_a_judgement_is_high_or_low_with_its_error():
     assert str(Judgement("flash_temperature", 1.0, -12.4, 0.2)) == "12 ± 1 % low"
 
 
+@pytest.mark.parametrize("percent", [0.0, 0.4, -0.4])
+def test_a_judgement_of_zero_is_neither_high_nor_low(percent):
+    assert str(Judgement("contact_fraction", None, percent, 13.0)) == "0 ± 13 %"
+
+
 def test_the_table_has_every_observable_and_marks_those_without_a_band():
     shown = CliRunner().invoke(app, ["theory", "demo", "--trust"])
     assert shown.exit_code == 0
