@@ -30,5 +30,8 @@ def csv_bytes(rows: Sequence[Mapping[str, Any]], first: Sequence[str] = ()) -> b
 def parquet_bytes(rows: Sequence[Mapping[str, Any]]) -> bytes:
     """Return rows as Parquet; ImportError without pandas or pyarrow."""
     buffer = io.BytesIO()
-    data_frame(rows).to_parquet(buffer)
+    try:
+        data_frame(rows).to_parquet(buffer)
+    except ImportError:
+        raise ImportError("a .parquet needs pandas and pyarrow; type: pip install pandas pyarrow") from None
     return buffer.getvalue()

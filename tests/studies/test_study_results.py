@@ -3,6 +3,7 @@
 import csv
 import json
 import shutil
+import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -76,6 +77,12 @@ def test_a_study_is_a_data_frame_where_pandas_is_there(done, tmp_path):
     frame = done.to_dataframe()
     assert isinstance(frame, pandas.DataFrame)
     assert len(frame) == len(list(done.rows()))
+
+
+def test_a_parquet_without_its_packages_is_refused_with_the_command_that_installs_them(done, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match="type: pip install pandas pyarrow$"):
+        done.save(tmp_path / "study.parquet")
 
 
 def test_the_table_for_people_has_a_row_for_each_point_in_readable_units(done):
