@@ -60,9 +60,14 @@ def add_other_pages(app, page, source) -> None:
 def add_lists(app, page, source) -> None:
     """Put the keys of a scene and the commands in their places."""
     if page == "reference/scene":
-        source[0] = source[0].replace("SCENE-KEYS", lists.scene_keys())
+        source[0] = in_place_of("SCENE-KEYS", source[0], lists.scene_keys())
     if page == "reference/commands":
-        source[0] = source[0].replace("ALL-COMMANDS", lists.commands())
+        source[0] = in_place_of("ALL-COMMANDS", source[0], lists.commands())
+
+
+def in_place_of(word, text, content):
+    """Return a text with content in place of the line that begins with a word: what readers of the source see."""
+    return re.sub(rf"^{word}.*$", lambda _: content, text, flags=re.MULTILINE)
 
 
 def keep_signs(app, what, name, obj, options, lines) -> None:
