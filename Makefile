@@ -70,6 +70,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/loads.py --evidence
 	$(MEASURE) experiments/yielding.py --evidence
 	$(MEASURE) experiments/yielding_gaps.py --evidence
+	$(MEASURE) experiments/scans.py --evidence
 	$(MEASURE) experiments/validity.py --evidence
 	$(MEASURE) experiments/tolerance.py --evidence
 	$(MEASURE) experiments/coverage.py --evidence
