@@ -3,14 +3,15 @@
     python experiments/flash_vs_speed.py [--toy] [-o FOLDER] [--workers N] [--evidence]
 
 Runs the bundled steel scenes (resuming what is there), prints T_flash at 35 m/s beside the theory, and draws one figure
-per scene. --evidence writes the table of README.md. --toy computes a few small realizations, to see the script work.
+per scene. --evidence writes table and picture of README.md. --toy computes a few small realizations, to see it work.
 """
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 
-from script import Command, write_evidence
+from script import EVIDENCE, Command, write_evidence
 
 import roughsim as rs
 from roughsim.show.table import Number
@@ -66,6 +67,8 @@ def main() -> None:
     if options.evidence:
         command_line = "python experiments/flash_vs_speed.py --evidence"
         write_evidence("flash_vs_speed", command_line, numbers=numbers, tables={"flash": table})
+        chart = f"{SCENES[1]}.png"
+        shutil.copyfile(options.output / chart, EVIDENCE.parent / chart)
 
 
 if __name__ == "__main__":

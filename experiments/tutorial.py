@@ -1,4 +1,4 @@
-"""What the commands of the tutorial print: docs/evidence/tutorial.json, with which its blocks are compared.
+"""What the commands of the tutorial print and draw: docs/evidence/tutorial.json, with which its blocks are compared.
 
     python experiments/tutorial.py [--toy] [-o FOLDER] [--evidence]
 
@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import sys
 
-from script import Command, write_evidence
+from script import EVIDENCE, Command, write_evidence
 
 import roughsim as rs
 
@@ -21,7 +21,9 @@ COMMANDS = {
     "plan": "plan my.toml",
     "run": "run my.toml -o runs/my",
     "compare": "compare runs/my --chart comparison.png",
+    "plot": "plot runs/my temperature --speed 35 -o temperature.png",
 }
+DRAWN = "comparison", "temperature"  # on the page
 PYTHON = """
 import roughsim as rs
 
@@ -58,7 +60,7 @@ def main() -> None:
     scene = printed(folder, ["-m", "roughsim.cli", "new", "demo"])
     (folder / "my.toml").write_text(scene, encoding="utf-8")
     for name, line in COMMANDS.items():
-        if options.toy and name in ("run", "compare"):
+        if options.toy and name in ("run", "compare", "plot"):
             line = "theory my.toml --chart theory.png"  # noqa: PLW2901
         texts[name] = printed(folder, ["-m", "roughsim.cli", *shlex.split(line)])
         print(f"$ roughsim {line}\n{texts[name]}")
@@ -68,6 +70,8 @@ def main() -> None:
     if options.evidence:
         command = "python experiments/tutorial.py --evidence"
         write_evidence("tutorial", command, texts=texts, numbers=numbers_of(folder))
+        for name in DRAWN:
+            shutil.copyfile(folder / f"{name}.png", EVIDENCE.parent / "figures" / f"tutorial_{name}.png")
 
 
 if __name__ == "__main__":
