@@ -24,6 +24,7 @@ _ADVICE = (
     "its scheduler or its workers have ended; all finished members are stored, and the same call continues from there; "
     'if its workers are processes, the script needs `if __name__ == "__main__":` above the call'
 )
+SUITABLE = "give a concurrent.futures.Executor; that of a client of dask is client.get_executor(pure=False)"
 
 
 class SerialExecutor(Executor):
@@ -51,6 +52,8 @@ class Workers(AbstractContextManager["Workers"]):
     def __init__(self, count: int | None, executor: Executor | None = None):
         if count is not None and (isinstance(count, bool) or int(count) != count or count < 1):
             raise ValueError(f"workers = {count!r} must be a whole number ≥ 1")
+        if executor is not None and not callable(getattr(executor, "submit", None)):
+            raise TypeError(f"executor = {executor!r:.200} has no method submit; {SUITABLE}")
         self.count = int(usable_cores().amount) if count is None else int(count)
         self.in_process = executor is None and self.count == 1  # whether members are computed in this process
         self._asked = count

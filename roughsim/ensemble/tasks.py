@@ -10,8 +10,9 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from roughsim.ensemble.executors import Workers
+from roughsim.ensemble.executors import SUITABLE, Workers
 from roughsim.ensemble.status import expected_seconds
 from roughsim.ensemble.workers import Job, Source, store_members
 from roughsim.errors import RecordError
@@ -185,13 +186,20 @@ class Tasks:
 
 
 def _submit(executor: Executor, assignment: Assignment) -> Future[str]:
-    """Hand an assignment to an executor; BrokenExecutor if it takes none, whatever its own class of error."""
+    """Hand an assignment to an executor; BrokenExecutor if it takes none, whatever its own class of error.
+
+    TypeError if the executor returns no future of concurrent.futures, as a client of dask.
+    """
     try:
-        return executor.submit(store_members, assignment.jobs, assignment.index)
+        future: Any = executor.submit(store_members, assignment.jobs, assignment.index)
     except BrokenExecutor:
         raise
     except Exception as error:
         raise BrokenExecutor(f"{type(error).__name__}: {error}") from error
+    if not isinstance(future, Future):
+        kind = f"{type(future).__module__}.{type(future).__qualname__}"
+        raise TypeError(f"executor.submit returned a {kind}, not a concurrent.futures.Future; {SUITABLE}")
+    return future
 
 
 def remove_unfinished(folder: Path, claims: Claims) -> None:

@@ -50,6 +50,30 @@ def test_an_executor_whose_workers_died_is_not_asked_again_and_the_error_has_the
     assert len(asked) == 1
 
 
+class Client:
+    """As of dask: it takes calls, and its futures are of its own class."""
+
+    def submit(self, *_, **__):
+        return self
+
+
+@pytest.mark.parametrize(
+    ("executor", "words"),
+    [
+        ("dask", r"executor = 'dask' has no method submit; give a concurrent\.futures\.Executor; .*get_executor"),
+        (
+            Client(),
+            r"executor\.submit returned a \S*\.Client, not a concurrent\.futures\.Future; .*get_executor",
+        ),
+    ],
+    ids=["no executor", "client of dask"],
+)
+def test_what_is_no_executor_of_concurrent_futures_is_refused_with_the_right_one(quick, tmp_path, executor, words):
+    with pytest.raises(TypeError, match=words):
+        rs.run(quick, tmp_path / "run", executor=executor)
+    assert not (tmp_path / "run" / "claims").exists()
+
+
 @pytest.mark.filterwarnings("ignore:a worker has died")
 def test_workers_that_die_once_are_replaced_and_the_observer_sees_every_member(quick, tmp_path):
     work, seen = to_do(quick, tmp_path / "run"), []
