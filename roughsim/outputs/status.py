@@ -5,6 +5,7 @@ from typing import Any
 
 from roughsim.ensemble.status import status_dict, status_lines
 from roughsim.outputs.opened import Folder, opened
+from roughsim.store.claims import writer
 from roughsim.studies.study import Study
 
 
@@ -33,6 +34,14 @@ def status(run: Folder) -> Status:
     """
     record = opened(run, "skip")
     if isinstance(record, Study):
-        return Status(str(record), record.to_dict())
+        return Status("\n".join([str(record), *_at_work(record)]), record.to_dict())
     values = status_dict(record)
-    return Status("\n".join([*status_lines(record)]), values)
+    return Status("\n".join(status_lines(record)), values)
+
+
+def _at_work(study: Study) -> list[str]:
+    """Return a line on the processes that compute a study; none for a finished one."""
+    if study.finished == len(study.points):
+        return []
+    process = writer(study.folder)
+    return [f"being computed by {process}" if process else "not being computed now; repeat its command to go on"]

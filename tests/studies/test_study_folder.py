@@ -16,6 +16,7 @@ import roughsim as rs
 from roughsim.errors import RecordError
 from roughsim.outputs.opened import opened
 from roughsim.scene import parse_scene
+from roughsim.store.claims import Claims
 from roughsim.studies import folder as study_folder
 from roughsim.studies import work
 from roughsim.studies.folder import read, write
@@ -71,6 +72,14 @@ def test_every_reader_refuses_a_study_of_which_two_folders_were_exchanged(copy, 
     words = r"sliding.nominal_pressure is 300000000.0 there, not 100000000.0; give each folder in points/ its own name"
     with pytest.raises(RecordError, match=words):
         readers[reader]()
+
+
+def test_the_status_of_a_study_names_the_processes_that_compute_it(copy, done, soon):
+    assert "being computed" not in str(rs.status(done))
+    next(copy.glob("points/*/realizations/L0-000011.h5")).unlink()
+    assert str(rs.status(copy)).endswith("\nnot being computed now; repeat its command to go on")
+    with Claims(copy):
+        assert f"\nbeing computed by process {os.getpid()} on " in str(rs.status(copy))
 
 
 def test_a_point_folder_of_another_base_scene_is_refused(copy, quick, tmp_path):
