@@ -1,5 +1,6 @@
 """Compiled inner loops, of arrays and numbers alone; the only place that imports numba."""
 
+import multiprocessing
 import warnings
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
@@ -26,12 +27,13 @@ def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Call
         try:
             return cast(Function, njit(**options)(function))
         except RuntimeError:  # neither the package's folder nor the user's cache folder can be written
-            warnings.warn(
-                "compiled code cannot be kept: each process compiles again, which takes seconds; set NUMBA_CACHE_DIR "
-                "to a folder that takes files",
-                RuntimeWarning,
-                stacklevel=1,
-            )
+            if multiprocessing.current_process().name == "MainProcess":  # that of a worker has warned
+                warnings.warn(
+                    "compiled code cannot be kept: each process compiles again, which takes seconds; set "
+                    "NUMBA_CACHE_DIR to a folder that takes files",
+                    RuntimeWarning,
+                    stacklevel=1,
+                )
             return cast(Function, njit(**options | {"cache": False})(function))
 
     return decorate
@@ -43,6 +45,6 @@ def is_loaded(function: Callable[..., Any]) -> bool:
 
 
 def was_compiled(function: Callable[..., Any]) -> bool:
-    """Whether this process compiled a kernel, and keeps it for later ones; False if it came from the cache."""
+    """Whether this process compiled a kernel and keeps it for later ones; False if it came from the cache."""
     statistics = getattr(function, "stats", None)  # there are none with NUMBA_DISABLE_JIT=1
-    return statistics is not None and bool(statistics.cache_misses)
+    return statistics is not None and statistics.cache_path is not None and bool(statistics.cache_misses)

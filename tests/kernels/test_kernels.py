@@ -3,6 +3,9 @@
 They hold compiled and, with NUMBA_DISABLE_JIT=1, line by line.
 """
 
+import multiprocessing
+import warnings
+
 import numpy as np
 import pytest
 
@@ -265,3 +268,8 @@ def test_where_compiled_code_cannot_be_kept_kernels_are_compiled_all_the_same_an
     with pytest.warns(RuntimeWarning, match="each process compiles again, .* set NUMBA_CACHE_DIR"):
         double = _kernels.kernel()(lambda x: 2.0 * x)
     assert double(1.5) == 3.0
+    assert not _kernels.was_compiled(double)  # for a line that says "once on this machine"
+    monkeypatch.setattr(multiprocessing.current_process(), "_name", "SpawnProcess-1")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # the parent of a worker has said it
+        _kernels.kernel()(lambda x: 2.0 * x)
