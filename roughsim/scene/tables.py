@@ -39,6 +39,9 @@ def read_psd(value: Any) -> Rows:
         if not isinstance(row, (list, tuple)) or len(row) != 2 or any(isinstance(entry, str) for entry in row):
             numbers = "two numbers without units, q in rad/m and C in m⁴"
             raise ValueError(f"[{i}] = {as_written(row)} must be {numbers}, for example {example}")
+        if isinstance(row[1], (int, float)) and row[1] < -1.0:  # log₁₀ C is −40 to −10
+            logarithms = "of a table of logarithms write q and C themselves"
+            raise ValueError(f"[{i}] C = {row[1]!r} m⁴ must be above 0; {logarithms}, for example {example}")
         rows.append((_WAVENUMBER(row[0], f"[{i}] q"), _PSD(row[1], f"[{i}] C")))
         if i and rows[i][0] <= rows[i - 1][0]:
             raise ValueError(

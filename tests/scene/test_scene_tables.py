@@ -80,6 +80,10 @@ def test_the_longest_tables_still_fit_into_a_scene_file(tmp_path):
         ("1e4 3e-23\n1e4 1e-24", "surface.psd[1] has q = 10000.0 rad/m after 10000.0 rad/m; q must rise"),
         ("1e4 3e-23\n1e5 -1e-24", "surface.psd[1] C = -1e-24 must be above 0"),
         ("0 3e-23\n1e5 1e-24", "surface.psd[0] q = 0.0 rad/m must be above 0 rad/m"),
+        (
+            "4 -22.5\n5 -26",
+            "surface.psd[0] C = -22.5 m⁴ must be above 0; of a table of logarithms write q and C themsel",
+        ),
         ("1e4 nan\n1e5 1e-24", "surface.psd[0] C = nan must be finite"),
         ("", "surface.psd = 0 rows"),
         ("\n".join(f"{i} 1" for i in range(1, 1300)), "surface.psd = 1299 rows: a table C(q) has 2 to 1200 rows"),
