@@ -273,6 +273,13 @@ def test_too_little_memory_is_said_in_one_line(capsys, theory_table):
     assert err.count("\n") == 1
 
 
+@pytest.mark.parametrize("words", [["theory", "demo"], ["bench", "demo"], ["compare", "no-run"]])
+def test_a_picture_that_cannot_be_is_refused_before_anything_is_computed(capsys, words):
+    code, out, err = inside(capsys, *words, "--chart", "a.gif")
+    assert (code, out) == (1, "")
+    assert err == "roughsim: chart = 'a.gif' must end in .png, .pdf, .svg\n"
+
+
 def test_every_verb_that_takes_a_scene_can_set_keys(capsys, tmp_path):
     _, slower, _ = inside(capsys, "theory", "demo", "--set", "sliding.speed=2m/s", "--json")
     assert json.loads(slower)["speed"] == [2.0]

@@ -12,6 +12,7 @@ from roughsim.cli.words import (
     Json,
     Output,
     RunFolder,
+    check_figure,
     draw_figure,
     open_without_damaged,
     print_json,
@@ -37,6 +38,7 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Compare a run with the theory: T_flash in each column. Several runs, or those of a study, are side by side."""
+    check_figure(chart, csv)
     compared = rs.compare(*runs)
     if (every or as_json) and isinstance(compared, rs.Comparison) and compared.run.scene.distribution:
         note("drawing fields for the theory of the distribution of the temperature")

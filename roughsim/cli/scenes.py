@@ -18,6 +18,7 @@ from roughsim.cli.words import (
     Set,
     TargetError,
     Workers,
+    check_figure,
     complete_form,
     complete_scene,
     draw_figure,
@@ -70,6 +71,7 @@ def theory(
     from roughsim.comparison.trust import trust as look_up
     from roughsim.planning.limits import judge
 
+    check_figure(chart, csv)
     theories = [rs.theory(open_scene(scene, changes)) for scene in scenes]
     if as_json:
         values = [one.to_dict() | ({"trust": look_up(one.scene).to_dict()} if trust else {}) for one in theories]
@@ -257,6 +259,7 @@ def bench(
     from roughsim.charts.error_over_cost import error_over_cost_chart
     from roughsim.error_over_cost import STAGES, bench_dict, bench_tables
 
+    check_figure(chart)
     points = rs.bench(open_scene(scene, changes), stages=stage or STAGES, realizations=realizations)
     if as_json:
         print_json(bench_dict(points))

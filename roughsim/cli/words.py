@@ -76,6 +76,17 @@ def print_parts(*parts: "str | Table") -> None:
     PlainConsole().print_parts(*parts)
 
 
+def check_figure(chart: Path | None, csv: Path | None = None) -> None:
+    """Raise ValueError, before anything is computed, for the name of a file that no figure is written to."""
+    if chart is None and csv is None:
+        return  # without the slow import
+    from roughsim.charts.style import Look, check_ending
+
+    Look(csv=csv)
+    if chart is not None:
+        check_ending(chart)
+
+
 def draw_figure(draw: Callable[..., None], chart: Path | None, csv: Path | None) -> None:
     """Draw a figure, and write its numbers; either may be left out."""
     if chart is None and csv is None:
