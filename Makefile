@@ -71,6 +71,8 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/yielding.py --evidence
 	$(MEASURE) experiments/yielding_gaps.py --evidence
 	$(MEASURE) experiments/scans.py --evidence
+	$(MEASURE) experiments/pressed_maps.py --evidence
+	$(MEASURE) experiments/pictures.py --evidence
 	$(MEASURE) experiments/validity.py --evidence
 	$(MEASURE) experiments/tolerance.py --evidence
 	$(MEASURE) experiments/coverage.py --evidence
