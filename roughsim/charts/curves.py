@@ -225,13 +225,21 @@ def _name_axes(axes: Axes, entries: Sequence[Entry], quantity: str) -> None:
     words, unit = _WORDS.get(quantity, quantity.replace("_", " ")), shown(OBSERVABLES[quantity].unit)[0]
     symbol = ("−" if _sign(quantity) < 0.0 else "") + _SYMBOLS.get(quantity, words)
     axes.set(xscale="log", xlabel="$v$, m/s", ylabel=f"{symbol}, {unit}" if unit else symbol)
-    cut = any(row.note == AT_CUT_OFF for entry in entries for row in entry.rows_of(quantity))
-    axes.set_title(words[0].upper() + words[1:] + " (at $q_c$)" * cut)
+    cut = dict.fromkeys(_column_at_cut_off(entry, quantity) for entry in entries)
+    columns = ", ".join(column for column in cut if column)
+    axes.set_title(words[0].upper() + words[1:] + (f" ({columns}: at $q_c$)" if columns else ""))
     if all(np.nanmin(line.get_ydata(), initial=np.inf) > 0.0 for line in axes.lines):
         axes.set_yscale("log")
         low, high = axes.get_ylim()
         if high / low < 100.0:  # 20, 50, 100 on an axis of less than two decades
             plain_ticks(axes.yaxis)
+
+
+def _column_at_cut_off(entry: Entry, observable: str) -> str:
+    """Return the column whose values of an observable are marked to be at q_c: the main one of a run; "" if none is."""
+    if entry.run is None or all(row.note != AT_CUT_OFF for row in entry.rows_of(observable)):
+        return ""
+    return entry.run.numerics.columns[-1]
 
 
 def _handles(

@@ -56,6 +56,7 @@ def test_runs_side_by_side_have_a_colour_each(capped_run, sliding_run, drawn):
     other = {str(colour) for name, colour in names.items() if name.startswith(f"{sliding_run.folder.name}:")}
     assert len(own) == len(other) == 1
     assert own != other
+    assert drawn[0].axes[3].get_title("left") == "Hot-spot width (capped: at $q_c$)"  # smoothed has its limit
     words = [text.get_text() for text in drawn[0].axes[-1].get_legend().get_texts()]
     assert words[:2] == [capped_run.folder.name, sliding_run.folder.name]
 
