@@ -9,7 +9,7 @@ from typing import Any, Literal
 from roughsim.errors import RecordError
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics, Reason
-from roughsim.store.disk import checksum, is_temporary, place_bytes, read_bytes
+from roughsim.store.disk import checksum, is_temporary, make_folder, place_bytes, read_bytes
 from roughsim.store.member_files import FORMAT, check_format
 
 RUN, MAP, QUARTERS = "run", "map", "quarters"  # kinds of runs
@@ -46,8 +46,11 @@ class Description:
         return values | ({"press": self.press} if self.press else {})
 
     def write(self, folder: Path, scene: Scene, *, first: bool = False) -> None:
-        """Write run.json and scene.toml before any slow work; with `first`, FileExistsError if another process has."""
-        (folder / "realizations").mkdir(parents=True, exist_ok=True)
+        """Write run.json and scene.toml before any slow work; with `first`, FileExistsError if another process has.
+
+        RecordError if the folder is a link that leads nowhere.
+        """
+        make_folder(folder / "realizations")
         values = self.values()
         guarded = values | {"checksums": {key: checksum(value) for key, value in values.items()}}
         for name, text in (("run.json", json.dumps(guarded, indent=1) + "\n"), ("scene.toml", scene.to_toml())):

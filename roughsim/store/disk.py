@@ -69,6 +69,18 @@ def _link(temporary: Path, path: Path) -> None:
         os.replace(temporary, path)
 
 
+def make_folder(path: Path) -> None:
+    """Make a folder, with those above it, if it does not exist; RecordError if a link in its path leads nowhere."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        for place in (path, *path.parents):
+            if place.is_symlink() and not place.exists():  # as to a disk that was cleared
+                words = f"{place} is a link to {place.readlink()}, which does not exist; make that folder"
+                raise RecordError(f"{words}, or name another") from None
+        raise
+
+
 def is_temporary(name: str) -> bool:
     """Whether a name is of a temporary file of `place_bytes`, whose writer may still be at work."""
     return _TEMPORARY.fullmatch(name) is not None

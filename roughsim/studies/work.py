@@ -26,6 +26,7 @@ from roughsim.scene.files import scene_of
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.scene.sections import ROUGHNESS_KEYS, TARGET
 from roughsim.store.claims import PLAN, Claims
+from roughsim.store.disk import make_folder
 from roughsim.studies.folder import base_scene, describe, refuse_exchanged, refuse_other, write
 from roughsim.studies.results import LATER
 from roughsim.studies.study import Study
@@ -127,7 +128,7 @@ def study(
 def planning_alone(folder: Path) -> Iterator[None]:
     """Wait until no other process plans this study: two plans may differ, and its points would be no pairs."""
     new = not folder.exists()
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     try:
         with Claims(folder) as claims:
             while not claims.take(PLAN):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 import roughsim as rs
+from roughsim.errors import RecordError
 from roughsim.results import folder as folder_module
 from roughsim.results.description import folder_state, read_description
 
@@ -53,6 +54,19 @@ def made(folder, names):
 def test_a_start_that_was_interrupted_before_it_had_written_run_json_is_taken_up(tmp_path, names):
     made(tmp_path / "run", names)
     assert folder_state(tmp_path / "run") == "free"
+
+
+@pytest.mark.parametrize("place", ["runs", "runs/new"])
+def test_a_link_to_a_folder_that_is_gone_is_named(quick, tmp_path, place):
+    # as to a scratch disk that was cleared
+    (tmp_path / "runs").symlink_to(tmp_path / "cleared")
+    words = r"runs is a link to \S*cleared, which does not exist; make that folder, or name another"
+    with pytest.raises(RecordError, match=words):
+        rs.run(quick, tmp_path / place)
+    with pytest.raises(RecordError, match=words):
+        rs.study(quick, vary={"sliding.friction_coefficient": [0.1, 0.2]}, folder=tmp_path / place)
+    (tmp_path / "cleared").mkdir()
+    assert rs.run(quick, tmp_path / place, max_realizations=2).realizations == 2
 
 
 def test_a_run_goes_on_from_each_moment_of_its_start(finished, tmp_path):
