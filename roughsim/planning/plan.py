@@ -125,17 +125,20 @@ def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
     waves = min(numerics.lengths) * scene.spectrum.breaks[0] / (2 * pi)
     works = [work(numerics, i) for i in numerics.single]
     first = sum(n * each for n, each in zip(first_counts(numerics, most), works, strict=False))  # without the slide
-    spent = []
+    wanted, spent = [], []
     for scatter, rungs in zip(_SCATTER, (main[:2], main), strict=True):
         # levels have members in proportion to scatter/√work; each correction scatters half as much as the level below,
         # and more in a part of the cell
         falls = [numerics.levels[i].parts / 2.0**k for k, i in enumerate(rungs)]
         total = sum(fall * sqrt(works[i] / works[main[0]]) for fall, i in zip(falls, rungs, strict=True))
-        wanted = (2.0 / target * scatter / waves) ** 2 / area * total if area else inf
-        spent.append(min(wanted, most) * works[main[0]] * total)
+        wanted.append((2.0 / target * scatter / waves) ** 2 / area * total if area else inf)
+        spent.append(min(wanted[-1], most) * works[main[0]] * total)
     low, high = max(first, spent[0]), max(first, spent[1]) + FIRST_STEP * sum(works)
+    goal = f"to a total error of {100 * target:.3g} %"
+    if most < wanted[0] < inf:
+        goal = f"of max_realizations = {most}; at least some {wanted[0]:.0f} are needed {goal}"
     why = (
-        f"to a total error of {100 * target:.3g} %, from the scatter of T_flash on other scenes; the upper end if all "
-        "levels are needed. After the first round `roughsim status` shows the time left, as it was measured"
+        f"{goal}, from the scatter of T_flash on other scenes; the upper end if all levels are needed. After the first "
+        "round `roughsim status` shows the time left, as it was measured"
     )
     return Reason("CPU time", f"{span(WORK_SECONDS * low)} to {span(WORK_SECONDS * high)}", why)

@@ -88,6 +88,20 @@ def test_the_target_is_that_of_the_scene_or_one_per_cent():
     assert "total error of 0.5 %" in told({"flash_temperature": 0.02}, 0.005)
 
 
+def test_a_target_beyond_the_most_realizations_is_told_with_their_number():
+    scene = rs.load_scene("steel-0.5GPa")
+    scene = replace(scene, numerics=replace(scene.numerics, lengths=(4e-3, 4e-3)))
+
+    def needed(target):
+        why = reason_of(rs.plan(scene, target), "CPU time").reason
+        found = re.match(r"of max_realizations = 400; at least some (\d+) are needed to a total error of", why)
+        return int(found[1]) if found else None
+
+    assert needed(0.01) is None
+    assert needed(0.0004) > 400
+    assert needed(0.0002) == pytest.approx(4 * needed(0.0004), rel=0.01)  # as the inverse square
+
+
 def test_the_cost_grows_as_the_inverse_square_of_the_target_and_ends_with_the_realizations():
     steel = rs.load_scene("steel-0.5GPa")
 
