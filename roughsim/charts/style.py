@@ -24,6 +24,7 @@ from matplotlib.transforms import ScaledTranslation
 from roughsim.charts.numbers import write_numbers
 from roughsim.grid import Array, Grid
 from roughsim.results.fields import DERIVED_UNITS
+from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.show.text import plain
 
@@ -116,11 +117,18 @@ class Subject:
         mantissa, _, exponent = f"{self.run.numerics.levels[self.level].q_max:.2e}".partition("e")
         which = [rf"{self.column} contact, $q_c$ = {mantissa}$\times$10$^{{{int(exponent)}}}$ rad/m"]
         if self.index is not None:
-            which.append(f"realization {self.index}")
+            which.append(_surface_of(self.run, self.index))
         if self.speed is not None:
             which.append(f"$v$ = {self.speed:g} m/s")
         scene = plain(shorten(self.run.scene.title, 90, placeholder=" …")).replace("$", r"\$")  # a title is no formula
         return "\n".join(line for line in (scene, what, ", ".join(which)) if line)
+
+
+def _surface_of(run: Run, index: int) -> str:
+    """Return in words what surface the cell of a realization holds."""
+    if not isinstance(run, Pressed):
+        return f"realization {index}"
+    return "the map and its mirror images" if run.edges == "mirror" else "the map"
 
 
 def as_path(path: str | Path | None) -> Path | None:

@@ -253,7 +253,8 @@ def comparison_table(comparison: Comparison) -> Table:
 
 
 def _meanings_of_directions(run: Pressed) -> Iterator[str]:
-    """Yield notes on the rows of a map by the direction of sliding and over its Gaussian twin."""
+    """Yield notes on the cell of a map, and on its rows by the direction of sliding and over its Gaussian twin."""
+    yield from (f"cell: {value}, {reason}." for choice, value, reason in run.reasons if choice == "surface")
     if run.angles:
         angles = ", ".join(f"{FLASH}_{name} at {degrees(angle) % 360:.0f}°" for name, angle in run.angles.items())
         yield (

@@ -47,6 +47,6 @@ def meanings(unknown: Collection[str], notes: Collection[str]) -> Iterator[str]:
     if unknown:
         yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(unknown)})."
     if IDENTITY in notes:
-        yield "identity: fixed by force balance, no agreement."
+        yield "identity: fixed by force balance; its ratios test nothing."
     if AT_CUT_OFF in notes:
-        yield "at q_c: no limit in the cut-off, or none that the run shows; no agreement."
+        yield "at q_c: no limit in the cut-off, or none that the run shows; its ratios test nothing."

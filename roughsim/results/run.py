@@ -68,6 +68,7 @@ class Run(Means):
         self.until = dict(scene.ensemble.until)
         self.max_realizations = scene.ensemble.max_realizations
         self.reasons = description.numerics.reasons
+        self.edges = description.press.get("edges", "")  # way in which a pressed map was made periodic
         self.damaged = self.members.damaged
         self._verdicts: dict[tuple[object, ...], Verdict] = {}  # each round is judged again after each new member
 

@@ -137,6 +137,7 @@ def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(scene_f
     assert ended.value.code == 0
     printed = capsys.readouterr()
     assert ": the map itself" in printed.out
+    assert "cell: 192 × 128 points, made periodic by its mirror images" in " ".join(printed.out.split())
     assert "q_min" not in printed.err  # the cell has all that the map shows
     first = rs.open_run(folder)
     (folder / "realizations" / "L1-000000.h5").unlink()
@@ -152,6 +153,10 @@ def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(scene_f
         main(["plot", str(folder), "spectrum", "-o", str(tmp_path / "spectrum.svg")])
     assert ended.value.code == 0
     assert "measured, one realization" in (tmp_path / "spectrum.svg").read_text()
+    with pytest.raises(SystemExit) as ended:
+        main(["plot", str(folder), "heights", "-o", str(tmp_path / "heights.svg")])
+    assert ended.value.code == 0
+    assert "the map and its mirror images" in (tmp_path / "heights.svg").read_text()
     with pytest.raises(rs.RecordError, match="holds another scene: sliding.speed is"):
         rs.press(scene_file, folder)
     np.save(tmp_path / "map.npy", np.load(tmp_path / "map.npy")[::-1])
