@@ -12,6 +12,7 @@ from roughsim.charts.style import Subject, new_figure, plain_ticks, scaled
 from roughsim.estimate.errors import half_width, spread
 from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS
+from roughsim.results import slides
 from roughsim.show.text import plain
 
 # title, label, and the curves drawn: solid, and dashed
@@ -37,11 +38,12 @@ def sliding_chart(subject: Subject, path: Path) -> None:
     distance, ends = curves[AXIS] * factor, np.array(run.scene.sliding.distances) * factor
     colours = speed_colours(len(speeds))
     members = f"{count} members" if count > 1 else "one member"
-    slides = f"Both faces slide; {members}"
-    if run.followed is not None:
+    faces = f"Both faces slide; {members}"
+    followed = slides.followed(run.scene, run.numerics)
+    if followed is not None:
         whole = ends.max()
-        slides += f", followed over {run.followed * factor:.3g} of {whole:.3g} {unit}"
-    title = "\n".join(line for line in (plain(run.scene.title).replace("$", r"\$"), slides) if line)
+        faces += f", followed over {followed * factor:.3g} of {whole:.3g} {unit}"
+    title = "\n".join(line for line in (plain(run.scene.title).replace("$", r"\$"), faces) if line)
     with new_figure(path, (11.4, 5.6), title, subject.look) as figure:
         panels = figure.subplots(2, 3, sharex=True)
         for axes, (words, label, names) in zip(panels[:, :2].ravel(), _PANELS, strict=True):

@@ -15,8 +15,10 @@ from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.sliding import SlidingPrediction
 from roughsim.prediction.values import Predicted
+from roughsim.results import slides
 from roughsim.results.marks import AT_CUT_OFF, IDENTITY, notes_of
 from roughsim.results.pressed import Pressed
+from roughsim.results.reactions import reacting_columns
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
@@ -53,7 +55,7 @@ def rows_of(
     for observable in names:
         predicted = {name: values[observable] for name, values in theories.items()}
         estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
-        if run.numerics.slide is not None and observable in run.slid_observables:
+        if run.numerics.slide is not None and observable in slides.observables(run.members):
             estimates[SLIDING] = run.estimate(observable, SLIDING)
         ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"])
         sliding = _theory_of_sliding(slid, observable, predicted["calibrated"])
@@ -110,7 +112,7 @@ def _rows_that_are_asked(run: Run, fields: prediction.Parts) -> Iterator[Row]:
     }
     slid = {asked.key: asked.estimate.value for asked in prediction.sliding_asked_predictions(run.scene, fields)}
     nothing = np.full(len(run.scene.speeds), nan)
-    columns = run.reacting_columns
+    columns = reacting_columns(run)
     for together in zip(*(run.reactions(column) for column in columns), strict=True):
         first = together[0].estimate
         calibrated, sliding = (values.get(together[0].key, nothing) for values in (predicted, slid))
@@ -237,7 +239,7 @@ def ratios_of(
         below, below_size = _values_of(run, observable, columns[0], background)
         above, above_size = _values_of(run, observable, columns[1], background)
         size = np.hypot(above_size, below_size)
-        ratio = quotient(above, below, size=size, solver=solver, scanned=run.scanned)
+        ratio = quotient(above, below, size=size, solver=solver, scanned=run.drawn and run.scene.scanned)
         result[f"{columns[1]}_over_{columns[0]}"] = ratio
     return result
 

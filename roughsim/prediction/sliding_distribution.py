@@ -49,8 +49,8 @@ def sliding_asked_predictions(scene: Scene, parts: Parts) -> list[AskedPredictio
 
     `parts` are those of `sliding_distributions`. With a duration the contact has warmed by the background of the slide.
     """
-    slid = sliding_prediction(scene)
-    if not parts or slid is None:
+    slid = sliding_prediction(scene) if parts else None
+    if slid is None:
         return []
     start = np.full(len(scene.speeds), scene.sliding.background_temperature or 0.0)
     if scene.sliding.duration is not None:

@@ -12,7 +12,6 @@ from roughsim.estimate.levels import FLASH, Values, notes_of, product, scaled, v
 from roughsim.estimate.rounds import Counts
 from roughsim.estimate.sliding import (
     HOT,
-    SLIDING_OBSERVABLES,
     sliding_estimate,
     sliding_quantile,
     stretch_of,
@@ -63,42 +62,9 @@ class Means:
         return observables_of(self.scene.distribution)
 
     @property
-    def scanned(self) -> bool:
-        """Whether the surfaces are drawn from a C(q) that was measured on maps."""
-        return self.drawn and self.scene.scanned
-
-    @property
     def independent(self) -> int:
         """Number of sound members of the lowest level, smallest over the columns."""
         return min(len(self.members.sound(level)) for level in self._lowest)
-
-    @property
-    def slides(self) -> bool:
-        """Whether the column sliding has a sound member."""
-        slide = self.numerics.slide
-        return slide is not None and bool(self.members.sound(slide))
-
-    @property
-    def followed(self) -> float | None:
-        """Distance that slides are followed, m, if it is less than the whole slid distance; else None."""
-        slide = self.numerics.slide
-        followed = None if slide is None else self.numerics.levels[slide].followed
-        return followed if followed is not None and followed < max(self.scene.sliding.distances) else None
-
-    @property
-    def slid_observables(self) -> tuple[str, ...]:
-        """Observables of the column sliding: those of the distribution only if its members have stored them."""
-        if SLIDING not in self.reacting_columns:
-            return SLIDING_OBSERVABLES
-        return (*SLIDING_OBSERVABLES, *(name for name, record in OBSERVABLES.items() if record.asked))
-
-    @property
-    def reacting_columns(self) -> tuple[str, ...]:
-        """Columns whose members have stored the distribution of the temperature; none if the scene does not ask."""
-        if not self.scene.distribution:
-            return ()
-        columns = self.numerics.columns
-        return (*columns, SLIDING) if slides.have_distribution(self.members) else columns
 
     def column(self, column: str | None) -> str:
         """Return the name of a column; None: capped, else elastic. ValueError if it is missing."""
@@ -190,12 +156,12 @@ class Means:
 
         ValueError if there is no such observable or column, or no realization yet.
         """
-        if column == SLIDING and observable in self.slid_observables and OBSERVABLES[observable].asked:
+        if column == SLIDING and observable in slides.observables(self.members) and OBSERVABLES[observable].asked:
             result = self._slid_quantile(observable)
         elif column == SLIDING:
             single = self.single(observable, all_heat=True)
             numbers, coarsening = slides.numbers(self.members), slides.coarsening(self.members)
-            result = sliding_estimate(observable, single, numbers, coarsening, self.continued())
+            result = sliding_estimate(observable, single, numbers, coarsening, self._continuation())
         else:
             result = self.single(observable, column)
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
@@ -203,7 +169,7 @@ class Means:
 
     def estimates(self, column: str | None = None) -> dict[str, Estimate]:
         """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""
-        names = self.slid_observables if column == SLIDING else self.observables
+        names = slides.observables(self.members) if column == SLIDING else self.observables
         return {name: self.estimate(name, column) for name in names}
 
     def single(self, observable: str, column: str | None = None, *, all_heat: bool = False) -> Estimate:
@@ -223,14 +189,18 @@ class Means:
             notes,
             size=self.size_error(observable, name),
             solver=record.solver_share * self.numerics.tolerance,
-            scan=scan_part(self.scene, *factors) if self.scanned else None,
+            scan=self._scan_part(*factors),
         )
 
-    def continued(self) -> SlidingContinuation:
+    def _continuation(self) -> SlidingContinuation:
         """Return the factors from the distance that slides are followed to their whole distance."""
         if self._continued is None:
-            self._continued = prediction.sliding_continuation(self.scene, self.followed)
+            self._continued = prediction.sliding_continuation(self.scene, slides.followed(self.scene, self.numerics))
         return self._continued
+
+    def _scan_part(self, *observables: str) -> Array | None:
+        """Return the relative error by the scans, if the surfaces are drawn from a C(q) that was measured on maps."""
+        return scan_part(self.scene, *observables) if self.drawn and self.scene.scanned else None
 
     def stretch(self) -> Array:
         """Return the growth of the distribution about T_flash in single contacts up to the end of C(q), (speeds,)."""
@@ -247,14 +217,14 @@ class Means:
             (f"T_flash of the column sliding, times this quantile over T_flash in {len(pair.sample.rows)} slides",),
             size=self.size_error(FLASH, name),
             solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
-            scan=scan_part(self.scene, FLASH) if self.scanned else None,
+            scan=self._scan_part(FLASH),
         )
 
     def contact_temperature(self, column: str, warming: Array) -> Estimate:
         """Return T₀ + T_flash of a column over speed; `warming` is T₀ of single contacts with all the heat, K."""
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
-            return with_background(flash, slides.numbers(self.members)["sliding_background"], self.continued())
+            return with_background(flash, slides.numbers(self.members)["sliding_background"], self._continuation())
         own = share.has_own_share(self.scene)
         return share.with_warming(
             flash, self.estimate("heat_partition", column) if own else self.heat_partition, warming

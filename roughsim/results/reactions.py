@@ -52,6 +52,14 @@ _ASKS = {
 _SOLVER_SHARE = 2.0  # of the tolerance, of temperatures: as of observables that were not measured
 
 
+def reacting_columns(run: Means) -> tuple[str, ...]:
+    """Return the columns whose members have stored the distribution of the temperature; none if it is not asked for."""
+    if not run.scene.distribution:
+        return ()
+    columns = run.numerics.columns
+    return (*columns, SLIDING) if slides.have_distribution(run.members) else columns
+
+
 class Asked(NamedTuple):
     """An estimate of a reaction at one energy, or of the heat above one temperature."""
 

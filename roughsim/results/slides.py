@@ -6,10 +6,12 @@ import numpy as np
 
 from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import FLASH, Values
-from roughsim.estimate.sliding import sliding_flash
+from roughsim.estimate.sliding import SLIDING_OBSERVABLES, sliding_flash
 from roughsim.grid import Array
-from roughsim.observables.catalogue import AXIS, NUMBERS
+from roughsim.observables.catalogue import AXIS, NUMBERS, OBSERVABLES
 from roughsim.results.members import Members
+from roughsim.scene import Scene
+from roughsim.scene.numerics import Numerics
 from roughsim.sliding.path import coarser_grid
 from roughsim.store.member_files import member_path, read_member
 
@@ -50,6 +52,24 @@ def pair(members: Members) -> Pair:
     sample = members.sample(level)
     slid = sample.numbers | {FLASH: sample.numbers["sliding_flash_temperature"]}
     return Pair(level, members.numerics.stream(level), replace(sample, numbers=slid), None)
+
+
+def are_there(members: Members) -> bool:
+    """Return whether the column sliding has a sound member."""
+    return members.numerics.slide is not None and bool(members.sound(members.numerics.slide))
+
+
+def followed(scene: Scene, numerics: Numerics) -> float | None:
+    """Return the distance that slides are followed, m, if it is less than the whole slid distance; else None."""
+    distance = None if numerics.slide is None else numerics.levels[numerics.slide].followed
+    return distance if distance is not None and distance < max(scene.sliding.distances) else None
+
+
+def observables(members: Members) -> tuple[str, ...]:
+    """Return the observables of the column: those of the distribution only if its members have stored them."""
+    if not have_distribution(members):
+        return SLIDING_OBSERVABLES
+    return (*SLIDING_OBSERVABLES, *(name for name, record in OBSERVABLES.items() if record.asked))
 
 
 def have_distribution(members: Members) -> bool:
