@@ -73,6 +73,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/scans.py --evidence
 	$(MEASURE) experiments/pressed_maps.py --evidence
 	$(MEASURE) experiments/pictures.py --evidence
+	$(MEASURE) experiments/accuracy_vs_cost.py contact --evidence
 	$(MEASURE) experiments/validity.py --evidence
 	$(MEASURE) experiments/tolerance.py --evidence
 	$(MEASURE) experiments/coverage.py --evidence

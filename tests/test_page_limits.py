@@ -136,3 +136,13 @@ def test_the_page_of_errors_states_the_shares_of_the_tolerance():
         ("contact_fraction", "flash_width"),
     ]
     assert [pair for pair in same if len({shares[name] for name in pair}) > 1] == []
+
+
+def test_the_page_of_errors_states_the_orders_of_convergence():
+    text = " ".join((DOCS / "errors.md").read_text(encoding="utf-8").split())
+    elastic, capped = OBSERVABLES["flash_temperature"].pixel_orders
+    areas = OBSERVABLES["contact_fraction"].pixel_orders
+    words = (
+        f"{capped:g} for T_flash of capped contact, {elastic:g} for elastic contact, {min(areas):g} to {max(areas):g}"
+    )
+    assert f"{words} for areas" in text
