@@ -70,6 +70,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/loads.py --evidence
 	$(MEASURE) experiments/yielding.py --evidence
 	$(MEASURE) experiments/yielding_gaps.py --evidence
+	$(MEASURE) experiments/sliding_yielding.py --evidence
 	$(MEASURE) experiments/scans.py --evidence
 	$(MEASURE) experiments/pressed_maps.py --evidence
 	$(MEASURE) experiments/pictures.py --evidence
