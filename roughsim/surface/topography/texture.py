@@ -58,6 +58,8 @@ class Texture(NamedTuple):
     def slopes(self) -> str:
         """Return the lay in words."""
         text = f"slopes {self.ratio:.2g} times as steep across as along {_in_degrees(self.angle)}"
+        if f"{self.ratio:.2g}" == "1":
+            text = "slopes as steep in all directions"
         if self.band_ratio > max(_UNEVEN, self.ratio):
             waves = f"waves of {2e6 * pi / self.band_high:.2g} to {2e6 * pi / self.band_low:.2g} µm"
             text += f", {self.band_ratio:.2g} times along {_in_degrees(self.band_angle)} in {waves}"
