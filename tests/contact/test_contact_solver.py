@@ -144,6 +144,7 @@ def test_a_new_process_gives_the_same_bits(start):
     np.testing.assert_array_equal(moved, expected)
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize(("threads", "points"), [(1, 1024), (2, 1024), pytest.param(1, 2048, marks=pytest.mark.slow)])
 def test_an_interrupt_ends_the_solve_soon_and_leaves_it_usable(threads, points):
     heights, grid = rough(points)
@@ -151,7 +152,7 @@ def test_an_interrupt_ends_the_solve_soon_and_leaves_it_usable(threads, points):
     old = signal.signal(signal.SIGALRM, signal.default_int_handler)
     try:
         rs.set_threads(threads)
-        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        signal.setitimer(signal.ITIMER_REAL, 0.1, 0.5)  # again: Python drops an interrupt in the callback of a weakref
         start = time.perf_counter()
         with pytest.raises(KeyboardInterrupt):
             rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.1, tolerance=1e-12)

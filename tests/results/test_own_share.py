@@ -133,7 +133,6 @@ def test_the_error_by_the_scan_has_that_of_the_share(mean_run, monkeypatch):
     errors = {name: np.full(len(SPEEDS), error) for name, error in parts.items()}
     monkeypatch.setattr("roughsim.prediction.scans.scan_error", lambda _: errors)
     monkeypatch.setattr(type(mean_run.scene), "scanned", True)
-    monkeypatch.setattr(type(mean_run), "scanned", True)
     found = mean_run.single("flash_temperature", "capped")
     np.testing.assert_allclose(found.budget["scan"], 0.12 * found.mean, rtol=1e-12)
 
