@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 from .style import new_figure
@@ -116,14 +116,13 @@ def draw_map(
     """Draw rows over two keys; `cell` gives of a row the size of its error and its words."""
     x, y = (sorted({row[key] for row in rows}) for key in keys)
     table = np.full((len(y), len(x)), nan)
-    norm = BoundaryNorm([0.0, *bounds, np.finfo(float).max], len(COLOURS))
     for row in rows:
         i, j = y.index(row[keys[1]]), x.index(row[keys[0]])
         size, words = cell(row)
-        table[i, j] = min(size, np.finfo(float).max / 2)
+        table[i, j] = nan if isnan(size) else np.searchsorted(bounds, size)  # of the colour
         dark = not isnan(size) and (size > bounds[-1] or size <= bounds[0])
         axes.text(j, i, words, ha="center", va="center", fontsize=8, color="w" if dark else "k")
-    axes.imshow(table, norm=norm, cmap=ListedColormap(COLOURS), origin="lower", aspect="auto")
+    axes.imshow(table, vmin=0, vmax=len(bounds), cmap=ListedColormap(COLOURS), origin="lower", aspect="auto")
     axes.set_xticks(range(len(x)), [f"{value:g}" for value in x], fontsize=7.5)
     axes.set_yticks(range(len(y)), ["∞" if value == inf else f"{value:g}" for value in y])
     axes.grid(visible=False)

@@ -47,8 +47,9 @@ class Progress(AbstractContextManager["Progress"]):
 
     def __exit__(self, *_: object) -> None:
         self._ended.set()
-        with suppress(OSError):
-            self._bar.stop()
+        if not self._bar.disable:  # older versions of rich end one that is disabled with an empty line
+            with suppress(OSError):
+                self._bar.stop()
 
     def show(self, text: str, share: float, stage: int) -> None:
         """Show text, and the share of the work that is done; stages are numbered from 0."""
