@@ -28,7 +28,7 @@ class DamagedError(RecordError):
     """The content of a file is proven to be damaged: its digest or its format is wrong."""
 
 
-def place_bytes(path: Path, *content: bytes | memoryview, first: bool = False) -> None:
+def place_bytes(path: Path, *content: bytes, first: bool = False) -> None:
     """Write a file atomically: in parts to a temporary file, forced to disk, and renamed.
 
     Any number of processes may write the same file at once. The last whole file stays; with `first` the first one

@@ -21,12 +21,12 @@ _LARGEST_CHUNK = 256  # points along a side of a map: viewers read a part of a l
 _UNPACKED = {"heights"}  # gzip takes ten times as long as writing them, and leaves 84 %; of a pressure it leaves 10 %
 
 
-def hdf5_bytes(fill: Callable[[Any], None]) -> memoryview:
+def hdf5_bytes(fill: Callable[[Any], None]) -> bytes:
     """Return the bytes of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk."""
     image = io.BytesIO()  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
     with h5py.File(image, "w", libver="v110") as file:
         fill(file)
-    return image.getbuffer()
+    return image.getvalue()
 
 
 def write_arrays(

@@ -22,7 +22,7 @@ from roughsim.studies.vary import key_quantity
 
 def save_study(study: StudyResults, path: Path) -> Path:
     """Write the results of a study into a file, whole or not at all; `Study.save` describes the endings."""
-    writers: dict[str, Callable[[StudyResults], bytes | memoryview]]
+    writers: dict[str, Callable[[StudyResults], bytes]]
     writers = {".csv": _csv, ".json": _json, ".parquet": _parquet, ".h5": _hdf5, ".hdf5": _hdf5, ".nc": _hdf5}
     writer = writers.get(path.suffix.lower())
     if writer is None:
@@ -60,7 +60,7 @@ def _parquet(study: StudyResults) -> bytes:
     return parquet_bytes(_plain_rows(study))
 
 
-def _hdf5(study: StudyResults) -> memoryview:
+def _hdf5(study: StudyResults) -> bytes:
     """Return the arrays of a study as an HDF5 file with dimension scales, which is netCDF-4."""
     from roughsim.store.hdf5 import hdf5_bytes, write_arrays  # loads h5py
 
