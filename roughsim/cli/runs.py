@@ -91,6 +91,7 @@ def plot(  # noqa: PLR0913  (each is an option)
     from roughsim.results.folder import gap
 
     opened = open_without_damaged(run)
+    note(f"drawing {quantity} of {run}")
     picture = rs.plot(
         opened,
         quantity,

@@ -85,7 +85,9 @@ def test_the_command_line_draws_and_complains_in_one_line(capped_run, tmp_path, 
     with pytest.raises(SystemExit) as ended:
         main(["plot", str(capped_run.folder), "gap"])
     assert ended.value.code == 1
-    assert capsys.readouterr().err.startswith("roughsim: quantity = 'gap'")
+    drawing, complaint = capsys.readouterr().err.splitlines()
+    assert drawing == f"roughsim: drawing gap of {capped_run.folder}"
+    assert complaint.startswith("roughsim: quantity = 'gap'")
 
 
 def test_the_command_line_takes_zoom_and_side_by_side(capped_run, tmp_path, capsys):
