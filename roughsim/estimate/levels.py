@@ -167,8 +167,9 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     if record.distance and top.mean() * q[-1] < 4.0 * np.pi:
         return unknown._replace(error=np.abs(top - rungs[-2].mean.value))
     # areas and the variance change along the edges of patches: to first order, whatever H
-    usual = 1.0 if record.by_force_balance else prediction.usual_exponent(scene, q[-1])
-    return by_power(rungs, scene.spectrum.breaks[-1], usual)
+    known = record.by_force_balance
+    usual = 1.0 if known else prediction.usual_exponent(scene, q[-1])
+    return by_power(rungs, scene.spectrum.breaks[-1], usual, known=known)
 
 
 def _bounded(scene: Scene, observable: str, mean: Mean, error: Array, rest: Array) -> tuple[Mean, Array]:

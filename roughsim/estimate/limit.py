@@ -68,10 +68,12 @@ def by_steps(rungs: list[Rung], law: Array) -> Limit:
     return Limit(rest, error, "by steps of the law of T_flash for contact that yields")
 
 
-def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
+def by_power(rungs: list[Rung], end: float, usual: float, *, known: bool = False) -> Limit:
     """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two rungs or more.
 
-    p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances.
+    p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances. One
+    step shows no exponent, and all of the rest is in doubt; two steps one exponent, and half of it. Where the usual one
+    is `known`, since areas change to first order whatever C(q), and from three steps on the least is `_OF_STEPS`.
     """
     q = np.array([rung.q_max for rung in rungs[-2:]] + [end])[:, None]
     exponent = np.full(rungs[-1].mean.value.shape, usual)
@@ -89,7 +91,8 @@ def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
         scatter = np.sqrt(1.0 - weight) * _USUAL_SCATTER
     rest = _by_steps(rungs, q**-exponent)
     slower = _by_steps(rungs, q ** -np.maximum(exponent - scatter, _LEAST_EXPONENT))
-    error = np.maximum(np.abs(slower.value - rest.value), _OF_STEPS * np.abs(rest.value))
+    least = _OF_STEPS if known else max(_OF_STEPS, 0.5 ** (len(rungs) - 2))
+    error = np.maximum(np.abs(slower.value - rest.value), least * np.abs(rest.value))
     return Limit(rest, error, "as q_c^(−p) with p = " + ", ".join(dict.fromkeys(f"{p:.2f}" for p in exponent)))
 
 
