@@ -117,6 +117,14 @@ def test_run_and_compare_a_scene_of_ones_own(capsys, tmp_path, capped_scene):
     assert err.endswith(f"give the path of a file; {folder}/scene.toml is the scene of this run\n")
 
 
+def test_a_folder_with_a_scene_of_somebody_is_refused_as_such(tmp_path, capsys):
+    (tmp_path / "scene.toml").write_text("this is [ no toml")
+    code, _, err = inside(capsys, "run", "demo", "-o", tmp_path)
+    assert code == 1
+    assert "holds other files; name a new folder for the run" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+
+
 @pytest.mark.slow
 def test_the_demo_ends_with_a_picture(capsys, tmp_path):
     code, out, err = inside(capsys, "demo", "-o", tmp_path / "demo", "--workers", "1")

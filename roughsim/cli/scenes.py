@@ -136,13 +136,14 @@ def run(
     ensemble = {"ensemble.until": targets, "ensemble.max_realizations": most}
     options = ensemble | {"numerics.threads": threads, "numerics.keep_fields": keep_fields}
     loaded = open_scene(scene, changes, options)
+    begun = (output / "run.json").exists()
     if not output.is_file():  # which is refused below
-        note(f"going on with {output}" if (output / "run.json").exists() else f"planning {scene}")
+        note(f"going on with {output}" if begun else f"planning {scene}")
     from roughsim.ensemble.progress import Progress
     from roughsim.ensemble.run import begin
     from roughsim.ensemble.status import losses, outcome
 
-    if (output / "scene.toml").is_file():
+    if begun and (output / "scene.toml").is_file():
         _note_looser_targets(rs.load_scene(output / "scene.toml"), loaded)
     try:
         with Progress("planning") as progress:
