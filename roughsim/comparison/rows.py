@@ -239,7 +239,7 @@ def ratios_of(
         below, below_size = _values_of(run, observable, columns[0], background)
         above, above_size = _values_of(run, observable, columns[1], background)
         size = np.hypot(above_size, below_size)
-        ratio = quotient(above, below, size=size, solver=solver, scanned=run.drawn and run.scene.scanned)
+        ratio = quotient(above, below, size=size, solver=solver, scanned=run.scanned)
         result[f"{columns[1]}_over_{columns[0]}"] = ratio
     return result
 

@@ -85,9 +85,12 @@ def state_line(run: Run) -> str:
     """Return one line: progress of a run, the errors with their targets, and the processes that compute it."""
     if run.finished:
         return f"{run.extent}, {sum(run.counts)} members; finished: {outcome(run)}"
-    process = writer(run.folder)
-    now = f"being computed by {process}" if process else "not being computed now"
-    return f"{run.extent}, {round_text(run)}; {now}, {time_left(run)}"
+    return f"{run.extent}, {round_text(run)}; {at_work(writer(run.folder))}, {time_left(run)}"
+
+
+def at_work(process: str | None) -> str:
+    """Return in words whether a run or a study is being computed, by the processes that `writer` names."""
+    return f"being computed by {process}" if process else "not being computed now"
 
 
 def outcome(run: Run) -> str:

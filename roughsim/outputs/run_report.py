@@ -166,8 +166,7 @@ def errors_section(run: Run) -> Html:
     if not run.independent:
         return tag("p", "There is no sound realization yet.", css="warning")
     parts = [tag("p", "Means over all sound realizations, at the highest speed, with each source of error by itself:")]
-    scanned = run.drawn and run.scene.scanned
-    parts.append(bullets(*(f"{name}: {x}" for name, x in run.sources.items() if name != "scan" or scanned)))
+    parts.append(bullets(*(f"{name}: {x}" for name, x in run.sources.items() if name != "scan" or run.scanned)))
     fastest = int(np.argmax(run.scene.speeds))
     for column in run.numerics.columns:
         # the notes of the estimates, each once, after the names of its observables if not all have it

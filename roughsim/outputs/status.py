@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from roughsim.ensemble.status import status_dict, status_lines
+from roughsim.ensemble.status import at_work, status_dict, status_lines
 from roughsim.outputs.opened import Folder, opened
 from roughsim.store.claims import writer
 from roughsim.studies.study import Study
@@ -44,4 +44,4 @@ def _at_work(study: Study) -> list[str]:
     if study.finished == len(study.points):
         return []
     process = writer(study.folder)
-    return [f"being computed by {process}" if process else "not being computed now; repeat its command to go on"]
+    return [at_work(process) + ("" if process else "; repeat its command to go on")]

@@ -62,6 +62,11 @@ class Means:
         return observables_of(self.scene.distribution)
 
     @property
+    def scanned(self) -> bool:
+        """Whether the surfaces are drawn from a C(q) that was measured on maps."""
+        return self.drawn and self.scene.scanned
+
+    @property
     def independent(self) -> int:
         """Number of sound members of the lowest level, smallest over the columns."""
         return min(len(self.members.sound(level)) for level in self._lowest)
@@ -200,7 +205,7 @@ class Means:
 
     def _scan_part(self, *observables: str) -> Array | None:
         """Return the relative error by the scans, if the surfaces are drawn from a C(q) that was measured on maps."""
-        return scan_part(self.scene, *observables) if self.drawn and self.scene.scanned else None
+        return scan_part(self.scene, *observables) if self.scanned else None
 
     def stretch(self) -> Array:
         """Return the growth of the distribution about T_flash in single contacts up to the end of C(q), (speeds,)."""
