@@ -13,7 +13,6 @@ import threading
 import warnings
 import weakref
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -104,10 +103,9 @@ def backend() -> str:
 
 def direct() -> bool:
     """Whether compiled loops can call FFTW."""
-    return bool(functions())
+    return bool(FUNCTIONS)
 
 
-@cache  # 2 ms, which each solve and each plan would take
 def functions() -> dict[str, Any]:
     """Return the functions of the FFTW library that pyfftw has loaded, by name; none if any is out of reach.
 
@@ -148,6 +146,9 @@ def libraries() -> list[Path]:
     module = Path(pyfftw.pyfftw.__file__)
     folders = module.parent, module.parent.with_name("pyfftw.libs")
     return [module, *sorted(path for folder in folders for path in folder.glob("*fftw3*"))]
+
+
+FUNCTIONS = functions()  # 2 ms when the module is loaded
 
 
 def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
@@ -243,7 +244,7 @@ class LinePlans:
         source, result = (aligned((count, distance), kind) for distance in distances)
         near, far = ((a.ctypes.data, None, 1, d) for a, d in zip((source, result), distances, strict=True))
         prefix = "fftwf" if kind == np.complex64 else "fftw"
-        fftw = functions()
+        fftw = FUNCTIONS
         make, destroy = fftw[f"{prefix}_plan_many_dft"], fftw[f"{prefix}_destroy_plan"]
         common = 1, ctypes.byref(ctypes.c_int(points)), count
         with planning:

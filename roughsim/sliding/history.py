@@ -7,7 +7,7 @@ import numpy as np
 
 from roughsim.contact import Contact
 from roughsim.grid import Array, Grid
-from roughsim.observables.moments import HeatSource, sums_over_directions
+from roughsim.observables.moments import HeatSource, grid_responses, sums_over_directions
 from roughsim.observables.stress_spectrum import stress_spectrum
 from roughsim.sliding.correlation import StressCorrelation
 from roughsim.sliding.distribution import Sampler
@@ -77,6 +77,7 @@ def follow(
         skin=motions[0].moving.skin,
         heat_depth=motions[0].moving.heat_depth,
     )
+    responses = grid_responses(grid, tuple(sliding.rates), sliding.layers)
     correlation = StressCorrelation(grid)
     spots = SpotLives()
     projector = Projector(grid, len(motions), filmed)
@@ -94,8 +95,8 @@ def follow(
             continue
         rows.append(step.numbers)
         fractions.append((step.contact.contact_fraction, step.contact.plastic_fraction))
-        spectrum, unseen = stress_spectrum(step.stress, grid)
-        frozen.append(sums_over_directions(spectrum, unseen, grid, sliding)[0])
+        spectrum, unseen = stress_spectrum(step.stress, grid, responses.gathering)
+        frozen.append(sums_over_directions(spectrum, unseen, responses)[0])
         if sampler is not None:
             sampler.add(n, step)
         if n > LAST * path.steps:
