@@ -15,7 +15,6 @@ from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
 from roughsim.pipeline import Problem, Solution
-from roughsim.planning.levels import PIXELS
 from roughsim.results.description import MAP, QUARTERS
 from roughsim.results.folder import open_run
 from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
@@ -28,6 +27,7 @@ from roughsim.surface.topography.periodic import band_limited, mirrored, oversho
 
 _LEAST_SIDE = 64  # points of a map
 MOST_SIDE = 2048  # points per side of the contact of a map
+_PIXELS = 4  # per shortest wave of a map of few points, on the coarser of its grids
 _BYTES_PER_POINT = 64.0  # of the map with its mirror images
 _EDGES = {
     "mirror": "made periodic by its mirror images: no step, but the slope changes its sign at the edges",
@@ -172,11 +172,11 @@ def resolution_of(scene: Scene, grid: Grid) -> Resolution:
     """
     longest = max(n * max(grid.spacing) for n in grid.shape)  # with square pixels
     all_waves = min(grid.nyquist, float(scene.spectrum.breaks[-1]))
-    if 2 * PIXELS * all_waves * longest / (2 * pi) <= MOST_SIDE * (1 + 1e-9):
-        return Resolution(all_waves, PIXELS, whole=True)
+    if 2 * _PIXELS * all_waves * longest / (2 * pi) <= MOST_SIDE * (1 + 1e-9):
+        return Resolution(all_waves, _PIXELS, whole=True)
     most = pi * MOST_SIDE / longest
     # a mode at the Nyquist wavenumber of a coarser grid would lose half of itself
-    return Resolution(min(all_waves, most * (1 - 1e-6)), PIXELS / 2, whole=all_waves <= most * (1 + 1e-9))
+    return Resolution(min(all_waves, most * (1 - 1e-6)), _PIXELS / 2, whole=all_waves <= most * (1 + 1e-9))
 
 
 def _numerics(scene: Scene, grid: Grid, resolution: Resolution, edges: str) -> Numerics:

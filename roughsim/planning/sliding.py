@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from math import pi
 
 import numpy as np
 
 from roughsim import prediction
-from roughsim.planning.levels import BASE_SIDE
+from roughsim.planning.levels import fast_size
 from roughsim.planning.realization import slide_problem
 from roughsim.prediction.sliding import CONTINUED, FURTHEST, continuation_fault
 from roughsim.scene import Scene
@@ -16,6 +17,8 @@ from roughsim.sliding.film import film_shape
 from roughsim.sliding.member import SlideProblem, filmed_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 
+_SIDE = 256  # points of the cell
+_PIXELS = 4  # per shortest wave: a slide shows its error of the pixel by a coarser grid alone, of 3
 _LEAST_CUT_OFF = 4.0  # q_y
 _LEAST_CONTINUED = 1.5  # whole slid distance over the followed one: less saves little
 _MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
@@ -38,17 +41,16 @@ def with_slide(scene: Scene, numerics: Numerics) -> Numerics:
 
 
 def slide_level(scene: Scene, numerics: Numerics) -> Level:
-    """Return the level of a slide: the lowest of the last column, halved to about half of `BASE_SIDE` points per side.
+    """Return the level of a slide: `_SIDE` points along the longer side of the cell, `_PIXELS` per shortest wave.
 
-    The cut-off of yielding contact stays above `_LEAST_CUT_OFF`, beyond which the ratio of sliding to frozen hardly
-    depends on it. In elastic contact the ratio changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8 % from
-    256 to 512.
+    The cut-off of yielding contact is at least `_LEAST_CUT_OFF`, beyond which the ratio of sliding to frozen hardly
+    depends on it, and at most that of the lowest level. In elastic contact the ratio changes by −.5 … −2.7 % from 128
+    to 256 points, and by −.4 … −1.8 % from 256 to 512.
     """
-    level = numerics.levels[numerics.rungs(numerics.columns[-1])[0]]
-    (x, y), q_max = level.shape, level.q_max
+    lowest = numerics.levels[numerics.rungs(numerics.columns[-1])[0]]
     least = 0.0 if scene.elastic else _LEAST_CUT_OFF * prediction.yield_wavenumber(scene)
-    while max(x, y) > 0.75 * BASE_SIDE and 0.5 * q_max >= 0.98 * least:
-        x, y, q_max = x // 2, y // 2, 0.5 * q_max
+    q_max = min(lowest.q_max, max(2 * pi * _SIDE / (_PIXELS * max(numerics.lengths)), least))
+    x, y = (fast_size(_PIXELS * q_max * side / (2 * pi)) for side in numerics.lengths)
     return Level(SLIDING, (x, y), q_max, first=_MEMBERS, followed=_followed([scene], numerics.lengths[0]))
 
 
