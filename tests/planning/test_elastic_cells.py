@@ -51,7 +51,7 @@ def of_plan(scene, target):
 
 def of_grid(scene, waves, parts):
     """Return the same of a cell with so many longest waves per side, and a grid of 4096² points in a part of it."""
-    top = min(4096 * parts / 4 / waves * Q_MIN, scene.spectrum.breaks[-1])  # 4 points per shortest wave
+    top = min(4096 * parts / 3 / waves * Q_MIN, scene.spectrum.breaks[-1])  # 3 points per shortest wave
     return expected(scene, (waves * 2 * pi / Q_MIN,) * 2, parts, top)
 
 

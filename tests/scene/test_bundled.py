@@ -46,7 +46,7 @@ def test_scenes_beyond_any_grid_are_cut_with_a_word_and_say_what_is_left_to_q_ma
     side = 4096 if scene.elastic else 2048
     for column in numerics.columns:
         top = numerics.levels[numerics.of_column(column)[-1]]
-        assert top.q_max == pytest.approx(side * np.pi / (2 * numerics.lengths[0]) * top.parts)
+        assert top.q_max == pytest.approx(side * 2 * np.pi / (3 * numerics.lengths[0]) * top.parts)
         assert top.shape == (side, side)
         last = [reason for reason in numerics.reasons if reason.choice == column][-1].reason
         assert f"C(q) goes on to {scene.spectrum.breaks[-1]:.3g} rad/m" in last
