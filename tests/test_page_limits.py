@@ -48,6 +48,8 @@ STATED = [
         "e = ({}/A + {})/N",
         ["roughsim.estimate.cell_size:_FEW_HILLS", "roughsim.estimate.cell_size:_ALL_HILLS"],
     ),
+    ("errors", "where less than {} % of the contact yields", ["roughsim.prediction.cut_offs:_ELASTIC * 100"]),
+    ("errors", "where {} % has yielded at the last two", ["roughsim.prediction.cut_offs:_YIELDED * 100"]),
     ("errors", "({} times it in elastic contact", ["roughsim.estimate.cell_size:_ELASTIC"]),
     (
         "errors",

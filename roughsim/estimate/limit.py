@@ -72,12 +72,14 @@ def by_power(rungs: list[Rung], end: float, usual: float, *, known: bool = False
     """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two rungs or more.
 
     p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances. One
-    step shows no exponent, and all of the rest is in doubt; two steps one exponent, and half of it. Where the usual one
-    is `known`, since areas change to first order whatever C(q), and from three steps on the least is `_OF_STEPS`.
+    step shows no exponent, nor do steps that hardly shrink: all of the rest is in doubt. Two steps show one exponent,
+    and half of the rest is in doubt. Where the usual one is `known`, since areas change to first order whatever C(q),
+    and from three steps on the least is `_OF_STEPS`.
     """
     q = np.array([rung.q_max for rung in rungs[-2:]] + [end])[:, None]
     exponent = np.full(rungs[-1].mean.value.shape, usual)
     scatter = np.full_like(exponent, _USUAL_SCATTER)
+    least = np.full_like(exponent, _OF_STEPS if known else max(_OF_STEPS, 0.5 ** (len(rungs) - 2)))
     if len(rungs) > 2:
         low, middle, top = (rung.mean for rung in rungs[-3:])
         with np.errstate(all="ignore"):
@@ -86,12 +88,13 @@ def by_power(rungs: list[Rung], end: float, usual: float, *, known: bool = False
             fitted = np.log(quotient.value) / rise
             own = np.sqrt(sum(quotient.variance.values())) / (rise * quotient.value)
             weight = 1.0 / (1.0 + (own / _USUAL_SCATTER) ** 2)
-        weight = np.where(np.isfinite(weight) & (fitted >= _LEAST_EXPONENT), weight, 0.0)
+        falls = np.isfinite(weight) & (fitted >= _LEAST_EXPONENT)
+        weight = np.where(falls, weight, 0.0)
         exponent = np.where(weight > 0.0, usual + weight * (fitted - usual), usual)
         scatter = np.sqrt(1.0 - weight) * _USUAL_SCATTER
+        least = np.where(falls, least, 1.0)
     rest = _by_steps(rungs, q**-exponent)
     slower = _by_steps(rungs, q ** -np.maximum(exponent - scatter, _LEAST_EXPONENT))
-    least = _OF_STEPS if known else max(_OF_STEPS, 0.5 ** (len(rungs) - 2))
     error = np.maximum(np.abs(slower.value - rest.value), least * np.abs(rest.value))
     return Limit(rest, error, "as q_c^(−p) with p = " + ", ".join(dict.fromkeys(f"{p:.2f}" for p in exponent)))
 

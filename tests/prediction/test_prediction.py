@@ -188,12 +188,12 @@ def test_yielded_contact_falls_the_slower_the_rougher_its_short_waves():
 
 def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yielded_falls():
     rock, rubber, steel = (rs.load_scene(name) for name in ("granite", "rubber", "steel-1.2GPa"))
-    assert prediction.follows_theory(rubber, "elastic", 3e4) is True
-    assert prediction.follows_theory(rock, "smoothed", 4e5) is True
-    assert prediction.follows_theory(rock, "capped", 4e5) is None  # 97 % of it yields up to q_max
+    assert prediction.follows_theory(rubber, "elastic", (3e4,)) is True
+    assert prediction.follows_theory(rock, "smoothed", (4e5,)) is True
+    assert prediction.follows_theory(rock, "capped", (4e5,)) is None  # 97 % of it yields up to q_max
     hard = replace(rock, body=replace(rock.body, penetration_hardness=30e9))
-    assert prediction.follows_theory(hard, "capped", 4e5) is True
-    assert prediction.follows_theory(steel, "capped", 4e5) is False
+    assert prediction.follows_theory(hard, "capped", (4e5,)) is True
+    assert prediction.follows_theory(steel, "capped", (4e5,)) is False
     assert prediction.continuation(steel, "capped", (2e5, 4e5), "flash_temperature") is None
     assert np.isnan(prediction.continuation(rock, "capped", (2e5, 4e5), "flash_temperature")).all()
     found = prediction.continuation(rubber, "elastic", (2e4, 4e4), "flash_temperature")
@@ -202,24 +202,26 @@ def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yi
 
 
 @pytest.mark.parametrize(
-    ("now", "at_the_end", "follows"),
+    ("before", "now", "at_the_end", "follows"),
     [
-        (0.5, 0.599, True),
-        (0.5, 0.601, None),
-        (0.88, 0.985, None),
-        (0.95, 0.985, True),  # the rest yields little by little
-        (0.989, 1.0, True),
-        (0.991, 1.0, False),
-        (0.0, 0.0, True),
+        (0.0, 0.0, 0.0, True),
+        (0.02, 0.03, 0.049, True),
+        (0.02, 0.03, 0.051, None),
+        (0.5, 0.6, 0.65, None),  # between the rise and the fall is a maximum
+        (0.98, 0.999, 1.0, None),  # the last step of the ladder goes over it
+        (0.989, 0.999, 1.0, None),
+        (0.991, 0.999, 1.0, False),
     ],
 )
-def test_contact_has_yielded_from_99_percent_on_and_follows_the_theory_while_less_than_a_tenth_is_added(
-    monkeypatch, now, at_the_end, follows
+def test_contact_follows_the_theory_if_less_than_5_percent_yields_and_falls_if_both_ends_of_a_step_have_yielded(
+    monkeypatch, before, now, at_the_end, follows
 ):
+    shares = {2e5: before, 4e5: now, np.inf: at_the_end}
+
     def areas(scene, q_max=np.inf):
-        return {"contact_fraction": 0.2, "plastic_fraction": 0.2 * (now if q_max < np.inf else at_the_end)}
+        return {"contact_fraction": 0.2, "plastic_fraction": 0.2 * shares[q_max]}
 
     monkeypatch.setattr("roughsim.prediction.areas.area_fractions", areas)
     rock = rs.load_scene("granite")
-    assert prediction.follows_theory(rock, "capped", 4e5) is follows
-    assert prediction.follows_theory(rock, "smoothed", 4e5) is True
+    assert prediction.follows_theory(rock, "capped", (1e5, 2e5, 4e5)) is follows
+    assert prediction.follows_theory(rock, "smoothed", (1e5, 2e5, 4e5)) is True
