@@ -9,7 +9,6 @@ import numpy as np
 import scipy
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
-from scipy.fft import fht
 
 from theory.arguments import Array, Spectrum, breaks_of, density, real_array
 from theory.clipped.products import Correlations, Products, products
@@ -72,7 +71,7 @@ class ClippedField:
         """Return the correlation of z at each `distance` without negative power; ρ fades beyond `furthest`, m."""
         r = self.distance
         _, lacking, total = self._waves(furthest, _HALF_BIAS[0])
-        added = fht(lacking, log(r[1] / r[0]), 0.0, bias=_HALF_BIAS[1]) / r
+        added = scipy.fft.fht(lacking, log(r[1] / r[0]), 0.0, bias=_HALF_BIAS[1]) / r
         near = int(np.searchsorted(r, _LINEAR * furthest))
         added[:near] = added[near]
         return np.asarray((self._faded(furthest) + added) / (1 + total))
@@ -88,7 +87,7 @@ class ClippedField:
         """
         r = self.distance
         step = log(r[1] / r[0])
-        spectrum = fht(self._faded(furthest) * r, step, 0.0, bias=bias)
+        spectrum = scipy.fft.fht(self._faded(furthest) * r, step, 0.0, bias=bias)
         q = 1 / r[::-1]
         longer = np.arange(r.size) < np.argmax(spectrum)
         lacking = np.where(longer, np.maximum(-spectrum, 0.0), 0.0)
@@ -101,7 +100,7 @@ class ClippedField:
         rho = self.possible_correlation(furthest)
         step = log(r[1] / r[0])
         first, back = _RIESZ_BIAS
-        slope = fht(self._waves(furthest, first)[0], step, 1.0, bias=back) / r**2  # N₁/r
+        slope = scipy.fft.fht(self._waves(furthest, first)[0], step, 1.0, bias=back) / r**2  # N₁/r
         near = int(np.searchsorted(r, _LINEAR * furthest))
         slope[:near] = slope[near]
         # J₂(x) = 2 J₁(x)/x − J₀(x), so that N₂ + ρ is the mean of ρ over the disk of radius r
@@ -115,8 +114,8 @@ class ClippedField:
         first, back = _HALF_BIAS
         root = np.sqrt(r[::-1])  # q^(−1/2)
         spectrum = self._waves(furthest, first)[0] * root  # √q times the transform of ρ
-        height, turned = (fht(spectrum, step, order, bias=back) / r for order in (0.0, 1.0))
-        own = fht(spectrum * root, step, 0.0, bias=back) / r
+        height, turned = (scipy.fft.fht(spectrum, step, order, bias=back) / r for order in (0.0, 1.0))
+        own = scipy.fft.fht(spectrum * root, step, 0.0, bias=back) / r
         near = int(np.searchsorted(r, _LINEAR * furthest))
         height[:near], own[:near] = height[near], own[near]
         turned[:near] = turned[near] * r[:near] / r[near]
@@ -248,5 +247,5 @@ def _correlation(stress: Spectrum) -> tuple[Array, Array, float]:
     width = edges[1] - edges[0]
     middle = np.exp((edges[1:] + edges[:-1]) / 2)
     mean = np.diff(np.interp(edges, cuts, rising)) / width
-    transformed = fht(mean / middle, width, 0.0, bias=_BIAS)  # r g_σ, where r is 1/q in reverse order
+    transformed = scipy.fft.fht(mean / middle, width, 0.0, bias=_BIAS)  # r g_σ, where r is 1/q in reverse order
     return 1 / middle[::-1], transformed * middle[::-1], float(rising[-1])
