@@ -61,11 +61,9 @@ def ladder(scene: rs.Scene, toy: bool) -> rs.Numerics:
 
 def ending(sections: dict[str, Any], scene: rs.Scene, q_max: float) -> rs.Scene:
     """Return a scene whose C(q) ends at a wavenumber, rad/m, and is the same up to there."""
-    share = scene.spectrum.truncated(q_max=q_max).rms_height / scene.spectrum.rms_height
-    surface = sections["surface"]
-    return rs.load_scene(
-        sections | {"surface": surface | {"q_max": q_max, "rms_height": surface["rms_height"] * share}}
-    )
+    shape = {name: value for name, value in sections["surface"].items() if not name.startswith("rms_")}
+    height = scene.spectrum.truncated(q_max=q_max).rms_height / len(scene.faces) ** 0.5  # of one of two equal faces
+    return rs.load_scene(sections | {"surface": shape | {"q_max": q_max, "rms_height": height}})
 
 
 def continuations(name: str, sections: dict[str, Any], run: rs.Run) -> Iterator[dict[str, Any]]:

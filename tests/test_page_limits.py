@@ -36,11 +36,9 @@ STATED = [
         "the usual value: 1, and {} + {} H below H = 2/3",
         ["roughsim.prediction.cut_offs:_FALL[0]", "roughsim.prediction.cut_offs:_FALL[1]"],
     ),
-    (
-        "errors",
-        "It is at least {} % of the remainder for the law and {} % for the others",
-        ["roughsim.estimate.limit:_OF_LAW * 100", "roughsim.estimate.limit:_OF_STEPS * 100"],
-    ),
+    ("errors", "| the law | {0} % | {0} % | {0} % |", ["roughsim.estimate.limit:_OF_LAW * 100"]),
+    ("errors", "| 50 % | {0} % | {0} % |", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
+    ("errors", "| {0} % | {0} % | {0} % | With", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
     ("errors", "q_c^(−{}) is taken", ["roughsim.estimate.levels:_FALL"]),
     ("errors", "and {} times the last change counts as error", ["roughsim.estimate.ladder:_TURNING"]),
     (

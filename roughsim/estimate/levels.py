@@ -157,7 +157,7 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     followed = FLASH if record.as_flash else observable
     theory = prediction.continuation(scene, column, q, followed)
     if theory is not None:
-        return by_shape(rungs, theory)
+        return by_shape(rungs, theory, yields=column == "capped")
     law = prediction.yielded_fall(scene, q[-2:]) if followed == FLASH else None
     if law is not None:
         return by_steps(rungs, law) if record.as_flash else by_law(rungs, law)

@@ -13,7 +13,7 @@ from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 
 # least share of the rest that is in doubt, as measured: in proportion to the law for contact that yields, and by steps
-_OF_LAW, _OF_STEPS = 0.07, 0.25
+_OF_LAW, _OF_STEPS = 0.1, 0.25
 _MOST_BY_STEPS = 0.5  # of the value: a larger rest with the theory's shape was not tried
 _USUAL_SCATTER, _LEAST_EXPONENT = 0.3, 0.2  # how far exponents lie from the usual one, and the least of them
 
@@ -40,8 +40,8 @@ def by_law(rungs: list[Rung], law: Array) -> Limit:
     return Limit(rest, error, "by the law for contact that yields")
 
 
-def by_shape(rungs: list[Rung], theory: Array) -> Limit:
-    """Return the rest by steps of the theory.
+def by_shape(rungs: list[Rung], theory: Array, *, yields: bool = False) -> Limit:
+    """Return the rest by steps of the theory; after one step half of it is in doubt, all of it if a part `yields`.
 
     `theory` has its values at all cut-offs and at the end, (rungs + 1, speeds); NaN outside its known range.
     """
@@ -49,7 +49,8 @@ def by_shape(rungs: list[Rung], theory: Array) -> Limit:
     error = np.abs(alike.value)
     if len(rungs) > 1:
         rest = _by_steps(rungs, theory)
-        error = np.maximum(np.abs(rest.value - alike.value), _OF_STEPS * np.abs(rest.value))
+        least = 1.0 if yields else max(_OF_STEPS, 0.5 ** (len(rungs) - 1))
+        error = np.maximum(np.abs(rest.value - alike.value), least * np.abs(rest.value))
     tried = np.abs(rest.value) <= _MOST_BY_STEPS * np.abs(rungs[-1].mean.value)
     nothing = Mean(np.zeros_like(rest.value), {})
     way = "with the shape of the theory" if np.any(tried & (rest.value != 0.0)) else ""

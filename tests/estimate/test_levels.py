@@ -120,7 +120,7 @@ def test_t_flash_of_yielded_contact_goes_on_by_the_law_of_the_upper_two_cut_offs
     foretold.law = np.outer([4.0, 3.6, 3.0], np.ones(SPEEDS))
     values = values_of(steel, "capped", NAME, ladder(at_speeds(12.0, 10.0, 9.0), (1e5, 2e5, 4e5)))
     np.testing.assert_allclose(values.mean, 9.0 * 3.0 / 3.6, rtol=1e-12)
-    np.testing.assert_allclose(values.errors["bandwidth"], 0.07 * 1.5, rtol=1e-12)
+    np.testing.assert_allclose(values.errors["bandwidth"], 0.1 * 1.5, rtol=1e-12)
     assert foretold.calls == [("theory", "capped", (1e5, 2e5, 4e5), NAME), ("law", (2e5, 4e5))]
 
 
