@@ -116,6 +116,16 @@ def test_contact_that_follows_the_theory_goes_on_with_its_shape(steel, foretold)
     assert foretold.calls == [("theory", column, (1e5, 2e5), NAME) for column in ("elastic", "capped")]
 
 
+@pytest.mark.parametrize(("column", "doubt"), [("elastic", 0.25), ("capped", 1.0)])
+def test_capped_contact_that_follows_the_theory_may_yield_so_that_all_of_the_rest_is_in_doubt(
+    steel, foretold, column, doubt
+):
+    foretold.theory = np.outer([8.0, 9.0, 9.5, 9.6], np.ones(SPEEDS))
+    values = values_of(steel, column, NAME, ladder(at_speeds(8.0, 9.0, 9.5), (1e5, 2e5, 4e5)))
+    np.testing.assert_allclose(values.mean, 9.6, rtol=1e-12)
+    np.testing.assert_allclose(values.errors["bandwidth"], doubt * 0.1, rtol=1e-9)
+
+
 def test_t_flash_of_yielded_contact_goes_on_by_the_law_of_the_upper_two_cut_offs(steel, foretold):
     foretold.law = np.outer([4.0, 3.6, 3.0], np.ones(SPEEDS))
     values = values_of(steel, "capped", NAME, ladder(at_speeds(12.0, 10.0, 9.0), (1e5, 2e5, 4e5)))

@@ -280,6 +280,7 @@ def test_the_less_the_steps_show_the_more_the_exponent_is_drawn_to_the_usual_one
         ([10.0, 5.0, 7.0], 0.6),  # one up, one down: no power
         ([10.0, 5.0, 5.0], 0.6),  # no step
         ([10.0, 9.9, 5.0], 0.6),  # a growing step
+        ([10.0, 8.0, 6.2], 0.6),  # p = 0.15: steps that hardly shrink
     ],
 )
 def test_steps_that_are_no_power_go_on_with_the_usual_one_and_all_of_the_rest_is_in_doubt(means, exponent):
