@@ -39,7 +39,11 @@ STATED = [
     ("errors", "| the law | {0} % | {0} % | {0} % |", ["roughsim.estimate.limit:_OF_LAW * 100"]),
     ("errors", "| 50 % | {0} % | {0} % |", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
     ("errors", "| {0} % | {0} % | {0} % | With", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
-    ("errors", "q_c^(−{}) is taken", ["roughsim.estimate.levels:_FALL"]),
+    (
+        "errors",
+        "q_c^(−{}) is taken, and q_c^(−{}) in elastic",
+        ["roughsim.estimate.levels:_FALL", "roughsim.estimate.levels:_ELASTIC_FALL"],
+    ),
     ("errors", "and {} times the last change counts as error", ["roughsim.estimate.ladder:_TURNING"]),
     (
         "errors",
