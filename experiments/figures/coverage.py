@@ -18,7 +18,7 @@ NAMES = {
 
 
 def coverage(rows: list[dict[str, Any]], path: Path, source: str = "") -> None:
-    """Draw (run − reference)/total error of every run, a panel for each scene; grey is within the total error."""
+    """Draw (run − reference)/error of every run, a panel for each scene; grey is within the total error."""
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
     counts = [sum(row["scene"] == scene for row in rows) for scene in scenes]
     lines = [max(counts[k : k + 2]) for k in range(0, len(scenes), 2)]  # of the panels side by side
@@ -38,7 +38,7 @@ def coverage(rows: list[dict[str, Any]], path: Path, source: str = "") -> None:
         for axes in list(grid.flat)[len(scenes) :]:
             axes.set_visible(False)
         for axes in grid[-1]:
-            axes.set_xlabel("(run − reference)/total error")
+            axes.set_xlabel("(run − reference)/error")
 
 
 def label(row: dict[str, Any]) -> str:
