@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from figures.style import BLACK, legend_below, new_figure
 from numpy.typing import NDArray
 from script import Command, write_evidence
 
@@ -108,6 +109,20 @@ def table(rows: list[dict[str, Any]]) -> list[list[str]]:
     return cells
 
 
+def draw(rows: list[dict[str, Any]], path: Path) -> None:
+    """Draw how far each continuation is off over its error, both in per cent; below the line they hold."""
+    with new_figure(path, 3.4) as figure:
+        axes = figure.subplots()
+        for way, marker in zip(WAYS.values(), "o^s", strict=True):
+            chosen = [row for row in rows if row["way"] == way]
+            if chosen:
+                off = np.abs(np.concatenate([row["off"] for row in chosen]))
+                axes.loglog(100 * off / over_error(chosen), 100 * off, marker, ms=2.5, label=way)
+        axes.plot(axes.get_xlim(), axes.get_xlim(), color=BLACK, lw=0.8)
+        axes.set(xlabel="error, %", ylabel="off, %", ylim=(1e-3, None))
+        legend_below(figure, [axes], 3)
+
+
 def main() -> None:
     command = Command(__file__, __doc__, "one scene, three small levels")
     command.add_argument("--seed", type=int, default=SEED, help="of the drawn scenes")
@@ -125,6 +140,7 @@ def main() -> None:
             break
     cells = table(rows)
     print("\n".join(" | ".join(row) for row in cells))
+    draw(rows, options.output / "cut_ladders.png")
     if options.evidence:
         command_line = "python experiments/cut_ladders.py --evidence"
         ratio = over_error([row for row in rows if row["way"] != UNKNOWN])
