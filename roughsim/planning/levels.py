@@ -17,7 +17,8 @@ from roughsim.scene.numerics import Column, Level
 
 Lengths = tuple[float, float]  # of the cell, m
 
-PIXELS = 3  # per shortest wave of a level; its partner has twice as many. 4 took 1.2 and 1.5 times as long on two sets of scenes
+# per shortest wave of a level; its partner has twice as many. 4 took 1.2 and 1.5 times as long on two sets of scenes
+PIXELS = 3
 SIDE = 4096  # points per side of the largest grid
 # points per side of the lowest level, within a factor of √2: on seven scenes 512 took least time, or next to least;
 # a level in a part of the cell has at least half as many
