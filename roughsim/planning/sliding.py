@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from roughsim import prediction
-from roughsim.planning.levels import fast_size
+from roughsim.planning.levels import BASE_SIDE, fast_size
 from roughsim.planning.realization import slide_problem
 from roughsim.prediction.sliding import CONTINUED, FURTHEST, continuation_fault
 from roughsim.scene import Scene
@@ -44,12 +44,13 @@ def slide_level(scene: Scene, numerics: Numerics) -> Level:
     """Return the level of a slide: `_SIDE` points along the longer side of the cell, `_PIXELS` per shortest wave.
 
     The cut-off of yielding contact is at least `_LEAST_CUT_OFF`, beyond which the ratio of sliding to frozen hardly
-    depends on it, and at most that of the lowest level. In elastic contact the ratio changes by −.5 … −2.7 % from 128
-    to 256 points, and by −.4 … −1.8 % from 256 to 512.
+    depends on it, as far as `BASE_SIDE` points hold it; it is at most that of the lowest level. In elastic contact the
+    ratio changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8 % from 256 to 512.
     """
     lowest = numerics.levels[numerics.rungs(numerics.columns[-1])[0]]
     least = 0.0 if scene.elastic else _LEAST_CUT_OFF * prediction.yield_wavenumber(scene)
-    q_max = min(lowest.q_max, max(2 * pi * _SIDE / (_PIXELS * max(numerics.lengths)), least))
+    usual, most = (2 * pi * side / (_PIXELS * max(numerics.lengths)) for side in (_SIDE, BASE_SIDE))
+    q_max = min(lowest.q_max, max(usual, min(least, most)))
     x, y = (fast_size(_PIXELS * q_max * side / (2 * pi)) for side in numerics.lengths)
     return Level(SLIDING, (x, y), q_max, first=_MEMBERS, followed=_followed([scene], numerics.lengths[0]))
 

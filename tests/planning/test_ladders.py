@@ -204,7 +204,12 @@ def test_a_slide_has_256_points_but_4_q_y_where_contact_yields():
     assert 4 * 0.98 <= 2 * pi / (level.q_max * CELL[0] / level.shape[0]) < 4 * 1.34
     high = replace(steel, body=replace(steel.body, penetration_hardness=4e9))  # 4 q_y are beyond the lowest level
     lowest = planned(high).levels[planned(high).of_column("capped")[0]]
-    assert slide_level(high, planned(high)).q_max == lowest.q_max < 4 * prediction.yield_wavenumber(high)
+    level = slide_level(high, planned(high))
+    assert level.shape == (512, 512)  # a slide costs the cube of its points per side
+    assert level.q_max == pytest.approx(512 * 2 * pi / (4 * CELL[0]))
+    assert level.q_max < lowest.q_max < 4 * prediction.yield_wavenumber(high)
+    short = replace(planned(high), levels=(replace(lowest, shape=(128, 128), q_max=4e4),))
+    assert slide_level(high, short).q_max == 4e4  # that of the lowest level
 
 
 @pytest.mark.parametrize("sides", [(CELL[0], CELL[0] / 2), (CELL[0] / 2, CELL[0])])
