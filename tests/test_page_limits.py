@@ -9,7 +9,7 @@ import pytest
 from roughsim.observables.catalogue import OBSERVABLES
 
 DOCS = Path(__file__).parents[1] / "docs"
-# page, its words with {} for each number, and where the code has these: module:NAME, one place of several in brackets,
+# page, its words with {} for each number, and where the code has these: module:NAME, one place or key in brackets,
 # and the factor from its unit to the page's
 STATED = [
     ("clusters", "is taken over after {} s", ["roughsim.store.claims:LEASE"]),
@@ -42,7 +42,7 @@ STATED = [
     (
         "errors",
         "q_c^(−{}) is taken, and q_c^(−{}) in elastic",
-        ["roughsim.estimate.levels:_FALL", "roughsim.estimate.levels:_ELASTIC_FALL"],
+        ["roughsim.estimate.levels:PIXEL_FALL[capped]", "roughsim.estimate.levels:PIXEL_FALL[elastic]"],
     ),
     ("errors", "and {} times the last change counts as error", ["roughsim.estimate.ladder:_TURNING"]),
     (
@@ -114,9 +114,11 @@ STATED = [
 
 def number(place):
     """A constant of the code as a page writes it."""
-    module, name, index, factor = re.fullmatch(r"([\w.]+):(\w+)(?:\[(-?\d)\])?(?: \* ([\de.-]+))?", place).groups()
+    module, name, index, factor = re.fullmatch(r"([\w.]+):(\w+)(?:\[(-?\d|\w+)\])?(?: \* ([\de.-]+))?", place).groups()
     value = getattr(import_module(module), name)
-    return f"{(value if index is None else value[int(index)]) * float(factor or 1):.10g}"
+    if index is not None:
+        value = value[index if isinstance(value, dict) else int(index)]
+    return f"{value * float(factor or 1):.10g}"
 
 
 @pytest.mark.parametrize(("page", "words", "places"), STATED, ids=[f"{page}: {words}" for page, words, _ in STATED])

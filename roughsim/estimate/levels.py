@@ -19,10 +19,10 @@ from roughsim.observables.record import Sample
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 
-# exponents with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, in
-# capped contact (.5 to 1.4 on three steels and two rocks from 4 to 32 q_y) and in elastic contact (T_flash 0 to .6,
-# g_σ(0) 0 to .3 on three surfaces)
-_FALL, _ELASTIC_FALL = 0.75, 0.3
+# exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, by
+# column: .5 to 1.4 on three steels and two rocks from 4 to 32 q_y; elastic T_flash 0 to .6 and g_σ(0) 0 to .3 on three
+# surfaces
+PIXEL_FALL = {"capped": 0.75, "smoothed": 0.3, "elastic": 0.3}
 FLASH = "flash_temperature"
 _TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum}
 
@@ -84,7 +84,7 @@ def _continued_to_the_end(
     # the continued ladder has the same pixels per shortest wave: their effect at its end is corrected
     end = end if limit.way else q_c
     with np.errstate(all="ignore"):  # infinite at rest
-        change, error = change_by_pixel(rungs, record.pixel_orders[capped], _FALL if capped else _ELASTIC_FALL, end)
+        change, error = change_by_pixel(rungs, record.pixel_orders[capped], PIXEL_FALL[column], end)
         mean = top.plus(limit.rest)
         pixel = np.abs(mean.value) * error
         if has_limit:

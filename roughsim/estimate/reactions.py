@@ -14,7 +14,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.ladder import SAME, Pair, Rung, change_by_pixel, climb
-from roughsim.estimate.levels import FLASH, Values
+from roughsim.estimate.levels import FLASH, PIXEL_FALL, Values
 from roughsim.estimate.limit import by_steps
 from roughsim.estimate.mean import Mean, mean_of
 from roughsim.estimate.sliding import DOUBT_OF_DISTRIBUTION, stretched
@@ -29,7 +29,6 @@ _MOST_OF_TAIL = 0.25  # share of a mean from the hottest pixels, beyond which it
 _COLDEST = 1e-3  # K, absolute: colder bins, of a field below its mean, do not react either
 _ROUNDING = 1e-6  # of the temperature, relative, of bins within one pixel
 _STEP = 1e-3  # of ln T_flash, for slopes
-_FALL = 0.75  # of the change by a pixel, as in `levels`
 _ITERATIONS = 50  # of Newton's method for a uniform temperature; a few suffice
 OverBins = Callable[[Bins, Array], Array]  # bins and the factor of their temperatures → values of bins
 OfMean = Callable[[Bins, Array], tuple[Array, Array, Array]]  # bins and their mean → as of `uniform_temperature`
@@ -194,7 +193,7 @@ def mean_over_contact(scene: Scene, column: str, pairs: list[Pair], of_level: Co
     top = pairs[-1].sample
     rungs = climb(of_level.influence, pairs)
     rest, unknown = _rest(scene, column, rungs, end)
-    change, pixel = change_by_pixel(rungs, np.nan, _FALL, end)
+    change, pixel = change_by_pixel(rungs, np.nan, PIXEL_FALL[column], end)
     mean = rungs[-1].mean.plus(rest).by(change._replace(value=1.0 + change.value))
     own = {"bandwidth": np.where(unknown, np.nan, np.abs(rest.value)), "pixel": np.abs(mean.value) * pixel}
     return _over_contact(mean, rungs[-1].mean.value, own, of_level, top, pairs[0].sample)

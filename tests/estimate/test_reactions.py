@@ -232,17 +232,20 @@ def test_errors_of_an_activation_temperature_follow_from_its_own_slope_over_the_
     assert 0.01 * found.values.errors["tail"] == pytest.approx(exact, rel=1e-2)
 
 
-def test_a_finer_pixel_changes_a_rate_as_its_partner_shows(foretold):
+@pytest.mark.parametrize(("column", "fall"), [("capped", 0.75), ("smoothed", 0.3), ("elastic", 0.3)])
+def test_a_finer_pixel_changes_a_rate_as_its_partner_shows(foretold, column, fall):
     foretold.law = np.array([[1.0], [1.0], [1.0]])
     low, finer = with_bins(ladder([250.0, 250.0], [1.0, 1.0]), seed=6)  # the second has the same cut-off
     activation = Activation(0.4 * EV, 0.0, np.array([600.0]))
     of_level, _ = rate_of([low, finer], flash_values(250.0), activation)
-    found = mean_over_contact(SCENE, "capped", [low, finer], of_level, 1.0).values
-    mean = of_level.mean(low.sample).mean()
     change = of_level.influence(finer.sample).mean() / of_level.influence(finer.below).mean() - 1.0
     assert abs(change) > 1e-3
-    assert found.mean == pytest.approx(mean * (1.0 + change), rel=1e-6)
-    assert found.errors["pixel"] == pytest.approx(1.5 * abs(change) * mean, rel=0.05)
+    for end, carried in (1.0, 1.0), (16.0, 16.0**-fall):
+        found = mean_over_contact(SCENE, column, [low, finer], of_level, end).values
+        mean = of_level.mean(low.sample).mean()
+        assert found.mean == pytest.approx(mean * (1.0 + carried * change), rel=1e-6)
+        beyond = 1.5 if end == 1.0 else (1.5**2 + 1.0) ** 0.5  # carried to another cut-off, all of it is in doubt
+        assert found.errors["pixel"] == pytest.approx(beyond * carried * abs(change) * mean, rel=0.05)
 
 
 def test_what_changes_with_the_cut_off_follows_the_steps_of_the_law_and_is_in_doubt_as_a_whole(foretold):
