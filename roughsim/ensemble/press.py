@@ -10,11 +10,12 @@ from typing import Any, Literal, NamedTuple
 from roughsim import prediction
 from roughsim.ensemble.directions import by_direction
 from roughsim.ensemble.executors import Workers
-from roughsim.ensemble.run import begin, complete, fit, shown
+from roughsim.ensemble.run import begin, complete, shown
 from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
 from roughsim.pipeline import Problem, Solution
+from roughsim.planning.realization import largest_member
 from roughsim.results.description import MAP, QUARTERS
 from roughsim.results.folder import open_run
 from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
@@ -97,7 +98,7 @@ def press(
     for kind, home, cells, joined in parts:
         own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), max_realizations=len(cells)))
         numerics = _numerics(own, cells[0].grid, resolution, joined)
-        fit(allowed, [(own, numerics)])
+        allowed.fit(*largest_member(own, numerics), numerics.threads)
         numerics = begin(own, home, numerics, press={"of": kind, "edges": joined, "heights": digest})
         source = MapSource(kind, topography, tuple(cells), joined, loaded.sliding.direction, len(numerics.levels) - 1)
         begun.append(((own, numerics, home), source))
