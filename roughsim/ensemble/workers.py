@@ -74,7 +74,7 @@ def _store_member(job: Job, index: int, before: list[Solved]) -> list[Solved]:
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
             if isinstance(problem, Problem):
                 solved = _solve(job, problem, before)
-                member = _contact_member(job, *solved)
+                member = _contact_member(job, solved)
             else:
                 member = _slide_member(job, problem)
     except ConvergenceError as error:
@@ -106,31 +106,26 @@ def _solve(job: Job, problem: Problem, before: list[Solved]) -> list[Solved]:
     return solved
 
 
-def _contact_member(job: Job, main: Solved, below: Solved | None = None) -> Member:
+def _contact_member(job: Job, solved: list[Solved]) -> Member:
     """Return the member of a contact, with the moments of the level below."""
-    problem, solution = main
+    problem, solution = solved[0]
     fields = {}
     if problem.index < job.keep_fields:
         fields = {"heights": solution.heights, "pressure": solution.contact.pressure}
-    seconds = dict(solution.seconds)
-    provenance: dict[str, Any] = {
-        "residual": solution.contact.residual,
-        "iterations": solution.contact.iterations,
-    }
-    if below is not None:
-        lower = below[1]
-        seconds = {stage: value + lower.seconds[stage] for stage, value in seconds.items()}
-        provenance["below"] = {"residual": lower.contact.residual, "iterations": lower.contact.iterations}
+    accuracy = [{"residual": one.contact.residual, "iterations": one.contact.iterations} for _, one in solved]
+    provenance: dict[str, Any] = {**accuracy[0]}
+    if job.below is not None:
+        provenance["below"] = accuracy[1]
     if job.source is not None:
         provenance |= job.source.about(job.level, problem, solution)
+    provenance["seconds"] = {stage: sum(one.seconds[stage] for _, one in solved) for stage in solution.seconds}
     return Member(
         job.level,
         problem.index,
-        **_moments(solution)._asdict(),
-        below=None if below is None else _moments(below[1]),
+        moments=tuple(_moments(one) for _, one in solved),
         fields={name: values.astype(np.float32) for name, values in fields.items()},
         speeds=job.speeds,
-        provenance=provenance | {"seconds": seconds},
+        provenance=provenance,
     )
 
 
@@ -150,10 +145,7 @@ def _slide_member(job: Job, problem: "SlideProblem") -> Member:
     return Member(
         job.level,
         problem.index,
-        numbers=solution.numbers,
-        wavenumber=solution.wavenumber,
-        spectrum=solution.spectrum,
-        bins=solution.bins,
+        moments=(Moments(solution.numbers, solution.wavenumber, solution.spectrum, solution.bins),),
         curves=solution.curves,
         fields=solution.film.fields() if solution.film else {},
         speeds=job.speeds,

@@ -98,7 +98,7 @@ class Members(dict[Key, Member]):
 
     def _checked(self, path: Path) -> Member:
         """Read a file and check that it belongs to this run; errors as `take`."""
-        member = read_member(path, with_fields=self._treatment == "redo")
+        member = read_member(path, FIELDS if self._treatment == "redo" else ())
         provenance, grid = member.provenance, self.numerics.grid(member.level)
         if not {*provenance} >= _KNOWN or _identity_of(provenance) != self._identity:
             raise damaged(path, "is of another run: its scene, seed or numerics differ")
