@@ -1,8 +1,6 @@
 """T_flash of a pressed map by the direction of sliding, and relative to a Gaussian twin."""
 
 from dataclasses import replace
-from math import pi
-from typing import Any
 
 import numpy as np
 
@@ -10,29 +8,10 @@ from roughsim.grid import Grid
 from roughsim.observables.directions import flash_temperature_along
 from roughsim.observables.moments import measure
 from roughsim.pipeline import Problem, Solution, solve_problem
-from roughsim.show.text import note
 from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import band_limited, gaussian_twin, periodic_part
 
 _TWIN_STREAM = 2**32 - 1  # of the random phases; no level of a run has it
-
-
-def by_direction(
-    direction: float | None, topography: Topography, problem: Problem, solution: Solution, edges: str, *, twin: bool
-) -> dict[str, Any]:
-    """Return T_flash along and across the lay of the map, and in `direction`, relative to the mean over directions.
-
-    The result has JSON values: "angles", radians, "over_mean", and with `twin` "over_twin".
-    """
-    lay = topography.texture.lay
-    angles = {"along": lay, "across": (lay + 0.5 * pi) % pi}
-    if direction is not None:
-        angles["asked"] = direction
-    result: dict[str, Any] = {"angles": angles, "over_mean": over_mean(problem, solution, angles, edges)}
-    if twin:
-        note("the map and its Gaussian twin")
-        result["over_twin"] = _over_twin(problem, topography)
-    return result
 
 
 def over_mean(problem: Problem, solution: Solution, angles: dict[str, float], edges: str) -> dict[str, list[float]]:
@@ -57,10 +36,10 @@ def over_mean(problem: Problem, solution: Solution, angles: dict[str, float], ed
     return result
 
 
-def _over_twin(problem: Problem, topography: Topography) -> list[float]:
+def over_twin(problem: Problem, topography: Topography) -> list[float]:
     """Return T_flash of a map over T_flash of its Gaussian twin, at each speed, by two solves.
 
-    Both are in a cell of the map's own sides, with pixels and cut-off of `problem`. A map that is not periodic is
+    Both solves are in a cell of the map's own sides, with pixels and cut-off of `problem`. A map that is not periodic is
     replaced by its periodic part, so that both have the same |h(q⃗)| without a step, and without crossed lays.
     """
     own = topography.grid

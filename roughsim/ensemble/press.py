@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from roughsim import prediction
-from roughsim.ensemble.directions import by_direction
+from roughsim.ensemble.directions import over_mean, over_twin
 from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.run import begin, complete, shown
 from roughsim.errors import ConvergenceError, ResolutionError
@@ -23,6 +23,7 @@ from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError, SceneSource
 from roughsim.scene.files import load_map
 from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
+from roughsim.show.text import note
 from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import band_limited, mirrored, overshoots
 
@@ -34,8 +35,6 @@ _EDGES = {
     "mirror": "made periodic by its mirror images: no step, but the slope changes its sign at the edges",
     "tile": "repeated side by side: unequal opposite edges make a step, which carries load",
 }
-_ALL_WAVES = "all waves of the map; none are added beyond"
-_FEWER_WAVES = "too many points for the shortest waves; half the cut-off shows their effect"
 Edges = Literal["mirror", "tile"]
 
 
@@ -192,9 +191,12 @@ def _numerics(scene: Scene, grid: Grid, resolution: Resolution, edges: str) -> N
         levels = [*lower, *levels]
     given = {key: getattr(scene.numerics, key) for key in ("tolerance", "precision", "threads", "keep_fields")}
     chosen: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    waves = "all waves of the map; none are added beyond"
+    if not whole:
+        waves = "too many points for the shortest waves; half the cut-off shows their effect"
     reasons = (
         Reason("surface", f"{grid.shape[0]} × {grid.shape[1]} points", _EDGES[edges]),
-        Reason("cut-off", f"{q_max:.3g} rad/m", _ALL_WAVES if whole else _FEWER_WAVES),
+        Reason("cut-off", f"{q_max:.3g} rad/m", waves),
         Reason("pixels", f"{pixels:g} and {2 * pixels:g} per shortest wave", "their difference gives the pixel error"),
         Reason("realizations", "1", "the map itself; its four quarters, pressed alike, give the scatter"),
     )
@@ -220,7 +222,14 @@ class MapSource:
         """Return the additions of the last level: T_flash by direction, and the share of the load beside spikes."""
         if level != self.last:
             return {}
-        ratios = by_direction(self.direction, self.topography, problem, solution, self.edges, twin=self.kind == MAP)
+        lay = self.topography.texture.lay
+        angles = {"along": lay, "across": (lay + 0.5 * pi) % pi}
+        if self.direction is not None:
+            angles["asked"] = self.direction
+        ratios: dict[str, Any] = {"angles": angles, "over_mean": over_mean(problem, solution, angles, self.edges)}
+        if self.kind == MAP:
+            note("the map and its Gaussian twin")
+            ratios["over_twin"] = over_twin(problem, self.topography)
         pressure = solution.contact.pressure
         beside = overshoots(solution.heights, *self.cells[problem.index], float(problem.spectrum.breaks[-1]))
         return {DIRECTIONS: ratios, OVERSHOOT: float(pressure[beside].sum() / pressure.sum())}

@@ -85,7 +85,12 @@ def state_line(run: Run) -> str:
     """Return one line: progress of a run, the errors with their targets, and the processes that compute it."""
     if run.finished:
         return f"{run.extent}, {sum(run.counts)} members; finished: {outcome(run)}"
-    return f"{run.extent}, {round_text(run)}; {at_work(writer(run.folder))}, {time_left(run)}"
+    wanted = run.rounds.wanted
+    there = sum(min(run.members.available[level], count) for level, count in enumerate(wanted))
+    current = f"round {run.rounds.number + 1}: {there} of {sum(wanted)} members{_errors_text(run)}"
+    seconds = seconds_left(run)
+    left = "time left not known yet" if seconds is None else f"about {clock(seconds)} of computing left"
+    return f"{run.extent}, {current}; {at_work(writer(run.folder))}, {left}"
 
 
 def at_work(process: str | None) -> str:
@@ -97,13 +102,6 @@ def outcome(run: Run) -> str:
     """Return the reason of the end of a run, with the errors and their targets."""
     why = run.rounds.verdict.why if run.rounds.verdict else ""
     return ("target not reached: " if run.until and not run.target_met else "") + why + _errors_text(run)
-
-
-def round_text(run: Run) -> str:
-    """Return the current round, the number of its members that are stored, and the errors after the last one."""
-    wanted = run.rounds.wanted
-    there = sum(min(run.members.available[level], count) for level, count in enumerate(wanted))
-    return f"round {run.rounds.number + 1}: {there} of {sum(wanted)} members{_errors_text(run)}"
 
 
 def _errors_text(run: Run) -> str:
@@ -146,9 +144,3 @@ def expected_seconds(run: Run) -> float:
         return inf
     left = [max(count - there, 0) for count, there in zip(run.rounds.wanted, run.members.available, strict=True)]
     return WORK_SECONDS * sum(count * work(run.numerics, level) for level, count in enumerate(left))
-
-
-def time_left(run: Run) -> str:
-    """Return the time left in words."""
-    seconds = seconds_left(run)
-    return "time left not known yet" if seconds is None else f"about {clock(seconds)} of computing left"

@@ -73,8 +73,7 @@ def _store_member(job: Job, index: int, before: list[Solved]) -> list[Solved]:
             # the plan has stated how much of the spectrum the cell leaves out
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
             if isinstance(problem, Problem):
-                solved = _solve(job, problem, before)
-                member = _contact_member(job, solved)
+                member, solved = _contact_member(job, problem, before)
             else:
                 member = _slide_member(job, problem)
     except ConvergenceError as error:
@@ -93,48 +92,40 @@ def _store_member(job: Job, index: int, before: list[Solved]) -> list[Solved]:
     return solved
 
 
-def _solve(job: Job, problem: Problem, before: list[Solved]) -> list[Solved]:
-    """Solve a level, and the level below it on the same surface; reuse equal contacts solved `before`."""
-    problems = [problem]
-    if job.below is not None:
-        problems.append(replace(job.below, index=problem.index))
+def _contact_member(job: Job, problem: Problem, before: list[Solved]) -> tuple[Member, list[Solved]]:
+    """Solve a level, and the level below it on the same surface; return the member and both contacts.
+
+    Equal contacts solved `before` are reused.
+    """
+    problems = [problem] if job.below is None else [problem, replace(job.below, index=problem.index)]
     solved: list[Solved] = []
+    moments = []
+    accuracy = []
     for k, one in enumerate(problems):
         heights = None if job.source is None else job.source.heights(one)
-        known = before[k] if k < len(before) else None
-        solved.append((one, solve_problem(one, known, heights)))
-    return solved
-
-
-def _contact_member(job: Job, solved: list[Solved]) -> Member:
-    """Return the member of a contact, with the moments of the level below."""
-    problem, solution = solved[0]
-    fields = {}
-    if problem.index < job.keep_fields:
-        fields = {"heights": solution.heights, "pressure": solution.contact.pressure}
-    accuracy = [{"residual": one.contact.residual, "iterations": one.contact.iterations} for _, one in solved]
+        solution = solve_problem(one, before[k] if before else None, heights)
+        solved.append((one, solution))
+        spectrum, distribution = solution.observables.stress_spectrum, solution.distribution
+        bins = None if distribution is None else distribution.bins
+        moments.append(Moments(stored_numbers(solution), spectrum.wavenumber, spectrum.variance, bins))
+        accuracy.append({"residual": solution.contact.residual, "iterations": solution.contact.iterations})
+    main = solved[0][1]
     provenance: dict[str, Any] = {**accuracy[0]}
     if job.below is not None:
         provenance["below"] = accuracy[1]
     if job.source is not None:
-        provenance |= job.source.about(job.level, problem, solution)
-    provenance["seconds"] = {stage: sum(one.seconds[stage] for _, one in solved) for stage in solution.seconds}
-    return Member(
+        provenance |= job.source.about(job.level, problem, main)
+    provenance["seconds"] = {stage: sum(one.seconds[stage] for _, one in solved) for stage in main.seconds}
+    kept = {"heights": main.heights, "pressure": main.contact.pressure} if problem.index < job.keep_fields else {}
+    member = Member(
         job.level,
         problem.index,
-        moments=tuple(_moments(one) for _, one in solved),
-        fields={name: values.astype(np.float32) for name, values in fields.items()},
+        moments=tuple(moments),
+        fields={name: values.astype(np.float32) for name, values in kept.items()},
         speeds=job.speeds,
         provenance=provenance,
     )
-
-
-def _moments(solution: Solution) -> Moments:
-    """Return the stored numbers of a contact."""
-    distribution = solution.distribution
-    spectrum = solution.observables.stress_spectrum
-    bins = None if distribution is None else distribution.bins
-    return Moments(stored_numbers(solution), spectrum.wavenumber, spectrum.variance, bins)
+    return member, solved
 
 
 def _slide_member(job: Job, problem: "SlideProblem") -> Member:

@@ -84,8 +84,8 @@ def test_before_the_first_round_is_complete_neither_errors_nor_the_time_left_are
     assert status.seconds_left(run) is None
     assert run.total_errors == {}
     assert run.needed == (12,)
-    assert status.round_text(run) == "round 1: 11 of 12 members"
-    assert status.time_left(run) == "time left not known yet"
+    line = status.state_line(run)
+    assert line.endswith(", round 1: 11 of 12 members; not being computed now, time left not known yet")
     # a lost member in the middle is said, too
     member_path(run.folder, 0, 3).unlink()
     assert any("L0-000003" in line for line in status.status_lines(rs.open_run(run.folder)))
@@ -94,7 +94,7 @@ def test_before_the_first_round_is_complete_neither_errors_nor_the_time_left_are
 def test_an_error_that_is_not_known_is_called_so(running):
     verdict = running.rounds.verdict._replace(errors={"flash_temperature": np.inf})
     running.rounds = running.rounds._replace(verdict=verdict)
-    assert status.round_text(running).endswith(", flash_temperature total error unknown (target 1 %)")
+    assert ", flash_temperature total error unknown (target 1 %); " in status.state_line(running)
     assert status.status_dict(running)["errors"] == {"flash_temperature": None}
 
 
