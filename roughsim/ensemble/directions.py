@@ -39,8 +39,8 @@ def over_mean(problem: Problem, solution: Solution, angles: dict[str, float], ed
 def over_twin(problem: Problem, topography: Topography) -> list[float]:
     """Return T_flash of a map over T_flash of its Gaussian twin, at each speed, by two solves.
 
-    Both solves are in a cell of the map's own sides, with pixels and cut-off of `problem`. A map that is not periodic is
-    replaced by its periodic part, so that both have the same |h(q⃗)| without a step, and without crossed lays.
+    The cell has the map's own sides, with pixels and cut-off of `problem`. A map that is not periodic is replaced by
+    its periodic part, so that both have the same |h(q⃗)| without a step, and without crossed lays.
     """
     own = topography.grid
     heights = topography.heights if topography.periodic else periodic_part(topography.heights)
