@@ -1,4 +1,7 @@
-"""`press`: contact of a measured map itself, in place of random surfaces."""
+"""`press`: contact of a measured map itself, in place of random surfaces.
+
+T_flash is also computed by the direction of sliding, and relative to a Gaussian twin of the map.
+"""
 
 import hashlib
 from collections.abc import Mapping
@@ -7,14 +10,17 @@ from math import ceil, pi
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
 from roughsim import prediction
-from roughsim.ensemble.directions import over_mean, over_twin
 from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.run import begin, complete, shown
 from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
-from roughsim.pipeline import Problem, Solution
+from roughsim.observables.directions import flash_temperature_along
+from roughsim.observables.moments import measure
+from roughsim.pipeline import Problem, Solution, solve_problem
 from roughsim.planning.realization import largest_member
 from roughsim.results.description import MAP, QUARTERS
 from roughsim.results.folder import open_run
@@ -25,12 +31,19 @@ from roughsim.scene.files import load_map
 from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
 from roughsim.show.text import note
 from roughsim.surface.topography import Topography
-from roughsim.surface.topography.periodic import band_limited, mirrored, overshoots
+from roughsim.surface.topography.periodic import (
+    band_limited,
+    gaussian_twin,
+    mirrored,
+    overshoots,
+    periodic_part,
+)
 
 _LEAST_SIDE = 64  # points of a map
 MOST_SIDE = 2048  # points per side of the contact of a map
 _PIXELS = 4  # per shortest wave of a map of few points, on the coarser of its grids
 _BYTES_PER_POINT = 64.0  # of the map with its mirror images
+_TWIN_STREAM = 2**32 - 1  # of the random phases of the twin; no level of a run has it
 _EDGES = {
     "mirror": "made periodic by its mirror images: no step, but the slope changes its sign at the edges",
     "tile": "repeated side by side: unequal opposite edges make a step, which carries load",
@@ -229,7 +242,50 @@ class MapSource:
         ratios: dict[str, Any] = {"angles": angles, "over_mean": over_mean(problem, solution, angles, self.edges)}
         if self.kind == MAP:
             note("the map and its Gaussian twin")
-            ratios["over_twin"] = over_twin(problem, self.topography)
+            ratios["over_twin"] = _over_twin(problem, self.topography)
         pressure = solution.contact.pressure
         beside = overshoots(solution.heights, *self.cells[problem.index], float(problem.spectrum.breaks[-1]))
         return {DIRECTIONS: ratios, OVERSHOOT: float(pressure[beside].sum() / pressure.sum())}
+
+
+def over_mean(problem: Problem, solution: Solution, angles: dict[str, float], edges: str) -> dict[str, list[float]]:
+    """Return T_flash in each direction over the mean over all directions, at each speed, of one contact.
+
+    Mirror images turn an oblique lay to the other side. So of a mirrored cell the pressure on the map itself is
+    continued periodically: heat may have steps at the edges.
+    """
+    pressure = np.asarray(solution.contact.pressure, np.float64)
+    grid = problem.grid
+    if edges == "mirror":
+        nx, ny = (n // 2 for n in grid.shape)
+        x, y = (side / 2 for side in grid.lengths)
+        pressure = pressure[:nx, :ny].copy()
+        grid = Grid((nx, ny), (x, y))
+    mean = measure(replace(solution.contact, pressure=pressure), grid, problem.sliding).flash_temperature
+    result = {}
+    for name, angle in angles.items():
+        with np.errstate(invalid="ignore", divide="ignore"):  # 0/0 at rest
+            ratio = flash_temperature_along(pressure, grid, problem.sliding, angle) / mean
+        result[name] = np.where(np.isfinite(ratio), ratio, 1.0).tolist()
+    return result
+
+
+def _over_twin(problem: Problem, topography: Topography) -> list[float]:
+    """Return T_flash of a map over T_flash of its Gaussian twin, at each speed, by two solves.
+
+    The cell has the map's own sides, with pixels and cut-off of `problem`. A map that is not periodic is replaced by
+    its periodic part, so that both have the same |h(q⃗)| without a step, and without crossed lays.
+    """
+    own = topography.grid
+    heights = topography.heights if topography.periodic else periodic_part(topography.heights)
+    sides = zip(own.lengths, problem.grid.lengths, problem.grid.shape, strict=True)
+    nx, ny = (round(n * side / cell) for side, cell, n in sides)
+    grid = Grid((nx, ny), own.lengths)
+    rng = np.random.default_rng(np.random.SeedSequence(problem.seed, spawn_key=(_TWIN_STREAM,)))
+    q_max = float(problem.spectrum.breaks[-1])
+    temperatures = []
+    for surface in (heights, gaussian_twin(heights, rng)):
+        solved = solve_problem(replace(problem, grid=grid), heights=band_limited(surface, own, grid.shape, q_max))
+        temperatures.append(solved.observables.flash_temperature)
+    ratio: list[float] = (temperatures[0] / temperatures[1]).tolist()
+    return ratio

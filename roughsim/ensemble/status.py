@@ -17,7 +17,9 @@ def status_dict(run: Run) -> dict[str, Any]:
 
     `members`, `wanted` and `members_needed` are by level: those that count, of the current round, and to the end.
     """
-    process = _refreshed(run)
+    process = writer(run.folder)
+    if process is None:
+        run.refresh()  # it may have ended since the run was opened: new members would count as missing
     missing = run.missing
     rounds = run.rounds
     result: dict[str, Any] = {
@@ -52,19 +54,10 @@ def status_dict(run: Run) -> dict[str, Any]:
 
 def status_lines(run: Run) -> list[str]:
     """Return the state of a run as lines of text."""
-    _refreshed(run)
     lines = [f"{run.folder}: {run.scene.title or 'untitled'}", state_line(run), *losses(run)]
     for name in _reported(run):
         lines += run.estimate(name).explain().splitlines()
     return lines
-
-
-def _refreshed(run: Run) -> str | None:
-    """Return the processes that compute a run, as `writer`; if there are none, read the new members."""
-    process = writer(run.folder)
-    if process is None:
-        run.refresh()  # it may have ended since the run was opened: new members would count as missing
-    return process
 
 
 def _reported(run: Run) -> list[str]:

@@ -29,7 +29,6 @@ from roughsim.store.disk import DamagedError, place_bytes, read_bytes
 
 FORMAT = 5  # of members and of run.json
 AGAIN = "repeat the command that made the folder"  # advice on a lost member
-STAGES = ("surface", "contact", "observables")  # of the pipeline: the seconds of each are stored
 MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
 _SEAL = re.compile(rb"\nroughsim \S+ sha256 ([0-9a-f]{64})\n\Z")
 
