@@ -19,10 +19,6 @@ from roughsim.show import text
 # s of computing above which processes are started, if their number is not given: each takes 1.3 s of CPU time to
 # start, so two of them end earlier than one from 2.6 s on
 _WORTH_PROCESSES = 3.0
-_ADVICE = (
-    "its scheduler or its workers have ended; all finished members are stored, and the same call continues from there; "
-    'if its workers are processes, the script needs `if __name__ == "__main__":` above the call'
-)
 SUITABLE = "give a concurrent.futures.Executor; that of a client of dask is client.get_executor(pure=False)"
 
 
@@ -131,7 +127,11 @@ class Workers:
         """Prepare a new pool with one worker fewer after a worker has died; RuntimeError for one of the caller."""
         reason = str(error) or type(error).__name__
         if self.given is not None:
-            raise RuntimeError(f"the executor has lost a member ({reason}): {_ADVICE}") from error
+            raise RuntimeError(
+                f"the executor has lost a member ({reason}): its scheduler or its workers have ended; all finished "
+                "members are stored, and the same call continues from there; if its workers are processes, the script "
+                'needs `if __name__ == "__main__":` above the call'
+            ) from error
         self._close()
         before = self.count
         self._asked = self.count = max(before - 1, 1)

@@ -59,37 +59,30 @@ def store_members(jobs: list[Job], index: int) -> str:
                 f"a worker on {host} does not see {job.folder}: it was moved, or the file system is not shared; name a "
                 f"run folder that all workers see"
             )
-        solved = _store_member(job, index, solved)
+        problem = replace(job.problem, index=index)
+        fourier.set_threads(problem.threads)
+        try:
+            with warnings.catch_warnings():
+                # the plan has stated how much of the spectrum the cell leaves out
+                warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
+                if isinstance(problem, Problem):
+                    member, solved = _contact_member(job, problem, solved)
+                else:
+                    member = _slide_member(job, problem)
+        except ConvergenceError as error:
+            provenance = {"residual": error.residual, "iterations": error.iterations, "seconds": {}}
+            member = Member(job.level, index, failure=str(error), provenance=provenance)
+        provenance = {
+            **member.provenance,
+            **job.provenance,
+            "seed": problem.seed,
+            "stream": problem.stream,
+            "threads": problem.threads,
+            "versions": versions(),  # of this worker
+            "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+        }
+        write_member(job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance))
     return host
-
-
-def _store_member(job: Job, index: int, before: list[Solved]) -> list[Solved]:
-    """Compute one member and write its file; return its solved contacts, or `before` if it has none."""
-    problem = replace(job.problem, index=index)
-    solved = before
-    fourier.set_threads(problem.threads)
-    try:
-        with warnings.catch_warnings():
-            # the plan has stated how much of the spectrum the cell leaves out
-            warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
-            if isinstance(problem, Problem):
-                member, solved = _contact_member(job, problem, before)
-            else:
-                member = _slide_member(job, problem)
-    except ConvergenceError as error:
-        provenance = {"residual": error.residual, "iterations": error.iterations, "seconds": {}}
-        member = Member(job.level, index, failure=str(error), provenance=provenance)
-    provenance = {
-        **member.provenance,
-        **job.provenance,
-        "seed": problem.seed,
-        "stream": problem.stream,
-        "threads": problem.threads,
-        "versions": versions(),  # of this worker
-        "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-    }
-    write_member(job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance))
-    return solved
 
 
 def _contact_member(job: Job, problem: Problem, before: list[Solved]) -> tuple[Member, list[Solved]]:
