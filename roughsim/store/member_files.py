@@ -30,7 +30,7 @@ from roughsim.store.disk import DamagedError, place_bytes, read_bytes
 FORMAT = 5  # of members and of run.json
 AGAIN = "repeat the command that made the folder"  # advice on a lost member
 MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
-_SEAL = re.compile(rb"\nroughsim \S+ sha256 ([0-9a-f]{64})\n\Z")
+_DIGEST = 65  # bytes at the end: SHA-256 of all before, as text, and the end of the line
 
 
 class Kind(NamedTuple):
@@ -131,7 +131,9 @@ def read_member(path: Path, fields: Iterable[str] = ()) -> Member:
     import h5py
 
     content = read_bytes(path)
-    _check_seal(path, content)
+    digest = hashlib.sha256(memoryview(content)[:-_DIGEST]).hexdigest()
+    if content[-_DIGEST:] != f"{digest}\n".encode():
+        raise damaged(path, "is damaged (its SHA-256 does not match)")
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
             return _member_of(path, file, fields)
@@ -165,15 +167,6 @@ def check_format(path: Path, version: int, provenance: Any) -> None:
         number = versions.get("roughsim", "") if isinstance(versions, dict) else ""
         writer = f"the roughsim that wrote it ({number})" if number else "the roughsim that wrote it"
         raise RecordError(f"{path} has the older format {version}; read or export it with {writer}")
-
-
-def _check_seal(path: Path, content: bytes) -> None:
-    """Refuse bytes that do not match their seal."""
-    seal = _SEAL.search(content, max(content.rfind(b"\nroughsim "), 0))
-    if seal is None:
-        raise damaged(path, "is damaged (its last line with the SHA-256 is missing)")
-    if hashlib.sha256(memoryview(content)[: seal.start(1)]).hexdigest().encode() != seal[1]:
-        raise damaged(path, "is damaged (its SHA-256 does not match)")
 
 
 def _fill(file: Any, member: Member) -> None:
