@@ -145,22 +145,15 @@ def _refuse(scene: Scene, grid: Grid, edges: str | None) -> None:
         )
 
 
-class Cell(NamedTuple):
-    """A periodic map."""
-
-    heights: Array  # m
-    grid: Grid
-
-
-def cell_of(heights: Array, grid: Grid, edges: str) -> Cell:
+def cell_of(heights: Array, grid: Grid, edges: str) -> Topography:
     """Return a map made periodic."""
-    if edges == "tile":
-        return Cell(heights, grid)
-    (nx, ny), (x, y) = grid.shape, grid.lengths
-    return Cell(mirrored(heights), Grid((2 * nx, 2 * ny), (2 * x, 2 * y)))
+    if edges == "mirror":
+        (nx, ny), (x, y) = grid.shape, grid.lengths
+        heights, grid = mirrored(heights), Grid((2 * nx, 2 * ny), (2 * x, 2 * y))
+    return Topography(heights, grid, periodic=True)
 
 
-def quarters(topography: Topography) -> list[Cell]:
+def quarters(topography: Topography) -> list[Topography]:
     """Return the four quarters of a map with their mirror images; of an odd number of points the last is left out."""
     nx, ny = (n // 2 for n in topography.grid.shape)
     dx, dy = topography.grid.spacing
@@ -222,14 +215,15 @@ class MapSource:
 
     kind: str  # `MAP` or `QUARTERS`
     topography: Topography
-    cells: tuple[Cell, ...]
+    cells: tuple[Topography, ...]  # made periodic
     edges: str
     direction: float | None  # of sliding in the scene, radians
     last: int  # level of the directions
 
     def heights(self, problem: Problem) -> Array:
         """Return a cell with the waves of the level, m, on its grid."""
-        return band_limited(*self.cells[problem.index], problem.grid.shape, float(problem.spectrum.breaks[-1]))
+        cell = self.cells[problem.index]
+        return band_limited(cell.heights, cell.grid, problem.grid.shape, float(problem.spectrum.breaks[-1]))
 
     def about(self, level: int, problem: Problem, solution: Solution) -> dict[str, Any]:
         """Return the additions of the last level: T_flash by direction, and the share of the load beside spikes."""
@@ -243,8 +237,8 @@ class MapSource:
         if self.kind == MAP:
             note("the map and its Gaussian twin")
             ratios["over_twin"] = _over_twin(problem, self.topography)
-        pressure = solution.contact.pressure
-        beside = overshoots(solution.heights, *self.cells[problem.index], float(problem.spectrum.breaks[-1]))
+        cell, pressure = self.cells[problem.index], solution.contact.pressure
+        beside = overshoots(solution.heights, cell.heights, cell.grid, float(problem.spectrum.breaks[-1]))
         return {DIRECTIONS: ratios, OVERSHOOT: float(pressure[beside].sum() / pressure.sum())}
 
 
