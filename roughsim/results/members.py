@@ -219,6 +219,6 @@ def _identity_of(description: Mapping[str, Any]) -> list[Any]:
 def _move_aside(path: Path, error: RecordError) -> None:
     """Move a damaged file into the folder "damaged", with a warning."""
     with suppress(FileNotFoundError):  # another process has moved it
-        kept = set_aside(path)
+        kept = set_aside(path, path.parent.parent / "damaged")
         fault = str(error).partition(";")[0]
         warnings.warn(f"{fault}; it was moved to {kept} and is done again", RuntimeWarning, stacklevel=5)
