@@ -35,11 +35,6 @@ class Assignment:
     index: int
     runs: list[Run]
 
-    @property
-    def name(self) -> str:
-        """The name of the member."""
-        return member_name(self.level, self.index)
-
     def missing(self) -> list[Path]:
         """Return the files of the member that this process does not see."""
         paths = [member_path(run.folder, self.level, self.index) for run in self.runs]
@@ -126,7 +121,7 @@ class Tasks:
         """Claim a member of the round, or, for an idle worker, of a later one; None if all are taken."""
         for ahead in (False, True) if idle else (False,):
             for assignment in self._lacking(ahead):
-                if not self.claims.take(assignment.name):
+                if not self.claims.take(member_name(assignment.level, assignment.index)):
                     continue
                 if assignment.missing():
                     return assignment
@@ -165,7 +160,7 @@ class Tasks:
             list(missing[0].parent.iterdir())  # lets a network file system update
             time.sleep(0.1)
         self._refresh(assignment.runs, assignment)
-        self.claims.release(assignment.name)
+        self.claims.release(member_name(assignment.level, assignment.index))
 
     def _refresh(self, runs: Sequence[Run], assignment: Assignment | None = None) -> None:
         """Read new members, an assigned one also beyond a gap, and call the observer if there are any."""
