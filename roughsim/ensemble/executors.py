@@ -53,6 +53,7 @@ class Workers:
         self.count = int(usable_cores().amount) if count is None else int(count)
         self.given = executor  # of the caller
         self.interrupted = False
+        self._in_process = self.count == 1  # not after workers have died: a member that is killed would end the run
         self._asked = count
         self._memory = available_memory()  # before there are workers, which take some of it
         self._member = 0.0  # bytes of a member
@@ -87,6 +88,7 @@ class Workers:
         if count != self.count:
             self._close()
         self.count = count
+        self._in_process = count == 1
         self._member = member
 
     def executor(self, seconds_left: float = inf) -> Executor:
@@ -98,7 +100,7 @@ class Workers:
             return self.given
         if self._pool is not None:
             return self._pool
-        if self.count == 1 or (self._asked is None and seconds_left < _WORTH_PROCESSES):
+        if self._in_process or (self._asked is None and seconds_left < _WORTH_PROCESSES):
             return SerialExecutor()
         note_compilation()  # here, as one line: all workers compile the same kernels
         context = get_context("spawn")  # a fork after threaded transforms hangs
