@@ -44,7 +44,7 @@ import roughsim as rs
 from roughsim.ensemble.workers import Job
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.pipeline import versions
-from roughsim.store.member_files import STAGES, Member, write_member
+from roughsim.store.member_files import Member, Moments, write_member
 
 MODES = 509  # wavenumbers of the stress spectrum of a grid of 1024²
 LASTS = 3.0  # s that a measurement takes, if the engine keeps up
@@ -64,19 +64,18 @@ def scene() -> rs.Scene:
 def simulated_member(level: int, index: int, speeds: tuple[float, ...], provenance: dict[str, Any]) -> Member:
     """Return a member with random numbers; its file is as long as that of a real one."""
     rng = np.random.default_rng((level, index))
+    numbers = {name: 1.0 + 0.1 * rng.random(len(speeds) if one.per_speed else 1) for name, one in NUMBERS.items()}
     return Member(
         level,
         index,
-        numbers={name: 1.0 + 0.1 * rng.random(len(speeds) if one.per_speed else 1) for name, one in NUMBERS.items()},
-        wavenumber=np.arange(1.0, MODES + 1.0),
-        spectrum=rng.random(MODES),
+        moments=(Moments(numbers, np.arange(1.0, MODES + 1.0), rng.random(MODES)),),
         lengths=(1e-3, 1e-3),
         speeds=speeds,
         provenance=provenance
         | {
             "residual": float(rng.random()),
             "iterations": 20,
-            "seconds": {stage: float(rng.random()) for stage in STAGES},
+            "seconds": {stage: float(rng.random()) for stage in ("surface", "contact", "observables")},
         }
         | {"seed": 1, "stream": 0, "threads": 1, "versions": known_versions(), "written": "2026-01-31T12:00:00Z"},
     )

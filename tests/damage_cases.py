@@ -34,8 +34,7 @@ def member(index=42, *, fields=True, below=True):
     return Member(
         1,
         index,
-        **moments(8)._asdict(),
-        below=moments(5) if below else None,
+        moments=(moments(8), moments(5)) if below else (moments(8),),
         fields={name: rng.random((24, 20)).astype(np.float32) for name in ("heights", "pressure") if fields},
         lengths=(2.0, 1.5),
         speeds=(0.0, 0.5, 3.0),

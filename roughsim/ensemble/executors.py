@@ -4,14 +4,13 @@ import os
 import signal
 import threading
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
-from contextlib import AbstractContextManager, ExitStack, contextmanager
 from math import inf
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from types import FrameType, TracebackType
-from typing import Any
+from types import FrameType
+from typing import Any, Self
 
 from roughsim.contact.active_set import note_compilation
 from roughsim.machine import PROCESS, SHARE, available_memory, in_words, usable_cores, workers_that_fit
@@ -20,10 +19,6 @@ from roughsim.show import text
 # s of computing above which processes are started, if their number is not given: each takes 1.3 s of CPU time to
 # start, so two of them end earlier than one from 2.6 s on
 _WORTH_PROCESSES = 3.0
-_ADVICE = (
-    "its scheduler or its workers have ended; all finished members are stored, and the same call continues from there; "
-    'if its workers are processes, the script needs `if __name__ == "__main__":` above the call'
-)
 SUITABLE = "give a concurrent.futures.Executor; that of a client of dask is client.get_executor(pure=False)"
 
 
@@ -40,13 +35,14 @@ class SerialExecutor(Executor):
         return future
 
 
-class Workers(AbstractContextManager["Workers"]):
+class Workers:
     """The executor of a run, and the number of members that it computes at the same time.
 
     A context manager: own processes end with it. After an error or an interrupt they are ended at once, since a member
     that is not stored can be computed again. An executor of the caller is never shut down. Without a given number of
     workers (`count` None), this process computes alone as long as processes would take longer to start than to compute.
-    Inside it, the signals that end a run are KeyboardInterrupt: `interrupted_by_signals`.
+    Inside it SIGTERM, and SIGHUP of a closed terminal, are a KeyboardInterrupt as Ctrl-C (SIGINT) is. Handlers that a
+    program has set itself, or that `nohup` has, are kept.
     """
 
     def __init__(self, count: int | None, executor: Executor | None = None):
@@ -55,26 +51,20 @@ class Workers(AbstractContextManager["Workers"]):
         if executor is not None and not callable(getattr(executor, "submit", None)):
             raise TypeError(f"executor = {executor!r:.200} has no method submit; {SUITABLE}")
         self.count = int(usable_cores().amount) if count is None else int(count)
-        self.in_process = executor is None and self.count == 1  # whether members are computed in this process
+        self.given = executor  # of the caller
+        self.interrupted = False
+        self._in_process = self.count == 1  # not after workers have died: a member that is killed would end the run
         self._asked = count
-        self._given = executor
         self._memory = available_memory()  # before there are workers, which take some of it
         self._member = 0.0  # bytes of a member
         self._pool: ProcessPoolExecutor | None = None
         self._lifeline: Connection | None = None  # when it closes, the workers end
-        self._interrupted = False
-        self._signals = ExitStack()
+        self._handlers: dict[int, Any] = {}  # of signals before
 
     @property
     def in_flight(self) -> int:
         """Number of members submitted at a time: one more than each worker computes, so that none waits."""
-        starts_later = self._given is None and self._asked is None and self._pool is None
-        return 1 if self.in_process or starts_later else 2 * self.count
-
-    @property
-    def own(self) -> bool:
-        """Whether the executor ends with the run."""
-        return self._given is None
+        return 1 if self.given is None and self._pool is None else 2 * self.count
 
     def fit(self, member: float, source: str, threads: int) -> None:
         """Lower the number of workers to fit into memory, each with a member of this size in bytes.
@@ -82,7 +72,7 @@ class Workers(AbstractContextManager["Workers"]):
         A number that was asked for is lowered with a RuntimeWarning. ResolutionError if one member does not fit;
         `source` is the part of the member that takes its memory. Executors of the caller are left as they are.
         """
-        if self._given is not None:
+        if self.given is not None:
             return
         wanted = self._asked or max(int(usable_cores().amount) // threads, 1)
         count = workers_that_fit(wanted, member, source, self._memory)
@@ -98,7 +88,7 @@ class Workers(AbstractContextManager["Workers"]):
         if count != self.count:
             self._close()
         self.count = count
-        self.in_process = count == 1
+        self._in_process = count == 1
         self._member = member
 
     def executor(self, seconds_left: float = inf) -> Executor:
@@ -106,13 +96,11 @@ class Workers(AbstractContextManager["Workers"]):
 
         It is the same one until it breaks, but for a short computation that becomes a long one: `_WORTH_PROCESSES`.
         """
-        if self._given is not None:
-            return self._given
-        if self.in_process:
-            return SerialExecutor()
+        if self.given is not None:
+            return self.given
         if self._pool is not None:
             return self._pool
-        if self._asked is None and seconds_left < _WORTH_PROCESSES:
+        if self._in_process or (self._asked is None and seconds_left < _WORTH_PROCESSES):
             return SerialExecutor()
         note_compilation()  # here, as one line: all workers compile the same kernels
         context = get_context("spawn")  # a fork after threaded transforms hangs
@@ -140,8 +128,12 @@ class Workers(AbstractContextManager["Workers"]):
     def replace_broken(self, error: Exception) -> None:
         """Prepare a new pool with one worker fewer after a worker has died; RuntimeError for one of the caller."""
         reason = str(error) or type(error).__name__
-        if self._given is not None:
-            raise RuntimeError(f"the executor has lost a member ({reason}): {_ADVICE}") from error
+        if self.given is not None:
+            raise RuntimeError(
+                f"the executor has lost a member ({reason}): its scheduler or its workers have ended; all finished "
+                "members are stored, and the same call continues from there; if its workers are processes, the script "
+                'needs `if __name__ == "__main__":` above the call'
+            ) from error
         self._close()
         before = self.count
         self._asked = self.count = max(before - 1, 1)
@@ -153,26 +145,26 @@ class Workers(AbstractContextManager["Workers"]):
             stacklevel=2,
         )
 
-    def raise_interrupt(self) -> None:
-        """Raise the KeyboardInterrupt that Python has dropped, as in the callback of a weak reference; else nothing."""
-        if self._interrupted:
-            raise KeyboardInterrupt
-
-    def __enter__(self) -> "Workers":
-        self._signals.enter_context(interrupted_by_signals(self._interrupt))
+    def __enter__(self) -> Self:
+        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+            number = getattr(signal, name, None)
+            main = threading.current_thread() is threading.main_thread()  # others can set no handlers
+            if main and number and signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+                self._handlers[number] = signal.signal(number, self._interrupt)
         return self
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
-        self._interrupted = True
+        self.interrupted = True
         signal.default_int_handler(number, frame)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        with self._signals:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
             if kind is not None and self._lifeline is not None:
                 self._lifeline.close()
             self._close()
+        finally:
+            for number, handler in self._handlers.items():
+                signal.signal(number, handler)
 
     def _close(self) -> None:
         """End the pool after the calls in progress."""
@@ -198,22 +190,3 @@ def _begin_worker(lifeline: Connection, notes: bool) -> None:
         signal.raise_signal(signal.SIGTERM)
 
     threading.Thread(target=watch, daemon=True).start()
-
-
-@contextmanager
-def interrupted_by_signals(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Let a handler of Ctrl-C (SIGINT) hear SIGTERM, and SIGHUP of a closed terminal, too.
-
-    Handlers that a program has set itself, or that `nohup` has, are kept, as are all outside of the main thread.
-    """
-    before = {}
-    if threading.current_thread() is threading.main_thread():
-        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-            number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
-                before[number] = signal.signal(number, handler)
-    try:
-        yield
-    finally:
-        for number, kept in before.items():
-            signal.signal(number, kept)

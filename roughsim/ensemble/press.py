@@ -1,4 +1,7 @@
-"""`press`: contact of a measured map itself, in place of random surfaces."""
+"""`press`: contact of a measured map itself, in place of random surfaces.
+
+T_flash is also computed by the direction of sliding, and relative to a Gaussian twin of the map.
+"""
 
 import hashlib
 from collections.abc import Mapping
@@ -7,14 +10,18 @@ from math import ceil, pi
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
 from roughsim import prediction
-from roughsim.ensemble.directions import by_direction
 from roughsim.ensemble.executors import Workers
-from roughsim.ensemble.run import begin, complete, fit, shown
+from roughsim.ensemble.run import begin, complete, shown
 from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
-from roughsim.pipeline import Problem, Solution
+from roughsim.observables.directions import flash_temperature_along
+from roughsim.observables.moments import measure
+from roughsim.pipeline import Problem, Solution, solve_problem
+from roughsim.planning.realization import largest_member
 from roughsim.results.description import MAP, QUARTERS
 from roughsim.results.folder import open_run
 from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
@@ -22,19 +29,25 @@ from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError, SceneSource
 from roughsim.scene.files import load_map
 from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
+from roughsim.show.text import note
 from roughsim.surface.topography import Topography
-from roughsim.surface.topography.periodic import band_limited, mirrored, overshoots
+from roughsim.surface.topography.periodic import (
+    band_limited,
+    gaussian_twin,
+    mirrored,
+    overshoots,
+    periodic_part,
+)
 
 _LEAST_SIDE = 64  # points of a map
 MOST_SIDE = 2048  # points per side of the contact of a map
 _PIXELS = 4  # per shortest wave of a map of few points, on the coarser of its grids
 _BYTES_PER_POINT = 64.0  # of the map with its mirror images
+_TWIN_STREAM = 2**32 - 1  # of the random phases of the twin; no level of a run has it
 _EDGES = {
     "mirror": "made periodic by its mirror images: no step, but the slope changes its sign at the edges",
     "tile": "repeated side by side: unequal opposite edges make a step, which carries load",
 }
-_ALL_WAVES = "all waves of the map; none are added beyond"
-_FEWER_WAVES = "too many points for the shortest waves; half the cut-off shows their effect"
 Edges = Literal["mirror", "tile"]
 
 
@@ -97,7 +110,7 @@ def press(
     for kind, home, cells, joined in parts:
         own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), max_realizations=len(cells)))
         numerics = _numerics(own, cells[0].grid, resolution, joined)
-        fit(allowed, [(own, numerics)])
+        allowed.fit(*largest_member(own, numerics), numerics.threads)
         numerics = begin(own, home, numerics, press={"of": kind, "edges": joined, "heights": digest})
         source = MapSource(kind, topography, tuple(cells), joined, loaded.sliding.direction, len(numerics.levels) - 1)
         begun.append(((own, numerics, home), source))
@@ -132,22 +145,15 @@ def _refuse(scene: Scene, grid: Grid, edges: str | None) -> None:
         )
 
 
-class Cell(NamedTuple):
-    """A periodic map."""
-
-    heights: Array  # m
-    grid: Grid
-
-
-def cell_of(heights: Array, grid: Grid, edges: str) -> Cell:
+def cell_of(heights: Array, grid: Grid, edges: str) -> Topography:
     """Return a map made periodic."""
-    if edges == "tile":
-        return Cell(heights, grid)
-    (nx, ny), (x, y) = grid.shape, grid.lengths
-    return Cell(mirrored(heights), Grid((2 * nx, 2 * ny), (2 * x, 2 * y)))
+    if edges == "mirror":
+        (nx, ny), (x, y) = grid.shape, grid.lengths
+        heights, grid = mirrored(heights), Grid((2 * nx, 2 * ny), (2 * x, 2 * y))
+    return Topography(heights, grid, periodic=True)
 
 
-def quarters(topography: Topography) -> list[Cell]:
+def quarters(topography: Topography) -> list[Topography]:
     """Return the four quarters of a map with their mirror images; of an odd number of points the last is left out."""
     nx, ny = (n // 2 for n in topography.grid.shape)
     dx, dy = topography.grid.spacing
@@ -191,9 +197,12 @@ def _numerics(scene: Scene, grid: Grid, resolution: Resolution, edges: str) -> N
         levels = [*lower, *levels]
     given = {key: getattr(scene.numerics, key) for key in ("tolerance", "precision", "threads", "keep_fields")}
     chosen: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    waves = "all waves of the map; none are added beyond"
+    if not whole:
+        waves = "too many points for the shortest waves; half the cut-off shows their effect"
     reasons = (
         Reason("surface", f"{grid.shape[0]} × {grid.shape[1]} points", _EDGES[edges]),
-        Reason("cut-off", f"{q_max:.3g} rad/m", _ALL_WAVES if whole else _FEWER_WAVES),
+        Reason("cut-off", f"{q_max:.3g} rad/m", waves),
         Reason("pixels", f"{pixels:g} and {2 * pixels:g} per shortest wave", "their difference gives the pixel error"),
         Reason("realizations", "1", "the map itself; its four quarters, pressed alike, give the scatter"),
     )
@@ -206,20 +215,71 @@ class MapSource:
 
     kind: str  # `MAP` or `QUARTERS`
     topography: Topography
-    cells: tuple[Cell, ...]
+    cells: tuple[Topography, ...]  # made periodic
     edges: str
     direction: float | None  # of sliding in the scene, radians
     last: int  # level of the directions
 
     def heights(self, problem: Problem) -> Array:
         """Return a cell with the waves of the level, m, on its grid."""
-        return band_limited(*self.cells[problem.index], problem.grid.shape, float(problem.spectrum.breaks[-1]))
+        cell = self.cells[problem.index]
+        return band_limited(cell.heights, cell.grid, problem.grid.shape, float(problem.spectrum.breaks[-1]))
 
     def about(self, level: int, problem: Problem, solution: Solution) -> dict[str, Any]:
         """Return the additions of the last level: T_flash by direction, and the share of the load beside spikes."""
         if level != self.last:
             return {}
-        ratios = by_direction(self.direction, self.topography, problem, solution, self.edges, twin=self.kind == MAP)
-        pressure = solution.contact.pressure
-        beside = overshoots(solution.heights, *self.cells[problem.index], float(problem.spectrum.breaks[-1]))
+        lay = self.topography.texture.lay
+        angles = {"along": lay, "across": (lay + 0.5 * pi) % pi}
+        if self.direction is not None:
+            angles["asked"] = self.direction
+        ratios: dict[str, Any] = {"angles": angles, "over_mean": over_mean(problem, solution, angles, self.edges)}
+        if self.kind == MAP:
+            note("the map and its Gaussian twin")
+            ratios["over_twin"] = _over_twin(problem, self.topography)
+        cell, pressure = self.cells[problem.index], solution.contact.pressure
+        beside = overshoots(solution.heights, cell.heights, cell.grid, float(problem.spectrum.breaks[-1]))
         return {DIRECTIONS: ratios, OVERSHOOT: float(pressure[beside].sum() / pressure.sum())}
+
+
+def over_mean(problem: Problem, solution: Solution, angles: dict[str, float], edges: str) -> dict[str, list[float]]:
+    """Return T_flash in each direction over the mean over all directions, at each speed, of one contact.
+
+    Mirror images turn an oblique lay to the other side. So of a mirrored cell the pressure on the map itself is
+    continued periodically: heat may have steps at the edges.
+    """
+    pressure = np.asarray(solution.contact.pressure, np.float64)
+    grid = problem.grid
+    if edges == "mirror":
+        nx, ny = (n // 2 for n in grid.shape)
+        x, y = (side / 2 for side in grid.lengths)
+        pressure = pressure[:nx, :ny].copy()
+        grid = Grid((nx, ny), (x, y))
+    mean = measure(replace(solution.contact, pressure=pressure), grid, problem.sliding).flash_temperature
+    result = {}
+    for name, angle in angles.items():
+        with np.errstate(invalid="ignore", divide="ignore"):  # 0/0 at rest
+            ratio = flash_temperature_along(pressure, grid, problem.sliding, angle) / mean
+        result[name] = np.where(np.isfinite(ratio), ratio, 1.0).tolist()
+    return result
+
+
+def _over_twin(problem: Problem, topography: Topography) -> list[float]:
+    """Return T_flash of a map over T_flash of its Gaussian twin, at each speed, by two solves.
+
+    The cell has the map's own sides, with pixels and cut-off of `problem`. A map that is not periodic is replaced by
+    its periodic part, so that both have the same |h(q⃗)| without a step, and without crossed lays.
+    """
+    own = topography.grid
+    heights = topography.heights if topography.periodic else periodic_part(topography.heights)
+    sides = zip(own.lengths, problem.grid.lengths, problem.grid.shape, strict=True)
+    nx, ny = (round(n * side / cell) for side, cell, n in sides)
+    grid = Grid((nx, ny), own.lengths)
+    rng = np.random.default_rng(np.random.SeedSequence(problem.seed, spawn_key=(_TWIN_STREAM,)))
+    q_max = float(problem.spectrum.breaks[-1])
+    temperatures = []
+    for surface in (heights, gaussian_twin(heights, rng)):
+        solved = solve_problem(replace(problem, grid=grid), heights=band_limited(surface, own, grid.shape, q_max))
+        temperatures.append(solved.observables.flash_temperature)
+    ratio: list[float] = (temperatures[0] / temperatures[1]).tolist()
+    return ratio

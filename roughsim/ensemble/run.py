@@ -108,11 +108,14 @@ def run(  # noqa: PLR0913  (each is an option)
         if until is not None:
             raise ValueError(f"target_error = {target_error} and until = {until} are both given; give one of them")
         until = {"flash_temperature": TARGET(target_error, "target_error")}
-    scene = aimed(as_scene(scene, changes), seed=seed, until=until, max_realizations=max_realizations)
+    scene = as_scene(scene, changes)
+    given: dict[str, Any] = {"seed": seed, "until": until, "max_realizations": max_realizations}
+    given = {key: value for key, value in given.items() if value is not None}
+    scene = replace(scene, ensemble=replace(scene.ensemble, **given))  # checked as in a file
     folder = Path(folder)
     with allowed, shown(progress and observer is None, "planning") as bar:
         if numerics is not None:
-            fit(allowed, [(scene, numerics)])  # before a folder is made
+            allowed.fit(*largest_member(scene, numerics), numerics.threads)  # before a folder is made
         numerics = begin(scene, folder, numerics)
         if bar is not None:
             bar.show("computing", 0.0, 0)
@@ -141,7 +144,8 @@ def complete(
 
     `claimed_in` is the folder of the claims, by default the first run. `source` replaces random surfaces.
     """
-    fit(workers, [(scene, numerics) for scene, numerics, _ in begun])
+    member, part = max(largest_member(scene, numerics) for scene, numerics, _ in begun)
+    workers.fit(member, part, begun[0][1].threads)
     runs = []
     with Claims(claimed_in or begun[0][2].absolute()) as claims:
         for scene, _, folder in begun:
@@ -155,25 +159,6 @@ def complete(
         for run in runs:
             remove_unfinished(run.folder, claims)
     return runs
-
-
-def fit(workers: Workers, begun: Sequence[tuple[Scene, Numerics]]) -> None:
-    """Lower the number of workers to the number for which memory suffices; ResolutionError if none fits."""
-    member, source = max(largest_member(scene, numerics) for scene, numerics in begun)
-    workers.fit(member, source, max(numerics.threads for _, numerics in begun))
-
-
-def aimed(
-    scene: Scene,
-    *,
-    seed: int | None = None,
-    until: Mapping[str, float | str] | None = None,
-    max_realizations: int | None = None,
-) -> Scene:
-    """Return a scene with another seed, targets and number of realizations, checked as in a file; None: its own."""
-    changes: dict[str, Any] = {"seed": seed, "until": until, "max_realizations": max_realizations}
-    changes = {key: value for key, value in changes.items() if value is not None}
-    return replace(scene, ensemble=replace(scene.ensemble, **changes))
 
 
 def begin(

@@ -1,75 +1,12 @@
-"""State of a run in words and as JSON: rounds, targets, processes, time left, and lost members."""
+"""State of a run in words: rounds, targets, processes, time left, and lost members."""
 
 from math import inf, isfinite
-from typing import Any
 
 from roughsim.estimate.rounds import WORK_SECONDS, work
 from roughsim.results.folder import left_out
 from roughsim.results.run import Run
-from roughsim.show.table import json_value
 from roughsim.show.text import clock
 from roughsim.store.claims import writer
-from roughsim.store.member_files import member_name
-
-
-def status_dict(run: Run) -> dict[str, Any]:
-    """Return the state of a run as JSON values: counts, targets, means at all speeds, seconds left.
-
-    `members`, `wanted` and `members_needed` are by level: those that count, of the current round, and to the end.
-    """
-    process = _refreshed(run)
-    missing = run.missing
-    rounds = run.rounds
-    result: dict[str, Any] = {
-        "folder": str(run.folder),
-        "writer": process,
-        "realizations": run.realizations,
-        "failed": run.failed,
-        "missing": missing,
-        "lost": [] if process else missing,  # no process computes them now
-        "damaged": [member_name(*key) for key in run.damaged],
-        "round": rounds.number + 1,
-        "members": list(run.counts),
-        "wanted": list(rounds.wanted),
-        "needed": run.needed[run.numerics.of_column(run.column(None))[0]],
-        "members_needed": list(run.needed),
-        "finished": run.finished,
-        "target_met": run.target_met,
-        "why": rounds.verdict.why if rounds.verdict else "",
-        "errors": {name: json_value(error) for name, error in run.total_errors.items()},
-        "seconds_left": seconds_left(run),
-        "until": run.until,
-        "max_realizations": run.max_realizations,
-        "speed": list(run.scene.speeds),
-        "estimates": {},
-    }
-    parts = ("mean", "half_width", "total_error", "unknown", "bias")
-    for name in _reported(run):
-        estimate = run.estimate(name)
-        result["estimates"][name] = {part: json_value(getattr(estimate, part)) for part in parts}
-    return result
-
-
-def status_lines(run: Run) -> list[str]:
-    """Return the state of a run as lines of text."""
-    _refreshed(run)
-    lines = [f"{run.folder}: {run.scene.title or 'untitled'}", state_line(run), *losses(run)]
-    for name in _reported(run):
-        lines += run.estimate(name).explain().splitlines()
-    return lines
-
-
-def _refreshed(run: Run) -> str | None:
-    """Return the processes that compute a run, as `writer`; if there are none, read the new members."""
-    process = writer(run.folder)
-    if process is None:
-        run.refresh()  # it may have ended since the run was opened: new members would count as missing
-    return process
-
-
-def _reported(run: Run) -> list[str]:
-    """Return the observables of the targets and the flash temperature; none before the first sound member."""
-    return list(dict.fromkeys((*run.until, "flash_temperature"))) if run.independent else []
 
 
 def losses(run: Run) -> list[str]:
@@ -85,7 +22,12 @@ def state_line(run: Run) -> str:
     """Return one line: progress of a run, the errors with their targets, and the processes that compute it."""
     if run.finished:
         return f"{run.extent}, {sum(run.counts)} members; finished: {outcome(run)}"
-    return f"{run.extent}, {round_text(run)}; {at_work(writer(run.folder))}, {time_left(run)}"
+    wanted = run.rounds.wanted
+    there = sum(min(run.members.available[level], count) for level, count in enumerate(wanted))
+    current = f"round {run.rounds.number + 1}: {there} of {sum(wanted)} members{_errors_text(run)}"
+    seconds = seconds_left(run)
+    left = "time left not known yet" if seconds is None else f"about {clock(seconds)} of computing left"
+    return f"{run.extent}, {current}; {at_work(writer(run.folder))}, {left}"
 
 
 def at_work(process: str | None) -> str:
@@ -97,13 +39,6 @@ def outcome(run: Run) -> str:
     """Return the reason of the end of a run, with the errors and their targets."""
     why = run.rounds.verdict.why if run.rounds.verdict else ""
     return ("target not reached: " if run.until and not run.target_met else "") + why + _errors_text(run)
-
-
-def round_text(run: Run) -> str:
-    """Return the current round, the number of its members that are stored, and the errors after the last one."""
-    wanted = run.rounds.wanted
-    there = sum(min(run.members.available[level], count) for level, count in enumerate(wanted))
-    return f"round {run.rounds.number + 1}: {there} of {sum(wanted)} members{_errors_text(run)}"
 
 
 def _errors_text(run: Run) -> str:
@@ -146,9 +81,3 @@ def expected_seconds(run: Run) -> float:
         return inf
     left = [max(count - there, 0) for count, there in zip(run.rounds.wanted, run.members.available, strict=True)]
     return WORK_SECONDS * sum(count * work(run.numerics, level) for level, count in enumerate(left))
-
-
-def time_left(run: Run) -> str:
-    """Return the time left in words."""
-    seconds = seconds_left(run)
-    return "time left not known yet" if seconds is None else f"about {clock(seconds)} of computing left"

@@ -8,7 +8,7 @@ import re
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,16 +29,15 @@ _UNFINISHED = re.compile(rf"\.(?:({MEMBER_NAME.pattern})\.h5|run\.json|scene\.to
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignment:
-    """A member, the runs that need it, and the job of each."""
+    """A member, and the runs that need it."""
 
     level: int
     index: int
     runs: list[Run]
-    jobs: list[Job]
 
     def missing(self) -> list[Path]:
         """Return the files of the member that this process does not see."""
-        paths = [member_path(job.folder, self.level, self.index) for job in self.jobs]
+        paths = [member_path(run.folder, self.level, self.index) for run in self.runs]
         return [path for path in paths if not path.exists()]
 
 
@@ -65,7 +64,6 @@ class Tasks:
     claims: Claims  # on a member of all of the runs
     observer: Callable[[Run], None] | None = None
     source: Source | None = None  # None: random surfaces
-    _jobs: dict[tuple[Path, int], Job] = field(default_factory=dict)  # by run and level: the problems take time
 
     @property
     def unfinished(self) -> list[Run]:
@@ -75,36 +73,35 @@ class Tasks:
     def complete(self, workers: Workers) -> None:
         """Compute members until all runs have ended; RuntimeError if workers die repeatedly."""
         failures = 0
-        stored = self._stored()
         while self.unfinished:
+            before = sum(len(run.members) for run in self.runs)
             try:
                 self._work(workers)
             except (BrokenExecutor, CancelledError) as error:
                 workers.replace_broken(error)
                 self._refresh(self.runs)
-                failures = 1 if self._stored() > stored else failures + 1
-                stored = self._stored()
+                stored = sum(len(run.members) for run in self.runs) > before
+                failures = 1 if stored else failures + 1
                 if failures > RETRIES:
                     raise RuntimeError(
                         f"workers died {failures} times without storing a member; check memory and disk, and try "
                         "fewer workers"
                     ) from error
 
-    def _stored(self) -> int:
-        return sum(len(run.members) for run in self.runs)
-
     def _work(self, workers: Workers) -> None:
         """Keep an executor busy until all runs have ended."""
         pending: dict[Future[str], Assignment] = {}
         try:
             while self.unfinished:
-                workers.raise_interrupt()
+                if workers.interrupted:  # Python has dropped the exception, as in the callback of a weak reference
+                    raise KeyboardInterrupt
                 executor = workers.executor(sum(expected_seconds(run) for run in self.unfinished))
                 while len(pending) < workers.in_flight:
                     assignment = self._next(idle=len(pending) < workers.count)
                     if assignment is None:
                         break
-                    pending[_submit(executor, assignment)] = assignment
+                    jobs = [job_of(run, assignment.level, self.source) for run in assignment.runs]
+                    pending[_submit(executor, jobs, assignment.index)] = assignment
                 wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
                 done = [future for future in pending if future.done()]  # `wait` may omit cancelled ones
                 for future in done:
@@ -113,7 +110,7 @@ class Tasks:
                 if not done:
                     time.sleep(0.0 if pending else PAUSE)
                     self._refresh(self.runs)  # members of other processes
-            if workers.own:
+            if workers.given is None:
                 wait([future for future in pending if not future.cancel()])  # members ahead that have begun
         finally:
             for future in pending:
@@ -123,18 +120,16 @@ class Tasks:
     def _next(self, *, idle: bool) -> Assignment | None:
         """Claim a member of the round, or, for an idle worker, of a later one; None if all are taken."""
         for ahead in (False, True) if idle else (False,):
-            for level, index, runs in self._lacking(ahead):
-                if not self.claims.take(member_name(level, index)):
+            for assignment in self._lacking(ahead):
+                if not self.claims.take(member_name(assignment.level, assignment.index)):
                     continue
-                jobs = [self._job(run, level) for run in runs]
-                assignment = Assignment(level, index, runs, jobs)
                 if assignment.missing():
                     return assignment
                 self._count(assignment, "another host")  # stored by another process meanwhile
         return None
 
-    def _lacking(self, ahead: bool) -> Iterator[tuple[int, int, list[Run]]]:
-        """Yield level and index of the members of the round that some runs lack, with these runs.
+    def _lacking(self, ahead: bool) -> Iterator[Assignment]:
+        """Yield the members of the round that some runs lack.
 
         The largest grids come first, so that the round ends evenly. With `ahead`, the members to the end of the runs,
         the level that grows most first.
@@ -151,14 +146,7 @@ class Tasks:
             for index in spans[level]:
                 runs = [run for run, counts in wanted if index < counts[level] and (level, index) not in run.members]
                 if runs:
-                    yield level, index, runs
-
-    def _job(self, run: Run, level: int) -> Job:
-        """Return the job of a level of a run."""
-        key = run.folder, level
-        if key not in self._jobs:
-            self._jobs[key] = job_of(run, level, self.source)
-        return self._jobs[key]
+                    yield Assignment(level, index, runs)
 
     def _count(self, assignment: Assignment, host: str) -> None:
         """Read the files of a computed member, and release its claim; a file system may show them late."""
@@ -185,13 +173,13 @@ class Tasks:
                 self.observer(run)
 
 
-def _submit(executor: Executor, assignment: Assignment) -> Future[str]:
-    """Hand an assignment to an executor; BrokenExecutor if it takes none, whatever its own class of error.
+def _submit(executor: Executor, jobs: list[Job], index: int) -> Future[str]:
+    """Hand a member to an executor; BrokenExecutor if it takes none, whatever its own class of error.
 
     TypeError if the executor returns no future of concurrent.futures, as a client of dask.
     """
     try:
-        future: Any = executor.submit(store_members, assignment.jobs, assignment.index)
+        future: Any = executor.submit(store_members, jobs, index)
     except BrokenExecutor:
         raise
     except Exception as error:

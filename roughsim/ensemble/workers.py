@@ -59,87 +59,66 @@ def store_members(jobs: list[Job], index: int) -> str:
                 f"a worker on {host} does not see {job.folder}: it was moved, or the file system is not shared; name a "
                 f"run folder that all workers see"
             )
-        solved = _store_member(job, index, solved)
+        problem = replace(job.problem, index=index)
+        fourier.set_threads(problem.threads)
+        try:
+            with warnings.catch_warnings():
+                # the plan has stated how much of the spectrum the cell leaves out
+                warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
+                if isinstance(problem, Problem):
+                    member, solved = _contact_member(job, problem, solved)
+                else:
+                    member = _slide_member(job, problem)
+        except ConvergenceError as error:
+            provenance = {"residual": error.residual, "iterations": error.iterations, "seconds": {}}
+            member = Member(job.level, index, failure=str(error), provenance=provenance)
+        provenance = {
+            **member.provenance,
+            **job.provenance,
+            "seed": problem.seed,
+            "stream": problem.stream,
+            "threads": problem.threads,
+            "versions": versions(),  # of this worker
+            "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+        }
+        write_member(job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance))
     return host
 
 
-def _store_member(job: Job, index: int, before: list[Solved]) -> list[Solved]:
-    """Compute one member and write its file; return its solved contacts, or `before` if it has none."""
-    problem = replace(job.problem, index=index)
-    solved = before
-    fourier.set_threads(problem.threads)
-    try:
-        with warnings.catch_warnings():
-            # the plan has stated how much of the spectrum the cell leaves out
-            warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
-            if isinstance(problem, Problem):
-                solved = _solve(job, problem, before)
-                member = _contact_member(job, *solved)
-            else:
-                member = _slide_member(job, problem)
-    except ConvergenceError as error:
-        provenance = {"residual": error.residual, "iterations": error.iterations, "seconds": {}}
-        member = Member(job.level, index, failure=str(error), provenance=provenance)
-    provenance = {
-        **member.provenance,
-        **job.provenance,
-        "seed": problem.seed,
-        "stream": problem.stream,
-        "threads": problem.threads,
-        "versions": versions(),  # of this worker
-        "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-    }
-    write_member(job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance))
-    return solved
+def _contact_member(job: Job, problem: Problem, before: list[Solved]) -> tuple[Member, list[Solved]]:
+    """Solve a level, and the level below it on the same surface; return the member and both contacts.
 
-
-def _solve(job: Job, problem: Problem, before: list[Solved]) -> list[Solved]:
-    """Solve a level, and the level below it on the same surface; reuse equal contacts solved `before`."""
-    problems = [problem]
-    if job.below is not None:
-        problems.append(replace(job.below, index=problem.index))
+    Equal contacts solved `before` are reused.
+    """
+    problems = [problem] if job.below is None else [problem, replace(job.below, index=problem.index)]
     solved: list[Solved] = []
+    moments = []
+    accuracy = []
     for k, one in enumerate(problems):
         heights = None if job.source is None else job.source.heights(one)
-        known = before[k] if k < len(before) else None
-        solved.append((one, solve_problem(one, known, heights)))
-    return solved
-
-
-def _contact_member(job: Job, main: Solved, below: Solved | None = None) -> Member:
-    """Return the member of a contact, with the moments of the level below."""
-    problem, solution = main
-    fields = {}
-    if problem.index < job.keep_fields:
-        fields = {"heights": solution.heights, "pressure": solution.contact.pressure}
-    seconds = dict(solution.seconds)
-    provenance: dict[str, Any] = {
-        "residual": solution.contact.residual,
-        "iterations": solution.contact.iterations,
-    }
-    if below is not None:
-        lower = below[1]
-        seconds = {stage: value + lower.seconds[stage] for stage, value in seconds.items()}
-        provenance["below"] = {"residual": lower.contact.residual, "iterations": lower.contact.iterations}
+        solution = solve_problem(one, before[k] if before else None, heights)
+        solved.append((one, solution))
+        spectrum, distribution = solution.observables.stress_spectrum, solution.distribution
+        bins = None if distribution is None else distribution.bins
+        moments.append(Moments(stored_numbers(solution), spectrum.wavenumber, spectrum.variance, bins))
+        accuracy.append({"residual": solution.contact.residual, "iterations": solution.contact.iterations})
+    main = solved[0][1]
+    provenance: dict[str, Any] = {**accuracy[0]}
+    if job.below is not None:
+        provenance["below"] = accuracy[1]
     if job.source is not None:
-        provenance |= job.source.about(job.level, problem, solution)
-    return Member(
+        provenance |= job.source.about(job.level, problem, main)
+    provenance["seconds"] = {stage: sum(one.seconds[stage] for _, one in solved) for stage in main.seconds}
+    kept = {"heights": main.heights, "pressure": main.contact.pressure} if problem.index < job.keep_fields else {}
+    member = Member(
         job.level,
         problem.index,
-        **_moments(solution)._asdict(),
-        below=None if below is None else _moments(below[1]),
-        fields={name: values.astype(np.float32) for name, values in fields.items()},
+        moments=tuple(moments),
+        fields={name: values.astype(np.float32) for name, values in kept.items()},
         speeds=job.speeds,
-        provenance=provenance | {"seconds": seconds},
+        provenance=provenance,
     )
-
-
-def _moments(solution: Solution) -> Moments:
-    """Return the stored numbers of a contact."""
-    distribution = solution.distribution
-    spectrum = solution.observables.stress_spectrum
-    bins = None if distribution is None else distribution.bins
-    return Moments(stored_numbers(solution), spectrum.wavenumber, spectrum.variance, bins)
+    return member, solved
 
 
 def _slide_member(job: Job, problem: "SlideProblem") -> Member:
@@ -150,10 +129,7 @@ def _slide_member(job: Job, problem: "SlideProblem") -> Member:
     return Member(
         job.level,
         problem.index,
-        numbers=solution.numbers,
-        wavenumber=solution.wavenumber,
-        spectrum=solution.spectrum,
-        bins=solution.bins,
+        moments=(Moments(solution.numbers, solution.wavenumber, solution.spectrum, solution.bins),),
         curves=solution.curves,
         fields=solution.film.fields() if solution.film else {},
         speeds=job.speeds,

@@ -3,9 +3,12 @@
 from dataclasses import dataclass
 from typing import Any
 
-from roughsim.ensemble.status import at_work, status_dict, status_lines
+from roughsim.ensemble.status import at_work, losses, seconds_left, state_line
 from roughsim.outputs.opened import Folder, opened
+from roughsim.results.run import Run
+from roughsim.show.table import json_value
 from roughsim.store.claims import writer
+from roughsim.store.member_files import member_name
 from roughsim.studies.study import Study
 
 
@@ -35,8 +38,50 @@ def status(run: Folder) -> Status:
     record = opened(run, "skip")
     if isinstance(record, Study):
         return Status("\n".join([str(record), *_at_work(record)]), record.to_dict())
-    values = status_dict(record)
-    return Status("\n".join(status_lines(record)), values)
+    values = _values(record)
+    lines = [f"{record.folder}: {record.scene.title or 'untitled'}", state_line(record), *losses(record)]
+    if record.independent:  # there is a sound member
+        for name in dict.fromkeys((*record.until, "flash_temperature")):
+            estimate = record.estimate(name)
+            lines += estimate.explain().splitlines()
+            parts = ("mean", "half_width", "total_error", "unknown", "bias")
+            values["estimates"][name] = {part: json_value(getattr(estimate, part)) for part in parts}
+    return Status("\n".join(lines), values)
+
+
+def _values(run: Run) -> dict[str, Any]:
+    """Return the state of a run as JSON values: counts, targets, seconds left.
+
+    `members`, `wanted` and `members_needed` are by level: those that count, of the current round, and to the end.
+    """
+    process = writer(run.folder)
+    if process is None:
+        run.refresh()  # it may have ended since the run was opened: new members would count as missing
+    missing = run.missing
+    rounds = run.rounds
+    return {
+        "folder": str(run.folder),
+        "writer": process,
+        "realizations": run.realizations,
+        "failed": run.failed,
+        "missing": missing,
+        "lost": [] if process else missing,  # no process computes them now
+        "damaged": [member_name(*key) for key in run.damaged],
+        "round": rounds.number + 1,
+        "members": list(run.counts),
+        "wanted": list(rounds.wanted),
+        "needed": run.needed[run.numerics.of_column(run.column(None))[0]],
+        "members_needed": list(run.needed),
+        "finished": run.finished,
+        "target_met": run.target_met,
+        "why": rounds.verdict.why if rounds.verdict else "",
+        "errors": {name: json_value(error) for name, error in run.total_errors.items()},
+        "seconds_left": seconds_left(run),
+        "until": run.until,
+        "max_realizations": run.max_realizations,
+        "speed": list(run.scene.speeds),
+        "estimates": {},
+    }
 
 
 def _at_work(study: Study) -> list[str]:

@@ -68,7 +68,7 @@ def read_film(run: Run, index: int) -> MemberFilm:
     if level is None or index not in filmed(run):
         raise no_film(run, index)
     path = member_path(run.folder, level, index)
-    member = read_member(path, with_fields=True)
+    member = read_member(path, film.FIELDS)
     if missing := [name for name in film.FIELDS if name not in member.fields]:
         raise RecordError(f"{path} holds a film without {missing[0]}: it is damaged; move it out of the folder")
     maps = film.Film(*(member.fields[name] for name in film.FIELDS))

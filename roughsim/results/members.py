@@ -98,7 +98,7 @@ class Members(dict[Key, Member]):
 
     def _checked(self, path: Path) -> Member:
         """Read a file and check that it belongs to this run; errors as `take`."""
-        member = read_member(path, with_fields=self._treatment == "redo")
+        member = read_member(path, FIELDS if self._treatment == "redo" else ())
         provenance, grid = member.provenance, self.numerics.grid(member.level)
         if not {*provenance} >= _KNOWN or _identity_of(provenance) != self._identity:
             raise damaged(path, "is of another run: its scene, seed or numerics differ")
@@ -219,6 +219,6 @@ def _identity_of(description: Mapping[str, Any]) -> list[Any]:
 def _move_aside(path: Path, error: RecordError) -> None:
     """Move a damaged file into the folder "damaged", with a warning."""
     with suppress(FileNotFoundError):  # another process has moved it
-        kept = set_aside(path)
+        kept = set_aside(path, path.parent.parent / "damaged")
         fault = str(error).partition(";")[0]
         warnings.warn(f"{fault}; it was moved to {kept} and is done again", RuntimeWarning, stacklevel=5)

@@ -78,7 +78,7 @@ def have_distribution(members: Members) -> bool:
     if level is None:
         return False
     indices = members.sound(level)
-    return bool(indices) and all(members[level, index].bins is not None for index in indices)
+    return bool(indices) and all(members[level, index].moments[0].bins is not None for index in indices)
 
 
 def _sound(members: Members) -> tuple[int, list[int]]:

@@ -24,7 +24,7 @@ RENEWAL = 2.0  # s between two signs of life
 POINTS = "points"  # folder of the runs of a study
 PLAN = "plan"  # claim of the process that plans the points of a study
 _PROCESS = re.compile(r"process-([\w.-]{1,200})")
-_CLAIM = re.compile(rf"{MEMBER_NAME.pattern}|{PLAN}")
+_FILE = re.compile(rf"{_PROCESS.pattern}|{MEMBER_NAME.pattern}|{PLAN}")
 _SIGN = re.compile(r"\d+\n(?P<host>[\w.-]+) (?P<pid>\d{1,9}) (?P<space>.+)\n")  # content of the file of a process
 _silent: dict[Path, str] = {}  # files of processes for which `writer` waited in vain, with their content
 
@@ -50,8 +50,8 @@ class Claims:
             self.sign(0)
         except OSError as error:
             self._go_on_without(error)
-        for path in _listed(self.folder, _PROCESS):
-            self._is_silent(path)  # from now on its silence counts
+        for path in _listed(self.folder, _FILE):
+            self._is_stale(path)  # from now on its silence counts
         self._thread.start()
         return self
 
@@ -62,9 +62,8 @@ class Claims:
         self._thread.join()
         with suppress(OSError):  # other processes may be quicker, or at work in the folder
             self.path.unlink(missing_ok=True)
-            gone = [path for path in _listed(self.folder, _CLAIM) if self._is_stale(path)]
-            gone += [path for path in _listed(self.folder, _PROCESS) if self._is_silent(path)]
-            for path in gone:
+            stale = [path for path in _listed(self.folder, _FILE) if self._is_stale(path)]
+            for path in stale:
                 path.unlink(missing_ok=True)
             self.folder.rmdir()
 
@@ -129,12 +128,13 @@ class Claims:
         return path.exists() and claim not in self.held and not self._is_stale(path)
 
     def _is_stale(self, path: Path) -> bool:
-        """Whether the process that made a claim has ended; a claim without a name is stale after a lease."""
-        owner = f"process-{_start_of(path)}"
-        return self._is_silent(self.folder / owner if _PROCESS.fullmatch(owner) else path)
+        """Whether the process of a file has ended: silent for a lease, or not among those of this machine.
 
-    def _is_silent(self, path: Path) -> bool:
-        """Whether a file has had the same content for a lease, or is of a process that has ended for certain."""
+        It is the process that a claim names. A claim without a name is stale after a lease.
+        """
+        owner = f"process-{_start_of(path)}"
+        if _PROCESS.fullmatch(owner):
+            path = self.folder / owner
         content, now = _start_of(path), time.monotonic()
         if path.name not in self._seen or self._seen[path.name][0] != content:
             self._seen[path.name] = content, now
@@ -159,33 +159,25 @@ def writer(run_folder: Path) -> str | None:
     """
     home = run_folder.absolute()
     homes = [home, home.parent.parent] if home.parent.name == POINTS else [home]
-    first = {path: _start_of(path) for home in homes for path in _listed(home / "claims", _PROCESS)}
-    signs = [_SIGN.fullmatch(first[path]) for path in _renewed(first)]
-    signed = [sign for sign in signs if sign is not None]
-    if not signed:
-        return None
-    hosts = sorted({sign["host"] for sign in signed})
-    if len(signed) == 1:
-        return f"process {signed[0]['pid']} on {hosts[0]}"
-    return f"{len(signed)} processes on {hosts[0] if len(hosts) == 1 else f'{len(hosts)} hosts'}"
-
-
-def _renewed(first: dict[Path, str]) -> set[Path]:
-    """Wait until each file has changed since its `first` content or its process has ended; return the changed ones.
-
-    Files that have the content with which they were waited for in vain are not waited for again.
-    """
-    waiting = {path for path, content in first.items() if _silent.get(path) != content}
-    renewed = set[Path]()
+    waiting = {path: _start_of(path) for home in homes for path in _listed(home / "claims", _PROCESS)}
+    waiting = {path: content for path, content in waiting.items() if content not in ("", _silent.get(path))}
+    signs = []
     end = time.monotonic() + 3.0 * RENEWAL
     while waiting and time.monotonic() < end:
-        now = {path: _start_of(path) for path in waiting}
-        renewed |= {path for path, content in now.items() if content not in ("", first[path])}
-        waiting -= renewed | {path for path, content in now.items() if not content or _has_ended(content)}
-        if waiting:
-            time.sleep(0.05)
-    _silent.update({path: first[path] for path in waiting})
-    return renewed
+        for path, before in list(waiting.items()):
+            content = _start_of(path)
+            if content != before or _has_ended(content):
+                del waiting[path]
+            if content != before and (sign := _SIGN.fullmatch(content)):
+                signs.append(sign)
+        time.sleep(0.05 if waiting else 0.0)
+    _silent.update(waiting)
+    if not signs:
+        return None
+    hosts = sorted({sign["host"] for sign in signs})
+    if len(signs) == 1:
+        return f"process {signs[0]['pid']} on {hosts[0]}"
+    return f"{len(signs)} processes on {hosts[0] if len(hosts) == 1 else f'{len(hosts)} hosts'}"
 
 
 def process_space() -> str:
@@ -204,10 +196,8 @@ def _has_ended(content: str) -> bool:
         return False
     try:
         os.kill(int(sign["pid"]), 0)
-    except ProcessLookupError:
-        return True
-    except OSError:
-        return False
+    except OSError as error:
+        return isinstance(error, ProcessLookupError)
     return False
 
 

@@ -118,13 +118,11 @@ def not_readable(path: Path, error: OSError) -> OSError:
     return OSError(error.errno, f"{path} cannot be read now ({reason}); nothing was changed; {advice}")
 
 
-def set_aside(path: Path, folder: Path | None = None) -> Path:
+def set_aside(path: Path, folder: Path) -> Path:
     """Move a damaged file to a free name in a folder, and return its new path.
 
-    Left out, the folder is RUN/damaged of a file RUN/realizations/NAME. OSError if the disk refuses; FileNotFoundError
-    if another process has moved the file.
+    OSError if the disk refuses; FileNotFoundError if another process has moved the file.
     """
-    folder = folder or path.parent.parent / "damaged"
     folder.mkdir(exist_ok=True)
     for number in count():
         kept = folder / (f"{path.stem}-{number}{path.suffix}" if number else path.name)

@@ -29,9 +29,8 @@ from roughsim.store.disk import DamagedError, place_bytes, read_bytes
 
 FORMAT = 5  # of members and of run.json
 AGAIN = "repeat the command that made the folder"  # advice on a lost member
-STAGES = ("surface", "contact", "observables")  # of the pipeline: the seconds of each are stored
 MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
-_SEAL = re.compile(rb"\nroughsim (L(\d+)-(\d{6,})\.h5) sha256 ([0-9a-f]{64})\n\Z")
+_DIGEST = 65  # bytes at the end: SHA-256 of all before, as text, and the end of the line
 
 
 class Kind(NamedTuple):
@@ -72,12 +71,12 @@ KINDS = {
 
 
 class Moments(NamedTuple):
-    """Moments of one contact: numbers, (speeds,) or (1,), the stress spectrum, Pa², over q, rad/m, and its bins."""
+    """Moments of one contact; temperatures with all heat in the moving body."""
 
-    numbers: dict[str, Array]
-    wavenumber: Array
-    spectrum: Array
-    bins: Bins | None = None  # of the contact area, (speeds, bins)
+    numbers: dict[str, Array]  # (speeds,) or (1,)
+    wavenumber: Array  # rad/m
+    spectrum: Array  # radial stress spectrum: shares of the pressure variance, Pa²
+    bins: Bins | None = None  # of the contact area, (speeds, bins), if the scene asks for them
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,13 +86,7 @@ class Member:
     level: int
     index: int  # of the realization
     failure: str = ""  # why there are no numbers; empty for a sound member
-    # over speed, or of one entry; temperatures with all heat in the moving body
-    numbers: dict[str, Array] = field(default_factory=dict)
-    # the radial stress spectrum over the wavenumber, rad/m: shares of the pressure variance, Pa²
-    wavenumber: Array = field(default_factory=lambda: np.empty(0))
-    spectrum: Array = field(default_factory=lambda: np.empty(0))
-    bins: Bins | None = None  # of the contact area, (speeds, bins), if the scene asks for them
-    below: Moments | None = None  # the same of the level below, on the same surface
+    moments: tuple[Moments, ...] = ()  # of its level, and of the level below on the same surface; none of a failure
     curves: dict[str, Array] = field(default_factory=dict)  # over the slid distance, of the column "sliding" only
     # heights, m, and pressure, Pa, or the film of a slide, if they are kept
     fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
@@ -103,12 +96,9 @@ class Member:
     kept: dict[str, tuple[int, ...]] = field(default_factory=dict)  # shapes of the fields in its file, by name
 
     @property
-    def moments(self) -> list[Moments]:
-        """Moments of its level, and of the level below on the same surface; none of a failure."""
-        if self.failure:
-            return []
-        own = Moments(self.numbers, self.wavenumber, self.spectrum, self.bins)
-        return [own] if self.below is None else [own, self.below]
+    def numbers(self) -> dict[str, Array]:
+        """The numbers of its level; none of a failure."""
+        return self.moments[0].numbers if self.moments else {}
 
 
 def member_name(level: int, index: int) -> str:
@@ -133,17 +123,31 @@ def write_member(folder: Path, member: Member) -> None:
     place_bytes(path, content, seal, f"{digest.hexdigest()}\n".encode())
 
 
-def read_member(path: Path, with_fields: bool = False) -> Member:
-    """Read a member's file after a check of all its bytes.
+def read_member(path: Path, fields: Iterable[str] = ()) -> Member:
+    """Read a member's file, with some of its kept fields, after a check of all its bytes.
 
     RecordError, naming the file, if it is damaged or of another format. OSError if it cannot be read now.
     """
-    return _opened(path, tuple(FIELDS) if with_fields else ())
+    import h5py
+
+    content = read_bytes(path)
+    digest = hashlib.sha256(memoryview(content)[:-_DIGEST]).hexdigest()
+    if content[-_DIGEST:] != f"{digest}\n".encode():
+        raise damaged(path, "is damaged (its SHA-256 does not match)")
+    try:
+        with h5py.File(io.BytesIO(content), "r") as file:
+            return _member_of(path, file, fields)
+    except RecordError:
+        raise
+    except MemoryError as error:  # on a larger machine it may be readable
+        raise RecordError(f"{path}: {error}; nothing was read") from error
+    except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, RecursionError) as error:
+        raise damaged(path, f"is damaged ({error})") from error
 
 
 def read_field(path: Path, name: str) -> NDArray[np.float32]:
     """Read one kept field of a member's file after a check of all bytes; errors as for `read_member`."""
-    values = _opened(path, (name,)).fields.get(name)
+    values = read_member(path, (name,)).fields.get(name)
     if values is None:
         raise damaged(path, f"is damaged (it has no {name})")
     return values
@@ -165,25 +169,13 @@ def check_format(path: Path, version: int, provenance: Any) -> None:
         raise RecordError(f"{path} has the older format {version}; read or export it with {writer}")
 
 
-def _check_seal(path: Path, content: bytes) -> None:
-    """Refuse bytes that do not match their seal, or a file with another name than in its seal."""
-    seal = _SEAL.search(content, max(content.rfind(b"\nroughsim "), 0))
-    if seal is None:
-        raise damaged(path, "is damaged (its last line with the SHA-256 is missing)")
-    name, level, index, digest = (part.decode() for part in seal.groups())
-    if hashlib.sha256(memoryview(content)[: seal.start(4)]).hexdigest() != digest:
-        raise damaged(path, "is damaged (its SHA-256 does not match)")
-    if name != path.name:
-        raise damaged(path, f"is damaged (it holds level {int(level)}, index {int(index)}, unlike its name)")
-
-
 def _fill(file: Any, member: Member) -> None:
     """Store a member in a new HDF5 file."""
     from roughsim.store.hdf5 import write_arrays
 
     header = {name: getattr(member, name) for name in ("level", "index", "failure", "lengths", "speeds", "provenance")}
     header |= {name: list(getattr(member, name)) for name in ("numbers", "curves", "fields")}
-    if member.bins is not None:
+    if member.moments and member.moments[0].bins is not None:
         header["bins"] = list(BINS)
     file.attrs["header"] = json.dumps({"format_version": FORMAT, **header})
     labelled = []
@@ -198,7 +190,7 @@ def _fill(file: Any, member: Member) -> None:
 def _arrays_of(member: Member) -> Iterator[tuple[str, NDArray[Any]]]:
     """Yield the arrays of a member with their names, each after its axes."""
     if moments := member.moments:
-        wavenumber, of_below = member.wavenumber, moments[-1].wavenumber
+        wavenumber, of_below = moments[0].wavenumber, moments[-1].wavenumber
         if not np.array_equal(of_below, wavenumber[: len(of_below)]):  # a small grid has entries of its own
             wavenumber = np.union1d(wavenumber, of_below)
         numbers = np.full((len(moments), len(member.numbers), len(member.speeds)), np.nan)
@@ -214,9 +206,9 @@ def _arrays_of(member: Member) -> Iterator[tuple[str, NDArray[Any]]]:
         yield "numbers", numbers
         yield "wavenumber", wavenumber
         yield "stress_spectrum", spectra
-        if member.bins is not None:
+        of_levels = [each.bins for each in moments if each.bins is not None]
+        if of_levels:
             yield "contact_area", BIN_AREAS
-            of_levels = [each.bins for each in moments if each.bins is not None]
             for name, values in zip(BINS, zip(*of_levels, strict=True), strict=True):
                 yield name, np.array(values)
     yield from member.curves.items()
@@ -240,23 +232,6 @@ def _show(file: Any, names: list[str]) -> None:
         shown[name] = file[name]
 
 
-def _opened(path: Path, fields: Iterable[str]) -> Member:
-    """Return the member of a file with a valid seal, and the given fields; errors as for `read_member`."""
-    import h5py
-
-    content = read_bytes(path)
-    _check_seal(path, content)
-    try:
-        with h5py.File(io.BytesIO(content), "r") as file:
-            return _member_of(path, file, fields)
-    except RecordError:
-        raise
-    except MemoryError as error:  # on a larger machine it may be readable
-        raise RecordError(f"{path}: {error}; nothing was read") from error
-    except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, RecursionError) as error:
-        raise damaged(path, f"is damaged ({error})") from error
-
-
 def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
     """Return the member in an open file; RecordError for another format, other errors if no writer made the file.
 
@@ -271,23 +246,25 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
     # older headers have no version: it stood beside them
     check_format(path, int(header.get("format_version", FORMAT - 1)), header.get("provenance"))
     level, index = (int(number) for number in path.stem[1:].split("-"))
-    _check_header(header, level, index)
+    if [header["level"], header["index"]] != [level, index]:
+        raise ValueError(f"it holds level {header['level']!r}, index {header['index']!r}, unlike its name")
     failure, provenance = header["failure"], header["provenance"]
+    # a member has either a failure or numbers
+    if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(header["numbers"]):
+        raise ValueError("its header is none that a writer of this format makes")
     speeds = tuple(float(speed) for speed in header["speeds"])
     length_x, length_y = (float(length) for length in header["lengths"])
-    own, below = Moments({}, np.empty(0), np.empty(0)), None
+    moments: tuple[Moments, ...] = ()
     if not failure:
         arrays = [read_array(opened(name), np.float64) for name in ("numbers", "wavenumber", "stress_spectrum")]
         bins = [read_array(opened(name), np.float64) for name in BINS if "bins" in header]
-        own, *rest = _moments(header["numbers"], len(speeds), arrays, bins)
-        below = rest[0] if rest else None
+        moments = tuple(_moments(header["numbers"], len(speeds), arrays, bins))
     kept = {name: opened(name) for name in header["fields"] if name in FIELDS}
     return Member(
         level,
         index,
         failure,
-        *own,
-        below,
+        moments,
         {name: read_array(opened(name), np.float64) for name in header["curves"] if name in CURVES},
         {name: read_array(kept[name], np.float32) for name in kept if name in fields},
         (length_x, length_y),
@@ -295,17 +272,6 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
         provenance,
         {name: dataset.shape for name, dataset in kept.items()},
     )
-
-
-def _check_header(header: dict[str, Any], level: int, index: int) -> None:
-    """Refuse a header of another member, or one that no writer of this format makes: ValueError."""
-    if [header["level"], header["index"]] != [level, index]:
-        raise ValueError(f"it holds level {header['level']!r}, index {header['index']!r}, unlike its name")
-    failure = header["failure"]
-    if not isinstance(header["provenance"], dict) or not isinstance(failure, str):
-        raise ValueError("its header is none that a writer of this format makes")
-    if bool(failure) == bool(header["numbers"]):  # a member has either a failure or numbers
-        raise ValueError("its header is none that a writer of this format makes")
 
 
 def _moments(names: list[str], speeds: int, arrays: Sequence[Array], bins: Sequence[Array]) -> Iterator[Moments]:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from roughsim import prediction
 from roughsim.ensemble.executors import Workers
-from roughsim.ensemble.run import aimed, begin, complete
+from roughsim.ensemble.run import begin, complete
 from roughsim.planning.plan import plan
 from roughsim.planning.sliding import with_common_slide
 from roughsim.results.description import folder_state, read_description
@@ -115,7 +115,8 @@ def study(
             refuse_other(folder, description)  # which another process may have begun meanwhile
             refuse_exchanged(folder, description)
             if target is not None:
-                points = {name: aimed(each, until={"flash_temperature": target}) for name, each in points.items()}
+                until = (("flash_temperature", target),)
+                points = {n: replace(one, ensemble=replace(one.ensemble, until=until)) for n, one in points.items()}
             plans = _plans_of(folder, points)
             write(folder, description)  # a plan that is refused leaves nothing behind
             groups = _begin_points(folder, points, plans)

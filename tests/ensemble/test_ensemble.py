@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.store.member_files import member_path, read_member
+from roughsim.store.member_files import FIELDS, member_path, read_member
 
 ROOT = Path(__file__).parents[2]
 
@@ -99,8 +99,8 @@ def test_the_smoothed_surface_is_drawn_from_the_smoothed_spectrum(capped_scene):
 def test_the_correlation_starts_at_the_variance_of_the_lowest_level_and_the_step(capped_run):
     mean, error = capped_run.correlation(np.array([0.0, 1e-5]))
     lowest = np.array([numbers(capped_run.folder, 1, i)["pressure_variance"][0] for i in range(6)])
-    fine = [read_member(member_path(capped_run.folder, 2, i)) for i in range(6)]
-    step = np.array([(one.numbers["pressure_variance"] - one.below.numbers["pressure_variance"])[0] for one in fine])
+    fine = [read_member(member_path(capped_run.folder, 2, i)).moments for i in range(6)]
+    step = np.array([(own.numbers["pressure_variance"] - below.numbers["pressure_variance"])[0] for own, below in fine])
     assert mean[0] == pytest.approx(lowest.mean() + step.mean(), rel=1e-9)
     assert error[0] == pytest.approx(np.sqrt((lowest.var(ddof=1) + step.var(ddof=1)) / 6), rel=1e-6)
     assert mean[1] < mean[0]
@@ -264,8 +264,8 @@ def test_run_json_tells_all_before_anything_slow(quick, tmp_path):
 
 
 def test_fields_are_kept_for_the_first_members_only(capped_run):
-    first = read_member(member_path(capped_run.folder, 2, 0), with_fields=True)
-    second = read_member(member_path(capped_run.folder, 2, 1), with_fields=True)
+    first = read_member(member_path(capped_run.folder, 2, 0), FIELDS)
+    second = read_member(member_path(capped_run.folder, 2, 1), FIELDS)
     assert set(first.fields) == {"heights", "pressure"}
     assert first.fields["pressure"].shape == (128, 128)
     assert first.fields["pressure"].mean() == pytest.approx(9e7, rel=1e-5)

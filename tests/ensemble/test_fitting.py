@@ -1,7 +1,7 @@
 """As many workers as memory and cores allow, which the run says; a worker that the system kills ends in a sentence."""
 
 import signal
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -150,6 +150,14 @@ def test_a_killed_worker_is_named_with_numbers_and_the_run_continues_with_one_fe
     assert words.startswith("a worker has died (")
     assert "2 workers need about 2 × 0.253 GB" in words
     assert words.endswith("ask for more memory, or for fewer workers; the run continues with 1")
+
+
+@pytest.mark.filterwarnings("ignore:a worker has died")
+def test_after_the_death_of_a_worker_the_process_of_the_run_computes_no_member_itself():
+    with Workers(2) as workers:
+        workers.replace_broken(BrokenExecutor("killed"))
+        assert isinstance(workers.executor(), ProcessPoolExecutor)
+        assert (workers.count, workers.in_flight) == (1, 2)
 
 
 @pytest.mark.slow

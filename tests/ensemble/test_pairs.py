@@ -11,7 +11,7 @@ from roughsim.ensemble import workers
 from roughsim.ensemble.tasks import job_of
 from roughsim.planning.realization import below_problem, level_problem
 from roughsim.scene.numerics import Numerics
-from roughsim.store.member_files import member_path, read_member
+from roughsim.store.member_files import FIELDS, member_path, read_member
 
 LENGTHS = (2e-3, 2e-3)
 # in any order: a step in half the cell, the lowest level, and its partner
@@ -50,7 +50,7 @@ def test_the_level_below_is_solved_on_the_same_surface_without_the_waves_beyond_
     solid = rs.Solid(capped_scene.effective_modulus, capped_scene.penetration_hardness)
     contact = rs.solve_contact(heights, grid, solid, nominal_pressure=9e7, tolerance=3e-3)
     member = stored(run, level, 4)
-    assert member.below.numbers["contact_fraction"][0] == contact.contact_fraction
+    assert member.moments[1].numbers["contact_fraction"][0] == contact.contact_fraction
     fine = rs.realize(capped_scene, run.numerics, seed=3, level=level, index=4)
     np.testing.assert_array_equal(member.numbers["flash_temperature"], fine.observables.flash_temperature)
     # all waves of the coarse surface are in the fine one
@@ -61,15 +61,15 @@ def test_the_level_below_is_solved_on_the_same_surface_without_the_waves_beyond_
 
 def test_only_the_lowest_level_has_peak_volumes_and_nothing_below(run):
     lowest, step = stored(run, LOWEST, 0), stored(run, STEP, 0)
-    assert lowest.below is None
+    assert len(lowest.moments) == 1
     assert lowest.numbers["peak_volume"][0] != 0.0
-    assert step.numbers["peak_volume"][0] == step.below.numbers["peak_volume"][0] == 0.0
+    assert step.numbers["peak_volume"][0] == step.moments[1].numbers["peak_volume"][0] == 0.0
 
 
 def test_the_mean_is_that_of_the_lowest_level_times_ratios_of_each_step(run):
     def total(level, below=False):
         members = (stored(run, level, i) for i in range(COUNT))
-        return sum((one.below if below else one).numbers["contact_fraction"][0] for one in members)
+        return sum(one.moments[below].numbers["contact_fraction"][0] for one in members)
 
     assert run.counts == (COUNT,) * 3
     at_cut_off = total(LOWEST) / COUNT * total(STEP) / total(STEP, below=True)
@@ -85,8 +85,7 @@ def test_a_failed_solve_of_either_level_is_the_failure_of_the_member(capped_scen
     run = rs.run(capped_scene, tmp_path / "run", numerics=numerics, max_realizations=3)
     member = stored(run, STEP, 1)
     assert "stalled" in member.failure
-    assert not member.numbers
-    assert member.below is None
+    assert not member.moments
     assert run.failed == 1
     assert [len(pair.sample.rows) for pair in run.pairs()] == [3, 3, 2]
 
@@ -110,7 +109,7 @@ def test_runs_that_are_computed_together_share_surfaces_and_contacts_of_both_lev
     for run, one, content in zip(runs, before, alone, strict=True):
         again = stored(run, STEP, 0)
         assert len(content) > 0
-        for mine, theirs in ((again, one), (again.below, one.below)):
+        for mine, theirs in zip(again.moments, one.moments, strict=True):
             for name, values in theirs.numbers.items():
                 np.testing.assert_array_equal(mine.numbers[name], values)
             np.testing.assert_array_equal(mine.spectrum, theirs.spectrum)
@@ -126,15 +125,14 @@ def test_a_run_that_was_broken_off_and_damaged_ends_with_the_same_bits(capped_sc
     assert set(again.members) == set(run.members)
     for key in run.members:
         mine, theirs = stored(again, *key), stored(run, *key)
-        pairs = [(mine, theirs)] if theirs.below is None else [(mine, theirs), (mine.below, theirs.below)]
-        for one, other in pairs:
+        for one, other in zip(mine.moments, theirs.moments, strict=True):
             for name, values in other.numbers.items():
                 np.testing.assert_array_equal(one.numbers[name], values)
 
 
 def test_pictures_are_of_the_runs_cell(run):
     (index, pressure), *_ = run.fields("pressure")
-    kept = read_member(member_path(run.folder, PARTNER, 0), with_fields=True).fields["pressure"]
+    kept = read_member(member_path(run.folder, PARTNER, 0), FIELDS).fields["pressure"]
     assert index == 0
     np.testing.assert_array_equal(pressure, kept)
     assert run.field(STEP, 0, "pressure").shape == (64, 64)  # those of others by their level

@@ -54,7 +54,7 @@ def test_a_run_reports_the_mean_at_the_mean_peak_volume(scene, tmp_path):
     hot = np.array([one.observables.flash_temperature[2] for one in solved])
     fine = [read_member(member_path(run.folder, 1, i)) for i in range(run.counts[1])]
     above = sum(one.numbers["flash_temperature"][2] for one in fine)
-    below = sum(one.below.numbers["flash_temperature"][2] for one in fine)
+    below = sum(one.moments[1].numbers["flash_temperature"][2] for one in fine)
     found = run.values("flash_temperature", extrapolated=False)
     assert found.finest[2] == pytest.approx(at_mean(hot, stored).mean() * above / below, rel=1e-9)
 

@@ -15,8 +15,6 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.comparison.compare import overshoot_warnings
 from roughsim.contact import Contact
-from roughsim.ensemble import directions
-from roughsim.ensemble.directions import over_mean
 from roughsim.errors import RecordError
 from roughsim.observables.directions import flash_temperature_along
 from roughsim.outputs.run_report import report_run
@@ -118,7 +116,7 @@ def test_a_mirrored_cell_has_the_directions_of_the_map_alone(run):
         like = level_problem(run.scene, run.numerics, 0)
         of_cell = replace(like, grid=rs.Grid(pressure.shape, (side, side)))
         contact = Contact(pressure, 0.0 * pressure, 1.0, 0.0, 0.0, 1, 1.0)
-        found[edges] = over_mean(of_cell, SimpleNamespace(contact=contact), angles, edges)
+        found[edges] = press_module.over_mean(of_cell, SimpleNamespace(contact=contact), angles, edges)
     assert found["mirror"] == found["tile"]
     assert found["tile"]["along"][-1] > 2
     assert found["tile"]["across"][-1] < 1
@@ -157,7 +155,7 @@ def test_a_map_turned_by_a_right_angle_exchanges_along_and_across(run, tmp_path)
 
 
 def test_table_json_and_report_have_directions_and_twin_and_compute_nothing(run, calls, capsys, tmp_path):
-    solved = calls(directions, "solve_problem")
+    solved = calls(press_module, "solve_problem")
     with pytest.raises(SystemExit, match="0"):
         main(["compare", str(run.folder)])
     text = " ".join(capsys.readouterr().out.split())
@@ -266,7 +264,7 @@ def test_a_run_that_draws_from_a_map_with_spikes_does_not_know_its_error(tmp_pat
 
 @pytest.mark.parametrize("forged", [{}, {"angles": 3}, {"angles": {"along": 0.1}, "over_mean": {"along": [1.0]}}])
 def test_forged_directions_are_refused_by_the_name_of_their_file(monkeypatch, tmp_path, forged):
-    monkeypatch.setattr(press_module, "by_direction", lambda *_, **__: forged)
+    monkeypatch.setattr(press_module.MapSource, "about", lambda *_: {"directions": forged, "overshoot": 0.0})
     found = pressed(tmp_path / "forged", grooved(seed=2))
     with pytest.raises(RecordError, match=r"L1-000000.h5 has directions .*; press into a new folder"):
         _ = found.angles

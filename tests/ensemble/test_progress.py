@@ -14,7 +14,6 @@ import pytest
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.ensemble.progress import Progress, progress_text
-from roughsim.ensemble.run import aimed
 from roughsim.studies.progress import StudyProgress
 
 
@@ -108,7 +107,8 @@ def test_a_script_prints_a_line_after_each_silence_which_grows(monkeypatch, caps
 def test_a_run_of_a_script_is_not_silent(quick, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("roughsim.ensemble.progress.SILENCE", 0.01)
     rs.run(quick, tmp_path / "run", max_realizations=2)
-    rs.study(aimed(quick, max_realizations=1), vary={"sliding.nominal_pressure": [5e7]}, folder=tmp_path / "study")
+    short = replace(quick, ensemble=replace(quick.ensemble, max_realizations=1))
+    rs.study(short, vary={"sliding.nominal_pressure": [5e7]}, folder=tmp_path / "study")
     said = capsys.readouterr().err
     assert re.search(r"(?m)^0:00:\d\d (planning|computing)$", said)
     rs.bench(quick, stages=["contact"], realizations=4)
@@ -147,7 +147,7 @@ def test_a_notebook_prints_a_line_for_each_round_and_its_workers_need_no_guard(q
 
 
 def test_a_study_prints_its_finished_points(quick, tmp_path, capsys):
-    short = aimed(quick, max_realizations=2)
+    short = replace(quick, ensemble=replace(quick.ensemble, max_realizations=2))
     observer = StudyProgress(2).update
     rs.study(short, vary={"sliding.nominal_pressure": [5e7, 9e7]}, folder=tmp_path / "study", observer=observer)
     assert capsys.readouterr().err.splitlines()[-1][8:].startswith("2 of 2 points finished; 2 realizations in ")

@@ -52,7 +52,7 @@ def test_time_is_given_in_two_units_at_most(seconds, words):
 
 
 def test_a_run_in_progress_has_its_round_its_errors_and_the_time_left(running, soon):
-    lines = status.status_lines(running)
+    lines = str(rs.status(running)).splitlines()
     assert lines[0] == f"{running.folder}: small capped"
     left = f"about {clock(status.seconds_left(running))} of computing left"
     assert lines[1] == f"6 realizations, round 2: 18 of 21 members{NEAR}; not being computed now, {left}"
@@ -84,18 +84,18 @@ def test_before_the_first_round_is_complete_neither_errors_nor_the_time_left_are
     assert status.seconds_left(run) is None
     assert run.total_errors == {}
     assert run.needed == (12,)
-    assert status.round_text(run) == "round 1: 11 of 12 members"
-    assert status.time_left(run) == "time left not known yet"
+    line = status.state_line(run)
+    assert line.endswith(", round 1: 11 of 12 members; not being computed now, time left not known yet")
     # a lost member in the middle is said, too
     member_path(run.folder, 0, 3).unlink()
-    assert any("L0-000003" in line for line in status.status_lines(rs.open_run(run.folder)))
+    assert any("L0-000003" in line for line in str(rs.status(rs.open_run(run.folder))).splitlines())
 
 
 def test_an_error_that_is_not_known_is_called_so(running):
     verdict = running.rounds.verdict._replace(errors={"flash_temperature": np.inf})
     running.rounds = running.rounds._replace(verdict=verdict)
-    assert status.round_text(running).endswith(", flash_temperature total error unknown (target 1 %)")
-    assert status.status_dict(running)["errors"] == {"flash_temperature": None}
+    assert ", flash_temperature total error unknown (target 1 %); " in status.state_line(running)
+    assert rs.status(running).to_dict()["errors"] == {"flash_temperature": None}
 
 
 def test_a_finished_run_says_why_it_ended(running):
@@ -109,7 +109,7 @@ def test_a_finished_run_says_why_it_ended(running):
 
 
 def test_the_numbers_for_machines_are_those_of_rounds_and_estimates(running):
-    found, expected = status.status_dict(running), running.estimate("flash_temperature")
+    found, expected = rs.status(running).to_dict(), running.estimate("flash_temperature")
     assert (found["realizations"], found["needed"], found["failed"], found["writer"]) == (6, 6, 0, None)
     assert (found["round"], found["members"], found["wanted"]) == (2, [6, 6, 6], [7, 7, 7])
     assert found["members_needed"] == [10, 6, 8]
@@ -123,6 +123,6 @@ def test_the_numbers_for_machines_are_those_of_rounds_and_estimates(running):
 def test_a_run_without_a_sound_member_ends_and_says_so(quick, tmp_path, failing):
     failing(lambda problem: True)
     scene = replace(quick, ensemble=replace(quick.ensemble, max_realizations=2, until=()))
-    _, state, failed = status.status_lines(rs.run(scene, tmp_path / "run"))
+    _, state, failed = str(rs.status(rs.run(scene, tmp_path / "run"))).splitlines()
     assert state == "2 realizations, 2 members; finished: no contact of its lowest level has converged"
     assert failed == "2 did not converge and are left out of the means"

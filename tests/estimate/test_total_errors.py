@@ -11,7 +11,6 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import budget_table
-from roughsim.ensemble.status import status_lines
 from roughsim.estimate import cell_size
 from roughsim.outputs import run_report as report
 from roughsim.scene.numerics import Level, Numerics
@@ -108,7 +107,7 @@ def test_the_page_prints_total_errors(partial):
 def test_status_and_the_budget_of_explore_print_total_errors(partial):
     found = partial.estimate("flash_temperature")
     moving = [as_printed(found.mean[k], found.total_error[k], found.unknown_at(k)) for k in (1, 2)]
-    lines = status_lines(partial)
+    lines = str(rs.status(partial)).splitlines()
     budget = table_text(budget_table(partial, "capped"))
     for text in moving:
         assert any(line.startswith(f"{text} K: statistical") for line in lines)
@@ -120,7 +119,7 @@ def test_one_realization_has_an_unknown_error_and_no_infinite_one(partial, tmp_p
     folder = shutil.copytree(partial.folder, tmp_path / "run")
     for path in (folder / "realizations").glob("*-00000[123].h5"):
         path.unlink()
-    told = "\n".join(status_lines(rs.open_run(folder)))
+    told = str(rs.status(rs.open_run(folder)))
     assert "± unknown K" in told
     assert "inf" not in told
 

@@ -188,7 +188,7 @@ def test_numerics_that_no_plan_made_are_shown_without_reasons(quick, tmp_path):
 def test_no_text_of_a_scene_becomes_html(quick, tmp_path):
     scene = replace(quick, title=HOSTILE)
     run = rs.run(scene, tmp_path / "<b>run", max_realizations=2)
-    failed = replace(run.members[0, 1], failure="<i onload=x>stalled", numbers={})
+    failed = replace(run.members[0, 1], failure="<i onload=x>stalled", moments=())
     run.members[0, 1] = failed
     run.damaged[0, 1] = "<u>file</u>"
     seen = Reader(page(run))
@@ -242,9 +242,7 @@ def test_a_damaged_file_is_named_and_the_others_are_shown(copy, kept_run):
     # level 1 and, on the same surfaces, level 0 lack the damaged one; the step to level 2 has surfaces of its own
     lowest = np.mean([kept_run.members[1, i].numbers["flash_temperature"][2] for i in (0, 2)])
     steps = [kept_run.members[2, i] for i in range(3)]
-    fine, coarse = (
-        np.mean([one.numbers["flash_temperature"][2] for one in each]) for each in (steps, [one.below for one in steps])
-    )
+    fine, coarse = (np.mean([one.moments[below].numbers["flash_temperature"][2] for one in steps]) for below in (0, 1))
     estimate = run.estimate("flash_temperature")
     np.testing.assert_allclose((estimate.mean + estimate.bias)[2], 0.9 * lowest * fine / coarse, rtol=1e-12)
 

@@ -57,8 +57,8 @@ def test_stress_spectra_are_those_of_the_files(kept_run):
     data = kept_run.to_xarray()
     for level, index in ((0, 0), (1, 2), (2, 1)):
         member = read_member(member_path(kept_run.folder, level, index))
-        np.testing.assert_array_equal(data[f"stress_spectrum_L{level}"][index], member.spectrum)
-        np.testing.assert_array_equal(data[f"wavenumber_L{level}"], member.wavenumber)
+        np.testing.assert_array_equal(data[f"stress_spectrum_L{level}"][index], member.moments[0].spectrum)
+        np.testing.assert_array_equal(data[f"wavenumber_L{level}"], member.moments[0].wavenumber)
 
 
 @pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
@@ -97,16 +97,16 @@ def test_numbers_of_the_level_below_stand_beside_those_of_the_level(whole):
         member = read_member(member_path(whole.folder, 1, index))
         for name, share in (("flash_temperature", 0.9), ("contact_fraction", 1.0)):
             values = data[f"{name}_below"][1, index]
-            np.testing.assert_allclose(np.atleast_1d(values), member.below.numbers[name] * share, rtol=1e-15)
-        np.testing.assert_array_equal(data.stress_spectrum_below_L1[index], member.below.spectrum)
-        np.testing.assert_array_equal(data.wavenumber_below_L1, member.below.wavenumber)
+            np.testing.assert_allclose(np.atleast_1d(values), member.moments[1].numbers[name] * share, rtol=1e-15)
+        np.testing.assert_array_equal(data.stress_spectrum_below_L1[index], member.moments[1].spectrum)
+        np.testing.assert_array_equal(data.wavenumber_below_L1, member.moments[1].wavenumber)
     assert data.flash_temperature_below.attrs["units"] == "K"
 
 
 def test_a_failed_member_is_nan_and_counted(kept_run):
     xarray = pytest.importorskip("xarray")
     run = rs.open_run(kept_run.folder)
-    run.members[1, 2] = replace(run.members[1, 2], failure="stalled", numbers={})
+    run.members[1, 2] = replace(run.members[1, 2], failure="stalled", moments=())
     data = run.to_xarray()
     assert isinstance(data, xarray.Dataset)
     assert data.converged.values.tolist() == [[1, 1, 1], [1, 1, 0], [1, 1, 1]]

@@ -12,7 +12,7 @@ from summary_cases import COUNT, bits
 
 import roughsim as rs
 from roughsim.ensemble import workers
-from roughsim.store.member_files import member_path, read_member, write_member
+from roughsim.store.member_files import FIELDS, member_path, read_member, write_member
 
 
 @pytest.mark.parametrize("number", PASSING)
@@ -44,8 +44,8 @@ def test_a_flipped_bit_in_a_kept_field_is_found_and_mended(folder, whole, name):
     with pytest.warns(RuntimeWarning, match=r"L0-000000.h5 is damaged .* moved to .*damaged/L0-000000.h5"):
         rs.run(whole.scene, folder, max_realizations=COUNT)
     assert (folder / "damaged" / "L0-000000.h5").read_bytes() == content
-    true = read_member(member_path(whole.folder, 0, 0), with_fields=True)
-    np.testing.assert_array_equal(read_member(path, with_fields=True).fields[name], true.fields[name])
+    true = read_member(member_path(whole.folder, 0, 0), FIELDS)
+    np.testing.assert_array_equal(read_member(path, FIELDS).fields[name], true.fields[name])
     assert bits(rs.open_run(folder)) == bits(whole)
 
 
@@ -67,7 +67,7 @@ def test_a_damaged_member_that_is_skipped_counts_as_failed_until_the_run_is_open
 def foreign(whole, elsewhere, how):
     """Place a file with a sound seal that is not of the run at L1-000002."""
     path = member_path(elsewhere, 1, 2)
-    one = read_member(path, with_fields=True)
+    one = read_member(path, FIELDS)
     if how == "seed":
         scene = replace(whole.scene, ensemble=replace(whole.scene.ensemble, seed=8))
         other = rs.run(scene, elsewhere.with_name("other"), numerics=whole.numerics, max_realizations=3)
@@ -81,8 +81,12 @@ def foreign(whole, elsewhere, how):
     else:
         changes = {
             "speeds": {"speeds": (0.0, 0.1, 36.0)},
-            "no level below": {"below": None},
-            "modes": {"wavenumber": one.wavenumber[1:], "spectrum": one.spectrum[1:]},
+            "no level below": {"moments": one.moments[:1]},
+            "modes": {
+                "moments": tuple(
+                    part._replace(wavenumber=part.wavenumber[1:], spectrum=part.spectrum[1:]) for part in one.moments
+                )
+            },
             "fields": {"fields": {"pressure": np.zeros((16, 16), np.float32)}},
         }
         write_member(elsewhere, replace(one, **changes[how]))

@@ -25,8 +25,8 @@ def test_each_level_holds_every_number_of_every_member(kept_run, file):
                 for name, values in member.numbers.items():
                     share = 0.9 if "flash" in name else 1.0
                     np.testing.assert_allclose(group[name][level, index], np.squeeze(values * share), rtol=1e-15)
-                np.testing.assert_array_equal(group[f"stress_spectrum_L{level}"][index], member.spectrum)
-                np.testing.assert_array_equal(group[f"wavenumber_L{level}"], member.wavenumber)
+                np.testing.assert_array_equal(group[f"stress_spectrum_L{level}"][index], member.moments[0].spectrum)
+                np.testing.assert_array_equal(group[f"wavenumber_L{level}"], member.moments[0].wavenumber)
         assert list(group["column"].asstr()) == ["smoothed", "capped", "capped"]
         np.testing.assert_array_equal(group["q_max"], [5e4, 5e4, 1e5])
         np.testing.assert_array_equal(stored["speed"], [0.0, 0.1, 35.0])

@@ -7,8 +7,6 @@ import pytest
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.comparison.compare import comparison_table
-from roughsim.ensemble import status
-from roughsim.ensemble.status import status_dict, status_lines
 from roughsim.explore.content import WatchedRun
 from roughsim.results import folder as folder_module
 from roughsim.store.claims import Claims
@@ -23,8 +21,8 @@ def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder
     run = rs.open_run(folder)
     assert (run.realizations, run.missing) == (3, ["L0-000003", "L0-000005", "L1-000002"])
     said = "lost: L0-000003, L0-000005, L1-000002; only the 3 realizations before count; repeat the command"
-    assert any(line.startswith(said) for line in status_lines(run))
-    assert status_dict(run)["missing"] == status_dict(run)["lost"] == run.missing
+    assert any(line.startswith(said) for line in str(rs.status(run)).splitlines())
+    assert rs.status(run).to_dict()["missing"] == rs.status(run).to_dict()["lost"] == run.missing
     assert any(note.startswith(said) for note in rs.compare(run).notes())
     assert rs.compare(run).to_dict()["missing"] == run.missing
     assert any(note.startswith(said) for note in comparison_table(rs.compare(run)).notes)
@@ -34,8 +32,8 @@ def test_members_beyond_a_lowered_maximum_are_not_lost(folder):
     for name in ("L0-000003.h5", "L0-000005.h5"):
         (folder / "realizations" / name).unlink()
     run = rs.run(rs.open_run(folder).scene, folder, max_realizations=2)
-    assert (run.realizations, run.missing, status_dict(run)["lost"]) == (2, [], [])
-    assert not any("lost" in line for line in status_lines(run))
+    assert (run.realizations, run.missing, rs.status(run).to_dict()["lost"]) == (2, [], [])
+    assert not any("lost" in line for line in str(rs.status(run)).splitlines())
 
 
 @pytest.mark.parametrize("study", [False, True])
@@ -46,12 +44,12 @@ def test_what_a_run_lacks_while_a_process_computes_it_is_not_lost(folder, tmp_pa
         folder = folder.rename(tmp_path / "study/points/a=1")
     run = rs.open_run(folder)
     with Claims(tmp_path / "study" if study else folder):
-        (line,) = (line for line in status_lines(run) if "L0-000003" in line)
+        (line,) = (line for line in str(rs.status(run)).splitlines() if "L0-000003" in line)
         assert line.startswith(f"not there yet: L0-000003; process {os.getpid()} on ")
         assert line.endswith(" computes the run now; only the 3 realizations before count so far")
-        assert (status_dict(run)["missing"], status_dict(run)["lost"]) == (["L0-000003"], [])
-        assert f"being computed by process {os.getpid()} on " in status_lines(run)[1]
-    assert status_dict(run)["lost"] == ["L0-000003"]
+        assert (rs.status(run).to_dict()["missing"], rs.status(run).to_dict()["lost"]) == (["L0-000003"], [])
+        assert f"being computed by process {os.getpid()} on " in str(rs.status(run)).splitlines()[1]
+    assert rs.status(run).to_dict()["lost"] == ["L0-000003"]
 
 
 def test_what_is_stored_while_the_last_process_ends_is_not_lost(folder, monkeypatch):
@@ -63,12 +61,12 @@ def test_what_is_stored_while_the_last_process_ends_is_not_lost(folder, monkeypa
     assert folder_module.gap(run) == []
     path.unlink()
     run = rs.open_run(folder)
-    monkeypatch.setattr(status, "writer", lambda folder: path.write_bytes(content) and None)
-    lines = status_lines(run)
+    monkeypatch.setattr("roughsim.outputs.status.writer", lambda folder: path.write_bytes(content) and None)
+    lines = str(rs.status(run)).splitlines()
     assert not any("L0-000003" in line for line in lines)
     assert f"{whole.realizations} " in lines[1]
     path.unlink()
-    assert status_dict(rs.open_run(folder))["missing"] == []
+    assert rs.status(rs.open_run(folder)).to_dict()["missing"] == []
 
 
 @pytest.mark.slow
@@ -95,7 +93,7 @@ def test_damaged_members_are_named_and_not_said_to_have_not_converged(folder):
     path = member_path(folder, 0, 2)
     path.write_bytes(path.read_bytes()[:-300])
     run = rs.open_run(folder, damaged="skip")
-    lines = status_lines(run)
+    lines = str(rs.status(run)).splitlines()
     assert any(line.startswith("damaged and left out of the means: L0-000002; repeat the command") for line in lines)
     assert not any("did not converge" in line for line in lines)
-    assert (status_dict(run)["damaged"], status_dict(run)["failed"]) == (["L0-000002"], 0)
+    assert (rs.status(run).to_dict()["damaged"], rs.status(run).to_dict()["failed"]) == (["L0-000002"], 0)

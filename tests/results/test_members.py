@@ -33,7 +33,7 @@ def members():
                 kept={"pressure": (32, 32)},
                 provenance={"seconds": {"contact": 1.0 + level}},
             )
-            one = replace(one, below=one.below if level > 1 else None)
+            one = replace(one, moments=one.moments if level > 1 else one.moments[:1])
             lost = Member(level, index, failure="stalled", provenance={"seconds": {}})
             table[level, index] = lost if (level, index) in ((0, 1), (2, 2)) else one
     return table
@@ -64,14 +64,14 @@ def test_numbers_are_those_of_the_members_in_the_order_asked_for_and_nan_without
     np.testing.assert_array_equal(rows[0], member(23).numbers["flash_temperature"])
     assert np.isnan(rows[1:]).all()
     below = members.numbers(2, "contact_fraction", [3], below=True)
-    np.testing.assert_array_equal(below, [member(23).below.numbers["contact_fraction"]])
+    np.testing.assert_array_equal(below, [member(23).moments[1].numbers["contact_fraction"]])
     assert members.numbers(2, "plastic_fraction", [3]).shape == (1, 1)  # which these have not stored
     assert np.isnan(members.numbers(1, "contact_fraction", [3], below=True)).all()  # the lowest level has none below
     assert members.numbers(2, "flash_temperature", []).shape == (0, 3)
 
 
 def test_spectra_have_the_wavenumbers_of_their_level(members):
-    for below, one in ((False, member(24)), (True, member(24).below)):
+    for below, one in zip((False, True), member(24).moments, strict=True):
         wavenumber, rows = members.spectra(2, [2, 4], below)
         np.testing.assert_array_equal(wavenumber, one.wavenumber)
         np.testing.assert_array_equal(rows[1], one.spectrum)
@@ -86,7 +86,7 @@ def test_a_sample_has_the_cut_off_and_the_pixel_of_its_level_in_its_own_cell(mem
     assert sample.reach == below.reach == pytest.approx(0.5 * np.hypot(1.0e-3, 0.75e-3))
     assert sample.part
     np.testing.assert_array_equal(sample.numbers["flash_temperature"][1], member(21).numbers["flash_temperature"])
-    np.testing.assert_array_equal(below.spectrum[1], member(21).below.spectrum)
+    np.testing.assert_array_equal(below.spectrum[1], member(21).moments[1].spectrum)
     partner = members.sample(3, below=True)
     assert (partner.q_max, partner.side) == (4e4, 32.0)
     whole = members.sample(1)

@@ -32,11 +32,11 @@ def test_samples_are_those_of_the_files(folder):
     run = rs.open_run(folder)
     for pair in run.pairs():
         files = [read_member(member_path(folder, pair.level, index)) for index in pair.sample.rows]
-        np.testing.assert_array_equal(pair.sample.spectrum, [one.spectrum for one in files])
+        np.testing.assert_array_equal(pair.sample.spectrum, [one.moments[0].spectrum for one in files])
         for name in ("flash_temperature", "contact_fraction"):
             np.testing.assert_array_equal(pair.sample.numbers[name], [one.numbers[name] for one in files])
             if pair.below is not None:
-                np.testing.assert_array_equal(pair.below.numbers[name], [one.below.numbers[name] for one in files])
+                np.testing.assert_array_equal(pair.below.numbers[name], [one.moments[1].numbers[name] for one in files])
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -80,8 +80,7 @@ def test_fewer_members_of_each_level_can_count(folder):
 
 def test_a_run_none_of_whose_contacts_converge_has_ended(folder):
     for path in (folder / "realizations").glob("L0-*"):
-        empty = {"numbers": {}, "wavenumber": np.empty(0), "spectrum": np.empty(0)}
-        write_member(folder, replace(read_member(path), failure="stalled", **empty))
+        write_member(folder, replace(read_member(path), failure="stalled", moments=()))
     run = rs.open_run(folder)
     assert (run.finished, run.target_met, run.failed) == (True, False, COUNT)
     assert "no contact of its lowest level has converged" in run.rounds.verdict.why
@@ -92,8 +91,7 @@ def test_a_run_none_of_whose_contacts_converge_has_ended(folder):
 def test_members_that_did_not_converge_are_left_out_and_counted(folder):
     for level, index in ((0, 3), (1, 0), (1, 5)):
         one = read_member(member_path(folder, level, index))
-        empty = {"numbers": {}, "wavenumber": np.empty(0), "spectrum": np.empty(0), "below": None}
-        write_member(folder, replace(one, failure=f"stalled at {index}", **empty))
+        write_member(folder, replace(one, failure=f"stalled at {index}", moments=()))
     run = rs.open_run(folder)
     assert run.failed == 3
     run.count((9, 6))

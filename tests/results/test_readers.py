@@ -159,7 +159,7 @@ def test_stored_numbers_are_found_by_their_names(kept_run, files, engine, as_tex
         one = kept_run.members[2, 0]
         for name, unit in UNITS.items():
             assert data.unit.sel(number=as_text(name)) == as_text(unit)
-            for below, numbers in enumerate((one.numbers, one.below.numbers)):
+            for below, numbers in enumerate(part.numbers for part in one.moments):
                 found = data.numbers.sel(number=as_text(name), below=below)
                 np.testing.assert_array_equal(found[: len(numbers[name])], numbers[name])
         np.testing.assert_array_equal(data.speed, kept_run.scene.speeds)

@@ -10,7 +10,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.ensemble import run as ensemble_run
-from roughsim.store.member_files import member_path, read_member
+from roughsim.store.member_files import FIELDS, member_path, read_member
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def test_a_damaged_member_is_moved_aside_whole_and_done_again(quick, folder, whe
         with pytest.warns(RuntimeWarning, match=r"L0-000000.h5 is damaged .*; it was moved to .*damaged.L0-000000"):
             rs.run(quick, folder, max_realizations=3)
         assert len(list((folder / "damaged").iterdir())) == round + 1
-        for name, values in read_member(path, with_fields=True).numbers.items():
+        for name, values in read_member(path, FIELDS).numbers.items():
             np.testing.assert_array_equal(values, numbers[name])
         path.write_bytes(broken)
     assert {aside.read_bytes() for aside in (folder / "damaged").iterdir()} == {bytes(broken)}

@@ -9,7 +9,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.results.export import export_run
-from roughsim.store.member_files import member_path, read_member, write_member
+from roughsim.store.member_files import FIELDS, member_path, read_member, write_member
 
 
 def test_fields_stream_what_is_stored(kept_run):
@@ -123,7 +123,7 @@ def test_a_damaged_field_is_never_shown(quick, tmp_path):
 def test_a_field_of_another_grid_is_not_shown(kept_run, tmp_path):
     shutil.copytree(kept_run.folder, tmp_path / "run")
     path = member_path(tmp_path / "run", 2, 0)
-    one = read_member(path, with_fields=True)
+    one = read_member(path, FIELDS)
     path.unlink()
     write_member(tmp_path / "run", replace(one, fields={name: f[:, :64] for name, f in one.fields.items()}))
     with pytest.raises(rs.RecordError, match=r"L2-000000.h5 is of another run: its speeds, levels or points differ"):
@@ -135,7 +135,7 @@ def test_a_field_of_another_grid_is_not_shown(kept_run, tmp_path):
 def test_a_run_whose_files_lack_a_field_has_the_others(kept_run, tmp_path):
     shutil.copytree(kept_run.folder, tmp_path / "run")
     for path in (tmp_path / "run" / "realizations").glob("L*-000001.h5"):
-        member = read_member(path, with_fields=True)
+        member = read_member(path, FIELDS)
         write_member(tmp_path / "run", replace(member, fields={"pressure": member.fields["pressure"]}))
     part = rs.open_run(tmp_path / "run")
     assert [index for index, _ in part.fields("heights")] == [0]

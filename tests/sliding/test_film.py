@@ -15,7 +15,7 @@ from roughsim.sliding import film as film_module
 from roughsim.sliding.film import film_shape, in_blocks
 from roughsim.sliding.member import FRAMES, filmed_steps
 from roughsim.sliding.path import oblique_path
-from roughsim.store.member_files import member_path, read_member, write_member
+from roughsim.store.member_files import FIELDS, member_path, read_member, write_member
 from roughsim.surface.synthesis import synthesize
 
 SLIDE = 1  # its level
@@ -122,7 +122,7 @@ def test_a_changed_byte_of_a_film_is_noticed(sliding_run, tmp_path):
 )
 def test_a_forged_film_is_refused_by_name(sliding_run, tmp_path, change, told):
     shutil.copytree(sliding_run.folder, tmp_path / "run")
-    member = read_member(member_path(sliding_run.folder, SLIDE, 0), with_fields=True)
+    member = read_member(member_path(sliding_run.folder, SLIDE, 0), FIELDS)
     write_member(tmp_path / "run", replace(member, fields=change(member.fields)))
     with pytest.raises(rs.RecordError, match=f"L1-000000.h5 {told}"):
         read_film(rs.open_run(tmp_path / "run"), 0)

@@ -20,7 +20,7 @@ from roughsim.results.reactions import reacting_columns
 from roughsim.scene import parse_scene
 from roughsim.sliding.distribution import POSITIONS, Sampler, positions
 from roughsim.sliding.member import faces, solve_slide
-from roughsim.store.member_files import member_path, read_member, write_member
+from roughsim.store.member_files import FIELDS, member_path, read_member, write_member
 
 SLIDE = 1  # its level
 ASKS = (
@@ -162,7 +162,7 @@ def test_reactions_of_the_column_sliding(asked):
     area, flash = asked.estimate("contact_fraction").mean[0], asked.estimate("flash_temperature", "sliding")
     assert found(asked, "reaction_rate", 0.0).mean == pytest.approx(1e13 * area)
     rate, warm = found(asked, "reaction_rate", 1.0), found(asked, "activation_temperature", 1.0)
-    bins = [read_member(member_path(asked.folder, SLIDE, i)).bins for i in (0, 1)]
+    bins = [read_member(member_path(asked.folder, SLIDE, i)).moments[0].bins for i in (0, 1)]
     slid = np.mean([asked.members[SLIDE, i].numbers["sliding_flash_temperature"] for i in (0, 1)], axis=0)
     mean = np.zeros(2)
     for one in bins:
@@ -210,7 +210,7 @@ def test_with_a_duration_the_contact_reacts_above_the_background_of_the_slide(tm
     scene = asking(history).with_("sliding.speed", [14.0, 35.0])
     run = rs.run(scene, tmp_path / "run", max_realizations=1)
     numbers, flash = run.members[SLIDE, 0].numbers, run.estimate("flash_temperature", "sliding").mean
-    bins = read_member(member_path(run.folder, SLIDE, 0)).bins
+    bins = read_member(member_path(run.folder, SLIDE, 0)).moments[0].bins
     scaled = bins.temperature * (flash / numbers["sliding_flash_temperature"])[:, None]
     kelvin = 600.0 + numbers["sliding_background"][:, None] + scaled
     mean = np.exp(-1.602176634e-19 / (1.380649e-23 * kelvin)) @ BIN_AREAS
@@ -223,7 +223,7 @@ def test_a_scene_that_does_not_ask_stores_nothing_of_it(asked, sliding_run):
     quiet, loud = (run.members[SLIDE, 0].numbers for run in (sliding_run, asked))
     assert {*loud} == {*quiet} | {f"sliding_{name}" for name in NAMES}
     np.testing.assert_array_equal(quiet["sliding_flash_temperature"], loud["sliding_flash_temperature"])
-    assert sliding_run.members[SLIDE, 0].bins is None
+    assert sliding_run.members[SLIDE, 0].moments[0].bins is None
     assert reacting_columns(sliding_run) == ()
 
 
@@ -231,9 +231,9 @@ def test_slides_of_an_older_version_have_no_reactions(asked, tmp_path):
     folder = tmp_path / "run"
     rs.run(asking(), folder)
     for index in (0, 1):
-        member = read_member(member_path(folder, SLIDE, index), with_fields=True)
+        member = read_member(member_path(folder, SLIDE, index), FIELDS)
         numbers = {name: values for name, values in member.numbers.items() if "quantile" not in name}
-        write_member(folder, replace(member, numbers=numbers, bins=None))
+        write_member(folder, replace(member, moments=(member.moments[0]._replace(numbers=numbers, bins=None),)))
     run = rs.open_run(folder)
     assert reacting_columns(run) == ("capped",)
     rows = rs.compare(run).to_dict()["rows"]

@@ -131,12 +131,12 @@ def test_damaged_files_are_kept_under_free_names(path, tmp_path):
     sound = path.read_bytes()
     for number, name in enumerate(("L1-000042.h5", "L1-000042-1.h5", "L1-000042-2.h5")):
         path.write_bytes(sound + bytes([number]))
-        assert set_aside(path) == tmp_path / "damaged" / name
+        assert set_aside(path, tmp_path / "damaged") == tmp_path / "damaged" / name
         assert not path.exists()
     kept = {p.name: p.read_bytes()[-1] for p in (tmp_path / "damaged").iterdir()}
     assert kept == {"L1-000042.h5": 0, "L1-000042-1.h5": 1, "L1-000042-2.h5": 2}
     with pytest.raises(FileNotFoundError):
-        set_aside(path)
+        set_aside(path, tmp_path / "damaged")
     assert len(list((tmp_path / "damaged").iterdir())) == 3  # no empty file stands for one that was gone
 
 

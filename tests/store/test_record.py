@@ -10,7 +10,7 @@ from damage_cases import forged, member, with_header
 
 import roughsim as rs
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.store.member_files import Member, Moments, member_path, read_field, read_member, write_member
+from roughsim.store.member_files import FIELDS, Member, Moments, member_path, read_field, read_member, write_member
 
 
 @pytest.fixture
@@ -24,20 +24,23 @@ def path(tmp_path):
 def assert_the_same(one, other):
     assert (one.level, one.index, one.failure) == (other.level, other.index, other.failure)
     assert (one.lengths, one.speeds, one.provenance) == (other.lengths, other.speeds, other.provenance)
-    for a, b in ((one, other), *([(one.below, other.below)] if one.below else [])):
+    for a, b in zip(one.moments, other.moments, strict=True):
         assert list(a.numbers) == list(b.numbers)
         for name, values in a.numbers.items():
             np.testing.assert_array_equal(b.numbers[name], values)
         np.testing.assert_array_equal(b.wavenumber, a.wavenumber)
         np.testing.assert_array_equal(b.spectrum, a.spectrum)
-    assert (one.below is None) == (other.below is None)
 
 
 KINDS = {
     "with fields": member(),
     "without fields": member(fields=False),
     "lowest level": member(fields=False, below=False),
-    "one speed": replace(member(below=False), speeds=(1.0,), numbers={"peak_volume": np.array([-0.5])}),
+    "one speed": replace(
+        member(),
+        speeds=(1.0,),
+        moments=(Moments({"peak_volume": np.array([-0.5])}, np.arange(8.0), np.linspace(0.0, 1.0, 8)),),
+    ),
     "long header": replace(member(), provenance={"text": "ü" * 200_000}),
     "failed": Member(1, 42, failure="stalled at ½", provenance={"residual": 1.0}),
 }
@@ -47,7 +50,7 @@ KINDS = {
 def test_what_is_written_is_read(path, tmp_path, kind):
     one = KINDS[kind]
     write_member(tmp_path, one)
-    back = read_member(path, with_fields=True)
+    back = read_member(path, FIELDS)
     assert_the_same(one, back)
     assert back.kept == {name: values.shape for name, values in one.fields.items()}
     for name, values in one.fields.items():
@@ -64,12 +67,12 @@ def test_a_number_of_either_level_lies_where_its_axes_say(path):
         for name, values in one.numbers.items():
             place = names.index(name)
             assert file["unit"][place].decode() == NUMBERS[name].unit
-            for below, numbers in enumerate((one.numbers, one.below.numbers)):
+            for below, numbers in enumerate(part.numbers for part in one.moments):
                 row = file["numbers"][below, place]
                 np.testing.assert_array_equal(row[: len(values)], numbers[name])
                 assert np.isnan(row[len(values) :]).all()
-        np.testing.assert_array_equal(file["stress_spectrum"][0], one.spectrum)
-        np.testing.assert_array_equal(file["stress_spectrum"][1], [*one.below.spectrum, *[np.nan] * 3])
+        np.testing.assert_array_equal(file["stress_spectrum"][0], one.moments[0].spectrum)
+        np.testing.assert_array_equal(file["stress_spectrum"][1], [*one.moments[1].spectrum, *[np.nan] * 3])
         for name, axes in {"numbers": ("below", "number", "speed"), "stress_spectrum": ("below", "wavenumber")}.items():
             assert [file[name].dims[axis][0] for axis in range(len(axes))] == [file[axis] for axis in axes]
             assert file[name].dtype == np.float64
@@ -77,10 +80,10 @@ def test_a_number_of_either_level_lies_where_its_axes_say(path):
 
 
 def test_levels_with_wavenumbers_of_their_own_are_told_apart(path, tmp_path):
-    own, below = Moments(member().numbers, np.array([1.0, 2.0, 4.0]), np.array([1.0, -0.5, 0.0])), member().below
+    own, below = Moments(member().numbers, np.array([1.0, 2.0, 4.0]), np.array([1.0, -0.5, 0.0])), member().moments[1]
     below = below._replace(wavenumber=np.array([1.0, 3.0]), spectrum=np.array([7.0, 8.0]))
-    write_member(tmp_path, replace(member(), **own._asdict(), below=below))
-    assert_the_same(replace(member(), **own._asdict(), below=below), read_member(path))
+    write_member(tmp_path, replace(member(), moments=(own, below)))
+    assert_the_same(replace(member(), moments=(own, below)), read_member(path))
     with h5py.File(path) as file:
         np.testing.assert_array_equal(file["wavenumber"], [1.0, 2.0, 3.0, 4.0])
         np.testing.assert_array_equal(file["stress_spectrum"][1], [7.0, np.nan, 8.0, np.nan])
@@ -139,12 +142,12 @@ def test_a_field_that_is_not_there_is_refused_by_name(path, tmp_path):
 def test_a_header_that_no_writer_makes_is_refused(path, changes):
     with_header(path, **changes)
     with pytest.raises(rs.RecordError, match="L1-000042.h5 is damaged"):
-        read_member(path, with_fields=True)
+        read_member(path, FIELDS)
 
 
 def test_what_another_package_has_stored_is_left_out_where_it_is_not_installed(path):
     with_header(path, numbers=["flash_temperature", "gap"], fields=["displacement", "pressure"], curves=["wear"])
-    back = read_member(path, with_fields=True)
+    back = read_member(path, FIELDS)
     assert list(back.numbers) == ["flash_temperature"]
     assert list(back.fields) == list(back.kept) == ["pressure"]
 
@@ -162,7 +165,7 @@ def test_a_file_without_an_array_that_its_header_names_is_damaged(path, name):
     with forged(path) as file:
         del file[name]
     with pytest.raises(rs.RecordError, match="L1-000042.h5 is damaged"):
-        read_member(path, with_fields=True)
+        read_member(path, FIELDS)
 
 
 def test_a_newer_format_is_refused(path):

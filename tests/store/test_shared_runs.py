@@ -179,8 +179,8 @@ def test_a_process_keeps_its_own_end_when_another_writes_run_json_at_its_start(q
     genuine = ensemble_run.unread_run
 
     def late(place, treatment):
-        rs_scene = ensemble_run.aimed(quick, max_realizations=2, until={"flash_temperature": 0.9})
-        ensemble_run.begin(rs_scene, place)
+        other = replace(quick.ensemble, max_realizations=2, until={"flash_temperature": 0.9})
+        ensemble_run.begin(replace(quick, ensemble=other), place)
         return genuine(place, treatment)
 
     monkeypatch.setattr(ensemble_run, "unread_run", late)

@@ -16,7 +16,7 @@ from roughsim.cli import main
 from roughsim.results.export import export_run
 from roughsim.store import claims
 from roughsim.store.disk import checksum
-from roughsim.store.member_files import member_path, read_field, read_member, write_member
+from roughsim.store.member_files import FIELDS, member_path, read_field, read_member, write_member
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def test_a_crafted_field_is_refused_by_name_before_anything_is_read(folder, secr
     path = member_path(folder, 0, 0)
     with forged(path) as file:
         craft(file, secret)
-    for look in (lambda: read_member(path, with_fields=True), lambda: read_field(path, "pressure")):
+    for look in (lambda: read_member(path, FIELDS), lambda: read_field(path, "pressure")):
         with pytest.raises(rs.RecordError, match=CRAFTED[craft]) as refused:
             look()
         assert "\n" not in str(refused.value)
@@ -250,12 +250,14 @@ def test_a_member_whose_arrays_do_not_fit_its_run_is_refused_by_name(quick, tmp_
     run = rs.run(quick, tmp_path / "run", max_realizations=3)
     one = read_member(member_path(run.folder, 0, 1))
     short = {name: values[:2] if len(values) > 1 else values for name, values in one.numbers.items()}
+    (own,) = one.moments
     changes = {
-        "speeds": {"speeds": one.speeds[:2], "numbers": short},
-        "shorter": {"spectrum": one.spectrum[:-1], "wavenumber": one.wavenumber[:-1]},
-        "longer": {"spectrum": np.append(one.spectrum, 1.0), "wavenumber": np.append(one.wavenumber, 1e9)},
+        "speeds": {"numbers": short},
+        "shorter": {"spectrum": own.spectrum[:-1], "wavenumber": own.wavenumber[:-1]},
+        "longer": {"spectrum": np.append(own.spectrum, 1.0), "wavenumber": np.append(own.wavenumber, 1e9)},
     }
-    write_member(run.folder, replace(one, **changes[change]))
+    speeds = one.speeds[:2] if change == "speeds" else one.speeds
+    write_member(run.folder, replace(one, speeds=speeds, moments=(own._replace(**changes[change]),)))
     told = {
         "speeds": "is of another run: its speeds, levels or points differ",
         "shorter": "or the members of its level read before are of another run: their wavenumbers differ",
