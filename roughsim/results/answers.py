@@ -34,7 +34,9 @@ TAILS = (
 
 def _columns_of(run: Run) -> list[str]:
     """Return the columns of the comparison that a run has, in their order."""
-    return ["theory", "calibrated", *run.numerics.columns, *([SLIDING] if slides.are_there(run.members) else [])]
+    slide = run.numerics.slide
+    slid = [SLIDING] if slide is not None and run.members.sound(slide) else []
+    return ["theory", "calibrated", *run.numerics.columns, *slid]
 
 
 def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labelled]:

@@ -13,6 +13,7 @@ from roughsim.estimate.rounds import Counts
 from roughsim.estimate.sliding import (
     HOT,
     sliding_estimate,
+    sliding_flash,
     sliding_quantile,
     stretch_of,
     with_background,
@@ -161,14 +162,7 @@ class Means:
 
         ValueError if there is no such observable or column, or no realization yet.
         """
-        if column == SLIDING and observable in slides.observables(self.members) and OBSERVABLES[observable].asked:
-            result = self._slid_quantile(observable)
-        elif column == SLIDING:
-            single = self.single(observable, all_heat=True)
-            numbers, coarsening = slides.numbers(self.members), slides.coarsening(self.members)
-            result = sliding_estimate(observable, single, numbers, coarsening, self._continuation())
-        else:
-            result = self.single(observable, column)
+        result = self._slid(observable) if column == SLIDING else self.single(observable, column)
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
         return replace(result, speeds=speeds, sources=self.sources)
 
@@ -207,20 +201,26 @@ class Means:
         """Return the relative error by the scans, if the surfaces are drawn from a C(q) that was measured on maps."""
         return scan_part(self.scene, *observables) if self.scanned else None
 
-    def stretch(self) -> Array:
-        """Return the growth of the distribution about T_flash in single contacts up to the end of C(q), (speeds,)."""
-        return stretch_of(self.values(FLASH), self.values(HOT), self.pairs()[0].sample)
+    def slid(self) -> tuple[Pair, Values, Array]:
+        """Return the slides, the T_flash that follows from them, and the factor of the distribution about it.
 
-    def _slid_quantile(self, observable: str) -> Estimate:
-        """Return the estimate of a quantile of the temperature in the column sliding."""
-        numbers, pair = slides.numbers(self.members), slides.pair(self.members)
-        flash = slides.flash_temperature(self.members, self.values(FLASH))
-        name = self.column(None)
+        By this factor, (speeds,), it grows in single contacts up to the end of C(q). ValueError without a slide.
+        """
+        flash, pair = self.values(FLASH), slides.pair(self.members)
+        slid_flash = sliding_flash(flash, pair.sample.numbers, slides.coarsening(self.members), pair.stream)
+        return pair, slid_flash, stretch_of(flash, self.values(HOT), self.pairs()[0].sample)
+
+    def _slid(self, observable: str) -> Estimate:
+        """Return the estimate of an observable in the column sliding."""
+        if observable not in slides.observables(self.members) or not OBSERVABLES[observable].asked:
+            single, numbers = self.single(observable, all_heat=True), slides.pair(self.members).sample.numbers
+            return sliding_estimate(observable, single, numbers, slides.coarsening(self.members), self._continuation())
+        pair, flash, stretch = self.slid()
         return estimate(
             observable,
-            sliding_quantile(flash, observable, numbers, pair.stream, self.stretch()),
+            sliding_quantile(flash, observable, pair.sample.numbers, pair.stream, stretch),
             (f"T_flash of the column sliding, times this quantile over T_flash in {len(pair.sample.rows)} slides",),
-            size=self.size_error(FLASH, name),
+            size=self.size_error(FLASH, self.column(None)),
             solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
             scan=self._scan_part(FLASH),
         )
@@ -229,7 +229,8 @@ class Means:
         """Return T₀ + T_flash of a column over speed; `warming` is T₀ of single contacts with all the heat, K."""
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
-            return with_background(flash, slides.numbers(self.members)["sliding_background"], self._continuation())
+            rows = slides.pair(self.members).sample.numbers["sliding_background"]
+            return with_background(flash, rows, self._continuation())
         own = share.has_own_share(self.scene)
         return share.with_warming(
             flash, self.estimate("heat_partition", column) if own else self.heat_partition, warming

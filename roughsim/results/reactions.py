@@ -100,12 +100,12 @@ def _contacts_of(run: Means, column: str | None) -> _Contacts:
     if column != SLIDING:
         name = run.column(column)
         return _Contacts(name, run.pairs(name), run.reported(FLASH, name), background_temperature(run, name))
-    pair, base = slides.pair(run.members), run.scene.sliding.background_temperature or 0.0
-    flash = slides.flash_temperature(run.members, run.values(FLASH))
+    pair, flash, stretch = run.slid()
     warm = np.zeros_like(flash.mean)
     if run.scene.sliding.duration is not None:
-        warm = slides.numbers(run.members)["sliding_background"].mean(axis=0)
-    return _Contacts(run.column(None), [pair], warmed(flash, warm), base + warm, run.stretch())
+        warm = pair.sample.numbers["sliding_background"].mean(axis=0)
+    background = (run.scene.sliding.background_temperature or 0.0) + warm
+    return _Contacts(run.column(None), [pair], warmed(flash, warm), background, stretch)
 
 
 def not_asked(run: Means, name: str) -> ValueError:

@@ -1,25 +1,19 @@
-"""The counted members of the column sliding: their numbers, and their curves over the slid distance."""
+"""The counted members of the column sliding."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from roughsim.estimate.ladder import Pair
-from roughsim.estimate.levels import FLASH, Values
-from roughsim.estimate.sliding import SLIDING_OBSERVABLES, sliding_flash
+from roughsim.estimate.levels import FLASH
+from roughsim.estimate.sliding import SLIDING_OBSERVABLES
 from roughsim.grid import Array
-from roughsim.observables.catalogue import AXIS, NUMBERS, OBSERVABLES
+from roughsim.observables.catalogue import AXIS, OBSERVABLES
 from roughsim.results.members import Members
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.sliding.path import coarser_grid
 from roughsim.store.member_files import member_path, read_member
-
-
-def numbers(members: Members) -> dict[str, Array]:
-    """Return the numbers of the slides, (members, speeds); ValueError without a sound member."""
-    level, indices = _sound(members)
-    return {name: members.numbers(level, name, indices) for name, record in NUMBERS.items() if record.of_slide}
 
 
 def curves(members: Members) -> dict[str, Array]:
@@ -37,26 +31,12 @@ def coarsening(members: Members) -> float:
     return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]
 
 
-def flash_temperature(members: Members, single: Values) -> Values:
-    """Return T_flash of the moving body from that of single contacts with all the heat; errors as `numbers`.
-
-    The slides are followed to their end, as of all scenes that ask for the distribution of the temperature.
-    """
-    level = _sound(members)[0]
-    return sliding_flash(single, numbers(members), coarsening(members), members.numerics.stream(level))
-
-
 def pair(members: Members) -> Pair:
-    """Return the sample of the slides, with their T_flash as that of contacts; errors as `numbers`."""
+    """Return the sample of the slides, with their T_flash as that of contacts; ValueError without one."""
     level = _sound(members)[0]
     sample = members.sample(level)
     slid = sample.numbers | {FLASH: sample.numbers["sliding_flash_temperature"]}
     return Pair(level, members.numerics.stream(level), replace(sample, numbers=slid), None)
-
-
-def are_there(members: Members) -> bool:
-    """Return whether the column sliding has a sound member."""
-    return members.numerics.slide is not None and bool(members.sound(members.numerics.slide))
 
 
 def followed(scene: Scene, numerics: Numerics) -> float | None:
