@@ -13,10 +13,9 @@ from roughsim.charts.spectra import correlation_chart, spectrum_chart
 from roughsim.charts.style import FIELDS, USUAL, Look, Subject, beside, check_ending
 from roughsim.charts.temperature import distribution_chart, profile_chart
 from roughsim.errors import number
-from roughsim.results.fields import DERIVED_UNITS
 from roughsim.results.film import filmed, no_film
 from roughsim.results.reactions import ABOUT, reacting_columns
-from roughsim.results.run import Run
+from roughsim.results.run import DERIVED_UNITS, Run
 from roughsim.scene.numerics import SLIDING
 
 CURVES: dict[str, Callable[[Subject, Path], None]] = {
