@@ -24,7 +24,6 @@ from roughsim.results import marks, slides
 from roughsim.results.folder import left_out, open_run
 from roughsim.results.pressed import SOME_LOAD, Pressed
 from roughsim.results.run import Run
-from roughsim.results.share import share_text
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
@@ -219,7 +218,7 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
     ]
     unknown = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
     modes = f" {_SAME_MODES}" if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios) else ""
-    notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {share_text(run.shares())}."]
+    notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}."]
     notes += [*map(str, statements(run.scene)), *(texture_warnings(run.scene) if run.drawn else ())]
     notes += [*marks.meanings(list(unknown), {row.note for row in rows}), *left_out(run)]
     title = f"{run.scene.title}: {_count(run)}" if run.scene.title else _count(run)

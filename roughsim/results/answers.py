@@ -9,7 +9,7 @@ from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results import slides
 from roughsim.results.arrays import SHARE, Labelled
-from roughsim.results.marks import AT_CUT_OFF, notes_of, unknown_words
+from roughsim.results.marks import AT_CUT_OFF, notes_of
 from roughsim.results.pressed import Pressed
 from roughsim.results.reactions import ABOUT, HEAT_ABOVE, RATE, reacting_columns
 from roughsim.results.run import Run
@@ -77,7 +77,7 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
 def _measured(run: Run, observable: str, column: str) -> _Entry:
     """Return mean, total error, unknown parts and notes of an observable in a column."""
     estimate = run.estimate(observable, column)
-    unknown = [unknown_words(estimate.unknown_at(k)) for k in range(len(estimate.mean))]
+    unknown = [", ".join(estimate.unknown_at(k)) for k in range(len(estimate.mean))]
     return estimate.mean, estimate.total_error, unknown, notes_of(run, column, estimate)
 
 
@@ -108,7 +108,7 @@ def answers_of_reactions(run: Run) -> Iterator[Labelled]:
                 at, estimate = (columns.index(column), j), of_column[k].estimate
                 values[at], errors[at] = estimate.mean, estimate.total_error
                 parts = [estimate.unknown_at(n) for n in range(len(estimate.mean))]
-                unknown[at] = [unknown_words(lacking) for lacking in parts]
+                unknown[at] = [", ".join(lacking) for lacking in parts]
                 notes[at] = [AT_CUT_OFF if "bandwidth" in lacking else "" for lacking in parts]
         yield from marked(name, ("column", axis, "speed"), values, errors, unknown.astype(str), notes.astype(str))
 

@@ -3,7 +3,7 @@
 Comparisons, studies and files take these marks and their words from here.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from math import isfinite
 
 import numpy as np
@@ -30,16 +30,6 @@ def notes_of(run: Run, column: str, estimate: Estimate) -> list[str]:
     no_limit = np.isnan(estimate.budget.get("bandwidth", np.zeros_like(estimate.mean)))
     no_limit |= plastic and not record.limit  # plastic patches have steep edges
     return [AT_CUT_OFF * bool(cut) for cut in no_limit & ~np.isnan(estimate.mean)]
-
-
-def unknown_words(parts: Sequence[str]) -> str:
-    """Return the unknown parts of an error as one text, for tables and files; "" if all are known."""
-    return ", ".join(parts)
-
-
-def is_whole(unknown: str, note: str) -> bool:
-    """Return whether a value with these marks is extrapolated and has a complete error."""
-    return not unknown and note != AT_CUT_OFF
 
 
 def meanings(unknown: Collection[str], notes: Collection[str]) -> Iterator[str]:

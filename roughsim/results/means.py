@@ -122,9 +122,16 @@ class Means:
         own = share.has_own_share(self.scene)
         return self.values("heat_partition", column).mean if own else self.heat_partition
 
-    def shares(self) -> dict[str, Array]:
-        """Return the share of the heat, (speeds,), in the reported temperatures of the theory and each column."""
-        return {"theory": self.heat_partition} | {column: self.share(column) for column in self.numerics.columns}
+    def share_text(self) -> str:
+        """Return in words the share of the heat in the theory and in each column; one text if all are equal."""
+        shares = {"theory": self.heat_partition} | {column: self.share(column) for column in self.numerics.columns}
+        texts = {
+            name: " to ".join(dict.fromkeys(f"{value:.3g}" for value in (share.min(), share.max())))
+            for name, share in shares.items()
+        }
+        if len({*texts.values()}) == 1:
+            return texts["theory"]
+        return ", ".join(f"{text} ({name})" for name, text in texts.items())
 
     def heat_share(self, speed: float, column: str | None = None, scene: Scene | None = None) -> float:
         """Return the share of the heat in the reported temperatures of a column, at any speed, m/s.
@@ -188,7 +195,7 @@ class Means:
             notes,
             size=self.size_error(observable, name),
             solver=record.solver_share * self.numerics.tolerance,
-            scan=self._scan_part(*factors),
+            scan=scan_part(self.scene, *factors) if self.scanned else None,
         )
 
     def _continuation(self) -> SlidingContinuation:
@@ -196,10 +203,6 @@ class Means:
         if self._continued is None:
             self._continued = prediction.sliding_continuation(self.scene, slides.followed(self.scene, self.numerics))
         return self._continued
-
-    def _scan_part(self, *observables: str) -> Array | None:
-        """Return the relative error by the scans, if the surfaces are drawn from a C(q) that was measured on maps."""
-        return scan_part(self.scene, *observables) if self.scanned else None
 
     def slid(self) -> tuple[Pair, Values, Array]:
         """Return the slides, the T_flash that follows from them, and the factor of the distribution about it.
@@ -222,7 +225,7 @@ class Means:
             (f"T_flash of the column sliding, times this quantile over T_flash in {len(pair.sample.rows)} slides",),
             size=self.size_error(FLASH, self.column(None)),
             solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
-            scan=self._scan_part(FLASH),
+            scan=scan_part(self.scene, FLASH) if self.scanned else None,
         )
 
     def contact_temperature(self, column: str, warming: Array) -> Estimate:
@@ -231,10 +234,9 @@ class Means:
         if column == SLIDING:
             rows = slides.pair(self.members).sample.numbers["sliding_background"]
             return with_background(flash, rows, self._continuation())
-        own = share.has_own_share(self.scene)
-        return share.with_warming(
-            flash, self.estimate("heat_partition", column) if own else self.heat_partition, warming
-        )
+        if share.has_own_share(self.scene):
+            return share.with_warming(flash, self.estimate("heat_partition", column), warming)
+        return replace(flash, mean=flash.mean + self.heat_partition * warming)
 
     def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
         """Return g_σ(r) at the highest cut-off of a column and its standard error, Pa².
