@@ -20,7 +20,7 @@ from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.prediction.sliding import CONTINUED
 from roughsim.prediction.statements import statements, texture_warnings
 from roughsim.prediction.values import Predicted
-from roughsim.results import marks, slides
+from roughsim.results import marks
 from roughsim.results.folder import left_out, open_run
 from roughsim.results.pressed import SOME_LOAD, Pressed
 from roughsim.results.run import Run
@@ -310,7 +310,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
 
 def _continued_note(run: Run) -> str:
     """Return how far slides are followed, if it is not the whole slid distance."""
-    followed = slides.followed(run.scene, run.numerics)
+    followed = run.followed
     if followed is None:
         return ""
     whole = max(run.scene.sliding.distances)

@@ -7,11 +7,10 @@ import numpy as np
 from roughsim import prediction
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
-from roughsim.results import slides
 from roughsim.results.arrays import SHARE, Labelled
 from roughsim.results.marks import AT_CUT_OFF, notes_of
 from roughsim.results.pressed import Pressed
-from roughsim.results.reactions import ABOUT, HEAT_ABOVE, RATE, reacting_columns
+from roughsim.results.reactions import ABOUT, HEAT_ABOVE, RATE
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
@@ -53,7 +52,6 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
     shares = [run.heat_partition] * 2 + [run.share(column) for column in run.numerics.columns] + slid
     yield Labelled("heat_share_used", ("column", "speed"), np.array(shares), SHARE)
     theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
-    slid_observables = slides.observables(run.members)
     bands = prediction.calibrated(run.scene).errors
     for name in run.observables if observables is None else observables:
         record = OBSERVABLES[name]
@@ -63,7 +61,7 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
         entries: list[_Entry] = [(theory, nothing, unmarked, unmarked)]
         entries.append((calibrated, np.abs(calibrated) * bands.get(name, np.nan), unmarked, unmarked))
         for column in columns[2:]:
-            measured = column != SLIDING or name in slid_observables
+            measured = column != SLIDING or name in run.slid_observables
             entries.append(_measured(run, name, column) if measured else (nothing, nothing, unmarked, unmarked))
         axes = ("column", "speed") if record.per_speed else ("column",)
         tables = (np.array(table) for table in zip(*entries, strict=True))
@@ -89,7 +87,7 @@ def answers_of_reactions(run: Run) -> Iterator[Labelled]:
     if run.scene.reaction is None and run.scene.observables is None:
         return
     columns = _columns_of(run)
-    asked = {column: run.reactions(column) for column in reacting_columns(run)}
+    asked = {column: run.reactions(column) for column in run.reacting_columns}
     first = asked[run.numerics.columns[0]]
     theory = {one.key: one.estimate.value for one in prediction.asked_predictions(run.scene, run.heat_partition)}
     nothing = np.full(len(run.scene.speeds), np.nan)

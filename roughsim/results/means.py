@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from roughsim import prediction
 from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.correlation import correlation_of
@@ -12,6 +14,7 @@ from roughsim.estimate.levels import FLASH, Values, notes_of, product, scaled, v
 from roughsim.estimate.rounds import Counts
 from roughsim.estimate.sliding import (
     HOT,
+    SLIDING_OBSERVABLES,
     sliding_estimate,
     sliding_flash,
     sliding_quantile,
@@ -19,14 +22,16 @@ from roughsim.estimate.sliding import (
     with_background,
 )
 from roughsim.grid import Array
-from roughsim.observables.catalogue import OBSERVABLES, observables_of
+from roughsim.observables.catalogue import AXIS, OBSERVABLES, observables_of
 from roughsim.observables.record import Observable
 from roughsim.prediction.scans import scan_part
 from roughsim.prediction.sliding import SlidingContinuation
-from roughsim.results import share, slides
+from roughsim.results import share
 from roughsim.results.members import Members
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
+from roughsim.sliding.path import coarser_grid
+from roughsim.store.member_files import member_path, read_member
 
 
 class Means:
@@ -175,7 +180,7 @@ class Means:
 
     def estimates(self, column: str | None = None) -> dict[str, Estimate]:
         """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""
-        names = slides.observables(self.members) if column == SLIDING else self.observables
+        names = self.slid_observables if column == SLIDING else self.observables
         return {name: self.estimate(name, column) for name in names}
 
     def single(self, observable: str, column: str | None = None, *, all_heat: bool = False) -> Estimate:
@@ -198,26 +203,45 @@ class Means:
             scan=scan_part(self.scene, *factors) if self.scanned else None,
         )
 
-    def _continuation(self) -> SlidingContinuation:
-        """Return the factors from the distance that slides are followed to their whole distance."""
-        if self._continued is None:
-            self._continued = prediction.sliding_continuation(self.scene, slides.followed(self.scene, self.numerics))
-        return self._continued
+    @property
+    def followed(self) -> float | None:
+        """Distance that slides are followed, m, if it is less than the whole slid distance; else None."""
+        level = self.numerics.slide
+        distance = None if level is None else self.numerics.levels[level].followed
+        return distance if distance is not None and distance < max(self.scene.sliding.distances) else None
+
+    @property
+    def reacting_columns(self) -> tuple[str, ...]:
+        """Columns whose members have stored the distribution of the temperature; none if the scene does not ask."""
+        if not self.scene.distribution:
+            return ()
+        columns, level = self.numerics.columns, self.numerics.slide
+        slides = [] if level is None else [self.members[level, index] for index in self.members.sound(level)]
+        stored = bool(slides) and all(slide.bins is not None for slide in slides)
+        return (*columns, SLIDING) if stored else columns
+
+    @property
+    def slid_observables(self) -> tuple[str, ...]:
+        """Observables of the column sliding: those of the distribution only if its members have stored it."""
+        if SLIDING not in self.reacting_columns:
+            return SLIDING_OBSERVABLES
+        return (*SLIDING_OBSERVABLES, *(name for name, record in OBSERVABLES.items() if record.asked))
 
     def slid(self) -> tuple[Pair, Values, Array]:
         """Return the slides, the T_flash that follows from them, and the factor of the distribution about it.
 
         By this factor, (speeds,), it grows in single contacts up to the end of C(q). ValueError without a slide.
         """
-        flash, pair = self.values(FLASH), slides.pair(self.members)
-        slid_flash = sliding_flash(flash, pair.sample.numbers, slides.coarsening(self.members), pair.stream)
+        flash, pair = self.values(FLASH), self.members.slides()
+        slid_flash = sliding_flash(flash, pair.sample.numbers, self._coarsening(pair.level), pair.stream)
         return pair, slid_flash, stretch_of(flash, self.values(HOT), self.pairs()[0].sample)
 
     def _slid(self, observable: str) -> Estimate:
         """Return the estimate of an observable in the column sliding."""
-        if observable not in slides.observables(self.members) or not OBSERVABLES[observable].asked:
-            single, numbers = self.single(observable, all_heat=True), slides.pair(self.members).sample.numbers
-            return sliding_estimate(observable, single, numbers, slides.coarsening(self.members), self._continuation())
+        if observable not in self.slid_observables or not OBSERVABLES[observable].asked:
+            single, pair = self.single(observable, all_heat=True), self.members.slides()
+            coarsening = self._coarsening(pair.level)
+            return sliding_estimate(observable, single, pair.sample.numbers, coarsening, self._continuation())
         pair, flash, stretch = self.slid()
         return estimate(
             observable,
@@ -228,11 +252,23 @@ class Means:
             scan=scan_part(self.scene, FLASH) if self.scanned else None,
         )
 
+    def _coarsening(self, level: int) -> float:
+        """Return the ratio of pixels of slides, coarser grid over own grid; 1 without a coarser grid."""
+        grid = self.numerics.grid(level)
+        coarser = coarser_grid(grid, self.numerics.levels[level].q_max)
+        return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]
+
+    def _continuation(self) -> SlidingContinuation:
+        """Return the factors from the distance that slides are followed to their whole distance."""
+        if self._continued is None:
+            self._continued = prediction.sliding_continuation(self.scene, self.followed)
+        return self._continued
+
     def contact_temperature(self, column: str, warming: Array) -> Estimate:
         """Return T₀ + T_flash of a column over speed; `warming` is T₀ of single contacts with all the heat, K."""
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
-            rows = slides.pair(self.members).sample.numbers["sliding_background"]
+            rows = self.members.slides().sample.numbers["sliding_background"]
             return with_background(flash, rows, self._continuation())
         if share.has_own_share(self.scene):
             return share.with_warming(flash, self.estimate("heat_partition", column), warming)
@@ -257,4 +293,7 @@ class Means:
 
         Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
         """
-        return slides.curves(self.members)
+        slides = self.members.slides()
+        paths = [member_path(self.folder, slides.level, index) for index in slides.sample.rows.tolist()]
+        rows = [read_member(path).curves for path in paths]
+        return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}

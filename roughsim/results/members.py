@@ -192,6 +192,17 @@ class Members(dict[Key, Member]):
                 pairs[level] = Pair(level, self.numerics.stream(level), self.sample(level), lower)
         return list(pairs.values())
 
+    def slides(self) -> Pair:
+        """Return the sample of the slides, with their T_flash as that of contacts; ValueError without a sound one."""
+        level = self.numerics.slide
+        if level is None:
+            raise ValueError(f'{self.folder} has no column "sliding": its scene has history = "frozen"')
+        sample = self.sample(level)
+        if not sample.rows.size:
+            raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
+        numbers = sample.numbers | {"flash_temperature": sample.numbers["sliding_flash_temperature"]}
+        return Pair(level, self.numerics.stream(level), replace(sample, numbers=numbers), None)
+
     def seconds(self, level: int) -> Array:
         """Return the computing time of each member of a level, s, also of those that do not count."""
         members = [member for (of_level, _), member in self.items() if of_level == level]
