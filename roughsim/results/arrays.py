@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -21,16 +22,19 @@ _SPECTRUM = "shares of the pressure variance by wavenumber; single entries may b
 SHARE = {"units": "1", "description": "share of the heat used for the temperatures"}
 
 
+@dataclass(frozen=True)
 class Stored:
-    """A field of many members as one lazy array, (member, x, y).
+    """A field of many members as one lazy array, (member, x, y)."""
 
-    `read` returns the field of a realization, of the shape `shape`, by its index.
-    """
-
+    indices: list[int]  # of the members
+    read: Callable[[int], Array]  # returns the field of a member by its index
+    points: tuple[int, int]
     dtype = np.dtype("<f4")
 
-    def __init__(self, indices: list[int], read: Callable[[int], Array], shape: tuple[int, int]):
-        self.indices, self.read, self.shape = indices, read, (len(indices), *shape)
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Members and points."""
+        return len(self.indices), *self.points
 
     def __iter__(self) -> Iterator[Array]:
         return map(self.read, self.indices)
@@ -85,19 +89,17 @@ def arrays_of(members: Members, scene: Scene, shares: list[Array], read: Callabl
 
 def _solves(members: Members) -> Iterator[Labelled]:
     """Yield whether the contact of each member converged, its residual, and its iterations."""
-    shape = len(members.counts), max(members.counts)
-    converged = np.zeros(shape, np.int8)
-    solved = {"residual": np.full(shape, np.nan), "iterations": np.full(shape, np.nan)}
+    axes, shape = ("level", "realization"), (len(members.counts), max(members.counts))
+    converged, residual, iterations = np.zeros(shape, np.int8), np.full(shape, np.nan), np.full(shape, np.nan)
     for level, count in enumerate(members.counts):
         for index in range(count):
             member = members[level, index]
             converged[level, index] = not member.failure
-            for name, values in solved.items():
-                values[level, index] = member.provenance.get(name, np.nan)
-    axes = ("level", "realization")
+            residual[level, index] = member.provenance.get("residual", np.nan)
+            iterations[level, index] = member.provenance.get("iterations", np.nan)
     yield Labelled("converged", axes, converged, {"units": "1", "description": "1 for a converged contact"})
-    for name, values in solved.items():
-        yield Labelled(name, axes, values, {"units": "1", "description": "of the contact solve"})
+    yield Labelled("residual", axes, residual, {"units": "1", "description": "of the contact solve"})
+    yield Labelled("iterations", axes, iterations, {"units": "1", "description": "of the contact solve"})
 
 
 def _numbers(members: Members, of_levels: dict[int, Sample], shares: list[Array], below: bool) -> Iterator[Labelled]:

@@ -6,6 +6,7 @@ arrays of `Run.to_xarray`: numbers and kept fields. All arrays have dimension sc
 """
 
 import os
+from dataclasses import replace
 from io import FileIO
 from pathlib import Path
 from typing import Any
@@ -161,8 +162,7 @@ def _rounded(array: Labelled, bits: int | None) -> Labelled:
     if bits is None:
         return array._replace(attributes=attributes)
     attributes["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(bits)  # netCDF's own word for such rounding
-    read = array.data.read
-    data = Stored(array.data.indices, lambda index: rounded(read(index), bits), array.data.shape[1:])
+    data = replace(array.data, read=lambda index: rounded(array.data.read(index), bits))
     return array._replace(data=data, attributes=attributes)
 
 

@@ -58,7 +58,10 @@ class Members(dict[Key, Member]):
         self.damaged: dict[Key, str] = {}
         self.available = [0] * len(self.numerics.levels)
         self.counts: Counts = tuple(self.available)
-        self._identity, self._treatment = _identity_of(description.values()), treatment
+        self._identity, self._treatment = (
+            _identity_of({"scene": description.scene, "numerics": self.numerics.to_dict()}),
+            treatment,
+        )
         self._modes: dict[int, list[tuple[int, ...]]] = {}  # shapes of the stress spectra of each level
 
     def refresh(self, most: int) -> None:
