@@ -58,17 +58,9 @@ class Members(dict[Key, Member]):
         self.damaged: dict[Key, str] = {}
         self.available = [0] * len(self.numerics.levels)
         self.counts: Counts = tuple(self.available)
-        self._identity, self._treatment = (
-            _identity_of({"scene": description.scene, "numerics": self.numerics.to_dict()}),
-            treatment,
-        )
+        self._treatment = treatment
+        self._identity = _identity_of({"scene": description.scene, "numerics": self.numerics.to_dict()})
         self._modes: dict[int, list[tuple[int, ...]]] = {}  # shapes of the stress spectra of each level
-
-    def refresh(self, most: int) -> None:
-        """Read new members, of each level at most `most`; errors as `take`."""
-        for level in range(len(self.available)):
-            while self.available[level] < most and self.take(level, self.available[level]):
-                self.available[level] += 1
 
     def take(self, level: int, index: int) -> bool:
         """Read one member unless it was read before; False if its file is missing.
@@ -132,8 +124,9 @@ class Members(dict[Key, Member]):
         return [member_name(*key) for key in keys if key not in stored]
 
     def failed(self, level: int) -> list[int]:
-        """Return the indices of members of a level without numbers."""
-        return [i for i in range(self.counts[level]) if (level, i) in self and self[level, i].failure]
+        """Return the indices of members of a level whose contact did not converge; damaged ones are left out."""
+        there = [i for i in range(self.counts[level]) if (level, i) in self and (level, i) not in self.damaged]
+        return [i for i in there if self[level, i].failure]
 
     def sound(self, level: int) -> list[int]:
         """Return the indices at which a level has numbers, and no level of the same surfaces failed."""

@@ -80,7 +80,10 @@ class Run(Means):
 
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
-        self.members.refresh(self.max_realizations)
+        available = self.members.available
+        for level in range(len(available)):
+            while available[level] < self.max_realizations and self.members.take(level, available[level]):
+                available[level] += 1
         self.rounds = self._replayed()
         self.count(self.rounds.counts)
 
@@ -137,8 +140,7 @@ class Run(Means):
     @property
     def failed(self) -> int:
         """Number of counted members of single contacts that did not converge."""
-        failed = {(level, i) for level in self.numerics.single for i in self.members.failed(level)}
-        return len(failed - set(self.damaged))
+        return sum(len(self.members.failed(level)) for level in self.numerics.single)
 
     @property
     def extent(self) -> str:
