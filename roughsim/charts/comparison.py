@@ -24,7 +24,7 @@ from roughsim.charts.style import (
     new_figure,
     plain_ticks,
 )
-from roughsim.results.marks import AT_CUT_OFF
+from roughsim.results.answers import AT_CUT_OFF
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.show.table import shown

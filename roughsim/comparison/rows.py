@@ -15,7 +15,7 @@ from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.sliding import SlidingPrediction
 from roughsim.prediction.values import Predicted
-from roughsim.results.marks import AT_CUT_OFF, IDENTITY, notes_of
+from roughsim.results.answers import AT_CUT_OFF, IDENTITY, notes_of
 from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING

@@ -1,14 +1,18 @@
-"""Results of a run as arrays: every observable in every column with its total error, and both theories."""
+"""Results of a run as arrays: every observable in every column with its total error and marks, and both theories.
 
-from collections.abc import Iterable, Iterator
+The marks of a value are the unknown parts of its error, and a note: whether it is at q_c or fixed by force balance.
+"""
+
+from collections.abc import Collection, Iterable, Iterator
+from math import isfinite
 
 import numpy as np
 
 from roughsim import prediction
+from roughsim.estimate.errors import Estimate
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.arrays import SHARE, Labelled
-from roughsim.results.marks import AT_CUT_OFF, notes_of
 from roughsim.results.pressed import Pressed
 from roughsim.results.reactions import ABOUT, HEAT_ABOVE, RATE
 from roughsim.results.run import Run
@@ -23,12 +27,38 @@ _MEANINGS = {
     "elastic": "simulated elastic contact",
     SLIDING: "simulated contact of two rough faces that slide over one another, with its own share of the heat",
 }
+IDENTITY, AT_CUT_OFF = "identity", "at q_c"
 _Entry = tuple[Array, Array, list[str], list[str]]  # values, total errors, unknown parts and notes, over speed
 TAIL, UNKNOWN, NOTE = "_total_error", "_unknown", "_note"  # suffixes of the arrays beside an observable
 TAILS = (
     "NAME_total_error is its error, 95 %, NAME_unknown are the missing parts of this error, and NAME_note marks values "
     "that are not extrapolated (at q_c) or fixed by force balance (identity)."
 )
+
+
+def notes_of(run: Run, column: str, estimate: Estimate) -> list[str]:
+    """Return a note on each entry of an estimate of a column: "identity", "at q_c" or "".
+
+    "identity": force balance alone fixes the value, as all contact has yielded. "at q_c": the value has no limit in the
+    cut-off, or the levels of the run do not show it, so that it is not extrapolated.
+    """
+    record = OBSERVABLES[estimate.observable]
+    plastic = column in ("capped", SLIDING) and not run.scene.elastic
+    if plastic and record.by_force_balance and isfinite(prediction.yield_wavenumber(run.scene)):
+        return [IDENTITY] * len(estimate.mean)
+    no_limit = np.isnan(estimate.budget.get("bandwidth", np.zeros_like(estimate.mean)))
+    no_limit |= plastic and not record.limit  # plastic patches have steep edges
+    return [AT_CUT_OFF * bool(cut) for cut in no_limit & ~np.isnan(estimate.mean)]
+
+
+def meanings(unknown: Collection[str], notes: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each mark that a table has; `unknown` are parts of errors, `notes` are from `notes_of`."""
+    if unknown:
+        yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(unknown)})."
+    if IDENTITY in notes:
+        yield "identity: fixed by force balance; its ratios test nothing."
+    if AT_CUT_OFF in notes:
+        yield "at q_c: no limit in the cut-off, or none that the run shows; its ratios test nothing."
 
 
 def _columns_of(run: Run) -> list[str]:
@@ -42,7 +72,7 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
     """Yield the columns, the speeds, the heat share, and observables with their total error, 95 %, and marks.
 
     They are (column, speed) or (column,). The marks are texts: the unknown parts of the error, and the note of
-    `marks.notes_of`. If no `observables` are named, reactions and the heat above temperatures follow; of a pressed map
+    `notes_of`. If no `observables` are named, reactions and the heat above temperatures follow; of a pressed map
     T_flash by the direction of sliding. ValueError if the run has no sound realization.
     """
     columns = _columns_of(run)

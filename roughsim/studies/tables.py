@@ -7,7 +7,7 @@ import numpy as np
 
 from roughsim.observables.catalogue import UNITS
 from roughsim.prediction.distribution import ELECTRONVOLT
-from roughsim.results.marks import meanings
+from roughsim.results.answers import meanings
 from roughsim.results.reactions import ABOUT
 from roughsim.scene.numerics import SLIDING
 from roughsim.scene.written import literal

@@ -9,7 +9,7 @@ import numpy as np
 
 from roughsim.estimate.errors import Uncertain, quotient
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.results.marks import notes_of
+from roughsim.results.answers import notes_of
 from roughsim.results.run import Run
 from roughsim.studies.results import StudyResults
 from roughsim.studies.vary import Point
