@@ -3,7 +3,7 @@
 The marks of a value are the unknown parts of its error, and a note: whether it is at q_c or fixed by force balance.
 """
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from math import isfinite
 
 import numpy as np
@@ -14,7 +14,7 @@ from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.arrays import SHARE, Labelled
 from roughsim.results.pressed import Pressed
-from roughsim.results.reactions import ABOUT, HEAT_ABOVE, RATE
+from roughsim.results.reactions import ABOUT, HEAT_ABOVE, RATE, asked_names
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
@@ -68,12 +68,13 @@ def _columns_of(run: Run) -> list[str]:
     return ["theory", "calibrated", *run.numerics.columns, *slid]
 
 
-def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labelled]:
+def answers(run: Run, observables: Sequence[str] | None = None) -> Iterator[Labelled]:
     """Yield the columns, the speeds, the heat share, and observables with their total error, 95 %, and marks.
 
     They are (column, speed) or (column,). The marks are texts: the unknown parts of the error, and the note of
-    `notes_of`. If no `observables` are named, reactions and the heat above temperatures follow; of a pressed map
-    T_flash by the direction of sliding. ValueError if the run has no sound realization.
+    `notes_of`. `observables` are all of the run by default. Together follow all reactions and the heat above
+    temperatures, if one of them is named; of a pressed map T_flash by the direction of sliding. ValueError if the run
+    has no sound realization.
     """
     columns = _columns_of(run)
     yield Labelled("column", ("column",), np.array(columns), {"description": "source of a value, see README"})
@@ -83,7 +84,8 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
     yield Labelled("heat_share_used", ("column", "speed"), np.array(shares), SHARE)
     theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
     bands = prediction.calibrated(run.scene).errors
-    for name in run.observables if observables is None else observables:
+    names = [*run.observables, *asked_names(run.scene)] if observables is None else observables
+    for name in (name for name in names if name not in ABOUT):
         record = OBSERVABLES[name]
         heat = run.heat_partition if record.heated else np.ones(len(run.heat_partition) if record.per_speed else 1)
         theory, calibrated = (by[name] * heat for by in theories)
@@ -96,8 +98,8 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
         axes = ("column", "speed") if record.per_speed else ("column",)
         tables = (np.array(table) for table in zip(*entries, strict=True))
         yield from marked(name, axes, *(table if record.per_speed else table[:, 0] for table in tables))
-    if observables is None:
-        yield from answers_of_reactions(run)
+    if any(name in ABOUT for name in names):
+        yield from _answers_of_reactions(run)
     if isinstance(run, Pressed):
         yield from _answers_of_directions(run)
 
@@ -109,13 +111,8 @@ def _measured(run: Run, observable: str, column: str) -> _Entry:
     return estimate.mean, estimate.total_error, unknown, notes_of(run, column, estimate)
 
 
-def answers_of_reactions(run: Run) -> Iterator[Labelled]:
-    """Yield reactions over column, energy and speed, and shares of the heat over column, temperature and speed.
-
-    Nothing if the scene asks for none.
-    """
-    if run.scene.reaction is None and run.scene.observables is None:
-        return
+def _answers_of_reactions(run: Run) -> Iterator[Labelled]:
+    """Yield reactions over column, energy and speed, and shares of the heat over column, temperature and speed."""
     columns = _columns_of(run)
     asked = {column: run.reactions(column) for column in run.reacting_columns}
     first = asked[run.numerics.columns[0]]

@@ -24,7 +24,7 @@ def has_own_share(scene: Scene) -> bool:
 
 def with_warming(flash: Estimate, share: Estimate, warming: Array) -> Estimate:
     """Return s (T₀ + T_flash) from s T_flash and s, whose errors add; `warming`, (speeds,), is T₀ with all heat, K."""
-    parts = dict.fromkeys((*flash.budget, *share.budget))
+    parts = flash.budget | share.budget
     return replace(
         flash,
         mean=flash.mean + share.mean * warming,
