@@ -41,23 +41,16 @@ Damaged = Literal["refuse", "skip", "redo"]
 class Members(dict[Key, Member]):
     """The members of a run folder by level and index, without their fields.
 
-    Attributes
-    ----------
-    damaged : dict of (int, int) to str
-        Members whose files cannot be used, with the reason. How they are treated: "refuse" raises the error, "skip"
-        counts them as failed, "redo" moves the file aside with a warning, and the member is missing.
-    available : list of int
-        Members of each level before the first missing one.
-    counts : tuple of int
-        Number of members of each level that count. The other methods concern these.
+    The treatment of a file that cannot be used: "refuse" raises the error, "skip" counts the member as failed, "redo"
+    moves the file aside with a warning, and the member is missing.
     """
 
     def __init__(self, folder: Path, description: Description, speeds: tuple[float, ...], treatment: Damaged):
         super().__init__()
         self.folder, self.numerics, self.speeds = folder, description.numerics, speeds
-        self.damaged: dict[Key, str] = {}
-        self.available = [0] * len(self.numerics.levels)
-        self.counts: Counts = tuple(self.available)
+        self.damaged: dict[Key, str] = {}  # reasons of files that cannot be used
+        self.available = [0] * len(self.numerics.levels)  # members of each level before the first missing one
+        self.counts: Counts = tuple(self.available)  # members of each level that count, for the methods
         self._treatment = treatment
         self._identity = _identity_of({"scene": description.scene, "numerics": self.numerics.to_dict()})
         self._modes: dict[int, list[tuple[int, ...]]] = {}  # shapes of the stress spectra of each level
