@@ -74,7 +74,9 @@ class Members(dict[Key, Member]):
                 raise
             self.damaged[key] = str(error)
             if redo:
-                _move_aside(path, error)
+                with suppress(FileNotFoundError):  # another process has moved it
+                    moved = f"{str(error).partition(';')[0]}; it was moved to {set_aside(path)} and is done again"
+                    warnings.warn(moved, RuntimeWarning, stacklevel=4)
                 return False
             self[key] = Member(level, index, failure=str(error), provenance={"seconds": {}})
             return True
@@ -204,11 +206,3 @@ def _identity_of(description: Mapping[str, Any]) -> list[Any]:
     if isinstance(numerics, dict):
         numerics = {key: value for key, value in numerics.items() if key != "keep_fields"}
     return [description.get("scene"), numerics]
-
-
-def _move_aside(path: Path, error: RecordError) -> None:
-    """Move a damaged file into the folder "damaged", with a warning."""
-    with suppress(FileNotFoundError):  # another process has moved it
-        kept = set_aside(path)
-        fault = str(error).partition(";")[0]
-        warnings.warn(f"{fault}; it was moved to {kept} and is done again", RuntimeWarning, stacklevel=5)
