@@ -24,9 +24,8 @@ from roughsim.charts.style import (
     new_figure,
     plain_ticks,
 )
-from roughsim.results.marks import AT_CUT_OFF
+from roughsim.results.answers import AT_CUT_OFF
 from roughsim.results.run import Run
-from roughsim.results.share import share_text
 from roughsim.scene import Scene
 from roughsim.show.table import shown
 from roughsim.show.text import plain
@@ -159,6 +158,6 @@ def _text_of_run(run: Run, drawn: Sequence[_Row]) -> str:
         run.extent,
         "bands: total error, 95 %; of the stress correlation: statistical, 95 %",
         f"at least, as these parts of the error are unknown: {', '.join(unknown)}" if unknown else "",
-        f"heat share in the body: {share_text(run.shares())}",
+        f"heat share in the body: {run.share_text()}",
     ]
     return "\n".join(fill(line, 50) for line in lines if line)

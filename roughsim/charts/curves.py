@@ -28,7 +28,7 @@ from roughsim.charts.style import (
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.theories import OVER_SPEED as DENSE
-from roughsim.results.marks import AT_CUT_OFF
+from roughsim.results.answers import AT_CUT_OFF
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.show.table import shown
@@ -64,7 +64,7 @@ class Row(Protocol):
 
     @property
     def note(self) -> str:
-        """A mark of `roughsim.results.marks`."""
+        """A note of `roughsim.results.answers`."""
 
     @property
     def columns(self) -> Mapping[str, Any]:

@@ -13,10 +13,9 @@ from roughsim.charts.spectra import correlation_chart, spectrum_chart
 from roughsim.charts.style import FIELDS, USUAL, Look, Subject, beside, check_ending
 from roughsim.charts.temperature import distribution_chart, profile_chart
 from roughsim.errors import number
-from roughsim.results.fields import DERIVED_UNITS
 from roughsim.results.film import filmed, no_film
-from roughsim.results.reactions import ABOUT, reacting_columns
-from roughsim.results.run import Run
+from roughsim.results.reactions import ABOUT
+from roughsim.results.run import DERIVED_UNITS, Run
 from roughsim.scene.numerics import SLIDING
 
 CURVES: dict[str, Callable[[Subject, Path], None]] = {
@@ -40,7 +39,7 @@ def _choose_subject(
     """Return the data that a quantity is drawn from; ValueError without kept fields, or if an argument does not fit."""
     if quantity == "sliding" and column is not None:
         raise ValueError(f"column = {column!r}: sliding has a column of its own; leave it out")
-    slides = quantity in _OF_REACTIONS and column == SLIDING and SLIDING in reacting_columns(run)
+    slides = quantity in _OF_REACTIONS and column == SLIDING and SLIDING in run.reacting_columns
     name = SLIDING if slides else run.column(column)
     level = run.picture(None if slides else name)
     chosen = _choose_realization(run, level, quantity, realization)

@@ -12,7 +12,6 @@ from roughsim.charts.style import Subject, new_figure, plain_ticks, scaled
 from roughsim.estimate.errors import half_width, spread
 from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS
-from roughsim.results import slides
 from roughsim.show.text import plain
 
 # title, label, and the curves drawn: solid, and dashed
@@ -39,7 +38,7 @@ def sliding_chart(subject: Subject, path: Path) -> None:
     colours = speed_colours(len(speeds))
     members = f"{count} members" if count > 1 else "one member"
     faces = f"Both faces slide; {members}"
-    followed = slides.followed(run.scene, run.numerics)
+    followed = run.followed
     if followed is not None:
         whole = ends.max()
         faces += f", followed over {followed * factor:.3g} of {whole:.3g} {unit}"

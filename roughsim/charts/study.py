@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from roughsim.charts.style import DASHES, THEORY, USUAL, Look, band, new_figure, plain_ticks
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
-from roughsim.results.marks import is_whole
+from roughsim.results.answers import AT_CUT_OFF
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
@@ -146,9 +146,14 @@ def _common_handles(rows: _Rows, column: str) -> list[Line2D]:
             handles.append(Line2D([], [], color=THEORY, lw=0.9, ls=dashes, label=name))
     if SLIDING in drawn:
         handles.append(Line2D([], [], marker="D", label=SLIDING, **point))
-    if not all(is_whole(row["unknown"], row["note"]) for row in rows):
+    if not all(_is_whole(row) for row in rows):
         handles.append(Line2D([], [], marker="o", mfc="white", label=_HOLLOW, **point))
     return handles
+
+
+def _is_whole(row: Mapping[str, Any]) -> bool:
+    """Return whether the value of a row is extrapolated and has a complete error."""
+    return not row["unknown"] and row["note"] != AT_CUT_OFF
 
 
 def _points(rows: _Rows, x: Along, column: str, observable: str) -> _Points:
@@ -160,7 +165,7 @@ def _points(rows: _Rows, x: Along, column: str, observable: str) -> _Points:
     groups = [places[place] for place in sorted(places)]
     value = np.array([np.mean([row["value"] for row in group]) for group in groups])
     error = np.array([np.mean([row["total_error"] for row in group]) for group in groups])
-    whole = np.array([all(is_whole(row["unknown"], row["note"]) for row in group) for group in groups], bool)
+    whole = np.array([all(_is_whole(row) for row in group) for group in groups], bool)
     factor = shown(UNITS[observable])[1]
     return _Points(np.array(sorted(places)) * x.factor, value * factor, np.nan_to_num(error) * factor, whole)
 
@@ -182,7 +187,7 @@ def _draw_map(axes: Axes, rows: _Rows, x: Along, y: Along, column: str, observab
         axes.clabel(dashed, fmt="%+g %%", fontsize=7)
     axes.figure.colorbar(filled, ax=axes, label=with_unit(observable.replace("_", " "), UNITS[observable]))
     title = "Simulated; dashed: deviation of the theory"
-    marked = [row for row in rows if row["column"] == column and not is_whole(row["unknown"], row["note"])]
+    marked = [row for row in rows if row["column"] == column and not _is_whole(row)]
     if marked:
         marked_x = [row[x.name] * x.factor for row in marked]
         marked_y = [row[y.name] * y.factor for row in marked]

@@ -23,9 +23,8 @@ from matplotlib.transforms import ScaledTranslation
 
 from roughsim.charts.numbers import write_numbers
 from roughsim.grid import Array, Grid
-from roughsim.results.fields import DERIVED_UNITS
 from roughsim.results.pressed import Pressed
-from roughsim.results.run import Run
+from roughsim.results.run import DERIVED_UNITS, Run
 from roughsim.show.text import plain
 
 THEORY, CALIBRATED = "#222222", "#009E73"

@@ -20,11 +20,10 @@ from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.prediction.sliding import CONTINUED
 from roughsim.prediction.statements import statements, texture_warnings
 from roughsim.prediction.values import Predicted
-from roughsim.results import marks, slides
+from roughsim.results import answers
 from roughsim.results.folder import left_out, open_run
 from roughsim.results.pressed import SOME_LOAD, Pressed
 from roughsim.results.run import Run
-from roughsim.results.share import share_text
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
@@ -219,9 +218,9 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
     ]
     unknown = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
     modes = f" {_SAME_MODES}" if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios) else ""
-    notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {share_text(run.shares())}."]
+    notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}."]
     notes += [*map(str, statements(run.scene)), *(texture_warnings(run.scene) if run.drawn else ())]
-    notes += [*marks.meanings(list(unknown), {row.note for row in rows}), *left_out(run)]
+    notes += [*answers.meanings(list(unknown), {row.note for row in rows}), *left_out(run)]
     title = f"{run.scene.title}: {_count(run)}" if run.scene.title else _count(run)
     return Table(columns, cells, f"{title}; {with_unit('flash_temperature', 'K')}", notes)
 
@@ -300,7 +299,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
             + _continued_note(comparison.run)
         )
         yield sliding_note(comparison.run.scene)
-    yield from marks.meanings(comparison.unknown, {row.note for row in comparison.rows})
+    yield from answers.meanings(comparison.unknown, {row.note for row in comparison.rows})
     if any(row.observable == CONTACT_TEMPERATURE for row in comparison.rows):
         yield (
             f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, above its temperature when "
@@ -311,7 +310,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
 
 def _continued_note(run: Run) -> str:
     """Return how far slides are followed, if it is not the whole slid distance."""
-    followed = slides.followed(run.scene, run.numerics)
+    followed = run.followed
     if followed is None:
         return ""
     whole = max(run.scene.sliding.distances)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from math import copysign, inf, isnan, nan
 from typing import Any, NamedTuple
 
-from roughsim.results.marks import unknown_words
 from roughsim.scene.numerics import SLIDING
 
 NOTICED = 0.02  # relative difference of two theories that a note names
@@ -108,5 +107,5 @@ class Row:
         if SLIDING in self.columns:
             result["sliding_calibrated"] = self.sliding_calibrated
         for name, (value, error, unknown) in values.items():
-            result |= {name: value, f"{name}_total_error": error, f"{name}_unknown": unknown_words(unknown)}
+            result |= {name: value, f"{name}_total_error": error, f"{name}_unknown": ", ".join(unknown)}
         return result | {"note": self.note}

@@ -15,10 +15,8 @@ from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.sliding import SlidingPrediction
 from roughsim.prediction.values import Predicted
-from roughsim.results import slides
-from roughsim.results.marks import AT_CUT_OFF, IDENTITY, notes_of
+from roughsim.results.answers import AT_CUT_OFF, IDENTITY, notes_of
 from roughsim.results.pressed import Pressed
-from roughsim.results.reactions import reacting_columns
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
@@ -55,7 +53,7 @@ def rows_of(
     for observable in names:
         predicted = {name: values[observable] for name, values in theories.items()}
         estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
-        if run.numerics.slide is not None and observable in slides.observables(run.members):
+        if run.numerics.slide is not None and observable in run.slid_observables:
             estimates[SLIDING] = run.estimate(observable, SLIDING)
         ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"])
         sliding = _theory_of_sliding(slid, observable, predicted["calibrated"])
@@ -112,7 +110,7 @@ def _rows_that_are_asked(run: Run, fields: prediction.Parts) -> Iterator[Row]:
     }
     slid = {asked.key: asked.estimate.value for asked in prediction.sliding_asked_predictions(run.scene, fields)}
     nothing = np.full(len(run.scene.speeds), nan)
-    columns = reacting_columns(run)
+    columns = run.reacting_columns
     for together in zip(*(run.reactions(column) for column in columns), strict=True):
         first = together[0].estimate
         calibrated, sliding = (values.get(together[0].key, nothing) for values in (predicted, slid))

@@ -8,7 +8,7 @@ from typing import Any
 from roughsim.comparison.compare import Comparison, numbers_of
 from roughsim.comparison.row import Row
 from roughsim.comparison.rows import FLASH
-from roughsim.results import marks
+from roughsim.results.answers import meanings
 from roughsim.results.folder import left_out
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
@@ -77,7 +77,7 @@ class Comparisons:
     def _notes(self, rows: Sequence[Row]) -> list[str]:
         """Return the sentences below the table of some rows."""
         unknown = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
-        notes = ["± total error, 95 %; each with the heat share of its run.", *marks.meanings(list(unknown), set())]
+        notes = ["± total error, 95 %; each with the heat share of its run.", *meanings(list(unknown), set())]
         for label, one in zip(self.labels, self.comparisons, strict=True):
             notes += [f"{label}: {line}" for line in left_out(one.run)]
         return notes

@@ -21,7 +21,6 @@ from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature, contact_temperature
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.realization import realize
-from roughsim.results.fields import temperature_of
 from roughsim.results.film import filmed
 from roughsim.results.folder import gap, open_run
 from roughsim.results.run import Run
@@ -211,9 +210,7 @@ class MemberFields:
         """
         scene = self.run.scene if scene is None else scene
         pressure, grid = (self.preview_pressure, self.preview_grid) if preview else (self.pressure, self.grid)
-        heat = pressure * pressure.dtype.type(prediction.heat_per_pressure(scene, speed))
-        share, distance = self.run.heat_share(speed, self.column, scene), self.run.numerics.slid_distance
-        field = temperature_of(scene, heat, grid, speed, direction=direction, share=share, slid_distance=distance)
+        field = self.run.temperature(pressure, grid, speed, direction, self.column, scene)
         # the heat that a pixel sets free is in proportion to its pressure
         contact = None if preview else contact_temperature(field, pressure)
         return Temperature(self, field, grid, speed, direction, scene, contact)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.outputs.opened import Folder, opened
+from roughsim.results.answers import answers
 from roughsim.results.export import ENDINGS, export_run, export_surface
 from roughsim.results.reactions import asked_names
 from roughsim.results.run import Run
@@ -13,7 +14,7 @@ from roughsim.show.frame import csv_bytes, parquet_bytes
 from roughsim.show.table import json_value
 from roughsim.show.text import note
 from roughsim.store.disk import place_bytes
-from roughsim.studies.results import answers_by_name, rows_of_run
+from roughsim.studies.results import rows_of_run
 from roughsim.studies.study import Study
 
 TABLES = (".csv", ".json", ".parquet")
@@ -66,7 +67,7 @@ def export(run: Folder, path: str | Path, *, bits: int | None = None, surface: i
 def tidy_rows(run: Run) -> Iterator[dict[str, Any]]:
     """Yield a row for each observable, column and speed of a run, in SI, as `Study.rows`."""
     names = [*run.observables, *asked_names(run.scene)]
-    table = answers_by_name(run, names)
+    table = {array.name: array for array in answers(run, names)}
     for name in names:
         yield from rows_of_run(run, table, name)
 

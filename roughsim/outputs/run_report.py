@@ -20,7 +20,6 @@ from roughsim.ensemble.status import state_line
 from roughsim.planning.limits import judge
 from roughsim.planning.reasons import level_text, plan_table
 from roughsim.results.run import Run
-from roughsim.results.share import share_text
 from roughsim.scene import Scene, with_short_tables
 from roughsim.scene.numerics import Reason
 from roughsim.show.markup import Html, bullets, digits, html_table, joined, tag, text
@@ -147,7 +146,7 @@ def answer(comparison: Comparison) -> Html:
         words = name.replace("_over_", " / ") + " of the same modes" * name.endswith("_over_theory")
         quotient = digits(Number(ratio.value, "1", ratio.total_error, ratio.unknown))
         tests.append(Html(f"{words} = {quotient}: {TESTS[name]}"))
-    share = share_text(comparison.run.shares())
+    share = comparison.run.share_text()
     caption = (
         "Roughness, stress correlation g(r), flash temperature T, hot-spot width D and slope length d over the sliding "
         "speed. The black line is the theory over the whole spectrum, dashed up to q_c if it differs; a green one by "

@@ -1,17 +1,20 @@
-"""Results of a run as arrays: every observable in every column with its total error, and both theories."""
+"""Results of a run as arrays: every observable in every column with its total error and marks, and both theories.
 
-from collections.abc import Iterable, Iterator
+The marks of a value are the unknown parts of its error, and a note: whether it is at q_c or fixed by force balance.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from math import isfinite
 
 import numpy as np
 
 from roughsim import prediction
+from roughsim.estimate.errors import Estimate
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
-from roughsim.results import slides
 from roughsim.results.arrays import SHARE, Labelled
-from roughsim.results.marks import AT_CUT_OFF, notes_of, unknown_words
 from roughsim.results.pressed import Pressed
-from roughsim.results.reactions import ABOUT, HEAT_ABOVE, RATE, reacting_columns
+from roughsim.results.reactions import ABOUT, HEAT_ABOVE, RATE, asked_names
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
@@ -24,6 +27,7 @@ _MEANINGS = {
     "elastic": "simulated elastic contact",
     SLIDING: "simulated contact of two rough faces that slide over one another, with its own share of the heat",
 }
+IDENTITY, AT_CUT_OFF = "identity", "at q_c"
 _Entry = tuple[Array, Array, list[str], list[str]]  # values, total errors, unknown parts and notes, over speed
 TAIL, UNKNOWN, NOTE = "_total_error", "_unknown", "_note"  # suffixes of the arrays beside an observable
 TAILS = (
@@ -32,17 +36,45 @@ TAILS = (
 )
 
 
+def notes_of(run: Run, column: str, estimate: Estimate) -> list[str]:
+    """Return a note on each entry of an estimate of a column: "identity", "at q_c" or "".
+
+    "identity": force balance alone fixes the value, as all contact has yielded. "at q_c": the value has no limit in the
+    cut-off, or the levels of the run do not show it, so that it is not extrapolated.
+    """
+    record = OBSERVABLES[estimate.observable]
+    plastic = column in ("capped", SLIDING) and not run.scene.elastic
+    if plastic and record.by_force_balance and isfinite(prediction.yield_wavenumber(run.scene)):
+        return [IDENTITY] * len(estimate.mean)
+    no_limit = np.isnan(estimate.budget.get("bandwidth", np.zeros_like(estimate.mean)))
+    no_limit |= plastic and not record.limit  # plastic patches have steep edges
+    return [AT_CUT_OFF * bool(cut) for cut in no_limit & ~np.isnan(estimate.mean)]
+
+
+def meanings(unknown: Collection[str], notes: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each mark that a table has; `unknown` are parts of errors, `notes` are from `notes_of`."""
+    if unknown:
+        yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(unknown)})."
+    if IDENTITY in notes:
+        yield "identity: fixed by force balance; its ratios test nothing."
+    if AT_CUT_OFF in notes:
+        yield "at q_c: no limit in the cut-off, or none that the run shows; its ratios test nothing."
+
+
 def _columns_of(run: Run) -> list[str]:
     """Return the columns of the comparison that a run has, in their order."""
-    return ["theory", "calibrated", *run.numerics.columns, *([SLIDING] if slides.are_there(run.members) else [])]
+    slide = run.numerics.slide
+    slid = [SLIDING] if slide is not None and run.members.sound(slide) else []
+    return ["theory", "calibrated", *run.numerics.columns, *slid]
 
 
-def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labelled]:
+def answers(run: Run, observables: Sequence[str] | None = None) -> Iterator[Labelled]:
     """Yield the columns, the speeds, the heat share, and observables with their total error, 95 %, and marks.
 
     They are (column, speed) or (column,). The marks are texts: the unknown parts of the error, and the note of
-    `marks.notes_of`. If no `observables` are named, reactions and the heat above temperatures follow; of a pressed map
-    T_flash by the direction of sliding. ValueError if the run has no sound realization.
+    `notes_of`. `observables` are all of the run by default. Together follow all reactions and the heat above
+    temperatures, if one of them is named; of a pressed map T_flash by the direction of sliding. ValueError if the run
+    has no sound realization.
     """
     columns = _columns_of(run)
     yield Labelled("column", ("column",), np.array(columns), {"description": "source of a value, see README"})
@@ -51,9 +83,9 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
     shares = [run.heat_partition] * 2 + [run.share(column) for column in run.numerics.columns] + slid
     yield Labelled("heat_share_used", ("column", "speed"), np.array(shares), SHARE)
     theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
-    slid_observables = slides.observables(run.members)
     bands = prediction.calibrated(run.scene).errors
-    for name in run.observables if observables is None else observables:
+    names = [*run.observables, *asked_names(run.scene)] if observables is None else observables
+    for name in (name for name in names if name not in ABOUT):
         record = OBSERVABLES[name]
         heat = run.heat_partition if record.heated else np.ones(len(run.heat_partition) if record.per_speed else 1)
         theory, calibrated = (by[name] * heat for by in theories)
@@ -61,13 +93,13 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
         entries: list[_Entry] = [(theory, nothing, unmarked, unmarked)]
         entries.append((calibrated, np.abs(calibrated) * bands.get(name, np.nan), unmarked, unmarked))
         for column in columns[2:]:
-            measured = column != SLIDING or name in slid_observables
+            measured = column != SLIDING or name in run.slid_observables
             entries.append(_measured(run, name, column) if measured else (nothing, nothing, unmarked, unmarked))
         axes = ("column", "speed") if record.per_speed else ("column",)
         tables = (np.array(table) for table in zip(*entries, strict=True))
         yield from marked(name, axes, *(table if record.per_speed else table[:, 0] for table in tables))
-    if observables is None:
-        yield from answers_of_reactions(run)
+    if any(name in ABOUT for name in names):
+        yield from _answers_of_reactions(run)
     if isinstance(run, Pressed):
         yield from _answers_of_directions(run)
 
@@ -75,19 +107,14 @@ def answers(run: Run, observables: Iterable[str] | None = None) -> Iterator[Labe
 def _measured(run: Run, observable: str, column: str) -> _Entry:
     """Return mean, total error, unknown parts and notes of an observable in a column."""
     estimate = run.estimate(observable, column)
-    unknown = [unknown_words(estimate.unknown_at(k)) for k in range(len(estimate.mean))]
+    unknown = [", ".join(estimate.unknown_at(k)) for k in range(len(estimate.mean))]
     return estimate.mean, estimate.total_error, unknown, notes_of(run, column, estimate)
 
 
-def answers_of_reactions(run: Run) -> Iterator[Labelled]:
-    """Yield reactions over column, energy and speed, and shares of the heat over column, temperature and speed.
-
-    Nothing if the scene asks for none.
-    """
-    if run.scene.reaction is None and run.scene.observables is None:
-        return
+def _answers_of_reactions(run: Run) -> Iterator[Labelled]:
+    """Yield reactions over column, energy and speed, and shares of the heat over column, temperature and speed."""
     columns = _columns_of(run)
-    asked = {column: run.reactions(column) for column in reacting_columns(run)}
+    asked = {column: run.reactions(column) for column in run.reacting_columns}
     first = asked[run.numerics.columns[0]]
     theory = {one.key: one.estimate.value for one in prediction.asked_predictions(run.scene, run.heat_partition)}
     nothing = np.full(len(run.scene.speeds), np.nan)
@@ -106,7 +133,7 @@ def answers_of_reactions(run: Run) -> Iterator[Labelled]:
                 at, estimate = (columns.index(column), j), of_column[k].estimate
                 values[at], errors[at] = estimate.mean, estimate.total_error
                 parts = [estimate.unknown_at(n) for n in range(len(estimate.mean))]
-                unknown[at] = [unknown_words(lacking) for lacking in parts]
+                unknown[at] = [", ".join(lacking) for lacking in parts]
                 notes[at] = [AT_CUT_OFF if "bandwidth" in lacking else "" for lacking in parts]
         yield from marked(name, ("column", axis, "speed"), values, errors, unknown.astype(str), notes.astype(str))
 

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.observables.catalogue import NUMBERS
+from roughsim.observables.record import Sample
 from roughsim.results.members import Members
 from roughsim.scene import Scene
 from roughsim.store.member_files import KEPT_FIELDS
@@ -20,16 +22,19 @@ _SPECTRUM = "shares of the pressure variance by wavenumber; single entries may b
 SHARE = {"units": "1", "description": "share of the heat used for the temperatures"}
 
 
+@dataclass(frozen=True)
 class Stored:
-    """A field of many members as one lazy array, (member, x, y).
+    """A field of many members as one lazy array, (member, x, y)."""
 
-    `read` returns the field of a realization, of the shape `shape`, by its index.
-    """
-
+    indices: list[int]  # of the members
+    read: Callable[[int], Array]  # returns the field of a member by its index
+    points: tuple[int, int]
     dtype = np.dtype("<f4")
 
-    def __init__(self, indices: list[int], read: Callable[[int], Array], shape: tuple[int, int]):
-        self.indices, self.read, self.shape = indices, read, (len(indices), *shape)
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Members and points."""
+        return len(self.indices), *self.points
 
     def __iter__(self) -> Iterator[Array]:
         return map(self.read, self.indices)
@@ -69,9 +74,14 @@ def arrays_of(members: Members, scene: Scene, shares: list[Array], read: Callabl
     yield Labelled("heat_partition", ("level", "speed"), np.array(shares), SHARE)
     yield from _solves(members)
     for below in (False, True):
-        yield from _numbers(members, shares, below)
-        for level in range(len(levels)):
-            yield from _spectra(members, level, below)
+        of_levels = {
+            level: members.sample(level, below, range(count))
+            for level, count in enumerate(members.counts)
+            if not below or members.numerics.below(level) is not None
+        }
+        yield from _numbers(members, of_levels, shares, below)
+        for level, sample in of_levels.items():
+            yield from _spectra(members, sample, f"{'_below' * below}_L{level}")
     for level in members.numerics.single:
         if kept := members.kept(level, "pressure"):
             yield from _fields(members, level, kept, partial(read, level))
@@ -79,28 +89,26 @@ def arrays_of(members: Members, scene: Scene, shares: list[Array], read: Callabl
 
 def _solves(members: Members) -> Iterator[Labelled]:
     """Yield whether the contact of each member converged, its residual, and its iterations."""
-    shape = len(members.counts), max(members.counts)
-    converged = np.zeros(shape, np.int8)
-    solved = {"residual": np.full(shape, np.nan), "iterations": np.full(shape, np.nan)}
+    axes, shape = ("level", "realization"), (len(members.counts), max(members.counts))
+    converged, residual, iterations = np.zeros(shape, np.int8), np.full(shape, np.nan), np.full(shape, np.nan)
     for level, count in enumerate(members.counts):
         for index in range(count):
             member = members[level, index]
             converged[level, index] = not member.failure
-            for name, values in solved.items():
-                values[level, index] = member.provenance.get(name, np.nan)
-    axes = ("level", "realization")
+            residual[level, index] = member.provenance.get("residual", np.nan)
+            iterations[level, index] = member.provenance.get("iterations", np.nan)
     yield Labelled("converged", axes, converged, {"units": "1", "description": "1 for a converged contact"})
-    for name, values in solved.items():
-        yield Labelled(name, axes, values, {"units": "1", "description": "of the contact solve"})
+    yield Labelled("residual", axes, residual, {"units": "1", "description": "of the contact solve"})
+    yield Labelled("iterations", axes, iterations, {"units": "1", "description": "of the contact solve"})
 
 
-def _numbers(members: Members, shares: list[Array], below: bool) -> Iterator[Labelled]:
+def _numbers(members: Members, of_levels: dict[int, Sample], shares: list[Array], below: bool) -> Iterator[Labelled]:
     """Yield the stored numbers, NaN without a sound member; temperatures with their share of the heat."""
     for name, record in NUMBERS.items():
         values = np.full((len(shares), max(members.counts), len(members.speeds) if record.per_speed else 1), np.nan)
-        for level, count in enumerate(members.counts):
-            rows = members.numbers(level, name, range(count), below)
-            values[level, :count] = rows * shares[level] if record.heated else rows
+        for level, sample in of_levels.items():
+            rows = sample.numbers[name]
+            values[level, : len(rows)] = rows * shares[level] if record.heated else rows
         if np.all(np.isnan(values)):
             continue
         attributes = {"units": record.unit, "description": record.stored + " (level below)" * below}
@@ -110,15 +118,14 @@ def _numbers(members: Members, shares: list[Array], below: bool) -> Iterator[Lab
         yield Labelled(name + "_below" * below, axes[: values.ndim], values, attributes)
 
 
-def _spectra(members: Members, level: int, below: bool) -> Iterator[Labelled]:
-    """Yield the wavenumbers and stress spectra of a level, NaN for failed members."""
-    wavenumber, values = members.spectra(level, range(members.counts[level]), below)
-    axis, end = f"wavenumber{'_below' * below}_L{level}", f"{'_below' * below}_L{level}"
-    if wavenumber.size:
-        padded = np.full((max(members.counts), wavenumber.size), np.nan)
-        padded[: len(values)] = values
+def _spectra(members: Members, sample: Sample, end: str) -> Iterator[Labelled]:
+    """Yield the wavenumbers and stress spectra of a level, NaN for failed members; `end` is of their names."""
+    axis = f"wavenumber{end}"
+    if sample.wavenumber.size:
+        padded = np.full((max(members.counts), sample.wavenumber.size), np.nan)
+        padded[: len(sample.spectrum)] = sample.spectrum
         attributes = {"units": "Pa^2", "description": _SPECTRUM}
-        yield Labelled(axis, (axis,), wavenumber, {"units": "1/m"})
+        yield Labelled(axis, (axis,), sample.wavenumber, {"units": "1/m"})
         yield Labelled(f"stress_spectrum{end}", ("realization", axis), padded, attributes)
 
 

@@ -28,22 +28,14 @@ class Description:
     # of a pressed map alone: "of", which is the kind of the run, the way to make it periodic, and its checksum
     press: Mapping[str, str] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        if self.kind not in CONTENT:
+            raise ValueError(f"run.json: kind = {self.kind!r} is unknown")
+
     @property
     def kind(self) -> str:
         """The kind of the run, a key of `CONTENT`."""
         return self.press.get("of", RUN)
-
-    def values(self) -> dict[str, Any]:
-        """Return the values of run.json, but its checksums."""
-        values = {
-            "format_version": FORMAT,
-            "scene": self.scene,
-            "numerics": self.numerics.to_dict(),
-            "reasons": [list(reason) for reason in self.numerics.reasons],
-            "versions": self.versions,
-            "kind": self.kind,
-        }
-        return values | ({"press": self.press} if self.press else {})
 
     def write(self, folder: Path, scene: Scene, *, first: bool = False) -> None:
         """Write run.json and scene.toml before any slow work; with `first`, FileExistsError if another process has.
@@ -51,7 +43,15 @@ class Description:
         RecordError if the folder is a link that leads nowhere.
         """
         make_folder(folder / "realizations")
-        values = self.values()
+        values = {
+            "format_version": FORMAT,
+            "scene": self.scene,
+            "numerics": self.numerics.to_dict(),
+            "reasons": [list(reason) for reason in self.numerics.reasons],
+            "versions": self.versions,
+            "kind": self.kind,
+            **({"press": self.press} if self.press else {}),
+        }
         guarded = values | {"checksums": {key: checksum(value) for key, value in values.items()}}
         for name, text in (("run.json", json.dumps(guarded, indent=1) + "\n"), ("scene.toml", scene.to_toml())):
             path = folder / name
@@ -104,20 +104,12 @@ def read_description(folder: Path) -> Description:
                 f"{key} in {path} was changed since the run wrote it; put the old value back, or give the scene "
                 f"that you want to a new folder"
             )
-    try:
-        return _description_of(content)
+    try:  # a forger can make checksums too
+        reasons = tuple(Reason(*map(str, words)) for words in content["reasons"])
+        numerics = replace(Numerics.from_dict(content["numerics"]), reasons=reasons)
+        return Description(content["scene"], numerics, content["versions"], content.get("press", {}))
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise RecordError(f"{folder} cannot be opened: {error}") from error
-
-
-def _description_of(content: dict[str, Any]) -> Description:
-    """Return the description from the values of run.json; an error of Python if no roughsim wrote them."""
-    reasons = tuple(Reason(*map(str, words)) for words in content["reasons"])
-    numerics = replace(Numerics.from_dict(content["numerics"]), reasons=reasons)
-    description = Description(content["scene"], numerics, content["versions"], content.get("press", {}))
-    if description.kind not in CONTENT:
-        raise ValueError(f"run.json: kind = {description.kind!r} is unknown")
-    return description
 
 
 def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:

@@ -6,6 +6,7 @@ arrays of `Run.to_xarray`: numbers and kept fields. All arrays have dimension sc
 """
 
 import os
+from dataclasses import replace
 from io import FileIO
 from pathlib import Path
 from typing import Any
@@ -49,7 +50,9 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
         with _DeferringFile(temporary) as handle:
             with h5py.File(handle, "w", libver="v110", track_order=True) as file:
                 _write_run(file, run, bits)
-            handle.settle()
+            if handle.failure is not None:
+                raise handle.failure
+            os.fsync(handle.fileno())
         os.replace(temporary, path)
     except BaseException as error:
         temporary.unlink(missing_ok=True)
@@ -82,7 +85,7 @@ def export_surface(run: Run, path: str | Path, realization: int = 0, column: str
 
 
 class _DeferringFile(FileIO):
-    """A new file that keeps the first failure to write until `settle`: HDF5 itself crashes on a full disk."""
+    """A new file that keeps the first failure to write, and raises none: HDF5 itself crashes on a full disk."""
 
     def __init__(self, path: Path):
         super().__init__(path, "w+")
@@ -106,12 +109,6 @@ class _DeferringFile(FileIO):
         except OSError as error:
             self.failure = self.failure or error
             return size or 0
-
-    def settle(self) -> None:
-        """Force the file to disk; raise the first failure, if there was one."""
-        if self.failure is not None:
-            raise self.failure
-        os.fsync(self.fileno())
 
 
 def _write_run(file: Any, run: Run, bits: int | None) -> None:
@@ -161,8 +158,7 @@ def _rounded(array: Labelled, bits: int | None) -> Labelled:
     if bits is None:
         return array._replace(attributes=attributes)
     attributes["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(bits)  # netCDF's own word for such rounding
-    read = array.data.read
-    data = Stored(array.data.indices, lambda index: rounded(read(index), bits), array.data.shape[1:])
+    data = replace(array.data, read=lambda index: rounded(array.data.read(index), bits))
     return array._replace(data=data, attributes=attributes)
 
 

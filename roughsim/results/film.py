@@ -21,27 +21,13 @@ _SUMMITS = 60  # the highest of each face
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MemberFilm:
-    """The film of one member, in the frame of the resting body.
+    """The film of one member, in the frame of the resting body."""
 
-    Attributes
-    ----------
-    grid : Grid
-        Grid of the maps.
-    maps : Film
-        Slid distance of each position, pressure, and temperature of the moving body above its background.
-    curves : dict of str to ndarray
-        The curves of the member over the slid distance, by the names of `roughsim.observables.catalogue.CURVES`.
-    resting_summits : ndarray
-        The highest summits of the face at rest, m, shape (summits, 2).
-    moving_summits : ndarray
-        Highest summits of the moving face at each position, m, shape (positions, summits, 2); none of a flat.
-    """
-
-    grid: Grid
+    grid: Grid  # of the maps
     maps: film.Film
-    curves: dict[str, Array]
-    resting_summits: Array
-    moving_summits: Array
+    curves: dict[str, Array]  # over the slid distance, by the names of `roughsim.observables.catalogue.CURVES`
+    resting_summits: Array  # the highest summits of the face at rest, m, (summits, 2)
+    moving_summits: Array  # of the moving face at each position, m, (positions, summits, 2); none of a flat
 
     def positions(self, speed: int) -> int:
         """Return the number of positions at the speed with this index, up to the slid distance of that speed."""

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from roughsim.errors import RecordError
 from roughsim.machine import available_memory, exceeds, in_words
-from roughsim.results.description import MAP, MOST_BYTES, QUARTERS, RUN, Description, read_description
+from roughsim.results.description import MAP, MOST_BYTES, QUARTERS, RUN, read_description
 from roughsim.results.members import Damaged
 from roughsim.results.pressed import Pressed, Quarters
 from roughsim.results.run import Run
-from roughsim.scene import Scene, parse_scene
+from roughsim.scene import parse_scene
 from roughsim.store.claims import writer
 from roughsim.store.disk import read_bytes
 from roughsim.store.member_files import AGAIN, member_name
@@ -53,25 +53,20 @@ def unread_run(folder: Path, damaged: Damaged) -> Run:
     try:
         # roughsim stores tables inline in scene.toml: a scene with names of files is not its own
         scene = parse_scene(read_bytes(path, MOST_BYTES).decode("utf-8"), source=str(path))
-        _refuse_impossible(description, scene)
+        stored, written = dict(description.scene), scene.identity()
+        if stored != written:
+            key = next((key for key in stored | written if stored.get(key) != written.get(key)), "a key")
+            raise ValueError(f"run.json and scene.toml are of different scenes: {key} differs; undo the edit")
+        most = max(level.shape[0] * level.shape[1] for level in description.numerics.levels)
+        if exceeds(8.0 * most, 0.5):
+            needed = f"{8e-9 * most:.3g} GB, more than half of the {in_words(available_memory())}"
+            raise ValueError(f"run.json: a field of {most} points needs {needed}; open the run on a larger machine")
         run = _OPENED[description.kind](folder, description, scene, damaged)
         if isinstance(run, Pressed):
             run.quarters = open_run(folder / QUARTERS, damaged=damaged)
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise RecordError(f"{folder} cannot be opened: {error}") from error
     return run
-
-
-def _refuse_impossible(description: Description, scene: Scene) -> None:
-    """Refuse a description that does not match its scene, or needs more memory than available: ValueError."""
-    stored, written = dict(description.scene), scene.identity()
-    if stored != written:
-        key = next((key for key in stored | written if stored.get(key) != written.get(key)), "a key")
-        raise ValueError(f"run.json and scene.toml are of different scenes: {key} differs; undo the edit")
-    most = max(level.shape[0] * level.shape[1] for level in description.numerics.levels)
-    if exceeds(8.0 * most, 0.5):
-        needed = f"{8e-9 * most:.3g} GB, more than half of the {in_words(available_memory())}"
-        raise ValueError(f"run.json: a field of {most} points needs {needed}; open the run on a larger machine")
 
 
 def gap(run: Run) -> list[str]:

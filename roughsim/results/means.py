@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from roughsim import prediction
 from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.correlation import correlation_of
@@ -12,20 +14,24 @@ from roughsim.estimate.levels import FLASH, Values, notes_of, product, scaled, v
 from roughsim.estimate.rounds import Counts
 from roughsim.estimate.sliding import (
     HOT,
+    SLIDING_OBSERVABLES,
     sliding_estimate,
+    sliding_flash,
     sliding_quantile,
     stretch_of,
     with_background,
 )
 from roughsim.grid import Array
-from roughsim.observables.catalogue import OBSERVABLES, observables_of
+from roughsim.observables.catalogue import AXIS, OBSERVABLES, observables_of
 from roughsim.observables.record import Observable
 from roughsim.prediction.scans import scan_part
 from roughsim.prediction.sliding import SlidingContinuation
-from roughsim.results import share, slides
+from roughsim.results import share
 from roughsim.results.members import Members
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
+from roughsim.sliding.path import coarser_grid
+from roughsim.store.member_files import member_path, read_member
 
 
 class Means:
@@ -121,9 +127,16 @@ class Means:
         own = share.has_own_share(self.scene)
         return self.values("heat_partition", column).mean if own else self.heat_partition
 
-    def shares(self) -> dict[str, Array]:
-        """Return the share of the heat, (speeds,), in the reported temperatures of the theory and each column."""
-        return {"theory": self.heat_partition} | {column: self.share(column) for column in self.numerics.columns}
+    def share_text(self) -> str:
+        """Return in words the share of the heat in the theory and in each column; one text if all are equal."""
+        shares = {"theory": self.heat_partition} | {column: self.share(column) for column in self.numerics.columns}
+        texts = {
+            name: " to ".join(dict.fromkeys(f"{value:.3g}" for value in (share.min(), share.max())))
+            for name, share in shares.items()
+        }
+        if len({*texts.values()}) == 1:
+            return texts["theory"]
+        return ", ".join(f"{text} ({name})" for name, text in texts.items())
 
     def heat_share(self, speed: float, column: str | None = None, scene: Scene | None = None) -> float:
         """Return the share of the heat in the reported temperatures of a column, at any speed, m/s.
@@ -161,20 +174,13 @@ class Means:
 
         ValueError if there is no such observable or column, or no realization yet.
         """
-        if column == SLIDING and observable in slides.observables(self.members) and OBSERVABLES[observable].asked:
-            result = self._slid_quantile(observable)
-        elif column == SLIDING:
-            single = self.single(observable, all_heat=True)
-            numbers, coarsening = slides.numbers(self.members), slides.coarsening(self.members)
-            result = sliding_estimate(observable, single, numbers, coarsening, self._continuation())
-        else:
-            result = self.single(observable, column)
+        result = self._slid(observable) if column == SLIDING else self.single(observable, column)
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
         return replace(result, speeds=speeds, sources=self.sources)
 
     def estimates(self, column: str | None = None) -> dict[str, Estimate]:
         """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""
-        names = slides.observables(self.members) if column == SLIDING else self.observables
+        names = self.slid_observables if column == SLIDING else self.observables
         return {name: self.estimate(name, column) for name in names}
 
     def single(self, observable: str, column: str | None = None, *, all_heat: bool = False) -> Estimate:
@@ -194,46 +200,79 @@ class Means:
             notes,
             size=self.size_error(observable, name),
             solver=record.solver_share * self.numerics.tolerance,
-            scan=self._scan_part(*factors),
+            scan=scan_part(self.scene, *factors) if self.scanned else None,
         )
+
+    @property
+    def followed(self) -> float | None:
+        """Distance that slides are followed, m, if it is less than the whole slid distance; else None."""
+        level = self.numerics.slide
+        distance = None if level is None else self.numerics.levels[level].followed
+        return distance if distance is not None and distance < max(self.scene.sliding.distances) else None
+
+    @property
+    def reacting_columns(self) -> tuple[str, ...]:
+        """Columns whose members have stored the distribution of the temperature; none if the scene does not ask."""
+        if not self.scene.distribution:
+            return ()
+        columns, level = self.numerics.columns, self.numerics.slide
+        slides = [] if level is None else [self.members[level, index] for index in self.members.sound(level)]
+        stored = bool(slides) and all(slide.moments[0].bins is not None for slide in slides)
+        return (*columns, SLIDING) if stored else columns
+
+    @property
+    def slid_observables(self) -> tuple[str, ...]:
+        """Observables of the column sliding: those of the distribution only if its members have stored it."""
+        if SLIDING not in self.reacting_columns:
+            return SLIDING_OBSERVABLES
+        return (*SLIDING_OBSERVABLES, *(name for name, record in OBSERVABLES.items() if record.asked))
+
+    def slid(self) -> tuple[Pair, Values, Array]:
+        """Return the slides, the T_flash that follows from them, and the factor of the distribution about it.
+
+        By this factor, (speeds,), it grows in single contacts up to the end of C(q). ValueError without a slide.
+        """
+        flash, pair = self.values(FLASH), self.members.slides()
+        slid_flash = sliding_flash(flash, pair.sample.numbers, self._coarsening(pair.level), pair.stream)
+        return pair, slid_flash, stretch_of(flash, self.values(HOT), self.pairs()[0].sample)
+
+    def _slid(self, observable: str) -> Estimate:
+        """Return the estimate of an observable in the column sliding."""
+        if observable not in self.slid_observables or not OBSERVABLES[observable].asked:
+            single, pair = self.single(observable, all_heat=True), self.members.slides()
+            coarsening = self._coarsening(pair.level)
+            return sliding_estimate(observable, single, pair.sample.numbers, coarsening, self._continuation())
+        pair, flash, stretch = self.slid()
+        return estimate(
+            observable,
+            sliding_quantile(flash, observable, pair.sample.numbers, pair.stream, stretch),
+            (f"T_flash of the column sliding, times this quantile over T_flash in {len(pair.sample.rows)} slides",),
+            size=self.size_error(FLASH, self.column(None)),
+            solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
+            scan=scan_part(self.scene, FLASH) if self.scanned else None,
+        )
+
+    def _coarsening(self, level: int) -> float:
+        """Return the ratio of pixels of slides, coarser grid over own grid; 1 without a coarser grid."""
+        grid = self.numerics.grid(level)
+        coarser = coarser_grid(grid, self.numerics.levels[level].q_max)
+        return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]
 
     def _continuation(self) -> SlidingContinuation:
         """Return the factors from the distance that slides are followed to their whole distance."""
         if self._continued is None:
-            self._continued = prediction.sliding_continuation(self.scene, slides.followed(self.scene, self.numerics))
+            self._continued = prediction.sliding_continuation(self.scene, self.followed)
         return self._continued
-
-    def _scan_part(self, *observables: str) -> Array | None:
-        """Return the relative error by the scans, if the surfaces are drawn from a C(q) that was measured on maps."""
-        return scan_part(self.scene, *observables) if self.scanned else None
-
-    def stretch(self) -> Array:
-        """Return the growth of the distribution about T_flash in single contacts up to the end of C(q), (speeds,)."""
-        return stretch_of(self.values(FLASH), self.values(HOT), self.pairs()[0].sample)
-
-    def _slid_quantile(self, observable: str) -> Estimate:
-        """Return the estimate of a quantile of the temperature in the column sliding."""
-        numbers, pair = slides.numbers(self.members), slides.pair(self.members)
-        flash = slides.flash_temperature(self.members, self.values(FLASH))
-        name = self.column(None)
-        return estimate(
-            observable,
-            sliding_quantile(flash, observable, numbers, pair.stream, self.stretch()),
-            (f"T_flash of the column sliding, times this quantile over T_flash in {len(pair.sample.rows)} slides",),
-            size=self.size_error(FLASH, name),
-            solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
-            scan=self._scan_part(FLASH),
-        )
 
     def contact_temperature(self, column: str, warming: Array) -> Estimate:
         """Return T₀ + T_flash of a column over speed; `warming` is T₀ of single contacts with all the heat, K."""
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
-            return with_background(flash, slides.numbers(self.members)["sliding_background"], self._continuation())
-        own = share.has_own_share(self.scene)
-        return share.with_warming(
-            flash, self.estimate("heat_partition", column) if own else self.heat_partition, warming
-        )
+            rows = self.members.slides().sample.numbers["sliding_background"]
+            return with_background(flash, rows, self._continuation())
+        if share.has_own_share(self.scene):
+            return share.with_warming(flash, self.estimate("heat_partition", column), warming)
+        return replace(flash, mean=flash.mean + self.heat_partition * warming)
 
     def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
         """Return g_σ(r) at the highest cut-off of a column and its standard error, Pa².
@@ -254,4 +293,7 @@ class Means:
 
         Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
         """
-        return slides.curves(self.members)
+        slides = self.members.slides()
+        paths = [member_path(self.folder, slides.level, index) for index in slides.sample.rows.tolist()]
+        rows = [read_member(path).curves for path in paths]
+        return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}

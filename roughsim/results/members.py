@@ -41,32 +41,19 @@ Damaged = Literal["refuse", "skip", "redo"]
 class Members(dict[Key, Member]):
     """The members of a run folder by level and index, without their fields.
 
-    Attributes
-    ----------
-    damaged : dict of (int, int) to str
-        Members whose files cannot be used, with the reason. How they are treated: "refuse" raises the error, "skip"
-        counts them as failed, "redo" moves the file aside with a warning, and the member is missing.
-    available : list of int
-        Members of each level before the first missing one.
-    counts : tuple of int
-        Number of members of each level that count. The other methods concern these.
+    The treatment of a file that cannot be used: "refuse" raises the error, "skip" counts the member as failed, "redo"
+    moves the file aside with a warning, and the member is missing.
     """
 
     def __init__(self, folder: Path, description: Description, speeds: tuple[float, ...], treatment: Damaged):
         super().__init__()
         self.folder, self.numerics, self.speeds = folder, description.numerics, speeds
-        self.damaged: dict[Key, str] = {}
-        self.available = [0] * len(self.numerics.levels)
-        self.counts: Counts = tuple(self.available)
-        self._identity, self._treatment = _identity_of(description.values()), treatment
+        self.damaged: dict[Key, str] = {}  # reasons of files that cannot be used
+        self.available = [0] * len(self.numerics.levels)  # members of each level before the first missing one
+        self.counts: Counts = tuple(self.available)  # members of each level that count, for the methods
+        self._treatment = treatment
+        self._identity = _identity_of({"scene": description.scene, "numerics": self.numerics.to_dict()})
         self._modes: dict[int, list[tuple[int, ...]]] = {}  # shapes of the stress spectra of each level
-        self._streams = [self.numerics.stream(level) for level in range(len(self.available))]  # of surfaces, by level
-
-    def refresh(self, most: int) -> None:
-        """Read new members, of each level at most `most`; errors as `take`."""
-        for level in range(len(self.available)):
-            while self.available[level] < most and self.take(level, self.available[level]):
-                self.available[level] += 1
 
     def take(self, level: int, index: int) -> bool:
         """Read one member unless it was read before; False if its file is missing.
@@ -87,7 +74,10 @@ class Members(dict[Key, Member]):
                 raise
             self.damaged[key] = str(error)
             if redo:
-                _move_aside(path, error)
+                with suppress(FileNotFoundError):  # another process has moved it
+                    kept = set_aside(path, self.folder / "damaged")
+                    moved = f"{str(error).partition(';')[0]}; it was moved to {kept} and is done again"
+                    warnings.warn(moved, RuntimeWarning, stacklevel=4)
                 return False
             self[key] = Member(level, index, failure=str(error), provenance={"seconds": {}})
             return True
@@ -130,13 +120,14 @@ class Members(dict[Key, Member]):
         return [member_name(*key) for key in keys if key not in stored]
 
     def failed(self, level: int) -> list[int]:
-        """Return the indices of members of a level without numbers."""
-        return [i for i in range(self.counts[level]) if (level, i) in self and self[level, i].failure]
+        """Return the indices of members of a level whose contact did not converge; damaged ones are left out."""
+        there = [i for i in range(self.counts[level]) if (level, i) in self and (level, i) not in self.damaged]
+        return [i for i in there if self[level, i].failure]
 
     def sound(self, level: int) -> list[int]:
         """Return the indices at which a level has numbers, and no level of the same surfaces failed."""
-        stream = self._streams[level]
-        lost = {i for (other, i), member in self.items() if member.failure and self._streams[other] == stream}
+        stream = self.numerics.stream
+        lost = {i for (other, i), member in self.items() if member.failure and stream(other) == stream(level)}
         return [i for i in range(self.counts[level]) if i not in lost and (level, i) in self]
 
     def kept(self, level: int, name: str) -> list[int]:
@@ -144,48 +135,44 @@ class Members(dict[Key, Member]):
         stored = name if name in FIELDS else "pressure"
         return [i for i in self.sound(level) if stored in self[level, i].kept]
 
-    def numbers(self, level: int, name: str, indices: Iterable[int], below: bool = False) -> Array:
-        """Return a number of members of a level, or of the level below; (n, speeds) or (n, 1), NaN if not stored."""
-        nothing = np.full(len(self.speeds) if NUMBERS[name].per_speed else 1, np.nan)
-        rows = [one.numbers.get(name, nothing) if one else nothing for one in self._moments(level, indices, below)]
-        return np.array(rows).reshape(-1, len(nothing))
+    def sample(self, level: int, below: bool = False, indices: Iterable[int] | None = None) -> Sample:
+        """Return the numbers of members of a level, or of the level below on the same surfaces; NaN if not stored.
 
-    def spectra(self, level: int, indices: Iterable[int], below: bool = False) -> tuple[Array, Array]:
-        """Return wavenumbers, rad/m, and stress spectra of members of a level, Pa²; NaN if not stored."""
-        found = self._moments(level, indices, below)
-        wavenumber = next((one.wavenumber for one in found if one), np.empty(0))
-        nothing = np.full(len(wavenumber), np.nan)
-        rows = [one.spectrum if one else nothing for one in found]
-        return wavenumber, np.array(rows).reshape(len(rows), len(wavenumber))
-
-    def bins(self, level: int, indices: Iterable[int], below: bool = False) -> Bins | None:
-        """Return the bins of the contact area of members of a level, (n, speeds, bins), NaN if missing.
-
-        None if no member has stored any.
+        Default `indices`: the sound members.
         """
-        found = [one.bins if one else None for one in self._moments(level, indices, below)]
-        if not any(found):
-            return None
-        nothing = np.full((len(self.speeds), BIN_AREAS.size), np.nan)
-        tables = [[nothing if bins is None else bins[k] for bins in found] for k in range(len(Bins._fields))]
-        return Bins(*map(np.array, tables))
-
-    def sample(self, level: int, below: bool = False) -> Sample:
-        """Return the sample of the sound members of a level, or of the level below on the same surfaces."""
-        numerics, indices = self.numerics, self.sound(level)
-        of_level, grid = numerics.levels[level], numerics.grid(level)
+        numerics, grid = self.numerics, self.numerics.grid(level)
+        of_level = numerics.levels[level]
         if below:
             of_level, grid = numerics.levels[numerics.below(level) or 0], numerics.grid_below(level)
+        rows = np.array(self.sound(level) if indices is None else [*indices], np.intp)
+        moments = [self[level, i].moments if (level, i) in self else [] for i in rows.tolist()]
+        found = [each[below] if len(each) > below else None for each in moments]
+        wavenumber = next((one.wavenumber for one in found if one), np.empty(0))
+        nothing = Moments({}, wavenumber, np.full(wavenumber.size, np.nan))
+        stored = [one or nothing for one in found]
+        numbers = {}
+        for name, record in NUMBERS.items():
+            missing = np.full(len(self.speeds) if record.per_speed else 1, np.nan)
+            numbers[name] = np.array([one.numbers.get(name, missing) for one in stored]).reshape(-1, missing.size)
         return Sample(
             of_level.q_max,
             float(grid.shape[0]),
-            np.array(indices, np.intp),
-            {name: self.numbers(level, name, indices, below) for name in NUMBERS},
-            *self.spectra(level, indices, below),
+            rows,
+            numbers,
+            wavenumber,
+            np.array([one.spectrum for one in stored]).reshape(rows.size, wavenumber.size),
             0.5 * float(np.hypot(*grid.lengths)),
             numerics.levels[level].parts > 1,
-            self.bins(level, indices, below),
+            self._bins([one.bins for one in stored]),
         )
+
+    def _bins(self, found: list[Bins | None]) -> Bins | None:
+        """Return the bins of members together, (n, speeds, bins), NaN where they are missing; None if all are."""
+        if not any(found):
+            return None
+        nothing = np.full((len(self.speeds), BIN_AREAS.size), np.nan)
+        rows = [bins or Bins(nothing, nothing, nothing, nothing) for bins in found]
+        return Bins(*map(np.array, zip(*rows, strict=True)))
 
     def pairs(self, column: str) -> list[Pair]:
         """Return the samples of a column's levels, lowest first; levels without sound members are left out."""
@@ -194,18 +181,24 @@ class Members(dict[Key, Member]):
             below = self.numerics.below(level)
             if self.sound(level) and (below is None or below in pairs):
                 lower = None if below is None else self.sample(level, below=True)
-                pairs[level] = Pair(level, self._streams[level], self.sample(level), lower)
+                pairs[level] = Pair(level, self.numerics.stream(level), self.sample(level), lower)
         return list(pairs.values())
+
+    def slides(self) -> Pair:
+        """Return the sample of the slides, with their T_flash as that of contacts; ValueError without a sound one."""
+        level = self.numerics.slide
+        if level is None:
+            raise ValueError(f'{self.folder} has no column "sliding": its scene has history = "frozen"')
+        sample = self.sample(level)
+        if not sample.rows.size:
+            raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
+        numbers = sample.numbers | {"flash_temperature": sample.numbers["sliding_flash_temperature"]}
+        return Pair(level, self.numerics.stream(level), replace(sample, numbers=numbers), None)
 
     def seconds(self, level: int) -> Array:
         """Return the computing time of each member of a level, s, also of those that do not count."""
         members = [member for (of_level, _), member in self.items() if of_level == level]
         return np.array([sum(member.provenance["seconds"].values()) for member in members])
-
-    def _moments(self, level: int, indices: Iterable[int], below: bool) -> list[Moments | None]:
-        """Return the moments of each member; None for a missing or failed one."""
-        found = (self[level, i].moments if (level, i) in self else [] for i in indices)
-        return [moments[below] if len(moments) > below else None for moments in found]
 
 
 def _identity_of(description: Mapping[str, Any]) -> list[Any]:
@@ -214,11 +207,3 @@ def _identity_of(description: Mapping[str, Any]) -> list[Any]:
     if isinstance(numerics, dict):
         numerics = {key: value for key, value in numerics.items() if key != "keep_fields"}
     return [description.get("scene"), numerics]
-
-
-def _move_aside(path: Path, error: RecordError) -> None:
-    """Move a damaged file into the folder "damaged", with a warning."""
-    with suppress(FileNotFoundError):  # another process has moved it
-        kept = set_aside(path, path.parent.parent / "damaged")
-        fault = str(error).partition(";")[0]
-        warnings.warn(f"{fault}; it was moved to {kept} and is done again", RuntimeWarning, stacklevel=5)

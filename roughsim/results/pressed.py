@@ -79,8 +79,7 @@ class Pressed(Quarters):
     def refresh(self) -> None:
         """Read the new members of the map and of its quarters."""
         super().refresh()
-        if hasattr(self, "quarters"):
-            self.quarters.refresh()
+        self.quarters.refresh()
 
     @property
     def extent(self) -> str:
@@ -107,20 +106,24 @@ class Pressed(Quarters):
         with np.errstate(all="ignore"):  # 0/0 at rest
             return np.asarray(np.nan_to_num(np.abs(parts / whole - 1.0), posinf=0.0))
 
+    def _directions(self) -> list[Directions]:
+        """Return T_flash by direction of the map and of its four quarters, of those that are there."""
+        contacts = [(self, 0), *((self.quarters, part) for part in range(4))]
+        return [_directions_of(*contact) for contact in contacts if DIRECTIONS in _of_last_level(*contact)]
+
     @property
     def angles(self) -> dict[str, float]:
         """Directions of sliding with their own T_flash, radians: along and across the lay of the map, and "asked".
 
         Empty while the map or a quarter is missing.
         """
-        whole, parts = _by_direction(self, 0), [_by_direction(self.quarters, part) for part in range(4)]
-        return {} if whole is None or None in parts else whole.angles
+        found = self._directions()
+        return found[0].angles if len(found) == 5 else {}
 
     @property
     def over_twin(self) -> Array | None:
         """Ratio of T_flash of the map and of its Gaussian twin, (speeds,); None while the map is missing."""
-        found = _by_direction(self, 0)
-        return None if found is None else found.over_twin
+        return next((found.over_twin for found in self._directions() if found.over_twin is not None), None)
 
     @property
     def overshoot(self) -> float:
@@ -133,8 +136,7 @@ class Pressed(Quarters):
         The scatter of the ratio is from the four quarters; the difference of their mean from the map is an error of its
         size. LookupError if the direction was not computed.
         """
-        members = [_by_direction(self, 0), *(_by_direction(self.quarters, part) for part in range(4))]
-        over, *parts = (found.over_mean[name] for found in members if found is not None)
+        over, *parts = (found.over_mean[name] for found in self._directions())
         rows = np.stack(parts)
         mean = self.estimate("flash_temperature", column)
         error, freedom = spread(1.0 + _SHARED * (rows / rows.mean(axis=0) - 1.0))
@@ -164,12 +166,9 @@ def _of_last_level(run: Run, index: int) -> dict[str, Any]:
     return {} if member is None or member.failure else member.provenance
 
 
-def _by_direction(run: Run, index: int) -> Directions | None:
-    """Return T_flash of a member of the last level by direction; None if it is missing, RecordError if it is forged."""
-    about = _of_last_level(run, index)
-    if DIRECTIONS not in about:
-        return None
-    stored, speeds = about[DIRECTIONS], len(run.scene.speeds)
+def _directions_of(run: Run, index: int) -> Directions:
+    """Return T_flash of a member of the last level by direction; RecordError if it is forged."""
+    stored, speeds = _of_last_level(run, index)[DIRECTIONS], len(run.scene.speeds)
     try:
         angles = {str(name): float(angle) for name, angle in stored["angles"].items()}
         over_mean = {name: np.reshape(np.array(stored["over_mean"][name], float), speeds) for name in angles}

@@ -4,15 +4,15 @@ The absolute temperature of the contact is T₀ + T: T₀ is `sliding.background
 warmed after the `duration` of the scene, and T is the distribution about T_flash.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.errors import Estimate, estimate
-from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import FLASH, Values, product, scaled
 from roughsim.estimate.reactions import (
     LEAST_MEMBERS,
@@ -32,13 +32,12 @@ from roughsim.estimate.reactions import (
 from roughsim.estimate.sliding import stretched, warmed
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
-from roughsim.observables.distribution import Bins
 from roughsim.observables.record import Sample
 from roughsim.prediction.distribution import ELECTRONVOLT
-from roughsim.results import slides
 from roughsim.results.means import Means
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
+from roughsim.scene.reactions import ReactionSection
 
 RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = "reaction_rate", "activation_temperature", "conversion", "heat_share_above"
 ABOUT = {RATE: "energy", ACTIVATION: "energy", CONVERSION: "energy", HEAT_ABOVE: "temperature"}  # key of their rows
@@ -50,14 +49,6 @@ _ASKS = {
     HEAT_ABOVE: "[observables] with heat_above",
 }
 _SOLVER_SHARE = 2.0  # of the tolerance, of temperatures: as of observables that were not measured
-
-
-def reacting_columns(run: Means) -> tuple[str, ...]:
-    """Return the columns whose members have stored the distribution of the temperature; none if it is not asked for."""
-    if not run.scene.distribution:
-        return ()
-    columns = run.numerics.columns
-    return (*columns, SLIDING) if slides.have_distribution(run.members) else columns
 
 
 class Asked(NamedTuple):
@@ -77,35 +68,30 @@ class _Contacts(NamedTuple):
     """The contacts of a column, whose temperatures are scaled to its T_flash."""
 
     column: str  # of single contacts
-    pairs: list[Pair]  # of levels, lowest first, or of the slides alone
+    samples: list[Sample]  # of the levels and of those below, or of slides, and at last `top`
+    top: Sample  # of the highest level, or of the slides at the end of C(q)
     flash: Values  # reported T_flash, K
     background: Array  # T₀, absolute, K
-    stretch: Array | None = None  # of slides, as of `stretch_of`; None: single contacts
-
-    @property
-    def top(self) -> Sample:
-        """The sample of the highest level, or of the slides at the end of C(q)."""
-        sample = self.pairs[-1].sample
-        return sample if self.stretch is None else stretched(sample, self.stretch)
-
-    def mean(self, run: Means, of_level: ContactMean) -> OverContact:
-        """Return a mean over the contacts with its errors."""
-        if self.stretch is not None:
-            return mean_over_slides(self.pairs[0], self.stretch, of_level)
-        return mean_over_contact(run.scene, self.column, self.pairs, of_level, _end(run, self.column))
+    mean: Callable[[ContactMean], OverContact]  # over these contacts, with its errors
 
 
 def _contacts_of(run: Means, column: str | None) -> _Contacts:
     """Return the contacts of a column; ValueError if it is missing."""
-    if column != SLIDING:
-        name = run.column(column)
-        return _Contacts(name, run.pairs(name), run.reported(FLASH, name), background_temperature(run, name))
-    pair, base = slides.pair(run.members), run.scene.sliding.background_temperature or 0.0
-    flash = slides.flash_temperature(run.members, run.values(FLASH))
-    warm = np.zeros_like(flash.mean)
-    if run.scene.sliding.duration is not None:
-        warm = slides.numbers(run.members)["sliding_background"].mean(axis=0)
-    return _Contacts(run.column(None), [pair], warmed(flash, warm), base + warm, run.stretch())
+    if column == SLIDING:
+        pair, flash, stretch = run.slid()
+        warm = np.zeros_like(flash.mean)
+        if run.scene.sliding.duration is not None:
+            warm = pair.sample.numbers["sliding_background"].mean(axis=0)
+        background = (run.scene.sliding.background_temperature or 0.0) + warm
+        top = stretched(pair.sample, stretch)
+        mean = partial(mean_over_slides, pair, stretch)
+        return _Contacts(run.column(None), [pair.sample, top], top, warmed(flash, warm), background, mean)
+    name = run.column(column)
+    pairs = run.pairs(name)
+    samples = [sample for pair in pairs for sample in (pair.below, pair.sample) if sample is not None]
+    end = float(run.scene.spectrum.breaks[-1]) if run.drawn else samples[-1].q_max
+    mean = partial(mean_over_contact, run.scene, name, pairs, end=end)
+    return _Contacts(name, samples, samples[-1], run.reported(FLASH, name), background_temperature(run, name), mean)
 
 
 def not_asked(run: Means, name: str) -> ValueError:
@@ -133,13 +119,13 @@ def asked_estimates(run: Means, column: str | None = None) -> Iterator[Asked]:
 
     ValueError if there is no such column, or no sound realization yet.
     """
-    if run.scene.reaction is None and run.scene.observables is None:
+    reaction, observables = run.scene.reaction, run.scene.observables
+    if reaction is None and observables is None:
         return
     contacts = _contacts_of(run, column)
-    reaction, observables = run.scene.reaction, run.scene.observables
     if reaction is not None:
         for energy in reaction.activation_energy:
-            for found in _reaction(run, energy, contacts):
+            for found in _reaction(run, reaction, energy, contacts):
                 yield Asked(found, energy=round(energy / ELECTRONVOLT, 12))
     if observables is not None:
         for temperature in observables.heat_above or ():
@@ -152,29 +138,20 @@ def background_temperature(run: Means, column: str | None = None) -> Array:
     return start + run.share(column) * prediction.background(run.scene)
 
 
-def _reaction(run: Means, energy: float, contacts: _Contacts) -> Iterator[Estimate]:
+def _reaction(run: Means, reaction: ReactionSection, energy: float, contacts: _Contacts) -> Iterator[Estimate]:
     """Yield rate and activation temperature at an energy, J, and the conversion in a pass if its length is given."""
-    reaction, pairs, flash = run.scene.reaction, contacts.pairs, contacts.flash
-    if reaction is None:
-        return
+    flash = contacts.flash
     activation = Activation(energy, reaction.activation_volume, contacts.background)
-    samples = [sample for pair in pairs for sample in (pair.sample, pair.below) if sample is not None]
-    samples.append(contacts.top)
-    scales = [log_scale(bins_of(sample), factor_of(sample, flash), activation) for sample in samples]
+    scales = [log_scale(bins_of(sample), factor_of(sample, flash), activation) for sample in contacts.samples]
     scale = np.max(scales, axis=0)
-
-    def of_bins(bins: Bins, factor: Array) -> Array:
-        return rates(bins, factor, activation, scale)
-
-    def of_mean(bins: Bins, mean: Array) -> tuple[Array, Array, Array]:
-        return uniform_temperature(bins, mean, activation, scale)
-
-    warm = contacts.mean(run, ContactMean(of_bins, flash, of_mean))
+    of_bins = partial(rates, activation=activation, scale=scale)
+    of_mean = partial(uniform_temperature, activation=activation, scale=scale)
+    warm = contacts.mean(ContactMean(of_bins, flash, of_mean))
     if np.isfinite(warm.values.mean).all():
         mean, slope = of_uniform_temperature(warm.values, contacts.top, activation, scale)
         over = OverContact(mean, slope * warm.slope, warm.members)
     else:  # without a barrier
-        over = contacts.mean(run, ContactMean(of_bins, flash))
+        over = contacts.mean(ContactMean(of_bins, flash))
     area = run.values("contact_fraction", contacts.column)
     area = area._replace(errors=dict.fromkeys(over.values.errors, np.zeros_like(area.mean)) | area.errors)
     rate = product(scaled(over.values, reaction.prefactor * np.exp(scale)), area)
@@ -202,21 +179,12 @@ def _conversion(run: Means, rate: Values, over: OverContact, slope: Array, lengt
 
 def _heat_above(run: Means, temperature: float, contacts: _Contacts) -> Estimate:
     """Return the share of the heat where the contact is hotter than an absolute temperature, K."""
-    excess = temperature - contacts.background
-
-    def of_bins(bins: Bins, factor: Array) -> Array:
-        return heat_above(bins, factor, excess)
-
-    over = contacts.mean(run, ContactMean(of_bins, contacts.flash, by_contact=True))
+    of_bins = partial(heat_above, excess=temperature - contacts.background)
+    over = contacts.mean(ContactMean(of_bins, contacts.flash, by_contact=True))
     values = over.values._replace(mean=np.clip(over.values.mean, 0.0, 1.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         sensitivity = np.nan_to_num(np.abs(over.slope / values.mean), posinf=0.0)
     return _estimate(run, HEAT_ABOVE, values, over, sensitivity)
-
-
-def _end(run: Means, column: str) -> float:
-    """Return the end of C(q), or of the highest level of a map, rad/m."""
-    return float(run.scene.spectrum.breaks[-1]) if run.drawn else run.pairs(column)[-1].sample.q_max
 
 
 def _estimate(run: Means, observable: str, values: Values, over: OverContact, sensitivity: Array) -> Estimate:

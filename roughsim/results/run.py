@@ -6,26 +6,29 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughsim import prediction
-from roughsim.errors import RecordError
+from roughsim.errors import RecordError, number
 from roughsim.estimate.errors import Estimate
 from roughsim.estimate.levels import Values
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
 from roughsim.grid import Grid
 from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
 from roughsim.results.description import Description
-from roughsim.results.fields import Field, check_field, temperature_of
 from roughsim.results.means import Means
 from roughsim.results.members import Damaged, Members
 from roughsim.results.reactions import Asked, asked_estimates
 from roughsim.scene import Scene
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
-from roughsim.store.member_files import member_path, read_field
+from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
 
 if TYPE_CHECKING:  # not among the packages that roughsim needs
     import xarray
+
+Field = NDArray[np.float32]
+DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that follow from the pressure and the speed
 
 
 class Run(Means):
@@ -77,7 +80,10 @@ class Run(Means):
 
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
-        self.members.refresh(self.max_realizations)
+        available = self.members.available
+        for level in range(len(available)):
+            while available[level] < self.max_realizations and self.members.take(level, available[level]):
+                available[level] += 1
         self.rounds = self._replayed()
         self.count(self.rounds.counts)
 
@@ -134,8 +140,7 @@ class Run(Means):
     @property
     def failed(self) -> int:
         """Number of counted members of single contacts that did not converge."""
-        failed = {(level, i) for level in self.numerics.single for i in self.members.failed(level)}
-        return len(failed - set(self.damaged))
+        return sum(len(self.members.failed(level)) for level in self.numerics.single)
 
     @property
     def extent(self) -> str:
@@ -178,7 +183,15 @@ class Run(Means):
         ValueError if there is no such field or column, the speed is missing, or no realization kept its fields.
         RecordError if a file is damaged.
         """
-        check_field(name, speed, direction)
+        number("direction", direction, "rad")
+        if name not in (*KEPT_FIELDS, *DERIVED_UNITS):
+            raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}")
+        if speed is not None and name in KEPT_FIELDS:
+            raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")
+        if name in DERIVED_UNITS:
+            if speed is None:
+                raise ValueError(f"speed is missing: {name} depends on it; give speed= in m/s")
+            number("speed", speed, "m/s")
         level = self.numerics.picture(self.column(column))
         indices = self.kept(level, name)
         if not indices:
@@ -187,26 +200,45 @@ class Run(Means):
 
     def field(self, level: int, index: int, name: str, *, speed: float | None = None, direction: float = 0.0) -> Field:
         """Return one field of the kept realization `index` of a level; name, speed and direction as in `fields`."""
-        check_field(name, speed)
         path = member_path(self.folder, level, index)
         if speed is None:
             return read_field(path, name)
-        flux = read_field(path, "pressure")
-        flux *= np.float32(prediction.heat_per_pressure(self.scene, speed))
+        pressure = read_field(path, "pressure")
+        if name == "heat_flux":
+            return pressure * np.float32(prediction.heat_per_pressure(self.scene, speed))
         column = self.numerics.levels[level].column
-        grid = self.numerics.grid(level)
-        return flux if name == "heat_flux" else self.temperature(flux, grid, speed, direction, column)
+        return self.temperature(pressure, self.numerics.grid(level), speed, direction, column)
 
     def temperature(
-        self, flux: Field, grid: Grid, speed: float, direction: float = 0.0, column: str | None = None
+        self,
+        pressure: Field,
+        grid: Grid,
+        speed: float,
+        direction: float = 0.0,
+        column: str | None = None,
+        scene: Scene | None = None,
     ) -> Field:
-        """Return the temperature, K, by the frictional heat of both bodies, W/m², on any grid of any cell.
+        """Return the temperature, K, by a pressure, Pa, on any grid; speed and direction as in `fields`.
 
-        `flux` is this heat, `speed` is in m/s, and `direction` is the angle of sliding from the x axis, rad.
-        The moving body takes the share of heat of a column, by default the one of `estimate`.
+        The moving body takes the share of heat of a column. `scene` is the scene of the run with other layers on its
+        bodies.
         """
-        part, distance = self.heat_share(speed, column), self.numerics.slid_distance
-        return temperature_of(self.scene, flux, grid, speed, direction=direction, share=part, slid_distance=distance)
+        from roughsim.heat.periodic import sliding_temperature  # slow to import: means need no transforms
+
+        layered = scene or self.scene
+        moving = prediction.conduction(layered, (abs(speed),)).each[0]
+        temperature: Field = sliding_temperature(
+            pressure * np.float32(prediction.heat_per_pressure(layered, speed)),
+            grid,
+            speed=speed,
+            conductivity=moving.conductivity,
+            diffusivity=moving.diffusivity,
+            **moving.layers._asdict(),
+            direction=direction,
+            slid_distance=self.numerics.slid_distance,
+        )
+        temperature *= np.float32(self.heat_share(speed, column, scene))
+        return temperature
 
     def reactions(self, column: str | None = None) -> list[Asked]:
         """Return rates, activation temperatures and conversions of [reaction], and the heat above each temperature.

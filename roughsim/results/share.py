@@ -22,25 +22,9 @@ def has_own_share(scene: Scene) -> bool:
     return scene.sliding.heat_partition in _OWN
 
 
-def share_text(shares: dict[str, Array]) -> str:
-    """Return in words the shares of columns over speed, (speeds,) each; one text if all are equal."""
-    texts = {
-        name: " to ".join(dict.fromkeys(f"{value:.3g}" for value in (share.min(), share.max())))
-        for name, share in shares.items()
-    }
-    if len({*texts.values()}) == 1:
-        return next(iter(texts.values()))
-    return ", ".join(f"{text} ({name})" for name, text in texts.items())
-
-
-def with_warming(flash: Estimate, share: Estimate | Array, warming: Array) -> Estimate:
-    """Return s (T₀ + T_flash) from s T_flash; `warming`, (speeds,), is the exact T₀ with all the heat, K.
-
-    The errors of a measured `share` add to the errors of s T_flash.
-    """
-    if not isinstance(share, Estimate):
-        return replace(flash, mean=flash.mean + share * warming)
-    parts = dict.fromkeys((*flash.budget, *share.budget))
+def with_warming(flash: Estimate, share: Estimate, warming: Array) -> Estimate:
+    """Return s (T₀ + T_flash) from s T_flash and s, whose errors add; `warming`, (speeds,), is T₀ with all heat, K."""
+    parts = flash.budget | share.budget
     return replace(
         flash,
         mean=flash.mean + share.mean * warming,

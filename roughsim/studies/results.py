@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from roughsim.observables.catalogue import UNITS
-from roughsim.results.answers import NOTE, TAIL, UNKNOWN, answers, answers_of_reactions
+from roughsim.results.answers import NOTE, TAIL, UNKNOWN, answers
 from roughsim.results.arrays import Labelled
 from roughsim.results.description import folder_state
 from roughsim.results.folder import open_run
@@ -124,7 +124,7 @@ class StudyResults:
         table = self._answers.setdefault(point.name, {})
         missing = [name for name in observables if name not in table]
         if missing:
-            table |= answers_by_name(run, missing)
+            table |= {array.name: array for array in answers(run, missing)}
         return table
 
     def rows(self, observable: str | None = None) -> Iterator[dict[str, Any]]:
@@ -144,14 +144,6 @@ class StudyResults:
             for name in names:
                 for row in rows_of_run(run, table, name):
                     yield head | row
-
-
-def answers_by_name(run: Run, names: list[str]) -> dict[str, Labelled]:
-    """Return observables of a run, and what its scene asks for if one of that is named, as arrays by their names."""
-    table = {array.name: array for array in answers(run, [name for name in names if name not in ABOUT])}
-    if any(name in ABOUT for name in names):
-        table |= {array.name: array for array in answers_of_reactions(run)}
-    return table
 
 
 def rows_of_run(run: Run, table: dict[str, Labelled], name: str) -> Iterator[dict[str, Any]]:

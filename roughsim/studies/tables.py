@@ -7,7 +7,7 @@ import numpy as np
 
 from roughsim.observables.catalogue import UNITS
 from roughsim.prediction.distribution import ELECTRONVOLT
-from roughsim.results.marks import meanings, unknown_words
+from roughsim.results.answers import meanings
 from roughsim.results.reactions import ABOUT
 from roughsim.scene.numerics import SLIDING
 from roughsim.scene.written import literal
@@ -257,7 +257,7 @@ def target_note(study: StudyResults) -> list[str]:
     within = sum(total <= study.target_error for name, total in totals.items() if name not in unknown)
     text = f"Total error of T_flash at most {100 * study.target_error:.3g} % at every speed: {within} points"
     if unknown:
-        parts = unknown_words(list(dict.fromkeys(part for each in unknown.values() for part in each)))
+        parts = ", ".join(dict.fromkeys(part for each in unknown.values() for part in each))
         text += f"; at {len(unknown)} points a part of it is unknown ({parts})"
     worst = max(totals, key=totals.__getitem__)
     at_least = "≥" if worst in unknown else ""

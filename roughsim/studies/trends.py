@@ -9,7 +9,7 @@ import numpy as np
 
 from roughsim.estimate.errors import Uncertain, quotient
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.results.marks import notes_of, unknown_words
+from roughsim.results.answers import notes_of
 from roughsim.results.run import Run
 from roughsim.studies.results import StudyResults
 from roughsim.studies.vary import Point
@@ -63,7 +63,7 @@ def _changes(run: Run, before: Run, observable: str, column: str | None, log_of_
             "ratio": float(value),
             "standard_error": float(ratio.standard_error[k]),
             "total_error": float(ratio.total_error[k]),
-            "unknown": unknown_words(ratio.unknown_at(k)),
+            "unknown": ", ".join(ratio.unknown_at(k)),
             "exponent": exponent if same_kind else nan,
             "exponent_error": error if same_kind else nan,
         }

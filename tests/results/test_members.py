@@ -41,6 +41,8 @@ def members():
 
 def test_members_that_failed_are_named_by_their_level(members):
     assert [members.failed(level) for level in range(4)] == [[1], [], [2], []]
+    members.damaged[2, 2] = "is damaged"  # its contact converged
+    assert members.failed(2) == []
     members.counts = (1,) * 4
     assert members.failed(0) == []
 
@@ -60,22 +62,21 @@ def test_a_surface_on_which_another_column_failed_does_not_count(members):
 
 
 def test_numbers_are_those_of_the_members_in_the_order_asked_for_and_nan_without_one(members):
-    rows = members.numbers(2, "flash_temperature", [3, 2, 9])
+    rows = members.sample(2, indices=[3, 2, 9]).numbers["flash_temperature"]
     np.testing.assert_array_equal(rows[0], member(23).numbers["flash_temperature"])
     assert np.isnan(rows[1:]).all()
-    below = members.numbers(2, "contact_fraction", [3], below=True)
+    below = members.sample(2, below=True, indices=[3]).numbers["contact_fraction"]
     np.testing.assert_array_equal(below, [member(23).moments[1].numbers["contact_fraction"]])
-    assert members.numbers(2, "plastic_fraction", [3]).shape == (1, 1)  # which these have not stored
-    assert np.isnan(members.numbers(1, "contact_fraction", [3], below=True)).all()  # the lowest level has none below
-    assert members.numbers(2, "flash_temperature", []).shape == (0, 3)
+    assert members.sample(2, indices=[3]).numbers["plastic_fraction"].shape == (1, 1)  # which these have not stored
+    assert members.sample(2, indices=[]).numbers["flash_temperature"].shape == (0, 3)
 
 
 def test_spectra_have_the_wavenumbers_of_their_level(members):
     for below, one in zip((False, True), member(24).moments, strict=True):
-        wavenumber, rows = members.spectra(2, [2, 4], below)
-        np.testing.assert_array_equal(wavenumber, one.wavenumber)
-        np.testing.assert_array_equal(rows[1], one.spectrum)
-        assert np.isnan(rows[0]).all()
+        sample = members.sample(2, below, [2, 4])
+        np.testing.assert_array_equal(sample.wavenumber, one.wavenumber)
+        np.testing.assert_array_equal(sample.spectrum[1], one.spectrum)
+        assert np.isnan(sample.spectrum[0]).all()
 
 
 def test_a_sample_has_the_cut_off_and_the_pixel_of_its_level_in_its_own_cell(members):

@@ -250,7 +250,7 @@ def test_the_page_names_the_share_of_each_column(mean_run, no_pictures):
 
 
 def test_a_stated_share_is_that_of_all_columns(capped_run):
-    assert capped_run.shares().keys() == {"theory", "smoothed", "capped"}
-    for share in capped_run.shares().values():
+    for share in (capped_run.heat_partition, capped_run.share("smoothed"), capped_run.share("capped")):
         np.testing.assert_array_equal(share, 0.9)
+    assert capped_run.share_text() == "0.9"
     assert not any("both bodies in this contact" in note for note in capped_run.estimate("flash_temperature").notes)

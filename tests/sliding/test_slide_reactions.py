@@ -16,7 +16,6 @@ from roughsim.observables.temperatures import Slide, temperature_distribution
 from roughsim.planning.realization import slide_problem
 from roughsim.results.answers import answers
 from roughsim.results.film import read_film
-from roughsim.results.reactions import reacting_columns
 from roughsim.scene import parse_scene
 from roughsim.sliding.distribution import POSITIONS, Sampler, positions
 from roughsim.sliding.member import faces, solve_slide
@@ -224,7 +223,7 @@ def test_a_scene_that_does_not_ask_stores_nothing_of_it(asked, sliding_run):
     assert {*loud} == {*quiet} | {f"sliding_{name}" for name in NAMES}
     np.testing.assert_array_equal(quiet["sliding_flash_temperature"], loud["sliding_flash_temperature"])
     assert sliding_run.members[SLIDE, 0].moments[0].bins is None
-    assert reacting_columns(sliding_run) == ()
+    assert sliding_run.reacting_columns == ()
 
 
 def test_slides_of_an_older_version_have_no_reactions(asked, tmp_path):
@@ -235,7 +234,7 @@ def test_slides_of_an_older_version_have_no_reactions(asked, tmp_path):
         numbers = {name: values for name, values in member.numbers.items() if "quantile" not in name}
         write_member(folder, replace(member, moments=(member.moments[0]._replace(numbers=numbers, bins=None),)))
     run = rs.open_run(folder)
-    assert reacting_columns(run) == ("capped",)
+    assert run.reacting_columns == ("capped",)
     rows = rs.compare(run).to_dict()["rows"]
     assert {row["sliding"]["mean"] for row in rows if "quantile" in row["observable"]} == {None}
     assert {row["sliding"]["mean"] for row in rows if "energy" in row} == {None}
