@@ -145,7 +145,7 @@ def complete(
     `claimed_in` is the folder of the claims, by default the first run. `source` replaces random surfaces.
     """
     member, part = max(largest_member(scene, numerics) for scene, numerics, _ in begun)
-    workers.fit(member, part, begun[0][1].threads)
+    workers.fit(member, part, max(numerics.threads for _, numerics, _ in begun))
     runs = []
     with Claims(claimed_in or begun[0][2].absolute()) as claims:
         for scene, _, folder in begun:
