@@ -91,8 +91,8 @@ class Workers:
         self._in_process = count == 1
         self._member = member
 
-    def executor(self, seconds_left: float = inf) -> Executor:
-        """Return the executor for so much computing, s in one process; RuntimeError if its workers cannot start.
+    def executor(self, seconds_left: Callable[[], float] = lambda: inf) -> Executor:
+        """Return the executor for the computing that is left, s in one process; RuntimeError if no worker can start.
 
         It is the same one until it breaks, but for a short computation that becomes a long one: `_WORTH_PROCESSES`.
         """
@@ -100,7 +100,7 @@ class Workers:
             return self.given
         if self._pool is not None:
             return self._pool
-        if self._in_process or (self._asked is None and seconds_left < _WORTH_PROCESSES):
+        if self._in_process or (self._asked is None and seconds_left() < _WORTH_PROCESSES):
             return SerialExecutor()
         note_compilation()  # here, as one line: all workers compile the same kernels
         context = get_context("spawn")  # a fork after threaded transforms hangs

@@ -96,7 +96,7 @@ class Tasks:
             while self.unfinished:
                 if workers.interrupted:  # Python has dropped the exception, as in the callback of a weak reference
                     raise KeyboardInterrupt
-                executor = workers.executor(sum(expected_seconds(run) for run in self.unfinished))
+                executor = workers.executor(lambda: sum(expected_seconds(run) for run in self.unfinished))
                 while len(pending) < workers.in_flight:
                     assignment = self._next(idle=len(pending) < workers.count)
                     if assignment is None:

@@ -77,14 +77,14 @@ def test_where_no_number_was_asked_for_a_line_says_how_many_there_are(job, monke
 def test_a_short_computation_starts_no_processes_unless_their_number_is_given(job):
     job(2, 25.3)
     with Workers(None) as workers:
-        assert isinstance(workers.executor(seconds_left=0.5), SerialExecutor)
+        assert isinstance(workers.executor(lambda: 0.5), SerialExecutor)
         assert workers.in_flight == 1
-        pool = workers.executor(seconds_left=60.0)
+        pool = workers.executor(lambda: 60.0)
         assert isinstance(pool, ProcessPoolExecutor)
         assert workers.in_flight == 4
-        assert workers.executor(seconds_left=0.5) is pool
+        assert workers.executor(lambda: 0.5) is pool
     with Workers(2) as workers:
-        assert isinstance(workers.executor(seconds_left=0.5), ProcessPoolExecutor)
+        assert isinstance(workers.executor(lambda: 0.5), ProcessPoolExecutor)
 
 
 def test_the_expected_time_is_the_planned_one_in_the_first_round_and_the_measured_one_later(quick, tmp_path):
@@ -128,7 +128,7 @@ class Killing(Workers):
         super().__init__(2)
         self.marker = marker
 
-    def executor(self, seconds_left=np.inf):
+    def executor(self, seconds_left=lambda: np.inf):
         pool, marker = super().executor(seconds_left), self.marker
 
         class Handing(SerialExecutor):

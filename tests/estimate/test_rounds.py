@@ -248,7 +248,7 @@ def test_an_unknown_error_adds_levels_and_meets_no_target(part, added):
     counts = (12, 6, 0, 0, 6, 0, 0)
     verdict = judge(LONG, {NAME: 0.02}, 400, counts, totals)
     assert not verdict.met
-    assert verdict.next == tuple(6 if level == added else n for level, n in enumerate(counts))
+    assert verdict.next == tuple(2 if level == added else n for level, n in enumerate(counts))
     everywhere = (12, 6, 4, 4, 6, 4, 4)
     verdict = judge(LONG, {NAME: 0.02}, 400, everywhere, totals)
     assert (verdict.met, verdict.next, verdict.needed) == (False, None, everywhere)
@@ -326,23 +326,43 @@ LONG = numerics_of("elastic", rungs=4, partners=(0, 1, 3))  # rungs 0 to 3; part
 def test_the_level_is_added_that_lowers_the_larger_error(counts, errors, added):
     verdict = next_of(LONG, counts, mean=[2.0, -3.0], **errors)
     expected = list(counts)
-    expected[added] = 6
+    expected[added] = 2
     assert verdict.next == tuple(expected)
     assert verdict.needed == tuple(expected)
-    assert next_of(LONG, counts, most=4, mean=[2.0, -3.0], **errors).next[added] == 4
+    assert next_of(LONG, counts, most=1, mean=[2.0, -3.0], **errors).next[added] == 1
+
+
+@pytest.mark.parametrize(("added", "error"), [(3, "bandwidth"), (6, "pixel")])
+@pytest.mark.parametrize("scatter", [0.02, 0.05, 0.3])
+def test_an_added_level_begins_with_its_share_by_half_of_the_variance_below(added, error, scatter):
+    # below the rung 3 is the correction 2, below the partner 6 the one of the rung 1
+    counts = (48, 12, 12, 0, 6, 12, 0) if added == 3 else (48, 12, 12, 12, 6, 12, 0)
+    below = 2 if added == 3 else 5
+    by_level = {level: 0.3 if level == 0 else scatter for level in range(7)}
+    goal = 0.05
+    verdict = judge(LONG, {NAME: goal}, 10**6, counts, totals_of(LONG, by_level, **{error: goal}))
+    there = {level: by_level[level] for level in range(7) if counts[level]}
+    wanted = ceil(least_work(LONG, counts, goal * np.sqrt(0.5), there)[below])
+    share = wanted * np.sqrt(0.5 * cost(LONG, below) / cost(LONG, added))
+    assert verdict.next[added] == verdict.needed[added] == min(max(ceil(share), 2), 6)
+
+
+def test_an_added_level_without_a_correction_of_its_kind_below_it_begins_as_the_first_round_does():
+    assert next_of(LONG, (12, 6, 0, 0, 0, 0, 0), pixel=0.03).next == (12, 6, 0, 0, 0, 6, 0)
+    assert next_of(LONG, (12, 0, 0, 0, 6, 0, 0), bandwidth=0.03).next == (12, 6, 0, 0, 6, 0, 0)
 
 
 def test_an_error_that_counts_at_one_speed_alone_is_lowered_there():
     errors = {"pixel": np.array([0.03, 0.0]), "bandwidth": np.array([0.0, 0.013])}
     verdict = next_of(LONG, (12, 6, 0, 0, 6, 0, 0), mean=[1.0, 2.0], **errors)
-    assert verdict.next == (12, 6, 0, 0, 6, 6, 0)
+    assert verdict.next == (12, 6, 0, 0, 6, 2, 0)
 
 
 def test_a_chain_of_partners_is_gone_through():
     chain = numerics_of("elastic", rungs=2)
     q = chain.levels[0].q_max
     chain = replace(chain, levels=(*chain.levels, Level("elastic", (4 * POINTS,) * 2, q)))
-    assert next_of(chain, (12, 6, 6, 0), pixel=0.03).next == (12, 6, 6, 6)
+    assert next_of(chain, (12, 6, 6, 0), pixel=0.03).next == (12, 6, 6, 2)
 
 
 @pytest.mark.parametrize(("share", "adds"), [(0.7, False), (0.72, True)])
@@ -438,7 +458,7 @@ def test_a_level_is_added_to_the_column_that_needs_it():
         return values, estimate(observable, values)
 
     following = judge(both, {NAME: 0.02}, 400, counts, noisy).next
-    assert following == (12, 6, 6, 6, 24, 6, 0, 6)
+    assert following == (12, 6, 2, 6, 24, 6, 0, 6)
 
 
 # without a target
