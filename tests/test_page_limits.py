@@ -33,6 +33,11 @@ STATED = [
     ),
     (
         "errors",
+        "at least {} members and at most {}, where V_l is taken as {} times",
+        ["roughsim.estimate.rounds:_LEAST", "roughsim.estimate.rounds:FIRST_STEP", "roughsim.estimate.rounds:_FALL"],
+    ),
+    (
+        "errors",
         "the usual value: 1, and {} + {} H below H = 2/3",
         ["roughsim.prediction.cut_offs:_FALL[0]", "roughsim.prediction.cut_offs:_FALL[1]"],
     ),

@@ -104,7 +104,7 @@ def cases() -> dict[str, Case]:
     unlike = {"rms_height": "1.2 um", "q_roll_off": 25400.0, "roll_off_exponent": 1.0, "q_max": 2e6}
     return {
         "demo": Case(rs.load_scene("demo"), 8, 2, 1e5, 2e5, (1500, 200, 24)),
-        "steel-1.2GPa": Case(rs.load_scene("steel-1.2GPa"), 8, 4, 2.04e5, 3.264e6, (1200, 150, 8)),
+        "steel-1.2GPa": Case(rs.load_scene("steel-1.2GPa"), 8, 4, 2.04e5, 1.3056e7, (1200, 150, 8)),
         "light load": Case(scene_of(light, "6 MPa"), 16, 2, 6 * 6350.0, 96 * 6350.0, (1500, 200, 16)),
         "low H": Case(scene_of(rough, "120 MPa"), 8, 4, 26.25 * 6350.0, 210 * 6350.0, (400, 60, 8)),
         "unlike faces": Case(scene_of(unlike, "50 MPa", UNLIKE), 8, 4, 1.25e5, 2e6, (600, 100, 8)),
@@ -129,6 +129,8 @@ def steps(case: Case, length: float) -> Iterator[tuple[str, float, tuple[rs.Leve
     """Yield name, side of the cell, m, and both levels of each step of the ladder, those of the pixel last."""
     column = "elastic" if case.scene.elastic else "capped"
     for pair in zip(case.cut_offs, case.cut_offs[1:], strict=False):
+        while side(pair[1], length) > MOST_SIDE:
+            length /= 2
         yield f"q_c = {pair[1]:.4g}", length, tuple(rs.Level(column, (side(q, length),) * 2, q) for q in pair)
     if case.top < case.scene.spectrum.breaks[-1] * (1 - 1e-9):
         return
