@@ -1,7 +1,8 @@
 """Extrapolation of a mean beyond the highest cut-off: by a law, by the theory, or as a power of the cut-off.
 
 Each gives a shape over the cut-off. The mean is proportional to the shape, or its steps to the steps of the shape. The
-error is the difference of the two results, and at least a share of the rest, the change beyond the highest cut-off.
+error is the difference of the two results, and at least a share of the rest, the change beyond the highest cut-off. By
+the law the two add as squares: by chance of few members the difference may vanish.
 """
 
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from roughsim.estimate.ladder import Rung
 from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 
-# least share of the rest that is in doubt, as measured: in proportion to the law for contact that yields, and by steps
+# share of the rest that is in doubt, as measured: by the law for contact that yields, and at least by steps
 _OF_LAW, _OF_STEPS = 0.1, 0.25
 _MOST_BY_STEPS = 0.5  # of the value: a larger rest with the theory's shape was not tried
 _USUAL_SCATTER, _LEAST_EXPONENT = 0.3, 0.2  # how far exponents lie from the usual one, and the least of them
@@ -29,14 +30,15 @@ class Limit(NamedTuple):
 def by_law(rungs: list[Rung], law: Array) -> Limit:
     """Return the rest in proportion to a law; `law` has its values at the upper two cut-offs and at the end.
 
-    One rung tests no law: its error is all of the rest.
+    The error is the doubt of any law, and how badly it foretold the last step, as squares. One rung tests no law: its
+    error is all of the rest.
     """
     rest = _in_proportion(rungs, law)
     size = np.abs(rest.value)
     error = size
     if len(rungs) > 1:
         apart = np.nan_to_num(np.abs(rest.value - _by_steps(rungs, law).value))
-        error = np.clip(apart, _OF_LAW * size, size)
+        error = np.minimum(np.hypot(apart, _OF_LAW * size), size)
     return Limit(rest, error, "by the law for contact that yields")
 
 

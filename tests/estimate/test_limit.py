@@ -69,14 +69,14 @@ def test_a_law_right_but_for_a_factor_gives_the_limit_and_a_share_of_what_follow
 @pytest.mark.parametrize("unit", [100.0, -100.0])
 @pytest.mark.parametrize("missed", [0.01, -0.01])
 @pytest.mark.parametrize("foretold", [0.96, 1.04])
-def test_the_doubt_is_how_far_what_follows_by_the_last_step_is_from_what_follows_in_proportion(unit, missed, foretold):
+def test_the_doubt_of_the_law_and_how_badly_it_foretold_the_last_step_add_as_squares(unit, missed, foretold):
     # the step is .01 off the .04 of the law, which foretells another 2 %
     law = np.array([[1.0], [foretold], [foretold * 0.98]])
     top = (foretold + missed) * unit
     limit = by_law(rungs_at([[unit], [top]], (8.0, 16.0)), law)
     assert limit.rest.value[0] == pytest.approx(-0.02 * top, rel=1e-12)
     by_step = -0.02 * foretold * (top - unit) / (foretold - 1.0)
-    assert limit.error[0] == pytest.approx(abs(by_step + 0.02 * top), rel=1e-9)
+    assert limit.error[0] ** 2 == pytest.approx((by_step + 0.02 * top) ** 2 + (0.1 * 0.02 * top) ** 2, rel=1e-9)
 
 
 def test_a_law_that_missed_more_than_the_step_leaves_all_in_doubt_and_no_more():
@@ -95,8 +95,8 @@ def test_a_law_is_judged_at_each_speed_and_at_rest_nothing_follows():
     law = np.array([[0.0, 1.0, 1.0], [0.0, 0.96, 0.96], [0.0, 0.9, 0.9]])
     limit = by_law(rungs_at([[0.0, 100.0, 100.0], [0.0, 96.0, 98.0]], (8.0, 16.0)), law)
     np.testing.assert_allclose(limit.rest.value, [0.0, -6.0, -98.0 * 0.06 / 0.96], rtol=1e-12)
-    by_step = 0.06 * 2.0 / 0.04
-    np.testing.assert_allclose(limit.error, [0.0, 0.6, 98.0 * 0.06 / 0.96 - by_step], rtol=1e-12)
+    of_law, by_step = 98.0 * 0.06 / 0.96, 0.06 * 2.0 / 0.04
+    np.testing.assert_allclose(limit.error, [0.0, 0.6, np.hypot(of_law - by_step, 0.1 * of_law)], rtol=1e-12)
 
 
 def test_by_a_law_the_limit_scatters_as_the_top_does():
