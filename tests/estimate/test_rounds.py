@@ -352,6 +352,21 @@ def test_an_added_level_without_a_correction_of_its_kind_below_it_begins_as_the_
     assert next_of(LONG, (12, 0, 0, 0, 6, 0, 0), bandwidth=0.03).next == (12, 6, 0, 0, 6, 0, 0)
 
 
+@pytest.mark.parametrize(("members", "assumed"), [(5, 0.05), (6, 1e-6)])
+def test_of_fewer_than_six_members_the_variance_is_at_least_a_quarter_of_that_below(members, assumed):
+    counts, goal = (48, 12, members, 0, 6, 0, 0), 0.02
+    scatter = {0: 0.3, 1: 0.1, 2: 1e-6, 4: 0.02}
+    error = np.sqrt(sum(scatter[level] ** 2 / counts[level] for level in scatter))
+    times = (quantile_of(scatter, counts) * error / goal) ** 2
+    z = quantile_of(scatter, counts, times)
+    spread = scatter | {2: assumed}
+    total = sum(spread[level] * np.sqrt(cost(LONG, level)) for level in spread)
+    wanted = assumed / np.sqrt(cost(LONG, 2)) * total * (z / goal) ** 2
+    verdict = judge(LONG, {NAME: goal}, 10**6, counts, totals_of(LONG, scatter))
+    assert verdict.needed[2] == max(ceil(wanted), members)
+    assert (wanted > members) == (members == 5)
+
+
 def test_an_error_that_counts_at_one_speed_alone_is_lowered_there():
     errors = {"pixel": np.array([0.03, 0.0]), "bandwidth": np.array([0.0, 0.013])}
     verdict = next_of(LONG, (12, 6, 0, 0, 6, 0, 0), mean=[1.0, 2.0], **errors)
