@@ -21,8 +21,10 @@ from numpy.typing import NDArray
 from script import Command, write_evidence
 
 import roughsim as rs
+from roughsim.estimate.errors import half_width, spread_of
 from roughsim.estimate.ladder import climb
 from roughsim.estimate.levels import values_of
+from roughsim.estimate.mean import Mean
 from roughsim.observables.catalogue import OBSERVABLES
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
@@ -79,21 +81,21 @@ def continuations(name: str, sections: dict[str, Any], run: rs.Run) -> Iterator[
         end = climb(OBSERVABLES[NAME].of_level, pairs[: j + 1])[-1].mean
         for k in range(1, j + 1):
             found = values_of(scene, run.numerics.columns[0], NAME, pairs[:k])
-            between = [variance for stream, variance in end.variance.items() if stream not in found.scatter]
+            between = Mean(end.value, {s: rows for s, rows in end.scatter.items() if s not in found.scatter})
             yield {
                 "scene": name,
                 "way": next((words for start, words in WAYS.items() if found.way.startswith(start)), UNKNOWN),
                 "steps": min(k - 1, 3),
                 "off": (found.mean / end.value - 1.0).tolist(),
                 "told": (found.errors["bandwidth"] / end.value).tolist(),
-                "scatter": (np.sqrt(sum(between)) / end.value).tolist(),
+                "scatter": (half_width(*spread_of(between)) / end.value).tolist(),
             }
 
 
 def over_error(rows: list[dict[str, Any]]) -> Array:
-    """Return |off| over the root of the squares of bandwidth error and scatter, 95 %, of all speeds."""
+    """Return |off| over the root of the squares of bandwidth error and scatter of all speeds."""
     off, told, scatter = (np.concatenate([row[name] for row in rows]) for name in ("off", "told", "scatter"))
-    return np.asarray(np.abs(off) / np.hypot(told, 1.96 * scatter))
+    return np.asarray(np.abs(off) / np.hypot(told, scatter))
 
 
 def table(rows: list[dict[str, Any]]) -> list[list[str]]:
