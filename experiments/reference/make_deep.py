@@ -79,7 +79,7 @@ class Case:
     """A scene, and the ladder of its reference.
 
     The cell of the lowest level has `waves` longest waves per side; that of the steps is so many times (`parts`)
-    smaller. The ladder climbs from `first` to `top`, rad/m; `members` are those of the lowest level, of the first step,
+    smaller, and smaller still where a grid would be larger than `MOST_SIDE`. The ladder climbs from `first` to `top`, rad/m; `members` are those of the lowest level, of the first step,
     and at least of any.
     """
 
@@ -129,7 +129,7 @@ def steps(case: Case, length: float) -> Iterator[tuple[str, float, tuple[rs.Leve
     """Yield name, side of the cell, m, and both levels of each step of the ladder, those of the pixel last."""
     column = "elastic" if case.scene.elastic else "capped"
     for pair in zip(case.cut_offs, case.cut_offs[1:], strict=False):
-        while side(pair[1], length) > MOST_SIDE:
+        while side(pair[1], length) > MOST_SIDE:  # of the shortest waves alone
             length /= 2
         yield f"q_c = {pair[1]:.4g}", length, tuple(rs.Level(column, (side(q, length),) * 2, q) for q in pair)
     if case.top < case.scene.spectrum.breaks[-1] * (1 - 1e-9):
