@@ -18,10 +18,11 @@ from typing import Any
 import numpy as np
 from figures.style import BLACK, legend_below, new_figure
 from numpy.typing import NDArray
+from scipy import stats
 from script import Command, write_evidence
 
 import roughsim as rs
-from roughsim.estimate.errors import half_width, spread_of
+from roughsim.estimate.errors import spread_of
 from roughsim.estimate.ladder import climb
 from roughsim.estimate.levels import values_of
 from roughsim.estimate.mean import Mean
@@ -82,13 +83,14 @@ def continuations(name: str, sections: dict[str, Any], run: rs.Run) -> Iterator[
         for k in range(1, j + 1):
             found = values_of(scene, run.numerics.columns[0], NAME, pairs[:k])
             between = Mean(end.value, {s: rows for s, rows in end.scatter.items() if s not in found.scatter})
+            scatter, freedom = spread_of(between)
             yield {
                 "scene": name,
                 "way": next((words for start, words in WAYS.items() if found.way.startswith(start)), UNKNOWN),
                 "steps": min(k - 1, 3),
                 "off": (found.mean / end.value - 1.0).tolist(),
                 "told": (found.errors["bandwidth"] / end.value).tolist(),
-                "scatter": (half_width(*spread_of(between)) / end.value).tolist(),
+                "scatter": (scatter * stats.t.ppf(0.975, freedom) / end.value).tolist(),
             }
 
 

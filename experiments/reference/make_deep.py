@@ -79,8 +79,9 @@ class Case:
     """A scene, and the ladder of its reference.
 
     The cell of the lowest level has `waves` longest waves per side; that of the steps is so many times (`parts`)
-    smaller, and smaller still where a grid would be larger than `MOST_SIDE`. The ladder climbs from `first` to `top`,
-    rad/m; `members` are those of the lowest level, of the first step, and at least of any.
+    smaller, and smaller still where a grid would be larger than `MOST_SIDE`: the last one of the steel has seven
+    roll-off waves per side. The ladder climbs from `first` to `top`, rad/m; `members` are those of the lowest level, of
+    the first step, and at least of any.
     """
 
     scene: rs.Scene

@@ -19,8 +19,8 @@ from roughsim.scene.numerics import Numerics
 
 FIRST, FIRST_STEP = 12, 6  # first members of the lowest level, and of others; fewer show too little scatter
 _LEAST = 2  # first members of a level whose scatter that of the level below it foretells
-# variance of a correction over that of the one below it, as foretold: .12, .22, .49 are its 10, 50 and 90 % quantiles
-# in 18 drawn scenes with up to five steps
+# variance of a correction over that of the one below it in the same cell, as foretold: .12, .22, .49 are its 10, 50 and
+# 90 % quantiles in 18 drawn scenes with up to five steps
 _FALL = 0.5
 _OF_LEVELS = "bandwidth", "last step", "pixel"  # errors that a higher level lowers
 WORK_SECONDS = 5e-9  # s of CPU time over the `work` of a member, on one core of a server of 2020
@@ -126,7 +126,8 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
                 needed[level] = max(needed[level], min(count, most))
                 following[level] = max(following[level], min(needed[level], 2 * counts[level]))
             if added is not None:
-                needed[added] = following[added] = min(_first_members(numerics, column, wanted, added), most)
+                first = min(_first_members(numerics, column, wanted, added), most)
+                needed[added] = following[added] = max(following[added], first)
     lowest_of_main = numerics.rungs(main)[0]
     for column in numerics.columns[:-1]:  # its lowest level has at most as many surfaces as the main column's
         lowest = numerics.rungs(column)[0]
@@ -225,7 +226,7 @@ def _allocation(
             lower = _below_of_kind(numerics, column, level, variances)
             # by chance the scatter of few members may vanish: it counts as at least half of what is foretold
             if lower is not None and counts[level] < FIRST_STEP:
-                variances[level] = np.maximum(variance, 0.5 * _FALL * variances[lower])
+                variances[level] = np.maximum(variance, 0.5 * _fall(numerics, lower, level) * variances[lower])
         growth = np.maximum(np.nan_to_num(np.abs(found.half_width / found.mean) / goal, posinf=1.0), 1.0) ** 2
     works = {level: work(numerics, level) for level in variances}
     total = sum(np.sqrt(variances[level] * works[level]) for level in variances)
@@ -246,7 +247,7 @@ def _first_members(numerics: Numerics, column: str, wanted: dict[int, int], adde
     lower = _below_of_kind(numerics, column, added, wanted)
     if lower is None:
         return FIRST_STEP
-    share = wanted[lower] * sqrt(_FALL * work(numerics, lower) / work(numerics, added))
+    share = wanted[lower] * sqrt(_fall(numerics, lower, added) * work(numerics, lower) / work(numerics, added))
     return min(max(ceil(share), _LEAST), FIRST_STEP)
 
 
@@ -255,6 +256,11 @@ def _below_of_kind(numerics: Numerics, column: str, level: int, known: Collectio
     order, kind = numerics.of_column(column), numerics.is_partner(level)
     lower = order[1 : order.index(level)]
     return next((i for i in reversed(lower) if i in known and numerics.is_partner(i) == kind), None)
+
+
+def _fall(numerics: Numerics, lower: int, level: int) -> float:
+    """Return the variance of a correction over that of a lower one, as foretold: in a smaller cell it is larger."""
+    return _FALL * (numerics.levels[level].parts / numerics.levels[lower].parts) ** 2
 
 
 def work(numerics: Numerics, level: int) -> float:

@@ -227,9 +227,9 @@ class Numerics(Record, section="numerics"):
         return tuple(i for i in self._resolved if self.levels[i].column == column)
 
     @cached_property
-    def _resolved(self) -> list[int]:
+    def _resolved(self) -> tuple[int, ...]:
         """All levels by q_max, then by the pixel; once, as most methods ask for it."""
-        return sorted(range(len(self.levels)), key=lambda i: self.levels[i].resolved)
+        return tuple(sorted(range(len(self.levels)), key=lambda i: self.levels[i].resolved))
 
     def rungs(self, column: str) -> tuple[int, ...]:
         """Return the levels of a column that are no partners: one for each q_max."""

@@ -332,19 +332,46 @@ def test_the_level_is_added_that_lowers_the_larger_error(counts, errors, added):
     assert next_of(LONG, counts, most=1, mean=[2.0, -3.0], **errors).next[added] == 1
 
 
+SHRINKING = replace(  # the rung 3 and its partner in half the cell
+    LONG,
+    levels=tuple(
+        replace(level, cell="half", shape=(level.shape[0] // 2,) * 2) if i in {3, 6} else level
+        for i, level in enumerate(LONG.levels)
+    ),
+)
+
+
 @pytest.mark.parametrize(("added", "error"), [(3, "bandwidth"), (6, "pixel")])
-@pytest.mark.parametrize("scatter", [0.02, 0.05, 0.3])
-def test_an_added_level_begins_with_its_share_by_half_of_the_variance_below(added, error, scatter):
+@pytest.mark.parametrize(
+    ("numerics", "fall", "scatter", "share"),
+    [
+        (LONG, 0.5, 1e-4, 2),
+        (LONG, 0.5, 0.004, None),
+        (LONG, 0.5, 0.008, None),
+        (LONG, 0.5, 0.3, 6),
+        (SHRINKING, 2.0, 0.003, None),
+    ],
+)
+def test_an_added_level_begins_with_its_share_by_the_variance_foretold(numerics, fall, scatter, share, added, error):
     # below the rung 3 is the correction 2, below the partner 6 the one of the rung 1
     counts = (48, 12, 12, 0, 6, 12, 0) if added == 3 else (48, 12, 12, 12, 6, 12, 0)
     below = 2 if added == 3 else 5
     by_level = {level: 0.3 if level == 0 else scatter for level in range(7)}
     goal = 0.05
-    verdict = judge(LONG, {NAME: goal}, 10**6, counts, totals_of(LONG, by_level, **{error: goal}))
+    verdict = judge(numerics, {NAME: goal}, 10**6, counts, totals_of(numerics, by_level, **{error: goal}))
     there = {level: by_level[level] for level in range(7) if counts[level]}
-    wanted = ceil(least_work(LONG, counts, goal * np.sqrt(0.5), there)[below])
-    share = wanted * np.sqrt(0.5 * cost(LONG, below) / cost(LONG, added))
-    assert verdict.next[added] == verdict.needed[added] == min(max(ceil(share), 2), 6)
+    wanted = ceil(least_work(numerics, counts, goal * np.sqrt(0.5), there)[below])
+    first = ceil(wanted * np.sqrt(fall * cost(numerics, below) / cost(numerics, added)))
+    assert verdict.next[added] == verdict.needed[added] == (share or max(first, 2))
+
+
+def test_of_two_targets_the_one_that_wants_more_decides_how_an_added_level_begins():
+    counts = (48, 12, 0, 6)
+    totals = totals_of(ONE, SCATTER, bandwidth=np.nan)
+    first = [judge(ONE, {NAME: goal}, 10**6, counts, totals).next[2] for goal in (0.05, 0.4)]
+    assert first[0] > first[1] >= 2
+    for goals in ({NAME: 0.05, "pressure_variance": 0.4}, {NAME: 0.4, "pressure_variance": 0.05}):
+        assert judge(ONE, goals, 10**6, counts, totals).next[2] == first[0]
 
 
 def test_an_added_level_without_a_correction_of_its_kind_below_it_begins_as_the_first_round_does():
