@@ -356,7 +356,7 @@ def test_an_added_level_begins_with_its_share_by_the_variance_foretold(numerics,
     # below the rung 3 is the correction 2, below the partner 6 the one of the rung 1
     counts = (48, 12, 12, 0, 6, 12, 0) if added == 3 else (48, 12, 12, 12, 6, 12, 0)
     below = 2 if added == 3 else 5
-    by_level = {level: 0.3 if level == 0 else scatter for level in range(7)}
+    by_level = {level: scatter for level in range(7)} | {0: 0.3, 1: 2.0 * scatter, 4: 2.0 * scatter}
     goal = 0.05
     verdict = judge(numerics, {NAME: goal}, 10**6, counts, totals_of(numerics, by_level, **{error: goal}))
     there = {level: by_level[level] for level in range(7) if counts[level]}
