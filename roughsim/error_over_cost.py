@@ -247,7 +247,7 @@ def shared_out(scatter: Sequence[float], seconds: Sequence[float], goal: float) 
     """Return the members of each level that reach a relative standard error at the least cost.
 
     `scatter` is the relative variance by one member of each level, `seconds` its cost; no level has fewer members than
-    a run begins with.
+    those of a first round.
     """
     total = sum(sqrt(part * cost) for part, cost in zip(scatter, seconds, strict=True))
     counts = [ceil(sqrt(part / cost) * total / goal**2) for part, cost in zip(scatter, seconds, strict=True)]

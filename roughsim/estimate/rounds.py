@@ -17,8 +17,11 @@ from roughsim.estimate.levels import Values
 from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
 
-FIRST, FIRST_STEP = 12, 6  # first members of the lowest level, and of others; fewer show too little scatter
-_LEAST = 2  # first members of a level whose scatter that of the level below it foretells
+FIRST, FIRST_STEP = (
+    12,
+    6,
+)  # members of the lowest level in the first round, and of others; fewer show too little scatter
+_LEAST = 2  # of a level that is added later: the correction below it foretells its scatter
 # variance of a correction over that of the one below it in the same cell, as foretold: .12, .22, .49 are its 10, 50 and
 # 90 % quantiles in 18 drawn scenes with up to five steps
 _FALL = 0.5

@@ -1,7 +1,6 @@
 """`Numerics`: levels, cell and tolerance of a computation. `plan` chooses it, a run records it."""
 
 from dataclasses import field, fields
-from functools import cached_property
 from math import isinf
 from typing import Annotated, Any, Final, Literal, NamedTuple, Self, get_args
 
@@ -224,12 +223,8 @@ class Numerics(Record, section="numerics"):
 
     def of_column(self, column: str) -> tuple[int, ...]:
         """Return the levels of a column by q_max, then by the pixel, the coarser first."""
-        return tuple(i for i in self._resolved if self.levels[i].column == column)
-
-    @cached_property
-    def _resolved(self) -> tuple[int, ...]:
-        """All levels by q_max, then by the pixel; once, as most methods ask for it."""
-        return tuple(sorted(range(len(self.levels)), key=lambda i: self.levels[i].resolved))
+        levels = (i for i, level in enumerate(self.levels) if level.column == column)
+        return tuple(sorted(levels, key=lambda i: self.levels[i].resolved))
 
     def rungs(self, column: str) -> tuple[int, ...]:
         """Return the levels of a column that are no partners: one for each q_max."""
