@@ -94,7 +94,7 @@ TESTS = {
     "roughsim/estimate/ladder.py": "estimate/test_ladder.py estimate/test_levels.py",
     "roughsim/estimate/limit.py": "estimate/test_limit.py estimate/test_levels.py",
     "roughsim/estimate/levels.py": "estimate/test_levels.py",
-    "roughsim/estimate/rounds.py": "estimate/test_rounds.py",
+    "roughsim/estimate/rounds.py": "estimate/test_rounds.py estimate/test_next_round.py",
     "roughsim/estimate/errors.py": "estimate/test_errors.py",
     "roughsim/estimate/regression.py": "estimate/test_regression.py",
     "roughsim/estimate/correlation.py": "estimate/test_correlation.py",
