@@ -71,6 +71,19 @@ def float_if_scalar(values: Array) -> Array | float:
     return float(values) if values.ndim == 0 else values
 
 
+def is_value(item: object) -> bool:
+    """Return whether `item` compares by value, so that a result may be kept under it: not if it only equals itself."""
+    if item is None or isinstance(item, (int, float)):
+        return True
+    if type(item).__hash__ in {None, object.__hash__}:
+        return False
+    try:
+        hash(item)
+    except TypeError:
+        return False
+    return True
+
+
 def breaks_of(spectrum: Spectrum) -> Array:
     """Return the distinct breaks of `spectrum`, ascending; TypeError or ValueError when they bound no interval."""
     if not callable(spectrum) or not hasattr(spectrum, "breaks"):

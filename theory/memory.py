@@ -21,9 +21,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from theory.arguments import Array, Spectrum, breaks_of
+from theory.arguments import Array, Spectrum, breaks_of, is_value
 from theory.clipped import PAIRS, ClippedField, Correlations, clipped_field, directed_correlations
-from theory.persson import is_value
 
 _TURNS = np.array([1.0, 0.0, -1.0])  # cos φ, at which functions a₀ + a₁ cos φ + a₂ cos 2φ are found
 _ORDERS = np.array([[0.25, 0.5, 0.25], [0.5, 0.0, -0.5], [0.25, -0.5, 0.25]])  # a₀, a₁, a₂ from their values there

@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from theory import quadrature
-from theory.arguments import Array, Spectrum, breaks_of, density, not_negative_array, positive, real_array
+from theory.arguments import Array, Spectrum, breaks_of, density, is_value, not_negative_array, positive, real_array
 from theory.full_contact import half_variance, half_variance_table
 from theory.hankel import first_crossing, hankel_transform
 
@@ -251,19 +251,6 @@ def stress_density(
     """
     arguments: Any = (spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
     return _remembered(*arguments) if all(is_value(item) for item in arguments) else _resolved(*arguments)
-
-
-def is_value(item: object) -> bool:
-    """Return whether `item` compares by value, so that a result may be kept under it: not if it only equals itself."""
-    if item is None or isinstance(item, (int, float)):
-        return True
-    if type(item).__hash__ in {None, object.__hash__}:
-        return False
-    try:
-        hash(item)
-    except TypeError:
-        return False
-    return True
 
 
 def _resolved(
