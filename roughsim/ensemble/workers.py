@@ -86,26 +86,27 @@ def store_members(jobs: list[Job], index: int) -> str:
 
 
 def _contact_member(job: Job, problem: Problem, before: list[Solved]) -> tuple[Member, list[Solved]]:
-    """Solve a level, and the level below it on the same surface; return the member and both contacts.
+    """Solve a level, after the level below it on the same surface; return the member and the contacts.
 
     Equal contacts solved `before` are reused.
     """
-    problems = [problem] if job.below is None else [problem, replace(job.below, index=problem.index)]
+    problems = [problem] if job.below is None else [replace(job.below, index=problem.index), problem]
     solved: list[Solved] = []
     moments = []
     accuracy = []
     for k, one in enumerate(problems):
         heights = None if job.source is None else job.source.heights(one)
-        solution = solve_problem(one, before[k] if before else None, heights)
+        start = solved[-1][1].contact if solved else None
+        solution = solve_problem(one, before[k] if before else None, heights, start)
         solved.append((one, solution))
         spectrum, distribution = solution.observables.stress_spectrum, solution.distribution
         bins = None if distribution is None else distribution.bins
         moments.append(Moments(stored_numbers(solution), spectrum.wavenumber, spectrum.variance, bins))
         accuracy.append({"residual": solution.contact.residual, "iterations": solution.contact.iterations})
-    main = solved[0][1]
-    provenance: dict[str, Any] = {**accuracy[0]}
+    main = solved[-1][1]
+    provenance: dict[str, Any] = {**accuracy[-1]}
     if job.below is not None:
-        provenance["below"] = accuracy[1]
+        provenance["below"] = accuracy[0]
     if job.source is not None:
         provenance |= job.source.about(job.level, problem, main)
     provenance["seconds"] = {stage: sum(one.seconds[stage] for _, one in solved) for stage in main.seconds}
@@ -113,7 +114,7 @@ def _contact_member(job: Job, problem: Problem, before: list[Solved]) -> tuple[M
     member = Member(
         job.level,
         problem.index,
-        moments=tuple(moments),
+        moments=tuple(reversed(moments)),
         fields={name: values.astype(np.float32) for name, values in kept.items()},
         speeds=job.speeds,
         provenance=provenance,

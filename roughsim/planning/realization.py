@@ -58,8 +58,10 @@ def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, 
             f"level = {level} is the slide of one body over the other, which is no single contact; choose another "
             "level, or use roughsim.slide"
         )
-    problem = level_problem(scene_of(scene, numerics), numerics, level)
-    return solve_problem(replace(problem, seed=seed, index=index))
+    scene = scene_of(scene, numerics)
+    problem, below = level_problem(scene, numerics, level), below_problem(scene, numerics, level)
+    start = None if below is None else solve_problem(replace(below, seed=seed, index=index)).contact
+    return solve_problem(replace(problem, seed=seed, index=index), start=start)
 
 
 def scene_of(scene: Scene, numerics: Numerics) -> Scene:

@@ -59,6 +59,24 @@ def test_the_level_below_is_solved_on_the_same_surface_without_the_waves_beyond_
     np.testing.assert_allclose(modes[1][1:], modes[0][1:], rtol=1e-9, atol=1e-18)
 
 
+@pytest.mark.parametrize("level", [STEP, PARTNER])
+def test_a_level_begins_from_the_contact_below_it_and_meets_its_tolerance_with_no_more_work(
+    capped_scene, numerics, run, level
+):
+    problem = replace(level_problem(capped_scene, numerics, level), seed=3, index=4)
+    below = replace(below_problem(capped_scene, numerics, level), seed=3, index=4)
+    solution = pipeline.solve_problem(problem, start=pipeline.solve_problem(below).contact)
+    alone = pipeline.solve_problem(problem)
+    assert solution.contact.transforms <= alone.contact.transforms
+    assert not np.array_equal(solution.contact.pressure, alone.contact.pressure)
+    exact = pipeline.solve_problem(replace(problem, tolerance=1e-8)).contact.pressure
+    for one in (solution, alone):
+        assert np.linalg.norm(one.contact.pressure - exact) < 3e-3 * np.linalg.norm(exact)
+    member = stored(run, level, 4)
+    np.testing.assert_array_equal(member.numbers["flash_temperature"], solution.observables.flash_temperature)
+    assert member.provenance["iterations"] == solution.contact.iterations
+
+
 def test_only_the_lowest_level_has_peak_volumes_and_nothing_below(run):
     lowest, step = stored(run, LOWEST, 0), stored(run, STEP, 0)
     assert len(lowest.moments) == 1
