@@ -115,8 +115,8 @@ def test_a_cell_under_light_load_is_the_shortest_whose_error_is_a_part_of_the_ta
     waves = round(lengths[0] / WAVE)
     assert f"{waves} longest waves" in why
     errors = [cell_size.size_error(light, cell(n)) for n in (waves - 2, waves)]
-    assert errors[1] <= 0.2**0.5 * target or waves == 32
-    assert errors[0] > 0.2**0.5 * target or waves == 4
+    assert errors[1] <= 0.1**0.5 * target or waves == 32
+    assert errors[0] > 0.1**0.5 * target or waves == 4
     assert (", as in fewer" in why) is (waves > 4)
 
 

@@ -273,7 +273,7 @@ def test_members_work_for_what_other_errors_leave_of_the_target():
     two = numerics_of("elastic", rungs=2)  # no level is left to add
     counts = (48, 12, 6)
     scatter = {level: SCATTER[level] for level in range(3)}
-    for share, left in ((0.0, 1.0), (0.6, 0.8), (0.8, 0.6), (0.95, 0.2**0.5), (3.0, 3.0 * 0.2**0.5)):
+    for share, left in ((0.0, 1.0), (0.6, 0.8), (0.8, 0.6), (0.95, 0.1**0.5), (3.0, 3.0 * 0.1**0.5)):
         wanted = least_work(two, counts, 0.01 * left, scatter)
         assert needed_for(share, counts, 0.01, two) == ceil(wanted[0])
 
