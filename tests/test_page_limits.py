@@ -23,7 +23,7 @@ STATED = [
     ("errors", "with {} pixels per shortest wave", ["roughsim.planning.levels:PIXELS"]),
     (
         "errors",
-        "has {} points per side at most, the largest {},",
+        "has about {} points per side (384 to 768, or fewer if its C(q) ends there). The largest has {},",
         ["roughsim.planning.levels:BASE_SIDE", "roughsim.planning.levels:SIDE"],
     ),
     (
