@@ -61,6 +61,22 @@ def test_each_stage_gets_what_the_problem_says(capped_scene, capped_numerics, mo
     assert all(0.0 < seconds < 60.0 for seconds in solution.seconds.values())
 
 
+@pytest.mark.parametrize("name", ["active_set", "another"])
+def test_only_our_own_solver_begins_from_another_contact(capped_scene, capped_numerics, monkeypatch, name):
+    problem = level_problem(capped_scene, capped_numerics, 0)
+    start = solve_problem(problem).contact
+    given = {}
+
+    def solver(heights, grid, solid, **arguments):
+        given.update(arguments)
+        return rs.solve_contact(heights, grid, solid, **arguments)
+
+    monkeypatch.setattr(pipeline, "loaded", lambda kind, name: solver)
+    solve_problem(replace(problem, solver=name), start=start)
+    assert {*given} - {"nominal_pressure", "tolerance", "precision"} == ({"start"} if name == "active_set" else set())
+    assert given.get("start", start) is start
+
+
 def test_the_lowest_levels_share_one_random_stream_and_others_have_their_own(capped_scene, capped_numerics):
     problems = [level_problem(capped_scene, capped_numerics, level) for level in range(len(capped_numerics.levels))]
     assert [problem.stream for problem in problems] == [0, 0, 2]
