@@ -1,6 +1,8 @@
 """Checks of arguments, which refuse a wrong one before any work starts, and the interface of a spectrum."""
 
 from collections.abc import Sequence
+from dataclasses import fields
+from types import MethodType
 from typing import Any, Protocol
 
 import numpy as np
@@ -72,11 +74,19 @@ def float_if_scalar(values: Array) -> Array | float:
 
 
 def is_value(item: object) -> bool:
-    """Return whether `item` compares by value, so that a result may be kept under it: not if it only equals itself."""
-    if item is None or isinstance(item, (int, float)):
+    """Return whether `item` compares by value, so that a result may be kept under it: not if it only equals itself.
+
+    Nor if a part of it does, as of a tuple or of a record whose hash is that of its fields.
+    """
+    if item is None or isinstance(item, (int, float, str)):
         return True
-    if type(item).__hash__ in {None, object.__hash__}:
+    if isinstance(item, tuple):
+        return all(is_value(part) for part in item)
+    if type(item).__hash__ in {None, object.__hash__} or isinstance(item, MethodType):
         return False
+    record: Any = item
+    if getattr(getattr(record, "__dataclass_params__", None), "eq", False):
+        return all(is_value(getattr(record, part.name)) for part in fields(record) if part.compare)
     try:
         hash(item)
     except TypeError:

@@ -7,6 +7,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.contact import Solid
 from roughsim.errors import ResolutionError
+from roughsim.extensions import INSIDE
 from roughsim.grid import Grid
 from roughsim.heat.partition import Body
 from roughsim.observables.moments import HeatSource
@@ -44,7 +45,7 @@ def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, 
     Raises
     ------
     ConvergenceError
-        If the contact does not reach the tolerance.
+        If the contact, or that of the level below, from which it begins, does not reach the tolerance.
     ValueError
         If `seed`, `level` or `index` is no whole number, or out of range.
     """
@@ -60,7 +61,9 @@ def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, 
         )
     scene = scene_of(scene, numerics)
     problem, below = level_problem(scene, numerics, level), below_problem(scene, numerics, level)
-    start = None if below is None else solve_problem(replace(below, seed=seed, index=index)).contact
+    if below is None or numerics.solver not in INSIDE["solvers"]:
+        return solve_problem(replace(problem, seed=seed, index=index))
+    start = solve_problem(replace(below, seed=seed, index=index)).contact  # as in a run: for the same bits
     return solve_problem(replace(problem, seed=seed, index=index), start=start)
 
 

@@ -9,6 +9,7 @@ from scipy.integrate import quad
 from scipy.special import dawsn
 
 from theory import background, flash, persson, plasticity
+from theory.arguments import is_value
 from theory.quadrature import QuadratureError
 
 BODY = {"conductivity": 20.0, "diffusivity": 5e-6}
@@ -157,6 +158,40 @@ def test_a_spectrum_that_changes_is_not_remembered(case):
     assert first == flash.flash_temperature(1.0, _Frozen(1e-22), **sliding)
     assert second == flash.flash_temperature(1.0, _Frozen(2e-22), **sliding)
     assert first != second
+
+
+@dataclass(frozen=True)
+class _Twice:
+    """A spectrum that compares by value, but its part does not."""
+
+    parts: tuple
+
+    @property
+    def breaks(self):
+        return self.parts[0].breaks
+
+    def __call__(self, q):
+        return 2.0 * self.parts[0](q)
+
+
+def test_a_spectrum_with_a_part_that_changes_is_not_remembered(case):
+    solid = {name: case["sliding"][name] for name in ("effective_modulus", "nominal_pressure")}
+    changing = _Changing(1e-22)
+    wrapped = _Twice((changing,))
+    for psd in 1e-22, 2e-22:
+        changing.psd, twice = psd, _Frozen(2.0 * psd)
+        share = persson.contact_probability(5e3, wrapped, **solid)
+        assert share == persson.contact_probability(5e3, twice, **solid)
+        temperature = flash.flash_temperature(1.0, wrapped, **case["sliding"])
+        assert temperature == flash.flash_temperature(1.0, twice, **case["sliding"])
+
+
+def test_what_compares_by_value_in_all_its_parts_is_remembered():
+    spectrum = _Frozen(1e-22)
+    assert all(map(is_value, (None, 1.0, "text", spectrum, (spectrum, 1), _Twice((spectrum,)))))
+    changing = _Changing(1e-22)
+    others = changing, _Twice((changing,)), (spectrum, changing), changing.__call__, [1.0], np.ones(2)
+    assert not any(map(is_value, others))
 
 
 def test_a_weight_given_as_a_function_is_not_remembered(case):
