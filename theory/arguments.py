@@ -1,14 +1,17 @@
 """Checks of arguments, which refuse a wrong one before any work starts, and the interface of a spectrum."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
+from functools import lru_cache, wraps
 from types import MethodType
-from typing import Any, Protocol
+from typing import Any, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+P = ParamSpec("P")
+R = TypeVar("R")
 Which = NDArray[np.bool_] | NDArray[np.intp]  # a mask or positions
 
 
@@ -92,6 +95,19 @@ def is_value(item: object) -> bool:
     except TypeError:
         return False
     return True
+
+
+def kept_for_values(made: Callable[P, R]) -> Callable[P, R]:
+    """Return a function that keeps its last 64 results, but only for arguments that are values (`is_value`)."""
+    kept: Any = lru_cache(maxsize=64, typed=True)(made)
+
+    @wraps(made)
+    def result(*arguments: P.args, **named: P.kwargs) -> R:
+        values = all(is_value(each) for each in (*arguments, *named.values()))
+        found: R = (kept if values else made)(*arguments, **named)
+        return found
+
+    return result
 
 
 def breaks_of(spectrum: Spectrum) -> Array:

@@ -14,14 +14,12 @@ depends neither on the speed nor on the bodies.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from math import pi, sqrt
-from typing import Any
 
 import numpy as np
 import scipy
 
-from theory.arguments import Array, Spectrum, breaks_of, is_value
+from theory.arguments import Array, Spectrum, breaks_of, kept_for_values
 from theory.clipped import PAIRS, ClippedField, Correlations, clipped_field, directed_correlations
 
 _TURNS = np.array([1.0, 0.0, -1.0])  # cos φ, at which functions a₀ + a₁ cos φ + a₂ cos 2φ are found
@@ -122,22 +120,11 @@ def _root_weights(s: Array, last: Array) -> Array:
     return weights
 
 
+@kept_for_values  # .4 s, the same at all speeds and slid distances
 def memory_of(
     spectrum: Spectrum, effective_modulus: float, nominal_pressure: float, penetration_hardness: float | None, f: float
 ) -> Memory:
-    """Return the memory of a contact, `f` the part of C(q) that rides with the moving body; errors as `clipped_field`.
-
-    It is remembered for a spectrum that can be hashed: it takes .4 s, and is the same at all speeds and slid distances.
-    """
-    made: Any = _memory if is_value(spectrum) else _memory.__wrapped__
-    result: Memory = made(spectrum, effective_modulus, nominal_pressure, penetration_hardness, f)
-    return result
-
-
-@lru_cache(maxsize=64)  # .4 s, at each speed and slid distance
-def _memory(
-    spectrum: Spectrum, effective_modulus: float, nominal_pressure: float, penetration_hardness: float | None, f: float
-) -> Memory:
+    """Return the memory of a contact; errors as `clipped_field`. `f` is the part of C(q) on the moving body."""
     field = clipped_field(
         spectrum,
         effective_modulus=effective_modulus,

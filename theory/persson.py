@@ -2,16 +2,24 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
 from theory import quadrature
-from theory.arguments import Array, Spectrum, breaks_of, density, is_value, not_negative_array, positive, real_array
+from theory.arguments import (
+    Array,
+    Spectrum,
+    breaks_of,
+    density,
+    kept_for_values,
+    not_negative_array,
+    positive,
+    real_array,
+)
 from theory.full_contact import half_variance, half_variance_table
 from theory.hankel import first_crossing, hankel_transform
 
@@ -249,10 +257,10 @@ def stress_density(
 
     The results for spectra that compare by value are kept: all quantities of one surface share them, at every speed.
     """
-    arguments: Any = (spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return _remembered(*arguments) if all(is_value(item) for item in arguments) else _resolved(*arguments)
+    return _resolved(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
 
 
+@kept_for_values  # .01 s for each quantity of one surface at each speed, .4 s in a comparison
 def _resolved(
     spectrum: Spectrum | None,
     stress_spectrum: Spectrum | None,
@@ -277,10 +285,6 @@ def _resolved(
     panels, values = quadrature.refine(moments, start)
     values[1].setflags(write=False)
     return StressDensity(panels, values[1])
-
-
-# .01 s for each quantity of one surface at each speed, .4 s in a comparison
-_remembered = lru_cache(maxsize=64, typed=True)(_resolved)
 
 
 _Stress = Callable[[quadrature.Panels, Array], Array]
