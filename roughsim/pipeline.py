@@ -61,6 +61,11 @@ class Problem:
         """The peak memory of the member, bytes."""
         return BYTES_PER_POINT * self.grid.points
 
+    @property
+    def takes_start(self) -> bool:
+        """Whether its solver begins from another contact: those of other packages may not know the argument."""
+        return self.solver in INSIDE["solvers"]
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Solution(Measured):
@@ -105,7 +110,7 @@ def solve_problem(
                 nominal_pressure=problem.nominal_pressure,
                 tolerance=problem.tolerance,
                 precision=problem.precision,
-                **({"start": start} if problem.solver in INSIDE["solvers"] else {}),  # others may not know it
+                **({"start": start} if problem.takes_start else {}),
             )
         solved = time.perf_counter()
         moments = measure(contact, problem.grid, problem.sliding)

@@ -25,7 +25,7 @@ _ELASTIC = 0.4  # of A: elastic contact errs as if on fewer hills, by the same e
 # neglected; but in smaller cells they scatter so much that the doubt of the last step adds levels
 _PART_ERROR = 0.05
 # of a squared target error, for the size of the cell: it always lowers T_flash, so a larger share costs coverage; of 35
-# drawn scenes with .2, six took 1.2 to 3.4 times as long, and one 0.6 times
+# scenes with .2, six took 1.2 to 3.4 times as long, and one 0.6 times
 SIZE_SHARE = 0.1
 SYSTEMATIC = 0.5  # of it, for errors by levels before one is added; of elastic contact, for size and cut-off together
 _WAVES = range(4, 33, 2)  # per side of a cell: pictures and g_σ(r) need four, and grids hold no more than 32

@@ -17,10 +17,8 @@ from roughsim.estimate.levels import Values
 from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
 
-FIRST, FIRST_STEP = (
-    12,
-    6,
-)  # members of the lowest level in the first round, and of others; fewer show too little scatter
+# members of the lowest level in the first round, and of others; fewer show too little scatter
+FIRST, FIRST_STEP = 12, 6
 _LEAST = 2  # of a level that is added later: the correction below it foretells its scatter
 # variance of a correction over that of the one below it in the same cell, as foretold: .12, .22, .49 are its 10, 50 and
 # 90 % quantiles in 18 drawn scenes with up to five steps

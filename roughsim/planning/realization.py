@@ -7,7 +7,6 @@ import numpy as np
 from roughsim import prediction
 from roughsim.contact import Solid
 from roughsim.errors import ResolutionError
-from roughsim.extensions import INSIDE
 from roughsim.grid import Grid
 from roughsim.heat.partition import Body
 from roughsim.observables.moments import HeatSource
@@ -61,9 +60,9 @@ def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, 
         )
     scene = scene_of(scene, numerics)
     problem, below = level_problem(scene, numerics, level), below_problem(scene, numerics, level)
-    if below is None or numerics.solver not in INSIDE["solvers"]:
-        return solve_problem(replace(problem, seed=seed, index=index))
-    start = solve_problem(replace(below, seed=seed, index=index)).contact  # as in a run: for the same bits
+    start = None
+    if below is not None and problem.takes_start:
+        start = solve_problem(replace(below, seed=seed, index=index)).contact  # as in a run: for the same bits
     return solve_problem(replace(problem, seed=seed, index=index), start=start)
 
 
