@@ -55,7 +55,7 @@ TRANSFORMS = [
 
 # functions that do little but arithmetic on whole fields and spectra
 ARITHMETIC = [
-    *("surface.synthesis:synthesize", "surface.synthesis:independent_modes", "surface.peak_volume:peak_volumes"),
+    *("surface.synthesis:synthesize", "surface.synthesis:independent_modes", "surface.peak_volume:peak_volume"),
     *("contact.solver.problem:relief_of", "contact.solver.problem:truncated", "contact.solver.problem:full_contact"),
     *("contact.solver.steps:compute_gap", "contact.solver.solve:start_pressure", "fourier.blocks:extremes"),
     *("observables.moments:measure", "observables.stress_spectrum:StressSpectrum.correlation_radius"),

@@ -21,7 +21,7 @@ import scipy
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, Spectrum, breaks_of, not_negative_array, positive, real_array
+from theory.arguments import Array, Spectrum, breaks_of, kept_for_values, not_negative_array, positive, real_array
 from theory.full_contact import half_variance_table
 
 SWITCH = 0.2  # g: below, images; above, modes: four of the former and five of the latter reach rounding on either side
@@ -57,6 +57,7 @@ def area_fractions(
     return reached(rest, s, g), between(min(s, rest), g), reached(s, rest, g)
 
 
+@kept_for_values  # .007 s, asked for six times by a comparison
 def yield_wavenumber(
     spectrum: Spectrum,
     *,

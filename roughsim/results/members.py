@@ -55,6 +55,12 @@ class Members(dict[Key, Member]):
         self._identity = _identity_of({"scene": description.scene, "numerics": self.numerics.to_dict()})
         self._modes: dict[int, list[tuple[int, ...]]] = {}  # shapes of the stress spectra of each level
 
+    def read(self, wanted: Iterable[int]) -> None:
+        """Read new members, up to the first gap of each level and to the wanted number; errors as `take`."""
+        for level, count in enumerate(wanted):
+            while self.available[level] < count and self.take(level, self.available[level]):
+                self.available[level] += 1
+
     def take(self, level: int, index: int) -> bool:
         """Read one member unless it was read before; False if its file is missing.
 

@@ -63,8 +63,6 @@ class Run(Means):
         Progress of the run. The members of the last complete round count.
     """
 
-    rounds: Rounds
-
     def __init__(self, folder: Path, description: Description, scene: Scene, treatment: Damaged):
         super().__init__(scene, Members(folder, description, scene.speeds, treatment))
         self.seed = scene.ensemble.seed
@@ -74,17 +72,18 @@ class Run(Means):
         self.edges = description.press.get("edges", "")  # way in which a pressed map was made periodic
         self.damaged = self.members.damaged
         self._verdicts: dict[tuple[object, ...], Verdict] = {}  # each round is judged again after each new member
+        self.rounds = self._replayed()
 
     def refresh(self) -> None:
-        """Read the members written since the last call, up to the first gap of each level.
+        """Read the members of the rounds that were written since the last call, up to the first gap of each level.
 
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
-        available = self.members.available
-        for level in range(len(available)):
-            while available[level] < self.max_realizations and self.members.take(level, available[level]):
-                available[level] += 1
-        self.rounds = self._replayed()
+        wanted: Counts | None = None
+        while self.rounds.wanted != wanted:  # a complete round sets the next one
+            wanted = self.rounds.wanted
+            self.members.read(wanted)
+            self.rounds = self._replayed()
         self.count(self.rounds.counts)
 
     def _replayed(self) -> Rounds:

@@ -59,7 +59,7 @@ def test_members_beyond_a_gap_or_a_round_do_not_count(folder, whole):
     one = read_member(member_path(folder, 1, 0))
     write_member(folder, replace(one, index=whole.counts[1]))  # computed ahead
     run = rs.open_run(folder)
-    assert run.members.available[1] == whole.counts[1] + 1
+    assert (1, whole.counts[1]) not in run.members
     assert (run.counts, bits(run)) == (whole.counts, bits(whole))
     member_path(folder, 0, 4).unlink()
     run = rs.open_run(folder)
