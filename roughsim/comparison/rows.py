@@ -273,18 +273,19 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     if bins < _LEAST_BINS:
         return None
     # number of modes of the plane in each bin of ln q, and their mean ln q
-    edges = np.linspace(log(low), log(high), 1 + bins)
+    band = log(low), log(high)
     grid = run.numerics.grid(pair.level)
     modes = modes_between(grid)
     log_q, many = np.log(modes.wavenumber), modes.multiplicity
-    count, sums = (np.histogram(log_q, edges, weights=weights)[0] for weights in (many, many * log_q))
+    count, sums = (np.histogram(log_q, bins, band, weights=weights)[0] for weights in (many, many * log_q))
     filled = count > 0.0
     center = sums[filled] / count[filled]
     # least squares of ln|σ_q|² over ln q: the slope is a weighted sum; to first order so is its scatter
     x = center - center.mean()
     weights = x / (x @ x)
     area = count[filled] * 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
-    spectra = [np.histogram(np.log(pair.sample.wavenumber), edges, weights=row)[0] for row in pair.sample.spectrum]
+    log_q = np.log(pair.sample.wavenumber)
+    spectra = [np.histogram(log_q, bins, band, weights=row)[0] for row in pair.sample.spectrum]
     rows = np.stack(spectra)[:, filled] / area
     mean = rows.mean(axis=0)
     error, freedom = spread((rows / mean @ weights)[:, None])
