@@ -34,3 +34,9 @@ def foretold(monkeypatch):
     for function in (continuation, yielded_fall, usual_exponent, backgrounds):
         monkeypatch.setattr(prediction, function.__name__, function)
     return given
+
+
+@pytest.fixture
+def asked(foretold):
+    """The calls for predictions: the steel follows neither theory nor law, and falls with the exponent .8."""
+    return foretold.calls

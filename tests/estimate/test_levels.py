@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ladder_cases import NAME, ladder, sample, step
+from ladder_cases import NAME, ladder, step
 from scipy.special import j0
 
-from roughsim import prediction
 from roughsim.estimate.ladder import Pair
-from roughsim.estimate.levels import notes_of, product, scaled, values_of
+from roughsim.estimate.levels import notes_of, values_of
 from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Level, Numerics
 
@@ -95,12 +94,6 @@ def test_levels_add_their_variances_by_stream(steel):
 # beyond the highest cut-off
 
 
-@pytest.fixture
-def asked(foretold):
-    """The calls for predictions: the steel follows neither theory nor law, and falls with the exponent .8."""
-    return foretold.calls
-
-
 def power_law(q, exponent):
     return 7.0 + 3.0 * np.asarray(q) ** -exponent
 
@@ -151,85 +144,6 @@ def test_the_variance_goes_on_in_first_order_and_by_no_law(steel, asked):
     values = values_of(steel, "capped", "pressure_variance", pairs)
     np.testing.assert_allclose(values.mean, power_law(END / 1e5, 1.0), rtol=1e-9)
     assert [call[0] for call in asked] == ["theory"]
-
-
-# the share of the heat
-
-
-def bodies(moving, resting, q_max, *, speeds=SPEEDS):
-    """A level with the temperatures of both bodies, each with all the heat; rows or a mean."""
-    numbers = {NAME: moving, "resting_flash_temperature": resting}
-    rows = {name: np.broadcast_to(values, (6, speeds)) for name, values in numbers.items()}
-    return Sample(q_max, 64.0, np.arange(6), rows, np.ones(1), np.ones((6, 1)), 1.0)
-
-
-@pytest.fixture
-def two_bodies(steel):
-    """The steel on a body of half its conductivity, with the share by the means of both temperatures."""
-    counter = replace(steel.counterface, like=None, conductivity=15.0, density=7900.0, heat_capacity=500.0)
-    return replace(steel, counterface=counter, sliding=replace(steel.sliding, heat_partition="mean"))
-
-
-def test_the_share_of_the_heat_makes_both_bodies_equally_warm(two_bodies):
-    rng = np.random.default_rng(2)
-    moving, at_rest = 20.0 + rng.standard_normal((2, 6, SPEEDS))
-    values = values_of(two_bodies, "elastic", "heat_partition", [Pair(0, 0, bodies(moving, at_rest, END), None)])
-    a, b = 2.0 * at_rest.mean(axis=0), moving.mean(axis=0)  # of half the conductivity: twice as hot
-    np.testing.assert_allclose(values.mean, a / (a + b), rtol=1e-12)  # s T = (1 − s) T'
-    np.testing.assert_allclose(values.finest, a / (a + b), rtol=1e-12)
-    rows = (b * 2.0 * at_rest - a * moving) / (a + b) ** 2
-    np.testing.assert_allclose(values.scatter[0], (rows - rows.mean(axis=0)) / 6, rtol=1e-9)
-    np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
-
-
-def test_the_temperature_of_each_body_goes_on_by_itself(two_bodies, asked):
-    q = 2.0, 4.0, END / 1e5
-    moving, at_rest = ([base + 3.0 * x**-0.8 for x in q] for base in (7.0, 12.0))
-    low, high = (bodies(t, r, 1e5 * x) for t, r, x in zip(moving, at_rest, q[:2], strict=False))
-    pairs = [Pair(0, 0, low, None), Pair(1, 1, high, low)]
-    values = values_of(two_bodies, "capped", "heat_partition", pairs)
-    np.testing.assert_allclose(values.mean, 2.0 * at_rest[2] / (2.0 * at_rest[2] + moving[2]), rtol=1e-9)
-    np.testing.assert_allclose(values.finest, 2.0 * at_rest[1] / (2.0 * at_rest[1] + moving[1]), rtol=1e-9)
-    relative = [(body[2] - body[1]) / body[2] for body in (moving, at_rest)]  # two rungs: all of the rest is in doubt
-    np.testing.assert_allclose(
-        values.errors["bandwidth"], values.mean * (1.0 - values.mean) * np.hypot(*relative), rtol=1e-9
-    )
-    cut = values_of(two_bodies, "capped", "heat_partition", pairs, continued=False)
-    np.testing.assert_allclose(cut.mean, cut.finest, rtol=1e-12)
-    steps = np.hypot((moving[0] - moving[1]) / moving[1], (at_rest[0] - at_rest[1]) / at_rest[1])
-    np.testing.assert_allclose(cut.errors["last step"], cut.mean * (1.0 - cut.mean) * steps, rtol=1e-9)
-
-
-def test_mean_temperatures_of_the_surfaces_come_on_top(two_bodies, foretold):
-    foretold.backgrounds = np.full(SPEEDS, 5.0), np.full(SPEEDS, 1.0)
-    values = values_of(two_bodies, "elastic", "heat_partition", [Pair(0, 0, bodies(20.0, 6.0, END), None)])
-    np.testing.assert_allclose(values.mean, 13.0 / (13.0 + 25.0), rtol=1e-12)
-    np.testing.assert_allclose(values.finest, 13.0 / (13.0 + 25.0), rtol=1e-12)
-
-
-def test_the_resting_body_follows_the_theory_of_slow_sliding(two_bodies):
-    q = 1e4, 2e4
-    low, high = (bodies(t, 0.9 * t, cut_off) for t, cut_off in zip((1.0, 1.5), q, strict=True))
-    values = values_of(two_bodies, "elastic", "heat_partition", [Pair(0, 0, low, None), Pair(1, 1, high, low)])
-    slow = replace(two_bodies, sliding=replace(two_bodies.sliding, speed=tuple(1e-10 * (k + 1) for k in range(SPEEDS))))
-
-    def to_the_end(scene, first, last):
-        theory = prediction.continuation(scene, "elastic", q, NAME)
-        return last + (last - first) * (theory[2] - theory[1]) / (theory[1] - theory[0])
-
-    moving, resting = to_the_end(two_bodies, 1.0, 1.5), 2.0 * to_the_end(slow, 0.9, 1.35)
-    np.testing.assert_allclose(values.mean, resting / (resting + moving), rtol=1e-6)
-
-
-def test_at_rest_the_share_is_that_of_slow_sliding(two_bodies):
-    # both bodies go on with the shape of the theory, although it is zero at rest
-    scene = replace(two_bodies, sliding=replace(two_bodies.sliding, speed=(0.0, 1e-9)))
-    slow = np.array([1e-150, 1e-9])  # as members at rest are measured
-    low, high = (bodies(t * slow, 0.9 * t * slow, q, speeds=2) for t, q in ((1.0, 2e5), (1.05, 4e5)))
-    values = values_of(scene, "elastic", "heat_partition", [Pair(0, 0, low, None), Pair(1, 1, high, low)])
-    assert values.mean[0] == pytest.approx(values.mean[1], rel=1e-3)
-    assert values.errors["bandwidth"][0] == pytest.approx(values.errors["bandwidth"][1], rel=1e-2)
-    assert values.mean[1] == pytest.approx(1.8 / 2.8, rel=1e-3)
 
 
 # areas and lengths
@@ -381,63 +295,6 @@ def test_at_rest_the_slope_length_is_infinite(resting, asked):
 def test_in_motion_nothing_is_set(steel, asked):
     values = values_of(steel, "capped", NAME, ladder(at_speeds(9.0), (END,)))
     assert np.all(values.mean == 9.0)
-
-
-# products
-
-
-def drawn_values(scene, seed, mean, scatter=0.1, stream=0, n=8):
-    rng = np.random.default_rng(seed)
-    rows = mean * (1.0 + scatter * rng.standard_normal((n, SPEEDS)))
-    pair = Pair(0, stream, sample(rows, END), None)
-    values = values_of(scene, "elastic", NAME, [pair])
-    return values._replace(errors={name: np.full(SPEEDS, share * mean) for name, share in ERRORS.items()}), rows
-
-
-ERRORS = {"bandwidth": 0.02, "pixel": 0.03, "last step": 0.005}
-
-
-def test_a_product_keeps_surfaces_together_and_adds_errors_of_the_same_causes(steel):
-    (kelvins, of_kelvins), (share, of_share) = (
-        drawn_values(steel, seed, mean) for seed, mean in ((1, 200.0), (2, 0.4))
-    )
-    found = product(kelvins, share)
-    a, b = of_kelvins.mean(axis=0), of_share.mean(axis=0)
-    np.testing.assert_allclose(found.mean, a * b, rtol=1e-12)
-    np.testing.assert_allclose(found.finest, a * b, rtol=1e-12)
-    paired = of_kelvins * b + a * of_share
-    np.testing.assert_allclose(found.scattered.variance[0], paired.var(axis=0, ddof=1) / 8, rtol=1e-9)
-    for name, relative in ERRORS.items():
-        expected = relative * (a * 0.4 + b * 200.0)
-        np.testing.assert_allclose(found.errors[name], expected, rtol=1e-12)
-    for negative in (product(kelvins, share._replace(mean=-b)), product(kelvins._replace(mean=-a), share)):
-        np.testing.assert_allclose(negative.mean, -found.mean, rtol=1e-12)
-        np.testing.assert_allclose(negative.errors["pixel"], found.errors["pixel"], rtol=1e-12)
-    unknown = product(kelvins._replace(errors=kelvins.errors | {"bandwidth": np.full(SPEEDS, np.nan)}), share)
-    assert np.isnan(unknown.errors["bandwidth"]).all()
-
-
-def test_a_product_that_is_exactly_zero_has_no_error(steel):
-    kelvins, _ = drawn_values(steel, 1, 200.0)
-    share, _ = drawn_values(steel, 2, 0.4)
-    moving = np.arange(SPEEDS) > 0
-    nothing = np.full(SPEEDS, np.nan)
-    errors = kelvins.errors | {"bandwidth": nothing, "pixel": np.where(moving, np.inf, np.nan)}
-    at_rest = scaled(kelvins, moving * 1.0)._replace(errors=errors)
-    found = product(at_rest, share)
-    assert (found.mean[0], found.errors["bandwidth"][0], found.errors["pixel"][0]) == (0.0, 0.0, 0.0)
-    assert np.isnan(found.errors["bandwidth"][1:]).all()
-
-
-def test_values_times_an_exact_number_are_scaled_with_all_that_they_have(steel):
-    values, rows = drawn_values(steel, 3, 200.0)
-    factor = np.linspace(0.1, 0.7, SPEEDS)
-    found = scaled(values, factor)
-    for name in ("mean", "finest"):
-        np.testing.assert_allclose(getattr(found, name), getattr(values, name) * factor, rtol=1e-12)
-    for name, part in values.errors.items():
-        np.testing.assert_allclose(found.errors[name], part * factor, rtol=1e-12)
-    np.testing.assert_allclose(found.scattered.variance[0], (rows * factor).var(axis=0, ddof=1) / 8, rtol=1e-9)
 
 
 # in words
