@@ -69,7 +69,8 @@ def comparison_chart(run: Run, rows: Sequence[_Row], path: Path | None, look: Lo
         draw_psd(psd, run.scene, 1.4)
         if not run.scene.elastic:
             note = r"$C(q)$ solid" + "\n" + r"$C_\mathrm{sm}(q)$ dashed"
-            psd.text(0.97, 0.96, note, transform=psd.transAxes, fontsize=8, ha="right", va="top")
+            box = {"facecolor": psd.get_facecolor(), "edgecolor": "none", "pad": 1.0}  # over the lines of the cut-offs
+            psd.text(0.97, 0.96, note, transform=psd.transAxes, fontsize=8, ha="right", va="top", bbox=box)
         r = distances(run.scene)
         correlation.plot(r * 1e6, prediction.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
         law = prediction.calibrated_correlation(run.scene, r) * 1e-18
