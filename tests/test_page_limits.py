@@ -153,6 +153,8 @@ def test_the_page_of_errors_states_the_orders_of_convergence():
     text = " ".join((DOCS / "errors.md").read_text(encoding="utf-8").split())
     elastic, capped = OBSERVABLES["flash_temperature"].pixel_orders
     areas = OBSERVABLES["contact_fraction"].pixel_orders
-    words = f"{capped:g} for T_flash of capped contact, {areas[1]:g} for its areas, {elastic:g} for elastic contact"
+    words = (
+        f"{capped:g} for T_flash of capped contact, {areas[1]:g} for its areas, {elastic:g} for both in elastic contact"
+    )
     assert areas[0] == elastic
     assert words in text

@@ -4,8 +4,8 @@ A contact is a set of pixels of the periodic grid. A pixel counts as a whole as 
 areas are too large by a strip along the edge of the contact: 0.100 ± 0.001 pixels for each side of a pixel on the edge,
 the mean over all directions. So it was measured on Westergaard's wave, turned on the grid, whose contact is known, at
 20 to 80 pixels per wave and any load, and on Hertz contacts. Yastrebov, Anciaux & Molinari (Tribology International
-114, 2017, 161) have (π − 1 + ln 2)/24 = 0.118 from how straight edges cut the pixels; rough elastic contact then lacks
-.5 to 2 % of its area at 6 pixels per shortest wave.
+114, 2017, 161) have (π − 1 + ln 2)/24 = 0.118 from how straight edges cut the pixels; rough elastic contact on less
+than half of the area then lacks .5 to 2 % of it at 6 pixels per shortest wave.
 
 Yielded patches are the mirror image: with σ_P − p for p and −h for h, the points at the hardness become the points
 without contact. So a yielded area is counted too small, by the same strip. An edge from no contact to the hardness
@@ -96,7 +96,7 @@ def corrected_area(mask: ArrayLike, grid: Grid) -> float:
 
     A − 0.1 S Δx, S the length of the edge as the pixels draw it; for oblong pixels the strip along
     each side has the pixel's width across it. Two things are assumed. The edges have all directions alike, as in rough
-    contact: one straight along a row of pixels errs by 1/6 pixel instead. And the pressure falls to zero as a square
+    contact: along a row of pixels the strip is 0.19 pixel wide. And the pressure falls to zero as a square
     root, as on any smooth surface: a surface that has yielded and is pressed again has steep edges, whose pixels add
     less. For a capped contact use `corrected_fractions`.
 

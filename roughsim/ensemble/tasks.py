@@ -171,12 +171,13 @@ class Tasks:
         self.claims.release(member_name(assignment.level, assignment.index))
 
     def _refresh(self, runs: Sequence[Run], assignment: Assignment | None = None) -> None:
-        """Read new members, an assigned one also beyond a gap, and call the observer if there are any."""
+        """Read new members, or the assigned one, also beyond a gap, and call the observer if there are any."""
         for run in runs:
             before = len(run.members)
-            if assignment is not None:
-                run.members.take(assignment.level, assignment.index)
-            run.refresh()
+            if assignment is None:
+                run.refresh()
+            else:
+                run.add(assignment.level, assignment.index)
             if self.observer is not None and len(run.members) != before:
                 self.observer(run)
 

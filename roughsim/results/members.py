@@ -83,7 +83,7 @@ class Members(dict[Key, Member]):
                 with suppress(FileNotFoundError):  # another process has moved it
                     kept = set_aside(path, self.folder / "damaged")
                     moved = f"{str(error).partition(';')[0]}; it was moved to {kept} and is done again"
-                    warnings.warn(moved, RuntimeWarning, stacklevel=4)
+                    warnings.warn(moved, RuntimeWarning, stacklevel=5)
                 return False
             self[key] = Member(level, index, failure=str(error), provenance={"seconds": {}})
             return True
@@ -131,9 +131,10 @@ class Members(dict[Key, Member]):
         return [i for i in there if self[level, i].failure]
 
     def sound(self, level: int) -> list[int]:
-        """Return the indices at which a level has numbers, and no level of the same surfaces failed."""
+        """Return the indices at which a level has numbers, and no counted member of the same surface failed."""
         stream = self.numerics.stream
-        lost = {i for (other, i), member in self.items() if member.failure and stream(other) == stream(level)}
+        failed = [key for key, member in self.items() if member.failure]
+        lost = {i for other, i in failed if i < self.counts[other] and stream(other) == stream(level)}
         return [i for i in range(self.counts[level]) if i not in lost and (level, i) in self]
 
     def kept(self, level: int, name: str) -> list[int]:

@@ -75,15 +75,25 @@ class Run(Means):
         self.rounds = self._replayed()
 
     def refresh(self) -> None:
-        """Read the members of the rounds that were written since the last call, up to the first gap of each level.
+        """Read the members written since the last call, up to the first gap of each level.
 
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
-        wanted: Counts | None = None
-        while self.rounds.wanted != wanted:  # a complete round sets the next one
-            wanted = self.rounds.wanted
-            self.members.read(wanted)
-            self.rounds = self._replayed()
+        self.members.read([self.max_realizations] * len(self.members.available))
+        self._recount()
+
+    def add(self, level: int, index: int) -> None:
+        """Read one new member, and all others only if it completes the round; errors as `refresh`."""
+        wanted = self.rounds.wanted
+        self.members.take(level, index)
+        self.members.read(wanted)
+        self._recount()
+        if self.rounds.wanted != wanted:
+            self.refresh()
+
+    def _recount(self) -> None:
+        """Let the members of the last complete round count."""
+        self.rounds = self._replayed()
         self.count(self.rounds.counts)
 
     def _replayed(self) -> Rounds:

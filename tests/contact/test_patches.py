@@ -1,5 +1,6 @@
 """Patches and areas of contact: counted by hand, exact cases, convergence with the pixel, and what is refused."""
 
+import itertools
 from collections import deque
 
 import numpy as np
@@ -193,10 +194,11 @@ def test_the_area_of_a_hertz_contact_errs_by_a_pixel_less_after_correction():
 def test_a_wave_turned_on_the_grid_has_its_exact_area_on_average_over_all_directions():
     # Westergaard's wave touches on A = (2/π) arcsin √(σ₀/p*), p* = πE*h/λ, whatever its direction. Of all lattice
     # vectors of 8 to 13 waves in an eighth of the plane, each counts for its share of the angles and for the sides of
-    # an edge in its direction, cos + sin; by itself each errs by up to .07 pixel along its edge
+    # an edge in its direction, cos + sin; by itself each errs by up to .09 pixel along its edge
     rng, points, height = np.random.default_rng(4), 256, 1e-3
     grid = rs.Grid((points, points), (1.0, 1.0))
     vectors = [(a, b) for a in range(14) for b in range(a + 1) if 8 <= np.hypot(a, b) <= 13 and np.gcd(a, b) == 1]
+    vectors.append((11, 0))
     vectors.sort(key=lambda each: each[1] / each[0])
     x = np.arange(points) / points
     raw, left = [], []  # error of the area over the sides of its edge, in pixels
@@ -215,7 +217,7 @@ def test_a_wave_turned_on_the_grid_has_its_exact_area_on_average_over_all_direct
     bounds = np.concatenate([[0.0], (angle[1:] + angle[:-1]) / 2, [np.pi / 4]])
     weight = np.diff(bounds) * (np.cos(angle) + np.sin(angle))
     assert np.average(raw, weights=weight) > 0.09
-    assert np.average(left, weights=weight) == pytest.approx(0.0, abs=0.004)
+    assert np.average(left, weights=weight) == pytest.approx(0.0, abs=0.0025)
 
 
 def test_the_bisinusoidal_wave_leaves_its_last_holes_as_known():
@@ -266,20 +268,21 @@ def test_pixels_add_contact_area_and_take_yielded_area():
 
 
 def test_a_yielding_wave_is_too_narrow_by_as_much_as_a_touching_one_is_too_wide():
-    # Westergaard's wave, A = (2/π) arcsin √(σ₀/p*), and the same upside down; 1/6 pixel at each edge along the rows
-    shares, flattening = np.linspace(0.05, 0.95, 61), np.pi * 0.01
+    # Westergaard's wave, A = (2/π) arcsin √(σ₀/p*), and the same upside down. Its edges lie along the rows, at many
+    # places within a pixel: .19 of a pixel at each
+    flattening = np.pi * 0.01
     wide, narrow = [], []
-    for points in (64, 101):
-        grid, heights = rs.Grid((points, 1), (1.0, 1.0)), 0.01 * np.cos(2 * np.pi * (np.arange(points) + 0.31) / points)
-        for share in shares:
-            exact = 2 / np.pi * np.arcsin(np.sqrt(share))
-            touching = solved(heights[:, None], grid, share * flattening)
-            yielding = solved(-heights[:, None], grid, (10 - share) * flattening, 10 * flattening)
+    for points, phase in itertools.product((41, 81), (np.arange(6) + 0.3) / 6):
+        grid, angle = rs.Grid((points, 1), (1.0, 1.0)), 2 * np.pi * (np.arange(points) + phase) / points
+        heights = 0.01 * np.cos(angle)[:, None]
+        for exact in np.linspace(0.25, 0.5, 20, endpoint=False):
+            share = np.sin(np.pi / 2 * exact) ** 2
+            touching = solved(heights, grid, share * flattening)
+            yielding = solved(-heights, grid, (10 - share) * flattening, 10 * flattening)
             np.testing.assert_array_equal(touching.pressure == 0, yielding.pressure == 10 * flattening)
             wide.append((touching.contact_fraction - exact) * points / 2)
             narrow.append((1 - exact - yielding.plastic_fraction) * points / 2)
-    error = 4 * np.std(wide) / np.sqrt(len(wide))
-    assert np.mean(wide) == pytest.approx(1 / 6, abs=error)
+    assert np.mean(wide) == pytest.approx(0.19, abs=0.006)
     np.testing.assert_allclose(narrow, wide, rtol=0, atol=1e-9)
 
 
