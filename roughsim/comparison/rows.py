@@ -284,8 +284,8 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     x = center - center.mean()
     weights = x / (x @ x)
     area = count[filled] * 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
-    log_q = np.log(pair.sample.wavenumber)
-    spectra = [np.histogram(log_q, bins, band, weights=row)[0] for row in pair.sample.spectrum]
+    entries = np.log(pair.sample.wavenumber)
+    spectra = [np.histogram(entries, bins, band, weights=row)[0] for row in pair.sample.spectrum]
     rows = np.stack(spectra)[:, filled] / area
     mean = rows.mean(axis=0)
     error, freedom = spread((rows / mean @ weights)[:, None])

@@ -94,11 +94,11 @@ def contact_patches(mask: ArrayLike, grid: Grid) -> Patches:
 def corrected_area(mask: ArrayLike, grid: Grid) -> float:
     """Return the area of a contact, m², corrected for the bias of the pixels along its edge.
 
-    A − 0.1 S Δx, S the length of the edge as the pixels draw it; for oblong pixels the strip along
-    each side has the pixel's width across it. Two things are assumed. The edges have all directions alike, as in rough
-    contact: along a row of pixels the strip is 0.19 pixel wide. And the pressure falls to zero as a square
-    root, as on any smooth surface: a surface that has yielded and is pressed again has steep edges, whose pixels add
-    less. For a capped contact use `corrected_fractions`.
+    A − 0.1 S Δx, S the length of the edge as the pixels draw it; for oblong pixels the strip along each side has the
+    pixel's width across it. Two things are assumed. The edges have all directions alike, as in rough contact: along a
+    row of pixels the strip is 0.19 pixel wide. And the pressure falls to zero as a square root, as on any smooth
+    surface: a surface that has yielded and is pressed again has steep edges, whose pixels add less. For a capped
+    contact use `corrected_fractions`.
 
     `mask` is of bool and shape `grid.shape`, true at the points with p > 0; TypeError or ValueError otherwise.
     """
@@ -111,9 +111,9 @@ def corrected_area(mask: ArrayLike, grid: Grid) -> float:
 def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.inf) -> tuple[float, float]:
     """Return contact and plastic fraction, both corrected for the pixels along the edges.
 
-    Along an edge of elastic contact with no contact the pixels add a tenth of a pixel per side; along its
-    edge with yielded contact they take as much from the yielded. A side between no contact and yielded contact has no
-    elastic strip that the grid resolves, and is not corrected: a contact which has all yielded keeps A = σ₀/σ_P.
+    Along an edge of elastic contact with no contact the pixels add a tenth of a pixel per side; along its edge with
+    yielded contact they take as much from the yielded. A side between no contact and yielded contact has no elastic
+    strip that the grid resolves, and is not corrected: a contact which has all yielded keeps A = σ₀/σ_P.
 
     `pressure` is p of the whole periodic cell, 0 ≤ p ≤ σ_P, Pa; `penetration_hardness` is σ_P, Pa, left out: elastic.
     The result keeps 0 ≤ plastic ≤ contact ≤ 1. TypeError or ValueError if `pressure` is no finite real field or leaves
