@@ -108,3 +108,16 @@ def test_a_failed_member_that_does_not_count_leaves_its_surface_to_the_other_col
     assert last not in run.members.sound(capped)
     run.members.counts = tuple(last if level == smoothed else count for level, count in enumerate(counts))
     assert run.members.sound(capped) == [*range(counts[capped])]
+
+
+def test_the_last_member_of_a_round_counts_with_those_of_later_rounds(folder, whole):
+    longer = rs.run(whole.scene, folder, max_realizations=30)
+    path = member_path(folder, 0, 4)
+    content = path.read_bytes()
+    path.unlink()
+    run = rs.open_run(folder)
+    assert not run.finished
+    path.write_bytes(content)
+    run.add(0, 4)
+    assert (run.rounds, bits(run)) == (longer.rounds, bits(longer))
+    assert run.rounds.number > 0
