@@ -83,7 +83,7 @@ class Run(Means):
         self._recount()
 
     def add(self, level: int, index: int) -> None:
-        """Read one new member, and all others only if it completes the round; errors as `refresh`."""
+        """Read the new member `index` of a level, and all others if it completes the round; errors as `refresh`."""
         wanted = self.rounds.wanted
         self.members.take(level, index)
         self.members.read(wanted)
