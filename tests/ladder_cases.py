@@ -8,6 +8,8 @@ from roughsim.estimate.ladder import Pair
 from roughsim.observables.record import Sample
 
 NAME = "flash_temperature"
+END = 4.15e7  # rad/m, of the steel
+SPEEDS = 7  # of the steel
 
 
 def sample(values, q_max=1.0, *, side=64.0, part=False, name=NAME, **numbers):

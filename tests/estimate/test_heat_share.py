@@ -4,15 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ladder_cases import NAME
+from ladder_cases import END, NAME, SPEEDS
 
 from roughsim import prediction
 from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import values_of
 from roughsim.observables.record import Sample
-
-END = 4.15e7  # rad/m, of the steel
-SPEEDS = 7
 
 
 def bodies(moving, resting, q_max, *, speeds=SPEEDS):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ladder_cases import NAME, ladder, step
+from ladder_cases import END, NAME, SPEEDS, ladder, step
 from scipy.special import j0
 
 from roughsim.estimate.ladder import Pair
@@ -12,9 +12,7 @@ from roughsim.estimate.levels import notes_of, values_of
 from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Level, Numerics
 
-END = 4.15e7  # rad/m, of the steel
 BOUND = 90e6 / 1.2e9  # σ₀/σ_P of the steel
-SPEEDS = 7
 GRADIENT = "flash_gradient"
 
 

@@ -1,13 +1,10 @@
 """Products of values of one column, and their multiples."""
 
 import numpy as np
-from ladder_cases import NAME, sample
+from ladder_cases import END, NAME, SPEEDS, sample
 
 from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import product, scaled, values_of
-
-END = 4.15e7  # rad/m, of the steel
-SPEEDS = 7
 
 
 def drawn_values(scene, seed, mean, scatter=0.1, stream=0, n=8):

@@ -13,6 +13,7 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.scene import SceneError
 
 SLIDE = 1  # its level
+WITHOUT = ('  { column = "sliding", shape = [32, 32], q_max = 2.5e4, first = 2 },\n', "")  # numerics without it
 
 
 def continued_scene(distance, *changes):
@@ -21,14 +22,13 @@ def continued_scene(distance, *changes):
 
 def test_a_plan_follows_slides_once_around_their_cell():
     # the cell is 2 mm long; further than 16 times the theory does not continue them
-    without = ('  { column = "sliding", shape = [32, 32], q_max = 2.5e4, first = 2 },\n', "")
     for distance, followed in (("2.9 mm", None), ("8 mm", 2e-3), ("48 mm", 3e-3)):
-        assert rs.plan(continued_scene(distance, without)).levels[-1].followed == followed
+        assert rs.plan(continued_scene(distance, WITHOUT)).levels[-1].followed == followed
     asks = ("[theory]", "[observables]\ntemperature_distribution = true\n[theory]")
-    assert rs.plan(continued_scene("8 mm", without, asks)).levels[-1].followed is None
+    assert rs.plan(continued_scene("8 mm", WITHOUT, asks)).levels[-1].followed is None
     lawless = ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"')
-    assert rs.plan(continued_scene("8 mm", without, lawless)).levels[-1].followed is None
-    reason = next(r for r in rs.plan(continued_scene("8 mm", without)).reasons if r.choice == "slid distance")
+    assert rs.plan(continued_scene("8 mm", WITHOUT, lawless)).levels[-1].followed is None
+    reason = next(r for r in rs.plan(continued_scene("8 mm", WITHOUT)).reasons if r.choice == "slid distance")
     assert reason.value == "2 mm"
     assert reason.reason.endswith("; the theory continues it to 8 mm, within 2.5 %")
 
@@ -119,7 +119,6 @@ def test_too_short_a_distance_is_that_of_the_level():
         rs.plan(continued_scene("3 mm", (level, coarse)))
 
 
-WITHOUT = ('  { column = "sliding", shape = [32, 32], q_max = 2.5e4, first = 2 },\n', "")
 FEW = ("max_realizations = 4", "max_realizations = 1")
 
 
