@@ -1,11 +1,14 @@
 """How many total errors hold the truth: runs of many seeds to a target against deep references of their own.
 
     OMP_NUM_THREADS=1 python experiments/coverage.py [--toy] [-o FOLDER] [--only NAME ...] [--seeds N] [--evidence]
+        [--drawn SEED]
 
 Six scenes run to a total error of 1 or 2 % of T_flash. Each run is judged by T_flash at every speed, contact area,
 g_σ(0), and the share of the heat where there are two bodies. The references are in reference/deep.json, by
 reference/make_deep.py. An interval holds the reference if they are no further apart than both errors (95 %, added as
-squares) allow. Rows in FOLDER/coverage.json are not computed again. --toy takes two seeds of the demo to 5 %.
+squares) allow. Rows in FOLDER/coverage.json are not computed again. --toy takes two seeds of the demo to 5 %. With
+--drawn the scenes are the ten that benchmarks/drawn.py draws with a seed, to 1 %; their references go into
+FOLDER/deep-SEED.json, before the runs, and their rows into FOLDER/coverage-SEED.json.
 """
 
 if __name__ == "coverage":  # numba asks for the package of this name, and the folder of the script comes first
@@ -28,18 +31,27 @@ from script import Command, Rows, write_evidence
 import roughsim as rs
 from roughsim import prediction
 
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+from drawn import drawn_scenes
+
 Array = NDArray[np.float64]
 Pair = tuple[Array, Array]  # value and relative standard error, (speeds,) or (1,)
 Result = tuple[make_deep.Case, float, list[dict[str, Any]], dict[str, Pair]]  # target, rows, references
 FIRST_SEED = 1000
 TARGETS = {"demo": 0.01, "steel-1.2GPa": 0.01}  # relative total errors of T_flash; of the others:
 OTHERS = 0.02
+DRAWN = 0.01  # of those that are drawn
 MEASURED = {  # observable: its name in the references
     "flash_temperature": "flash_temperature",
     "contact_fraction": "contact_fraction_corrected",
     "pressure_variance": "pressure_variance",
     "heat_partition": "",
 }
+
+
+def drawn_cases(seed: int) -> dict[str, make_deep.Case]:
+    """Return the ten scenes that are drawn with a seed, each with the ladder of its reference, by name."""
+    return {name: make_deep.case_of(rs.load_scene(sections)) for name, sections in drawn_scenes(seed).items()}
 
 
 def references(case: make_deep.Case, factors: dict[str, Any]) -> dict[str, Pair]:
@@ -158,13 +170,20 @@ def main() -> None:
     command = Command(__file__, __doc__, "two seeds of the demo to 5 %")
     command.add_argument("--only", nargs="*", help="names of scenes")
     command.add_argument("--seeds", type=int, default=40, help="runs of each scene")
+    command.add_argument("--drawn", type=int, metavar="SEED", help="in place of the six scenes, ten that are drawn")
     options = command.parse()
-    deep = Rows(make_deep.FILE, resume=True)
-    rows, results = Rows(options.output / "coverage.json", resume=True), {}
-    for name, case in make_deep.cases().items():
-        if name not in (["demo"] if options.toy else options.only or make_deep.cases()):
-            continue
-        target = 0.05 if options.toy else TARGETS.get(name, OTHERS)
+    drawn = options.drawn is not None and not options.toy
+    suffix = f"-{options.drawn}" * drawn
+    cases = drawn_cases(options.drawn) if drawn else make_deep.cases()
+    deep = Rows(options.output / f"deep{suffix}.json" if drawn else make_deep.FILE, resume=True)
+    rows, results = Rows(options.output / f"coverage{suffix}.json", resume=True), {}
+    for name in ["demo"] if options.toy else options.only or cases:
+        case, target = cases[name], TARGETS.get(name, OTHERS)
+        if drawn:
+            target = DRAWN
+            make_deep.reference(name, case, deep)
+        if options.toy:
+            target = 0.05
         truth = references(case, deep[name])
         found = runs(name, case, target, 2 if options.toy else options.seeds, rows)
         told(name, case, target, found, truth)
@@ -172,7 +191,7 @@ def main() -> None:
     table, off = summary(results), distances(results)
     print("\nintervals that hold the reference, by speed; in brackets the mean deviation over the mean total error:\n")
     print("\n".join(" | ".join(row) for row in table))
-    figures.coverage(off, options.output / "coverage.png")
+    figures.coverage(off, options.output / f"coverage{suffix}.png")
     if options.evidence:
         tables, command_line = {"held": table}, "python experiments/coverage.py --evidence"
         write_evidence("coverage", command_line, rows=off, tables=tables)

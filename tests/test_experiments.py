@@ -98,6 +98,26 @@ def test_references_share_the_heat_of_like_bodies_evenly_at_rest_and_of_unlike_o
     assert found["steel-1.2GPa"]["contact_fraction"][0][0] == pytest.approx(90e6 / 1.2e9, rel=3e-3)
 
 
+def test_drawn_scenes_have_ladders_that_double_in_cells_with_many_hot_spots(script):
+    coverage = script("experiments/coverage.py")
+    cases, most = coverage.drawn_cases(36), coverage.make_deep.DRAWN_SIDE
+    assert len(cases) == 10
+    for case in cases.values():
+        length = 2 * np.pi / case.scene.spectrum.breaks[0] * case.waves
+        cuts = np.array(case.cut_offs)
+        np.testing.assert_allclose(cuts[1:], 2 * cuts[:-1])
+        assert case.cut_offs[-1] <= case.scene.spectrum.breaks[-1] * (1 + 1e-12)
+        for _, cell, levels in coverage.make_deep.steps(case, length / case.parts):
+            assert max(level.shape[0] for level in levels) <= most
+            assert cell >= 0.25 * length / case.waves
+        if not case.scene.elastic:
+            q_yield, load = yield_wavenumber(case.scene), case.scene.sliding.nominal_pressure
+            assert cuts[0] == pytest.approx(2 * q_yield, rel=0.5)
+            waves = length * q_yield / (2 * np.pi)
+            assert waves >= 63.9
+            assert waves**2 * load / case.scene.penetration_hardness >= 63.9
+
+
 @pytest.mark.slow
 def test_drawn_scenes_are_what_they_were_drawn_to_be(script):
     drawn = script("benchmarks/drawn.py")

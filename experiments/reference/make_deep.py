@@ -15,7 +15,7 @@ import json
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import pi
+from math import ceil, log2, pi, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +24,14 @@ from numpy.typing import NDArray
 from script import Rows
 
 import roughsim as rs
+from roughsim.prediction import yield_wavenumber
 
 Array = NDArray[np.float64]
 FILE = Path(__file__).with_name("deep.json")
 SEED = 987_001  # of the references alone
 PIXELS = 4  # per shortest wave
 MOST_SIDE = 6144  # points per side of a grid
+DRAWN_SIDE = 3072  # the same for scenes that are drawn
 STEEL = {
     "youngs_modulus": "200 GPa",
     "poisson_ratio": 0.3,
@@ -79,7 +81,7 @@ class Case:
     """A scene, and the ladder of its reference.
 
     The cell of the lowest level has `waves` longest waves per side; that of the steps is so many times (`parts`)
-    smaller, and smaller still where a grid would be larger than `MOST_SIDE`: the last one of the steel has seven
+    smaller, and smaller still where a grid would be larger than `most_side`: the last one of the steel has seven
     roll-off waves per side. The ladder climbs from `first` to `top`, rad/m; `members` are those of the lowest level, of
     the first step, and at least of any.
     """
@@ -90,6 +92,7 @@ class Case:
     first: float
     top: float
     members: tuple[int, int, int]
+    most_side: int = MOST_SIDE
 
     @property
     def cut_offs(self) -> list[float]:
@@ -113,6 +116,26 @@ def cases() -> dict[str, Case]:
     }
 
 
+def case_of(scene: rs.Scene) -> Case:
+    """Return the ladder of any scene, of minutes on one core; q_y and the load set its size, nothing of the estimate.
+
+    The cell of the lowest level has 64 hot spots or more, and 64 waves of q_y per side; in elastic contact it has 16
+    longest waves. A grid at the highest cut-off holds eight waves of q_y per side, and one longest wave; in elastic
+    contact it holds four. If C(q) goes on beyond it, the ladder ends there.
+    """
+    q_min, end = scene.spectrum.breaks[0], scene.spectrum.breaks[-1]
+    if scene.elastic:
+        waves, first, furthest = 16, 8 * q_min, DRAWN_SIDE / (4 * PIXELS) * q_min
+    else:
+        q_yield = yield_wavenumber(scene)
+        share = scene.sliding.nominal_pressure / scene.penetration_hardness
+        waves = max(4, 2 * ceil(0.5 * max(64.0, sqrt(64.0 / share)) * q_min / q_yield))
+        first, furthest = 2 * q_yield, DRAWN_SIDE / PIXELS * min(q_yield / 8, q_min)
+    top = min(end, furthest)
+    doublings = max(round(log2(top / first)), 1)
+    return Case(scene, waves, 2, top / 2**doublings, top, (400, 160, 12), DRAWN_SIDE)
+
+
 def moments(case: Case, level: rs.Level, length: float, index: int, seed: int) -> Array:
     """Return what is measured of one member of a level in a cell, one row; equal seed and index are one surface."""
     numerics = rs.Numerics((level,), (length, length))  # one level each: all of them have the same stream
@@ -130,15 +153,15 @@ def steps(case: Case, length: float) -> Iterator[tuple[str, float, tuple[rs.Leve
     """Yield name, side of the cell, m, and both levels of each step of the ladder, those of the pixel last."""
     column = "elastic" if case.scene.elastic else "capped"
     for pair in zip(case.cut_offs, case.cut_offs[1:], strict=False):
-        while side(pair[1], length) > MOST_SIDE:  # of the shortest waves alone
+        while side(pair[1], length) > case.most_side:  # of the shortest waves alone
             length /= 2
         yield f"q_c = {pair[1]:.4g}", length, tuple(rs.Level(column, (side(q, length),) * 2, q) for q in pair)
     if case.top < case.scene.spectrum.breaks[-1] * (1 - 1e-9):
         return
     pixels = 2 * PIXELS
-    while side(case.top, length, pixels) > MOST_SIDE:  # of the shortest waves alone
+    while side(case.top, length, pixels) > case.most_side:  # of the shortest waves alone
         length /= 2
-    while side(case.top, length, pixels) <= MOST_SIDE:
+    while side(case.top, length, pixels) <= case.most_side:
         sides = (side(case.top, length, n) for n in (pixels // 2, pixels))
         yield f"{pixels} pixels", length, tuple(rs.Level(column, (n, n), case.top) for n in sides)
         pixels *= 2
