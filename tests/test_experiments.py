@@ -82,7 +82,7 @@ def test_an_interval_is_counted_if_it_reaches_the_reference_within_both_errors(s
     np.testing.assert_allclose(off.ravel(), [0.0, 0.027, -0.029], atol=1e-12)
     np.testing.assert_allclose([stated, standard], [[[0.02]] * 3, [[0.01]] * 3])
     table = coverage.summary({"steel": (None, 0.01, rows, {"flash_temperature": truth})})
-    assert table[1] == ["steel, 1 %, 3", "1", "2 (-0.03)", "–", "–", "–"]
+    assert table[1] == ["steel, 1 %", "3", "2 (-0.03)", "–", "–", "–"]
 
 
 def test_references_share_the_heat_of_like_bodies_evenly_at_rest_and_of_unlike_ones_by_their_conductivity(script):
