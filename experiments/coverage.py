@@ -40,6 +40,7 @@ Result = tuple[make_deep.Case, float, list[dict[str, Any]], dict[str, Pair]]  # 
 FIRST_SEED = 1000
 TARGETS = {"demo": 0.01, "steel-1.2GPa": 0.01}  # relative total errors of T_flash; of the others:
 OTHERS = 0.02
+FLASH = "flash_temperature"
 DRAWN = 0.01  # of those that are drawn
 MEASURED = {  # observable: its name in the references
     "flash_temperature": "flash_temperature",
@@ -154,6 +155,18 @@ def summary(results: dict[str, Result]) -> list[list[str]]:
     return table
 
 
+def counted(results: dict[str, Result]) -> dict[str, float]:
+    """Return the number of scenes, of the intervals of T_flash in all, and of those that hold the reference."""
+    held = [judged(found, FLASH, truth[FLASH])[3] for _, _, found, truth in results.values()]
+    shares = [100.0 * float(each.mean(axis=0).min()) for each in held]  # at the worst speed
+    return {
+        "scenes": len(held),
+        "intervals": sum(each.size for each in held),
+        "hold": sum(int(each.sum()) for each in held),
+        "least_percent": min(shares),
+    }
+
+
 def distances(results: dict[str, Result]) -> list[dict[str, Any]]:
     """Return (run − reference)/total error of every run, by scene and observable at each speed."""
     rows = []
@@ -196,7 +209,8 @@ def main() -> None:
     figures.coverage(off, options.output / f"coverage{suffix}.png")
     if options.evidence:
         command_line = f"python experiments/coverage.py{f' --drawn {options.drawn}' * drawn} --evidence"
-        write_evidence("coverage" + "_drawn" * drawn, command_line, rows=off, tables={"held": table})
+        found = {"rows": off, "tables": {"held": table}, "numbers": counted(results)}
+        write_evidence("coverage" + "_drawn" * drawn, command_line, **found)
 
 
 if __name__ == "__main__":
