@@ -78,6 +78,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/validity.py --evidence
 	$(MEASURE) experiments/tolerance.py --evidence
 	$(MEASURE) experiments/coverage.py --evidence
+	$(MEASURE) experiments/coverage.py --drawn 15060 --evidence
 	$(MEASURE) experiments/cut_ladders.py --evidence
 	$(MEASURE) benchmarks/chain.py --evidence
 	$(MEASURE) benchmarks/skin.py --evidence

@@ -8,7 +8,8 @@ g_σ(0), and the share of the heat where there are two bodies. The references ar
 reference/make_deep.py. An interval holds the reference if they are no further apart than both errors (95 %, added as
 squares) allow. Rows in FOLDER/coverage.json are not computed again. --toy takes two seeds of the demo to 5 %. With
 --drawn the scenes are the ten that benchmarks/drawn.py draws with a seed, to 1 %; their references go into
-FOLDER/deep-SEED.json, before the runs, and their rows into FOLDER/coverage-SEED.json.
+FOLDER/deep-SEED.json, before the runs, and their rows into FOLDER/coverage-SEED.json. They have as many runs as ten
+minutes of CPU time allow, but at least eight.
 """
 
 if __name__ == "coverage":  # numba asks for the package of this name, and the folder of the script comes first
@@ -19,6 +20,7 @@ import sys
 import tempfile
 from dataclasses import replace
 from functools import partial
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +44,7 @@ TARGETS = {"demo": 0.01, "steel-1.2GPa": 0.01}  # relative total errors of T_fla
 OTHERS = 0.02
 FLASH = "flash_temperature"
 DRAWN = 0.01  # of those that are drawn
+DRAWN_SECONDS, LEAST_RUNS = 600.0, 8  # of CPU time for the runs of a drawn scene, and its fewest runs
 MEASURED = {  # observable: its name in the references
     "flash_temperature": "flash_temperature",
     "contact_fraction": "contact_fraction_corrected",
@@ -91,8 +94,10 @@ def one_run(scene: rs.Scene, numerics: rs.Numerics, target: float, seed: int) ->
     return row | {"seconds": after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime}
 
 
-def runs(name: str, case: make_deep.Case, target: float, seeds: int, rows: Rows) -> list[dict[str, Any]]:
-    """Return a row for each seed; those that are not stored are computed."""
+def runs(
+    name: str, case: make_deep.Case, target: float, seeds: int, rows: Rows, seconds: float = inf
+) -> list[dict[str, Any]]:
+    """Return a row for each seed, up to so many seconds of CPU time in all; those that are not stored are computed."""
     sliding = replace(case.scene.sliding, heat_partition="all")
     ensemble = replace(case.scene.ensemble, max_realizations=100_000)
     scene = replace(case.scene, sliding=sliding, ensemble=ensemble)
@@ -100,6 +105,8 @@ def runs(name: str, case: make_deep.Case, target: float, seeds: int, rows: Rows)
     table = f"{name}, {100 * target:g} %"
     result: list[dict[str, Any]] = []
     for seed in range(FIRST_SEED, FIRST_SEED + seeds):
+        if len(result) >= LEAST_RUNS and sum(row["seconds"] for row in result) > seconds:
+            break
         result.append(rows.once(table, str(seed), partial(one_run, scene, numerics, target, seed)))
         print(f"{table}: seed {seed}, {result[-1]['seconds']:.2f} s, members {result[-1]['counts']}", file=sys.stderr)
     return result
@@ -184,7 +191,7 @@ def distances(results: dict[str, Result]) -> list[dict[str, Any]]:
 def main() -> None:
     command = Command(__file__, __doc__, "two seeds of the demo to 5 %")
     command.add_argument("--only", nargs="*", help="names of scenes")
-    command.add_argument("--seeds", type=int, default=40, help="runs of each scene")
+    command.add_argument("--seeds", type=int, default=40, help="runs of each scene at most")
     command.add_argument("--drawn", type=int, metavar="SEED", help="in place of the six scenes, ten that are drawn")
     options = command.parse()
     drawn = options.drawn is not None and not options.toy
@@ -200,7 +207,8 @@ def main() -> None:
         if options.toy:
             target = 0.05
         truth = references(case, deep[name])
-        found = runs(name, case, target, 2 if options.toy else options.seeds, rows)
+        seeds = 2 if options.toy else options.seeds
+        found = runs(name, case, target, seeds, rows, DRAWN_SECONDS if drawn else inf)
         told(name, case, target, found, truth)
         results[name] = case, target, found, truth
     table, off = summary(results), distances(results)

@@ -88,7 +88,18 @@ def test_an_interval_is_counted_if_it_reaches_the_reference_within_both_errors(s
     ]  # at the second speed none holds
     both = {"steel": (None, 0.01, rows, {"flash_temperature": truth})}
     both["worse"] = None, 0.01, worse, {"flash_temperature": (np.array([10.0, 10.0]), np.array([0.01, 0.01]))}
+    assert coverage.summary(both)[2] == ["worse, 1 %", "3", "0 (+5.00)", "–", "–", "–"]
     assert coverage.counted(both) == {"scenes": 2, "intervals": 9, "hold": 5, "least_percent": 0.0}
+
+
+def test_scenes_that_cost_much_get_fewer_seeds_but_eight(script, monkeypatch, tmp_path):
+    coverage = script("experiments/coverage.py")
+    monkeypatch.setattr(coverage, "one_run", lambda *_: {"seconds": 100.0, "counts": []})
+    case = coverage.make_deep.cases()["demo"]
+    numbers = {250.0: 8, 1000.0: 11, np.inf: 40}
+    for seconds, number in numbers.items():
+        rows = coverage.Rows(tmp_path / f"{seconds}.json")
+        assert len(coverage.runs("demo", case, 0.01, 40, rows, seconds)) == number
 
 
 def test_references_share_the_heat_of_like_bodies_evenly_at_rest_and_of_unlike_ones_by_their_conductivity(script):
