@@ -135,6 +135,19 @@ def test_drawn_scenes_have_ladders_that_double_in_cells_with_many_hot_spots(scri
             assert waves**2 * load / case.scene.penetration_hardness >= 63.9
 
 
+def test_a_reference_is_continued_by_as_much_of_the_last_step_as_the_spectrum_goes_on(script):
+    deep = script("experiments/coverage.py").make_deep
+    scene = rs.load_scene("demo")
+    end = scene.spectrum.breaks[-1]
+    names = {"lowest": 10.0, "q_c": 0.9}  # 0.9: a step of −10 % from top/2 to top; it is c/q_c, c/top = 10 %
+    factors = {name: {"factor": [factor] * 8, "variance": [0.0] * 8} for name, factor in names.items()}
+    for part, rest in {1.0: -0.1 / (2**1.4 - 1), 0.5: -0.1 * (1 - 0.5), 0.25: -0.1 * (1 - 0.25)}.items():
+        case = deep.Case(scene, 4, 1, part * end / 2, part * end, (1, 1, 1))
+        found = deep.assembled(case, factors)["flash_temperature"]
+        np.testing.assert_allclose(found["value"], 9.0 * (1 + rest))
+        np.testing.assert_allclose(found["error"], abs(rest) / 2)
+
+
 @pytest.mark.slow
 def test_drawn_scenes_are_what_they_were_drawn_to_be(script):
     drawn = script("benchmarks/drawn.py")

@@ -4,8 +4,8 @@
 
 Each reference is a ladder of cut-offs with 4 pixels per shortest wave, by multilevel Monte Carlo (Giles, Acta Numerica
 24, 259, 2015): X = ⟨X₀⟩ Π ⟨X_l⟩/⟨X_{l−1}⟩. Each level has surfaces of its own, on which both cut-offs have the same
-modes. Where C(q) ends at the top, finer pixels follow in the same way. Where it goes on, the rest is what a change of
-first order in 1/q_c leaves, and half of that is in doubt. Nothing comes from a law or a theory.
+modes. Where C(q) ends at the top, finer pixels follow in the same way. Where it goes on, the rest up to its end is what
+a change of first order in 1/q_c leaves, and half of that is in doubt. Nothing comes from a law or a theory.
 Values are with all heat in the moving body; areas are corrected for the pixels along edges. A row that is in the file
 is not computed again. All six take an hour of one core.
 """
@@ -139,7 +139,9 @@ def case_of(scene: rs.Scene) -> Case:
 def moments(case: Case, level: rs.Level, length: float, index: int, seed: int) -> Array:
     """Return what is measured of one member of a level in a cell, one row; equal seed and index are one surface."""
     numerics = rs.Numerics((level,), (length, length))  # one level each: all of them have the same stream
-    found = rs.realize(case.scene, numerics, seed=seed, index=index).observables
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)  # steps leave out long waves
+        found = rs.realize(case.scene, numerics, seed=seed, index=index).observables
     return np.concatenate([np.atleast_1d(getattr(found, name)) for name in MEASURED])
 
 
@@ -206,9 +208,9 @@ def assembled(case: Case, factors: dict[str, dict[str, Any]]) -> dict[str, Any]:
     for row in factors.values():
         last = np.array(row["factor"])
         value, variance = value * last, variance + np.array(row["variance"])
-    rest = last - 1.0  # of first order: as much again after a step as it was itself
-    if case.top >= case.scene.spectrum.breaks[-1] * (1 - 1e-9):
-        rest = rest / (2.0**1.4 - 1.0)  # of the pixel
+    left = 1.0 - case.top / case.scene.spectrum.breaks[-1]
+    # of the pixel; else of first order in 1/q_c: as much again as the last step, if C(q) had no end
+    rest = (last - 1.0) / (2.0**1.4 - 1.0) if left < 1e-9 else left * (last - 1.0)
     value, error = value * (1.0 + rest), np.sqrt(variance + (0.5 * rest) ** 2)
     speeds = len(case.scene.speeds)
     result, start = {}, 0
@@ -224,7 +226,6 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--only", nargs="*", help="names of scenes")
     chosen = options.parse_args().only
-    warnings.simplefilter("ignore", RuntimeWarning)
     rows = Rows(FILE, resume=True)
     for name, case in cases().items():
         if chosen is None or name in chosen:
