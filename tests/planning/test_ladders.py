@@ -143,6 +143,16 @@ def test_a_short_spectrum_is_one_cut_off_and_its_partners(steel):
     assert len(numerics.levels) == 3
 
 
+def test_without_room_for_a_partner_at_the_end_of_C_the_cut_off_below_has_one(monkeypatch):
+    # 3 pixels per wave of 4e6 rad/m are 3780 points in half the cell, 6 are too many; of 2e6 rad/m they fit
+    for end, with_partner in {4e6: [2.5e5, 5e5, 2e6], 2e6: [2.5e5, 5e5, 2e6], 4.15e7: [2.71e5, 5.42e5]}.items():
+        numerics = planned(steel_to(end, 5e4, monkeypatch))
+        rungs = numerics.rungs("capped")
+        assert len(rungs) == {4e6: 5, 2e6: 4, 4.15e7: 5}[end]
+        found = [numerics.levels[i].q_max for i in rungs if numerics.partner(i) is not None]
+        assert found == pytest.approx(with_partner, rel=0.01)
+
+
 @pytest.mark.parametrize("parts", [1, 2, 4])
 def test_grids_divide_by_the_parts_and_are_not_larger_than_the_limit(monkeypatch, cell, parts):
     cell.parts = parts
