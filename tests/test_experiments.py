@@ -135,17 +135,20 @@ def test_drawn_scenes_have_ladders_that_double_in_cells_with_many_hot_spots(scri
             assert waves**2 * load / case.scene.penetration_hardness >= 63.9
 
 
-def test_a_reference_is_continued_by_as_much_of_the_last_step_as_the_spectrum_goes_on(script):
+def test_a_reference_is_continued_to_the_end_of_the_spectrum_and_to_a_vanishing_pixel(script):
     deep = script("experiments/coverage.py").make_deep
     scene = rs.load_scene("demo")
-    end = scene.spectrum.breaks[-1]
-    names = {"lowest": 10.0, "q_c": 0.9}  # 0.9: a step of −10 % from top/2 to top; it is c/q_c, c/top = 10 %
-    factors = {name: {"factor": [factor] * 8, "variance": [0.0] * 8} for name, factor in names.items()}
-    for part, rest in {1.0: -0.1 / (2**1.4 - 1), 0.5: -0.1 * (1 - 0.5), 0.25: -0.1 * (1 - 0.25)}.items():
+    end, entries = scene.spectrum.breaks[-1], 2 * len(scene.speeds) + 2
+    # 0.9: a step of −10 % from top/2 to top; by c/q_c as much again follows up to q_c = ∞
+    names = {"lowest": 10.0, "q_c = 2": 0.9, "8 pixels": 0.96, "16 pixels": 0.98}
+    factors = {name: {"factor": [factor] * entries, "variance": [0.0] * entries} for name, factor in names.items()}
+    for part, step in {1.0: 0.0, 0.5: -0.05, 0.25: -0.075}.items():
         case = deep.Case(scene, 4, 1, part * end / 2, part * end, (1, 1, 1))
-        found = deep.assembled(case, factors)["flash_temperature"]
-        np.testing.assert_allclose(found["value"], 9.0 * (1 + rest))
-        np.testing.assert_allclose(found["error"], abs(rest) / 2)
+        found = deep.assembled(case, factors)
+        for name, order in {"flash_temperature": 1.4, "contact_fraction_corrected": 0.9}.items():
+            pixel = -0.02 / (2**order - 1)  # −.02 (2^−p + 2^−2p + …)
+            np.testing.assert_allclose(found[name]["value"], 9.0 * 0.96 * 0.98 * (1 + step) * (1 + pixel))
+            np.testing.assert_allclose(found[name]["error"], np.hypot(step, pixel) / 2)
 
 
 @pytest.mark.slow
