@@ -97,7 +97,10 @@ def one_run(scene: rs.Scene, numerics: rs.Numerics, target: float, seed: int) ->
 def runs(
     name: str, case: make_deep.Case, target: float, seeds: int, rows: Rows, seconds: float = inf
 ) -> list[dict[str, Any]]:
-    """Return a row for each seed, up to so many seconds of CPU time in all; those that are not stored are computed."""
+    """Return a row for each seed; those that are not stored are computed.
+
+    After so many seconds of CPU time in all, and `LEAST_RUNS`, no seed follows.
+    """
     sliding = replace(case.scene.sliding, heat_partition="all")
     ensemble = replace(case.scene.ensemble, max_realizations=100_000)
     scene = replace(case.scene, sliding=sliding, ensemble=ensemble)
@@ -156,7 +159,8 @@ def summary(results: dict[str, Result]) -> list[list[str]]:
                 cells.append("–")
                 continue
             off, stated, _, held = judged(found, observable, truth[observable])
-            ratios = off.mean(axis=0) / stated.mean(axis=0)
+            mean, error = off.mean(axis=0), stated.mean(axis=0)
+            ratios = np.divide(mean, error, out=np.zeros_like(mean), where=error > 0.0)  # exact shares have no error
             cells.append(f"{held.sum(axis=0).min()} ({ratios[np.argmax(np.abs(ratios))]:+.2f})")
         table.append([f"{name}, {100 * target:g} %", str(len(found)), *cells])
     return table
@@ -194,11 +198,15 @@ def main() -> None:
     command.add_argument("--seeds", type=int, default=40, help="runs of each scene at most")
     command.add_argument("--drawn", type=int, metavar="SEED", help="in place of the six scenes, ten that are drawn")
     options = command.parse()
+    if options.evidence and (options.toy or options.only):
+        command.error("--evidence is of all scenes: leave --toy and --only out")
     drawn = options.drawn is not None and not options.toy
     suffix = f"-{options.drawn}" * drawn
     cases = drawn_cases(options.drawn) if drawn else make_deep.cases()
     deep = Rows(options.output / f"deep{suffix}.json" if drawn else make_deep.FILE, resume=True)
     rows, results = Rows(options.output / f"coverage{suffix}.json", resume=True), {}
+    if unknown := set(options.only or ()) - set(cases):
+        command.error(f"--only {', '.join(unknown)}: choose among {', '.join(cases)}")
     for name in ["demo"] if options.toy else options.only or cases:
         case, target = cases[name], TARGETS.get(name, OTHERS)
         if drawn:

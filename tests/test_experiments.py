@@ -89,6 +89,9 @@ def test_an_interval_is_counted_if_it_reaches_the_reference_within_both_errors(s
     both = {"steel": (None, 0.01, rows, {"flash_temperature": truth})}
     both["worse"] = None, 0.01, worse, {"flash_temperature": (np.array([10.0, 10.0]), np.array([0.01, 0.01]))}
     assert coverage.summary(both)[2] == ["worse, 1 %", "3", "0 (+5.00)", "–", "–", "–"]
+    lower = [{"flash_temperature": [[10.1, 9.0], [0.2, 0.2], [0.1, 0.1]]} for _ in rows]
+    below = {"lower": (None, 0.01, lower, both["worse"][3])}
+    assert coverage.summary(below)[1][2] == "0 (-5.00)"
     assert coverage.counted(both) == {"scenes": 2, "intervals": 9, "hold": 5, "least_percent": 0.0}
 
 
@@ -122,12 +125,17 @@ def test_drawn_scenes_have_ladders_that_double_in_cells_with_many_hot_spots(scri
     for case in cases.values():
         length = 2 * np.pi / case.scene.spectrum.breaks[0] * case.waves
         cuts = np.array(case.cut_offs)
+        assert cuts[0] == pytest.approx(case.first)
+        assert case.members == (400, 160, 12)
         np.testing.assert_allclose(cuts[1:], 2 * cuts[:-1])
         assert case.cut_offs[-1] <= case.scene.spectrum.breaks[-1] * (1 + 1e-12)
         for _, cell, levels in coverage.make_deep.steps(case, length / case.parts):
             assert max(level.shape[0] for level in levels) <= most
             assert cell >= 0.25 * length / case.waves
-        if not case.scene.elastic:
+        if case.scene.elastic:
+            assert case.waves == 16
+            assert case.first == pytest.approx(8 * case.scene.spectrum.breaks[0], rel=0.42)
+        else:
             q_yield, load = yield_wavenumber(case.scene), case.scene.sliding.nominal_pressure
             assert cuts[0] == pytest.approx(2 * q_yield, rel=0.5)
             waves = length * q_yield / (2 * np.pi)

@@ -120,11 +120,12 @@ def cases() -> dict[str, Case]:
 
 
 def case_of(scene: rs.Scene) -> Case:
-    """Return the ladder of any scene, of minutes on one core; q_y and the load set its size, nothing of the estimate.
+    """Return the ladder of a drawn scene, of minutes on one core; q_y and the load set its size, not the estimate.
 
     The cell of the lowest level has 64 hot spots or more, and 64 waves of q_y per side; in elastic contact it has 16
-    longest waves. A grid at the highest cut-off holds eight waves of q_y per side, and one longest wave; in elastic
-    contact it holds four. If C(q) goes on beyond it, the ladder ends there.
+    longest waves. A cell at the highest cut-off has at least four waves of q_y and half a longest wave per side, in
+    elastic contact two of these; for finer pixels it has half of that. If C(q) goes on beyond its grid, the ladder ends
+    there.
     """
     q_min, end = scene.spectrum.breaks[0], scene.spectrum.breaks[-1]
     if scene.elastic:
