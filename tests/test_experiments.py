@@ -83,9 +83,8 @@ def test_an_interval_is_counted_if_it_reaches_the_reference_within_both_errors(s
     np.testing.assert_allclose([stated, standard], [[[0.02]] * 3, [[0.01]] * 3])
     table = coverage.summary({"steel": (None, 0.01, rows, {"flash_temperature": truth})})
     assert table[1] == ["steel, 1 %", "3", "2 (-0.03)", "–", "–", "–"]
-    worse = [
-        {"flash_temperature": [[10.0, 11.0], [0.2, 0.2], [0.1, 0.1]]} for _ in rows
-    ]  # at the second speed none holds
+    # at the second speed none holds
+    worse = [{"flash_temperature": [[10.0, 11.0], [0.2, 0.2], [0.1, 0.1]]} for _ in rows]
     both = {"steel": (None, 0.01, rows, {"flash_temperature": truth})}
     both["worse"] = None, 0.01, worse, {"flash_temperature": (np.array([10.0, 10.0]), np.array([0.01, 0.01]))}
     assert coverage.summary(both)[2] == ["worse, 1 %", "3", "0 (+5.00)", "–", "–", "–"]

@@ -204,11 +204,17 @@ def reference(name: str, case: Case, rows: Rows) -> None:
         print(f"{name}: {step}", flush=True)
 
 
+def entries(case: Case, name: str) -> int:
+    """Return how many numbers of `MEASURED` a quantity has: temperatures have one for each speed."""
+    return len(case.scene.speeds) if "temperature" in name else 1
+
+
 def orders(case: Case) -> Array:
-    """Return the order of convergence in the pixel of each entry of `MEASURED`."""
-    speeds = [ORDER] * len(case.scene.speeds)
-    of_area = [ORDER if case.scene.elastic else ORDER_OF_AREA] * 2
-    return np.array([*speeds, *of_area, *speeds])
+    """Return the order of convergence in the pixel of each number of `MEASURED`."""
+    of_area = ORDER if case.scene.elastic else ORDER_OF_AREA
+    return np.concatenate(
+        [np.full(entries(case, name), ORDER if "temperature" in name else of_area) for name in MEASURED]
+    )
 
 
 def assembled(case: Case, factors: dict[str, dict[str, Any]]) -> dict[str, Any]:
@@ -225,10 +231,9 @@ def assembled(case: Case, factors: dict[str, dict[str, Any]]) -> dict[str, Any]:
     for rest in rests:
         value, variance = value * (1.0 + rest), variance + (0.5 * rest) ** 2
     error = np.sqrt(variance)
-    speeds = len(case.scene.speeds)
     result, start = {}, 0
     for name in MEASURED:
-        count = speeds if "temperature" in name else 1
+        count = entries(case, name)
         chosen = slice(start, start + count)
         result[name] = {"value": value[chosen].tolist(), "error": error[chosen].tolist()}
         start += count
