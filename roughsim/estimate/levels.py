@@ -24,7 +24,8 @@ from roughsim.scene.numerics import Numerics
 # surfaces
 PIXEL_FALL = {"capped": 0.75, "smoothed": 0.3, "elastic": 0.3}
 FLASH = "flash_temperature"
-_TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum}
+# side of its exact bound on which an observable of capped contact lies
+_TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum, "pressure_variance": np.minimum}
 
 
 class Values(NamedTuple):
@@ -174,11 +175,13 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
 
 
 def _bounded(scene: Scene, observable: str, mean: Mean, error: Array, rest: Array) -> tuple[Mean, Array]:
-    """Return an area within its exact bound, and its error by the cut-off: A_pl ≤ σ₀/σ_P ≤ A, which both tend to.
+    """Return an area or g_σ(0) within its exact bound, which all three tend to, and its error by the cut-off.
 
-    `rest` was added beyond the highest cut-off: the area lies between its value at that cut-off and the bound.
+    A_pl ≤ σ₀/σ_P ≤ A, and g_σ(0) = ⟨σ²⟩ − σ₀² ≤ σ₀(σ_P − σ₀), as 0 ≤ σ ≤ σ_P. `rest` was added beyond the highest
+    cut-off: the true value lies between that at this cut-off and the bound.
     """
-    bound = scene.sliding.nominal_pressure / scene.penetration_hardness
+    load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
+    bound = load * (hardness - load) if observable == "pressure_variance" else load / hardness
     value = _TOWARDS_BOUND[observable](mean.value, bound)
     within = np.maximum(np.abs(value - (mean.value - rest)), np.abs(value - bound))
     return mean._replace(value=value), np.fmin(error, within)

@@ -13,6 +13,7 @@ from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Level, Numerics
 
 BOUND = 90e6 / 1.2e9  # σ₀/σ_P of the steel
+VARIANCE = 90e6 * 1.2e9 - 90e6**2  # Pa², of a pressure that is σ_P or nothing
 GRADIENT = "flash_gradient"
 
 
@@ -138,26 +139,33 @@ def test_where_no_law_holds_t_flash_goes_on_as_a_power(steel, asked):
 
 def test_the_variance_goes_on_in_first_order_and_by_no_law(steel, asked):
     q = 2.0, 4.0
-    pairs = ladder([power_law(x, 1.0) for x in q], [1e5 * x for x in q], name="pressure_variance")
+    pairs = ladder([VARIANCE / 20 * power_law(x, 1.0) for x in q], [1e5 * x for x in q], name="pressure_variance")
     values = values_of(steel, "capped", "pressure_variance", pairs)
-    np.testing.assert_allclose(values.mean, power_law(END / 1e5, 1.0), rtol=1e-9)
+    np.testing.assert_allclose(values.mean, VARIANCE / 20 * power_law(END / 1e5, 1.0), rtol=1e-9)
     assert [call[0] for call in asked] == ["theory"]
 
 
 # areas and lengths
 
 
-@pytest.mark.parametrize("name", ["contact_fraction", "plastic_fraction"])
-def test_areas_end_at_their_common_bound_where_more_would_pass_it(steel, asked, name):
-    # A_pl ≤ σ₀/σ_P ≤ A: the one falls to it, the other rises
-    sign = 1.0 if name == "contact_fraction" else -1.0
-    means = [BOUND * (1.0 + sign * x) for x in (0.4, 0.1)]  # by the power 1 the end is .2 on the other side
-    values = values_of(steel, "capped", name, ladder(means, (1e5, 2e5), name=f"{name}_corrected"))
-    assert values.mean[0] == pytest.approx(BOUND, rel=1e-12)
-    assert values.errors["bandwidth"][0] == pytest.approx(0.1 * BOUND, rel=1e-9)  # no more than what follows
+BOUNDED = {  # bound, side of it, stored number
+    "contact_fraction": (BOUND, 1.0, "contact_fraction_corrected"),
+    "plastic_fraction": (BOUND, -1.0, "plastic_fraction_corrected"),
+    "pressure_variance": (VARIANCE, -1.0, "pressure_variance"),
+}
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+def test_areas_and_variance_end_at_their_bound_where_more_would_pass_it(steel, asked, name):
+    # A_pl ≤ σ₀/σ_P ≤ A: the one falls to it, the other rises; g(0) rises to σ₀(σ_P − σ₀)
+    bound, sign, stored = BOUNDED[name]
+    means = [bound * (1.0 + sign * x) for x in (0.4, 0.1)]  # by the power 1 the end is .2 on the other side
+    values = values_of(steel, "capped", name, ladder(means, (1e5, 2e5), name=stored))
+    assert values.mean[0] == pytest.approx(bound, rel=1e-12)
+    assert values.errors["bandwidth"][0] == pytest.approx(0.1 * bound, rel=1e-9)  # no more than what follows
     assert values.finest[0] == pytest.approx(means[1], rel=1e-12)
-    slow = [BOUND * (1.0 + sign * x) for x in (0.4, 0.3)]
-    values = values_of(steel, "capped", name, ladder(slow, (1e5, 2e5), name=f"{name}_corrected"))
+    slow = [bound * (1.0 + sign * x) for x in (0.4, 0.3)]
+    values = values_of(steel, "capped", name, ladder(slow, (1e5, 2e5), name=stored))
     end = slow[1] + (slow[1] - slow[0]) * (1.0 - 2e5 / END)
     assert values.mean[0] == pytest.approx(end, rel=1e-12)
     # within the bound the error is that of the power, here of the exponent .7
@@ -166,12 +174,13 @@ def test_areas_end_at_their_common_bound_where_more_would_pass_it(steel, asked, 
     assert lower / (slow[1] - slow[0]) < 2.0  # of the .3 that are left
 
 
-@pytest.mark.parametrize(("name", "share"), [("contact_fraction", 1.2), ("plastic_fraction", 0.8)])
-def test_where_nothing_continues_an_area_its_bound_limits_the_error(steel, asked, name, share):
-    (pair,) = ladder([share * BOUND], (2e5,), name=f"{name}_corrected")
+@pytest.mark.parametrize("name", BOUNDED)
+def test_where_nothing_continues_an_area_or_variance_its_bound_limits_the_error(steel, asked, name):
+    bound, sign, stored = BOUNDED[name]
+    (pair,) = ladder([(1.0 + 0.2 * sign) * bound], (2e5,), name=stored)
     values = values_of(steel, "capped", name, [pair])
-    assert values.mean[0] == pytest.approx(share * BOUND, rel=1e-12)
-    assert values.errors["bandwidth"][0] == pytest.approx(0.2 * BOUND, rel=1e-9)
+    assert values.mean[0] == pytest.approx((1.0 + 0.2 * sign) * bound, rel=1e-12)
+    assert values.errors["bandwidth"][0] == pytest.approx(0.2 * bound, rel=1e-9)
     elastic = values_of(steel, "elastic", name, [pair])  # where nothing yields there is no such bound
     assert np.isnan(elastic.errors["bandwidth"][0])
 
