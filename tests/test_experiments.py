@@ -158,6 +158,23 @@ def test_a_reference_is_continued_to_the_end_of_the_spectrum_and_to_a_vanishing_
             np.testing.assert_allclose(found[name]["error"], np.hypot(step, pixel) / 2)
 
 
+def test_an_elastic_reference_goes_on_with_the_ratio_of_its_last_two_steps(script):
+    deep = script("experiments/coverage.py").make_deep
+    scene = deep.elastic_scene()
+    end, count = scene.spectrum.breaks[-1], 2 * len(scene.speeds) + 2
+    steps = {"lowest": 10.0, "q_c = 1": 1.2, "q_c = 2": 1.1}
+    # two doublings are left: by .1 · .5 and .1 · .25; of steps that stay equal twice .1; of those that grow no more
+    for before, rest in {1.2: 0.075, 1.1: 0.2, 1.05: 0.2}.items():
+        factors = {
+            name: {"factor": [before if name == "q_c = 1" else factor] * count, "variance": [0.0] * count}
+            for name, factor in steps.items()
+        }
+        found = deep.assembled(deep.Case(scene, 4, 1, end / 16, end / 4, (1, 1, 1)), factors)
+        for row in found.values():
+            np.testing.assert_allclose(row["value"], 10.0 * before * 1.1 * (1.0 + rest))
+            np.testing.assert_allclose(row["error"], rest / 2)
+
+
 @pytest.mark.slow
 def test_drawn_scenes_are_what_they_were_drawn_to_be(script):
     drawn = script("benchmarks/drawn.py")

@@ -5,8 +5,8 @@
 Each reference is a ladder of cut-offs with 4 pixels per shortest wave, by multilevel Monte Carlo (Giles, Acta Numerica
 24, 259, 2015): X = ⟨X₀⟩ Π ⟨X_l⟩/⟨X_{l−1}⟩. Each level has surfaces of its own, on which both cut-offs have the same
 modes. Finer pixels at the top follow in the same way. The rest up to the end of C(q) is what a change of first order in
-1/q_c leaves, the rest by the pixel what its order leaves, and half of both is in doubt. Nothing comes from a law or a
-theory.
+1/q_c leaves, in elastic contact what steps leave that go on shrinking as the last two; the rest by the pixel is what
+its order leaves; half of both is in doubt. Nothing comes from a law or a theory.
 Values are with all heat in the moving body; areas are corrected for the pixels along edges. A row that is in the file
 is not computed again. All six take an hour of one core.
 """
@@ -217,18 +217,33 @@ def orders(case: Case) -> Array:
     )
 
 
+def rest_in_cut_off(case: Case, changes: list[Array]) -> Array:
+    """Return the relative change from the top to the end of C(q), by those of the steps below: a geometric sum.
+
+    Each doubling changes half of what the one before did; in elastic contact the last two steps give the ratio, as its
+    area and variance go on as a power of the mean slope.
+    """
+    last, before = changes[-1], changes[-2] if len(changes) > 1 else changes[-1]
+    ratio = np.full_like(last, 0.5)
+    if case.scene.elastic:
+        ratio = np.clip(np.divide(last, before, out=np.ones_like(last), where=before != 0.0), 0.0, 1.0)
+    doublings = log2(case.scene.spectrum.breaks[-1] / case.top)
+    with np.errstate(invalid="ignore"):  # 0/0 of steps that do not shrink
+        shrinking = ratio * (1.0 - ratio**doublings) / (1.0 - ratio)
+    return last * np.where(ratio < 1.0, shrinking, doublings)
+
+
 def assembled(case: Case, factors: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """Return value and relative standard error of each quantity, with the rest that follows in q_c and the pixel."""
     value, variance = 1.0, 0.0
-    step, finer = np.zeros(1), np.zeros(1)  # the last changes
+    changes, finer = [], np.zeros(1)
     for name, row in factors.items():
         factor = np.array(row["factor"])
         value, variance = value * factor, variance + np.array(row["variance"])
-        step = factor - 1.0 if name.startswith("q_c") else step
+        if name.startswith("q_c"):
+            changes.append(factor - 1.0)
         finer = factor - 1.0 if name.endswith("pixels") else finer
-    # of first order in 1/q_c: as much again as the last step, if C(q) had no end
-    rests = step * (1.0 - case.top / case.scene.spectrum.breaks[-1]), finer / (2.0 ** orders(case) - 1.0)
-    for rest in rests:
+    for rest in (rest_in_cut_off(case, changes), finer / (2.0 ** orders(case) - 1.0)):
         value, variance = value * (1.0 + rest), variance + (0.5 * rest) ** 2
     error = np.sqrt(variance)
     result, start = {}, 0
