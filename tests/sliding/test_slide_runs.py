@@ -1,7 +1,6 @@
 """Scenes with history = "sliding": what a run stores of each slide, the estimate made of it, resuming, and failures."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from roughsim.charts.plot import plot_run
 from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
-from roughsim.planning import sliding as planning_slide
 from roughsim.planning.realization import slide_problem
 from roughsim.results.film import read_film
 from roughsim.sliding import member as sliding_member
@@ -303,29 +301,6 @@ def test_each_body_carries_its_own_roughness_and_its_own_heat():
         assert motion.resting.diffusivity == pytest.approx(300 / (8900 * 400))
 
 
-def test_too_short_a_slide_is_refused_before_any_work(tmp_path):
-    short = 'history = "sliding"\nslid_distance = "0.2 mm"'
-    with pytest.raises(rs.errors.ResolutionError, match=r"^slid distance = 0.0002 m at 1 m/s is under 4 pixels of 6.3"):
-        rs.run(sliding_scene(short), tmp_path / "run")
-    assert not (tmp_path / "run").exists()
-
-
-def test_hours_of_sliding_are_refused_before_any_work():
-    hours = 'history = "sliding"\nduration = "2 h"'
-    with pytest.raises(rs.errors.ResolutionError, match=r"^slid_distance = 252000 m is 3.99e\+09 steps of 6.316e-05 m"):
-        rs.plan(sliding_scene(hours))
-
-
-def test_the_memory_of_both_bodies_is_planned(memory):
-    scene = sliding_scene()
-    reason = rs.plan(scene).reasons[-1]
-    words = "0.00089 GB for the slide: both bodies remember their heat, at each speed"
-    assert reason == ("memory", "0.25 GB per worker", words)
-    memory(1e6)
-    with pytest.raises(rs.errors.ResolutionError, match=r"memory = 0.000886 GB \(the slide: .* exceeds 80 % of the"):
-        rs.plan(scene)
-
-
 def test_the_slide_is_no_single_contact(run):
     with pytest.raises(ValueError, match="^level = 1 is the slide of one body over the other"):
         rs.realize(run.scene, run.numerics, seed=1, level=SLIDE)
@@ -335,36 +310,6 @@ def test_a_frozen_run_has_no_such_column(capped_run):
     with pytest.raises(ValueError, match='has no column "sliding": its scene has history = "frozen"$'):
         capped_run.estimate("flash_temperature", "sliding")
     assert "sliding" not in rs.compare(capped_run).to_dict()["rows"][0]
-
-
-def test_the_plan_adds_a_slide_on_the_lowest_rung():
-    scene = sliding_scene()
-    free = replace(scene, numerics=replace(scene.numerics, levels=scene.numerics.levels[:1]))
-    numerics = rs.plan(free)
-    assert numerics.levels == (free.numerics.levels[0], replace(free.numerics.levels[0], column="sliding", first=8))
-    values = {reason.choice: reason for reason in numerics.reasons}
-    assert values["slid distance"].value == "1 mm"
-    assert values["slid distance"].reason.startswith("0.5 lengths of the cell, in 16 steps of 63.2 µm")
-    assert values["slides"].value == "4"  # max_realizations
-    assert values["film"].value == "16 positions, up to 0.2 MB"  # of 32² points, at two speeds
-
-
-def test_a_speed_that_ends_earlier_costs_no_more_afterwards():
-    scene = sliding_scene()
-    problem = slide_problem(scene, rs.plan(scene))
-    both = 1 + 0.75**3  # the coarser slide has fewer points and steps
-    contact, heat = (seconds * problem.grid.points * both for seconds in planning_slide.STEP_SECONDS)
-    assert planning_slide.seconds_of_slide(problem) == pytest.approx(16 * (contact + 2 * heat))
-    half = planning_slide.seconds_of_slide(replace(problem, distances=(0.5e-3, 1e-3)))
-    assert half == pytest.approx(16 * contact + (8 + 16) * heat)  # one speed is followed over half of the steps
-
-
-def test_the_plan_of_a_frozen_scene_says_what_sliding_would_change(capped_scene):
-    (said,) = [reason for reason in rs.plan(capped_scene).reasons if reason.choice == "history"]
-    assert 'With history = "sliding" both faces move' in said.reason
-    smooth = replace(capped_scene.counterface, like=None, youngs_modulus=2e11, poisson_ratio=0.3)
-    alone = replace(capped_scene, counterface=smooth, sliding=replace(capped_scene.sliding, heat_partition="all"))
-    assert [reason for reason in rs.plan(alone).reasons if reason.choice == "history"] == []
 
 
 def test_the_picture_over_the_distance_has_a_line_for_each_speed(run, tmp_path):
