@@ -105,6 +105,15 @@ def test_a_member_that_does_not_exist_is_refused(capped_scene, capped_numerics, 
         rs.realize(capped_scene, capped_numerics, **{"seed": 1} | wrong)
 
 
+def test_levels_of_a_column_that_the_scene_lacks_are_refused_before_any_work(full_scene, capped_numerics, tmp_path):
+    message = r"^numerics.levels\[0\].column = \"smoothed\" needs a body.penetration_hardness"
+    with pytest.raises(ValueError, match=message):
+        rs.realize(full_scene, capped_numerics, seed=1)
+    with pytest.raises(ValueError, match=message):
+        rs.run(full_scene, tmp_path / "run", numerics=capped_numerics)
+    assert not (tmp_path / "run").exists()
+
+
 def test_a_worker_needs_neither_scenes_nor_the_theory_nor_the_disk():
     code = (
         "import sys, roughsim.pipeline;"

@@ -23,6 +23,7 @@ from roughsim.results.description import Description, content_of, folder_state, 
 from roughsim.results.folder import unread_run
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneLike, as_scene
+from roughsim.scene.checks import check_levels
 from roughsim.scene.numerics import Numerics
 from roughsim.scene.sections import TARGET
 from roughsim.store.claims import Claims
@@ -114,8 +115,9 @@ def run(  # noqa: PLR0913  (each is an option)
     scene = replace(scene, ensemble=replace(scene.ensemble, **given))  # checked as in a file
     folder = Path(folder)
     with allowed, shown(progress and observer is None, "planning") as bar:
-        if numerics is not None:
-            allowed.fit(*largest_member(scene, numerics), numerics.threads)  # before a folder is made
+        if numerics is not None:  # before a folder is made
+            check_levels(numerics.levels, scene.sliding.history, scene.elastic)
+            allowed.fit(*largest_member(scene, numerics), numerics.threads)
         numerics = begin(scene, folder, numerics)
         if bar is not None:
             bar.show("computing", 0.0, 0)

@@ -5,7 +5,7 @@ import scipy
 
 from roughsim.estimate.errors import spread_of
 from roughsim.estimate.ladder import Pair
-from roughsim.estimate.mean import Mean, mean_of
+from roughsim.estimate.mean import mean_of
 from roughsim.estimate.regression import at_mean_peak_volume
 from roughsim.grid import Array
 from roughsim.observables.record import Sample
@@ -29,4 +29,4 @@ def correlation_of(pairs: list[Pair], distance: Array) -> tuple[Array, Array, Ar
         if pair.below is not None and (not pair.is_partner or pair.sample.q_max == top):
             rows = of_level(pair.sample) - of_level(pair.below)
             total = total.plus(mean_of(pair.stream, rows))
-    return total.value, *spread_of(Mean(*total))
+    return total.value, *spread_of(total)

@@ -9,7 +9,7 @@ import scipy
 from roughsim.estimate.levels import Values
 from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import UNITS
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Number, Row, Table, shown, with_unit
 
@@ -102,9 +102,9 @@ class Estimate(Uncertain):
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """The unknown parts of `budget` at any speed with a finite mean; `total_error` excludes them."""
-        defined = np.isfinite(self.mean)
-        return tuple(name for name, part in self.budget.items() if np.any(np.isnan(part) & defined))
+        """The unknown parts of `budget` at any entry, by `unknown_at`; `total_error` excludes them."""
+        found = {name for k in range(len(self.mean)) for name in self.unknown_at(k)}
+        return tuple(name for name in self.budget if name in found)
 
     def number(self, k: int) -> Number:
         """Return entry k as it is shown, with its total error."""
@@ -162,28 +162,27 @@ def estimate(
     notes: tuple[str, ...] = (),
     *,
     size: Array | float = 0.0,
-    solver: float = 0.0,
+    solver: Array | float = 0.0,
     scan: Array | None = None,
-    unit: str = "",
 ) -> Estimate:
     """Return mean, errors and bias of an observable from its values.
 
     Relative errors: `size` by the finite cell, from `cell_size`; `solver` by the contact solves; `scan` by a C(q)
-    measured on maps, (speeds,), NaN if unknown. `unit` is of one that is not in the catalogue.
+    measured on maps, (speeds,), NaN if unknown.
     """
     mean = values.mean
-    error, freedom = spread_of(values)
+    error, freedom = spread_of(values.scattered)
     with np.errstate(invalid="ignore"):  # slope_length is infinite at rest: its errors are undefined
         budget = _budget(mean, half_width(error, freedom), values.errors, size, solver)
         bias = values.finest - mean
     if scan is not None:
         budget["scan"] = np.where(mean == 0.0, 0.0, np.abs(mean) * scan)  # at rest nothing heats, whatever C(q)
-    unit, n = unit or OBSERVABLES[observable].unit, len(next(iter(values.scatter.values())))
-    return Estimate(mean, error, budget, observable, unit, bias, n, freedom + 1.0, notes)
+    n = len(next(iter(values.scatter.values())))
+    return Estimate(mean, error, budget, observable, UNITS[observable], bias, n, freedom + 1.0, notes)
 
 
 def _budget(
-    mean: Array, statistical: Array, errors: dict[str, Array], size: Array | float, solver: float
+    mean: Array, statistical: Array, errors: dict[str, Array], size: Array | float, solver: Array | float
 ) -> dict[str, Array]:
     """Return the parts of the error of a mean by source; `size` and `solver` are relative."""
     parts = {"statistical": statistical, **errors, "size": np.abs(mean) * size, "solver": np.abs(mean) * solver}
@@ -234,21 +233,20 @@ def spread(values: Array) -> tuple[Array, Array]:
     return np.asarray(values.std(axis=0, ddof=1) / np.sqrt(n)), np.full(shape, n - 1.0)
 
 
-def spread_of(values: "Values | Mean") -> tuple[Array, Array]:
+def spread_of(mean: Mean) -> tuple[Array, Array]:
     """Return the standard error of a mean, and its degrees of freedom after Satterthwaite: variances of streams add.
 
     Scatter below rounding counts as none: realizations that agree to all digits have no error.
     """
-    mean, scatter = (values.mean, values.scatter) if isinstance(values, Values) else values
-    variances = Mean(mean, scatter).variance
-    freedoms = {stream: max(len(rows) - 1, 1) for stream, rows in scatter.items()}
+    variances = mean.variance
+    freedoms = {stream: max(len(rows) - 1, 1) for stream, rows in mean.scatter.items()}
     with np.errstate(all="ignore"):  # an undefined observable has an undefined error
         variance = np.asarray(sum(variances.values()))
         doubt = np.asarray(sum(part**2 / freedoms[stream] for stream, part in variances.items()))
         most = float(sum(freedoms.values()))
         freedom = np.where(doubt > 0.0, variance**2 / doubt, most)
         error = np.sqrt(variance)
-        error = np.where(error <= 1e-12 * np.abs(mean), 0.0, error)
+        error = np.where(error <= 1e-12 * np.abs(mean.value), 0.0, error)
     freedom = np.where(np.isinf(error), 0.0, np.minimum(np.nan_to_num(freedom, nan=most), most))
     return error, freedom
 

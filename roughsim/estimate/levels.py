@@ -95,7 +95,8 @@ def _continued_to_the_end(
             pixel = np.abs(finest) * np.hypot(error, change.value)
         bandwidth = limit.error
         if capped and observable in _TOWARDS_BOUND:
-            mean, bandwidth = _bounded(scene, observable, mean, bandwidth, limit.rest.value)
+            mean, nearest = _bounded(scene, observable, mean, limit.rest.value)
+            bandwidth = np.fmin(bandwidth, nearest) if continued else bandwidth
         step = np.abs(top.value - rungs[-2].mean.value) if len(rungs) > 1 else nothing
         last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
     errors = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
@@ -174,17 +175,18 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     return by_power(rungs, scene.spectrum.breaks[-1], usual, known=known)
 
 
-def _bounded(scene: Scene, observable: str, mean: Mean, error: Array, rest: Array) -> tuple[Mean, Array]:
-    """Return an area or g_σ(0) within its exact bound, which all three tend to, and its error by the cut-off.
+def _bounded(scene: Scene, observable: str, mean: Mean, rest: Array) -> tuple[Mean, Array]:
+    """Return an area or g_σ(0) within the exact bound that it tends to, and its largest error by the cut-off.
 
     A_pl ≤ σ₀/σ_P ≤ A, and g_σ(0) = ⟨σ²⟩ − σ₀² ≤ σ₀(σ_P − σ₀), as 0 ≤ σ ≤ σ_P. `rest` was added beyond the highest
-    cut-off: the true value lies between that at this cut-off and the bound.
+    cut-off: the true value of a drawn surface lies between that at this cut-off and the bound. (On a map whose plateaus
+    are cut off at a wavenumber it may lie on the other side.)
     """
     load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
     bound = load * (hardness - load) if observable == "pressure_variance" else load / hardness
     value = _TOWARDS_BOUND[observable](mean.value, bound)
     within = np.maximum(np.abs(value - (mean.value - rest)), np.abs(value - bound))
-    return mean._replace(value=value), np.fmin(error, within)
+    return mean._replace(value=value), within
 
 
 def at_rest(values: Values, limit: float, scene: Scene) -> Values:

@@ -85,8 +85,7 @@ def first_counts(numerics: Numerics, most: int) -> Counts:
             if level is not None:
                 counts[level] = min(FIRST_STEP, most)
     if numerics.slide is not None:
-        first = numerics.levels[numerics.slide].first
-        counts[numerics.slide] = most if first is None else min(first, most)
+        counts[numerics.slide] = min(numerics.levels[numerics.slide].first or most, most)
     return tuple(counts)
 
 
@@ -153,7 +152,7 @@ def _standing(found: dict[str, Estimate], until: dict[str, float]) -> tuple[dict
         if errors[name] > goal:
             worst = int(np.argmax(total))
             largest = max(parts, key=lambda part: parts[part].flat[worst])
-        unknown += [part for k in range(mean.size) for part in found[name].unknown_at(k)]
+        unknown += found[name].unknown
     return errors, largest, list(dict.fromkeys(unknown))
 
 
@@ -217,7 +216,7 @@ def _allocation(
     work. z is the quantile for the expected degrees of freedom; if it adds no member, for the present ones.
     """
     levels = {numerics.stream(level): level for level in numerics.of_column(column) if counts[level]}
-    _, freedom = spread_of(values)
+    _, freedom = spread_of(values.scattered)
     with np.errstate(all="ignore"):
         variances = {
             levels[stream]: part * len(values.scatter[stream]) / values.mean**2

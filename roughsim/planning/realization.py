@@ -13,6 +13,7 @@ from roughsim.observables.moments import HeatSource
 from roughsim.observables.temperatures import Slide
 from roughsim.pipeline import BYTES_PER_POINT, Problem, Solution, linear_algebra, solve_problem
 from roughsim.scene import Scene, SceneLike, as_scene
+from roughsim.scene.checks import check_levels
 from roughsim.scene.numerics import Numerics
 from roughsim.sliding.member import SlideProblem
 from roughsim.sliding.path import oblique_path, pixel_of_path
@@ -46,9 +47,10 @@ def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, 
     ConvergenceError
         If the contact, or that of the level below, from which it begins, does not reach the tolerance.
     ValueError
-        If `seed`, `level` or `index` is no whole number, or out of range.
+        If `seed`, `level` or `index` is no whole number, or out of range, or the scene lacks the column of a level.
     """
     scene = as_scene(scene)
+    check_levels(numerics.levels, scene.sliding.history, scene.elastic)
     limits = {"seed": (seed, np.inf), "level": (level, len(numerics.levels)), "index": (index, np.inf)}
     for name, (value, limit) in limits.items():
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:

@@ -149,7 +149,8 @@ def _fields(members: Members, level: int, kept: list[int], read: Callable[..., A
 
 def attributes_of(scene: Scene, members: Members) -> dict[str, Any]:
     """Return title, scene, numerics, seed and versions of a run, as files and datasets carry them."""
-    versions = next(iter(members.values())).provenance["versions"]  # of the packages that computed the first member
+    # of the packages that computed the first member; one that is damaged and skipped has none
+    versions = next(found for member in members.values() if (found := member.provenance.get("versions")))
     return {
         "title": scene.title or members.folder.resolve().name,
         "source": f"roughsim {versions['roughsim']}",

@@ -31,7 +31,6 @@ from roughsim.estimate.reactions import (
 )
 from roughsim.estimate.sliding import stretched, warmed
 from roughsim.grid import Array
-from roughsim.observables.catalogue import UNITS
 from roughsim.observables.record import Sample
 from roughsim.prediction.distribution import ELECTRONVOLT
 from roughsim.results.means import Means
@@ -192,18 +191,14 @@ def _estimate(run: Means, observable: str, values: Values, over: OverContact, se
 
     The scatter of a mean that few members carry is unknown.
     """
-    size = sensitivity * run.size_error(FLASH, run.column(None))
     found = estimate(
         observable,
         values,
         (f"T₀ + T of the contact, with {np.round(over.members, 1).tolist()} effective members over the speeds",),
-        size=size,
-        solver=1.0,
-        unit=UNITS[observable],
+        size=sensitivity * run.size_error(FLASH, run.column(None)),
+        solver=sensitivity * _SOLVER_SHARE * run.numerics.tolerance,
     )
-    few = over.members < LEAST_MEMBERS
-    budget = found.budget | {
-        "statistical": np.where(few, np.nan, found.budget["statistical"]),
-        "solver": np.abs(values.mean) * sensitivity * _SOLVER_SHARE * run.numerics.tolerance,
-    }
-    return replace(found, budget=budget, speeds=run.scene.speeds, sources=run.sources)
+    statistical = np.where(over.members < LEAST_MEMBERS, np.nan, found.budget["statistical"])
+    return replace(
+        found, budget=found.budget | {"statistical": statistical}, speeds=run.scene.speeds, sources=run.sources
+    )

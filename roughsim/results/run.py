@@ -192,15 +192,7 @@ class Run(Means):
         ValueError if there is no such field or column, the speed is missing, or no realization kept its fields.
         RecordError if a file is damaged.
         """
-        number("direction", direction, "rad")
-        if name not in (*KEPT_FIELDS, *DERIVED_UNITS):
-            raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}")
-        if speed is not None and name in KEPT_FIELDS:
-            raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")
-        if name in DERIVED_UNITS:
-            if speed is None:
-                raise ValueError(f"speed is missing: {name} depends on it; give speed= in m/s")
-            number("speed", speed, "m/s")
+        _check_field(name, speed, direction)
         level = self.numerics.picture(self.column(column))
         indices = self.kept(level, name)
         if not indices:
@@ -209,6 +201,7 @@ class Run(Means):
 
     def field(self, level: int, index: int, name: str, *, speed: float | None = None, direction: float = 0.0) -> Field:
         """Return one field of the kept realization `index` of a level; name, speed and direction as in `fields`."""
+        _check_field(name, speed, direction)
         path = member_path(self.folder, level, index)
         if speed is None:
             return read_field(path, name)
@@ -309,3 +302,16 @@ class Run(Means):
         realization yet.
         """
         return to_dataset(self.arrays(), attributes_of(self.scene, self.members))
+
+
+def _check_field(name: str, speed: float | None, direction: float) -> None:
+    """Refuse a field that there is not, a speed that it does not depend on, and a missing one: ValueError."""
+    number("direction", direction, "rad")
+    if name not in (*KEPT_FIELDS, *DERIVED_UNITS):
+        raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}")
+    if speed is not None and name in KEPT_FIELDS:
+        raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")
+    if name in DERIVED_UNITS:
+        if speed is None:
+            raise ValueError(f"speed is missing: {name} depends on it; give speed= in m/s")
+        number("speed", speed, "m/s")

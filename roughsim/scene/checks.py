@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from roughsim.observables.catalogue import observables_of
-from roughsim.scene.numerics import DEFAULT_SOLVER, SLIDING, NumericsSection
+from roughsim.scene.numerics import DEFAULT_SOLVER, SLIDING, Level
 from roughsim.scene.sections import (
     BodySection,
     CounterfaceSection,
@@ -152,9 +152,9 @@ def check_rows(surface: SurfaceSection, counterface: CounterfaceSection | None) 
         )
 
 
-def check_levels(numerics: NumericsSection, history: str, elastic: bool) -> None:
+def check_levels(levels: Sequence[Level], history: str, elastic: bool) -> None:
     """Refuse levels of a column that the scene does not have."""
-    for number, level in enumerate(numerics.levels or ()):
+    for number, level in enumerate(levels):
         if level.column == SLIDING and history != SLIDING:
             raise ValueError(
                 f'numerics.levels[{number}].column = "{SLIDING}" needs sliding.history = "{SLIDING}"; add it or remove '

@@ -47,6 +47,7 @@ class Claims:
     def __enter__(self) -> Self:
         try:
             self.folder.mkdir(exist_ok=True)
+            self._made(self.path)  # again if the last process to leave has just removed the folder
             self.sign(0)
         except OSError as error:
             self._go_on_without(error)

@@ -41,7 +41,7 @@ def test_independent_streams_have_the_error_and_the_freedom_of_welch():
     welch = stats.ttest_ind(first, second, equal_var=False)
     np.testing.assert_allclose(mean.value / error, welch.statistic, rtol=1e-12)
     np.testing.assert_allclose(freedom, welch.df, rtol=1e-12)
-    np.testing.assert_allclose(est.spread_of(values_of(mean))[1], welch.df, rtol=1e-12)
+    np.testing.assert_allclose(est.spread_of(values_of(mean).scattered)[1], welch.df, rtol=1e-12)
 
 
 def test_three_streams_have_satterthwaites_degrees_of_freedom():
@@ -163,6 +163,12 @@ def test_at_rest_no_spectrum_changes_what_does_not_heat():
     assert found.budget["scan"][0] == 0.0
     assert np.isnan(found.budget["scan"][1])
     assert found.unknown_at(0) == ()
+
+
+def test_an_area_of_which_nothing_is_there_has_no_unknown_error():
+    found = est.estimate("plastic_fraction", values_of(mean_of(0, np.zeros((12, 1))), pixel=np.nan))
+    assert (found.unknown, found.unknown_at(0)) == ((), ())
+    assert "unknown" not in found.explain()
 
 
 def test_a_part_is_unknown_where_no_level_shows_it_but_not_where_the_mean_itself_is_infinite():

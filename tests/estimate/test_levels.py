@@ -185,6 +185,17 @@ def test_where_nothing_continues_an_area_or_variance_its_bound_limits_the_error(
     assert np.isnan(elastic.errors["bandwidth"][0])
 
 
+@pytest.mark.parametrize("name", BOUNDED)
+def test_a_bound_does_not_limit_the_error_of_a_map_that_is_cut_off(steel, asked, name):
+    # its plateaus ring: with all waves an area or variance may lie further from the bound
+    bound, sign, stored = BOUNDED[name]
+    pairs = ladder([bound * (1.0 + sign * x) for x in (0.3, -0.1)], (1e5, 2e5), name=stored)
+    values = values_of(steel, "capped", name, pairs, continued=False)
+    assert values.mean[0] == pytest.approx(bound, rel=1e-12)
+    assert np.isnan(values.errors["bandwidth"][0])
+    assert values.errors["last step"][0] == pytest.approx(0.4 * bound, rel=1e-9)
+
+
 def radius_level(radius, cut_off):
     """A single wave, whose J0(q r) is .5 at this radius."""
     q = np.array([1.5211440576687654 / radius])

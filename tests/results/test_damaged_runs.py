@@ -1,5 +1,6 @@
 """Runs with members that are damaged, foreign, or not to be read now: each is named, and nothing is lost."""
 
+import json
 import os
 import shutil
 from dataclasses import replace
@@ -12,6 +13,7 @@ from summary_cases import COUNT, bits
 
 import roughsim as rs
 from roughsim.ensemble import workers
+from roughsim.results.arrays import attributes_of
 from roughsim.store.member_files import FIELDS, member_path, read_member, write_member
 
 
@@ -62,6 +64,14 @@ def test_a_damaged_member_that_is_skipped_counts_as_failed_until_the_run_is_open
     assert list(run.damaged) == [(1, 4)]
     run = rs.open_run(folder, damaged="skip")
     assert (run.damaged, bits(run)) == ({}, bits(whole))
+
+
+def test_a_run_whose_first_member_is_damaged_has_the_versions_of_the_next(folder, whole):
+    path = member_path(folder, 0, 0)
+    path.write_bytes(path.read_bytes()[:-100])
+    run = rs.open_run(folder, damaged="skip")
+    of_next = read_member(member_path(whole.folder, 0, 1)).provenance["versions"]
+    assert json.loads(attributes_of(run.scene, run.members)["versions"]) == of_next
 
 
 def foreign(whole, elsewhere, how):

@@ -93,6 +93,9 @@ def test_wrong_questions_are_refused_before_anything_is_read(kept_run, case):
     words, options, message = WRONG_FIELDS[case]
     with pytest.raises(ValueError, match=message):
         kept_run.fields(*words, **options)  # at once, not at the first next()
+    if len(words) == 1:
+        with pytest.raises(ValueError, match=message):
+            kept_run.field(0, 0, *words, **options)
 
 
 def test_fields_that_were_not_kept_can_be_had_as_the_error_says(quick, tmp_path):

@@ -5,6 +5,7 @@ import resource
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from claims_cases import ONE, TWO, silent
@@ -24,6 +25,21 @@ def test_a_member_is_taken_by_one_process_until_it_gives_it_up(tmp_path):
         mine.release(ONE)
         assert other.take(ONE)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_process_that_begins_while_the_last_one_leaves_signs_in_a_folder_of_its_own(tmp_path, monkeypatch):
+    genuine, calls = Path.mkdir, []
+
+    def mkdir(folder, **options):
+        genuine(folder, **options)
+        calls.append(folder)
+        if len(calls) == 1:
+            folder.rmdir()  # as the other process does
+
+    monkeypatch.setattr(Path, "mkdir", mkdir)
+    with Claims(tmp_path) as mine:  # without a warning
+        assert mine.path.read_text().startswith("0" * 20)
+        assert mine.take(ONE)
 
 
 def test_a_process_that_gives_signs_of_life_keeps_its_claims_longer_than_a_lease(tmp_path, soon):
