@@ -75,7 +75,7 @@ def _continued_to_the_end(
 ) -> Values:
     """Return the values of the rungs of an observable; arguments as of `values_of`."""
     record, capped = OBSERVABLES[observable], column == "capped"
-    top, finest, q_c = rungs[-1].mean, _finest_of(rungs), rungs[-1].q_max
+    q_c, top, finer, *_ = rungs[-1]
     nothing = np.zeros(top.value.shape)
     limit, has_limit = Limit(Mean(nothing, {}), nothing, ""), record.limit or not capped
     end = scene.spectrum.breaks[-1] if extrapolated else q_c
@@ -85,6 +85,7 @@ def _continued_to_the_end(
     # the continued ladder has the same pixels per shortest wave: their effect at its end is corrected
     end = end if limit.way else q_c
     with np.errstate(all="ignore"):  # infinite at rest
+        finest = top.value if finer is None else top.value * (1.0 + finer.value)
         change, error = change_by_pixel(rungs, record.pixel_orders[capped], PIXEL_FALL[column], end)
         mean = top.plus(limit.rest)
         pixel = np.abs(mean.value) * error
@@ -139,13 +140,6 @@ def _share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: boo
         }
         scatter = ratio.times(-(share**2)).scatter
     return moving._replace(mean=share, finest=finest, scatter=scatter, errors=errors)
-
-
-def _finest_of(rungs: list[Rung]) -> Array:
-    """Return the value at the highest cut-off on its finest grid."""
-    top = rungs[-1]
-    with np.errstate(invalid="ignore"):
-        return top.mean.value * (1.0 if top.finer is None else 1.0 + top.finer.value)
 
 
 def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], unknown: Limit) -> Limit:
