@@ -158,6 +158,21 @@ def test_a_reference_is_continued_to_the_end_of_the_spectrum_and_to_a_vanishing_
             np.testing.assert_allclose(found[name]["error"], np.hypot(step, pixel) / 2)
 
 
+@pytest.mark.parametrize(("times", "area", "variance"), [(1.1, 1.1, 1.0), (0.9, 1.0, 0.9)])
+def test_a_reference_lies_within_the_bounds_of_the_balance_of_forces(script, times, area, variance):
+    deep = script("experiments/coverage.py").make_deep
+    scene = rs.load_scene("demo")
+    load, hardness, speeds = 90e6, 0.5e9, [1.0] * len(scene.speeds)
+    numbers = [*speeds, times * load / hardness, times * load * (hardness - load), *speeds]
+    still = {"factor": [1.0] * len(numbers), "variance": [0.0] * len(numbers)}
+    factors = {"lowest": still | {"factor": numbers}, "q_c = 2": still, "8 pixels": still}
+    end = scene.spectrum.breaks[-1]
+    found = deep.assembled(deep.Case(scene, 4, 1, end / 2, end, (1, 1, 1)), factors)
+    assert found["contact_fraction_corrected"]["value"] == pytest.approx([area * load / hardness])
+    assert found["pressure_variance"]["value"] == pytest.approx([variance * load * (hardness - load)])
+    assert found["flash_temperature"]["value"] == speeds
+
+
 def test_an_elastic_reference_goes_on_with_the_ratio_of_its_last_two_steps(script):
     deep = script("experiments/coverage.py").make_deep
     scene = deep.elastic_scene()

@@ -6,7 +6,8 @@ Each reference is a ladder of cut-offs with 4 pixels per shortest wave, by multi
 24, 259, 2015): X = ⟨X₀⟩ Π ⟨X_l⟩/⟨X_{l−1}⟩. Each level has surfaces of its own, on which both cut-offs have the same
 modes. Finer pixels at the top follow in the same way. The rest up to the end of C(q) is what a change of first order in
 1/q_c leaves, in elastic contact what steps leave that go on shrinking as the last two; the rest by the pixel is what
-its order leaves; half of both is in doubt. Nothing comes from a law or a theory.
+its order leaves; half of both is in doubt. Nothing comes from a law or a theory, but no value lies beyond the bounds of
+the balance of forces under a hardness: A ≥ σ₀/σ_P, g_σ(0) ≤ σ₀(σ_P − σ₀).
 Values are with all heat in the moving body; areas are corrected for the pixels along edges. A row that is in the file
 is not computed again. All six take an hour of one core.
 """
@@ -252,6 +253,10 @@ def assembled(case: Case, factors: dict[str, dict[str, Any]]) -> dict[str, Any]:
         chosen = slice(start, start + count)
         result[name] = {"value": value[chosen].tolist(), "error": error[chosen].tolist()}
         start += count
+    if not case.scene.elastic:
+        load, hardness = case.scene.sliding.nominal_pressure, case.scene.penetration_hardness
+        area, variance = (result[name]["value"] for name in ("contact_fraction_corrected", "pressure_variance"))
+        area[0], variance[0] = max(area[0], load / hardness), min(variance[0], load * (hardness - load))
     return result
 
 
