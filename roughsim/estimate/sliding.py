@@ -137,7 +137,8 @@ def sliding_flash(single: Values, numbers: dict[str, Array], coarsening: float, 
     """Return T_flash of the moving body above its background, K, with the scatter of each surface.
 
     `single` are the values of single contacts with all the heat in the moving body; the slides have a `stream` of
-    surfaces of their own. The other arguments as of `sliding_estimate`.
+    surfaces of their own. The other arguments as of `sliding_estimate`. Slides with a distribution of the temperature,
+    for which this is, are followed to their end (`prediction.sliding.continuation_fault`): nothing is continued.
     """
     paired = _change(numbers, coarsening)
     change = mean_of(stream, paired.rows)
