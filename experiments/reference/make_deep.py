@@ -227,9 +227,9 @@ def rest_in_cut_off(case: Case, changes: list[Array]) -> Array:
     last, before = changes[-1], changes[-2] if len(changes) > 1 else changes[-1]
     ratio = np.full_like(last, 0.5)
     if case.scene.elastic:
-        ratio = np.clip(np.divide(last, before, out=np.ones_like(last), where=before != 0.0), 0.0, 1.0)
+        ratio = np.maximum(np.divide(last, before, out=np.ones_like(last), where=before != 0.0), 0.0)
     doublings = log2(case.scene.spectrum.breaks[-1] / case.top)
-    with np.errstate(invalid="ignore"):  # 0/0 of steps that do not shrink
+    with np.errstate(all="ignore"):  # 0/0 of steps that do not shrink
         shrinking = ratio * (1.0 - ratio**doublings) / (1.0 - ratio)
     return last * np.where(ratio < 1.0, shrinking, doublings)
 

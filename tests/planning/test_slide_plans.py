@@ -42,6 +42,8 @@ def test_the_plan_adds_a_slide_on_the_lowest_rung():
     assert values["slid distance"].value == "1 mm"
     assert values["slid distance"].reason.startswith("0.5 lengths of the cell, in 16 steps of 63.2 µm")
     assert values["slides"].value == "4"  # max_realizations
+    more = replace(free, ensemble=replace(free.ensemble, max_realizations=20))
+    assert {reason.choice: reason.value for reason in rs.plan(more).reasons}["slides"] == "8"
     assert values["film"].value == "16 positions, up to 0.2 MB"  # of 32² points, at two speeds
 
 
