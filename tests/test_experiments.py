@@ -178,8 +178,9 @@ def test_an_elastic_reference_goes_on_with_the_ratio_of_its_last_two_steps(scrip
     scene = deep.elastic_scene()
     end, count = scene.spectrum.breaks[-1], 2 * len(scene.speeds) + 2
     steps = {"lowest": 10.0, "q_c = 1": 1.2, "q_c = 2": 1.1}
-    # two doublings are left: by .1 · .5 and .1 · .25; of steps that stay equal twice .1; of those that grow no more
-    for before, rest in {1.2: 0.075, 1.1: 0.2, 1.05: 0.2}.items():
+    # two doublings are left: halves and quarters of the last step; as it is where steps stay equal, grow or alternate
+    for before, times in {1.21: 0.75, 1.1: 2.0, 1.05: 2.0, 1 / 1.1: 2.0, 1.0: 2.0}.items():
+        rest = 1.1**times - 1.0
         factors = {
             name: {"factor": [before if name == "q_c = 1" else factor] * count, "variance": [0.0] * count}
             for name, factor in steps.items()

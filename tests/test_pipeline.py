@@ -13,7 +13,7 @@ import pytest
 import roughsim as rs
 from roughsim import pipeline
 from roughsim.pipeline import solve_problem
-from roughsim.planning.realization import level_problem
+from roughsim.planning.realization import level_problem, scene_of
 
 
 @pytest.fixture(scope="module")
@@ -112,6 +112,22 @@ def test_levels_of_a_column_that_the_scene_lacks_are_refused_before_any_work(ful
     with pytest.raises(ValueError, match=message):
         rs.run(full_scene, tmp_path / "run", numerics=capped_numerics)
     assert not (tmp_path / "run").exists()
+
+
+def test_a_slide_needs_a_history(capped_scene, capped_numerics, tmp_path):
+    slide = replace(capped_numerics.levels[0], column="sliding")
+    slid = replace(capped_numerics, levels=(*capped_numerics.levels, slide))
+    with pytest.raises(ValueError, match=r'column = "sliding" needs sliding.history = "sliding"'):
+        rs.run(capped_scene, tmp_path / "run", numerics=slid)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_hardness_that_is_never_reached_stays_where_a_column_needs_it(capped_scene, capped_numerics):
+    free = replace(capped_scene.numerics, levels=None)
+    hard = replace(capped_scene, body=replace(capped_scene.body, penetration_hardness=1e12), numerics=free)
+    for column, elastic in {"smoothed": False, "capped": False, "elastic": True}.items():
+        numerics = replace(capped_numerics, levels=(replace(capped_numerics.levels[0], column=column),))
+        assert scene_of(hard, numerics).elastic is elastic
 
 
 def test_a_worker_needs_neither_scenes_nor_the_theory_nor_the_disk():

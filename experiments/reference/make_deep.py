@@ -219,19 +219,19 @@ def orders(case: Case) -> Array:
 
 
 def rest_in_cut_off(case: Case, changes: list[Array]) -> Array:
-    """Return the relative change from the top to the end of C(q), by those of the steps below: a geometric sum.
+    """Return the relative change from the top to the end of C(q), by those of the steps below.
 
-    Each doubling changes half of what the one before did; in elastic contact the last two steps give the ratio, as its
-    area and variance go on as a power of the mean slope.
+    In contact that yields each doubling changes half of what the one before did. Area and variance of elastic contact
+    go on as a power of the mean slope: in the logarithm steps shrink by the ratio of the last two, or stay as they are.
     """
-    last, before = changes[-1], changes[-2] if len(changes) > 1 else changes[-1]
-    ratio = np.full_like(last, 0.5)
-    if case.scene.elastic:
-        ratio = np.maximum(np.divide(last, before, out=np.ones_like(last), where=before != 0.0), 0.0)
     doublings = log2(case.scene.spectrum.breaks[-1] / case.top)
+    if not case.scene.elastic:
+        return changes[-1] * (1.0 - 0.5**doublings)
+    last, before = np.log1p(changes[-1]), np.log1p(changes[-2] if len(changes) > 1 else changes[-1])
+    ratio = np.abs(np.divide(last, before, out=np.ones_like(last), where=before != 0.0))
     with np.errstate(all="ignore"):  # 0/0 of steps that do not shrink
         shrinking = ratio * (1.0 - ratio**doublings) / (1.0 - ratio)
-    return last * np.where(ratio < 1.0, shrinking, doublings)
+    return np.expm1(last * np.where(ratio < 1.0, shrinking, doublings))
 
 
 def assembled(case: Case, factors: dict[str, dict[str, Any]]) -> dict[str, Any]:

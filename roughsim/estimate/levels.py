@@ -97,7 +97,8 @@ def _continued_to_the_end(
         bandwidth = limit.error
         if capped and observable in _TOWARDS_BOUND:
             mean, nearest = _bounded(scene, observable, mean, limit.rest.value)
-            bandwidth = np.fmin(bandwidth, nearest) if continued else bandwidth
+            # on a map that is cut off they may lie further from the bound, but not if nothing yields
+            bandwidth = np.where(continued | (mean.value == 0.0), np.fmin(bandwidth, nearest), bandwidth)
         step = np.abs(top.value - rungs[-2].mean.value) if len(rungs) > 1 else nothing
         last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
     errors = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
@@ -173,8 +174,8 @@ def _bounded(scene: Scene, observable: str, mean: Mean, rest: Array) -> tuple[Me
     """Return an area or g_σ(0) within the exact bound that it tends to, and its largest error by the cut-off.
 
     A_pl ≤ σ₀/σ_P ≤ A, and g_σ(0) = ⟨σ²⟩ − σ₀² ≤ σ₀(σ_P − σ₀), as 0 ≤ σ ≤ σ_P. `rest` was added beyond the highest
-    cut-off: the true value of a drawn surface lies between that at this cut-off and the bound. (On a map whose plateaus
-    are cut off at a wavenumber it may lie on the other side.)
+    cut-off: the true value of a drawn surface lies between that at this cut-off and the bound. On a map whose plateaus
+    are cut off at a wavenumber it may lie on the other side.
     """
     load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
     bound = load * (hardness - load) if observable == "pressure_variance" else load / hardness

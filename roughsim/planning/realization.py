@@ -70,7 +70,7 @@ def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, 
 
 def scene_of(scene: Scene, numerics: Numerics) -> Scene:
     """Return the scene that is computed: without a hardness that is never reached, unless a column needs it."""
-    return scene if "capped" in numerics.columns else prediction.computed(scene)
+    return scene if {"smoothed", "capped"} & {*numerics.columns} else prediction.computed(scene)
 
 
 def largest_member(scene: Scene, numerics: Numerics) -> tuple[float, str]:

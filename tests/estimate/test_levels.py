@@ -196,6 +196,13 @@ def test_a_bound_does_not_limit_the_error_of_a_map_that_is_cut_off(steel, asked,
     assert values.errors["last step"][0] == pytest.approx(0.4 * bound, rel=1e-9)
 
 
+def test_of_a_map_that_is_cut_off_and_does_not_yield_all_that_may_yield_is_in_doubt(steel, asked):
+    pairs = ladder([0.0, 0.0], (1e5, 2e5), name="plastic_fraction_corrected", scatter=0.0)
+    values = values_of(steel, "capped", "plastic_fraction", pairs, continued=False)
+    assert values.mean[0] == 0.0
+    assert values.errors["bandwidth"][0] == pytest.approx(BOUND, rel=1e-12)
+
+
 def radius_level(radius, cut_off):
     """A single wave, whose J0(q r) is .5 at this radius."""
     q = np.array([1.5211440576687654 / radius])
