@@ -14,7 +14,7 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.row import Ratio
 from roughsim.comparison.rows import ratios_of
 from roughsim.estimate.levels import values_of
-from roughsim.observables.catalogue import OBSERVABLES, observables_of
+from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
 from roughsim.observables.record import Observable
 
 HEADINGS = {"observable", "speed", "theory", "theory_same_modes", "calibrated", "smoothed", "capped", "note"}
@@ -307,6 +307,7 @@ def test_what_no_member_has_carries_no_note(capped_run, monkeypatch):
     """As an observable that is younger than the run."""
     younger = Observable("younger", "1", values=lambda sample: np.full((len(sample.rows), 1), np.nan), limit=False)
     monkeypatch.setitem(OBSERVABLES, "younger", younger)
+    monkeypatch.setitem(UNITS, "younger", "1")
     run = rs.open_run(capped_run.folder)
     run.scene = replace(run.scene, theory=replace(run.scene.theory, gamma=0.31))  # one that nothing is remembered of
     (row,) = (row for row in rs.compare(run).rows if row.observable == "younger")
