@@ -21,7 +21,8 @@ from roughsim.scene.numerics import Numerics
 
 # exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, by
 # column: .5 to 1.4 on three steels and two rocks from 4 to 32 q_y; elastic T_flash 0 to .6 and g_σ(0) 0 to .3 on three
-# surfaces
+# surfaces. At the fastest speed of half of 21 drawn scenes the change first grew or changed its sign: after two or
+# three steps its error may be told too small by .9 % of T_flash
 PIXEL_FALL = {"capped": 0.75, "smoothed": 0.3, "elastic": 0.3}
 FLASH = "flash_temperature"
 # side of its exact bound on which an observable of capped contact lies
