@@ -255,8 +255,8 @@ def assembled(case: Case, factors: dict[str, dict[str, Any]]) -> dict[str, Any]:
         start += count
     if not case.scene.elastic:
         load, hardness = case.scene.sliding.nominal_pressure, case.scene.penetration_hardness
-        area, variance = (result[name]["value"] for name in ("contact_fraction_corrected", "pressure_variance"))
-        area[0], variance[0] = max(area[0], load / hardness), min(variance[0], load * (hardness - load))
+        area, of_pressure = (result[name]["value"] for name in ("contact_fraction_corrected", "pressure_variance"))
+        area[0], of_pressure[0] = max(area[0], load / hardness), min(of_pressure[0], load * (hardness - load))
     return result
 
 
