@@ -71,13 +71,16 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
     return rungs
 
 
-def change_by_pixel(rungs: list[Rung], order: float, fall: float, end: float) -> tuple[Mean, Array]:
+def change_by_pixel(
+    rungs: list[Rung], order: float, fall: float, end: float = 0.0, least: float = 0.0
+) -> tuple[Mean, Array]:
     """Return the change by a vanishing pixel at a cut-off `end`, rad/m, and its error, both relative; NaN if unknown.
 
     `order` is the order of convergence in the pixel at one cut-off; NaN for lengths that converge non-monotonically:
     their value is from the finest grid, and the expected change by finer grids is their error. Along the ladder the
     pixel is a fixed part of the shortest wave, and its effect falls as q_c^(−fall). So the change measured at the
-    highest partner is scaled to `end`. Since the exponent is uncertain, the whole scaled change counts as error.
+    highest partner is scaled to `end`. At high speeds it may first grow, or change its sign: the largest change of all
+    speeds, and at `least` so much, counts as error, scaled with half of the exponent.
     """
     shown, shape = next((rung for rung in reversed(rungs) if rung.finer is not None), None), rungs[-1].mean.value.shape
     nothing = Mean(np.zeros(shape), {})
@@ -87,6 +90,6 @@ def change_by_pixel(rungs: list[Rung], order: float, fall: float, end: float) ->
     unseen, carried = shown.last.times(beyond), (shown.q_max / max(end, shown.q_max)) ** fall
     change = shown.finer if isnan(order) else shown.finer.plus(unseen)
     known = np.isfinite(change.value)  # 0/0 without yielding, or at rest
-    change = change.where(known, nothing).times(carried)
-    moved = change.value if carried < 1.0 - SAME else 0.0
-    return change, np.hypot(carried * np.where(known, unseen.value, 0.0), moved)
+    change = change.where(known, nothing)
+    moved = np.abs(change.value).max(initial=least) * carried**0.5 if carried < 1.0 - SAME else 0.0
+    return change.times(carried), np.hypot(carried * np.where(known, unseen.value, 0.0), moved)

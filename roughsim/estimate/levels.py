@@ -21,10 +21,10 @@ from roughsim.scene.numerics import Numerics
 
 # exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, by
 # column: .5 to 1.4 on three steels and two rocks from 4 to 32 q_y; elastic T_flash 0 to .6 and g_σ(0) 0 to .3 on three
-# surfaces. At the fastest speed of half of 21 drawn scenes the change first grew or changed its sign: after two or
-# three steps its error may be told too small by .9 % of T_flash
+# surfaces
 PIXEL_FALL = {"capped": 0.75, "smoothed": 0.3, "elastic": 0.3}
 FLASH = "flash_temperature"
+RESTING = "resting_flash_temperature"
 # side of its exact bound on which an observable of capped contact lies
 _TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum, "pressure_variance": np.minimum}
 
@@ -67,14 +67,21 @@ def values_of(
     if observable == "heat_partition":
         return _share_of(scene, column, pairs, extrapolated=extrapolated, continued=continued)
     record = OBSERVABLES[observable]
-    values = _continued_to_the_end(scene, column, observable, climb(record.of_level, pairs), extrapolated, continued)
+    rungs, slow = climb(record.of_level, pairs), climb(partial(number, name=RESTING), pairs)
+    values = _continued_to_the_end(scene, column, observable, rungs, slow, extrapolated, continued)
     return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
 
 
 def _continued_to_the_end(
-    scene: Scene, column: str, observable: str, rungs: list[Rung], extrapolated: bool, continued: bool
+    scene: Scene,
+    column: str,
+    observable: str,
+    rungs: list[Rung],
+    slow: list[Rung],
+    extrapolated: bool,
+    continued: bool,
 ) -> Values:
-    """Return the values of the rungs of an observable; arguments as of `values_of`."""
+    """Return the values of the rungs of an observable; `slow` are those of slow contact, others as of `values_of`."""
     record, capped = OBSERVABLES[observable], column == "capped"
     q_c, top, finer, *_ = rungs[-1]
     nothing = np.zeros(top.value.shape)
@@ -87,7 +94,9 @@ def _continued_to_the_end(
     end = end if limit.way else q_c
     with np.errstate(all="ignore"):  # infinite at rest
         finest = top.value if finer is None else top.value * (1.0 + finer.value)
-        change, error = change_by_pixel(rungs, record.pixel_orders[capped], PIXEL_FALL[column], end)
+        order, fall = record.pixel_orders[capped], PIXEL_FALL[column]
+        least = np.abs(change_by_pixel(slow, order, fall)[0].value).max() if record.heated else 0.0
+        change, error = change_by_pixel(rungs, order, fall, end, least)
         mean = top.plus(limit.rest)
         pixel = np.abs(mean.value) * error
         if has_limit:
@@ -124,11 +133,12 @@ def _share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: boo
         )
         for pair in pairs
     ]
-    of_resting = "resting_flash_temperature"
-    temperatures = []
-    for of_body, name in (prediction.in_motion(scene), FLASH), (prediction.slow(scene), of_resting):
-        rungs = climb(partial(number, name=name), balanced)
-        temperatures.append(_continued_to_the_end(of_body, column, FLASH, rungs, extrapolated, continued))
+    bodies = prediction.in_motion(scene), prediction.slow(scene)
+    of_bodies = [climb(partial(number, name=name), balanced) for name in (FLASH, RESTING)]
+    temperatures = [
+        _continued_to_the_end(body, column, FLASH, rungs, of_bodies[1], extrapolated, continued)
+        for body, rungs in zip(bodies, of_bodies, strict=True)
+    ]
     backgrounds = prediction.backgrounds(scene, pairs[0].sample)
     with np.errstate(all="ignore"):  # a body that does not conduct
         moving, resting = (v._replace(mean=v.mean + b) for v, b in zip(temperatures, backgrounds, strict=True))
