@@ -1,4 +1,4 @@
-"""Levels made by hand: a T_flash and nothing else."""
+"""Levels made by hand: a T_flash, the same in motion and at rest, or another observable, and nothing else."""
 
 from dataclasses import replace
 
@@ -8,6 +8,7 @@ from roughsim.estimate.ladder import Pair
 from roughsim.observables.record import Sample
 
 NAME = "flash_temperature"
+SLOW = "resting_flash_temperature"
 END = 4.15e7  # rad/m, of the steel
 SPEEDS = 7  # of the steel
 
@@ -15,7 +16,7 @@ SPEEDS = 7  # of the steel
 def sample(values, q_max=1.0, *, side=64.0, part=False, name=NAME, **numbers):
     """The values of one level, (n, speeds), under the name of an observable."""
     n = len(values)
-    return Sample(q_max, side, np.arange(n), {name: values, **numbers}, np.ones(1), np.ones((n, 1)), 1.0, part)
+    return Sample(q_max, side, np.arange(n), {name: values, SLOW: values, **numbers}, np.ones(1), np.ones((n, 1)), 1.0, part)
 
 
 def step(level, fine, coarse, cut_offs, *, sides=(64.0, 128.0), stream=None, **names):

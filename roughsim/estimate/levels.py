@@ -67,7 +67,7 @@ def values_of(
     if observable == "heat_partition":
         return _share_of(scene, column, pairs, extrapolated=extrapolated, continued=continued)
     record = OBSERVABLES[observable]
-    rungs, slow = climb(record.of_level, pairs), climb(partial(number, name=RESTING), pairs)
+    rungs, slow = climb(record.of_level, pairs), climb(partial(number, name=RESTING), pairs) if record.heated else []
     values = _continued_to_the_end(scene, column, observable, rungs, slow, extrapolated, continued)
     return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
 
@@ -81,7 +81,10 @@ def _continued_to_the_end(
     extrapolated: bool,
     continued: bool,
 ) -> Values:
-    """Return the values of the rungs of an observable; `slow` are those of slow contact, others as of `values_of`."""
+    """Return the values of the rungs of an observable; others as of `values_of`.
+
+    `slow` are the rungs of T_flash of slow contact, if the observable is heated.
+    """
     record, capped = OBSERVABLES[observable], column == "capped"
     q_c, top, finer, *_ = rungs[-1]
     nothing = np.zeros(top.value.shape)
@@ -95,7 +98,7 @@ def _continued_to_the_end(
     with np.errstate(all="ignore"):  # infinite at rest
         finest = top.value if finer is None else top.value * (1.0 + finer.value)
         order, fall = record.pixel_orders[capped], PIXEL_FALL[column]
-        least = np.abs(change_by_pixel(slow, order, fall)[0].value).max() if record.heated else 0.0
+        least = np.abs(change_by_pixel(slow, order, fall)[0].value).max() if slow else 0.0
         change, error = change_by_pixel(rungs, order, fall, end, least)
         mean = top.plus(limit.rest)
         pixel = np.abs(mean.value) * error

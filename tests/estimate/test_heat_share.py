@@ -56,6 +56,19 @@ def test_the_temperature_of_each_body_goes_on_by_itself(two_bodies, asked):
     np.testing.assert_allclose(cut.errors["last step"], cut.mean * (1.0 - cut.mean) * steps, rtol=1e-9)
 
 
+def test_what_the_pixel_changes_of_the_resting_body_is_in_doubt_in_both_at_a_higher_cut_off(two_bodies):
+    coarse, upper = bodies(20.0, 10.0, END / 4), bodies(20.0, 10.0, END)
+    finer = replace(bodies(20.0, 9.7, END / 4), side=128.0)
+    pairs = [Pair(0, 0, coarse, None), Pair(1, 1, upper, coarse), Pair(2, 2, finer, coarse)]
+    values = values_of(two_bodies, "elastic", "heat_partition", pairs)
+    change, left = -0.03 * 4.0 / 3.0, 0.03 / 3.0  # of order 2
+    resting = 1.0 + change * 4.0**-0.3
+    assert values.mean[0] == pytest.approx(resting / (resting + 1.0), rel=1e-12)
+    moved = change * 2.0**-0.3
+    relative = np.hypot(moved, np.hypot(moved, left * 4.0**-0.3) / resting)
+    assert values.errors["pixel"][0] == pytest.approx(values.mean[0] * (1.0 - values.mean[0]) * relative, rel=1e-12)
+
+
 def test_mean_temperatures_of_the_surfaces_come_on_top(two_bodies, foretold):
     foretold.backgrounds = np.full(SPEEDS, 5.0), np.full(SPEEDS, 1.0)
     values = values_of(two_bodies, "elastic", "heat_partition", [Pair(0, 0, bodies(20.0, 6.0, END), None)])

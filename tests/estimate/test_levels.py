@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ladder_cases import END, NAME, SPEEDS, ladder, step
+from ladder_cases import END, NAME, SLOW, SPEEDS, ladder, step
 from scipy.special import j0
 
 from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import notes_of, values_of
+from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Level, Numerics
 
@@ -29,7 +30,7 @@ def at_speeds(*means, speeds=SPEEDS):
 
 def with_partner(pairs, change, cut_off, *, speeds=SPEEDS):
     """The levels and one that shows a relative change by half the pixel at a cut-off, of six surfaces."""
-    ((name, values),) = pairs[0].sample.numbers.items()
+    name, values = next(iter(pairs[0].sample.numbers.items()))
     rows = np.full((6, speeds), 3.0 * np.sign(values[0]))
     return [*pairs, step(9, (1.0 + change) * rows, rows, (cut_off, cut_off), name=name)]
 
@@ -68,8 +69,22 @@ def test_a_partner_lower_down_counts_by_what_is_left_of_it_at_the_end(steel, col
     change, left = -0.06 * 2.0**order / (2.0**order - 1.0), 0.06 / (2.0**order - 1.0)
     carried = 4.0**-fall
     np.testing.assert_allclose(values.mean, 7.5 * (1.0 + carried * change), rtol=1e-12)
-    np.testing.assert_allclose(values.errors["pixel"], 7.5 * carried * np.hypot(change, left), rtol=1e-12)
+    np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.hypot(2.0**-fall * change, carried * left), rtol=1e-12)
     np.testing.assert_allclose(values.finest, 7.5, rtol=1e-12)  # the highest cut-off has no finer grid
+
+
+@pytest.mark.parametrize("fast", [0.0, -0.01])
+@pytest.mark.parametrize("name", [NAME, GRADIENT])
+def test_at_high_speed_a_partner_lower_down_leaves_what_the_pixel_changes_of_slow_contact_in_doubt(steel, name, fast):
+    ends = END / 4, END
+    pairs = with_partner(ladder(at_speeds(9.0, 7.5), ends, name=name), fast, END / 4)
+    finer, coarse = pairs[-1].sample.numbers, pairs[-1].below.numbers
+    finer[SLOW] = 0.94 * coarse[SLOW]
+    values = values_of(steel, "capped", name, pairs)
+    order = OBSERVABLES[name].pixel_orders[1]
+    change, left, slow = (x / (1.0 - 2.0**-order) for x in (fast, fast * 2.0**-order, -0.06))
+    parts = slow * 2.0**-0.75, left * 4.0**-0.75, change * 4.0**-0.75 * (name == GRADIENT)  # no limit: in doubt as well
+    np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.linalg.norm(parts), rtol=1e-12)
 
 
 def test_levels_add_their_variances_by_stream(steel):
@@ -276,7 +291,7 @@ def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishi
     assert asked == []
     change, left = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0), 0.06 / (2.0**1.75 - 1.0)
     np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 2.0**0.75), rtol=1e-12)  # from 1e5 to 2e5
-    np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(change, left) / 2.0**0.75, rtol=1e-12)
+    np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(change / 2.0**0.375, left / 2.0**0.75), rtol=1e-12)
     np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
 
 

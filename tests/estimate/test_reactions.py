@@ -244,8 +244,8 @@ def test_a_finer_pixel_changes_a_rate_as_its_partner_shows(foretold, column, fal
         found = mean_over_contact(SCENE, column, [low, finer], of_level, end).values
         mean = of_level.mean(low.sample).mean()
         assert found.mean == pytest.approx(mean * (1.0 + carried * change), rel=1e-6)
-        beyond = 1.5 if end == 1.0 else (1.5**2 + 1.0) ** 0.5  # carried to another cut-off, all of it is in doubt
-        assert found.errors["pixel"] == pytest.approx(beyond * carried * abs(change) * mean, rel=0.05)
+        moved = 0.0 if end == 1.0 else carried**0.5  # to a higher cut-off: in doubt as a whole, and half of the fall
+        assert found.errors["pixel"] == pytest.approx(np.hypot(1.5 * carried, moved) * abs(change) * mean, rel=0.05)
 
 
 def test_what_changes_with_the_cut_off_follows_the_steps_of_the_law_and_is_in_doubt_as_a_whole(foretold):
