@@ -15,8 +15,8 @@ SPEEDS = 7  # of the steel
 
 def sample(values, q_max=1.0, *, side=64.0, part=False, name=NAME, **numbers):
     """The values of one level, (n, speeds), under the name of an observable."""
-    n = len(values)
-    return Sample(q_max, side, np.arange(n), {name: values, SLOW: values, **numbers}, np.ones(1), np.ones((n, 1)), 1.0, part)
+    n, numbers = len(values), {name: values, SLOW: values, **numbers}
+    return Sample(q_max, side, np.arange(n), numbers, np.ones(1), np.ones((n, 1)), 1.0, part)
 
 
 def step(level, fine, coarse, cut_offs, *, sides=(64.0, 128.0), stream=None, **names):

@@ -291,7 +291,8 @@ def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishi
     assert asked == []
     change, left = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0), 0.06 / (2.0**1.75 - 1.0)
     np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 2.0**0.75), rtol=1e-12)  # from 1e5 to 2e5
-    np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(change / 2.0**0.375, left / 2.0**0.75), rtol=1e-12)
+    moved, left = change / 2.0**0.375, left / 2.0**0.75
+    np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(moved, left), rtol=1e-12)
     np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
 
 
