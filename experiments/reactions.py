@@ -24,8 +24,8 @@ from typing import Any
 
 import numpy as np
 from figures.style import BLUE, GREEN, ORANGE, legend_below, new_figure
+from reference.pairs import level_at, rounded
 from script import Command, Row, Rows, show_on_pages, write_evidence
-from two_bodies_points import level_at, rounded
 
 import roughsim as rs
 from roughsim.observables.distribution import LEVELS

@@ -21,8 +21,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 from numpy.polynomial.legendre import leggauss
+from reference.pairs import CELL, FAR, Pair, drawn, points, write
 from script import Command, Row, Rows, write_evidence
-from two_bodies_points import CELL, FAR, LAST, SPEEDS, Pair, drawn, points, slid, write
+from two_bodies_points import LAST, SPEEDS, slid
 
 from roughsim.prediction.sliding import CONTINUED
 

@@ -25,8 +25,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 from reactions import ENERGIES, SHARES, row_of
+from reference.pairs import level_at, rounded
 from script import Command, Row, Rows, write_evidence
-from two_bodies_points import level_at, rounded
 
 import roughsim as rs
 from roughsim.sliding.distribution import Sampler
