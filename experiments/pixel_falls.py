@@ -30,7 +30,7 @@ sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 from drawn import drawn_scenes
 
 Array = NDArray[np.float64]
-SEED = 23011  # drawn after the rule was chosen on scenes of 77, 1125 and 16128
+SEED = 31007  # drawn after the rule was chosen on scenes of 77, 1125, 16128 and 23011
 FIRST = 5000  # seed of the surfaces
 MOST_SIDE = 1536  # points along a side of the finer grid
 PIXELS = 3, 6  # per shortest wave

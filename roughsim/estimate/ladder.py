@@ -13,6 +13,9 @@ from roughsim.observables.record import Sample
 
 # lengths that converge non-monotonically: beyond 8 pixels per wave they changed by .2 to 1.5 of the change from 4 to 8
 _TURNING = 1.5
+# of the exponent: so fast falls, with the cut-off, the largest change that the pixel may make at some speed. Of four
+# seeds of drawn scenes 98 % of all carries to a higher cut-off are within it; with 1/2 95 %, with 1 83 %
+_LARGEST_FALL = 1.0 / 3.0
 SAME = 1e-9  # relative: wavenumbers that differ by less are the same
 
 
@@ -80,7 +83,7 @@ def change_by_pixel(
     their value is from the finest grid, and the expected change by finer grids is their error. Along the ladder the
     pixel is a fixed part of the shortest wave, and its effect falls as q_c^(−fall). So the change measured at the
     highest partner is scaled to `end`. At high speeds it may first grow, or change its sign: the largest change of all
-    speeds, and at `least` so much, counts as error, scaled with half of the exponent.
+    speeds, and at `least` so much, counts as error, scaled with a third of the exponent.
     """
     shown, shape = next((rung for rung in reversed(rungs) if rung.finer is not None), None), rungs[-1].mean.value.shape
     nothing = Mean(np.zeros(shape), {})
@@ -91,5 +94,5 @@ def change_by_pixel(
     change = shown.finer if isnan(order) else shown.finer.plus(unseen)
     known = np.isfinite(change.value)  # 0/0 without yielding, or at rest
     change = change.where(known, nothing)
-    moved = np.abs(change.value).max(initial=least) * carried**0.5 if carried < 1.0 - SAME else 0.0
+    moved = np.abs(change.value).max(initial=least) * carried**_LARGEST_FALL if carried < 1.0 - SAME else 0.0
     return change.times(carried), np.hypot(carried * np.where(known, unseen.value, 0.0), moved)

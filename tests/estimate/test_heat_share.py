@@ -64,7 +64,7 @@ def test_what_the_pixel_changes_of_the_resting_body_is_in_doubt_in_both_at_a_hig
     change, left = -0.03 * 4.0 / 3.0, 0.03 / 3.0  # of order 2
     resting = 1.0 + change * 4.0**-0.3
     assert values.mean[0] == pytest.approx(resting / (resting + 1.0), rel=1e-12)
-    moved = change * 2.0**-0.3
+    moved = change * 4.0**-0.1
     relative = np.hypot(moved, np.hypot(moved, left * 4.0**-0.3) / resting)
     assert values.errors["pixel"][0] == pytest.approx(values.mean[0] * (1.0 - values.mean[0]) * relative, rel=1e-12)
 

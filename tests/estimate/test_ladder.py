@@ -148,7 +148,7 @@ def test_a_change_that_was_seen_lower_falls_towards_the_end_and_more_than_all_of
     change, error = change_by_pixel([*rungs, Rung(4.0, mean_of(9, np.full((6, 1), 8.0)))], order, fall, 16.0)
     assert change.value[0] == pytest.approx(0.08 / 16.0**fall, rel=1e-12)
     unseen = 0.08 * 2.0**-order / 16.0**fall
-    assert error[0] == pytest.approx(np.hypot(unseen, 0.08 / 4.0**fall), rel=1e-12)  # in doubt it falls half as fast
+    assert error[0] == pytest.approx(np.hypot(unseen, 0.08 / 16.0 ** (fall / 3)), rel=1e-12)
 
 
 @pytest.mark.parametrize(("least", "largest"), [(0.0, 0.6), (0.5, 0.6), (0.7, 0.7)])
@@ -160,7 +160,7 @@ def test_carried_to_a_higher_cut_off_the_largest_change_of_all_speeds_is_in_doub
     np.testing.assert_allclose(left, [0.3, 0.0, 0.1], rtol=1e-12, atol=1e-12)
     change, error = change_by_pixel(rungs, 1.0, 0.5, 16.0, least)
     np.testing.assert_allclose(change.value, there.value / 4.0, rtol=1e-12)
-    np.testing.assert_allclose(error, np.hypot(left / 4.0, largest / 2.0), rtol=1e-12)
+    np.testing.assert_allclose(error, np.hypot(left / 4.0, largest / 4.0 ** (1 / 3)), rtol=1e-12)
 
 
 def test_the_highest_partner_counts():

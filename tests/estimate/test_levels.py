@@ -69,7 +69,9 @@ def test_a_partner_lower_down_counts_by_what_is_left_of_it_at_the_end(steel, col
     change, left = -0.06 * 2.0**order / (2.0**order - 1.0), 0.06 / (2.0**order - 1.0)
     carried = 4.0**-fall
     np.testing.assert_allclose(values.mean, 7.5 * (1.0 + carried * change), rtol=1e-12)
-    np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.hypot(2.0**-fall * change, carried * left), rtol=1e-12)
+    np.testing.assert_allclose(
+        values.errors["pixel"], 7.5 * np.hypot(4.0 ** (-fall / 3) * change, carried * left), rtol=1e-12
+    )
     np.testing.assert_allclose(values.finest, 7.5, rtol=1e-12)  # the highest cut-off has no finer grid
 
 
@@ -83,7 +85,7 @@ def test_at_high_speed_a_partner_lower_down_leaves_what_the_pixel_changes_of_slo
     values = values_of(steel, "capped", name, pairs)
     order = OBSERVABLES[name].pixel_orders[1]
     change, left, slow = (x / (1.0 - 2.0**-order) for x in (fast, fast * 2.0**-order, -0.06))
-    parts = slow * 2.0**-0.75, left * 4.0**-0.75, change * 4.0**-0.75 * (name == GRADIENT)  # no limit: in doubt as well
+    parts = slow * 4.0**-0.25, left * 4.0**-0.75, change * 4.0**-0.75 * (name == GRADIENT)  # no limit: in doubt as well
     np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.linalg.norm(parts), rtol=1e-12)
 
 
@@ -291,7 +293,7 @@ def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishi
     assert asked == []
     change, left = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0), 0.06 / (2.0**1.75 - 1.0)
     np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 2.0**0.75), rtol=1e-12)  # from 1e5 to 2e5
-    moved, left = change / 2.0**0.375, left / 2.0**0.75
+    moved, left = change / 2.0**0.25, left / 2.0**0.75
     np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(moved, left), rtol=1e-12)
     np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
 
