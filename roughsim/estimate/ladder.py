@@ -13,8 +13,8 @@ from roughsim.observables.record import Sample
 
 # lengths that converge non-monotonically: beyond 8 pixels per wave they changed by .2 to 1.5 of the change from 4 to 8
 _TURNING = 1.5
-# of the exponent: so fast falls, with the cut-off, the largest change that the pixel may make at some speed. Of four
-# seeds of drawn scenes 98 % of all carries to a higher cut-off are within it; with 1/2 95 %, with 1 83 %
+# of the exponent: so fast falls, with the cut-off, the largest change of T_flash by the pixel at some speed
+# (experiments/pixel_falls.py)
 _LARGEST_FALL = 1.0 / 3.0
 SAME = 1e-9  # relative: wavenumbers that differ by less are the same
 
@@ -75,15 +75,16 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
 
 
 def change_by_pixel(
-    rungs: list[Rung], order: float, fall: float, end: float = 0.0, least: float = 0.0
+    rungs: list[Rung], order: float, fall: float, end: float = 0.0, slow: list[Rung] | None = None
 ) -> tuple[Mean, Array]:
     """Return the change by a vanishing pixel at a cut-off `end`, rad/m, and its error, both relative; NaN if unknown.
 
     `order` is the order of convergence in the pixel at one cut-off; NaN for lengths that converge non-monotonically:
     their value is from the finest grid, and the expected change by finer grids is their error. Along the ladder the
     pixel is a fixed part of the shortest wave, and its effect falls as q_c^(−fall). So the change measured at the
-    highest partner is scaled to `end`. At high speeds it may first grow, or change its sign: the largest change of all
-    speeds, and at `least` so much, counts as error, scaled with a third of the exponent.
+    highest partner is scaled to `end`, if that is higher, and the whole scaled change counts as error. A temperature
+    comes with `slow`, the rungs of T_flash of slow contact: at high speeds its change may first grow, or turn, so the
+    largest at any of these speeds counts as error at each, and falls more slowly.
     """
     shown, shape = next((rung for rung in reversed(rungs) if rung.finer is not None), None), rungs[-1].mean.value.shape
     nothing = Mean(np.zeros(shape), {})
@@ -94,5 +95,10 @@ def change_by_pixel(
     change = shown.finer if isnan(order) else shown.finer.plus(unseen)
     known = np.isfinite(change.value)  # 0/0 without yielding, or at rest
     change = change.where(known, nothing)
-    moved = np.abs(change.value).max(initial=least) * carried**_LARGEST_FALL if carried < 1.0 - SAME else 0.0
-    return change.times(carried), np.hypot(carried * np.where(known, unseen.value, 0.0), moved)
+    moved = np.abs(change.value) * carried
+    if carried > 1.0 - SAME:
+        moved = np.zeros(shape)
+    elif slow is not None:
+        of_slow, _ = change_by_pixel(slow, order, fall)
+        moved = np.full(shape, max(np.abs(one.value).max() for one in (change, of_slow)) * carried**_LARGEST_FALL)
+    return change.times(carried), np.where(known, np.hypot(carried * unseen.value, moved), 0.0)

@@ -67,7 +67,8 @@ def values_of(
     if observable == "heat_partition":
         return _share_of(scene, column, pairs, extrapolated=extrapolated, continued=continued)
     record = OBSERVABLES[observable]
-    rungs, slow = climb(record.of_level, pairs), climb(partial(number, name=RESTING), pairs) if record.heated else []
+    rungs, of_contact = climb(record.of_level, pairs), observable == FLASH or record.as_flash
+    slow = climb(partial(number, name=RESTING), pairs) if of_contact else None
     values = _continued_to_the_end(scene, column, observable, rungs, slow, extrapolated, continued)
     return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
 
@@ -77,13 +78,13 @@ def _continued_to_the_end(
     column: str,
     observable: str,
     rungs: list[Rung],
-    slow: list[Rung],
+    slow: list[Rung] | None,
     extrapolated: bool,
     continued: bool,
 ) -> Values:
     """Return the values of the rungs of an observable; others as of `values_of`.
 
-    `slow` are the rungs of T_flash of slow contact, if the observable is heated.
+    A temperature of the contact comes with `slow`, the rungs of T_flash of slow contact.
     """
     record, capped = OBSERVABLES[observable], column == "capped"
     q_c, top, finer, *_ = rungs[-1]
@@ -97,9 +98,7 @@ def _continued_to_the_end(
     end = end if limit.way else q_c
     with np.errstate(all="ignore"):  # infinite at rest
         finest = top.value if finer is None else top.value * (1.0 + finer.value)
-        order, fall = record.pixel_orders[capped], PIXEL_FALL[column]
-        least = np.abs(change_by_pixel(slow, order, fall)[0].value).max() if slow else 0.0
-        change, error = change_by_pixel(rungs, order, fall, end, least)
+        change, error = change_by_pixel(rungs, record.pixel_orders[capped], PIXEL_FALL[column], end, slow)
         mean = top.plus(limit.rest)
         pixel = np.abs(mean.value) * error
         if has_limit:

@@ -76,17 +76,28 @@ def test_a_partner_lower_down_counts_by_what_is_left_of_it_at_the_end(steel, col
 
 
 @pytest.mark.parametrize("fast", [0.0, -0.01])
-@pytest.mark.parametrize("name", [NAME, GRADIENT])
+@pytest.mark.parametrize("name", [NAME, "temperature_quantile_50"])
 def test_at_high_speed_a_partner_lower_down_leaves_what_the_pixel_changes_of_slow_contact_in_doubt(steel, name, fast):
-    ends = END / 4, END
-    pairs = with_partner(ladder(at_speeds(9.0, 7.5), ends, name=name), fast, END / 4)
-    finer, coarse = pairs[-1].sample.numbers, pairs[-1].below.numbers
-    finer[SLOW] = 0.94 * coarse[SLOW]
+    pairs = with_partner(ladder(at_speeds(9.0, 7.5), (END / 4, END), name=name), fast, END / 4)
+    pairs[-1].sample.numbers[SLOW] = np.linspace(0.94, 1.0, SPEEDS) * pairs[-1].below.numbers[SLOW]
+    values = values_of(steel, "capped", name, pairs)
+    change, left, slow = (x / (1.0 - 2.0**-1.75) for x in (fast, fast * 2.0**-1.75, 0.06))
+    np.testing.assert_allclose(values.mean, 7.5 * (1.0 + change * 4.0**-0.75), rtol=1e-12)
+    np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.hypot(slow * 4.0**-0.25, left * 4.0**-0.75), rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["contact_fraction", "pressure_variance", GRADIENT])
+def test_areas_variance_and_what_has_no_limit_have_the_error_of_their_own_change(steel, name):
+    stored = {"contact_fraction": "contact_fraction_corrected"}.get(name, name)
+    bound = VARIANCE if name == "pressure_variance" else BOUND
+    mean = 2.0 * bound if name == "contact_fraction" else 0.5 * bound
+    pairs = with_partner(ladder(at_speeds(mean, mean), (END / 4, END), name=stored), -0.06, END / 4)
+    pairs[-1].sample.numbers[SLOW] = 0.5 * pairs[-1].below.numbers[SLOW]
     values = values_of(steel, "capped", name, pairs)
     order = OBSERVABLES[name].pixel_orders[1]
-    change, left, slow = (x / (1.0 - 2.0**-order) for x in (fast, fast * 2.0**-order, -0.06))
-    parts = slow * 4.0**-0.25, left * 4.0**-0.75, change * 4.0**-0.75 * (name == GRADIENT)  # no limit: in doubt as well
-    np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.linalg.norm(parts), rtol=1e-12)
+    change, left = (4.0**-0.75 * x / (1.0 - 2.0**-order) for x in (0.06, 0.06 * 2.0**-order))
+    parts = change, left, change * (name == GRADIENT)  # nothing is corrected: in doubt as well
+    np.testing.assert_allclose(values.errors["pixel"], mean * np.linalg.norm(parts), rtol=1e-12)
 
 
 def test_levels_add_their_variances_by_stream(steel):
@@ -293,7 +304,7 @@ def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishi
     assert asked == []
     change, left = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0), 0.06 / (2.0**1.75 - 1.0)
     np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 2.0**0.75), rtol=1e-12)  # from 1e5 to 2e5
-    moved, left = change / 2.0**0.25, left / 2.0**0.75
+    moved, left = change / 2.0**0.25, left / 2.0**0.75  # of the largest change
     np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(moved, left), rtol=1e-12)
     np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
 
