@@ -80,6 +80,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/coverage.py --evidence
 	$(MEASURE) experiments/coverage.py --drawn 15060 --evidence
 	$(MEASURE) experiments/cut_ladders.py --evidence
+	$(MEASURE) experiments/pixel_falls.py --evidence
 	$(MEASURE) benchmarks/chain.py --evidence
 	$(MEASURE) benchmarks/skin.py --evidence
 	$(MEASURE) benchmarks/heat.py --points 0 --evidence

@@ -3,21 +3,24 @@
     OMP_NUM_THREADS=1 python experiments/pixel_falls.py [--toy] [-o FOLDER] [--seed SEED] [--evidence]
 
 Ten drawn scenes (benchmarks/drawn.py) are solved with 3 and with 6 pixels per shortest wave, on the same surfaces, at
-each cut-off of their plans to 1 %, in a quarter of the planned cell or less. The change at each cut-off is carried to
-each higher one as `change_by_pixel` does it. A carry holds if it is no further from the change there than its error and
-the scatter of both (95 %, added as squares). Cut-offs in FOLDER are not computed again.
+the cut-offs of their plans to 1 % that fit into a cell of half a longest wave. The change at each cut-off is carried to
+each higher one by `change_by_pixel`. A carry holds if it is no further from the change there than its error and the
+scatter of both (95 %, added as squares). Changes in FOLDER are not computed again.
 """
 
 import sys
+from collections.abc import Iterator
 from functools import partial
 from itertools import combinations
-from math import log2
+from math import log2, pi
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from figures.style import BLACK, legend_below, new_figure
 from numpy.typing import NDArray
 from reference import make_deep
+from scipy import stats
 from script import Command, Rows, write_evidence
 
 import roughsim as rs
@@ -32,105 +35,130 @@ from drawn import drawn_scenes
 Array = NDArray[np.float64]
 SEED = 31007  # drawn after the rule was chosen on scenes of 77, 1125, 16128 and 23011
 FIRST = 5000  # seed of the surfaces
-MOST_SIDE = 1536  # points along a side of the finer grid
 PIXELS = 3, 6  # per shortest wave
+MOST_SIDE = 1536  # points along a side of the finer grid
 MEMBERS, TOY_MEMBERS = (60, 40, 24, 12, 8), (4, 3)  # at the cut-offs, the last also at all that follow
-SHOWN = {"T_flash": "flash_temperature", "area": "contact_fraction", "g(0)": "pressure_variance"}
+ALONE = "T_flash, each speed by itself"
+SHOWN = {"T_flash": "flash_temperature", "area": "contact_fraction", "g_σ(0)": "pressure_variance"}
 
 
 def change(case: make_deep.Case, q_max: float, length: float, members: int) -> dict[str, Any]:
-    """Return the relative change of each number of `MEASURED` by half the pixel in a cell, and its standard error."""
+    """Return the relative change of each number of `MEASURED` by half the pixel in a cell, and its error, 95 %."""
     column = "elastic" if case.scene.elastic else "capped"
     sides = [make_deep.side(q_max, length, pixels) for pixels in PIXELS]
     levels = [rs.Level(column, (side, side), q_max) for side in sides]
     rows = [[make_deep.moments(case, level, length, k, FIRST) for level in levels] for k in range(members)]
     coarse, fine = np.moveaxis(np.array(rows), 1, 0)
     relative = fine / fine.mean(axis=0) - coarse / coarse.mean(axis=0)
+    width = stats.t.ppf(0.975, members - 1) / members**0.5
     return {
         "q": q_max,
         "change": (fine.mean(axis=0) / coarse.mean(axis=0) - 1.0).tolist(),
-        "error": (relative.std(axis=0, ddof=1) / members**0.5).tolist(),
+        "error": (width * relative.std(axis=0, ddof=1)).tolist(),
     }
 
 
-def measured(name: str, case: make_deep.Case, rows: Rows, toy: bool) -> list[dict[str, Any]]:
-    """Return the changes at the cut-offs of the plan of a scene, lowest first."""
+def changes(name: str, case: make_deep.Case, kept: Rows, toy: bool) -> Iterator[dict[str, Any]]:
+    """Yield the changes at the cut-offs of the plan of a scene, lowest first, in a quarter of its cell at most."""
     numerics = rs.plan(case.scene, 0.05 if toy else 0.01)
     cut_offs = sorted({level.q_max for level in numerics.levels if level.column != "smoothed"})
     counts = TOY_MEMBERS if toy else MEMBERS + MEMBERS[-1:] * len(cut_offs)
-    found = []
     for q_max, members in zip(cut_offs, counts, strict=False):
         length = numerics.lengths[0] / 4
         while make_deep.side(q_max, length, PIXELS[1]) > MOST_SIDE:
             length /= 2
-        found.append(rows.once(name, f"{q_max:.4g}", partial(change, case, q_max, length, members)))
-    return found
+        if length * case.scene.spectrum.breaks[0] < pi:
+            return
+        key = f"{q_max:.4g} rad/m, {length:.4g} m, {members} members"
+        yield kept.once(name, key, partial(change, case, q_max, length, members))
 
 
-def carried(name: str, scene: rs.Scene, found: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return each carry of each observable: steps of the cut-off, how far it is off, and its error, relative."""
+def carries(name: str, scene: rs.Scene, found: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Yield each carry of each observable: steps of the cut-off, how far it is off, its error, and scatter, relative.
+
+    T_flash also as that of scenes of one speed each.
+    """
     column, speeds = "elastic" if scene.elastic else "capped", len(scene.speeds)
-    places = dict(zip(SHOWN, (slice(speeds), slice(speeds, speeds + 1), slice(speeds + 1, speeds + 2)), strict=True))
-    results = []
-    for (shown, place), (low, high) in ((item, pair) for item in places.items() for pair in combinations(found, 2)):
-        order, fall = OBSERVABLES[SHOWN[shown]].pixel_orders[column == "capped"], PIXEL_FALL[column]
-
-        def rung(row: dict[str, Any], of: slice) -> Rung:
-            values = Mean(np.array(row["change"][of]), {})
-            return Rung(row["q"], values, values, values, PIXELS[1] / PIXELS[0])
-
-        slow = change_by_pixel([rung(low, slice(-speeds, None))], order, fall)[0].value
-        there = change_by_pixel([rung(high, place)], order, fall)[0].value
-        least = np.abs(slow).max() if shown == "T_flash" else 0.0
-        change_there, error = change_by_pixel([rung(low, place)], order, fall, high["q"], least)
-        scatter = np.hypot(low["error"][place], high["error"][place]) * 2.0 / (1.0 - 2.0**-order)
-        results.append(
-            {
-                "scene": name,
-                "observable": f"{shown}, {column}",
-                "steps": min(round(log2(high["q"] / low["q"])), 3),
-                "off": np.abs(change_there.value - there).tolist(),
-                "told": np.hypot(error, scatter).tolist(),
-            }
-        )
-    return results
+    areas = [("area", slice(speeds, speeds + 1)), ("g_σ(0)", slice(speeds + 1, speeds + 2))]
+    places = [("T_flash", slice(speeds)), *areas, *((ALONE, slice(k, k + 1)) for k in range(speeds))]
+    for (shown, place), (low, high) in ((item, pair) for item in places for pair in combinations(found, 2)):
+        record = OBSERVABLES[SHOWN.get(shown, SHOWN["T_flash"])]
+        order, fall = record.pixel_orders[column == "capped"], PIXEL_FALL[column]
+        slow = [rung(low, slice(-speeds, None))] if record.per_speed else None
+        there, _ = change_by_pixel([rung(high, place)], order, fall)
+        value, error = change_by_pixel([rung(low, place)], order, fall, high["q"], slow)
+        carried = (low["q"] / high["q"]) ** fall * np.array(low["error"][place])
+        yield {
+            "scene": name,
+            "observable": f"{shown}, {column}",
+            "steps": min(round(log2(high["q"] / low["q"])), 3),
+            "off": np.abs(value.value - there.value).tolist(),
+            "told": error.tolist(),
+            "scatter": (np.hypot(carried, high["error"][place]) / (1.0 - 2.0**-order)).tolist(),
+        }
 
 
-def table(results: list[dict[str, Any]]) -> list[list[str]]:
+def rung(row: dict[str, Any], of: slice) -> Rung:
+    """Return a rung with the change of some numbers by half the pixel."""
+    values = Mean(np.array(row["change"][of]), {})
+    return Rung(row["q"], values, values, values, PIXELS[1] / PIXELS[0])
+
+
+def all_of(rows: list[dict[str, Any]]) -> tuple[Array, Array]:
+    """Return how far carries are off and their errors with the scatter, of all speeds."""
+    off, told, scatter = (np.concatenate([row[name] for row in rows]) for name in ("off", "told", "scatter"))
+    return off, np.hypot(told, scatter)
+
+
+def table(rows: list[dict[str, Any]]) -> list[list[str]]:
     """Return by observable and steps of the cut-off how many carries there are, how many hold, and the worst."""
-    cells = [["observable, contact", "steps", "carries", "hold", "worst off, %", "error then, %"]]
-    for key in sorted({(row["observable"], row["steps"]) for row in results}):
-        off, told = all_of([row for row in results if (row["observable"], row["steps"]) == key])
-        worst = int(np.argmax(off / told))
+    cells = [["observable, contact", "steps", "carries", "hold", "worst: off, %", "error, %"]]
+    for key in sorted({(row["observable"], row["steps"]) for row in rows}):
+        off, error = all_of([row for row in rows if (row["observable"], row["steps"]) == key])
+        worst = int(np.argmax(off - error))
         steps = f"{key[1]}" + " or more" * (key[1] == 3)
-        found = str(off.size), str(np.sum(off <= told)), f"{100 * off[worst]:.2f}", f"{100 * told[worst]:.2f}"
-        cells.append([key[0], steps, *found])
+        percent = (f"{100 * value[worst]:.2f}" for value in (off, error))
+        cells.append([key[0], steps, str(off.size), str(np.sum(off <= error)), *percent])
     return cells
 
 
-def all_of(results: list[dict[str, Any]]) -> tuple[Array, Array]:
-    """Return how far carries are off and what is told, of all speeds."""
-    off, told = (np.concatenate([row[name] for row in results]) for name in ("off", "told"))
-    return off, told
+def draw(rows: list[dict[str, Any]], path: Path) -> None:
+    """Draw how far each carry is off over its error, both in per cent; below the line they hold."""
+    with new_figure(path, 3.4) as figure:
+        axes = figure.subplots()
+        for shown, marker in zip(SHOWN, "o^s", strict=True):
+            off, error = all_of([row for row in rows if row["observable"].startswith(f"{shown}, ")])
+            axes.loglog(100 * error, 100 * off, marker, ms=2.5, label=shown)
+        axes.plot(axes.get_xlim(), axes.get_xlim(), color=BLACK, lw=0.8)
+        axes.set(xlabel="error, %", ylabel="off, %", ylim=(1e-3, None))
+        legend_below(figure, [axes], 3)
 
 
 def main() -> None:
     command = Command(__file__, __doc__, "one scene, two cut-offs")
     command.add_argument("--seed", type=int, default=SEED, help="of the drawn scenes")
     options = command.parse()
-    kept, results = Rows(options.output / f"changes-{options.seed}.json", resume=True), []
+    kept, rows = Rows(options.output / f"changes-{options.seed}.json", resume=True), []
     for name, sections in drawn_scenes(options.seed).items():
         case = make_deep.case_of(rs.load_scene(sections))
-        found = measured(f"{name}{' (toy)' * options.toy}", case, kept, options.toy)
+        found = list(changes(name, case, kept, options.toy))
         print(f"{name}: {len(found)} cut-offs", flush=True)
-        results += carried(name, case.scene, found)
+        rows += carries(name, case.scene, found)
         if options.toy:
             break
-    cells = table(results)
+    cells = table(rows)
     print("\n".join(" | ".join(row) for row in cells))
+    draw([row for row in rows if not row["observable"].startswith(ALONE)], options.output / "pixel_falls.png")
     if options.evidence:
-        off, told = all_of([row for row in results if row["observable"] == "T_flash, capped"])
-        numbers = {"count": off.size, "held": 100 * np.mean(off <= told), "worst": 100 * np.max(off - told)}
+        together, alone = (
+            all_of([row for row in rows if row["observable"] == f"{shown}, capped"]) for shown in ("T_flash", ALONE)
+        )
+        numbers = {
+            "count": together[0].size,
+            "held": 100 * np.mean(together[0] <= together[1]),
+            "alone": 100 * np.mean(alone[0] <= alone[1]),
+            "worst": 100 * np.max(together[0] - together[1]),
+        }
         command_line = "python experiments/pixel_falls.py --evidence"
         write_evidence("pixel_falls", command_line, tables={"held": cells}, numbers=numbers)
 
