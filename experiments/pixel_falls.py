@@ -155,9 +155,9 @@ def main() -> None:
         )
         numbers = {
             "count": together[0].size,
-            "held": 100 * np.mean(together[0] <= together[1]),
+            "hold": np.sum(together[0] <= together[1]),
             "alone": 100 * np.mean(alone[0] <= alone[1]),
-            "worst": 100 * np.max(together[0] - together[1]),
+            "worst_alone": 100 * np.max(alone[0] - alone[1]),
         }
         command_line = "python experiments/pixel_falls.py --evidence"
         write_evidence("pixel_falls", command_line, tables={"held": cells}, numbers=numbers)
