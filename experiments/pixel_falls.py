@@ -1,17 +1,18 @@
-"""How far the pixel's effect, carried to a higher cut-off, is from the effect there, over what is charged for it.
+"""How far the pixel's effect, carried to a higher cut-off, is from the effect there, beside the error told for it.
 
     OMP_NUM_THREADS=1 python experiments/pixel_falls.py [--toy] [-o FOLDER] [--seed SEED] [--evidence]
 
 Ten drawn scenes (benchmarks/drawn.py) are solved with 3 and with 6 pixels per shortest wave, on the same surfaces, at
-the cut-offs of their plans to 1 % that fit into a cell of half a longest wave. The change at each cut-off is carried to
-each higher one by `change_by_pixel`. A carry holds if it is no further from the change there than its error and the
-scatter of both (95 %, added as squares). Changes in FOLDER are not computed again.
+the cut-offs of their plans to 1 % that fit into a cell of half a longest wave. The change at each of the lowest two,
+where plans have partners, is carried to each higher one by `change_by_pixel`. A carry holds if it is no further from
+the change there than its error and the scatter of both (95 %, added as squares). Changes in FOLDER are not computed
+again.
 """
 
 import sys
 from collections.abc import Iterator
 from functools import partial
-from itertools import combinations
+from itertools import combinations, product
 from math import log2, pi
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,7 @@ sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 from drawn import drawn_scenes
 
 Array = NDArray[np.float64]
-SEED = 31007  # drawn after the rule was chosen on scenes of 77, 1125, 16128 and 23011
+SEED = 40009  # drawn after all was settled on scenes of 77, 1125, 16128, 23011 and 31007
 FIRST = 5000  # seed of the surfaces
 PIXELS = 3, 6  # per shortest wave
 MOST_SIDE = 1536  # points along a side of the finer grid
@@ -43,7 +44,10 @@ SHOWN = {"T_flash": "flash_temperature", "area": "contact_fraction", "g_σ(0)": 
 
 
 def change(case: make_deep.Case, q_max: float, length: float, members: int) -> dict[str, Any]:
-    """Return the relative change of each number of `MEASURED` by half the pixel in a cell, and its error, 95 %."""
+    """Return the relative change of each number of `MEASURED` by half the pixel, and its error, 95 %.
+
+    At a cut-off, rad/m, in a cell with sides `length`, m.
+    """
     column = "elastic" if case.scene.elastic else "capped"
     sides = [make_deep.side(q_max, length, pixels) for pixels in PIXELS]
     levels = [rs.Level(column, (side, side), q_max) for side in sides]
@@ -81,7 +85,8 @@ def carries(name: str, scene: rs.Scene, found: list[dict[str, Any]]) -> Iterator
     column, speeds = "elastic" if scene.elastic else "capped", len(scene.speeds)
     areas = [("area", slice(speeds, speeds + 1)), ("g_σ(0)", slice(speeds + 1, speeds + 2))]
     places = [("T_flash", slice(speeds)), *areas, *((ALONE, slice(k, k + 1)) for k in range(speeds))]
-    for (shown, place), (low, high) in ((item, pair) for item in places for pair in combinations(found, 2)):
+    pairs = [pair for pair in combinations(found, 2) if pair[0] in found[:2]]
+    for (shown, place), (low, high) in product(places, pairs):
         record = OBSERVABLES[SHOWN.get(shown, SHOWN["T_flash"])]
         order, fall = record.pixel_orders[column == "capped"], PIXEL_FALL[column]
         slow = [rung(low, slice(-speeds, None))] if record.per_speed else None
@@ -105,7 +110,7 @@ def rung(row: dict[str, Any], of: slice) -> Rung:
 
 
 def all_of(rows: list[dict[str, Any]]) -> tuple[Array, Array]:
-    """Return how far carries are off and their errors with the scatter, of all speeds."""
+    """Return how far carries are off and their errors with the scatter, relative, one number for each speed."""
     off, told, scatter = (np.concatenate([row[name] for row in rows]) for name in ("off", "told", "scatter"))
     return off, np.hypot(told, scatter)
 
@@ -138,6 +143,8 @@ def main() -> None:
     command = Command(__file__, __doc__, "one scene, two cut-offs")
     command.add_argument("--seed", type=int, default=SEED, help="of the drawn scenes")
     options = command.parse()
+    if options.evidence and (options.toy or options.seed != SEED):
+        command.error("--evidence is of the full size and its own seed")
     kept, rows = Rows(options.output / f"changes-{options.seed}.json", resume=True), []
     for name, sections in drawn_scenes(options.seed).items():
         case = make_deep.case_of(rs.load_scene(sections))
@@ -153,11 +160,14 @@ def main() -> None:
         together, alone = (
             all_of([row for row in rows if row["observable"] == f"{shown}, capped"]) for shown in ("T_flash", ALONE)
         )
+        worst = int(np.argmax(alone[0] - alone[1]))
         numbers = {
             "count": together[0].size,
             "hold": np.sum(together[0] <= together[1]),
+            "scenes": len({row["scene"] for row in rows if row["observable"] == "T_flash, capped"}),
             "alone": 100 * np.mean(alone[0] <= alone[1]),
-            "worst_alone": 100 * np.max(alone[0] - alone[1]),
+            "off_alone": 100 * alone[0][worst],
+            "error_alone": 100 * alone[1][worst],
         }
         command_line = "python experiments/pixel_falls.py --evidence"
         write_evidence("pixel_falls", command_line, tables={"held": cells}, numbers=numbers)
