@@ -3,10 +3,9 @@
     OMP_NUM_THREADS=1 python experiments/pixel_falls.py [--toy] [-o FOLDER] [--seed SEED] [--evidence]
 
 Ten drawn scenes (benchmarks/drawn.py) are solved with 3 and with 6 pixels per shortest wave, on the same surfaces, at
-the cut-offs of their plans to 1 % that fit into a cell of half a longest wave. The change at each of the lowest two,
-where plans have partners, is carried to each higher one by `change_by_pixel`. A carry holds if it is no further from
-the change there than its error and the scatter of both (95 %, added as squares). Changes in FOLDER are not computed
-again.
+the cut-offs of their plans to 1 % that fit into a cell of half a longest wave. The change at each is carried to each
+higher one by `change_by_pixel`. A carry holds if it is no further from the change there than its error and the scatter
+of both (95 %, added as squares). Changes in FOLDER are not computed again.
 """
 
 import sys
@@ -34,7 +33,7 @@ sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 from drawn import drawn_scenes
 
 Array = NDArray[np.float64]
-SEED = 40009  # drawn after all was settled on scenes of 77, 1125, 16128, 23011 and 31007
+SEED = 40011  # drawn after all was settled on scenes of 77, 1125, 16128, 23011 and 31007
 FIRST = 5000  # seed of the surfaces
 PIXELS = 3, 6  # per shortest wave
 MOST_SIDE = 1536  # points along a side of the finer grid
@@ -85,8 +84,7 @@ def carries(name: str, scene: rs.Scene, found: list[dict[str, Any]]) -> Iterator
     column, speeds = "elastic" if scene.elastic else "capped", len(scene.speeds)
     areas = [("area", slice(speeds, speeds + 1)), ("g_σ(0)", slice(speeds + 1, speeds + 2))]
     places = [("T_flash", slice(speeds)), *areas, *((ALONE, slice(k, k + 1)) for k in range(speeds))]
-    pairs = [pair for pair in combinations(found, 2) if pair[0] in found[:2]]
-    for (shown, place), (low, high) in product(places, pairs):
+    for (shown, place), (low, high) in product(places, combinations(found, 2)):
         record = OBSERVABLES[SHOWN.get(shown, SHOWN["T_flash"])]
         order, fall = record.pixel_orders[column == "capped"], PIXEL_FALL[column]
         slow = [rung(low, slice(-speeds, None))] if record.per_speed else None

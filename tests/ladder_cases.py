@@ -1,4 +1,4 @@
-"""Levels made by hand: a T_flash, the same in motion and at rest, or another observable, and nothing else."""
+"""Levels made by hand, of one observable, by default T_flash, with a T_flash of slow contact of the same numbers."""
 
 from dataclasses import replace
 

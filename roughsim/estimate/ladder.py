@@ -13,8 +13,8 @@ from roughsim.observables.record import Sample
 
 # lengths that converge non-monotonically: beyond 8 pixels per wave they changed by .2 to 1.5 of the change from 4 to 8
 _TURNING = 1.5
-# of the exponent: so fast falls, with the cut-off, the largest change of T_flash by the pixel at some speed
-# (experiments/pixel_falls.py)
+# of the exponent, for the error by the largest change of T_flash at some speed: slower than the change mostly falls, so
+# that carries to a higher cut-off hold in drawn scenes (experiments/pixel_falls.py)
 _LARGEST_FALL = 1.0 / 3.0
 SAME = 1e-9  # relative: wavenumbers that differ by less are the same
 
@@ -84,7 +84,7 @@ def change_by_pixel(
     pixel is a fixed part of the shortest wave, and its effect falls as q_c^(−fall). So the change measured at the
     highest partner is scaled to `end`, if that is higher, and the whole scaled change counts as error. A temperature
     comes with `slow`, the rungs of T_flash of slow contact: at high speeds its change may first grow, or turn, so the
-    largest at any of these speeds counts as error at each, and falls more slowly.
+    largest at any of these speeds counts as error at each, and falls more slowly. All are of shape (speeds,) or (1,).
     """
     shown, shape = next((rung for rung in reversed(rungs) if rung.finer is not None), None), rungs[-1].mean.value.shape
     nothing = Mean(np.zeros(shape), {})

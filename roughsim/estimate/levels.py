@@ -67,8 +67,9 @@ def values_of(
     if observable == "heat_partition":
         return _share_of(scene, column, pairs, extrapolated=extrapolated, continued=continued)
     record = OBSERVABLES[observable]
-    rungs, of_contact = climb(record.of_level, pairs), observable == FLASH or record.as_flash
-    slow = climb(partial(number, name=RESTING), pairs) if of_contact else None
+    rungs = climb(record.of_level, pairs)
+    is_temperature = observable == FLASH or record.as_flash
+    slow = climb(partial(number, name=RESTING), pairs) if is_temperature else None
     values = _continued_to_the_end(scene, column, observable, rungs, slow, extrapolated, continued)
     return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
 
@@ -84,7 +85,7 @@ def _continued_to_the_end(
 ) -> Values:
     """Return the values of the rungs of an observable; others as of `values_of`.
 
-    A temperature of the contact comes with `slow`, the rungs of T_flash of slow contact.
+    A temperature of the contact comes with `slow`, the rungs of T_flash of slow contact, or of the resting body.
     """
     record, capped = OBSERVABLES[observable], column == "capped"
     q_c, top, finer, *_ = rungs[-1]
@@ -135,25 +136,24 @@ def _share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: boo
         )
         for pair in pairs
     ]
-    bodies = prediction.in_motion(scene), prediction.slow(scene)
-    of_bodies = [climb(partial(number, name=name), balanced) for name in (FLASH, RESTING)]
+    moving, slow = (climb(partial(number, name=name), balanced) for name in (FLASH, RESTING))
     temperatures = [
-        _continued_to_the_end(body, column, FLASH, rungs, of_bodies[1], extrapolated, continued)
-        for body, rungs in zip(bodies, of_bodies, strict=True)
+        _continued_to_the_end(of_body, column, FLASH, rungs, slow, extrapolated, continued)
+        for of_body, rungs in ((prediction.in_motion(scene), moving), (prediction.slow(scene), slow))
     ]
     backgrounds = prediction.backgrounds(scene, pairs[0].sample)
     with np.errstate(all="ignore"):  # a body that does not conduct
-        moving, resting = (v._replace(mean=v.mean + b) for v, b in zip(temperatures, backgrounds, strict=True))
-        ratio = moving.scattered.over(resting.scattered)
+        body, resting = (v._replace(mean=v.mean + b) for v, b in zip(temperatures, backgrounds, strict=True))
+        ratio = body.scattered.over(resting.scattered)
         share = 1.0 / (1.0 + ratio.value)
         both = [v.finest + b for v, b in zip(temperatures, backgrounds, strict=True)]
         finest = both[1] / (both[0] + both[1])
         errors = {
-            name: ratio.value * share**2 * np.hypot(part / moving.mean, resting.errors[name] / resting.mean)
-            for name, part in moving.errors.items()
+            name: ratio.value * share**2 * np.hypot(part / body.mean, resting.errors[name] / resting.mean)
+            for name, part in body.errors.items()
         }
         scatter = ratio.times(-(share**2)).scatter
-    return moving._replace(mean=share, finest=finest, scatter=scatter, errors=errors)
+    return body._replace(mean=share, finest=finest, scatter=scatter, errors=errors)
 
 
 def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], unknown: Limit) -> Limit:

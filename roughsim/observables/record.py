@@ -87,7 +87,8 @@ class Observable:
     only_stored: bool = False  # other observables are made of it; by itself neither estimated nor compared
     of_slide: bool = False  # members of the column "sliding" store it, and no others
     asked: bool = False  # only scenes that ask for the distribution of the temperature have it
-    as_flash: bool = False  # a temperature of the contact: it follows the law of T_flash over the cut-off, by steps
+    # a temperature of the contact: over the cut-off it follows the law of T_flash by steps; its error by the pixel, too
+    as_flash: bool = False
     per_speed: bool = False  # one for each speed of the scene
     heated: bool = False  # proportional to the heat: reports multiply it by the share of the moving body
     spectra: bool = False  # `values` needs the stress spectra of the sample, which are read from disk

@@ -1,8 +1,8 @@
 """Which levels a scene gets: cut-offs that double, and their grids, each with its reason.
 
-A column climbs from a cheap grid to the end of its C(q), or to the largest grid of a plan. The lowest two cut-offs have
-a partner with half the pixel, the end of C(q) two. If there is a level at this end, but no grid for its partner, the
-highest cut-off with such a grid has one. All are candidates: a run solves those that its target needs.
+A column climbs from a cheap grid to the end of its C(q), or to the largest grid of a plan. Each cut-off has a partner
+with half the pixel, the end of C(q) two, if there is a grid for it. All are candidates: a run solves those that its
+target needs.
 
 - Capped contact is followed far beyond the yield wavenumber q_y: its T_flash falls as a power of the cut-off.
 - Contact on the smoothed spectrum C_sm ends a little above q_y.
@@ -110,8 +110,6 @@ def _climb(grids: _Grids, end: float, q_max: float, q_yield: float = 0.0) -> lis
     top = min(end, grids.highest)
     doublings = max(round(log2(grids.points(top) / BASE_SIDE)), 0)
     cuts = [top / 2 ** (doublings - k) for k in range(doublings + 1)]
-    # the change by the pixel counts at the end of C(q): it is measured there, or close to it; far beyond it is small
-    shown = [cut for cut in cuts if top == end and grids.level(cut, pixels=2 * PIXELS)]
     rungs = []
     for k, cut in enumerate(cuts):
         level = grids.level(cut, lowest=k == 0)
@@ -127,7 +125,7 @@ def _climb(grids: _Grids, end: float, q_max: float, q_yield: float = 0.0) -> lis
         elif cut == top:
             why += f"; the largest grid of a plan, C(q) goes on to {q_max:.3g} rad/m"
         rungs.append(Rung(level, why))
-        finer = (2, 4) if cut == end else (2,) if k < 2 or cut in shown[-1:] else ()
+        finer = (2, 4) if cut == end else (2,)
         partners = [grids.level(cut, pixels=times * PIXELS) for times in finer]
         why = "half the pixel of the level before: the change by the pixel"
         rungs += (Rung(partner, why) for partner in partners if partner is not None)

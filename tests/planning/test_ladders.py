@@ -64,8 +64,8 @@ def test_steel_is_followed_from_512_points_to_the_largest_grid_in_half_the_cell(
     assert {numerics.levels[i].cell for i in higher} == {"half"}
     assert cut_offs(numerics, "smoothed", q_yield)[-1] == pytest.approx(1.5, rel=0.02)
     assert {numerics.levels[i].cell for i in numerics.of_column("smoothed")} == {None}
-    # the lowest two cut-offs, and the end of C_sm, have partners
-    assert [numerics.partner(i) is not None for i in numerics.rungs("capped")] == [k < 2 for k in range(5)]
+    # the largest grid has no room for a partner
+    assert [numerics.partner(i) is not None for i in numerics.rungs("capped")] == [k < 4 for k in range(5)]
     assert all(numerics.partner(i) is not None for i in numerics.rungs("smoothed"))
 
 
@@ -143,14 +143,13 @@ def test_a_short_spectrum_is_one_cut_off_and_its_partners(steel):
     assert len(numerics.levels) == 3
 
 
-def test_without_room_for_a_partner_at_the_end_of_C_the_cut_off_below_has_one(monkeypatch):
+def test_each_cut_off_has_a_partner_if_there_is_room_and_the_end_of_C_two(monkeypatch):
     # 3 pixels per wave of 4e6 rad/m are 3780 points in half the cell, 6 are too many; of 2e6 rad/m they fit
-    for end, with_partner in {4e6: [2.5e5, 5e5, 2e6], 2e6: [2.5e5, 5e5, 2e6], 4.15e7: [2.71e5, 5.42e5]}.items():
+    for end, with_partner in {4e6: [1, 1, 1, 1, 0], 2e6: [1, 1, 1, 1], 1e6: [1, 1, 2], 4.15e7: [1, 1, 1, 1, 0]}.items():
         numerics = planned(steel_to(end, 5e4, monkeypatch))
-        rungs = numerics.rungs("capped")
-        assert len(rungs) == {4e6: 5, 2e6: 4, 4.15e7: 5}[end]
-        found = [numerics.levels[i].q_max for i in rungs if numerics.partner(i) is not None]
-        assert found == pytest.approx(with_partner, rel=0.01)
+        cuts = cut_offs(numerics, "capped")
+        of_column = [numerics.levels[i].q_max for i in numerics.of_column("capped")]
+        assert [of_column.count(cut) - 1 for cut in cuts] == with_partner
 
 
 @pytest.mark.parametrize("parts", [1, 2, 4])
