@@ -46,7 +46,7 @@ STATED = [
     ("errors", "| {0} % | {0} % | {0} % | With", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
     (
         "errors",
-        "q_c^(−{}) is taken, and q_c^(−{}) in elastic",
+        "taken to fall as q_c^(−{}), in elastic contact as q_c^(−{})",
         ["roughsim.estimate.levels:PIXEL_FALL[capped]", "roughsim.estimate.levels:PIXEL_FALL[elastic]"],
     ),
     ("errors", "and {} times the last change counts as error", ["roughsim.estimate.ladder:_TURNING"]),
