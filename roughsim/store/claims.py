@@ -87,13 +87,15 @@ class Claims:
         """
         if claim in self.held:
             return False
+        self.held.add(claim)  # first: after an interrupt `release_all` releases what was made
         try:
-            if not self._made(self.folder / claim):
-                return False
+            if self._made(self.folder / claim):
+                return True
         except OSError as error:
             self._go_on_without(error)
-        self.held.add(claim)
-        return True
+            return True
+        self.held.discard(claim)
+        return False
 
     def _made(self, path: Path) -> bool:
         """Make the file of a claim; False if another process has it. OSError if the disk or its permissions refuse."""

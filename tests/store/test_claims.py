@@ -27,6 +27,20 @@ def test_a_member_is_taken_by_one_process_until_it_gives_it_up(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_interrupt_as_soon_as_a_claim_is_made_leaves_none(tmp_path, monkeypatch):
+    genuine = Claims._made
+
+    def made(claims, path):
+        genuine(claims, path)
+        if path.name == ONE:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Claims, "_made", made)
+    with pytest.raises(KeyboardInterrupt), Claims(tmp_path) as mine:
+        mine.take(ONE)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_process_that_begins_while_the_last_one_leaves_signs_in_a_folder_of_its_own(tmp_path, monkeypatch):
     genuine, calls = Path.mkdir, []
 
