@@ -138,7 +138,7 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def main() -> None:
-    command = Command(__file__, __doc__, "one scene, two cut-offs")
+    command = Command(__file__, __doc__, "two cut-offs of the first scene that has them")
     command.add_argument("--seed", type=int, default=SEED, help="of the drawn scenes")
     options = command.parse()
     if options.evidence and (options.toy or options.seed != SEED):
@@ -149,7 +149,7 @@ def main() -> None:
         found = list(changes(name, case, kept, options.toy))
         print(f"{name}: {len(found)} cut-offs", flush=True)
         rows += carries(name, case.scene, found)
-        if options.toy:
+        if options.toy and rows:
             break
     cells = table(rows)
     print("\n".join(" | ".join(row) for row in cells))
