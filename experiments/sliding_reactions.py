@@ -19,13 +19,13 @@ import json
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import partial
-from math import exp, inf, log, pi, sqrt
+from math import exp, inf, log, sqrt
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 from reactions import ENERGIES, SHARES, row_of
-from reference.pairs import level_at, rounded
+from reference.pairs import CELL, MODULUS, Bodies, level_at, rounded
 from script import Command, Row, Rows, write_evidence
 
 import roughsim as rs
@@ -38,7 +38,7 @@ from theory import clipped
 SEED = 20261128
 LIST = Path(__file__).parent / "reference" / "sliding_reactions_points.json"
 SLIDES = LIST.with_name("sliding_reactions_slides.json")
-MODULUS, CELL, PERIODS, POINTS, MEMBERS = 110e9, 4e-3, 4, 192, 4
+POINTS, MEMBERS = 192, 4
 KINDS = {"A": "yielded", "B": "yielded in part", "E": "elastic"}
 ENDS = {"A": 12.0, "B": 10.0, "E": 8.0}  # q_max/q_min
 COUNT = 5  # of each kind
@@ -48,27 +48,13 @@ COLOURS = {"A": "#0072b2", "B": "#d55e00", "E": "#009e73"}
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """One pair of bodies, in SI units; `part` of C(q) rides with the moving one."""
-
-    name: str  # kind A, B or E, and a number
-    hurst: float
-    plateau: float  # q_r/q_min
-    level: float  # C(q_r), m⁴
-    pressure: float
-    hardness: float | None
-    part: float
-    moving: tuple[float, float]  # κ, D
-    resting: tuple[float, float]
-    speeds: tuple[float, float]
-    distance: float
+class Drawn(Bodies):
+    """One pair of the list."""
 
     @property
     def spectrum(self) -> rs.SelfAffineSpectrum:
         """C(q) of both faces together."""
-        q_min = 2 * pi * PERIODS / CELL
-        end = ENDS[self.name[0]] * q_min
-        return rs.SelfAffineSpectrum(self.level, self.hurst, q_min, self.plateau * q_min, end)
+        return self.spectrum_to(ENDS[self.name[0]])
 
     def theory(self, fields: int = 6, points: int = 192) -> clipped.TemperatureDistribution:
         """Return the distribution of drawn fields, of T_flash 1 K."""

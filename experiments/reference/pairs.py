@@ -49,8 +49,8 @@ FAR = Part(
 
 
 @dataclass(frozen=True)
-class Pair:
-    """One pair of bodies, in SI units; `part` of C(q) rides with the moving one."""
+class Bodies:
+    """Two bodies, in SI units; `part` of C(q) rides with the moving one."""
 
     name: str  # kind A, B or E, and a number
     hurst: float
@@ -63,6 +63,16 @@ class Pair:
     resting: tuple[float, float]
     speeds: tuple[float, float]
     distance: float
+
+    def spectrum_to(self, end: float) -> rs.SelfAffineSpectrum:
+        """Return C(q) of both faces together, up to q_max/q_min."""
+        q_min = 2 * pi * PERIODS / CELL
+        return rs.SelfAffineSpectrum(self.level, self.hurst, q_min, self.plateau * q_min, end * q_min)
+
+
+@dataclass(frozen=True)
+class Pair(Bodies):
+    """One pair of the list."""
 
     @property
     def kind(self) -> str:
@@ -77,9 +87,7 @@ class Pair:
     @property
     def spectrum(self) -> rs.SelfAffineSpectrum:
         """C(q) of both faces together."""
-        q_min = 2 * pi * PERIODS / CELL
-        end = self.drawn.ends[self.kind]
-        return rs.SelfAffineSpectrum(self.level, self.hurst, q_min, self.plateau * q_min, end * q_min)
+        return self.spectrum_to(self.drawn.ends[self.kind])
 
     def theory(self, distance: Any, speed: Any = None) -> two_bodies.SlidingTemperatures:
         """Return the theory, with μ = 0.1."""
