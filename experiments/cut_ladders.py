@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures.style import BLACK, legend_below, new_figure
+from figures.coverage import off_over_error
 from numpy.typing import NDArray
 from scipy import stats
 from script import Command, write_evidence
@@ -94,10 +94,16 @@ def continuations(name: str, sections: dict[str, Any], run: rs.Run) -> Iterator[
             }
 
 
+def off_and_error(rows: list[dict[str, Any]]) -> tuple[Array, Array]:
+    """Return how far continuations are off and their errors with the scatter, relative, of all speeds."""
+    off, told, scatter = (np.concatenate([[], *(row[name] for row in rows)]) for name in ("off", "told", "scatter"))
+    return np.abs(off), np.hypot(told, scatter)
+
+
 def over_error(rows: list[dict[str, Any]]) -> Array:
     """Return |off| over the root of the squares of bandwidth error and scatter of all speeds."""
-    off, told, scatter = (np.concatenate([row[name] for row in rows]) for name in ("off", "told", "scatter"))
-    return np.asarray(np.abs(off) / np.hypot(told, scatter))
+    off, error = off_and_error(rows)
+    return off / error
 
 
 def table(rows: list[dict[str, Any]]) -> list[list[str]]:
@@ -111,20 +117,6 @@ def table(rows: list[dict[str, Any]]) -> list[list[str]]:
         found = [str(np.sum(ratio <= 1.0)), f"{ratio.max():.2f}"] if way != UNKNOWN else ["–", "–"]
         cells.append([way, f"{steps}" + " or more" * (steps == 3), str(ratio.size), *found])
     return cells
-
-
-def draw(rows: list[dict[str, Any]], path: Path) -> None:
-    """Draw how far each continuation is off over its error, both in per cent; below the line they hold."""
-    with new_figure(path, 3.4) as figure:
-        axes = figure.subplots()
-        for way, marker in zip(WAYS.values(), "o^s", strict=True):
-            chosen = [row for row in rows if row["way"] == way]
-            if chosen:
-                off = np.abs(np.concatenate([row["off"] for row in chosen]))
-                axes.loglog(100 * off / over_error(chosen), 100 * off, marker, ms=2.5, label=way)
-        axes.plot(axes.get_xlim(), axes.get_xlim(), color=BLACK, lw=0.8)
-        axes.set(xlabel="error, %", ylabel="off, %", ylim=(1e-3, None))
-        legend_below(figure, [axes], 3)
 
 
 def main() -> None:
@@ -144,7 +136,8 @@ def main() -> None:
             break
     cells = table(rows)
     print("\n".join(" | ".join(row) for row in cells))
-    draw(rows, options.output / "cut_ladders.png")
+    groups = {way: off_and_error([row for row in rows if row["way"] == way]) for way in WAYS.values()}
+    off_over_error(groups, options.output / "cut_ladders.png")
     if options.evidence:
         command_line = "python experiments/cut_ladders.py --evidence"
         ratio = over_error([row for row in rows if row["way"] != UNKNOWN])

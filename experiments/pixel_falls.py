@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures.style import BLACK, legend_below, new_figure
+from figures.coverage import off_over_error
 from numpy.typing import NDArray
 from reference import make_deep
 from scipy import stats
@@ -125,18 +125,6 @@ def table(rows: list[dict[str, Any]]) -> list[list[str]]:
     return cells
 
 
-def draw(rows: list[dict[str, Any]], path: Path) -> None:
-    """Draw how far each carry is off over its error, both in per cent; below the line they hold."""
-    with new_figure(path, 3.4) as figure:
-        axes = figure.subplots()
-        for shown, marker in zip(SHOWN, "o^s", strict=True):
-            off, error = all_of([row for row in rows if row["observable"].startswith(f"{shown}, ")])
-            axes.loglog(100 * error, 100 * off, marker, ms=2.5, label=shown)
-        axes.plot(axes.get_xlim(), axes.get_xlim(), color=BLACK, lw=0.8)
-        axes.set(xlabel="error, %", ylabel="off, %", ylim=(1e-3, None))
-        legend_below(figure, [axes], 3)
-
-
 def main() -> None:
     command = Command(__file__, __doc__, "two cut-offs of the first scene that has them")
     command.add_argument("--seed", type=int, default=SEED, help="of the drawn scenes")
@@ -153,15 +141,17 @@ def main() -> None:
             break
     cells = table(rows)
     print("\n".join(" | ".join(row) for row in cells))
-    draw([row for row in rows if not row["observable"].startswith(ALONE)], options.output / "pixel_falls.png")
+    together = [row for row in rows if not row["observable"].startswith(ALONE)]
+    groups = {shown: all_of([row for row in together if row["observable"].startswith(f"{shown}, ")]) for shown in SHOWN}
+    off_over_error(groups, options.output / "pixel_falls.png")
     if options.evidence:
-        together, alone = (
+        of_all, alone = (
             all_of([row for row in rows if row["observable"] == f"{shown}, capped"]) for shown in ("T_flash", ALONE)
         )
         worst = int(np.argmax(alone[0] - alone[1]))
         numbers = {
-            "count": together[0].size,
-            "hold": np.sum(together[0] <= together[1]),
+            "count": of_all[0].size,
+            "hold": np.sum(of_all[0] <= of_all[1]),
             "scenes": len({row["scene"] for row in rows if row["observable"] == "T_flash, capped"}),
             "alone": 100 * np.mean(alone[0] <= alone[1]),
             "off_alone": 100 * alone[0][worst],

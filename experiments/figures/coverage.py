@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .style import BLUE, ORANGE, new_figure
+from .style import BLACK, BLUE, ORANGE, legend_below, new_figure
 
 NAMES = {
     "flash_temperature": "$T_{flash}$",
@@ -44,3 +44,18 @@ def coverage(rows: list[dict[str, Any]], path: Path, source: str = "") -> None:
 def label(row: dict[str, Any]) -> str:
     """Return the observable and its speed."""
     return NAMES[row["observable"]] + (f", {row['speed']:g} m/s" if row["speed"] is not None else "")
+
+
+def off_over_error(groups: dict[str, tuple[Any, Any]], path: Path) -> None:
+    """Draw how far values are off over their errors, both relative; below the line they hold.
+
+    `groups` has both by name; one without values is left out.
+    """
+    with new_figure(path, 3.4) as figure:
+        axes = figure.subplots()
+        for (name, (off, error)), marker in zip(groups.items(), "o^s", strict=True):
+            if len(off):
+                axes.loglog(100 * error, 100 * off, marker, ms=2.5, label=name)
+        axes.plot(axes.get_xlim(), axes.get_xlim(), color=BLACK, lw=0.8)
+        axes.set(xlabel="error, %", ylabel="off, %", ylim=(1e-3, None))
+        legend_below(figure, [axes], 3)
