@@ -95,10 +95,11 @@ def change_by_pixel(
     change = shown.finer if isnan(order) else shown.finer.plus(unseen)
     known = np.isfinite(change.value)  # 0/0 without yielding, or at rest
     change = change.where(known, nothing)
-    moved = np.abs(change.value) * carried
     if carried > 1.0 - SAME:
         moved = np.zeros(shape)
-    elif slow is not None:
+    elif slow is None:
+        moved = np.abs(change.value) * carried
+    else:
         of_slow, _ = change_by_pixel(slow, order, fall)
         moved = np.full(shape, max(np.abs(one.value).max() for one in (change, of_slow)) * carried**_LARGEST_FALL)
     return change.times(carried), np.where(known, np.hypot(carried * unseen.value, moved), 0.0)
