@@ -105,6 +105,8 @@ def drawn_scenes(seed: int = SEED) -> dict[str, dict[str, Any]]:
             other = surface(draw, draw.uniform(0.4, 0.9), q_min * 4.0 ** draw.uniform(-1.0, 1.0), plateau=k % 2 == 1)
             other["rms_height"] = 1e-6 * digits(draw.uniform(0.3, 1.0))
             other["q_max"] = digits(q_y * draw.uniform(8.0, 60.0))
+            if other.get("q_roll_off", 0.0) >= other["q_max"]:  # no room for a plateau and what follows it
+                other = {name: value for name, value in other.items() if "roll_off" not in name}
             sections["counterface"] = other | body(draw, hardness * draw.uniform(1.0, 2.0))
         elif draw.uniform() < 0.5:
             sections["counterface"] = {"like": "body"}

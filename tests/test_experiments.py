@@ -205,6 +205,9 @@ def test_drawn_scenes_are_what_they_were_drawn_to_be(script):
     for found, low, high in ((loads, 0.003, 0.4), (times, 1.0, 30.0)):
         np.testing.assert_array_equal(np.floor(8 * np.log(found / low) / np.log(high / low)), range(8))
     assert drawn.drawn_scenes(1) != sections
+    no_room = drawn.drawn_scenes(40009)["unlike 2"]["counterface"]  # drawn with a roll-off above its q_max
+    assert "q_roll_off" not in no_room
+    assert "roll_off_exponent" not in no_room
 
 
 def test_earlier_versions_are_asked_for_what_their_plan_leaves_of_the_target(script):
