@@ -9,8 +9,11 @@ from roughsim.observables.record import Sample
 
 NAME = "flash_temperature"
 SLOW = "resting_flash_temperature"
+GRADIENT = "flash_gradient"
 END = 4.15e7  # rad/m, of the steel
 SPEEDS = 7  # of the steel
+BOUND = 90e6 / 1.2e9  # σ₀/σ_P of the steel
+VARIANCE = 90e6 * 1.2e9 - 90e6**2  # Pa², of a pressure that is σ_P or nothing
 
 
 def sample(values, q_max=1.0, *, side=64.0, part=False, name=NAME, **numbers):
@@ -56,3 +59,14 @@ def part_of(sample, chosen):
     numbers = {name: values[chosen] for name, values in sample.numbers.items()}
     bins = None if sample.bins is None else type(sample.bins)(*(values[chosen] for values in sample.bins))
     return replace(sample, rows=sample.rows[chosen], numbers=numbers, spectrum=sample.spectrum[chosen], bins=bins)
+
+
+def at_speeds(*means, speeds=SPEEDS):
+    return [np.full(speeds, mean) for mean in means]
+
+
+def with_partner(pairs, change, cut_off, *, speeds=SPEEDS):
+    """The levels and one that shows a relative change by half the pixel at a cut-off, of six surfaces."""
+    name, values = next(iter(pairs[0].sample.numbers.items()))
+    rows = np.full((6, speeds), 3.0 * np.sign(values[0]))
+    return [*pairs, step(9, (1.0 + change) * rows, rows, (cut_off, cut_off), name=name)]
