@@ -166,11 +166,8 @@ def _wishes(
     others = systematic**2 - of_levels**2
     too_large = (of_levels**2 > SYSTEMATIC * (goal**2 - others)) & (others < goal**2)
     added = _next_level(numerics, column, counts, _relative_parts(found, unknown=np.inf), too_large)
-    left = np.maximum(
-        goal**2 - systematic**2, SIZE_SHARE * np.maximum(systematic, goal) ** 2
-    )  # as much as for the size
-    if added is not None:
-        left = np.maximum(left, SYSTEMATIC * goal**2)
+    left = goal**2 - (systematic**2 if added is None else others)  # the added level may end the errors by levels
+    left = np.maximum(left, SIZE_SHARE * np.maximum(systematic, goal) ** 2)  # as much as for the size
     return _allocation(numerics, column, values, found, counts, np.sqrt(left)), added
 
 

@@ -207,7 +207,7 @@ def test_an_added_level_begins_with_its_share_by_the_variance_foretold(numerics,
     goal = 0.05
     verdict = judge(numerics, {NAME: goal}, 10**6, counts, totals_of(numerics, by_level, **{error: goal}))
     there = {level: by_level[level] for level in range(7) if counts[level]}
-    wanted = ceil(least_work(numerics, counts, goal * np.sqrt(0.5), there)[below])
+    wanted = ceil(least_work(numerics, counts, goal, there)[below])
     first = ceil(wanted * np.sqrt(fall * cost(numerics, below) / cost(numerics, added)))
     assert verdict.next[added] == verdict.needed[added] == (share or max(first, 2))
 
@@ -278,10 +278,11 @@ def test_members_work_for_what_other_errors_leave_of_the_target():
         assert needed_for(share, counts, 0.01, two) == ceil(wanted[0])
 
 
-def test_a_level_that_is_added_is_taken_to_leave_half_of_the_squared_target_to_members():
+def test_a_level_that_is_added_is_taken_to_end_the_errors_by_levels_alone():
     counts = (48, 12, 0, 6)
-    wanted = least_work(ONE, counts, 0.01 * np.sqrt(0.5))
-    assert needed_for(0.9, counts, 0.01) == ceil(wanted[0])
+    for size, left in ((0.0, 1.0), (0.6, 0.8), (0.95, np.sqrt(0.1 * (0.9**2 + 0.95**2)))):
+        wanted = least_work(ONE, counts, 0.01 * left)
+        assert needed_for(0.9, counts, 0.01, size=size * 0.01) == ceil(wanted[0])
 
 
 def test_out_of_reach_ends_with_its_reason():
