@@ -1,6 +1,7 @@
 """Theory of a scene summed over the modes of a cell, in place of the integral over C(q)."""
 
-from math import nan, pi
+from collections.abc import Callable
+from math import ceil, inf, nan, pi
 
 import numpy as np
 
@@ -21,11 +22,12 @@ from roughsim.prediction.theories import OVER_SPEED
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
 from roughsim.scene.model import Layers
-from roughsim.surface.modes import mean_over_cells, mode_variance
-from roughsim.surface.spectrum import Spectrum
+from roughsim.surface.modes import check_resolved, mean_over_cells, mode_variance
+from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 from theory.skin import direction_mean, even_part, layers_of, odd_part
 
 _NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier cells
+_DENSE = 128.0  # mode spacings above q_min beyond which modes lie so densely that their sum is an integral
 
 
 def mode_sums(scene: Scene, spectrum: Spectrum, grid: Grid) -> Predicted:
@@ -83,18 +85,44 @@ def _means_over_directions(speeds: Array, bodies: Conductions, q: Array) -> tupl
 
 
 def _mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, Array]:
-    """Return the wavenumbers of the modes, rad/m, and their share of ⟨σ²⟩ − σ₀² in the theory, Pa²."""
-    variance = mode_variance(spectrum, grid)
-    modes = modes_where(grid, variance > 0.0)
-    q, ring = np.unique(modes.wavenumber, return_inverse=True)
+    """Return wavenumbers of the modes, rad/m, and their share of ⟨σ²⟩ − σ₀² in the theory, Pa².
+
+    Beyond `_DENSE` rings, a spacing wide, stand for the modes within them, by Gauss points.
+    """
 
     def weight(at: Array) -> Array:
         values: Array = theory.persson.stress_weight(at, spectrum, **stress_arguments(scene))
         return values
 
+    check_resolved(spectrum, grid)
+    fine, coarse = (2 * pi / length for length in sorted(grid.lengths, reverse=True))  # spacings of modes
+    plane = min(grid.shape) > 1  # else the modes lie on a line
+    dense, end = spectrum.breaks[0] + _DENSE * coarse if plane else inf, spectrum.breaks[-1]
+    q, roughness = _roughness_of_modes(weight, TruncatedSpectrum(spectrum, dense), grid)
+    if dense < end:
+        edges = np.linspace(dense, end, ceil((end - dense) / fine) + 1)
+        edges = np.union1d(edges, [kink for kink in spectrum.breaks if kink > dense])
+        nodes, weights = np.polynomial.legendre.leggauss(3)
+        half = 0.5 * np.diff(edges)[:, None]
+        beyond = (edges[:-1, None] + half * (1.0 + nodes)).ravel()
+        area = 2 * pi * beyond * (half * weights).ravel()
+        q = np.concatenate((q, beyond))
+        roughness = np.concatenate((roughness, area * spectrum(beyond) * weight(beyond)))
+    return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness
+
+
+def _roughness_of_modes(weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid) -> tuple[Array, Array]:
+    """Return the wavenumbers of the modes of a grid, rad/m, and their C in m², times W."""
+    x, y = (
+        min(points, 2 * ceil(spectrum.breaks[-1] * length / (2 * pi) + 1))
+        for points, length in zip(grid.shape, grid.lengths, strict=True)
+    )
+    grid = Grid((x, y), grid.lengths)
+    variance = mode_variance(spectrum, grid)
+    modes = modes_where(grid, variance > 0.0)
+    q, ring = np.unique(modes.wavenumber, return_inverse=True)
     # W at |q| of each mode, but its mean over the Fourier cell near q_min: there W falls from 1 within a mode
     weights = weight(q)[ring]
     near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
     weights[near[modes.chosen]] = mean_over_cells(weight, spectrum, grid, near & modes.chosen)
-    roughness = np.bincount(ring, modes.multiplicity * (variance[modes.chosen] * weights))
-    return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness
+    return q, np.bincount(ring, modes.multiplicity * (variance[modes.chosen] * weights)).astype(np.float64)

@@ -19,6 +19,16 @@ _NEAR = 16.0  # cells closer to the origin than this many mode spacings are inte
 _MANY_BREAKS = 16  # a spectrum with more breaks is a table: its kinks are mild, only its jumps are sharp
 
 
+def check_resolved(spectrum: Spectrum, grid: Grid) -> None:
+    """Raise ResolutionError if C(q) reaches beyond the Nyquist wavenumber of a grid."""
+    q_max = spectrum.breaks[-1]
+    if q_max > grid.nyquist * (1 + 1e-12):
+        raise ResolutionError(
+            f"q_max = {q_max:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the grid "
+            f"{grid.shape}; refine the grid or lower q_max"
+        )
+
+
 def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
     """Return ∫ C d²q over the Fourier cell of each mode: its variance on the full plane, m², shape `grid.half_shape`.
 
@@ -26,17 +36,13 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
     signs. ResolutionError if C(q) reaches beyond the Nyquist wavenumber; ValueError if it is negative or not finite; a
     RuntimeWarning if it begins below the lowest mode of the cell, or inside the Fourier cell of q = 0.
     """
-    ends = spectrum.breaks[0], spectrum.breaks[-1]
-    if ends[1] > grid.nyquist * (1 + 1e-12):
-        raise ResolutionError(
-            f"q_max = {ends[1]:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the grid "
-            f"{grid.shape}; refine the grid or lower q_max"
-        )
+    check_resolved(spectrum, grid)
     # a long and narrow cell loses waves above its lowest mode too, in the Fourier cell of q = 0
     lowest = max(2 * pi / max(grid.lengths), hypot(pi / grid.lengths[0], pi / grid.lengths[1]))
-    if ends[0] < lowest * (1 - 1e-9):
+    q_min = spectrum.breaks[0]
+    if q_min < lowest * (1 - 1e-9):
         warnings.warn(
-            f"q_min = {ends[0]:.4g} rad/m lies below {lowest:.4g} rad/m, the lower end of the modes of the cell: "
+            f"q_min = {q_min:.4g} rad/m lies below {lowest:.4g} rad/m, the lower end of the modes of the cell: "
             f"roughness of longer waves is left out; enlarge the cell to keep it",
             RuntimeWarning,
             stacklevel=3,
