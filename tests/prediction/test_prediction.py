@@ -127,9 +127,12 @@ def test_mode_sums_approach_the_integrals_as_the_cell_grows():
     assert max(errors[12].values()) < 0.01
 
 
-@pytest.mark.parametrize("sides", [(1.0, 1.0), (2.0, 1.0)])
-def test_rings_of_dense_modes_sum_as_the_modes_in_them(sides, monkeypatch):
-    first = 2 * np.pi / 1e-3
+FIRST = 2 * np.pi / 1e-3  # rad/m
+
+
+@pytest.fixture
+def wide():
+    """Two elastic faces with waves of 400 mode spacings of a cell of 1 mm; C(q) jumps at the end of one of them."""
     body = {
         "youngs_modulus": 2e11,
         "poisson_ratio": 0.3,
@@ -137,23 +140,25 @@ def test_rings_of_dense_modes_sum_as_the_modes_in_them(sides, monkeypatch):
         "density": 7900.0,
         "heat_capacity": 500.0,
     }
-    face = {"hurst": 0.7, "q_min": first, "rms_height": 5e-7}
-    scene = rs.load_scene(
+    face = {"hurst": 0.7, "q_min": FIRST, "rms_height": 5e-7}
+    return rs.load_scene(
         {
-            "surface": face | {"q_max": 400 * first},
+            "surface": face | {"q_max": 400 * FIRST},
             "body": body,
-            "counterface": face
-            | body
-            | {"q_max": 200.3 * first, "conductivity": 10.0},  # a jump of C(q) among the rings
+            "counterface": face | body | {"q_max": 200.3 * FIRST, "conductivity": 10.0},
             "sliding": {"nominal_pressure": 5e7, "friction_coefficient": 0.2, "speed": [1e-3, 0.1, 10.0]},
         }
     )
+
+
+@pytest.mark.parametrize("sides", [(1.0, 1.0), (2.0, 1.0)])
+def test_rings_of_dense_modes_sum_as_the_modes_in_them(wide, sides, monkeypatch):
     lengths = tuple(side * 1e-3 for side in sides)
     grid = rs.Grid(tuple(int(820 * side) for side in sides), lengths)
-    by_rings = summed_over_modes(scene, scene.spectrum, grid)
+    by_rings = summed_over_modes(wide, wide.spectrum, grid)
     assert by_rings.correlation_radius.__self__.wavenumber.size < 20_000
     monkeypatch.setattr("roughsim.prediction.modes._DENSE", np.inf)
-    by_modes = summed_over_modes(scene, scene.spectrum, grid)
+    by_modes = summed_over_modes(wide, wide.spectrum, grid)
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian", "heat_partition"):
         np.testing.assert_allclose(by_rings.values[name], by_modes.values[name], rtol=2e-5, err_msg=name)
     radius = np.linspace(0.0, 0.5 * np.hypot(*lengths), 50)
@@ -161,13 +166,15 @@ def test_rings_of_dense_modes_sum_as_the_modes_in_them(sides, monkeypatch):
     np.testing.assert_allclose(rings, modes, atol=3e-5 * modes[0])
 
 
-def test_a_line_of_points_has_modes_on_a_line(capped_scene, monkeypatch):
-    length = 2 * np.pi / capped_scene.surface.q_min
-    grid = rs.Grid((1, 2048), (length, length))
-    drawn = TruncatedSpectrum(capped_scene.spectrum, 600.0 * capped_scene.surface.q_min)
-    line = prediction.mode_sums(capped_scene, drawn, grid)["pressure_variance"]
-    monkeypatch.setattr("roughsim.prediction.modes._DENSE", np.inf)
-    assert line == prediction.mode_sums(capped_scene, drawn, grid)["pressure_variance"]
+def test_modes_on_a_line_have_no_rings(wide):
+    line = prediction.mode_sums(wide, wide.spectrum, rs.Grid((1, 820), (1e-3, 1e-3)))
+    plane = prediction.mode_sums(wide, wide.spectrum, rs.Grid((820, 820), (1e-3, 1e-3)))
+    assert 0 < line["pressure_variance"] < 0.1 * plane["pressure_variance"]
+
+
+def test_a_grid_too_coarse_for_the_modes_is_refused(wide):
+    with pytest.raises(rs.ResolutionError, match=r"exceeds the Nyquist wavenumber .* \(780, 780\)"):
+        prediction.mode_sums(wide, wide.spectrum, rs.Grid((780, 780), (1e-3, 1e-3)))
 
 
 def test_the_areas_are_those_of_the_theory(capped_scene, full_scene):
