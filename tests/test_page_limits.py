@@ -33,7 +33,7 @@ STATED = [
     ),
     (
         "errors",
-        "at least {} members and at most {}, where V_l is taken as {} times",
+        "from {} to {} members, where V_l is taken as {} times",
         ["roughsim.estimate.rounds:_LEAST", "roughsim.estimate.rounds:FIRST_STEP", "roughsim.estimate.rounds:_FALL"],
     ),
     (

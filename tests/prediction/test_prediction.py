@@ -156,7 +156,9 @@ def test_rings_of_dense_modes_sum_as_the_modes_in_them(wide, sides, monkeypatch)
     lengths = tuple(side * 1e-3 for side in sides)
     grid = rs.Grid(tuple(int(820 * side) for side in sides), lengths)
     by_rings = summed_over_modes(wide, wide.spectrum, grid)
-    assert by_rings.correlation_radius.__self__.wavenumber.size < 20_000
+    wavenumber = by_rings.correlation_radius.__self__.wavenumber
+    assert wavenumber.size < 20_000
+    assert np.all(np.diff(wavenumber) > 0.0)
     monkeypatch.setattr("roughsim.prediction.modes._DENSE", np.inf)
     by_modes = summed_over_modes(wide, wide.spectrum, grid)
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian", "heat_partition"):
@@ -170,6 +172,17 @@ def test_modes_on_a_line_have_no_rings(wide):
     line = prediction.mode_sums(wide, wide.spectrum, rs.Grid((1, 820), (1e-3, 1e-3)))
     plane = prediction.mode_sums(wide, wide.spectrum, rs.Grid((820, 820), (1e-3, 1e-3)))
     assert 0 < line["pressure_variance"] < 0.1 * plane["pressure_variance"]
+
+
+def test_a_density_that_is_negative_in_rings_is_refused(wide):
+    class Odd:
+        breaks = wide.spectrum.breaks
+
+        def __call__(self, q):
+            return np.where(np.abs(q / FIRST - 350.5) < 0.4, -1.0, 1.0) * wide.spectrum(q)
+
+    with pytest.raises(ValueError, match="must be finite and not negative"):
+        prediction.mode_sums(wide, Odd(), rs.Grid((820, 820), (1e-3, 1e-3)))
 
 
 def test_a_grid_too_coarse_for_the_modes_is_refused(wide):
