@@ -194,7 +194,10 @@ def evidence(table: dict[str, dict[str, Point]]) -> None:
         row = [name]
         for target in targets:
             point = points.get(target, {"failure": "not measured"})
-            cell = "–" if "failure" in point else f"{point['seconds']:.2g} ({point['lowest']})"
+            cell = "–"
+            if "failure" not in point:
+                seconds = np.format_float_positional(point["seconds"], 2, fractional=False, trim="-")
+                cell = f"{seconds} ({point['lowest']})"
             if not point.get("met", True):
                 cell += f" ends at {100 * np.nanmax(point['error']):.2g} %"
             row.append(cell)
