@@ -91,7 +91,7 @@ def _means_over_directions(speeds: Array, bodies: Conductions, q: Array) -> tupl
 def _mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, Array]:
     """Return wavenumbers of the modes, rad/m, and their share of ⟨σ²⟩ − σ₀² in the theory, Pa².
 
-    Beyond `_DENSE` rings, a spacing wide, stand for the modes within them, by Gauss points.
+    Beyond `_DENSE` rings, a spacing wide, stand for the modes within them.
     """
 
     def weight(at: Array) -> Array:
@@ -104,16 +104,8 @@ def _mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, A
     dense, end = spectrum.breaks[0] + _DENSE * coarse if plane else inf, spectrum.breaks[-1]
     q, roughness = _roughness_of_modes(weight, TruncatedSpectrum(spectrum, dense), grid)
     if dense < end:
-        pieces = pairwise([dense, *(kink for kink in spectrum.breaks if kink > dense)])
-        edges = np.unique(
-            np.concatenate([np.linspace(low, high, ceil((high - low) / fine) + 1) for low, high in pieces])
-        )
-        nodes, weights = np.polynomial.legendre.leggauss(2)
-        half = 0.5 * np.diff(edges)[:, None]
-        beyond = (edges[:-1, None] + half * (1.0 + nodes)).ravel()
-        area = 2 * pi * beyond * (half * weights).ravel()
-        roughness = np.concatenate((roughness, area * density(spectrum, beyond) * weight(beyond)))
-        q = np.concatenate((q, beyond))
+        beyond, of_rings = _roughness_of_rings(weight, spectrum, dense, fine)
+        q, roughness = np.concatenate((q, beyond)), np.concatenate((roughness, of_rings))
         rising = np.argsort(q)  # the last modes lie within the first ring
         q, roughness = q[rising], roughness[rising]
     return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness
@@ -134,3 +126,16 @@ def _roughness_of_modes(weight: Callable[[Array], Array], spectrum: Spectrum, gr
     near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
     weights[near[modes.chosen]] = mean_over_cells(weight, spectrum, grid, near & modes.chosen)
     return q, np.bincount(ring, modes.multiplicity * (variance[modes.chosen] * weights)).astype(np.float64)
+
+
+def _roughness_of_rings(
+    weight: Callable[[Array], Array], spectrum: Spectrum, start: float, width: float
+) -> tuple[Array, Array]:
+    """Return two Gauss points of each ring beyond `start`, at most so wide, all rad/m, and their C in m², times W."""
+    pieces = pairwise([start, *(kink for kink in spectrum.breaks if kink > start)])
+    edges = [np.linspace(low, high, ceil((high - low) / width) + 1) for low, high in pieces]
+    rings = np.unique(np.concatenate(edges))
+    nodes, weights = np.polynomial.legendre.leggauss(2)
+    half = 0.5 * np.diff(rings)[:, None]
+    q = (rings[:-1, None] + half * (1.0 + nodes)).ravel()
+    return q, 2 * pi * q * (half * weights).ravel() * density(spectrum, q) * weight(q)
