@@ -11,7 +11,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.ladder import SAME, Pair, Rung, change_by_pixel, climb
-from roughsim.estimate.limit import Limit, by_law, by_power, by_shape, by_steps
+from roughsim.estimate.limit import Limit, by_bound, by_law, by_power, by_shape, by_steps
 from roughsim.estimate.mean import Mean, Scatter
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
@@ -160,8 +160,8 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     """Return the rest beyond the highest cut-off; `unknown` if no rule holds.
 
     Contact that does not yield rises with the shape of the theory. Contact that has yielded follows its law in its
-    range, else a power of the cut-off. A distance shorter than the shortest wave follows no power. Temperatures of the
-    contact other than T_flash follow its law by steps.
+    range, else a power of the cut-off; its areas and g_σ(0) tend to their bounds. A distance shorter than the shortest
+    wave follows no power. Temperatures of the contact other than T_flash follow its law by steps.
     """
     q = tuple(rung.q_max for rung in rungs)
     record = OBSERVABLES[observable]
@@ -169,6 +169,9 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     theory = prediction.continuation(scene, column, q, followed)
     if theory is not None:
         return by_shape(rungs, theory, yields=column == "capped")
+    end = scene.spectrum.breaks[-1]
+    if observable in _TOWARDS_BOUND:
+        return by_bound(rungs, end, _bound(scene, observable))
     law = prediction.yielded_fall(scene, q[-2:]) if followed == FLASH else None
     if law is not None:
         return by_steps(rungs, law) if record.as_flash else by_law(rungs, law)
@@ -177,21 +180,22 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     top = rungs[-1].mean.value
     if record.distance and top.mean() * q[-1] < 4.0 * np.pi:
         return unknown._replace(error=np.abs(top - rungs[-2].mean.value))
-    # areas and the variance change along the edges of patches: to first order, whatever H
-    known = record.by_force_balance
-    usual = 1.0 if known else prediction.usual_exponent(scene, q[-1])
-    return by_power(rungs, scene.spectrum.breaks[-1], usual, known=known)
+    return by_power(rungs, end, prediction.usual_exponent(scene, q[-1]))
+
+
+def _bound(scene: Scene, observable: str) -> float:
+    """Return the bound of an area or g_σ(0): A_pl ≤ σ₀/σ_P ≤ A, ⟨σ²⟩ − σ₀² ≤ σ₀(σ_P − σ₀), as 0 ≤ σ ≤ σ_P."""
+    load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
+    return load * (hardness - load) if observable == "pressure_variance" else load / hardness
 
 
 def _bounded(scene: Scene, observable: str, mean: Mean, rest: Array) -> tuple[Mean, Array]:
     """Return an area or g_σ(0) within the exact bound that it tends to, and its largest error by the cut-off.
 
-    A_pl ≤ σ₀/σ_P ≤ A, and g_σ(0) = ⟨σ²⟩ − σ₀² ≤ σ₀(σ_P − σ₀), as 0 ≤ σ ≤ σ_P. `rest` was added beyond the highest
-    cut-off: the true value of a drawn surface lies between that at this cut-off and the bound. On a map whose plateaus
-    are cut off at a wavenumber it may lie on the other side.
+    `rest` was added beyond the highest cut-off: the true value of a drawn surface lies between that at this cut-off and
+    the bound. On a map whose plateaus are cut off at a wavenumber it may lie on the other side.
     """
-    load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
-    bound = load * (hardness - load) if observable == "pressure_variance" else load / hardness
+    bound = _bound(scene, observable)
     value = _TOWARDS_BOUND[observable](mean.value, bound)
     within = np.maximum(np.abs(value - (mean.value - rest)), np.abs(value - bound))
     return mean._replace(value=value), within

@@ -71,35 +71,60 @@ def by_steps(rungs: list[Rung], law: Array) -> Limit:
     return Limit(rest, error, "by steps of the law of T_flash for contact that yields")
 
 
-def by_power(rungs: list[Rung], end: float, usual: float, *, known: bool = False) -> Limit:
+def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
     """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two rungs or more.
 
     p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances. One
     step shows no exponent, nor do steps that hardly shrink: all of the rest is in doubt. Two steps show one exponent,
-    and half of the rest is in doubt. Where the usual one is `known`, since areas change to first order whatever C(q),
-    and from three steps on the least is `_OF_STEPS`.
+    and half of the rest is in doubt, from three steps on `_OF_STEPS`.
     """
     q = np.array([rung.q_max for rung in rungs[-2:]] + [end])[:, None]
-    exponent = np.full(rungs[-1].mean.value.shape, usual)
-    scatter = np.full_like(exponent, _USUAL_SCATTER)
-    least = np.full_like(exponent, _OF_STEPS if known else max(_OF_STEPS, 0.5 ** (len(rungs) - 2)))
+    exponent, weight = np.full(rungs[-1].mean.value.shape, usual), np.zeros(rungs[-1].mean.value.shape)
     if len(rungs) > 2:
         low, middle, top = (rung.mean for rung in rungs[-3:])
-        with np.errstate(all="ignore"):
-            quotient = middle.plus(low.times(-1.0)).over(top.plus(middle.times(-1.0)))  # (q₂/q₁)^p
-            rise = np.log(q[1] / q[0])
-            fitted = np.log(quotient.value) / rise
-            own = np.sqrt(sum(quotient.variance.values())) / (rise * quotient.value)
-            weight = 1.0 / (1.0 + (own / _USUAL_SCATTER) ** 2)
-        falls = np.isfinite(weight) & (fitted >= _LEAST_EXPONENT)
-        weight = np.where(falls, weight, 0.0)
-        exponent = np.where(weight > 0.0, usual + weight * (fitted - usual), usual)
-        scatter = np.sqrt(1.0 - weight) * _USUAL_SCATTER
-        least = np.where(falls, least, 1.0)
-    rest = _by_steps(rungs, q**-exponent)
-    slower = _by_steps(rungs, q ** -np.maximum(exponent - scatter, _LEAST_EXPONENT))
+        quotient = middle.plus(low.times(-1.0)).over(top.plus(middle.times(-1.0)))  # (q₂/q₁)^p
+        exponent, weight = _exponent(quotient, q[1] / q[0], usual)
+    rest, slower = (_by_steps(rungs, q**-p) for p in (exponent, _slower(exponent, np.sqrt(1.0 - weight))))
+    least = np.where(weight > 0.0, max(_OF_STEPS, 0.5 ** (len(rungs) - 2)), 1.0)
     error = np.maximum(np.abs(slower.value - rest.value), least * np.abs(rest.value))
-    return Limit(rest, error, "as q_c^(−p) with p = " + ", ".join(dict.fromkeys(f"{p:.2f}" for p in exponent)))
+    return Limit(rest, error, f"as q_c^(−p) with p = {_in_words(exponent)}")
+
+
+def by_bound(rungs: list[Rung], end: float, bound: float) -> Limit:
+    """Return the rest of a mean whose distance to an exact bound falls as q_c^(−p) up to `end`, rad/m.
+
+    p is the mean of 1 and the exponent of the last two distances, weighted by their inverse variances: they follow from
+    forces along the edges of patches. The error is by an exponent smaller by `_USUAL_SCATTER`.
+    """
+    q_c, top, *_ = rungs[-1]
+    distances = [rung.mean.plus(Mean(np.full(top.value.shape, -bound), {})) for rung in rungs[-2:]]
+    exponent = np.ones(top.value.shape)
+    if len(rungs) > 1:
+        low, high = distances
+        exponent, _ = _exponent(low.over(high), q_c / rungs[-2].q_max, usual=1.0)
+    left, slower = ((q_c / end) ** p for p in (exponent, _slower(exponent, 1.0)))
+    rest = distances[-1].times(left - 1.0)
+    error = np.abs(distances[-1].value) * (slower - left)
+    return Limit(rest, error, f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}")
+
+
+def _exponent(quotient: Mean, ratio: Array | float, usual: float) -> tuple[Array, Array]:
+    """Return p of a quotient `ratio`^p, drawn to the usual one by its scatter, and its weight; 0 if it is no power."""
+    with np.errstate(all="ignore"):
+        fitted = np.log(quotient.value) / np.log(ratio)
+        own = np.sqrt(sum(quotient.variance.values())) / (np.log(ratio) * quotient.value)
+        weight = 1.0 / (1.0 + (own / _USUAL_SCATTER) ** 2)
+        weight = np.where(np.isfinite(weight) & (fitted >= _LEAST_EXPONENT), weight, 0.0)
+        return np.where(weight > 0.0, usual + weight * (fitted - usual), usual), weight
+
+
+def _slower(exponent: Array, share: Array | float) -> Array:
+    """Return an exponent smaller by a share of the usual scatter."""
+    return np.maximum(exponent - share * _USUAL_SCATTER, _LEAST_EXPONENT)
+
+
+def _in_words(exponent: Array) -> str:
+    return ", ".join(dict.fromkeys(f"{p:.2f}" for p in exponent))
 
 
 def _in_proportion(rungs: list[Rung], shape: Array) -> Mean:

@@ -13,6 +13,7 @@ import numpy as np
 
 import theory
 from roughsim.grid import Array
+from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.areas import yielded_share
 from roughsim.prediction.bodies import pressure_arguments
 from roughsim.prediction.theories import over_speed, predictions
@@ -24,6 +25,7 @@ from theory.yielding import YieldingSpectrum
 # C(q), and falls as a power of the cut-off from the second on. In between it has a maximum: on 24 scenes whose q_y is
 # 20 to 2500 q_min the theory was up to 19 % above the end, and a power up to 23 %
 _ELASTIC, _YIELDED = 0.05, 0.99
+_HALF = 0.5  # from here on areas and the variance of the stress tend to their bounds (experiments/cut_ladders.py)
 # T_flash of yielded contact falls as q_c^−(0.3 + 1.05 H) between slow and fast sliding; from H = 2/3 on the exponent 1
 # fits as well, and extrapolates less
 _FALL = (0.3, 1.05)
@@ -35,9 +37,10 @@ def continuation(scene: Scene, column: str, cut_offs: tuple[float, ...], observa
     """Return an observable of the theory up to each cut-off and over all of C(q), shape (cut-offs + 1, speeds).
 
     `cut_offs` belong to the levels of the column, rad/m, ascending. All NaN if it is unknown whether the column follows
-    the theory; None if it falls as a power of the cut-off.
+    the theory; None if it falls as a power of the cut-off, or tends to its bound.
     """
-    follows = follows_theory(scene, column, cut_offs)
+    yielded = _HALF if OBSERVABLES[observable].by_force_balance else _YIELDED
+    follows = follows_theory(scene, column, cut_offs, yielded)
     if follows is False:
         return None
     theories = *(predictions(scene, q) for q in cut_offs), predictions(scene)
@@ -45,15 +48,15 @@ def continuation(scene: Scene, column: str, cut_offs: tuple[float, ...], observa
     return values if follows else np.full_like(values, nan)
 
 
-def follows_theory(scene: Scene, column: str, cut_offs: tuple[float, ...]) -> bool | None:
+def follows_theory(scene: Scene, column: str, cut_offs: tuple[float, ...], yielded: float = _YIELDED) -> bool | None:
     """Return whether a column follows the theory from the last of its cut-offs, rad/m, to the end of the spectrum.
 
-    False if it falls as a power of the cut-off, as it does if contact has yielded at the last two cut-offs; None if
-    neither is known.
+    False if it falls as a power of the cut-off, as it does if the share `yielded` of contact has yielded at the last
+    two cut-offs; None if neither is known.
     """
     if column != "capped" or yielded_share(scene) <= _ELASTIC:
         return True
-    return False if yielded_share(scene, min(cut_offs[-2:])) >= _YIELDED else None
+    return False if yielded_share(scene, min(cut_offs[-2:])) >= yielded else None
 
 
 def yielded_fall(scene: Scene, cut_offs: tuple[float, ...]) -> Array | None:

@@ -5,7 +5,7 @@ import pytest
 from ladder_cases import NAME, ladder
 
 from roughsim.estimate.ladder import Rung, climb
-from roughsim.estimate.limit import by_law, by_power, by_shape, by_steps
+from roughsim.estimate.limit import by_bound, by_law, by_power, by_shape, by_steps
 from roughsim.estimate.mean import mean_of
 
 CUT_OFFS, END = (4.0, 8.0, 16.0), 800.0
@@ -219,10 +219,9 @@ def test_a_power_of_the_cut_off_is_continued_exactly_to_a_finite_end(exponent, e
 def test_all_of_the_rest_is_in_doubt_after_one_step_and_half_after_two(steps, least):
     q = [2.0**k for k in range(steps + 1)]
     rungs = rungs_at([[power_law(x, 1.0)] for x in q], q)
-    unknown, known = (by_power(rungs, 2.0 * q[-1], usual=1.0, known=known) for known in (False, True))
-    assert unknown.rest.value[0] == known.rest.value[0] == pytest.approx(power_law(2 * q[-1], 1) - power_law(q[-1], 1))
-    assert unknown.error[0] == pytest.approx(least * abs(unknown.rest.value[0]), rel=1e-9)
-    assert known.error[0] == pytest.approx(0.25 * abs(known.rest.value[0]), rel=0.1)
+    limit = by_power(rungs, 2.0 * q[-1], usual=1.0)
+    assert limit.rest.value[0] == pytest.approx(power_law(2 * q[-1], 1) - power_law(q[-1], 1))
+    assert limit.error[0] == pytest.approx(least * abs(limit.rest.value[0]), rel=1e-9)
 
 
 @pytest.mark.parametrize("ratio", [1.5, 3.0])
@@ -232,26 +231,17 @@ def test_cut_offs_need_not_double(ratio):
     assert limit.rest.value[0] == pytest.approx(power_law(800.0, 0.8) - power_law(q[-1], 0.8), rel=1e-9)
 
 
-@pytest.mark.parametrize("usual", [0.6, 1.0])
+@pytest.mark.parametrize("usual", [0.4, 0.6, 1.0])
 def test_two_rungs_go_on_with_the_usual_exponent_and_a_lower_one_is_as_likely(usual):
     rungs = rungs_at([[power_law(q, usual)] for q in (8.0, 16.0)], (8.0, 16.0))
-    limit = by_power(rungs, END, usual, known=True)
-    assert limit.rest.value[0] == pytest.approx(power_law(END, usual) - power_law(16.0, usual), rel=1e-9)
+    limit = by_power(rungs, END, usual)
+    rest = power_law(END, usual) - power_law(16.0, usual)
+    assert limit.rest.value[0] == pytest.approx(rest, rel=1e-9)
     step = power_law(16.0, usual) - power_law(8.0, usual)
-    p = usual - 0.3  # T∞ + c q^(−p) through both rungs
+    p = max(usual - 0.3, 0.2)  # T∞ + c q^(−p) through both rungs
     c = step / (16.0**-p - 8.0**-p)
     lower = c * (END**-p - 16.0**-p)
-    assert limit.error[0] == pytest.approx(abs(lower - limit.rest.value[0]), rel=1e-9)
-
-
-def test_a_hardly_falling_power_is_not_doubted_below_a_least_exponent():
-    rungs = rungs_at([[power_law(q, 0.4)] for q in (8.0, 16.0)], (8.0, 16.0))
-    step = power_law(16.0, 0.4) - power_law(8.0, 0.4)
-    c = step / (16.0**-0.2 - 8.0**-0.2)
-    rest = power_law(END, 0.4) - power_law(16.0, 0.4)
-    assert by_power(rungs, END, 0.4, known=True).error[0] == pytest.approx(
-        abs(c * (END**-0.2 - 16.0**-0.2) - rest), rel=1e-9
-    )
+    assert limit.error[0] == pytest.approx(max(abs(lower - rest), abs(rest)), rel=1e-9)
 
 
 @pytest.mark.parametrize("scatter", [1e-4, 0.1, 0.3, 1.0, 100.0])
@@ -307,3 +297,46 @@ def test_the_scatter_of_the_last_step_passes_into_what_follows_as_a_power():
     limit = by_power(scattered([8.0, 7.0], [0.02, 0.03], (8.0, 16.0)), 1e9, 1.0)  # all of the step follows again
     assert limit.rest.variance[0][0] == pytest.approx(0.02**2, rel=1e-6)
     assert limit.rest.variance[1][0] == pytest.approx(0.03**2, rel=1e-6)
+
+
+# towards a bound
+
+
+@pytest.mark.parametrize("c", [3.0, -3.0])
+@pytest.mark.parametrize("exponent", [0.4, 0.8, 1.3])
+@pytest.mark.parametrize("end", [20.0, 800.0, np.inf])
+@pytest.mark.parametrize("q", [(8.0, 16.0), (2.0, 5.0, 16.0)])
+def test_a_distance_to_a_bound_that_falls_as_a_power_is_continued_exactly(exponent, c, end, q):
+    limit = by_bound(rungs_at([[power_law(x, exponent, c=c)] for x in q], q), end, 7.0)
+    now, left = 16.0**-exponent, end**-exponent
+    assert limit.rest.value[0] == pytest.approx(c * (left - now), rel=1e-9)
+    slower = now * (16.0 / end) ** max(exponent - 0.3, 0.2)
+    assert limit.error[0] == pytest.approx(abs(c) * (slower - left), rel=1e-9)
+    assert limit.way == f"towards its bound as q_c^(−p) with p = {exponent:.2f}"
+
+
+def test_one_rung_goes_towards_its_bound_in_first_order_and_its_scatter_falls_as_the_distance():
+    limit = by_bound(scattered([8.0], [0.02], (16.0,)), 160.0, 7.0)
+    assert limit.rest.value[0] == pytest.approx(-0.9, rel=1e-12)
+    assert limit.error[0] == pytest.approx(0.1**0.7 - 0.1, rel=1e-9)
+    assert limit.rest.variance[0][0] == pytest.approx((0.9 * 0.02) ** 2, rel=1e-9)
+
+
+@pytest.mark.parametrize("scatter", [1e-4, 0.1, 0.3, 1.0, 100.0])
+def test_the_less_two_distances_show_the_more_their_exponent_is_drawn_to_the_first_order(scatter):
+    # p = log2(D₀/D₁) of 4 and 2.5, whose derivatives are 1/D₀ and −1/D₁ over log 2
+    own = scatter * np.log(2.0) / np.hypot(1 / 4.0, 1 / 2.5)
+    limit = by_bound(scattered([11.0, 9.5], [own, own], (8.0, 16.0)), 32.0, 7.0)
+    trust = 0.3**2 / (0.3**2 + scatter**2)
+    p = trust * np.log2(4.0 / 2.5) + (1.0 - trust)
+    assert limit.rest.value[0] == pytest.approx(2.5 * (0.5**p - 1.0), rel=1e-9)
+    assert limit.error[0] == pytest.approx(2.5 * (0.5 ** max(p - 0.3, 0.2) - 0.5**p), rel=1e-9)
+
+
+@pytest.mark.parametrize("means", [[6.9, 7.4], [7.4, 6.9], [7.0, 7.4], [7.4, 7.4], [7.1, 7.4]])
+def test_distances_that_are_no_power_go_on_in_first_order(means):
+    limit = by_bound(rungs_at([[mean] for mean in means], (8.0, 16.0)), 64.0, 7.0)
+    assert limit.rest.value[0] == pytest.approx(-0.75 * (means[1] - 7.0), rel=1e-9)
+    assert limit.error[0] == pytest.approx(abs(means[1] - 7.0) * (0.25**0.7 - 0.25), rel=1e-9)
+    at_it = by_bound(rungs_at([[means[0]], [7.0]], (8.0, 16.0)), 64.0, 7.0)
+    assert (at_it.rest.value[0], at_it.error[0]) == (0.0, 0.0)

@@ -265,19 +265,20 @@ def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yi
 
 
 @pytest.mark.parametrize(
-    ("before", "now", "at_the_end", "follows"),
+    ("before", "now", "at_the_end", "follows", "bounded"),
     [
-        (0.0, 0.0, 0.0, True),
-        (0.02, 0.03, 0.049, True),
-        (0.02, 0.03, 0.051, None),
-        (0.5, 0.6, 0.65, None),  # between the rise and the fall is a maximum
-        (0.98, 0.999, 1.0, None),  # the last step of the ladder goes over it
-        (0.989, 0.999, 1.0, None),
-        (0.991, 0.999, 1.0, False),
+        (0.0, 0.0, 0.0, True, True),
+        (0.02, 0.03, 0.049, True, True),
+        (0.02, 0.03, 0.051, None, None),
+        (0.49, 0.6, 0.65, None, None),
+        (0.51, 0.6, 0.65, None, False),  # between the rise and the fall is a maximum
+        (0.98, 0.999, 1.0, None, False),  # the last step of the ladder goes over it
+        (0.989, 0.999, 1.0, None, False),
+        (0.991, 0.999, 1.0, False, False),
     ],
 )
 def test_contact_follows_the_theory_if_less_than_5_percent_yields_and_falls_if_both_ends_of_a_step_have_yielded(
-    monkeypatch, before, now, at_the_end, follows
+    monkeypatch, before, now, at_the_end, follows, bounded
 ):
     shares = {2e5: before, 4e5: now, np.inf: at_the_end}
 
@@ -288,3 +289,9 @@ def test_contact_follows_the_theory_if_less_than_5_percent_yields_and_falls_if_b
     rock = rs.load_scene("granite")
     assert prediction.follows_theory(rock, "capped", (1e5, 2e5, 4e5)) is follows
     assert prediction.follows_theory(rock, "smoothed", (1e5, 2e5, 4e5)) is True
+    names = "contact_fraction", "plastic_fraction", "pressure_variance"  # what tends to a bound, from half on
+    theory = dict.fromkeys(names, np.ones(1))
+    monkeypatch.setattr("roughsim.prediction.cut_offs.predictions", lambda scene, q_max=np.inf: theory)
+    for name in names:
+        found = prediction.continuation(rock, "capped", (1e5, 2e5, 4e5), name)
+        assert bounded is (False if found is None else True if np.isfinite(found).all() else None)
