@@ -171,7 +171,7 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
         return by_shape(rungs, theory, yields=column == "capped")
     end = scene.spectrum.breaks[-1]
     if observable in _TOWARDS_BOUND:
-        return by_bound(rungs, end, _bound(scene, observable))
+        return _of_power_law(scene, q, by_bound(rungs, end, _bound(scene, observable)))
     law = prediction.yielded_fall(scene, q[-2:]) if followed == FLASH else None
     if law is not None:
         return by_steps(rungs, law) if record.as_flash else by_law(rungs, law)
@@ -180,7 +180,14 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     top = rungs[-1].mean.value
     if record.distance and top.mean() * q[-1] < 4.0 * np.pi:
         return unknown._replace(error=np.abs(top - rungs[-2].mean.value))
-    return by_power(rungs, end, prediction.usual_exponent(scene, q[-1]))
+    return _of_power_law(scene, q, by_power(rungs, end, prediction.usual_exponent(scene, q[-1])))
+
+
+def _of_power_law(scene: Scene, cut_offs: tuple[float, ...], limit: Limit) -> Limit:
+    """Return a limit by a power of the cut-off: all of the rest is in doubt where C(q) is no power law."""
+    if prediction.is_power_law(scene, cut_offs):
+        return limit
+    return limit._replace(error=np.maximum(limit.error, np.abs(limit.rest.value)))
 
 
 def _bound(scene: Scene, observable: str) -> float:

@@ -79,14 +79,16 @@ def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
     and half of the rest is in doubt, from three steps on `_OF_STEPS`.
     """
     q = np.array([rung.q_max for rung in rungs[-2:]] + [end])[:, None]
-    exponent, weight = np.full(rungs[-1].mean.value.shape, usual), np.zeros(rungs[-1].mean.value.shape)
+    shape = rungs[-1].mean.value.shape
+    exponent, weight = np.full(shape, usual), np.zeros(shape)
     if len(rungs) > 2:
         low, middle, top = (rung.mean for rung in rungs[-3:])
         quotient = middle.plus(low.times(-1.0)).over(top.plus(middle.times(-1.0)))  # (q₂/q₁)^p
-        exponent, weight = _exponent(quotient, q[1] / q[0], usual)
-    rest, slower = (_by_steps(rungs, q**-p) for p in (exponent, _slower(exponent, np.sqrt(1.0 - weight))))
+        exponent, weight = _exponent(quotient, q[1] / q[0], usual, _LEAST_EXPONENT)
+    slower = np.maximum(exponent - np.sqrt(1.0 - weight) * _USUAL_SCATTER, _LEAST_EXPONENT)
+    rest, other = (_by_steps(rungs, q**-p) for p in (exponent, slower))
     least = np.where(weight > 0.0, max(_OF_STEPS, 0.5 ** (len(rungs) - 2)), 1.0)
-    error = np.maximum(np.abs(slower.value - rest.value), least * np.abs(rest.value))
+    error = np.maximum(np.abs(other.value - rest.value), least * np.abs(rest.value))
     return Limit(rest, error, f"as q_c^(−p) with p = {_in_words(exponent)}")
 
 
@@ -94,33 +96,28 @@ def by_bound(rungs: list[Rung], end: float, bound: float) -> Limit:
     """Return the rest of a mean whose distance to an exact bound falls as q_c^(−p) up to `end`, rad/m.
 
     p is the mean of 1 and the exponent of the last two distances, weighted by their inverse variances: they follow from
-    forces along the edges of patches. The error is by an exponent smaller by `_USUAL_SCATTER`.
+    forces along the edges of patches. The error is by an exponent that is `_USUAL_SCATTER` off.
     """
-    q_c, top, *_ = rungs[-1]
-    distances = [rung.mean.plus(Mean(np.full(top.value.shape, -bound), {})) for rung in rungs[-2:]]
-    exponent = np.ones(top.value.shape)
+    distances = [rung.mean.plus(Mean(np.full(rung.mean.value.shape, -bound), {})) for rung in rungs[-2:]]
+    exponent = np.ones(rungs[-1].mean.value.shape)
     if len(rungs) > 1:
         low, high = distances
-        exponent, _ = _exponent(low.over(high), q_c / rungs[-2].q_max, usual=1.0)
-    left, slower = ((q_c / end) ** p for p in (exponent, _slower(exponent, 1.0)))
-    rest = distances[-1].times(left - 1.0)
-    error = np.abs(distances[-1].value) * (slower - left)
-    return Limit(rest, error, f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}")
+        exponent, _ = _exponent(low.over(high), rungs[-1].q_max / rungs[-2].q_max, 1.0, 0.0)
+    off = np.maximum(exponent + np.array([[0.0], [-_USUAL_SCATTER], [_USUAL_SCATTER]]), 0.0)
+    left, slower, faster = (rungs[-1].q_max / end) ** off
+    error = np.abs(distances[-1].value) * np.maximum(slower - left, left - faster)
+    way = f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}"
+    return Limit(distances[-1].times(left - 1.0), error, way)
 
 
-def _exponent(quotient: Mean, ratio: Array | float, usual: float) -> tuple[Array, Array]:
-    """Return p of a quotient `ratio`^p, drawn to the usual one by its scatter, and its weight; 0 if it is no power."""
+def _exponent(quotient: Mean, ratio: Array | float, usual: float, least: float) -> tuple[Array, Array]:
+    """Return p of a quotient `ratio`^p, drawn to the usual one by its scatter, and its weight; 0 if it is too low."""
     with np.errstate(all="ignore"):
         fitted = np.log(quotient.value) / np.log(ratio)
         own = np.sqrt(sum(quotient.variance.values())) / (np.log(ratio) * quotient.value)
         weight = 1.0 / (1.0 + (own / _USUAL_SCATTER) ** 2)
-        weight = np.where(np.isfinite(weight) & (fitted >= _LEAST_EXPONENT), weight, 0.0)
+        weight = np.where(np.isfinite(weight) & (fitted >= least), weight, 0.0)
         return np.where(weight > 0.0, usual + weight * (fitted - usual), usual), weight
-
-
-def _slower(exponent: Array, share: Array | float) -> Array:
-    """Return an exponent smaller by a share of the usual scatter."""
-    return np.maximum(exponent - share * _USUAL_SCATTER, _LEAST_EXPONENT)
 
 
 def _in_words(exponent: Array) -> str:

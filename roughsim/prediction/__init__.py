@@ -14,7 +14,15 @@ from roughsim.prediction.bodies import (
     heat_per_pressure,
     smoothed_spectrum,
 )
-from roughsim.prediction.cut_offs import continuation, follows_theory, in_motion, slow, usual_exponent, yielded_fall
+from roughsim.prediction.cut_offs import (
+    continuation,
+    follows_theory,
+    in_motion,
+    is_power_law,
+    slow,
+    usual_exponent,
+    yielded_fall,
+)
 from roughsim.prediction.distribution import Parts, asked_predictions, quantile_predictions, quantiles_of
 from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
@@ -53,6 +61,7 @@ __all__ = [
     "heat_per_pressure",
     "hills",
     "in_motion",
+    "is_power_law",
     "mode_sums",
     "over_speed",
     "predictions",

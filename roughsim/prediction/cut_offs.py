@@ -29,6 +29,7 @@ _HALF = 0.5  # from here on areas and the variance of the stress tend to their b
 # T_flash of yielded contact falls as q_c^−(0.3 + 1.05 H) between slow and fast sliding; from H = 2/3 on the exponent 1
 # fits as well, and extrapolates less
 _FALL = (0.3, 1.05)
+_ALIKE = 0.5  # exponents of C(q) that differ by less are the same: H by .25
 _SLOW = 1e-12  # m/s: T_flash of so slow bodies is proportional to their speed
 _STEP = 0.1  # of the law for contact that yields: coarser ones move T_flash by .3 % from one cut-off to the next
 
@@ -85,6 +86,15 @@ def _yielded_law(spectrum: Spectrum, q_max: float, **pressures: float) -> Yieldi
     except (ValueError, theory.quadrature.QuadratureError):
         return None
     return law
+
+
+def is_power_law(scene: Scene, cut_offs: tuple[float, ...]) -> bool:
+    """Return whether C(q) falls alike between the last three cut-offs, rad/m, and in each octave beyond, up to four."""
+    end, q_c = scene.spectrum.breaks[-1], cut_offs[-1]
+    beyond = [q_c * 2.0**k for k in range(1, 5) if q_c * 2.0**k < end]
+    q = np.array([*cut_offs[-3:], *(beyond or [end])])
+    with np.errstate(divide="ignore", invalid="ignore"):  # gaps of C(q)
+        return bool(np.ptp(np.diff(np.log(scene.spectrum(q))) / np.diff(np.log(q))) <= _ALIKE)
 
 
 def usual_exponent(scene: Scene, q_c: float) -> float:

@@ -1,6 +1,7 @@
 """From the levels of a column to one value: where it is continued, by what, and what is left as its error."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,12 +12,22 @@ from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import notes_of, values_of
 from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Level, Numerics
+from roughsim.surface.power_laws import TabulatedSpectrum
 
 
 @pytest.fixture
 def resting(steel):
     """The steel, at rest and in motion."""
     return replace(steel, sliding=replace(steel.sliding, speed=(0.0, 1.0)))
+
+
+def tabulated(scene, kink):
+    """A scene whose C(q) falls 100 times lower from a wavenumber, rad/m, to the end than it does."""
+    whole = scene.spectrum
+    q = np.array([whole.breaks[0], kink, whole.breaks[-1]])
+    psd = kink**-3.6 * np.array([(q[0] / kink) ** -3.6, 1.0, 0.01 * (q[2] / kink) ** -3.6])
+    fields = {name: getattr(scene, name) for name in ("speeds", "sliding", "penetration_hardness")}
+    return SimpleNamespace(spectrum=TabulatedSpectrum(q, psd), **fields)
 
 
 # to the end of C(q)
@@ -119,10 +130,22 @@ def test_areas_and_variance_of_yielded_contact_tend_to_their_bound_as_a_power(st
     values = values_of(steel, "capped", name, ladder(means, (1e5, 2e5), name=stored))
     exponent, ratio = np.log2(0.4 / 0.3), 2e5 / END
     assert values.mean[0] == pytest.approx(bound * (1.0 + sign * 0.3 * ratio**exponent), rel=1e-9)
-    error = 0.3 * bound * (ratio**0.2 - ratio**exponent)
+    error = 0.3 * bound * (ratio ** (exponent - 0.3) - ratio**exponent)
     assert values.errors["bandwidth"][0] == pytest.approx(error, rel=1e-9)
     assert values.finest[0] == pytest.approx(means[1], rel=1e-12)
     assert asked == [("theory", "capped", (1e5, 2e5), name)]  # no law
+
+
+@pytest.mark.parametrize("name", [NAME, "contact_fraction"])
+def test_all_that_follows_by_a_power_is_in_doubt_where_the_spectrum_is_no_power_law(steel, asked, name):
+    means = BOUND * np.array([1.4, 1.2, 1.1])
+    stored = {"contact_fraction": "contact_fraction_corrected"}.get(name, name)
+    pairs = ladder(at_speeds(*means), (1e5, 2e5, 4e5), name=stored)
+    law, steep = (values_of(scene, "capped", name, pairs) for scene in (steel, tabulated(steel, 4e5)))
+    np.testing.assert_allclose(steep.mean, law.mean, rtol=1e-12)
+    rest = np.abs(law.mean - means[-1])
+    np.testing.assert_allclose(steep.errors["bandwidth"], rest, rtol=1e-9)
+    assert np.all(law.errors["bandwidth"] < 0.7 * rest)
 
 
 @pytest.mark.parametrize("name", BOUNDED)

@@ -249,6 +249,30 @@ def test_yielded_contact_falls_the_slower_the_rougher_its_short_waves():
     assert falls(0.3, q_c=1e4) == pytest.approx(0.3, rel=1e-9)  # less than none counts as none
 
 
+@pytest.mark.parametrize(
+    ("exponents", "alike"),  # of C(q) from 1e3, 1e4, 2e4, 4e4, 8e4, 1.6e5, 3.2e5 and 6.4e5 on, to 1e7
+    [
+        ([3.6] * 8, True),
+        ([0.0] + [3.6] * 7, True),  # a plateau below
+        ([3.6] * 7 + [8.0], True),  # far beyond hardly anything follows
+        ([3.4, 3.4, 3.5, 3.6, 3.7, 3.8, 3.9, 3.9], True),
+        ([3.6, 4.2, 3.6, 3.6, 3.6, 3.6, 3.6, 3.6], False),
+        ([3.6, 3.6, 4.2, 3.6, 3.6, 3.6, 3.6, 3.6], False),
+        ([3.6, 3.6, 3.6, 4.2, 4.2, 4.2, 4.2, 4.2], False),
+        ([3.6, 3.6, 3.6, 3.6, 3.6, 3.6, 4.2, 4.2], False),
+        ([3.6, 3.6, 3.6, 3.6, 3.6, 3.0, 3.0, 3.0], False),
+        ([3.3, 3.4, 3.5, 3.6, 3.7, 3.8, 3.95, 3.95], False),  # by .55 in all
+    ],
+)
+def test_a_spectrum_is_a_power_law_if_it_falls_alike_below_and_above_the_cut_off(exponents, alike):
+    q = np.array([1e3, 1e4, 2e4, 4e4, 8e4, 1.6e5, 3.2e5, 6.4e5, 1e7])
+    psd = np.exp(np.concatenate([[0.0], np.cumsum(-np.array(exponents) * np.diff(np.log(q)))]))
+    scene = SimpleNamespace(spectrum=rs.TabulatedSpectrum(q, psd))
+    assert prediction.is_power_law(scene, (5e3, 1e4, 2e4, 4e4)) is alike
+    ends = SimpleNamespace(spectrum=rs.TabulatedSpectrum(q[:5], psd[:5]))  # in the next octave
+    assert prediction.is_power_law(ends, (1e4, 2e4, 4e4)) is bool(np.ptp(exponents[1:4]) < 0.5)
+
+
 def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yielded_falls():
     rock, rubber, steel = (rs.load_scene(name) for name in ("granite", "rubber", "steel-1.2GPa"))
     assert prediction.follows_theory(rubber, "elastic", (3e4,)) is True
