@@ -53,7 +53,7 @@ def off_over_error(groups: dict[str, tuple[Any, Any]], path: Path) -> None:
     """
     with new_figure(path, 3.4) as figure:
         axes = figure.subplots()
-        for (name, (off, error)), marker in zip(groups.items(), "o^s", strict=True):
+        for (name, (off, error)), marker in zip(groups.items(), "o^sD", strict=False):
             if len(off):
                 axes.loglog(100 * error, 100 * off, marker, ms=2.5, label=name)
         axes.plot(axes.get_xlim(), axes.get_xlim(), color=BLACK, lw=0.8)
