@@ -43,7 +43,9 @@ STATED = [
     ),
     ("errors", "| the law | {0} % | {0} % | {0} % |", ["roughsim.estimate.limit:_OF_LAW * 100"]),
     ("errors", "| 50 % | {0} % | {0} % |", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
-    ("errors", "| {0} % | {0} % | {0} % | With", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
+    ("errors", "| 100 % | 50 % | {} % | With", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
+    ("errors", "p near 1 and known to {}", ["roughsim.estimate.limit:_USUAL_SCATTER"]),
+    ("errors", "exponent of C(q) changes by more than {}", ["roughsim.prediction.cut_offs:_ALIKE"]),
     (
         "errors",
         "taken to fall as q_c^(−{}), in elastic contact as q_c^(−{})",
