@@ -45,6 +45,7 @@ def by_law(rungs: list[Rung], law: Array) -> Limit:
 def by_shape(rungs: list[Rung], theory: Array, *, yields: bool = False) -> Limit:
     """Return the rest by steps of the theory; after one step half of it is in doubt, all of it if a part `yields`.
 
+    What is zero up to here, as where nothing yields yet, may rise as much as the theory.
     `theory` has its values at all cut-offs and at the end, (rungs + 1, speeds); NaN outside its known range.
     """
     rest = alike = _in_proportion(rungs, theory)
@@ -53,6 +54,8 @@ def by_shape(rungs: list[Rung], theory: Array, *, yields: bool = False) -> Limit
         rest = _by_steps(rungs, theory)
         least = 1.0 if yields else max(_OF_STEPS, 0.5 ** (len(rungs) - 1))
         error = np.maximum(np.abs(rest.value - alike.value), least * np.abs(rest.value))
+    with np.errstate(invalid="ignore"):  # infinite at rest
+        error = np.where(rungs[-1].mean.value == 0.0, np.abs(theory[-1] - theory[-2]), error)
     tried = np.abs(rest.value) <= _MOST_BY_STEPS * np.abs(rungs[-1].mean.value)
     nothing = Mean(np.zeros_like(rest.value), {})
     way = "with the shape of the theory" if np.any(tried & (rest.value != 0.0)) else ""

@@ -145,6 +145,14 @@ def test_where_a_part_of_the_contact_yields_all_of_the_rest_by_the_shape_is_in_d
     assert limit.error[0] == pytest.approx(limit.rest.value[0], rel=1e-12)
 
 
+@pytest.mark.parametrize("means", [[[0.0, 0.3]], [[0.0, 0.1], [0.0, 0.3]]])
+def test_what_is_zero_so_far_may_rise_as_much_as_the_theory(means):
+    theory = np.array([[1e-4, 2e-3], [5e-4, 3e-3], [4e-3, 4e-3]])[2 - len(means) :]
+    limit = by_shape(rungs_at(means, CUT_OFFS[-len(means) :]), theory, yields=True)
+    assert (limit.rest.value[0], limit.error[0]) == (0.0, pytest.approx(3.5e-3, rel=1e-12))
+    assert limit.error[1] > 0.09
+
+
 def test_a_value_against_the_theory_goes_on_against_it():
     limit = by_shape(rungs_at([[2.0], [1.8]], (8.0, 16.0)), THEORY[-3:, None])
     assert limit.rest.value[0] == pytest.approx(-0.4, rel=1e-12)
