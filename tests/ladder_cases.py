@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from roughsim.estimate.ladder import Pair
+from roughsim.estimate.ladder import Pair, Rung
+from roughsim.estimate.mean import mean_of
 from roughsim.observables.record import Sample
 
 NAME = "flash_temperature"
@@ -70,3 +71,15 @@ def with_partner(pairs, change, cut_off, *, speeds=SPEEDS):
     name, values = next(iter(pairs[0].sample.numbers.items()))
     rows = np.full((6, speeds), 3.0 * np.sign(values[0]))
     return [*pairs, step(9, (1.0 + change) * rows, rows, (cut_off, cut_off), name=name)]
+
+
+def scattered(means, errors, cut_offs=(4.0, 8.0, 16.0)):
+    """Rungs whose means are independent, with these standard errors."""
+    rungs = []
+    for stream, (mean, error, q_max) in enumerate(zip(means, errors, cut_offs, strict=True)):
+        rungs.append(Rung(q_max, mean_of(stream, mean + error * np.array([[1.0], [-1.0]]))))
+    return rungs
+
+
+def power_law(q, exponent, limit=7.0, c=3.0):
+    return limit + c * np.asarray(q) ** -exponent

@@ -5,7 +5,19 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ladder_cases import BOUND, END, GRADIENT, NAME, SPEEDS, VARIANCE, at_speeds, ladder, step, with_partner
+from ladder_cases import (
+    BOUND,
+    END,
+    GRADIENT,
+    NAME,
+    SPEEDS,
+    VARIANCE,
+    at_speeds,
+    ladder,
+    power_law,
+    step,
+    with_partner,
+)
 from scipy.special import j0
 
 from roughsim.estimate.ladder import Pair
@@ -66,10 +78,6 @@ def test_levels_add_their_variances_by_stream(steel):
 
 
 # beyond the highest cut-off
-
-
-def power_law(q, exponent):
-    return 7.0 + 3.0 * np.asarray(q) ** -exponent
 
 
 def test_contact_that_follows_the_theory_goes_on_with_its_shape(steel, foretold):

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from ladder_cases import NAME, ladder
+from ladder_cases import NAME, ladder, power_law, scattered
 
-from roughsim.estimate.ladder import Rung, climb
-from roughsim.estimate.limit import by_bound, by_law, by_power, by_shape, by_steps
-from roughsim.estimate.mean import mean_of
+from roughsim.estimate.ladder import climb
+from roughsim.estimate.limit import by_law, by_power, by_shape, by_steps
 
 CUT_OFFS, END = (4.0, 8.0, 16.0), 800.0
 THEORY = np.array([2.0, 2.8, 3.2, 4.0])  # up to three cut-offs, and over the whole spectrum
@@ -14,14 +13,6 @@ THEORY = np.array([2.0, 2.8, 3.2, 4.0])  # up to three cut-offs, and over the wh
 
 def rungs_at(means, cut_offs=CUT_OFFS, **names):
     return climb(lambda sample: sample.numbers[NAME], ladder(means, cut_offs, **names))
-
-
-def scattered(means, errors, cut_offs=CUT_OFFS):
-    """Rungs whose means are independent, with these standard errors."""
-    rungs = []
-    for stream, (mean, error, q_max) in enumerate(zip(means, errors, cut_offs, strict=True)):
-        rungs.append(Rung(q_max, mean_of(stream, mean + error * np.array([[1.0], [-1.0]]))))
-    return rungs
 
 
 def relative_error(mean):
@@ -145,12 +136,12 @@ def test_where_a_part_of_the_contact_yields_all_of_the_rest_by_the_shape_is_in_d
     assert limit.error[0] == pytest.approx(limit.rest.value[0], rel=1e-12)
 
 
-@pytest.mark.parametrize("means", [[[0.0, 0.3]], [[0.0, 0.1], [0.0, 0.3]]])
+@pytest.mark.parametrize("means", [[[0.0, 0.3]], [[0.0, 0.25], [0.0, 0.3]]])
 def test_what_is_zero_so_far_may_rise_as_much_as_the_theory(means):
     theory = np.array([[1e-4, 2e-3], [5e-4, 3e-3], [4e-3, 4e-3]])[2 - len(means) :]
     limit = by_shape(rungs_at(means, CUT_OFFS[-len(means) :]), theory, yields=True)
     assert (limit.rest.value[0], limit.error[0]) == (0.0, pytest.approx(3.5e-3, rel=1e-12))
-    assert limit.error[1] > 0.09
+    assert limit.error[1] > 0.04
 
 
 def test_a_value_against_the_theory_goes_on_against_it():
@@ -205,10 +196,6 @@ def test_the_scatter_of_the_last_step_passes_into_what_follows_with_the_shape():
 
 
 # as a power of the cut-off
-
-
-def power_law(q, exponent, limit=7.0, c=3.0):
-    return limit + c * np.asarray(q) ** -exponent
 
 
 @pytest.mark.parametrize("c", [3.0, -3.0])
@@ -305,56 +292,3 @@ def test_the_scatter_of_the_last_step_passes_into_what_follows_as_a_power():
     limit = by_power(scattered([8.0, 7.0], [0.02, 0.03], (8.0, 16.0)), 1e9, 1.0)  # all of the step follows again
     assert limit.rest.variance[0][0] == pytest.approx(0.02**2, rel=1e-6)
     assert limit.rest.variance[1][0] == pytest.approx(0.03**2, rel=1e-6)
-
-
-# towards a bound
-
-
-@pytest.mark.parametrize("c", [3.0, -3.0])
-@pytest.mark.parametrize("exponent", [0.4, 0.8, 1.3])
-@pytest.mark.parametrize("end", [20.0, 800.0, np.inf])
-@pytest.mark.parametrize("q", [(8.0, 16.0), (2.0, 5.0, 16.0)])
-def test_a_distance_to_a_bound_that_falls_as_a_power_is_continued_exactly(exponent, c, end, q):
-    limit = by_bound(rungs_at([[power_law(x, exponent, c=c)] for x in q], q), end, 7.0)
-    now, left = 16.0**-exponent, end**-exponent
-    assert limit.rest.value[0] == pytest.approx(c * (left - now), rel=1e-9)
-    slower = now * (16.0 / end) ** (exponent - 0.3)
-    assert limit.error[0] == pytest.approx(abs(c) * (slower - left), rel=1e-9)
-    assert limit.way == f"towards its bound as q_c^(−p) with p = {exponent:.2f}"
-
-
-def test_one_rung_goes_towards_its_bound_in_first_order_and_its_scatter_falls_as_the_distance():
-    limit = by_bound(scattered([8.0], [0.02], (16.0,)), 160.0, 7.0)
-    assert limit.rest.value[0] == pytest.approx(-0.9, rel=1e-12)
-    assert limit.error[0] == pytest.approx(0.1**0.7 - 0.1, rel=1e-9)
-    assert limit.rest.variance[0][0] == pytest.approx((0.9 * 0.02) ** 2, rel=1e-9)
-
-
-@pytest.mark.parametrize("scatter", [1e-4, 0.1, 0.3, 1.0, 100.0])
-def test_the_less_two_distances_show_the_more_their_exponent_is_drawn_to_the_first_order(scatter):
-    # p = log2(D₀/D₁) of 4 and 2.5, whose derivatives are 1/D₀ and −1/D₁ over log 2
-    own = scatter * np.log(2.0) / np.hypot(1 / 4.0, 1 / 2.5)
-    limit = by_bound(scattered([11.0, 9.5], [own, own], (8.0, 16.0)), 32.0, 7.0)
-    trust = 0.3**2 / (0.3**2 + scatter**2)
-    p = trust * np.log2(4.0 / 2.5) + (1.0 - trust)
-    assert limit.rest.value[0] == pytest.approx(2.5 * (0.5**p - 1.0), rel=1e-9)
-    assert limit.error[0] == pytest.approx(2.5 * (0.5 ** (p - 0.3) - 0.5**p), rel=1e-9)
-
-
-def test_a_distance_that_hardly_falls_may_fall_faster_further_on():
-    limit = by_bound(rungs_at([[7.4], [7.4]], (8.0, 16.0)), 64.0, 7.0)
-    assert limit.rest.value[0] == pytest.approx(0.0, abs=1e-12)
-    assert limit.error[0] == pytest.approx(0.4 * (1.0 - 0.25**0.3), rel=1e-9)
-    slow = by_bound(rungs_at([[7.0 + 4.0 * x**-0.1] for x in (8.0, 16.0)], (8.0, 16.0)), 64.0, 7.0)
-    now, left = (4.0 * x**-0.1 for x in (16.0, 64.0))
-    assert slow.rest.value[0] == pytest.approx(left - now, rel=1e-9)
-    assert slow.error[0] == pytest.approx(left - now * 0.25**0.4, rel=1e-9)  # more than what follows
-
-
-@pytest.mark.parametrize("means", [[6.9, 7.4], [7.4, 6.9], [7.0, 7.4], [7.1, 7.4]])
-def test_distances_that_are_no_power_go_on_in_first_order(means):
-    limit = by_bound(rungs_at([[mean] for mean in means], (8.0, 16.0)), 64.0, 7.0)
-    assert limit.rest.value[0] == pytest.approx(-0.75 * (means[1] - 7.0), rel=1e-9)
-    assert limit.error[0] == pytest.approx(abs(means[1] - 7.0) * (0.25**0.7 - 0.25), rel=1e-9)
-    at_it = by_bound(rungs_at([[means[0]], [7.0]], (8.0, 16.0)), 64.0, 7.0)
-    assert (at_it.rest.value[0], at_it.error[0]) == (0.0, 0.0)
