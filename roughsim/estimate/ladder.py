@@ -69,7 +69,8 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
             finer = relative if rung.finer is None else rung.finer.plus(relative)
             rungs[low] = rung._replace(finer=finer, last=relative, refined=pair.sample.side / pair.below.side)
         else:
-            mean = rung.mean.by(ratio).where(with_ratio, rung.mean.plus(difference))
+            with np.errstate(invalid="ignore"):  # infinite at rest, or 0/0 where nothing yields
+                mean = rung.mean.by(ratio).where(with_ratio, rung.mean.plus(difference))
             rungs.append(Rung(pair.sample.q_max, mean))
     return rungs
 

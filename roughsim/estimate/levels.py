@@ -160,8 +160,9 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     """Return the rest beyond the highest cut-off; `unknown` if no rule holds.
 
     Contact that does not yield rises with the shape of the theory. Contact that has yielded follows its law in its
-    range, else a power of the cut-off; its areas and g_σ(0) tend to their bounds. A distance shorter than the shortest
-    wave follows no power. Temperatures of the contact other than T_flash follow its law by steps.
+    range, else a power of the cut-off, as far as C(q) is one; its areas and g_σ(0) tend to their bounds. All of the
+    rest is in doubt where C(q) falls more steeply. A distance shorter than the shortest wave follows no power.
+    Temperatures of the contact other than T_flash follow its law by steps.
     """
     q = tuple(rung.q_max for rung in rungs)
     record = OBSERVABLES[observable]
@@ -169,25 +170,20 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     theory = prediction.continuation(scene, column, q, followed)
     if theory is not None:
         return by_shape(rungs, theory, yields=column == "capped")
-    end = scene.spectrum.breaks[-1]
-    if observable in _TOWARDS_BOUND:
-        return _of_power_law(scene, q, by_bound(rungs, end, _bound(scene, observable)))
     law = prediction.yielded_fall(scene, q[-2:]) if followed == FLASH else None
     if law is not None:
         return by_steps(rungs, law) if record.as_flash else by_law(rungs, law)
-    if len(rungs) < 2:
+    alike = prediction.follows_power(scene, q)
+    if len(rungs) < 2 or alike is None:
         return unknown
-    top = rungs[-1].mean.value
+    top, end = rungs[-1].mean.value, scene.spectrum.breaks[-1]
     if record.distance and top.mean() * q[-1] < 4.0 * np.pi:
         return unknown._replace(error=np.abs(top - rungs[-2].mean.value))
-    return _of_power_law(scene, q, by_power(rungs, end, prediction.usual_exponent(scene, q[-1])))
-
-
-def _of_power_law(scene: Scene, cut_offs: tuple[float, ...], limit: Limit) -> Limit:
-    """Return a limit by a power of the cut-off: all of the rest is in doubt where C(q) is no power law."""
-    if prediction.is_power_law(scene, cut_offs):
-        return limit
-    return limit._replace(error=np.maximum(limit.error, np.abs(limit.rest.value)))
+    if observable in _TOWARDS_BOUND:
+        limit = by_bound(rungs, end, _bound(scene, observable))
+    else:
+        limit = by_power(rungs, end, prediction.usual_exponent(scene, q[-1]))
+    return limit if alike else limit._replace(error=np.maximum(limit.error, np.abs(limit.rest.value)))
 
 
 def _bound(scene: Scene, observable: str) -> float:

@@ -2,7 +2,8 @@
 
 Each gives a shape over the cut-off. The mean is proportional to the shape, or its steps to the steps of the shape. The
 error is the difference of the two results, and at least a share of the rest, the change beyond the highest cut-off. By
-the law the two add as squares: by chance of few members the difference may vanish.
+the law the two add as squares: by chance of few members the difference may vanish. Towards a bound the error is by the
+exponent alone.
 """
 
 from typing import NamedTuple
@@ -86,7 +87,8 @@ def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
     exponent, weight = np.full(shape, usual), np.zeros(shape)
     if len(rungs) > 2:
         low, middle, top = (rung.mean for rung in rungs[-3:])
-        quotient = middle.plus(low.times(-1.0)).over(top.plus(middle.times(-1.0)))  # (q₂/q₁)^p
+        with np.errstate(all="ignore"):
+            quotient = middle.plus(low.times(-1.0)).over(top.plus(middle.times(-1.0)))  # (q₂/q₁)^p
         exponent, weight = _exponent(quotient, q[1] / q[0], usual, _LEAST_EXPONENT)
     slower = np.maximum(exponent - np.sqrt(1.0 - weight) * _USUAL_SCATTER, _LEAST_EXPONENT)
     rest, other = (_by_steps(rungs, q**-p) for p in (exponent, slower))
@@ -96,21 +98,20 @@ def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
 
 
 def by_bound(rungs: list[Rung], end: float, bound: float) -> Limit:
-    """Return the rest of a mean whose distance to an exact bound falls as q_c^(−p) up to `end`, rad/m.
+    """Return the rest of a mean whose distance to an exact bound falls as q_c^(−p) up to `end`, rad/m, from two rungs.
 
-    p is the mean of 1 and the exponent of the last two distances, weighted by their inverse variances: they follow from
-    forces along the edges of patches. The error is by an exponent that is `_USUAL_SCATTER` off.
+    p is the mean of 1 and the exponent of the last two distances, weighted by their inverse variances, and not below
+    0. The error is by an exponent that is `_USUAL_SCATTER` off.
     """
-    distances = [rung.mean.plus(Mean(np.full(rung.mean.value.shape, -bound), {})) for rung in rungs[-2:]]
-    exponent = np.ones(rungs[-1].mean.value.shape)
-    if len(rungs) > 1:
-        low, high = distances
-        exponent, _ = _exponent(low.over(high), rungs[-1].q_max / rungs[-2].q_max, 1.0, 0.0)
+    low, high = (rung.mean.plus(Mean(np.full(rung.mean.value.shape, -bound), {})) for rung in rungs[-2:])
+    with np.errstate(all="ignore"):
+        quotient = low.over(high)
+    exponent, _ = _exponent(quotient, rungs[-1].q_max / rungs[-2].q_max, 1.0, -np.inf)
+    exponent = np.maximum(exponent, 0.0)
     off = np.maximum(exponent + np.array([[0.0], [-_USUAL_SCATTER], [_USUAL_SCATTER]]), 0.0)
     left, slower, faster = (rungs[-1].q_max / end) ** off
-    error = np.abs(distances[-1].value) * np.maximum(slower - left, left - faster)
-    way = f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}"
-    return Limit(distances[-1].times(left - 1.0), error, way)
+    error = np.abs(high.value) * np.maximum(slower - left, left - faster)
+    return Limit(high.times(left - 1.0), error, f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}")
 
 
 def _exponent(quotient: Mean, ratio: Array | float, usual: float, least: float) -> tuple[Array, Array]:

@@ -88,13 +88,19 @@ def _yielded_law(spectrum: Spectrum, q_max: float, **pressures: float) -> Yieldi
     return law
 
 
-def is_power_law(scene: Scene, cut_offs: tuple[float, ...]) -> bool:
-    """Return whether C(q) falls alike between the last three cut-offs, rad/m, and in each octave beyond, up to four."""
+def follows_power(scene: Scene, cut_offs: tuple[float, ...]) -> bool | None:
+    """Return whether C(q) falls alike between the last three cut-offs, rad/m, and in each of four octaves beyond.
+
+    False if it falls more steeply further on, so that less follows than by a power of the cut-off; None if it falls
+    less steeply somewhere, or has gaps.
+    """
     end, q_c = scene.spectrum.breaks[-1], cut_offs[-1]
-    beyond = [q_c * 2.0**k for k in range(1, 5) if q_c * 2.0**k < end]
-    q = np.array([*cut_offs[-3:], *(beyond or [end])])
-    with np.errstate(divide="ignore", invalid="ignore"):  # gaps of C(q)
-        return bool(np.ptp(np.diff(np.log(scene.spectrum(q))) / np.diff(np.log(q))) <= _ALIKE)
+    octaves = [q_c * 2.0**k for k in range(1, 5) if q_c * 2.0**k < end * (1 - 1e-9)]
+    q = np.array([*cut_offs[-3:], *octaves, *[end][len(octaves) // 4 :]])
+    with np.errstate(divide="ignore", invalid="ignore"):  # gaps
+        exponents = -np.diff(np.log(scene.spectrum(q))) / np.diff(np.log(q))
+        flatter = np.max(np.maximum.accumulate(exponents) - exponents)
+    return None if not flatter <= _ALIKE else bool(np.ptp(exponents) <= _ALIKE)
 
 
 def usual_exponent(scene: Scene, q_c: float) -> float:

@@ -1,11 +1,15 @@
 """Beyond the highest cut-off towards an exact bound: exact where the distance to it is a power."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from ladder_cases import NAME, ladder, power_law, scattered
+from ladder_cases import BOUND, END, NAME, VARIANCE, at_speeds, ladder, power_law, scattered
 
 from roughsim.estimate.ladder import climb
+from roughsim.estimate.levels import values_of
 from roughsim.estimate.limit import by_bound
+from roughsim.surface.power_laws import TabulatedSpectrum
 
 
 def rungs_at(means, cut_offs):
@@ -25,11 +29,11 @@ def test_a_distance_to_a_bound_that_falls_as_a_power_is_continued_exactly(expone
     assert limit.way == f"towards its bound as q_c^(−p) with p = {exponent:.2f}"
 
 
-def test_one_rung_goes_towards_its_bound_in_first_order_and_its_scatter_falls_as_the_distance():
-    limit = by_bound(scattered([8.0], [0.02], (16.0,)), 160.0, 7.0)
-    assert limit.rest.value[0] == pytest.approx(-0.9, rel=1e-12)
-    assert limit.error[0] == pytest.approx(0.1**0.7 - 0.1, rel=1e-9)
-    assert limit.rest.variance[0][0] == pytest.approx((0.9 * 0.02) ** 2, rel=1e-9)
+def test_the_scatter_falls_as_the_distance():
+    limit = by_bound(scattered([9.0, 8.0], [1e-9, 0.02], (8.0, 16.0)), 160.0, 7.0)
+    assert limit.rest.value[0] == pytest.approx(-0.9, rel=1e-3)
+    assert limit.rest.variance[1][0] == pytest.approx((0.9 * 0.02) ** 2, rel=1e-3)
+    assert 0 not in limit.rest.variance  # p is taken as exact
 
 
 @pytest.mark.parametrize("scatter", [1e-4, 0.1, 0.3, 1.0, 100.0])
@@ -53,10 +57,121 @@ def test_a_distance_that_hardly_falls_may_fall_faster_further_on():
     assert slow.error[0] == pytest.approx(left - now * 0.25**0.4, rel=1e-9)  # more than what follows
 
 
-@pytest.mark.parametrize("means", [[6.9, 7.4], [7.4, 6.9], [7.0, 7.4], [7.1, 7.4]])
-def test_distances_that_are_no_power_go_on_in_first_order(means):
+@pytest.mark.parametrize("growth", [1e-9, 0.01, 0.5])
+def test_a_distance_that_grows_stays(growth):
+    limit = by_bound(rungs_at([[7.4], [7.4 + growth]], (8.0, 16.0)), 64.0, 7.0)
+    assert limit.rest.value[0] == pytest.approx(0.0, abs=1e-12)
+    assert limit.error[0] == pytest.approx((0.4 + growth) * (1.0 - 0.25**0.3), rel=1e-9)
+
+
+@pytest.mark.parametrize("means", [[6.9, 7.4], [7.4, 6.9], [7.0, 7.4]])
+def test_distances_on_both_sides_go_on_in_first_order(means):
     limit = by_bound(rungs_at([[mean] for mean in means], (8.0, 16.0)), 64.0, 7.0)
     assert limit.rest.value[0] == pytest.approx(-0.75 * (means[1] - 7.0), rel=1e-9)
     assert limit.error[0] == pytest.approx(abs(means[1] - 7.0) * (0.25**0.7 - 0.25), rel=1e-9)
     at_it = by_bound(rungs_at([[means[0]], [7.0]], (8.0, 16.0)), 64.0, 7.0)
     assert (at_it.rest.value[0], at_it.error[0]) == (0.0, 0.0)
+
+
+def test_each_speed_has_its_own_exponent():
+    q = 8.0, 16.0
+    limit = by_bound(rungs_at([[power_law(x, 0.5), power_law(x, 1.2, c=-1.0)] for x in q], q), 64.0, 7.0)
+    end = [power_law(64.0, 0.5) - power_law(16.0, 0.5), power_law(64.0, 1.2, c=-1.0) - power_law(16.0, 1.2, c=-1.0)]
+    np.testing.assert_allclose(limit.rest.value, end, rtol=1e-9)
+    assert limit.way.endswith("p = 0.50, 1.20")
+
+
+# areas and the variance of the stress
+
+
+def kinked(scene):
+    """Give scenes whose C(q) falls as q^−3.6 up to 4e5/m, and with another exponent from there to the same end."""
+
+    def with_exponent(exponent):
+        q = np.array([scene.spectrum.breaks[0], 4e5, END])
+        psd = 1e-24 * np.array([(q[0] / q[1]) ** -3.6, 1.0, (q[2] / q[1]) ** -exponent])
+        fields = {name: getattr(scene, name) for name in ("speeds", "sliding", "penetration_hardness")}
+        return SimpleNamespace(spectrum=TabulatedSpectrum(q, psd), **fields)
+
+    return with_exponent
+
+
+BOUNDED = {  # bound, side of it, stored number
+    "contact_fraction": (BOUND, 1.0, "contact_fraction_corrected"),
+    "plastic_fraction": (BOUND, -1.0, "plastic_fraction_corrected"),
+    "pressure_variance": (VARIANCE, -1.0, "pressure_variance"),
+}
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+def test_areas_and_variance_of_yielded_contact_tend_to_their_bound_as_a_power(steel, asked, name):
+    # A_pl ≤ σ₀/σ_P ≤ A: the one falls to it, the other rises; g(0) rises to σ₀(σ_P − σ₀)
+    bound, sign, stored = BOUNDED[name]
+    means = [bound * (1.0 + sign * x) for x in (0.4, 0.3)]
+    values = values_of(steel, "capped", name, ladder(means, (1e5, 2e5), name=stored))
+    exponent, ratio = np.log2(0.4 / 0.3), 2e5 / END
+    assert values.mean[0] == pytest.approx(bound * (1.0 + sign * 0.3 * ratio**exponent), rel=1e-9)
+    error = 0.3 * bound * (ratio ** (exponent - 0.3) - ratio**exponent)
+    assert values.errors["bandwidth"][0] == pytest.approx(error, rel=1e-9)
+    assert values.finest[0] == pytest.approx(means[1], rel=1e-12)
+    assert asked == [("theory", "capped", (1e5, 2e5), name)]  # no law
+
+
+@pytest.mark.parametrize("name", [NAME, "contact_fraction"])
+def test_all_that_follows_by_a_power_is_in_doubt_where_the_spectrum_falls_more_steeply(steel, asked, name):
+    means = BOUND * np.array([1.4, 1.2, 1.1])
+    stored = {"contact_fraction": "contact_fraction_corrected"}.get(name, name)
+    pairs = ladder(at_speeds(*means), (1e5, 2e5, 4e5), name=stored)
+    law, steep, gap = (values_of(scene, "capped", name, pairs) for scene in (steel, *map(kinked(steel), (5.6, 2.0))))
+    np.testing.assert_allclose(steep.mean, law.mean, rtol=1e-12)
+    rest = np.abs(law.mean - means[-1])
+    np.testing.assert_allclose(steep.errors["bandwidth"], rest, rtol=1e-9)
+    assert np.all(law.errors["bandwidth"] < 0.7 * rest)
+    np.testing.assert_allclose(gap.mean, means[-1], rtol=1e-12)  # no rule is known where it falls less steeply
+    np.testing.assert_allclose(gap.errors["bandwidth"], np.nan if name == NAME else 0.1 * BOUND, rtol=1e-9)
+
+
+def test_an_area_that_hardly_changes_is_in_doubt_by_its_exponent_where_the_spectrum_falls_more_steeply(steel, asked):
+    pairs = ladder(np.full((2, 1), 1.2 * BOUND), (2e5, 4e5), name="contact_fraction_corrected")
+    values = values_of(kinked(steel)(5.6), "capped", "contact_fraction", pairs)
+    assert values.mean[0] == pytest.approx(1.2 * BOUND, rel=1e-12)
+    assert values.errors["bandwidth"][0] == pytest.approx(0.2 * BOUND * (1.0 - (4e5 / END) ** 0.3), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+def test_no_area_or_variance_is_beyond_its_bound(steel, asked, name):
+    bound, sign, stored = BOUNDED[name]
+    pairs = ladder([bound * (1.0 + sign * x) for x in (0.01, -0.005)], (1e5, 2e5), name=stored)
+    values = values_of(steel, "capped", name, pairs)
+    assert values.mean[0] == pytest.approx(bound, rel=1e-12)
+    assert 0.0 < values.errors["bandwidth"][0] < 0.005 * bound
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+def test_where_nothing_continues_an_area_or_variance_its_bound_limits_the_error(steel, foretold, name):
+    foretold.theory = np.full((2, 1), np.nan)
+    bound, sign, stored = BOUNDED[name]
+    (pair,) = ladder([(1.0 + 0.2 * sign) * bound], (2e5,), name=stored)
+    values = values_of(steel, "capped", name, [pair])
+    assert values.mean[0] == pytest.approx((1.0 + 0.2 * sign) * bound, rel=1e-12)
+    assert values.errors["bandwidth"][0] == pytest.approx(0.2 * bound, rel=1e-9)
+    elastic = values_of(steel, "elastic", name, [pair])  # where nothing yields there is no such bound
+    assert np.isnan(elastic.errors["bandwidth"][0])
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+def test_a_bound_does_not_limit_the_error_of_a_map_that_is_cut_off(steel, asked, name):
+    # its plateaus ring: with all waves an area or variance may lie further from the bound
+    bound, sign, stored = BOUNDED[name]
+    pairs = ladder([bound * (1.0 + sign * x) for x in (0.3, -0.1)], (1e5, 2e5), name=stored)
+    values = values_of(steel, "capped", name, pairs, continued=False)
+    assert values.mean[0] == pytest.approx(bound, rel=1e-12)
+    assert np.isnan(values.errors["bandwidth"][0])
+    assert values.errors["last step"][0] == pytest.approx(0.4 * bound, rel=1e-9)
+
+
+def test_of_a_map_that_is_cut_off_and_does_not_yield_all_that_may_yield_is_in_doubt(steel, asked):
+    pairs = ladder([0.0, 0.0], (1e5, 2e5), name="plastic_fraction_corrected", scatter=0.0)
+    values = values_of(steel, "capped", "plastic_fraction", pairs, continued=False)
+    assert values.mean[0] == 0.0
+    assert values.errors["bandwidth"][0] == pytest.approx(BOUND, rel=1e-12)

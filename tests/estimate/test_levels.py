@@ -1,17 +1,14 @@
 """From the levels of a column to one value: where it is continued, by what, and what is left as its error."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from ladder_cases import (
-    BOUND,
     END,
     GRADIENT,
     NAME,
     SPEEDS,
-    VARIANCE,
     at_speeds,
     ladder,
     power_law,
@@ -24,22 +21,12 @@ from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import notes_of, values_of
 from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Level, Numerics
-from roughsim.surface.power_laws import TabulatedSpectrum
 
 
 @pytest.fixture
 def resting(steel):
     """The steel, at rest and in motion."""
     return replace(steel, sliding=replace(steel.sliding, speed=(0.0, 1.0)))
-
-
-def tabulated(scene, kink):
-    """A scene whose C(q) falls 100 times lower from a wavenumber, rad/m, to the end than it does."""
-    whole = scene.spectrum
-    q = np.array([whole.breaks[0], kink, whole.breaks[-1]])
-    psd = kink**-3.6 * np.array([(q[0] / kink) ** -3.6, 1.0, 0.01 * (q[2] / kink) ** -3.6])
-    fields = {name: getattr(scene, name) for name in ("speeds", "sliding", "penetration_hardness")}
-    return SimpleNamespace(spectrum=TabulatedSpectrum(q, psd), **fields)
 
 
 # to the end of C(q)
@@ -120,79 +107,7 @@ def test_where_no_law_holds_t_flash_goes_on_as_a_power(steel, asked):
     np.testing.assert_allclose(two.mean, power_law(END / 1e5, 0.8), rtol=1e-9)
 
 
-# areas and lengths
-
-
-BOUNDED = {  # bound, side of it, stored number
-    "contact_fraction": (BOUND, 1.0, "contact_fraction_corrected"),
-    "plastic_fraction": (BOUND, -1.0, "plastic_fraction_corrected"),
-    "pressure_variance": (VARIANCE, -1.0, "pressure_variance"),
-}
-
-
-@pytest.mark.parametrize("name", BOUNDED)
-def test_areas_and_variance_of_yielded_contact_tend_to_their_bound_as_a_power(steel, asked, name):
-    # A_pl ≤ σ₀/σ_P ≤ A: the one falls to it, the other rises; g(0) rises to σ₀(σ_P − σ₀)
-    bound, sign, stored = BOUNDED[name]
-    means = [bound * (1.0 + sign * x) for x in (0.4, 0.3)]
-    values = values_of(steel, "capped", name, ladder(means, (1e5, 2e5), name=stored))
-    exponent, ratio = np.log2(0.4 / 0.3), 2e5 / END
-    assert values.mean[0] == pytest.approx(bound * (1.0 + sign * 0.3 * ratio**exponent), rel=1e-9)
-    error = 0.3 * bound * (ratio ** (exponent - 0.3) - ratio**exponent)
-    assert values.errors["bandwidth"][0] == pytest.approx(error, rel=1e-9)
-    assert values.finest[0] == pytest.approx(means[1], rel=1e-12)
-    assert asked == [("theory", "capped", (1e5, 2e5), name)]  # no law
-
-
-@pytest.mark.parametrize("name", [NAME, "contact_fraction"])
-def test_all_that_follows_by_a_power_is_in_doubt_where_the_spectrum_is_no_power_law(steel, asked, name):
-    means = BOUND * np.array([1.4, 1.2, 1.1])
-    stored = {"contact_fraction": "contact_fraction_corrected"}.get(name, name)
-    pairs = ladder(at_speeds(*means), (1e5, 2e5, 4e5), name=stored)
-    law, steep = (values_of(scene, "capped", name, pairs) for scene in (steel, tabulated(steel, 4e5)))
-    np.testing.assert_allclose(steep.mean, law.mean, rtol=1e-12)
-    rest = np.abs(law.mean - means[-1])
-    np.testing.assert_allclose(steep.errors["bandwidth"], rest, rtol=1e-9)
-    assert np.all(law.errors["bandwidth"] < 0.7 * rest)
-
-
-@pytest.mark.parametrize("name", BOUNDED)
-def test_no_area_or_variance_is_beyond_its_bound(steel, asked, name):
-    bound, sign, stored = BOUNDED[name]
-    pairs = ladder([bound * (1.0 + sign * x) for x in (0.01, -0.005)], (1e5, 2e5), name=stored)
-    values = values_of(steel, "capped", name, pairs)
-    assert values.mean[0] == pytest.approx(bound, rel=1e-12)
-    assert 0.0 < values.errors["bandwidth"][0] < 0.005 * bound
-
-
-@pytest.mark.parametrize("name", BOUNDED)
-def test_where_nothing_continues_an_area_or_variance_its_bound_limits_the_error(steel, foretold, name):
-    foretold.theory = np.full((2, 1), np.nan)
-    bound, sign, stored = BOUNDED[name]
-    (pair,) = ladder([(1.0 + 0.2 * sign) * bound], (2e5,), name=stored)
-    values = values_of(steel, "capped", name, [pair])
-    assert values.mean[0] == pytest.approx((1.0 + 0.2 * sign) * bound, rel=1e-12)
-    assert values.errors["bandwidth"][0] == pytest.approx(0.2 * bound, rel=1e-9)
-    elastic = values_of(steel, "elastic", name, [pair])  # where nothing yields there is no such bound
-    assert np.isnan(elastic.errors["bandwidth"][0])
-
-
-@pytest.mark.parametrize("name", BOUNDED)
-def test_a_bound_does_not_limit_the_error_of_a_map_that_is_cut_off(steel, asked, name):
-    # its plateaus ring: with all waves an area or variance may lie further from the bound
-    bound, sign, stored = BOUNDED[name]
-    pairs = ladder([bound * (1.0 + sign * x) for x in (0.3, -0.1)], (1e5, 2e5), name=stored)
-    values = values_of(steel, "capped", name, pairs, continued=False)
-    assert values.mean[0] == pytest.approx(bound, rel=1e-12)
-    assert np.isnan(values.errors["bandwidth"][0])
-    assert values.errors["last step"][0] == pytest.approx(0.4 * bound, rel=1e-9)
-
-
-def test_of_a_map_that_is_cut_off_and_does_not_yield_all_that_may_yield_is_in_doubt(steel, asked):
-    pairs = ladder([0.0, 0.0], (1e5, 2e5), name="plastic_fraction_corrected", scatter=0.0)
-    values = values_of(steel, "capped", "plastic_fraction", pairs, continued=False)
-    assert values.mean[0] == 0.0
-    assert values.errors["bandwidth"][0] == pytest.approx(BOUND, rel=1e-12)
+# lengths
 
 
 def radius_level(radius, cut_off):
