@@ -164,7 +164,8 @@ def _wishes(
     of_levels = np.linalg.norm([part for name, part in parts.items() if name in _OF_LEVELS], axis=0)
     systematic = np.linalg.norm([part for name, part in parts.items() if name != "statistical"], axis=0)
     others = systematic**2 - of_levels**2
-    too_large = (of_levels**2 > SYSTEMATIC * (goal**2 - others)) & (others < goal**2)
+    # where the others put the goal out of reach, those by levels are lowered as far as it asks of them alone
+    too_large = of_levels**2 > SYSTEMATIC * np.where(others < goal**2, goal**2 - others, goal**2)
     added = _next_level(numerics, column, counts, _relative_parts(found, unknown=np.inf), too_large)
     left = goal**2 - (systematic**2 if added is None else others)  # the added level may end the errors by levels
     left = np.maximum(left, SIZE_SHARE * np.maximum(systematic, goal) ** 2)  # as much as for the size

@@ -294,6 +294,15 @@ def test_out_of_reach_ends_with_its_reason():
     assert "size errors" in next_of(two, (12, 6, 6), size=0.03).why
 
 
+@pytest.mark.parametrize("size", [0.021, 0.03, 0.3])
+def test_where_others_exceed_the_target_errors_by_levels_are_lowered_as_if_they_were_alone(size):
+    counts, limit = (12, 6, 0, 0, 6, 0, 0), 0.02 * 0.5**0.5
+    above, below = (next_of(LONG, counts, bandwidth=limit * (1 + x), size=size) for x in (1e-9, -1e-9))
+    assert above.next == (12, 6, 2, 0, 6, 0, 0)
+    assert (below.met, below.next) == (False, None)
+    assert below.why == "out of reach: size errors are too large, and no level is left that lowers them"
+
+
 def test_no_more_members_than_are_allowed_ends_a_run():
     verdict = judge(ONE, {NAME: 0.01}, 12, (12, 12, 12, 12), totals_of(ONE, SCATTER))
     assert (verdict.met, verdict.next) == (False, None)
