@@ -125,6 +125,7 @@ def _exponent(quotient: Mean, ratio: Array | float, usual: float, least: float) 
 
 
 def _in_words(exponent: Array) -> str:
+    """Return the exponents of all speeds, each once."""
     return ", ".join(dict.fromkeys(f"{p:.2f}" for p in exponent))
 
 
