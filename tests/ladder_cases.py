@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from roughsim.estimate.ladder import Pair, Rung
+from roughsim.estimate.ladder import Pair, Rung, climb
 from roughsim.estimate.mean import mean_of
 from roughsim.observables.record import Sample
 
@@ -71,6 +71,11 @@ def with_partner(pairs, change, cut_off, *, speeds=SPEEDS):
     name, values = next(iter(pairs[0].sample.numbers.items()))
     rows = np.full((6, speeds), 3.0 * np.sign(values[0]))
     return [*pairs, step(9, (1.0 + change) * rows, rows, (cut_off, cut_off), name=name)]
+
+
+def rungs_at(means, cut_offs=(4.0, 8.0, 16.0), **names):
+    """Rungs of a ladder of these means."""
+    return climb(lambda sample: sample.numbers[NAME], ladder(means, cut_offs, **names))
 
 
 def scattered(means, errors, cut_offs=(4.0, 8.0, 16.0)):

@@ -25,7 +25,7 @@ from roughsim.scene.numerics import Numerics
 PIXEL_FALL = {"capped": 0.75, "smoothed": 0.3, "elastic": 0.3}
 FLASH = "flash_temperature"
 RESTING = "resting_flash_temperature"
-# side of its exact bound on which an observable of capped contact lies
+# side of its exact bound on which an observable by force balance lies in capped contact
 _TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum, "pressure_variance": np.minimum}
 
 
@@ -108,7 +108,7 @@ def _continued_to_the_end(
             mean = mean._replace(value=finest)
             pixel = np.abs(finest) * np.hypot(error, change.value)
         bandwidth = limit.error
-        if capped and observable in _TOWARDS_BOUND:
+        if capped and record.by_force_balance:
             mean, nearest = _bounded(scene, observable, mean, limit.rest.value)
             # on a map that is cut off they may lie further from the bound, but not if nothing yields
             bandwidth = np.where(continued | (mean.value == 0.0), np.fmin(bandwidth, nearest), bandwidth)
@@ -179,7 +179,7 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     top, end = rungs[-1].mean.value, scene.spectrum.breaks[-1]
     if record.distance and top.mean() * q[-1] < 4.0 * np.pi:
         return unknown._replace(error=np.abs(top - rungs[-2].mean.value))
-    if observable in _TOWARDS_BOUND:
+    if record.by_force_balance:
         limit = by_bound(rungs, end, _bound(scene, observable))
     else:
         limit = by_power(rungs, end, prediction.usual_exponent(scene, q[-1]))

@@ -95,8 +95,10 @@ def follows_power(scene: Scene, cut_offs: tuple[float, ...]) -> bool | None:
     less steeply somewhere, or has gaps.
     """
     end, q_c = scene.spectrum.breaks[-1], cut_offs[-1]
-    octaves = [q_c * 2.0**k for k in range(1, 5) if q_c * 2.0**k < end * (1 - 1e-9)]
-    q = np.array([*cut_offs[-3:], *octaves, *[end][len(octaves) // 4 :]])
+    beyond = [q_c * 2.0**k for k in range(1, 5) if q_c * 2.0**k < end * (1 - 1e-9)]
+    if len(beyond) < 4:
+        beyond.append(end)
+    q = np.array([*cut_offs[-3:], *beyond])
     with np.errstate(divide="ignore", invalid="ignore"):  # gaps
         exponents = -np.diff(np.log(scene.spectrum(q))) / np.diff(np.log(q))
         flatter = np.max(np.maximum.accumulate(exponents) - exponents)

@@ -4,17 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ladder_cases import (
-    END,
-    GRADIENT,
-    NAME,
-    SPEEDS,
-    at_speeds,
-    ladder,
-    power_law,
-    step,
-    with_partner,
-)
+from ladder_cases import END, GRADIENT, NAME, SPEEDS, at_speeds, ladder, power_law, step, with_partner
 from scipy.special import j0
 
 from roughsim.estimate.ladder import Pair

@@ -2,17 +2,12 @@
 
 import numpy as np
 import pytest
-from ladder_cases import NAME, ladder, power_law, scattered
+from ladder_cases import power_law, rungs_at, scattered
 
-from roughsim.estimate.ladder import climb
 from roughsim.estimate.limit import by_law, by_power, by_shape, by_steps
 
 CUT_OFFS, END = (4.0, 8.0, 16.0), 800.0
 THEORY = np.array([2.0, 2.8, 3.2, 4.0])  # up to three cut-offs, and over the whole spectrum
-
-
-def rungs_at(means, cut_offs=CUT_OFFS, **names):
-    return climb(lambda sample: sample.numbers[NAME], ladder(means, cut_offs, **names))
 
 
 def relative_error(mean):
