@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -120,8 +121,11 @@ def test_levels_in_half_the_cell_have_the_same_bits_after_a_kill_in_the_middle(c
         assert any(one.poll() is None for one in array), array[0].communicate()[1]
         time.sleep(0.01)
     # one that computes a member now
-    claims = [path for path in (folder / "claims").iterdir() if path.name.startswith("L")]
-    victim = next(one for one in array if any(f"-{one.pid}-" in path.read_text() for path in claims))
+    claims = []
+    for path in (folder / "claims").glob("L*"):
+        with suppress(FileNotFoundError):  # its member has been stored meanwhile
+            claims.append(path.read_text())
+    victim = next(one for one in array if any(f"-{one.pid}-" in claim for claim in claims))
     victim.kill()
     victim.communicate()
     before = stored()
