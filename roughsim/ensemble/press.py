@@ -4,6 +4,7 @@ T_flash is also computed by the direction of sliding, and relative to a Gaussian
 """
 
 import hashlib
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import ceil, pi
@@ -15,7 +16,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.run import begin, complete, shown
-from roughsim.errors import ConvergenceError, ResolutionError
+from roughsim.errors import ConvergenceError, RecordError, ResolutionError
 from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
 from roughsim.observables.directions import flash_temperature_along
@@ -30,6 +31,7 @@ from roughsim.scene import Scene, SceneError, SceneSource
 from roughsim.scene.files import load_map
 from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
 from roughsim.show.text import note
+from roughsim.store.disk import set_aside
 from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import (
     band_limited,
@@ -111,7 +113,7 @@ def press(
         own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), max_realizations=len(cells)))
         numerics = _numerics(own, cells[0].grid, resolution, joined)
         allowed.fit(*largest_member(own, numerics), numerics.threads)
-        numerics = begin(own, home, numerics, press={"of": kind, "edges": joined, "heights": digest})
+        numerics = _begin(own, home, numerics, {"of": kind, "edges": joined, "heights": digest})
         source = MapSource(kind, topography, tuple(cells), joined, loaded.sliding.direction, len(numerics.levels) - 1)
         begun.append(((own, numerics, home), source))
     with allowed, shown(progress, "pressing") as bar:
@@ -122,6 +124,20 @@ def press(
                     about = member.provenance
                     raise ConvergenceError(member.failure, about["residual"], about["iterations"])
     return open_run(folder)
+
+
+def _begin(scene: Scene, home: Path, numerics: Numerics, about: Mapping[str, str]) -> Numerics:
+    """Begin the run of a map, or of its quarters; other content in the place of the quarters is moved aside."""
+    try:
+        return begin(scene, home, numerics, press=about)
+    except RecordError as error:
+        if about["of"] == MAP or not home.exists():
+            raise
+        kept = set_aside(home, home.parent / "damaged")
+        reason = str(error).partition(";")[0]
+        words = f"{reason}; it was moved to {kept}, and the quarters are pressed again"
+        warnings.warn(words, RuntimeWarning, stacklevel=3)
+    return begin(scene, home, numerics, press=about)
 
 
 def _refuse(scene: Scene, grid: Grid, edges: str | None) -> None:

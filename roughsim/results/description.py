@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from roughsim.errors import RecordError
 from roughsim.scene import Scene
@@ -37,6 +37,10 @@ class Description:
         """The kind of the run, a key of `CONTENT`."""
         return self.press.get("of", RUN)
 
+    def of_quarters(self, numerics: Numerics) -> Self:
+        """Return the description of the quarters of this pressed map, which have numerics of their own."""
+        return replace(self, numerics=numerics, press={**self.press, "of": QUARTERS, "edges": "mirror"})
+
     def write(self, folder: Path, scene: Scene, *, first: bool = False) -> None:
         """Write run.json and scene.toml before any slow work; with `first`, FileExistsError if another process has.
 
@@ -59,7 +63,7 @@ class Description:
             if first or not path.is_file() or path.read_bytes() != text.encode():
                 place_bytes(path, text.encode(), first=first and name == "run.json")  # the first process writes both
 
-    def refuse_other(self, folder: Path, stored: "Description") -> None:
+    def refuse_other(self, folder: Path, stored: Self) -> None:
         """Refuse a folder with another kind of run, scene, map or numerics: RecordError with the first such key."""
         if stored.kind != self.kind:
             raise RecordError(f"{folder} holds {CONTENT[stored.kind]}, not {CONTENT[self.kind]}; name another folder")

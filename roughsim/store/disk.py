@@ -119,19 +119,21 @@ def not_readable(path: Path, error: OSError) -> OSError:
 
 
 def set_aside(path: Path, folder: Path) -> Path:
-    """Move a damaged file to a free name in a folder, and return its new path.
+    """Move a file or a folder that is of no use to a free name in a folder, and return its new path.
 
     OSError if the disk refuses; FileNotFoundError if another process has moved the file.
     """
     folder.mkdir(exist_ok=True)
+    is_folder = path.is_dir() and not path.is_symlink()
+    make, remove = (Path.mkdir, Path.rmdir) if is_folder else (Path.touch, Path.unlink)
     for number in count():
         kept = folder / (f"{path.stem}-{number}{path.suffix}" if number else path.name)
         with suppress(FileExistsError):
-            kept.touch(exist_ok=False)  # from now on the name is this process's
+            make(kept, exist_ok=False)  # from now on the name is this process's
             break
     try:
         os.replace(path, kept)
     except OSError:
-        kept.unlink()
+        remove(kept)
         raise
     return kept

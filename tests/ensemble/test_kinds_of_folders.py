@@ -12,6 +12,7 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.explore.content import load_fields
 from roughsim.outputs.run_report import report_run
+from roughsim.store.disk import set_aside
 
 NAME = "flash_temperature"
 PLACES = [".", "quarters"]  # of a pressed map
@@ -69,11 +70,82 @@ def test_the_command_run_refuses_a_map_before_it_plans(place, capsys):
         assert "pressed map, not a run of drawn surfaces" in " ".join(capsys.readouterr().err.split())
 
 
-def test_lost_quarters_are_pressed_again(place):
-    shutil.rmtree(place / "pressed" / "quarters")
-    with pytest.raises(rs.RecordError, match=r"quarters does not exist; start it with `roughsim run` or .*press`"):
-        rs.open_run(place / "pressed")
-    assert rs.press(place / "scene.toml", place / "pressed", changes=AT_35).independent == 4
+def _lost(quarters, _):
+    shutil.rmtree(quarters)
+
+
+def _emptied(quarters, _):
+    shutil.rmtree(quarters)
+    quarters.mkdir()
+
+
+def _without_description(quarters, _):
+    (quarters / "run.json").unlink()
+
+
+def _with_damaged_description(quarters, _):
+    (quarters / "run.json").write_text("{")
+
+
+def _a_file(quarters, _):
+    shutil.rmtree(quarters)
+    quarters.write_text("notes")
+
+
+def _of_drawn_surfaces(quarters, quick):
+    shutil.rmtree(quarters)
+    rs.run(replace(quick, ensemble=replace(quick.ensemble, max_realizations=2, until=())), quarters)
+
+
+def _of_another_map(quarters, _):
+    place = quarters.parents[1]
+    np.save(place / "map.npy", -np.load(place / "map.npy"))  # upside down, with the same C(q)
+    other = rs.press(place / "scene.toml", place / "other", changes=AT_35)
+    np.save(place / "map.npy", -np.load(place / "map.npy"))
+    shutil.rmtree(quarters)
+    shutil.copytree(other.folder / "quarters", quarters)
+
+
+STATES = {
+    _lost: "quarters is lost",
+    _emptied: "quarters is no run",
+    _without_description: "quarters is no run",
+    _with_damaged_description: "run.json is damaged",
+    _a_file: "quarters is a file",
+    _of_drawn_surfaces: "holds a run of drawn surfaces, not the quarters of a pressed map",
+    _of_another_map: "quarters holds another scene: heights is",
+}
+BEFORE_ANY_FILE = (_lost, _emptied)  # nothing to move aside
+
+
+@pytest.mark.filterwarnings("ignore:q_min = :RuntimeWarning")
+@pytest.mark.parametrize("spoil", STATES)
+def test_other_quarters_are_refused_and_pressed_again(place, quick, spoil, recwarn):
+    folder = place / "pressed"
+    first = rs.open_run(folder).estimate(NAME)
+    spoil(folder / "quarters", quick)
+    before = contents(folder / "quarters")
+    with pytest.raises(rs.RecordError, match=f"{STATES[spoil]}.*; repeat `roughsim press SCENE -o {folder}`"):
+        rs.open_run(folder)
+    recwarn.clear()
+    again = rs.press(place / "scene.toml", folder, changes=AT_35).estimate(NAME)
+    np.testing.assert_array_equal(again.total_error, first.total_error)
+    moved = folder / "damaged" / "quarters"
+    named = [str(each.message) for each in recwarn if f"it was moved to {moved}" in str(each.message)]
+    assert len(named) == (spoil not in BEFORE_ANY_FILE)
+    assert contents(moved) == before  # nothing of it is deleted
+
+
+def test_folders_are_set_aside_under_free_names(tmp_path):
+    for k in range(3):
+        (tmp_path / "a").mkdir()
+        (tmp_path / "a" / "file").write_text(str(k))
+        set_aside(tmp_path / "a", tmp_path / "kept")
+    assert {path.name: (path / "file").read_text() for path in (tmp_path / "kept").iterdir()} == {
+        "a": "0",
+        "a-1": "1",
+        "a-2": "2",
+    }
 
 
 def test_a_map_is_not_pressed_into_a_run_of_drawn_surfaces(pressed, tmp_path, quick):
