@@ -22,7 +22,7 @@ from roughsim.contact import Contact
 from roughsim.contact.active_set import solve_contact
 from roughsim.ensemble.run import shown
 from roughsim.errors import ConvergenceError
-from roughsim.estimate.ladder import SAME, Pair
+from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import values_of
 from roughsim.estimate.rounds import FIRST, FIRST_STEP, TARGET
 from roughsim.grid import Array, Grid
@@ -34,7 +34,7 @@ from roughsim.pipeline import Problem, solve_problem
 from roughsim.planning.plan import plan
 from roughsim.planning.realization import below_problem, level_problem
 from roughsim.scene import Scene, SceneLike, as_scene
-from roughsim.scene.numerics import Numerics
+from roughsim.scene.numerics import SAME, Numerics
 from roughsim.show.table import Column, Number, Row, Table, json_value
 from roughsim.surface.synthesis import synthesize
 

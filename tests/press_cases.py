@@ -20,7 +20,7 @@ def drawn_map():
 def write_scene(folder, heights, scene):
     """Write map.npy, in µm, and a scene of one rough face that names it, all else from `scene`; return its path."""
     np.save(folder / "map.npy", 1e6 * heights)
-    text = scene.to_toml()
+    text = scene.with_("numerics.levels", None).to_toml()  # they are of another C(q)
     surface_at, body, counter, sliding = (text.index(f"[{n}]") for n in ("surface", "body", "counterface", "sliding"))
     face = f'[surface]\ntopography = "map.npy"\ntopography_size = {list(GRID.lengths)}\ntopography_unit = "um"\n\n'
     rest = "[counterface]\nyoungs_modulus = 2e11\npoisson_ratio = 0.3\n"

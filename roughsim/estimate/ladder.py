@@ -10,13 +10,13 @@ from roughsim.estimate.mean import Mean, mean_of
 from roughsim.estimate.regression import at_mean_peak_volume
 from roughsim.grid import Array
 from roughsim.observables.record import Sample
+from roughsim.scene.numerics import SAME
 
 # lengths that converge non-monotonically: beyond 8 pixels per wave they changed by .2 to 1.5 of the change from 4 to 8
 _TURNING = 1.5
 # of the exponent, for the error by the largest change of T_flash at some speed: slower than the change mostly falls, so
 # that carries to a higher cut-off hold in drawn scenes (experiments/pixel_falls.py)
 _LARGEST_FALL = 1.0 / 3.0
-SAME = 1e-9  # relative: wavenumbers that differ by less are the same
 
 
 class Pair(NamedTuple):

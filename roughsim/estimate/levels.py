@@ -10,14 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.ladder import SAME, Pair, Rung, change_by_pixel, climb
+from roughsim.estimate.ladder import Pair, Rung, change_by_pixel, climb
 from roughsim.estimate.limit import Limit, by_bound, by_law, by_power, by_shape, by_steps
 from roughsim.estimate.mean import Mean, Scatter
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.scene import Scene
-from roughsim.scene.numerics import Numerics
+from roughsim.scene.numerics import SAME, Numerics
 
 # exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, by
 # column: .5 to 1.4 on three steels and two rocks from 4 to 32 q_y; elastic T_flash 0 to .6 and g_σ(0) 0 to .3 on three

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.ladder import SAME, Pair, Rung, change_by_pixel, climb
+from roughsim.estimate.ladder import Pair, Rung, change_by_pixel, climb
 from roughsim.estimate.levels import FLASH, PIXEL_FALL, Values
 from roughsim.estimate.limit import by_steps
 from roughsim.estimate.mean import Mean, mean_of
@@ -22,6 +22,7 @@ from roughsim.grid import Array
 from roughsim.observables.distribution import BIN_AREAS, Bins, two_pressures
 from roughsim.observables.record import Sample
 from roughsim.scene import Scene
+from roughsim.scene.numerics import SAME
 
 BOLTZMANN = 1.380649e-23  # J/K
 LEAST_MEMBERS = 4.0  # effective ones that carry a mean: of fewer the scatter is unknown

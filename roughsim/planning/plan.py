@@ -21,6 +21,7 @@ from roughsim.planning.reasons import at_speeds, level_text, span, workers_reaso
 from roughsim.planning.sliding import slide_reasons, with_slide
 from roughsim.prediction.scans import scan_of_hottest
 from roughsim.scene import Scene, SceneLike, as_scene
+from roughsim.scene.checks import check_levels
 from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
 from roughsim.scene.sections import TARGET
 
@@ -77,6 +78,7 @@ def plan(
     keys = {key: getattr(scene.numerics, key) for key in DEFAULT_REASONS}
     keys = {key: value for key, value in keys.items() if value is not None}
     numerics = with_slide(scene, Numerics(levels, lengths, **keys))
+    check_levels(numerics.levels, stated.faces, stated.sliding.history, stated.elastic)
     if not scene.elastic and "elastic" in numerics.columns:
         raise ValueError('column = "elastic" does not fit a scene with a hardness; use "smoothed" or "capped"')
     reasons += _heat_reasons(scene)

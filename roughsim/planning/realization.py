@@ -50,7 +50,7 @@ def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, 
         If `seed`, `level` or `index` is no whole number, or out of range, or the scene lacks the column of a level.
     """
     scene = as_scene(scene)
-    check_levels(numerics.levels, scene.sliding.history, scene.elastic)
+    check_levels(numerics.levels, scene.faces, scene.sliding.history, scene.elastic)
     limits = {"seed": (seed, np.inf), "level": (level, len(numerics.levels)), "index": (index, np.inf)}
     for name, (value, limit) in limits.items():
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:

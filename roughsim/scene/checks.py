@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from roughsim.observables.catalogue import observables_of
-from roughsim.scene.numerics import DEFAULT_SOLVER, SLIDING, Level
+from roughsim.scene.numerics import DEFAULT_SOLVER, SAME, SLIDING, Level
 from roughsim.scene.sections import (
     BodySection,
     CounterfaceSection,
@@ -13,6 +13,7 @@ from roughsim.scene.sections import (
     SurfaceSection,
 )
 from roughsim.scene.tables import MAX_ROWS
+from roughsim.surface.spectrum import Face
 
 
 def missing_second_body(counterface: CounterfaceSection | None) -> str:
@@ -152,16 +153,24 @@ def check_rows(surface: SurfaceSection, counterface: CounterfaceSection | None) 
         )
 
 
-def check_levels(levels: Sequence[Level], history: str, elastic: bool) -> None:
-    """Refuse levels of a column that the scene does not have."""
+def check_levels(levels: Sequence[Level], faces: Sequence[Face], history: str, elastic: bool) -> None:
+    """Refuse levels of a column that the scene does not have, and cut-offs outside of the C(q) of its rough faces."""
     for number, level in enumerate(levels):
+        key = f"numerics.levels[{number}]"
         if level.column == SLIDING and history != SLIDING:
             raise ValueError(
-                f'numerics.levels[{number}].column = "{SLIDING}" needs sliding.history = "{SLIDING}"; add it or remove '
-                "the level"
+                f'{key}.column = "{SLIDING}" needs sliding.history = "{SLIDING}"; add it or remove the level'
             )
         if elastic and level.column not in ("elastic", SLIDING):
             raise ValueError(
-                f'numerics.levels[{number}].column = "{level.column}" needs a body.penetration_hardness; add it or '
-                'write "elastic"'
+                f'{key}.column = "{level.column}" needs a body.penetration_hardness; add it or write "elastic"'
             )
+        # of two faces that slide, each needs waves
+        first = (max if level.column == SLIDING else min)(face.breaks[0] for face in faces)
+        last = max(face.breaks[-1] for face in faces)
+        cut_off = f"{key}.q_max = {level.q_max:.6g} rad/m"
+        if level.q_max <= first:
+            below = " and of all levels below it" if level.column == SLIDING else ""
+            raise ValueError(f"{cut_off} must be above {first:.6g} rad/m, where C(q) begins; raise it{below}")
+        if level.q_max > last * (1 + SAME):
+            raise ValueError(f"{cut_off} must be at most {last:.6g} rad/m, where C(q) ends; lower it")

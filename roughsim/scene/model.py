@@ -102,7 +102,7 @@ class Scene(Record, section=""):
         check_targets(self.ensemble, self.distribution)
         check_history(sliding, missing, self.numerics.solver)
         check_rows(self.surface, self.counterface)
-        check_levels(self.numerics.levels or (), sliding.history, self.elastic)
+        check_levels(self.numerics.levels or (), self.faces, sliding.history, self.elastic)
         _check_derived(self)
         return self
 

@@ -1,7 +1,7 @@
 """`Numerics`: levels, cell and tolerance of a computation. `plan` chooses it, a run records it."""
 
 from dataclasses import field, fields
-from math import isinf
+from math import isinf, pi
 from typing import Annotated, Any, Final, Literal, NamedTuple, Self, get_args
 
 from pydantic import BeforeValidator, PlainSerializer, SkipValidation, model_validator
@@ -26,6 +26,7 @@ _Distance = Annotated[
     PlainSerializer(lambda distance: "inf" if isinf(distance) else distance),  # JSON has no inf
 ]
 DEFAULT_SOLVER = "active_set"
+SAME = 1e-9  # relative: wavenumbers that differ by less are the same
 
 
 class Reason(NamedTuple):
@@ -130,17 +131,30 @@ class Numerics(Record, section="numerics"):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        for i, level in enumerate(self.levels):
-            nyquist = self.grid(i).nyquist
-            if level.q_max > nyquist * (1 + 1e-12):
-                raise ResolutionError(
-                    f"numerics.levels[{i}].q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber "
-                    f"{nyquist:.4g} rad/m of the grid {level.shape}; refine the grid or lower q_max"
-                )
         self._check_slide()
+        for i in range(len(self.levels)):
+            self._check_waves(i, i, self.grid(i))
         for column in self.columns:
             self._check_column(column)
+            for i in self.of_column(column)[1:]:
+                self._check_waves(i, self.below(i) or 0, self.grid_below(i))
         return self
+
+    def _check_waves(self, level: int, of: int, grid: Grid) -> None:
+        """Refuse the cut-off of the level `of` that the grid of it, in the cell of `level`, does not hold."""
+        q_max, place = self.levels[of].q_max, f", in the cell of levels[{level}]" * (of != level)
+        cut_off = f"numerics.levels[{of}].q_max = {q_max:.4g} rad/m"
+        if q_max > grid.nyquist * (1 + 1e-12):
+            raise ResolutionError(
+                f"{cut_off} exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the grid {grid.shape}{place}; "
+                "refine the grid or lower q_max"
+            )
+        longest = max((side for n, side in zip(grid.shape, grid.lengths, strict=True) if n > 1), default=0.0)
+        if q_max * longest <= pi:  # a mode of the cell has the waves to half a step below its wavenumber
+            raise ResolutionError(
+                f"{cut_off} leaves no wave in a cell of {grid.lengths[0]:.4g} × {grid.lengths[1]:.4g} m with "
+                f"{grid.shape} points{place}; raise q_max or numerics.lengths"
+            )
 
     def _check_slide(self) -> None:
         """Refuse more than one slide, one that is not the last level, and its keys on other levels."""

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from slide_cases import sliding_scene
 
 import roughsim as rs
 from roughsim.store.member_files import FIELDS, member_path, read_member
@@ -285,6 +286,29 @@ def test_bad_arguments_are_refused_by_name(quick, tmp_path):
         ValueError, match=r'until.flash_temperature = 1.0 must be above 0 and below 1, for example "1 %"'
     ):
         rs.run(quick, tmp_path / "run", until={"flash_temperature": 1.0})
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("q_max", [6e3, 3e5])  # below and above C(q)
+def test_levels_outside_of_the_spectrum_leave_no_folder(quick, tmp_path, q_max):
+    level = {"column": "capped", "shape": [256, 256], "q_max": q_max}
+    numerics = replace(quick.numerics, levels=(level,))
+    for call in (
+        lambda: rs.run(quick, tmp_path / "run", changes={"numerics.levels": [level]}),
+        lambda: rs.run(quick, tmp_path / "run", numerics=replace(rs.plan(quick), levels=numerics.levels)),
+    ):
+        with pytest.raises(ValueError, match=r"numerics.levels\[0\].q_max = .* C\(q\)"):
+            call()
+    assert not (tmp_path / "run").exists()
+
+
+def test_two_faces_that_slide_need_waves_each(tmp_path):
+    face = {"rms_height": 1e-7, "hurst": 0.8, "q_min": 6e4, "q_max": 2e5}
+    heat = {"conductivity": 30, "density": 7900, "heat_capacity": 500}
+    changes = {"counterface": face | heat, "numerics.levels": None}
+    levels = [{"column": "capped", "shape": [64, 64], "q_max": 4e4}]
+    with pytest.raises(ValueError, match=r"numerics.levels\[1\].q_max = 40000 rad/m must be above 60000 rad/m"):
+        rs.run(sliding_scene(), tmp_path / "run", changes=changes | {"numerics.levels": levels})
     assert not (tmp_path / "run").exists()
 
 

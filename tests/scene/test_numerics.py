@@ -1,5 +1,6 @@
 """Numerics: which level corrects which, on which grids and streams, and what is refused."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -112,6 +113,17 @@ UNFIT = {
         Level("capped", (64, 64), 1e5, "quarter"),
     ),
     r"q_max = 5e\+05 rad/m exceeds the Nyquist wavenumber 1.005e\+05 rad/m": (replace(LOW, q_max=5e5),),
+    r"levels\[0\].q_max = 2.4e\+04 rad/m exceeds .* of the grid \(2, 128\), in the cell of levels\[1\]": (
+        Level("capped", (1, 64), 2.4e4, "half"),
+        Level("capped", (17, 23), 2.4e4),
+        Level("capped", (32, 8), 1e4),
+    ),
+    r"levels\[0\].q_max = 1500 rad/m leaves no wave in a cell of 0.002 × 0.002 m": (replace(LOW, q_max=1.5e3),),
+    r"levels\[0\].q_max = 5e\+04 rad/m leaves no wave .* with \(1, 1\) points": (replace(LOW, shape=(1, 1)),),
+    r"levels\[0\].q_max = 2000 rad/m leaves no wave in a cell of 0.001 × .*, in the cell of levels\[1\]": (
+        replace(LOW, q_max=2e3),
+        Level("capped", (64, 64), 1e5, "half"),
+    ),
 }
 
 
@@ -119,6 +131,17 @@ UNFIT = {
 def test_levels_that_correct_nothing_or_do_not_fit_are_refused_in_a_sentence(match):
     with pytest.raises(ValueError, match=match):
         Numerics(UNFIT[match], (SIDE, SIDE))
+
+
+@pytest.mark.filterwarnings("ignore:q_min = :RuntimeWarning")
+@pytest.mark.parametrize(("factor", "has_waves"), [(0.999, False), (1.001, True)])
+def test_a_cut_off_is_accepted_from_the_first_wave_of_its_cell_on(factor, has_waves):
+    q_max = factor * np.pi / SIDE
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=1.0, q_max=q_max)
+    heights = rs.synthesize(spectrum, Grid((64, 64), (SIDE, SIDE)), np.random.default_rng(1))
+    assert bool(heights.any()) == has_waves
+    with nullcontext() if has_waves else pytest.raises(rs.ResolutionError, match="leaves no wave"):
+        Numerics((replace(LOW, q_max=q_max),), (SIDE, SIDE))
 
 
 REFUSED = {
@@ -133,7 +156,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("match", REFUSED)
 def test_bad_numerics_are_refused_by_name(match):
-    values = {"levels": (Level("elastic", (64, 64), 1.0),), "lengths": (1.0, 1.0)} | REFUSED[match]
+    values = {"levels": (Level("elastic", (64, 64), 10.0),), "lengths": (1.0, 1.0)} | REFUSED[match]
     with pytest.raises(ValueError, match=match):
         Numerics(**values)
 

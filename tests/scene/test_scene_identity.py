@@ -25,7 +25,7 @@ def variants() -> list[str]:
         changed('"0.90 um"', "0.1234567890123456789e-6"),
         changed('{ flash_temperature = "1 %" }', '{ flash_width = 0.02, plastic_fraction = "3 %" }'),
         changed('{ flash_temperature = "1 %" }', "{}"),
-        STEEL + 'levels = [{ column = "capped", shape = [3, 4], q_max = 7 }]\nlengths = [1, 2]\nslid_distance = inf',
+        STEEL + 'levels = [{ column = "capped", shape = [3, 4], q_max = 7e3 }]\nlengths = [1, 2]\nslid_distance = inf',
         STEEL[: STEEL.index("[counterface]")] + STEEL[STEEL.index("[sliding]") :],
     ]
 
@@ -128,7 +128,7 @@ NAMED_FACE = (
     'spectrum = { name = "k_correlation", rms_height = 1e-7, hurst = 0.7, q_min = 1e3, q_roll_off = 1e4, q_max = 1e6 }'
 )
 NUMERICS = """[numerics]
-levels = [{ column = "capped", shape = 64, q_max = 1e4 }]
+levels = [{ column = "capped", shape = 64, q_max = 1.5e4 }]
 lengths = 0.01
 tolerance = 1e-3
 precision = "single"

@@ -113,6 +113,16 @@ REFUSED = [
     ("tolerance = 3e-3", 'levels = [{ column = "cap" }]', 'numerics.levels[0].column = "cap" is not known'),
     (
         "tolerance = 3e-3",
+        'levels = [{ column = "capped", shape = 64, q_max = 6e3 }]',
+        "numerics.levels[0].q_max = 6000 rad/m must be above 6350 rad/m, where C(q) begins; raise it",
+    ),
+    (
+        "tolerance = 3e-3",
+        'levels = [{ column = "capped", shape = 64, q_max = 1e5 }, { column = "capped", shape = 64, q_max = 4.2e7 }]',
+        "numerics.levels[1].q_max = 4.2e+07 rad/m must be at most 4.15e+07 rad/m, where C(q) ends; lower it",
+    ),
+    (
+        "tolerance = 3e-3",
         "levels = [{ shap = 3 }]",
         'numerics.levels[0].shap = 3 is not a key of a scene; did you mean "s',
     ),
@@ -181,7 +191,7 @@ def test_replace_checks_again_and_nothing_can_be_assigned(steel):
     with pytest.raises(SceneError, match=r"^sliding\.nominal_pressure = 2e\+09 Pa exceeds"):
         replace(steel, sliding=replace(steel.sliding, nominal_pressure=2e9))
     with pytest.raises(SceneError, match=r"^numerics\.levels\.q_max is missing"):
-        type(parse_scene(STEEL + 'levels = [{ column = "capped", shape = 3, q_max = 1 }]').numerics.levels[0])(  # type: ignore[index]
+        type(parse_scene(STEEL + 'levels = [{ column = "capped", shape = 3, q_max = 1e4 }]').numerics.levels[0])(  # type: ignore[index]
             column="capped", shape=(3, 3)
         )
     with pytest.raises(FrozenInstanceError):
