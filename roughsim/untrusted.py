@@ -115,20 +115,29 @@ def unpacked(path: Path) -> Iterator[Path]:
             yield path
             return
     with TemporaryDirectory() as folder:
-        copy, limit, size = Path(folder) / "unpacked", 0.125 * available_memory().amount, 0
+        copy, limit = Path(folder) / "unpacked", 0.125 * available_memory().amount
         try:
-            with gzip.open(path) as packed, open(copy, "wb") as target:
-                while block := packed.read(1 << 20):
-                    if size == 0 and block.startswith(_GZIP):
-                        raise RecordError(f"{path} is packed twice; unpack it")
-                    if (size := size + len(block)) > limit:
-                        raise RecordError(
-                            f"{path} unpacks to more than {limit / 1e9:.3g} GB, an eighth of the available memory"
-                        )
-                    target.write(block)
-        except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-            raise RecordError(f"{path} is packed by gzip and cut short or damaged ({error}); copy it again") from None
+            call_in_child(_unpack, path, copy, limit, seconds=5.0 + path.stat().st_size / 1e6)
+        except ChildEndedError as error:
+            raise RecordError(f"{path} cannot be unpacked: {error}; unpack it") from error
         yield copy
+
+
+def _unpack(path: Path, copy: Path, limit: float) -> None:
+    """Unpack a file packed by gzip up to a number of bytes; runs in the child."""
+    size = 0
+    try:
+        with gzip.open(path) as packed, open(copy, "wb") as target:
+            while block := packed.read(1 << 20):
+                if size == 0 and block.startswith(_GZIP):
+                    raise RecordError(f"{path} is packed twice; unpack it")
+                if (size := size + len(block)) > limit:
+                    raise RecordError(
+                        f"{path} unpacks to more than {limit / 1e9:.3g} GB, an eighth of the available memory"
+                    )
+                target.write(block)
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise RecordError(f"{path} is packed by gzip and cut short or damaged ({error}); copy it again") from None
 
 
 def check_measured_file(file: Path, path: Path | None = None) -> None:
@@ -146,7 +155,7 @@ def check_measured_file(file: Path, path: Path | None = None) -> None:
         start = stream.read(4096)
     if start.startswith(b"\x89HDF\r\n\x1a\n"):
         try:
-            call_in_child(_read_all, file, path, seconds=5.0 + size / 1e7)
+            call_in_child(_read_all, file, path, seconds=5.0 + path.stat().st_size / 1e7)
         except ChildEndedError as error:
             raise RecordError(f"{path} cannot be read: {error}; it is damaged, save it again") from error
     elif start.startswith(b"PK"):

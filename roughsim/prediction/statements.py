@@ -32,6 +32,7 @@ def statements(scene: Scene) -> list[Statement]:
     """Return the assumptions of a scene, in printed order."""
     return [
         *_of_roughness(scene),
+        *_of_scans(scene),
         *_of_textures(scene),
         *_of_heat(scene),
         *_of_tables(scene),
@@ -60,6 +61,13 @@ def _of_roughness(scene: Scene) -> Iterator[Statement]:
         of_what = 'with history = "frozen" the contact' if two else "a lone rough face"
         because = f"{of_what} rests on the counterface: its hot spots slide over [body]"
     yield Statement("roughness", value, because)
+
+
+def _of_scans(scene: Scene) -> Iterator[Statement]:
+    """Yield what was read of the files of each face: channel and units."""
+    for name, face in (("surface", scene.surface), ("counterface", scene.counterface)):
+        for scan in (face and face.psd_scans) or ():
+            yield Statement(f"scan of [{name}]", scan, "C(q) is measured on it")
 
 
 def _of_textures(scene: Scene) -> Iterator[Statement]:

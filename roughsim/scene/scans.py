@@ -1,12 +1,15 @@
 """Scans named in a scene: their sizes and units, and the C(q) that replaces them."""
 
+import math
 import re
 import warnings
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughsim.scene.schema import Quantity, SceneError, as_written, did_you_mean
+from roughsim.show.text import plain
 
 if TYPE_CHECKING:
     from roughsim.grid import Grid
@@ -15,7 +18,10 @@ if TYPE_CHECKING:
 _MOST_SCANS = 32  # of one face: their table with its errors still fits into a scene
 _UNEVEN = 0.05  # of the larger number of points: more would make pixels of one length oblong
 _MAP_SIZE = Quantity("m", '"1 mm"', above=0)
-SCAN_KEYS = ("topography_size", "topography_unit", "topography_fill")  # they go with `topography`
+_CUT = Quantity("rad/m", '"2.5e6 1/m"', above=0)
+MEASURED_KEYS = ("psd_source", "psd_error", "psd_scans", "psd_texture", "psd_filled")  # of C(q) measured on scans
+# they go with `topography`
+SCAN_KEYS = ("topography_size", "topography_unit", "topography_channel", "topography_cut", "topography_fill")
 
 
 def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
@@ -24,8 +30,9 @@ def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
 
     if len(paths) > _MOST_SCANS:
         raise SceneError(f"{len(paths)} scans are more than {_MOST_SCANS}; leave some out")
-    bins, lines, textures, undefined = [], [], [], []
-    for scan in read_scans(paths, section):
+    bins, lines, textures, undefined, taken = [], [], [], [], []
+    for path, scan in zip(paths, read_scans(paths, section), strict=True):
+        taken.append(plain(f"{path.name[-60:]}: {scan.taken[:120]}"))
         if isinstance(scan, Topography):
             bins.append(scan.bins)
             textures.append([float(f"{number:.4g}") for number in scan.texture])
@@ -35,7 +42,7 @@ def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
     spectrum, errors = combined(bins + bins_of_lines(lines))
     rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
     rounded = [[float(f"{error:.3g}") for error in row] for row in errors.tolist()]
-    known: dict[str, Any] = {"psd_source": "scan", "psd_error": rounded}
+    known: dict[str, Any] = {"psd_source": "scan", "psd_error": rounded, "psd_scans": taken}
     if textures:
         known["psd_texture"] = textures
     if any(undefined):
@@ -50,11 +57,15 @@ def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topog
     nothing: list[tuple[float, float] | None] = [None] * len(paths)
     lengths = _sizes(section["topography_size"], len(paths)) if "topography_size" in section else nothing
     unit = _length_unit(section["topography_unit"]) if "topography_unit" in section else None
+    cut = _cut(section["topography_cut"]) if "topography_cut" in section else math.inf
+    channel = section.get("topography_channel")
+    if isinstance(channel, bool) or not isinstance(channel, (str, int, type(None))):
+        raise SceneError(f"topography_channel = {as_written(channel)} must be a name, or a number from 1 on")
     fill = section.get("topography_fill")
     if fill is not None and fill not in FILLS:
         raise SceneError(f"topography_fill = {as_written(fill)} is not known; {did_you_mean(str(fill), FILLS)}")
     for path, size in zip(paths, lengths, strict=True):  # one scan at a time in memory
-        scan = read_scan(path, size=size, unit=unit, fill=fill)
+        scan = read_scan(path, size=size, unit=unit, fill=fill, channel=channel, cut=cut)
         if not isinstance(section.get("topography_size", []), (list, tuple)) and isinstance(scan, Topography):
             _warn_of_one_length(path, scan.grid)
         yield scan
@@ -86,6 +97,16 @@ def _sizes(value: Any, count: int) -> list[tuple[float, float] | None]:
             raise SceneError(f"{where} = {as_written(size)} must be one length, or two along x and y")
         pairs.append((float(_MAP_SIZE(pair[0], where)), float(_MAP_SIZE(pair[1], where))))
     return pairs
+
+
+def _cut(value: Any) -> float:
+    """Return the wavenumber up to which C(q) is used, rad/m, from a wavenumber or a wavelength with its unit."""
+    try:
+        return float(_CUT(value, "topography_cut"))
+    except ValueError:
+        with suppress(ValueError):
+            return 2 * math.pi / float(_MAP_SIZE(value if isinstance(value, str) else "", "topography_cut"))
+        raise
 
 
 def _length_unit(value: Any) -> float:

@@ -12,7 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from roughsim.extensions import extensions, loaded
 from roughsim.observables.catalogue import OBSERVABLES, observables_of
-from roughsim.scene.scans import SCAN_KEYS
+from roughsim.scene.scans import MEASURED_KEYS, SCAN_KEYS
 from roughsim.scene.schema import (
     KELVIN,
     SECTIONS,
@@ -42,14 +42,12 @@ SPEED = Quantity("m/s", '"35 m/s"', at_least=0)
 TARGET = Quantity("", '"1 %"', above=0, below=1)
 _SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
 _SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them gives the roughness of a face
-_PSD_KEYS = ("psd_convention", "psd_source", "psd_error", "psd_texture", "psd_filled")  # they go with `psd`
+_PSD_KEYS = ("psd_convention", *MEASURED_KEYS)  # they go with `psd`
 ROUGHNESS_KEYS = (*_SIZE_KEYS, *_PSD_KEYS, *_SELF_AFFINE_KEYS)
 _THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 # keys of the end of a run, of kept fields, and of sources and warnings: they change no number
 NOT_IDENTITY = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
-    f"{face}.{key}"
-    for face in ("surface", "body", "counterface")
-    for key in ("psd_source", "psd_error", "psd_texture", "psd_filled", "melting_temperature")
+    f"{face}.{key}" for face in ("surface", "body", "counterface") for key in (*MEASURED_KEYS, "melting_temperature")
 }
 _TURN = 6.2832  # rad, 360° rounded up
 _WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
@@ -235,6 +233,8 @@ class SurfaceSection(Record, section="surface"):
     """"scan": the table was measured on maps, as by `topography`; None: it is as stated, without an error."""
     psd_error: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_error)] | None = None
     """Errors of the rows of `psd`, see `roughsim.surface.topography.MeasuredSpectrum`; None: unknown of a scan."""
+    psd_scans: tuple[Annotated[str, BeforeValidator(read_title)], ...] | None = None
+    """What was read of each scan: its channel and units, in words."""
     psd_texture: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_texture)] | None = None
     """A row for each map, see `roughsim.surface.topography.Texture`; None: unknown of a scan."""
     psd_filled: Annotated[float, Quantity("", "0.1", at_least=0, below=1)] | None = None

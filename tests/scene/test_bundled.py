@@ -90,7 +90,7 @@ def filled(text):
 
 # keys that need or exclude others
 RIVALS = (
-    "rms_slope|spectrum|topography|topography_size|topography_unit|topography_fill|psd_file|psd_convention|psd_source"
+    "rms_slope|spectrum|topography|topography_size|topography_unit|topography_channel|topography_cut|topography_fill|psd_file|psd_convention|psd_source"
     "|slid_distance"
 )
 
@@ -106,6 +106,7 @@ def test_the_form_holds_every_key_and_says_what_is_missing():
         "psd_error",
         "psd_texture",
         "psd_filled",
+        "psd_scans",
         "column",
         "shape",
         "cell",

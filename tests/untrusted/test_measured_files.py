@@ -1,7 +1,9 @@
 """Measured topographies from elsewhere: what leads out of them, runs code or fills the memory is refused by name."""
 
+import gzip
 import os
 import pickle
+import time
 import zipfile
 
 import h5py
@@ -72,3 +74,15 @@ def test_a_file_beyond_memory_is_refused(tmp_path):
         file.truncate(int(0.13 * available_memory().amount))  # sparse: it takes no room on the disk
     with pytest.raises(rs.RecordError, match="above an eighth of the available memory; crop it first"):
         check_measured_file(path)
+
+
+def test_a_reader_that_computes_too_long_is_ended(tmp_path, monkeypatch):
+    # 46 kB that unpack to 10 MB of zeros: some reader of the forty computes on them for a quarter of a minute
+    pytest.importorskip("SurfaceTopography", exc_type=ImportError)
+    path = tmp_path / "zeros.gz"
+    path.write_bytes(gzip.compress(bytes(10_000_000)))
+    monkeypatch.setattr("roughsim.surface.topography.reading._LEAST_SECONDS", 0.5)
+    began = time.process_time()
+    with pytest.raises(rs.RecordError, match=r"zeros.gz cannot be read: the library did not come back in 1 s of comp"):
+        read_topography(path)
+    assert time.process_time() - began < 0.5

@@ -1,5 +1,6 @@
 """Contents of a file before units are applied, and the error of files without heights."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,12 @@ _UNITS = {
 UNITS = {name: factor for factor, names in _UNITS.items() for name in names.split()}
 
 
+def unit_name(factor: float) -> str:
+    """Return the name of a unit of length given in m."""
+    near = min(_UNITS, key=lambda known: abs(known / factor - 1.0))
+    return _UNITS[near].split()[0] if abs(near / factor - 1.0) < 1e-9 else f"{factor:.6g} m"
+
+
 class NoHeightsError(ValueError):
     """A file holds no heights that can be used. The message goes on after the name of the file."""
 
@@ -34,6 +41,27 @@ class Contents:
     periodic: bool = False
     reliable: float = np.inf  # wavenumber up to which the instrument resolves, rad/m
     left_out: tuple[str, ...] = ()  # of the file's numbers
+    channel: int | None = None  # index of these heights in `channels`; None of a file that has no channels
+    channels: tuple[str, ...] = ()  # names of all heights of the file
+
+
+def index_of_channel(names: Sequence[str], wanted: str | int) -> int:
+    """Return the index of the channel with a name, or with a number from 1 on; NoHeightsError if it is not one."""
+    if isinstance(wanted, int):
+        found = [wanted - 1] if 1 <= wanted <= len(names) else []
+    else:
+        found = [i for i, name in enumerate(names) if name.strip().lower() == wanted.strip().lower()]
+    if len(found) != 1:
+        fault = "several channels of heights" if found else "no channel of heights"
+        what = f"with the name {wanted[:40]!r}" if isinstance(wanted, str) else f"number {wanted}"
+        raise NoHeightsError(f"has {fault} {what}; the choice is {numbered(names)}, by name or by number")
+    return found[0]
+
+
+def numbered(names: Sequence[str]) -> str:
+    """Return the names of channels with their numbers, as a text of at most some 200 characters."""
+    few = [f"{number} {name[:30]!r}" for number, name in enumerate(names[:6], start=1)]
+    return ", ".join(few) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
 
 
 def length_unit(text: str, what: str) -> float | None:
@@ -50,6 +78,7 @@ def even_step(values: Array, what: str) -> float:
     """Return the step of coordinates at even steps, below 0 if they fall; NoHeightsError if they are uneven."""
     step = float(values[-1] - values[0]) / max(values.size - 1, 1)
     line = values[0] + step * np.arange(values.size)
-    if not np.isfinite(step) or step == 0.0 or np.abs(values - line).max() > EVEN * abs(step):
+    even = np.abs(values - line) <= EVEN * abs(step)  # not of undefined ones
+    if not np.isfinite(step) or step == 0.0 or not even.all():
         raise NoHeightsError(f"has {what} at uneven steps; put its heights on even steps first")
     return step

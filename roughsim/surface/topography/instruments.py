@@ -4,15 +4,20 @@ import re
 import warnings
 import zipfile
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from roughsim.surface.topography.contents import Contents, NoHeightsError
+from roughsim.surface.topography.contents import Contents, NoHeightsError, index_of_channel, numbered
 
 PICTURES = {b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF", b"II*\x00": "TIFF", b"MM\x00*": "TIFF"}
 _PACKED = {b"BZh": "bzip2", b"\xfd7zXZ": "xz", b"7z\xbc\xaf": "7z", b"Rar!": "rar", b"\x28\xb5\x2f\xfd": "zstd"}
+_GWY = b"GWYP"
+_GWY_TITLE = re.compile(rb"/\d+/data/title\x00s([^\x00]*)\x00")  # of a channel
+_GWY_AMPERE = "'si_unit_z': {'GwySIUnit': {'unitstr': 'A'}}"
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 _TIFF = (b"II*\x00", b"MM\x00*")  # some instruments write heights into one
 _DOCUMENTS = re.compile(rb"\s*(%PDF|<!doctype html|<html)", re.IGNORECASE)
 _ANYTHING = ("hgt",)  # a reader that takes any file of the right size
@@ -30,43 +35,62 @@ def library() -> Any:
     return SurfaceTopography
 
 
-def of_instrument(stream: Any, check: Callable[[tuple[int, ...]], None], *, text: bool = False) -> Contents | None:
-    """Return the heights of an open file as SurfaceTopography reads them.
+def of_instrument(
+    stream: Any, check: Callable[[tuple[int, ...]], None], *, channel: str | int | None = None, text: bool = False
+) -> Contents | None:
+    """Return the heights of an open file as SurfaceTopography reads them, of a `channel` by its name or number.
 
     None if no reader takes it; with `text` also if no line of it has a size, a unit or a number of points. `check`
     refuses a shape before its heights are read.
     """
     try:
         reader = library().open_topography(stream)
-        first, height_channels = reader.default_channel, reader.height_channels
+        channels = [one for one in reader.channels if not _is_current(one)]
+        first = reader.default_channel
     except ImportError:
         raise
     except Exception:  # forty readers of binary formats, each with its own failures
         return None
-    if reader.format() in _ANYTHING:
+    if not channels or reader.format() in _ANYTHING:
         return None
     has_header = first.unit or first.info.get("raw_metadata")
     if text and reader.format() in _PLAIN and not has_header:
         return None
-    channel = _channel_of_heights(first, height_channels)
-    check(tuple(channel.nb_grid_pts) if channel.dim == 2 else (channel.nb_grid_pts[0],))
-    if not channel.is_uniform:
+    heights = [one for one in channels if one.is_height_channel]
+    if not heights:
+        raise NoHeightsError(f"holds no channel of heights, {_with_units(channels)}; save the heights")
+    names = tuple(str(one.name) for one in heights)
+    index = _default_index(first, heights) if channel is None else index_of_channel(names, channel)
+    found = heights[index]
+    check(tuple(found.nb_grid_pts) if found.dim == 2 else (found.nb_grid_pts[0],))
+    if not found.is_uniform:
         raise NoHeightsError("holds a line scan at uneven steps; put its heights on even steps first")
-    return _contents_of(channel)
+    return replace(_contents_of(found), channel=index, channels=names)
 
 
-def _channel_of_heights(first: Any, height_channels: Sequence[Any]) -> Any:
-    """Return the default channel of a file, `first`, or else its first one of heights; NoHeightsError if ambiguous."""
-    channel = first
-    if not first.is_height_channel:
-        if not height_channels:
-            raise NoHeightsError(f"holds no heights, but {first.data_kind.value}; save the heights")
-        channel = height_channels[0]
-    alike = [other.name for other in height_channels if other.dim == channel.dim]
-    if channel.unit is None and len(alike) > 1:
-        names = ", ".join(str(name) for name in alike)[:80]
-        raise NoHeightsError(f"holds several sets of numbers without a unit, {names}; save the heights alone")
-    return channel
+def _default_index(first: Any, heights: Sequence[Any]) -> int:
+    """Return the index of the default channel of a file, `first`, or else 0; NoHeightsError if ambiguous."""
+    index = next((i for i, one in enumerate(heights) if one.index == first.index), 0)
+    alike = [str(other.name) for other in heights if other.dim == heights[index].dim]
+    if heights[index].unit is None and len(alike) > 1:
+        raise NoHeightsError(
+            f"holds several sets of numbers without a unit, {numbered(alike)}; write the name of one as "
+            "topography_channel, or save the heights alone"
+        )
+    return index
+
+
+def _is_current(channel: Any) -> bool:
+    """Whether the unit of a channel of Gwyddion is the ampere, which SurfaceTopography reads as the ångström."""
+    metadata = channel.info.get("raw_metadata") or {}
+    fields = [value for key, value in metadata.items() if re.fullmatch(r"/\d+/data", str(key))]
+    return any(_GWY_AMPERE in str(field) for field in fields)
+
+
+def _with_units(channels: Sequence[Any]) -> str:
+    """Return the names of channels that are no heights, with their units."""
+    few = [f"{str(one.name)[:30]!r} in {one.data_unit or one.data_kind.value}" for one in channels[:6]]
+    return f"only {', '.join(few)}" + (" …" if len(channels) > 6 else "")
 
 
 def _contents_of(channel: Any) -> Contents:
@@ -109,12 +133,30 @@ def unknown(path: Path, start: bytes) -> str:
         return _about_container(path)
     if start.startswith(_TIFF):
         return "is a picture (TIFF); heights need the file of the instrument"
+    if start.startswith(_HDF5):
+        return _about_hdf5(path)
+    if start.startswith(_GWY) and (titles := _GWY_TITLE.findall(path.read_bytes())):
+        some = ", ".join(repr(title[:30].decode(errors="replace")) for title in titles[:6])
+        return f"holds no channel of heights, only {some}; save the heights"
     from SurfaceTopography import IO
 
     for reader in IO.readers:
         if reader.can_read(start[:512]) == IO.MagicMatch.YES:
             return f"begins as {reader.name()}, but is cut short or damaged; save or copy it again"
     return "has no format that is known; save it as x3p or nc"
+
+
+def _about_hdf5(path: Path) -> str:
+    """Return the names and the shapes of the first datasets of an HDF5 file that has no map, and the remedy."""
+    import h5py
+
+    found = []
+    with h5py.File(path, "r", locking=False) as file:
+        file.visititems(
+            lambda name, one: found.append(f"{name[:40]} of shape {one.shape}") if hasattr(one, "shape") else None
+        )
+    some = ", ".join(found[:3]) + (" …" if len(found) > 3 else "")
+    return f"holds no map, {f'but {some}' if some else 'and no dataset'}; save a map of two dimensions"
 
 
 def _about_container(path: Path) -> str:

@@ -1,6 +1,7 @@
 """Maps and line scans in netCDF files, as xarray writes them: heights over coordinates x and y with units."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -8,12 +9,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughsim.grid import Array
-from roughsim.surface.topography.contents import Contents, NoHeightsError, even_step, length_unit
+from roughsim.surface.topography.contents import (
+    Contents,
+    NoHeightsError,
+    even_step,
+    index_of_channel,
+    length_unit,
+    numbered,
+)
 
 _CLASSIC, _HDF5 = b"CDF", b"\x89HDF\r\n\x1a\n"
 _LENGTH = "length"  # attribute of x in files of SurfaceTopography, which reads them itself
 _SCALES = (("scale_factor", 1.0), ("add_offset", 0.0))
-_ATTRIBUTES = ("unit", "units", _LENGTH, "_FillValue", "missing_value", *(key for key, _ in _SCALES))
+_UNIT_KEYS = ("units", "unit")
+_ATTRIBUTES = (*_UNIT_KEYS, _LENGTH, "_FillValue", "missing_value", *(key for key, _ in _SCALES))
 
 
 class _Variable(NamedTuple):
@@ -46,21 +55,23 @@ class _Variable(NamedTuple):
         return length_unit(text.decode(errors="replace") if isinstance(text, bytes) else str(text), name)
 
 
-def of_netcdf(path: Path, start: bytes, check: Callable[[tuple[int, ...]], None]) -> Contents | None:
+def of_netcdf(
+    path: Path, start: bytes, check: Callable[[tuple[int, ...]], None], channel: str | int | None = None
+) -> Contents | None:
     """Return the heights of a netCDF file that begins with `start`; None if it is none with axes of its own.
 
-    `check` refuses a shape before its numbers are read.
+    `check` refuses a shape before its numbers are read. `channel` is the name or the number of a variable.
     """
     if start.startswith(_CLASSIC):
         from scipy.io import netcdf_file
 
         with netcdf_file(path, "r", mmap=False) as classic:
-            return _heights(_classic_variables(classic), check)
+            return _heights(_classic_variables(classic), check, channel)
     if start.startswith(_HDF5):
         import h5py
 
         with h5py.File(path, "r", locking=False) as file:
-            return _heights(_hdf5_variables(file), check)
+            return _heights(_hdf5_variables(file), check, channel)
     return None
 
 
@@ -78,44 +89,62 @@ def _classic_variables(file: Any) -> dict[str, _Variable]:
 
 
 def _hdf5_variables(file: Any) -> dict[str, _Variable]:
-    """Return the variables of the root group whose dimensions have scales, and these."""
+    """Return the variables of the root group whose dimensions have scales, or else the lengths of x and y, and these.
+
+    A unit of the file counts for all variables without one.
+    """
     import h5py
 
     result = {}
-    for name, one in file.items():
-        if not isinstance(one, h5py.Dataset) or one.shape is None:
-            continue
+    datasets = {name: one for name, one in file.items() if isinstance(one, h5py.Dataset) and one.shape is not None}
+    points = {name: datasets[name].size for name in "xy" if name in datasets and datasets[name].ndim == 1}
+    of_file = {key: file.attrs[key] for key in _UNIT_KEYS if key in file.attrs}
+    of_file |= {key: one[()] for key, one in datasets.items() if key in _UNIT_KEYS and one.shape == ()}
+    for name, one in datasets.items():
         scale = one.attrs.get("CLASS") == b"DIMENSION_SCALE"
         axes = (name,) if scale else tuple(axis[0].name.rsplit("/", 1)[-1] for axis in one.dims if len(axis))
+        axes = axes if len(axes) == one.ndim else _axes_of_lengths(name, one.shape, points)
         without_values = bytes(one.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension but not")
-        if len(axes) == one.ndim and not without_values:
-            result[name] = _Variable(axes, one.shape, dict(one.attrs), partial(one.__getitem__, ()))
+        if axes and not without_values:
+            attributes = dict(one.attrs)
+            own = {} if attributes.keys() & {*_UNIT_KEYS} else of_file
+            result[name] = _Variable(axes, one.shape, attributes | own, partial(one.__getitem__, ()))
     return result
 
 
-def _heights(variables: Mapping[str, _Variable], check: Callable[[tuple[int, ...]], None]) -> Contents | None:
-    """Return the map of the variables, or the line scan if there is no map."""
+def _axes_of_lengths(name: str, shape: tuple[int, ...], points: Mapping[str, int]) -> tuple[str, ...]:
+    """Return the axes among x and y that have as many points as a dataset; x first if both orders fit."""
+    if name in points:
+        return (name,)
+    orders = (("x", "y"), ("y", "x"), ("x",))
+    return next((axes for axes in orders if shape == tuple(points.get(axis) for axis in axes)), ())
+
+
+def _heights(
+    variables: Mapping[str, _Variable], check: Callable[[tuple[int, ...]], None], channel: str | int | None
+) -> Contents | None:
+    """Return the map of the variables, or the line scan if there is no map.
+
+    Of several it is the chosen channel, or else the only one with a unit of length; NoHeightsError if there are more.
+    """
     if any(_LENGTH in variables[axis].attributes for axis in "xy" if axis in variables):
         return None
     data = {name: one for name, one in variables.items() if name not in one.axes}
     for dimensions in (2, 1):
-        name = _only_name(data, dimensions)
-        if name is not None:
-            return _with_axes(name, data[name], variables, check)
+        names = [name for name, one in data.items() if sum(points > 1 for points in one.shape) == dimensions]
+        if not names:
+            continue
+        lengths = [name for name in names if _is_length(data[name])]
+        alike = lengths or names
+        if channel is None and len(alike) > 1:
+            raise NoHeightsError(
+                f"holds several sets of numbers, {numbered(alike)}; write the name of one as topography_channel, or "
+                "save the heights alone"
+            )
+        index = 0 if channel is None else index_of_channel(alike, channel)
+        found = _with_axes(alike[index], data[alike[index]], variables, check)
+        return replace(found, channel=index, channels=tuple(alike)) if len(names) > 1 else found
     return None
-
-
-def _only_name(data: Mapping[str, _Variable], dimensions: int) -> str | None:
-    """Return the name of the variable of so many dimensions, of those with a unit of length if any have one.
-
-    None without such a variable; NoHeightsError if there are several.
-    """
-    found = [name for name, one in data.items() if sum(points > 1 for points in one.shape) == dimensions]
-    lengths = [name for name in found if _is_length(data[name])]
-    names = lengths or found
-    if len(names) > 1:
-        raise NoHeightsError(f"holds several sets of numbers, {', '.join(sorted(names))[:80]}; save the heights alone")
-    return names[0] if names else None
 
 
 def _is_length(variable: _Variable) -> bool:

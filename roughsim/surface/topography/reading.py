@@ -17,10 +17,11 @@ from roughsim.surface.topography.instruments import library, no_map, of_instrume
 from roughsim.surface.topography.measured import Bins, MeasuredSpectrum, combined, levelled, map_spectrum, window_share
 from roughsim.surface.topography.netcdf import of_netcdf
 from roughsim.surface.topography.profiles import line_modes, of_surface
+from roughsim.surface.topography.sizes import assumed, taken, with_size_and_unit
 from roughsim.surface.topography.text import decoded, heights_of, refuse_damaged, table_of, without_coordinates
 from roughsim.surface.topography.texture import Texture, texture_of
 from roughsim.surface.topography.undefined import filled, without_marks
-from roughsim.untrusted import check_measured_file, unpacked
+from roughsim.untrusted import ChildEndedError, call_in_child, check_measured_file, unpacked
 
 _MOST_UNDEFINED = 0.05  # share of points that are filled unasked
 _MOST_FILLED = 0.5  # share of points that are filled on request
@@ -28,6 +29,7 @@ FILLS = ("smooth",)
 LEAST_POINTS = 8  # along each side of a map
 _LEAST_OF_LINE = 64  # of a line scan
 BYTES_PER_POINT = 64.0  # that reading a map and its C(q) take
+_LEAST_SECONDS, _BYTES_PER_SECOND = 10.0, 1e6  # of computing to read a file of so many bytes, packed
 _NUMPY = b"\x93NUMPY"
 
 
@@ -40,6 +42,7 @@ class Topography:
     periodic: bool  # whether it goes on at its edges; else its spectrum is taken under a window
     reliable: float = np.inf  # wavenumber up to which the instrument resolves, rad/m
     undefined: float = 0.0  # share of points that were filled, weighted as in C(q)
+    taken: str = ""  # what was read of the file, in words
 
     @property
     def bins(self) -> Bins:
@@ -71,6 +74,7 @@ class Profile:
     periodic: bool
     reliable: float = np.inf
     undefined: float = 0.0
+    taken: str = ""
 
 
 def bins_of_lines(lines: Sequence[Profile]) -> list[Bins]:
@@ -91,28 +95,40 @@ def bins_of_lines(lines: Sequence[Profile]) -> list[Bins]:
 
 
 def read_topography(
-    path: str | Path, *, size: Sequence[float] | None = None, unit: float | None = None, fill: str | None = None
+    path: str | Path,
+    *,
+    size: Sequence[float] | None = None,
+    unit: float | None = None,
+    fill: str | None = None,
+    channel: str | int | None = None,
+    cut: float = np.inf,
 ) -> Topography:
     """Read a map of heights, fill undefined points, and subtract mean and tilt; as `read_scan`.
 
     RecordError if the file holds a line scan.
     """
-    found = read_scan(path, size=size, unit=unit, fill=fill)
+    found = read_scan(path, size=size, unit=unit, fill=fill, channel=channel, cut=cut)
     if isinstance(found, Profile):
         raise RecordError(f"{path} holds a line scan; a map is needed here")
     return found
 
 
 def read_scan(
-    path: str | Path, *, size: Sequence[float] | None = None, unit: float | None = None, fill: str | None = None
+    path: str | Path,
+    *,
+    size: Sequence[float] | None = None,
+    unit: float | None = None,
+    fill: str | None = None,
+    channel: str | int | None = None,
+    cut: float = np.inf,
 ) -> Topography | Profile:
     """Read a map of heights or a line scan, fill undefined points, and subtract mean and tilt.
 
     The content decides, not the name. Text of numbers, .npy and netCDF with coordinates are read by roughsim: see
     `roughsim.surface.topography.text.heights_of` for the order of the numbers. Any other format, and text whose header
     has a size or a unit, is read by SurfaceTopography (x3p, sur, gwy, opd, al3d, …). A file packed by gzip is unpacked.
-    Of several channels the file's default is taken. A scan is periodic only if the file marks it so. A RuntimeWarning
-    names the points left out or filled.
+    Of several channels of heights the file's default is taken, with a RuntimeWarning that names all. A scan is periodic
+    only if the file marks it so. A RuntimeWarning names the points left out or filled.
 
     Parameters
     ----------
@@ -121,9 +137,14 @@ def read_scan(
     size : (float, float), optional
         Side lengths along x and y, m, of a file without sizes; of a line scan both are its length.
     unit : float, optional
-        Unit of the heights, m, of a file without a unit; also of coordinates without a unit, if `size` is None.
+        Unit of the heights, m, of a file without a unit; with a RuntimeWarning also of coordinates without a unit, if
+        `size` is None.
     fill : {"smooth"}, optional
         "smooth": undefined points are filled by harmonic interpolation, up to half of all. None: only up to 5 %.
+    channel : str or int, optional
+        Name of a channel of heights, or its number among them, from 1 on.
+    cut : float
+        Wavenumber up to which C(q) is used, rad/m.
 
     Raises
     ------
@@ -140,42 +161,65 @@ def read_scan(
     try:
         with unpacked(path) as file:
             check_measured_file(file, path)
-            found = _contents_of(file)
-        scan, notes = _scan_of(path, _with_size_and_unit(found, size, unit), fill)
+            seconds = _LEAST_SECONDS + path.stat().st_size / _BYTES_PER_SECOND
+            found: Contents = call_in_child(_contents_of, file, channel, seconds=seconds)
+        scan, notes = _scan_of(path, with_size_and_unit(found, size, unit), fill)
+        scan = replace(scan, reliable=min(scan.reliable, cut), taken=taken(found, size, unit))
+        shortest = scan.length if isinstance(scan, Profile) else min(scan.grid.lengths)
+        if 2 * np.pi / shortest > cut:
+            raise NoHeightsError(f"has waves up to {shortest:.4g} m alone, all cut by topography_cut = {cut:.6g} rad/m")
     except (RecordError, ImportError):
         raise
     except NoHeightsError as error:
         raise RecordError(f"{path} {error}") from None
-    except Exception as error:  # readers of binary formats, each with its own failures
-        reason = " ".join(str(error).split())[:100]
-        raise RecordError(
-            f"{path} cannot be read as heights ({type(error).__name__}: {reason}); it is damaged or of another format"
-        ) from error
+    except ChildEndedError as error:
+        raise RecordError(f"{path} cannot be read: {error}; it is damaged, or crop it") from error
+    except Exception as error:
+        raise RecordError(f"{path} {_unreadable(error)}") from error
     if size is not None and isinstance(scan, Topography) and _square_if_exchanged(scan.grid):
         notes.append(
             "with the two sides of topography_size exchanged its pixels would be square; the first side is along x, "
             "from line to line of a text"
         )
-    for note in notes:
+    for note in [*notes, *assumed(found, channel, size, unit)]:
         warnings.warn(f"{path}: {note}", RuntimeWarning, stacklevel=2)
     return scan
 
 
-def _contents_of(file: Path) -> Contents:
-    """Return the heights of a file that was checked; NoHeightsError of one line otherwise."""
+def _contents_of(file: Path, channel: str | int | None) -> Contents:
+    """Return the heights of a file that was checked; NoHeightsError of one line otherwise. Runs in the child."""
+    try:
+        found = _of_format(file, channel)
+    except (NoHeightsError, ImportError):
+        raise
+    except Exception as error:  # readers of binary formats, each with its own failures
+        raise NoHeightsError(_unreadable(error)) from None
+    if channel is not None and not found.channels:
+        raise NoHeightsError("has no channels to choose from; remove topography_channel")
+    return found
+
+
+def _unreadable(error: Exception) -> str:
+    """Return why a file cannot be read, after its name."""
+    reason = " ".join(str(error).split())[:100]
+    return f"cannot be read as heights ({type(error).__name__}: {reason}); it is damaged or of another format"
+
+
+def _of_format(file: Path, channel: str | int | None) -> Contents:
+    """Return the heights of a file by the reader of its format."""
     with open(file, "rb") as stream:
         start = stream.read(4096)
         if (reason := no_map(start)) is not None:
             raise NoHeightsError(reason)
         if start.startswith(_NUMPY):
             return _of_array(file)
-        if (found := of_netcdf(file, start, _check_points)) is not None:
+        if (found := of_netcdf(file, start, _check_points, channel)) is not None:
             return found
         text = decoded(start) and decoded(file.read_bytes())
         if text is not None:
             return _of_text(text)
         stream.seek(0)
-        of_file = of_instrument(stream, _check_points)
+        of_file = of_instrument(stream, _check_points, channel=channel)
     if of_file is None:
         raise NoHeightsError(unknown(file, start))
     return of_file
@@ -224,42 +268,6 @@ def _check_points(shape: tuple[int, ...]) -> None:
             f"declares {points:.3g} points; it takes {1e-9 * BYTES_PER_POINT * points:.3g} GB to read, above half of "
             "the available memory; crop it"
         )
-
-
-def _with_size_and_unit(found: Contents, size: Sequence[float] | None, unit: float | None) -> Contents:
-    """Return contents in m, by the units of the file or else by the arguments."""
-    own = _keys(size=found.sizes is not None and found.lateral_unit is not None, unit=found.unit is not None)
-    # sides without a unit have the unit of the heights, unless only the file states that
-    unknown_size = found.sizes is None or (found.lateral_unit is None and found.unit is not None)
-    needed = _keys(size=unknown_size, unit=found.unit is None)
-    given = _keys(size=size is not None, unit=unit is not None)
-    if excess := sorted(given & own):
-        raise NoHeightsError(f"contains its {_without_prefix(excess)}; remove {' and '.join(excess)}")
-    if lacking := sorted(needed - given):
-        keys = " and ".join(lacking)
-        raise NoHeightsError(f"lacks its {_without_prefix(lacking)}; give {keys}, or save it as x3p or nc")
-    unit_of_heights = found.unit if found.unit is not None else float(unit or 0.0)
-    return replace(found, sizes=_sizes(found, size, unit_of_heights), unit=unit_of_heights, lateral_unit=1.0)
-
-
-def _keys(*, size: bool, unit: bool) -> set[str]:
-    """Return the keys of a scan that a condition concerns."""
-    return {key for key, concerned in (("topography_size", size), ("topography_unit", unit)) if concerned}
-
-
-def _without_prefix(keys: list[str]) -> str:
-    return " and ".join(key.removeprefix("topography_") for key in keys)
-
-
-def _sizes(found: Contents, size: Sequence[float] | None, unit_of_heights: float) -> tuple[float, ...]:
-    """Return the sides of a map or the length of a line scan, m: of the file, or else the given ones."""
-    if found.sizes is not None and (found.lateral_unit is not None or size is None):
-        factor = found.lateral_unit if found.lateral_unit is not None else unit_of_heights
-        return tuple(factor * length for length in found.sizes)
-    given = tuple(size or ())
-    if found.heights.ndim == 1 and len(set(given)) > 1:
-        raise NoHeightsError("holds a line scan, which has one length; write one length as topography_size")
-    return given[: found.heights.ndim]
 
 
 def _square_if_exchanged(grid: Grid) -> bool:

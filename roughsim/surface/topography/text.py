@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim.grid import Array
-from roughsim.surface.topography.contents import EVEN, Contents, NoHeightsError, even_step
+from roughsim.surface.topography.contents import EVEN, UNITS, Contents, NoHeightsError, even_step
 
 _UNDEFINED = frozenset(("", "bad", "na", "n/a", "null", "none", "-", "--", "---", "***"))  # in place of a number
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?|[-+]?\d+(?:[eE][-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE)
@@ -125,29 +125,56 @@ def heights_of(table: Table) -> Contents:
     """Return the heights of a table of numbers: a map, a line scan, or a list of coordinates and heights.
 
     Line k of a map has the heights at the k-th point along x. One column or one line of heights is a line scan, two
-    columns one with its positions, and three columns are a list of x, y and height on a grid.
+    columns one with its positions, and three columns are a list of x, y and height on a grid. Units are read from the
+    heading of these columns.
     """
     numbers = table.numbers
-    left_out: tuple[str, ...] = ()
-    names = [line for line in table.header if not line.lstrip().startswith("#")]
-    if names:
-        bare = re.sub(r"[\[(].*?[\])]", "", names[0])  # without units, which blanks may set off
-        if len(names) > 1 or len(table.layout.fields(bare)) != numbers.shape[1]:
-            raise NoHeightsError(f"must hold numbers alone, but line 1 is {names[0].strip()[:40]!r}; remove such lines")
-        left_out = ("its first line, names of columns",)
     columns = numbers.shape[1]
+    left_out, units = _heading_of(table)
     if 1 in numbers.shape:
-        return Contents(numbers.ravel(), left_out=left_out)
+        return Contents(numbers.ravel(), unit=units[-1] if columns == 1 else None, left_out=left_out)
     if columns == 2:
         step = even_step(numbers[:, 0], "positions in its first column")
         heights = numbers[:, 1] if step > 0.0 else numbers[::-1, 1]
-        return Contents(heights, (abs(step) * len(numbers),), left_out=left_out)
+        return Contents(heights, (abs(step) * len(numbers),), units[1], units[0], left_out=left_out)
     if columns == 3:
-        return _listed(numbers, left_out)
+        return _listed(numbers, units, left_out)
     return without_coordinates(numbers, left_out)
 
 
-def _listed(numbers: Array, left_out: tuple[str, ...]) -> Contents:
+def _heading_of(table: Table) -> tuple[tuple[str, ...], list[float | None]]:
+    """Return the lines left out, and the unit of each column in m, None without one; NoHeightsError for other lines.
+
+    A heading has a name for each column, with its unit as in "x/um", "x [um]", "x (um)", "x_um", or below its name.
+    """
+    columns = table.numbers.shape[1]
+    names = [line for line in table.header if not line.lstrip().startswith("#")]
+    headings = [_fields_of_heading(line.lstrip(" #"), table.layout) for line in table.header]
+    headings = [fields for fields in headings if len(fields) == columns]
+    below = [[UNITS.get(field.strip(" /[]()").lower()) for field in fields] for fields in headings]
+    found = next((units for units in below if None not in units), None)
+    if names and (len(names) > 1 + (found is not None) or len(_fields_of_heading(names[0], table.layout)) != columns):
+        raise NoHeightsError(f"must hold numbers alone, but line 1 is {names[0].strip()[:40]!r}; remove such lines")
+    beside = [[_unit_in(field) for field in fields] for fields in headings]
+    nothing: list[float | None] = [None] * columns
+    units = found or next((units for units in beside if any(units)), nothing)
+    left_out: tuple[str, ...] = ("its first line, names of columns",) if names else ()
+    return left_out, units
+
+
+def _fields_of_heading(line: str, layout: Layout) -> list[str]:
+    """Return the names of columns; units in brackets, which blanks may set off, follow them as in "x/um"."""
+    joined = re.sub(r"\s*[\[(]\s*([^\s\]),;]*)[^\])]*[\])]", r"/\1", line)
+    return layout.fields(joined)
+
+
+def _unit_in(name: str) -> float | None:
+    """Return the unit at the end of the name of a column, m, None without one."""
+    match = re.search(r"[/_\s]([^\W\d_]+)$", name.strip())
+    return UNITS.get(match[1].lower()) if match else None
+
+
+def _listed(numbers: Array, units: list[float | None], left_out: tuple[str, ...]) -> Contents:
     """Return the map of a list of x, y and height; points of the grid that are not in the list are undefined."""
     places, sizes = [], []
     for name, values in zip("xy", numbers.T[:2], strict=True):
@@ -168,7 +195,12 @@ def _listed(numbers: Array, left_out: tuple[str, ...]) -> Contents:
     if np.unique(places[0] * shape[1] + places[1]).size < len(numbers):
         raise NoHeightsError("lists a point twice; put its heights on a grid first")
     heights[places[0], places[1]] = numbers[:, 2]
-    return Contents(heights, (sizes[0], sizes[1]), left_out=left_out)
+    x, y, unit = units
+    if (x is None) != (y is None):
+        raise NoHeightsError("has a unit of x or of y in its heading, but not of both; write both")
+    if x is None or y is None:
+        return Contents(heights, (sizes[0], sizes[1]), unit, left_out=left_out)
+    return Contents(heights, (sizes[0] * x, sizes[1] * y), unit, 1.0, left_out=left_out)
 
 
 def without_coordinates(numbers: Array, left_out: tuple[str, ...] = ()) -> Contents:
