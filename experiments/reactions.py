@@ -2,28 +2,30 @@
 
     python experiments/reactions.py [--draw] [--solve] [--slide] [--toy] [-o FOLDER] [--evidence]
 
-The contacts were drawn by chance, and their list was committed before any was solved; nothing in the theory was
-fitted to them. `--draw` writes the list again. They are of three kinds: light load, where all has yielded (kind L),
-yielded in part (P, a share from 0.3 to 0.7 of the contact still elastic), and nearly elastic (N, 0.9 to 0.97).
+The contacts were drawn by chance, and their list was committed before any was solved; nothing in the form of the theory
+was fitted to them. `--draw` writes the list again. They are of four kinds: light load, where all has yielded (kind L),
+yielded in part (P), nearly elastic (N), and without a hardness (E). The part "first" was there when the theory got its
+form. "band" was solved to set the band of `TemperatureDistribution.errors`, "judge" to test it and for nothing else.
 
-`--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces of 512² points, with four
-longest waves a side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are
-over T_flash. Rates are those of a contact at 700 K with T_flash = 220 K, over the rate of the whole nominal area at
-T_flash itself. `--slide` slides two equally rough steels (two minutes), as `--evidence` does.
+`--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces, with four longest waves a
+side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are over T_flash. Rates
+are those of a contact at 700 K with T_flash = 220 K, over the rate of the whole nominal area at T_flash itself.
+`--slide` slides two equally rough steels (two minutes), as `--evidence` does.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from math import exp, log, pi
+from math import exp, inf, log, pi
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures.style import BLUE, GREEN, ORANGE, legend_below, new_figure
+from figures.style import BLUE, GREEN, ORANGE, PINK, legend_below, new_figure
 from reference.pairs import level_at, rounded
 from script import Command, Row, Rows, show_on_pages, write_evidence
 
@@ -33,34 +35,75 @@ from roughsim.planning.realization import slide_problem
 from roughsim.sliding.member import solve_slide
 from theory import clipped
 
-SEED = 20261127
 LIST = Path(__file__).parent / "reference" / "reactions_points.json"
 SOLVED = LIST.with_name("reactions_solved.json")
 MODULUS, CELL, PERIODS = 110e9, 4e-3, 4
-KINDS = {"L": "light load", "P": "yielded in part", "N": "nearly elastic"}
-COUNT = 5  # of each kind; two were solved before the power of z had its present form, and three after
-POINTS, MEMBERS = 512, 6
-SPEEDS, DIFFUSIVITY = {"slow": 1.0, "fast": 35.0}, 7.6e-6  # m/s, m²/s
+KINDS = {"L": "light load", "P": "yielded in part", "N": "nearly elastic", "E": "elastic"}
+MEMBERS = 6
+DIFFUSIVITY = 7.6e-6  # m²/s
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999)
 ENERGIES = (0.6, 1.0, 1.5)  # eV
 ELECTRONVOLT = 1.602176634e-19  # J
 BACKGROUND, FLASH = 700.0, 220.0  # K
-COLOURS = {"L": BLUE, "P": ORANGE, "N": GREEN}
+COLOURS = {"L": BLUE, "P": ORANGE, "N": GREEN, "E": PINK}
 HEAT = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": DIFFUSIVITY}
+
+
+@dataclass(frozen=True)
+class Part:
+    """Part of the list."""
+
+    seed: int
+    numbers: dict[str, range]  # of the contacts of each kind
+    points: int  # along a side
+    speeds: dict[str, float]  # m/s
+    hurst: tuple[float, float]
+    share: dict[str, tuple[float, float]]  # σ₀/σ_P, but for kind E
+    elastic: dict[str, tuple[float, float]]  # share of the contact that has not yielded
+
+
+_LOAD = (0.02, 0.3)  # σ₀/(E* h′) of kind E
+_SLOW, _FAST = {"slow": 1.0}, {"fast": 35.0}
+FIRST = Part(
+    20261127,
+    {kind: range(1, 6) for kind in "LPN"},
+    512,
+    _SLOW | _FAST,
+    (0.4, 1.0),
+    {"L": (0.006, 0.02), "P": (0.03, 0.3), "N": (0.03, 0.3)},
+    {"L": (0.003, 0.01), "P": (0.3, 0.7), "N": (0.9, 0.97)},
+)
+BAND = Part(
+    20261129,
+    {"L": range(6, 8), "P": range(6, 10), "N": range(6, 9), "E": range(6, 11)},
+    384,
+    {"resting": 0.01, "slower": 0.2} | _SLOW | {"faster": 6.0} | _FAST,
+    (0.3, 1.0),
+    dict.fromkeys("LPN", (0.006, 0.3)),
+    {"L": (0.003, 0.05), "P": (0.1, 0.85), "N": (0.85, 0.99)},
+)
+JUDGE = replace(BAND, seed=20261130, numbers={"L": range(11, 13), "P": range(11, 15), "N": range(11, 14), "E": range(11, 15)})
+PARTS = {"first": FIRST, "band": BAND, "judge": JUDGE}
 
 
 @dataclass(frozen=True)
 class Drawn:
     """One contact, in SI units."""
 
-    name: str  # kind L, P or N, and a number
+    name: str  # kind L, P, N or E, and a number
     hurst: float
     plateau: float  # q_r/q_min
     level: float  # C(q_r), m⁴
     pressure: float
-    hardness: float
+    hardness: float | None
 
-    def solid(self) -> dict[str, float]:
+    @property
+    def part(self) -> Part:
+        """The part of the list to which it belongs."""
+        kind, number = self.name[0], int(self.name[1:])
+        return next(part for part in PARTS.values() if number in part.numbers.get(kind, ()))
+
+    def solid(self) -> dict[str, Any]:
         """Return E*, σ₀ and σ_P."""
         return {
             "effective_modulus": MODULUS,
@@ -73,18 +116,20 @@ class Drawn:
         q_min = 2 * pi * PERIODS / CELL
         return rs.SelfAffineSpectrum(self.level, self.hurst, q_min, self.plateau * q_min, 2 * pi * points / CELL / 4)
 
-    def theory(self, points: int = POINTS, fields: int = 16) -> clipped.TemperatureDistribution:
+    def theory(self, points: int | None = None, fields: int = 16) -> clipped.TemperatureDistribution:
         """Return the distribution of drawn fields."""
-        speeds = list(SPEEDS.values())
+        speeds, points = list(self.part.speeds.values()), points or self.part.points
         return clipped.temperature_distribution(
             speeds, self.spectrum(points), **self.solid(), **HEAT, points=points, fields=fields
         )
 
-    def solve(self, points: int = POINTS, members: int = MEMBERS) -> clipped.TemperatureDistribution:
+    def solve(self, points: int | None = None, members: int = MEMBERS) -> clipped.TemperatureDistribution:
         """Return the distribution of solved contacts of drawn surfaces."""
+        points = points or self.part.points
         grid = rs.Grid((points, points), (CELL, CELL))
-        solid = rs.Solid(MODULUS, self.hardness)
-        streams = np.random.SeedSequence(SEED, spawn_key=(ord(self.name[0]), int(self.name[1:]))).spawn(members)
+        solid = rs.Solid(MODULUS, inf if self.hardness is None else self.hardness)
+        spawned = ord(self.name[0]), int(self.name[1:])
+        streams = np.random.SeedSequence(FIRST.seed, spawn_key=spawned).spawn(members)
         kelvins, pressures, numbers, area = [], [], [], 0.0
         for n, stream in enumerate(streams):
             heights = rs.synthesize(self.spectrum(points), grid, np.random.default_rng(stream))
@@ -92,7 +137,7 @@ class Drawn:
             touching = pressure > 0.0
             fields = [
                 rs.sliding_temperature(v * pressure, grid, speed=v, conductivity=1.0, diffusivity=DIFFUSIVITY)
-                for v in SPEEDS.values()
+                for v in self.part.speeds.values()
             ]
             kelvins.append(np.stack([field[touching] for field in fields]))
             pressures.append(pressure[touching])
@@ -108,28 +153,31 @@ class Drawn:
 def drawn() -> list[Drawn]:
     """Draw the list; what the law of the stress refuses is drawn again."""
     contacts = []
-    for kind in KINDS:
-        rng = np.random.default_rng([SEED, ord(kind)])
-        for number in range(1, COUNT + 1):
-            while True:
-                contact = _contact(kind, number, rng)
-                with suppress(ValueError):
-                    contact.theory(fields=2)
-                    break
-            contacts.append(contact)
+    for part in PARTS.values():
+        for kind, numbers in part.numbers.items():
+            rng = np.random.default_rng([part.seed, ord(kind)])
+            for number in numbers:
+                while True:
+                    contact = _contact(part, kind, number, rng)
+                    with suppress(ValueError):
+                        contact.theory(fields=2)
+                        break
+                contacts.append(contact)
     return contacts
 
 
-def _contact(kind: str, number: int, rng: np.random.Generator) -> Drawn:
+def _contact(part: Part, kind: str, number: int, rng: np.random.Generator) -> Drawn:
     def between(low: float, high: float) -> float:
         return rounded(exp(rng.uniform(log(low), log(high))))
 
-    hurst, plateau, hardness = rounded(rng.uniform(0.4, 1.0)), between(1.0, 4.0), between(0.5e9, 5e9)
-    share = between(0.006, 0.02) if kind == "L" else between(0.03, 0.3)
-    low, high = {"L": (0.003, 0.01), "P": (0.3, 0.7), "N": (0.9, 0.97)}[kind]
-    elastic = rng.uniform(low, high)
-    unit = Drawn("", hurst, plateau, 1.0, share * hardness, hardness).spectrum(POINTS)
-    level = rounded(level_at(share, hardness, elastic, unit))
+    hurst, plateau, hardness = rounded(rng.uniform(*part.hurst)), between(1.0, 4.0), between(0.5e9, 5e9)
+    unit = Drawn("", hurst, plateau, 1.0, 0.0, None).spectrum(part.points)
+    if kind == "E":
+        pressure = between(0.006, 0.3) * hardness
+        level = rounded((pressure / (MODULUS * between(*_LOAD) * unit.rms_slope)) ** 2)  # σ₀ = load E* h′
+        return Drawn(f"{kind}{number}", hurst, plateau, level, rounded(pressure), None)
+    share = between(*part.share[kind])
+    level = rounded(level_at(share, hardness, rng.uniform(*part.elastic[kind]), unit))
     return Drawn(f"{kind}{number}", hurst, plateau, level, rounded(share * hardness), hardness)
 
 
@@ -138,22 +186,29 @@ def points() -> list[Drawn]:
     return [Drawn(**row) for row in json.loads(LIST.read_text("utf-8"))]
 
 
-def row_of(found: clipped.TemperatureDistribution) -> Row:
+def _speeds_of(name: str, solved: Row) -> dict[str, float]:
+    """Return the speeds at which a contact of the list was solved, m/s, by name."""
+    part = next(one for one in PARTS.values() if int(name[1:]) in one.numbers.get(name[0], ()))
+    return {speed: v for speed, v in part.speeds.items() if f"{speed} flash" in solved}
+
+
+def row_of(found: clipped.TemperatureDistribution, speeds: Iterable[str]) -> Row:
     """Return T_flash, quantiles over T_flash, and rates over that of the nominal area at T_flash, with errors."""
     row: Row = {"contact_fraction": found.contact_fraction}
-    even = clipped.TemperatureDistribution(
-        np.full(len(SPEEDS), FLASH), found.contact_fraction, found.ratio, found.pressure, found.field, 0.0
-    )
+    even = replace(found, flash_temperature=np.full(len(found.flash_temperature), FLASH))
     energies = np.array(ENERGIES) * ELECTRONVOLT
-    quantiles = even.quantiles(SHARES)
     rates = even.reaction_rate(energies, background_temperature=BACKGROUND)
+    kelvins = even.activation_temperature(energies, background_temperature=BACKGROUND)
     at_flash = np.exp(-energies / (clipped.BOLTZMANN * (BACKGROUND + FLASH)))
-    for n, speed in enumerate(SPEEDS):
+    tables = (
+        ("quantile", SHARES, even.quantiles(SHARES), np.full(len(SHARES), FLASH)),
+        ("area", SHARES, even.quantiles(SHARES, by="area"), np.full(len(SHARES), FLASH)),
+        ("rate", ENERGIES, rates, at_flash),
+        ("kelvin", ENERGIES, kelvins, np.ones(len(ENERGIES))),
+    )
+    for n, speed in enumerate(speeds):
         row[f"{speed} flash"] = float(found.flash_temperature[n])
-        for kind, names, values, unit in (
-            ("quantile", SHARES, quantiles, np.full(len(SHARES), FLASH)),
-            ("rate", ENERGIES, rates, at_flash),
-        ):
+        for kind, names, values, unit in tables:
             for k, name in enumerate(names):
                 row[f"{speed} {kind} {name:g}"] = float(values.value[k, n] / unit[k])
                 row[f"{speed} {kind} {name:g} error"] = float(values.standard_error[k, n] / unit[k])
@@ -168,7 +223,7 @@ def table(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
     for name, (theory, solved) in rows.items():
         area = 100 * float(solved["contact_fraction"])
         print(f"{name}, {KINDS[name[0]]}, contact area {area:.2g} %")
-        for speed, v in SPEEDS.items():
+        for speed, v in _speeds_of(name, solved).items():
             flash = float(theory[f"{speed} flash"]) / float(solved[f"{speed} flash"]) - 1
             print(f"  {v:g} m/s, T_flash {100 * flash:+.1f} %")
             for kind, names in ("quantile", SHARES), ("rate", ENERGIES):
@@ -176,9 +231,14 @@ def table(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
                 print(f"    {kind} " + "   ".join(texts))
     for kind, names in ("quantile", SHARES), ("rate", ENERGIES):
         for name in names:
-            keys = [f"{speed} {kind} {name:g}" for speed in SPEEDS]
-            off = np.array([[float(t[key]) - float(s[key]) for key in keys] for t, s in rows.values()])
-            relative = off / [[float(s[key]) for key in keys] for _, s in rows.values()]
+            pairs = [
+                (float(t[key]), float(s[key]))
+                for contact, (t, s) in rows.items()
+                for key in (f"{speed} {kind} {name:g}" for speed in _speeds_of(contact, s))
+            ]
+            drawn_, solved_ = np.array(pairs).T
+            off = drawn_ - solved_
+            relative = off / solved_
             shown, unit = (100 * relative, " %") if kind == "rate" else (off, "")
             worst = shown.flat[np.abs(shown).argmax()]
             numbers[f"{kind}_{name:g}"] = rms = float(np.sqrt(np.mean(shown**2)))
@@ -192,9 +252,9 @@ def of_steel() -> dict[str, float]:
     solid = {"effective_modulus": scene.effective_modulus, "penetration_hardness": scene.penetration_hardness}
     heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": 30.0 / (7900.0 * 500.0)}
     load = {"nominal_pressure": scene.sliding.nominal_pressure}
-    found = clipped.temperature_distribution(list(SPEEDS.values()), scene.spectrum, **solid, **load, **heat)
+    found = clipped.temperature_distribution(list(FIRST.speeds.values()), scene.spectrum, **solid, **load, **heat)
     ratios = found.quantiles(0.99).value[0] / found.flash_temperature
-    return {f"steel_{name}": float(ratio) for name, ratio in zip(SPEEDS, ratios, strict=True)}
+    return {f"steel_{name}": float(ratio) for name, ratio in zip(FIRST.speeds, ratios, strict=True)}
 
 
 def _beside(theory: Row, solved: Row, key: str) -> str:
@@ -208,7 +268,7 @@ def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
         panels = figure.subplots(1, 2)
         for axes, kind, names in ((panels[0], "quantile", SHARES), (panels[1], "rate", ENERGIES)):
             for name, (theory, solved) in rows.items():
-                for speed, marker in zip(SPEEDS, "o^", strict=True):
+                for speed, marker in zip(FIRST.speeds, "o^", strict=True):
                     keys = [f"{speed} {kind} {each:g}" for each in names]
                     x, y = ([float(row[key]) for key in keys] for row in (solved, theory))
                     errors = [[2 * float(row[f"{key} error"]) for key in keys] for row in (solved, theory)]
@@ -258,14 +318,14 @@ def main() -> None:
         rows = ",\n".join(json.dumps(asdict(contact)) for contact in drawn())
         LIST.write_text(f"[\n{rows}\n]\n", "utf-8")
     kept = Rows(options.output / "solved.json" if options.toy else SOLVED, resume=not options.toy)
-    size = (128, 2) if options.toy else (POINTS, MEMBERS)
+    size = (128, 2) if options.toy else (None, MEMBERS)
     contacts = [contact for contact in points() if not options.toy or contact.name in ("P1", "L1")]
     if options.toy or options.solve:
         for contact in contacts:
-            kept.once("solved", contact.name, partial(lambda c: row_of(c.solve(*size)), contact))
+            kept.once("solved", contact.name, partial(lambda c: row_of(c.solve(*size), c.part.speeds), contact))
             print(f"{contact.name} solved", flush=True)
     solved = kept["solved"]
-    found = {c.name: (row_of(c.theory(size[0])), solved[c.name]) for c in contacts if c.name in solved}
+    found = {c.name: (row_of(c.theory(size[0]), c.part.speeds), solved[c.name]) for c in contacts if c.name in solved}
     if found:
         numbers = table(found)
         draw(found, options.output / "reactions.png")

@@ -226,12 +226,12 @@ def main() -> None:
     if options.toy or options.solve:
         for pair in pairs:
             size = (64, 2) if options.toy else (POINTS, MEMBERS)
-            kept.once("slid", pair.name, partial(lambda pair, size: row_of(pair.slide(*size)), pair, size))
+            kept.once("slid", pair.name, partial(lambda pair, size: row_of(pair.slide(*size), SPEEDS), pair, size))
             print(f"{pair.name} slid", flush=True)
     slid = kept["slid"]
     pairs = [pair for pair in pairs if pair.name in slid]
     fields = (2, 64) if options.toy else (6, 192)
-    found = {pair.name: (row_of(pair.theory(*fields)), slid[pair.name]) for pair in pairs}
+    found = {pair.name: (row_of(pair.theory(*fields), SPEEDS), slid[pair.name]) for pair in pairs}
     if found:
         numbers = table(pairs, found)
         if options.evidence:
