@@ -82,7 +82,9 @@ BAND = Part(
     dict.fromkeys("LPN", (0.006, 0.3)),
     {"L": (0.003, 0.05), "P": (0.1, 0.85), "N": (0.85, 0.99)},
 )
-JUDGE = replace(BAND, seed=20261130, numbers={"L": range(11, 13), "P": range(11, 15), "N": range(11, 14), "E": range(11, 15)})
+JUDGE = replace(
+    BAND, seed=20261130, numbers={"L": range(11, 13), "P": range(11, 15), "N": range(11, 14), "E": range(11, 15)}
+)
 PARTS = {"first": FIRST, "band": BAND, "judge": JUDGE}
 
 

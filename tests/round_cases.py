@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 
 from roughsim.estimate.errors import estimate
-from roughsim.estimate.levels import Values
+from roughsim.estimate.levels import Values, with_errors
 from roughsim.estimate.rounds import MEMBER, judge, replay
 from roughsim.scene.numerics import Level, Numerics
 
@@ -52,7 +52,7 @@ def totals_of(numerics, scatter, *, size=0.0, **errors):
 
     def totals(observable, column, counts):
         values = column_values(numerics, column, counts, scatter, **errors)
-        return values, estimate(observable, values, size=size)
+        return values, estimate(observable, with_errors(values, size=size))
 
     return totals
 

@@ -225,34 +225,24 @@ def ratios_of(
     are less sensitive to it than the sum. `background`, (speeds,), is an exact number added to the columns.
     """
     columns = run.numerics.columns
-    solver = OBSERVABLES[observable].solver_share * run.numerics.tolerance
-    first, first_size = _values_of(run, observable, columns[0], background, extrapolated=False)
+    first = _values_of(run, observable, columns[0], background, extrapolated=False)
     with np.errstate(all="ignore"):  # 0/0 at rest
         apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
     # the theory uses the C(q) of the scans, also if the map itself is pressed
-    size = np.hypot(first_size, apart)
-    over_theory = quotient(first, summed, size=size, solver=solver, scanned=run.scene.scanned)
-    result = {f"{columns[0]}_over_theory": over_theory}
+    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=apart, scanned=run.scene.scanned)}
     if len(columns) > 1:
-        below, below_size = _values_of(run, observable, columns[0], background)
-        above, above_size = _values_of(run, observable, columns[1], background)
-        size = np.hypot(above_size, below_size)
-        ratio = quotient(above, below, size=size, solver=solver, scanned=run.scanned)
-        result[f"{columns[1]}_over_{columns[0]}"] = ratio
+        below, above = (_values_of(run, observable, column, background) for column in columns)
+        result[f"{columns[1]}_over_{columns[0]}"] = quotient(above, below, scanned=run.scanned)
     return result
 
 
 def _values_of(
     run: Run, observable: str, column: str, background: Array | None, *, extrapolated: bool = True
-) -> tuple[Values, Array | float]:
-    """Return the values of a column with the background added, and their relative error by the finite cell."""
+) -> Values:
+    """Return the values of a column with the background added."""
     values = run.values(observable, column, extrapolated=extrapolated)
-    size = run.size_error(observable, column)
-    if background is None:
-        return values, size
-    warmed = values._replace(mean=values.mean + background, finest=values.finest + background)
-    with np.errstate(invalid="ignore"):  # 0/0 at rest
-        return warmed, size * values.mean / warmed.mean
+    warm = 0.0 if background is None else background
+    return values._replace(mean=values.mean + warm, finest=values.finest + warm)
 
 
 def stress_slope(run: Run, column: str | None = None) -> Slope | None:

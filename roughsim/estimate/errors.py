@@ -156,36 +156,20 @@ class Estimate(Uncertain):
         return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
 
 
-def estimate(
-    observable: str,
-    values: Values,
-    notes: tuple[str, ...] = (),
-    *,
-    size: Array | float = 0.0,
-    solver: Array | float = 0.0,
-    scan: Array | None = None,
-) -> Estimate:
-    """Return mean, errors and bias of an observable from its values.
-
-    Relative errors: `size` by the finite cell, from `cell_size`; `solver` by the contact solves; `scan` by a C(q)
-    measured on maps, (speeds,), NaN if unknown.
-    """
+def estimate(observable: str, values: Values, notes: tuple[str, ...] = ()) -> Estimate:
+    """Return mean, errors and bias of an observable from its values."""
     mean = values.mean
     error, freedom = spread_of(values.scattered)
     with np.errstate(invalid="ignore"):  # slope_length is infinite at rest: its errors are undefined
-        budget = _budget(mean, half_width(error, freedom), values.errors, size, solver)
         bias = values.finest - mean
-    if scan is not None:
-        budget["scan"] = np.where(mean == 0.0, 0.0, np.abs(mean) * scan)  # at rest nothing heats, whatever C(q)
+    budget = _budget(half_width(error, freedom), values.errors)
     n = len(next(iter(values.scatter.values())))
     return Estimate(mean, error, budget, observable, UNITS[observable], bias, n, freedom + 1.0, notes)
 
 
-def _budget(
-    mean: Array, statistical: Array, errors: dict[str, Array], size: Array | float, solver: Array | float
-) -> dict[str, Array]:
-    """Return the parts of the error of a mean by source; `size` and `solver` are relative."""
-    parts = {"statistical": statistical, **errors, "size": np.abs(mean) * size, "solver": np.abs(mean) * solver}
+def _budget(statistical: Array, errors: dict[str, Array]) -> dict[str, Array]:
+    """Return the parts of the error of a mean by source, "last step" only if it counts."""
+    parts = {"statistical": statistical, **errors}
     return {name: part for name, part in parts.items() if name != "last step" or np.any(part)}
 
 
@@ -194,12 +178,11 @@ def quotient(
     below: Values | Array,
     *,
     size: Array | float = 0.0,
-    solver: float = 0.0,
     scanned: bool = False,
 ) -> Uncertain:
     """Return the ratio above/below, (speeds,), of two columns, or of a column and exact values, with its errors.
 
-    `size` is the relative error of the ratio by the finite cell; `solver` and `scanned` as in `estimate`. The common
+    `size` is a further relative error by the finite cell; `scanned` whether C(q) was measured on maps. The common
     scatter of shared surfaces cancels. The other parts add as squares, because the columns differ in levels and in the
     kind of contact. Exact values share the cut-off of the column and have no errors: then the error by q_c is zero.
     """
@@ -219,7 +202,8 @@ def quotient(
         for name in above.errors:
             relative = np.sqrt(sum((column.errors[name] / column.mean) ** 2 for column in columns))
             errors[name] = np.asarray(np.abs(value) * relative)
-        budget = _budget(value, half_width(error, freedom), errors, size, solver * len(columns) ** 0.5)
+        errors["size"] = np.hypot(errors["size"], np.abs(value) * size)
+        budget = _budget(half_width(error, freedom), errors)
     if scanned:  # both columns use the one C(q), but nothing shows that its error cancels
         budget["scan"] = np.full(value.shape, np.nan)
     return Uncertain(value, error, budget)

@@ -39,8 +39,9 @@ class Values(NamedTuple):
     mean: Array
     finest: Array
     scatter: Scatter
+    # all parts of the error but the statistical one, so that whatever follows from the values has each of them.
     # "bandwidth" and "pixel", NaN if no level shows them, and "last step": the change by the last rise of q_c if a
-    # limit exists and no extrapolation reaches it, else 0
+    # limit exists and no extrapolation reaches it, else 0. `with_errors` adds those that no level shows
     errors: dict[str, Array]
     way: str = ""
 
@@ -116,6 +117,13 @@ def _continued_to_the_end(
         last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
     errors = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
     return Values(mean.value, finest, mean.scatter, errors, limit.way)
+
+
+def with_errors(values: Values, **relative: Array | float) -> Values:
+    """Return values with further parts of the error, relative to the mean; what is exactly zero has none of them."""
+    with np.errstate(invalid="ignore"):  # infinite at rest
+        parts = {name: np.where(values.mean == 0.0, 0.0, np.abs(values.mean) * part) for name, part in relative.items()}
+    return values._replace(errors=values.errors | parts)
 
 
 def number(sample: Sample, name: str) -> Array:
@@ -220,8 +228,9 @@ def product(first: Values, second: Values) -> Values:
     both = first.scattered.by(second.scattered)
     errors = {}
     with np.errstate(invalid="ignore"):  # a product of zero has no error
-        for name in first.errors:
-            part = np.abs(first.mean) * second.errors[name] + np.abs(second.mean) * first.errors[name]
+        for name in first.errors | second.errors:
+            of_first, of_second = first.errors.get(name, 0.0), second.errors.get(name, 0.0)
+            part = np.abs(first.mean) * of_second + np.abs(second.mean) * of_first
             errors[name] = np.where(both.value == 0.0, 0.0, part)
     finest = first.finest * second.finest
     return first._replace(mean=both.value, finest=finest, scatter=both.scatter, errors=errors)

@@ -47,7 +47,6 @@ class OverContact(NamedTuple):
     """A mean over the contact with its errors, and what limits them; arrays (speeds,)."""
 
     values: Values
-    slope: Array  # of the mean over ln T_flash
     members: Array  # effective number of members that carry the mean, (Σ y)²/Σ y²
 
 
@@ -115,8 +114,8 @@ def uniform_temperature(bins: Bins, mean: Array, activation: Activation, scale: 
         return temperature, BOLTZMANN * temperature**2 / (barrier * mean), members
 
 
-def of_uniform_temperature(warm: Values, sample: Sample, activation: Activation, scale: Array) -> tuple[Values, Array]:
-    """Return the mean of `rates` at an activation temperature, and its slope over the temperature, (speeds,).
+def of_uniform_temperature(warm: Values, sample: Sample, activation: Activation, scale: Array) -> Values:
+    """Return the mean of `rates` at an activation temperature.
 
     Along the levels T_act follows T_flash nearly in a straight line, and the rate does not: so T_act is continued, and
     the rate follows from it.
@@ -133,7 +132,7 @@ def of_uniform_temperature(warm: Values, sample: Sample, activation: Activation,
         slope = 1.0 / uniform_temperature(bins_of(sample), mean, activation, scale)[1]
     errors = {name: np.abs(slope) * part for name, part in warm.errors.items()}
     scatter = {stream: rows * slope for stream, rows in warm.scatter.items()}
-    return warm._replace(mean=mean, finest=mean_at(warm.finest), errors=errors, scatter=scatter), slope
+    return warm._replace(mean=mean, finest=mean_at(warm.finest), errors=errors, scatter=scatter)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -237,7 +236,7 @@ def _over_contact(
         errors,
         flash.way,
     )
-    return OverContact(values, slope, members)
+    return OverContact(values, members)
 
 
 def bins_of(sample: Sample) -> Bins:

@@ -28,6 +28,7 @@ _DOUBT_OF_CUT_OFF = 0.03
 # the quantiles of 5 to 99.9 % to .04 T_flash or 2 %
 HOT = "temperature_quantile_99"
 DOUBT_OF_DISTRIBUTION = 0.03
+_NO_LEVEL_SHOWS = "size", "solver", "scan"  # parts of the error that a slide has as single contacts have
 _UNIFORM = 0.01  # relative difference of that quantile from T_flash, below which there is no distribution to widen
 
 
@@ -67,11 +68,13 @@ def sliding_estimate(
     if observable == "heat_partition":
         share, error, scatter, freedom = _mean_of(numbers["sliding_share"] * continued.heat_partition)
         count = len(numbers["sliding_share"])
+        own = {"statistical": scatter, "slide": np.hypot(_DOUBT_OF_CUT_OFF, continued.error) * share}
+        beyond = {name: part for name, part in _relative(single).items() if name in _NO_LEVEL_SHOWS}
         return replace(
             single,
             mean=share,
             standard_error=error,
-            budget={"statistical": scatter, "slide": np.hypot(_DOUBT_OF_CUT_OFF, continued.error) * share},
+            budget=own | {name: share * part for name, part in beyond.items()},
             bias=np.zeros_like(share),
             n=count,
             effective_n=freedom + 1.0,
@@ -185,22 +188,32 @@ def stretch_of(flash: Values, hot: Values, lowest: Sample) -> Array:
     return np.where((drawn > _UNIFORM) & np.isfinite(growth), growth, 1.0)
 
 
-def warmed(flash: Values, warm: Array) -> Values:
+def warmed(flash: Values, warm: Array, share: Estimate) -> Values:
     """Return T_flash with the error of a background, (speeds,), K, added to it, since the share makes both."""
-    return flash._replace(errors=flash.errors | {"slide": flash.errors["slide"] + _DOUBT_OF_CUT_OFF * warm})
+    return flash._replace(errors=_added(flash.errors, warm, share))
 
 
-def with_background(flash: Estimate, rows: Array, continued: SlidingContinuation = WHOLE) -> Estimate:
+def _added(errors: dict[str, Array], warm: Array, share: Estimate) -> dict[str, Array]:
+    """Return errors of T_flash with those of a background, K, which has all of the share's but its scatter."""
+    parts = {name: part * warm for name, part in _relative(share).items() if name != "statistical"}
+    return {name: part + parts.get(name, 0.0) for name, part in errors.items()}
+
+
+def _relative(found: Estimate) -> dict[str, Array]:
+    """Return the parts of an error over the mean; none where the mean is undefined."""
+    defined = np.isfinite(found.mean)
+    return {name: np.where(defined, part / found.mean, 0.0) for name, part in found.budget.items()}
+
+
+def with_background(flash: Estimate, rows: Array, share: Estimate, continued: SlidingContinuation = WHOLE) -> Estimate:
     """Return T₀ + T_flash of the moving body: `rows`, (members, speeds), are T₀ at the end of each slide, K.
 
-    T₀ depends on the slide only by the share of the heat, and has its relative error. A larger share warms both parts,
-    so these errors add.
+    T₀ depends on the slide only by the `share` of the heat, and has its relative error. A larger share warms both
+    parts, so these errors add.
     """
     warm, error, scatter, _ = _mean_of(rows * continued.background)
-    budget = flash.budget | {
-        "statistical": np.hypot(flash.budget["statistical"], scatter),
-        "slide": flash.budget["slide"] + np.hypot(_DOUBT_OF_CUT_OFF, continued.error) * warm,
-    }
+    budget = _added(flash.budget, warm, share)
+    budget["statistical"] = np.hypot(budget["statistical"], scatter)
     return replace(
         flash,
         mean=flash.mean + warm,

@@ -51,11 +51,6 @@ def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
     return {key: np.expm1(np.sqrt(square)) for key, square in squares.items()}
 
 
-def scan_part(scene: Scene, *observables: str) -> Array | None:
-    """Return the relative 95 % error by the scans of a product of observables; None without C(q) measured on maps."""
-    return np.asarray(sum(scan_error(scene)[name] for name in observables)) if scene.scanned else None
-
-
 def scan_of_hottest(scene: Scene) -> float | None:
     """Return the error of the highest T_flash by the scans of C(q), NaN if unknown; None where there are no scans."""
     if not scene.scanned:

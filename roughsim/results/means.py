@@ -10,7 +10,7 @@ from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import SOURCES, Estimate, estimate
 from roughsim.estimate.ladder import Pair
-from roughsim.estimate.levels import FLASH, Values, notes_of, product, scaled, values_of
+from roughsim.estimate.levels import FLASH, Values, notes_of, product, scaled, values_of, with_errors
 from roughsim.estimate.rounds import Counts
 from roughsim.estimate.sliding import (
     HOT,
@@ -24,7 +24,7 @@ from roughsim.estimate.sliding import (
 from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS, OBSERVABLES, observables_of
 from roughsim.observables.record import Observable
-from roughsim.prediction.scans import scan_part
+from roughsim.prediction.scans import scan_error
 from roughsim.prediction.sliding import SlidingContinuation
 from roughsim.results import share
 from roughsim.results.members import Members
@@ -99,8 +99,21 @@ class Means:
     def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of an observable over the counted members, with all heat in the moving body.
 
-        `extrapolated`, or at the highest cut-off. Errors as `estimate`.
+        `extrapolated`, or at the highest cut-off, with all parts of their errors. Errors raised as `estimate`.
         """
+        values, name = self.of_levels(observable, column, extrapolated=extrapolated), self.column(column)
+        parts = {
+            "size": self.size_error(observable, name),
+            "solver": OBSERVABLES[observable].solver_share * self.numerics.tolerance,
+        }
+        return with_errors(values, **parts, **self._scan_part(observable))
+
+    def _scan_part(self, observable: str) -> dict[str, Array]:
+        """Return the relative error of an observable by the scans that C(q) was measured on; empty without them."""
+        return {"scan": scan_error(self.scene)[observable]} if self.scanned else {}
+
+    def of_levels(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
+        """Return `values` with those parts of their errors alone that the levels of a column show."""
         if observable not in self.observables:
             need = "not in this run, whose scene lacks [observables] temperature_distribution = true"
             fault = need if observable in OBSERVABLES else "unknown"
@@ -119,7 +132,10 @@ class Means:
         if not OBSERVABLES[observable].heated:
             return values
         if share.has_own_share(self.scene):
-            return product(values, self.values("heat_partition", column))  # from the same surfaces
+            both = product(values, self.values("heat_partition", column))  # from the same surfaces
+            # a cell and a tolerance change the temperatures of both bodies alike, and hardly their share
+            alike = {part: values.errors[part] * self.share(column) for part in ("size", "solver")}
+            return both._replace(errors=both.errors | alike)
         return scaled(values, self.heat_partition)
 
     def share(self, column: str | None = None) -> Array:
@@ -187,21 +203,12 @@ class Means:
         """Return the estimate of single contacts, with `all_heat` in the moving body or with the share of a column."""
         name = self.column(column)
         values = self.values(observable, name)
-        record = OBSERVABLES[observable]
         notes = notes_of(self.scene, self.numerics, name, observable, values)
-        factors: tuple[str, ...] = (observable,)
-        if record.heated and not all_heat:
+        if OBSERVABLES[observable].heated and not all_heat:
             values = self.reported(observable, name)
             if share.has_own_share(self.scene):
-                notes, factors = (*notes, share.NOTE), (observable, "heat_partition")
-        return estimate(
-            observable,
-            values,
-            notes,
-            size=self.size_error(observable, name),
-            solver=record.solver_share * self.numerics.tolerance,
-            scan=scan_part(self.scene, *factors) if self.scanned else None,
-        )
+                notes = *notes, share.NOTE
+        return estimate(observable, values, notes)
 
     @property
     def followed(self) -> float | None:
@@ -243,13 +250,11 @@ class Means:
             coarsening = self._coarsening(pair.level)
             return sliding_estimate(observable, single, pair.sample.numbers, coarsening, self._continuation())
         pair, flash, stretch = self.slid()
+        values = sliding_quantile(flash, observable, pair.sample.numbers, pair.stream, stretch)
         return estimate(
             observable,
-            sliding_quantile(flash, observable, pair.sample.numbers, pair.stream, stretch),
+            with_errors(values, **self._scan_part(observable)),
             (f"T_flash of the column sliding, times this quantile over T_flash in {len(pair.sample.rows)} slides",),
-            size=self.size_error(FLASH, self.column(None)),
-            solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
-            scan=scan_part(self.scene, FLASH) if self.scanned else None,
         )
 
     def _coarsening(self, level: int) -> float:
@@ -269,7 +274,7 @@ class Means:
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
             rows = self.members.slides().sample.numbers["sliding_background"]
-            return with_background(flash, rows, self._continuation())
+            return with_background(flash, rows, self.estimate("heat_partition", SLIDING), self._continuation())
         if share.has_own_share(self.scene):
             return share.with_warming(flash, self.estimate("heat_partition", column), warming)
         return replace(flash, mean=flash.mean + self.heat_partition * warming)

@@ -10,7 +10,7 @@ import numpy as np
 from roughsim.errors import RecordError
 from roughsim.estimate.errors import SOURCES, Estimate, half_width, spread
 from roughsim.estimate.ladder import Pair
-from roughsim.estimate.levels import Values
+from roughsim.estimate.levels import Values, with_errors
 from roughsim.estimate.rounds import Rounds, Verdict
 from roughsim.grid import Array
 from roughsim.results.run import Run
@@ -94,7 +94,9 @@ class Pressed(Quarters):
     def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of the map, with `_SHARED` times the scatter of its quarters about their mean."""
         whole = super().values(observable, column, extrapolated=extrapolated)
-        parts = self.quarters.values(observable, column, extrapolated=extrapolated)
+        if self.overshoot > SOME_LOAD:
+            whole = with_errors(whole, bandwidth=np.nan)
+        parts = self.quarters.of_levels(observable, column, extrapolated=extrapolated)
         with np.errstate(all="ignore"):  # 0/0 at rest, and without yielding
             size = _SHARED * whole.mean / parts.mean
             scatter = {stream: rows * size for stream, rows in parts.scatter.items()}
@@ -102,7 +104,7 @@ class Pressed(Quarters):
 
     def size_error(self, observable: str, column: str) -> Array:
         """Return the relative difference of the mean of the quarters from the map."""
-        whole, parts = (run.values(observable, column).mean for run in (self, self.quarters))
+        whole, parts = (run.of_levels(observable, column).mean for run in (self, self.quarters))
         with np.errstate(all="ignore"):  # 0/0 at rest
             return np.asarray(np.nan_to_num(np.abs(parts / whole - 1.0), posinf=0.0))
 
@@ -155,8 +157,6 @@ class Pressed(Quarters):
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
         """Return the estimate of the map as `Run` does, with a note on its errors."""
         result = super().estimate(observable, column)
-        if self.overshoot > SOME_LOAD:
-            result = replace(result, budget={**result.budget, "bandwidth": np.full_like(result.mean, np.nan)})
         return replace(result, notes=(*result.notes, NOTE))
 
 

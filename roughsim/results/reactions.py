@@ -13,7 +13,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.errors import Estimate, estimate
-from roughsim.estimate.levels import FLASH, Values, product, scaled
+from roughsim.estimate.levels import FLASH, Values, product, scaled, with_errors
 from roughsim.estimate.reactions import (
     LEAST_MEMBERS,
     Activation,
@@ -34,6 +34,7 @@ from roughsim.grid import Array
 from roughsim.observables.record import Sample
 from roughsim.prediction.distribution import ELECTRONVOLT
 from roughsim.results.means import Means
+from roughsim.results.share import has_own_share
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.scene.reactions import ReactionSection
@@ -76,6 +77,7 @@ class _Contacts(NamedTuple):
 
 def _contacts_of(run: Means, column: str | None) -> _Contacts:
     """Return the contacts of a column; ValueError if it is missing."""
+    solver = {"solver": _SOLVER_SHARE * run.numerics.tolerance}
     if column == SLIDING:
         pair, flash, stretch = run.slid()
         warm = np.zeros_like(flash.mean)
@@ -84,13 +86,26 @@ def _contacts_of(run: Means, column: str | None) -> _Contacts:
         background = (run.scene.sliding.background_temperature or 0.0) + warm
         top = stretched(pair.sample, stretch)
         mean = partial(mean_over_slides, pair, stretch)
-        return _Contacts(run.column(None), [pair.sample, top], top, warmed(flash, warm), background, mean)
+        flash = with_errors(warmed(flash, warm, run.estimate("heat_partition", SLIDING)), **solver)
+        return _Contacts(run.column(None), [pair.sample, top], top, flash, background, mean)
     name = run.column(column)
     pairs = run.pairs(name)
     samples = [sample for pair in pairs for sample in (pair.below, pair.sample) if sample is not None]
     end = float(run.scene.spectrum.breaks[-1]) if run.drawn else samples[-1].q_max
     mean = partial(mean_over_contact, run.scene, name, pairs, end=end)
-    return _Contacts(name, samples, samples[-1], run.reported(FLASH, name), background_temperature(run, name), mean)
+    flash = with_errors(_with_errors_of_background(run, name), **solver)
+    return _Contacts(name, samples, samples[-1], flash, background_temperature(run, name), mean)
+
+
+def _with_errors_of_background(run: Means, column: str) -> Values:
+    """Return reported T_flash with the errors of T₀ too, where a share of each column makes both: they add."""
+    flash = run.reported(FLASH, column)
+    if not has_own_share(run.scene):
+        return flash
+    warm = scaled(run.values("heat_partition", column), prediction.background(run.scene))
+    errors = {name: part + warm.errors[name] for name, part in flash.errors.items()}
+    scatter = flash.scattered.plus(warm.scattered).scatter
+    return flash._replace(errors=errors, scatter=scatter)
 
 
 def not_asked(run: Means, name: str) -> ValueError:
@@ -147,21 +162,18 @@ def _reaction(run: Means, reaction: ReactionSection, energy: float, contacts: _C
     of_mean = partial(uniform_temperature, activation=activation, scale=scale)
     warm = contacts.mean(ContactMean(of_bins, flash, of_mean))
     if np.isfinite(warm.values.mean).all():
-        mean, slope = of_uniform_temperature(warm.values, contacts.top, activation, scale)
-        over = OverContact(mean, slope * warm.slope, warm.members)
+        over = warm._replace(values=of_uniform_temperature(warm.values, contacts.top, activation, scale))
     else:  # without a barrier
         over = contacts.mean(ContactMean(of_bins, flash))
-    area = run.values("contact_fraction", contacts.column)
-    area = area._replace(errors=dict.fromkeys(over.values.errors, np.zeros_like(area.mean)) | area.errors)
-    rate = product(scaled(over.values, reaction.prefactor * np.exp(scale)), area)
-    relative_slope = np.abs(over.slope / over.values.mean)
-    yield _estimate(run, RATE, rate, over, relative_slope)
-    yield _estimate(run, ACTIVATION, warm.values, warm, np.abs(warm.slope / warm.values.mean))
+    of_contact = scaled(over.values, reaction.prefactor * np.exp(scale))
+    rate = product(of_contact, run.values("contact_fraction", contacts.column))
+    yield _estimate(run, RATE, rate, over)
+    yield _estimate(run, ACTIVATION, warm.values, warm)
     if reaction.contact_length is not None:
-        yield _conversion(run, rate, over, relative_slope, reaction.contact_length)
+        yield _conversion(run, rate, over, reaction.contact_length)
 
 
-def _conversion(run: Means, rate: Values, over: OverContact, slope: Array, length: float) -> Estimate:
+def _conversion(run: Means, rate: Values, over: OverContact, length: float) -> Estimate:
     """Return 1 − exp(−k t) of the rate k after the time t that a point spends in a nominal contact of a length, m."""
     with np.errstate(divide="ignore"):
         time = length / np.array(run.scene.speeds)
@@ -169,11 +181,10 @@ def _conversion(run: Means, rate: Values, over: OverContact, slope: Array, lengt
         done = rate.mean * time
         left = np.exp(-done)
         factor = np.where(np.isinf(time), 0.0, time * left)
-        sensitivity = np.where(done > 0.0, slope * done * left / -np.expm1(-done), 0.0)
     errors = {name: factor * part for name, part in rate.errors.items()}
     scatter = {stream: rows * factor for stream, rows in rate.scatter.items()}
     values = rate._replace(mean=-np.expm1(-done), finest=-np.expm1(-rate.finest * time), errors=errors, scatter=scatter)
-    return _estimate(run, CONVERSION, values, over, np.nan_to_num(sensitivity))
+    return _estimate(run, CONVERSION, values, over)
 
 
 def _heat_above(run: Means, temperature: float, contacts: _Contacts) -> Estimate:
@@ -181,23 +192,13 @@ def _heat_above(run: Means, temperature: float, contacts: _Contacts) -> Estimate
     of_bins = partial(heat_above, excess=temperature - contacts.background)
     over = contacts.mean(ContactMean(of_bins, contacts.flash, by_contact=True))
     values = over.values._replace(mean=np.clip(over.values.mean, 0.0, 1.0))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sensitivity = np.nan_to_num(np.abs(over.slope / values.mean), posinf=0.0)
-    return _estimate(run, HEAT_ABOVE, values, over, sensitivity)
+    return _estimate(run, HEAT_ABOVE, values, over)
 
 
-def _estimate(run: Means, observable: str, values: Values, over: OverContact, sensitivity: Array) -> Estimate:
-    """Return an estimate; `sensitivity` is its relative change by a relative change of all temperatures.
-
-    The scatter of a mean that few members carry is unknown.
-    """
-    found = estimate(
-        observable,
-        values,
-        (f"T₀ + T of the contact, with {np.round(over.members, 1).tolist()} effective members over the speeds",),
-        size=sensitivity * run.size_error(FLASH, run.column(None)),
-        solver=sensitivity * _SOLVER_SHARE * run.numerics.tolerance,
-    )
+def _estimate(run: Means, observable: str, values: Values, over: OverContact) -> Estimate:
+    """Return an estimate; the scatter of a mean that few members carry is unknown."""
+    note = f"T₀ + T of the contact, with {np.round(over.members, 1).tolist()} effective members over the speeds"
+    found = estimate(observable, values, (note,))
     statistical = np.where(over.members < LEAST_MEMBERS, np.nan, found.budget["statistical"])
     return replace(
         found, budget=found.budget | {"statistical": statistical}, speeds=run.scene.speeds, sources=run.sources

@@ -90,12 +90,4 @@ def paired_ratio(above: Run, below: Run, observable: str, column: str | None = N
     if _surfaces(above) != _surfaces(below):
         raise ValueError(f"{above.folder} and {below.folder} have other levels or surfaces: their rows are no pairs")
     numerator, denominator = above.reported(observable, column), below.reported(observable, column)
-    size_above = above.size_error(observable, above.column(column))
-    size_below = below.size_error(observable, below.column(column))
-    return quotient(
-        numerator,
-        denominator,
-        size=np.hypot(size_above, size_below),
-        solver=OBSERVABLES[observable].solver_share * max(above.numerics.tolerance, below.numerics.tolerance),
-        scanned=above.scene.scanned,
-    )
+    return quotient(numerator, denominator, scanned=above.scene.scanned)

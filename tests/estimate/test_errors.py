@@ -8,18 +8,18 @@ from ladder_cases import NAME
 from scipy import stats
 
 from roughsim.estimate import errors as est
-from roughsim.estimate.levels import Values
+from roughsim.estimate.levels import Values, product, with_errors
 from roughsim.estimate.mean import Mean, mean_of
 
 SHARES = {"bandwidth": 0.02, "pixel": 0.03}
 
 
-def values_of(mean, *, bandwidth=0.0, pixel=0.0, last_step=0.0, finest=None):
-    """Values with these other errors at all speeds."""
+def values_of(mean, *, bandwidth=0.0, pixel=0.0, last_step=0.0, finest=None, size=0.0, solver=0.0, **scan):
+    """Values with these other errors at all speeds; `size`, `solver` and `scan` are relative."""
     parts = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
     filled = {name: np.zeros_like(mean.value) + part for name, part in parts.items()}
     finest = mean.value if finest is None else finest
-    return Values(mean.value, finest, mean.scatter, filled)
+    return with_errors(Values(mean.value, finest, mean.scatter, filled), size=size, solver=solver, **scan)
 
 
 def rows_of(seed, n, mean=10.0, scatter=1.0, speeds=2):
@@ -106,9 +106,10 @@ def test_less_than_one_degree_of_freedom_counts_as_one():
 def test_an_estimate_has_all_parts_of_its_error():
     rows = rows_of(1, 20)
     mean = mean_of(0, rows)
-    values = values_of(mean, bandwidth=0.3, pixel=0.4, finest=mean.value + 0.7)
     scan = np.array([0.05, np.nan])
-    found = est.estimate(NAME, values, ("one note",), size=np.array([0.01, 0.02]), solver=2e-4, scan=scan)
+    beyond = {"size": np.array([0.01, 0.02]), "solver": 2e-4, "scan": scan}
+    values = values_of(mean, bandwidth=0.3, pixel=0.4, finest=mean.value + 0.7, **beyond)
+    found = est.estimate(NAME, values, ("one note",))
     error = stats.sem(rows, axis=0)
     parts = {
         "statistical": students(error, 19.0),
@@ -133,9 +134,10 @@ def test_an_estimate_has_all_parts_of_its_error():
 
 
 def test_errors_are_not_negative_where_the_mean_is():
-    values = values_of(mean_of(0, -rows_of(1, 20)), bandwidth=0.1, pixel=0.1, last_step=0.1)
-    found = est.estimate("flash_gradient", values, size=0.01, solver=1e-3, scan=np.full(2, 0.1))
-    ratio = est.quotient(values, values_of(mean_of(0, rows_of(1, 20))), size=0.01, solver=1e-3)
+    beyond = {"size": 0.01, "solver": 1e-3, "scan": np.full(2, 0.1)}
+    values = values_of(mean_of(0, -rows_of(1, 20)), bandwidth=0.1, pixel=0.1, last_step=0.1, **beyond)
+    found = est.estimate("flash_gradient", values)
+    ratio = est.quotient(values, values_of(mean_of(0, rows_of(1, 20)), scan=0.0))
     for budget in (found.budget, ratio.budget):
         assert all(np.all(part > 0.0) for name, part in budget.items() if name != "statistical")
     assert np.all(found.half_width > 0.0)
@@ -159,7 +161,7 @@ def test_the_last_step_counts_where_there_is_one():
 
 def test_at_rest_no_spectrum_changes_what_does_not_heat():
     rows = rows_of(1, 20) * [0.0, 1.0]
-    found = est.estimate(NAME, values_of(mean_of(0, rows)), scan=np.full(2, np.nan))
+    found = est.estimate(NAME, values_of(mean_of(0, rows), scan=np.full(2, np.nan)))
     assert found.budget["scan"][0] == 0.0
     assert np.isnan(found.budget["scan"][1])
     assert found.unknown_at(0) == ()
@@ -173,14 +175,14 @@ def test_an_area_of_which_nothing_is_there_has_no_unknown_error():
 
 def test_a_part_is_unknown_where_no_level_shows_it_but_not_where_the_mean_itself_is_infinite():
     rows = np.column_stack([np.full(12, np.inf), rows_of(1, 12)[:, 0]])
-    values = values_of(mean_of(0, rows), bandwidth=np.nan)
-    found = est.estimate("slope_length", values, size=0.01)
+    values = values_of(mean_of(0, rows), bandwidth=np.nan, size=0.01)
+    found = est.estimate("slope_length", values)
     assert found.unknown == ("bandwidth",)
     np.testing.assert_allclose(found.total_error[1], np.hypot(found.half_width[1], 0.01 * found.mean[1]), rtol=1e-12)
 
 
 def test_an_estimate_explains_itself():
-    found = est.estimate(NAME, values_of(mean_of(0, rows_of(1, 20)), pixel=np.nan), ("one note",), size=0.01)
+    found = est.estimate(NAME, values_of(mean_of(0, rows_of(1, 20)), pixel=np.nan, size=0.01), ("one note",))
     text = found.explain()
     assert text.startswith(f"{NAME}:\n")
     assert "n = 20 realizations of the lowest level; interval with 19 degrees of freedom" in text
@@ -226,14 +228,14 @@ def test_what_is_exactly_zero_or_undefined_has_no_unknown_error():
 
 def test_a_ratio_has_the_errors_of_both_columns_but_for_the_scatter_that_they_share():
     mean = mean_of(0, rows_of(8, 40, 4.0, 0.4))
-    below = values_of(mean, bandwidth=0.02 * mean.value, pixel=0.03 * mean.value)
-    above = values_of(mean.times(0.5), bandwidth=0.01 * mean.value)
-    found = est.quotient(above, below, size=0.003, solver=2e-4)
+    below = values_of(mean, bandwidth=0.02 * mean.value, pixel=0.03 * mean.value, size=0.001, solver=2e-4)
+    above = values_of(mean.times(0.5), bandwidth=0.01 * mean.value, size=0.002, solver=2e-4)
+    found = est.quotient(above, below, size=0.003)
     expected = {
         "statistical": 0.0,
         "bandwidth": 0.5 * np.hypot(0.02, 0.02),
         "pixel": 0.5 * 0.03,
-        "size": 0.5 * 0.003,
+        "size": 0.5 * np.sqrt(0.001**2 + 0.002**2 + 0.003**2),
         "solver": 0.5 * 2e-4 * np.sqrt(2.0),
     }
     assert list(found.budget) == list(expected)
@@ -259,8 +261,8 @@ def test_a_ratio_pairs_surfaces_and_adds_the_scatter_of_levels_that_are_not_shar
 
 def test_a_ratio_to_exact_values_of_the_same_modes_has_no_bandwidth_error():
     rows = rows_of(8, 40, 4.0, 0.4)
-    above = values_of(mean_of(0, rows), bandwidth=np.nan, pixel=0.08, last_step=1.0)
-    found = est.quotient(above, np.array([2.0, 8.0]), size=np.array([0.01, 0.0]), solver=1e-3)
+    above = values_of(mean_of(0, rows), bandwidth=np.nan, pixel=0.08, last_step=1.0, solver=1e-3)
+    found = est.quotient(above, np.array([2.0, 8.0]), size=np.array([0.01, 0.0]))
     np.testing.assert_allclose(found.mean, rows.mean(axis=0) / [2.0, 8.0], rtol=1e-12)
     np.testing.assert_allclose(found.standard_error, stats.sem(rows, axis=0) / [2.0, 8.0], rtol=1e-9)
     np.testing.assert_array_equal(found.budget["bandwidth"], 0.0)
@@ -313,3 +315,13 @@ def test_intervals_of_three_streams_hold_the_mean_as_often_as_they_say():
     error, freedom = est.spread_of(mean)
     held = np.mean(np.abs(mean.value) <= stats.t.ppf(0.975, freedom) * error)
     assert abs(held - 0.95) < 0.01 + 3.0 * np.sqrt(0.05 * 0.95 / trials)  # Satterthwaite's freedom is not exact
+
+
+def test_a_product_has_all_parts_of_both_factors():
+    # 10 ± (.3 and .2) times 4 ± (.1 and .5): to first order 4·.3 + 10·.1 and so on
+    first = values_of(mean_of(0, np.full((4, 1), 10.0)), bandwidth=0.3)._replace(errors={"bandwidth": 0.3, "tail": 0.2})
+    second = values_of(mean_of(0, np.full((4, 1), 4.0)))._replace(errors={"bandwidth": 0.1, "scan": 0.5})
+    for both in (product(first, second), product(second, first)):
+        assert both.mean == pytest.approx(40.0)
+        found = {name: float(part[0]) for name, part in both.errors.items()}
+        assert found == pytest.approx({"bandwidth": 2.2, "tail": 0.8, "scan": 5.0})

@@ -98,12 +98,12 @@ def test_the_rate_follows_from_the_activation_temperature_with_its_errors(volume
 
     scale = np.array([-10.0])
     warm = flash_values(800.0, error=3.0, rows=np.array([[1.0], [-1.0]]))
-    rate, slope = of_uniform_temperature(warm, sample, activation, scale)
+    rate = of_uniform_temperature(warm, sample, activation, scale)
     assert rate.mean * np.exp(scale) == pytest.approx(exact(800.0), rel=1e-3)
     expected = np.log(exact(800.1) / exact(799.9)) / 0.2
-    assert slope / rate.mean == pytest.approx(expected, rel=1e-3)
-    assert rate.errors["bandwidth"] == pytest.approx(3.0 * slope, rel=1e-12)
-    np.testing.assert_allclose(rate.scatter[0], slope * np.array([[1.0], [-1.0]]))
+    slope = expected * rate.mean
+    assert rate.errors["bandwidth"] == pytest.approx(3.0 * slope, rel=1e-3)
+    np.testing.assert_allclose(rate.scatter[0], slope * np.array([[1.0], [-1.0]]), rtol=1e-3)
 
 
 def test_without_a_barrier_there_is_no_activation_temperature():
@@ -181,7 +181,6 @@ def test_each_level_is_brought_to_the_continued_flash_temperature(foretold):
     slope = BIN_AREAS @ (
         np.exp(-EV / (BOLTZMANN * temperature) - scale) * (EV / (BOLTZMANN * temperature**2)) * (temperature - 400.0)
     )
-    assert found.slope == pytest.approx(slope, rel=1e-4)
     assert found.values.errors["bandwidth"] == pytest.approx(slope * 11.0 / 220.0, rel=1e-4)
     np.testing.assert_allclose(found.members, 6.0)
 
@@ -220,7 +219,6 @@ def test_errors_of_an_activation_temperature_follow_from_its_own_slope_over_the_
 
     found = at(230.0, rows)
     slope = (at(230.23).values.mean - at(229.77).values.mean) / 0.46  # K over K
-    assert found.slope == pytest.approx(230.0 * slope, rel=1e-3)
     assert found.values.errors["bandwidth"] == pytest.approx(9.0 * slope, rel=1e-3)
     np.testing.assert_allclose(found.values.scatter[7], slope * rows, rtol=1e-3)
     # the part of the hottest pixel, in K: what is left of T_act without it

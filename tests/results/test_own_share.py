@@ -131,7 +131,7 @@ def test_other_parts_of_the_error_of_the_share_add_to_those_of_the_temperature(t
 def test_the_error_by_the_scan_has_that_of_the_share(mean_run, monkeypatch):
     parts = {"flash_temperature": 0.1, "heat_partition": 0.02}
     errors = {name: np.full(len(SPEEDS), error) for name, error in parts.items()}
-    monkeypatch.setattr("roughsim.prediction.scans.scan_error", lambda _: errors)
+    monkeypatch.setattr("roughsim.results.means.scan_error", lambda _: errors)
     monkeypatch.setattr(type(mean_run.scene), "scanned", True)
     found = mean_run.single("flash_temperature", "capped")
     np.testing.assert_allclose(found.budget["scan"], 0.12 * found.mean, rtol=1e-12)

@@ -143,12 +143,13 @@ def test_at_rest_the_contact_reacts_at_the_background_temperature(asked):
 def test_errors_of_solver_and_cell_count_by_what_a_change_of_all_temperatures_does_to_a_rate(asked):
     warm, rate = found(asked, "activation_temperature", 1.0).mean[1], found(asked, "reaction_rate", 1.0)
     by_temperatures = 1.602176634e-19 * (warm - 500.0) / (1.380649e-23 * warm**2)  # d ln k/d ln(T − T₀)
-    solver, size = (rate.budget[part][1] / rate.mean[1] for part in ("solver", "size"))
-    assert solver == pytest.approx(by_temperatures * 2.0 * asked.numerics.tolerance, rel=0.3)  # of one temperature
-    flash = asked.estimate("flash_temperature")
-    assert size / solver == pytest.approx(flash.budget["size"][1] / flash.mean[1] / (2.0 * asked.numerics.tolerance))
-    without = found(asked, "reaction_rate", 0.0)
-    assert without.budget["solver"].tolist() == without.budget["size"].tolist() == [0.0, 0.0]
+    flash, area = asked.estimate("flash_temperature"), asked.estimate("contact_fraction")
+    of_flash = {"solver": 2.0 * asked.numerics.tolerance, "size": flash.budget["size"][1] / flash.mean[1]}
+    without = found(asked, "reaction_rate", 0.0)  # the rate is in proportion to the area
+    for part, relative in of_flash.items():
+        of_area = area.budget[part][0] / area.mean[0]
+        assert rate.budget[part][1] / rate.mean[1] - of_area == pytest.approx(by_temperatures * relative, rel=0.3)
+        np.testing.assert_allclose(without.budget[part], of_area * without.mean, rtol=1e-9)
 
 
 def test_the_conversion_in_a_pass_follows_from_the_rate(asked):
