@@ -3,7 +3,8 @@
     python benchmarks/drawn.py [SEED]
 
 Ten scenes: six of one yielding face on a smooth flat or on its like, two of unlike yielding faces, two elastic. Each
-range is cut into as many strata as there are scenes that use it, one scene in each.
+range is cut into as many strata as there are scenes that use it, one scene in each. `material_scenes` are three others,
+of known materials: wheel on rail, brass, and ice.
 """
 
 from __future__ import annotations
@@ -20,7 +21,14 @@ from roughsim.prediction import yield_wavenumber
 Array = NDArray[np.float64]
 SEED = 36
 SECOND_SEED = 1125  # judges changes that were found by measuring the scenes of the first
+MATERIALS_SEED = 571  # of the three of known materials
 ONE_FACE, UNLIKE, ELASTIC = 6, 2, 2
+# E, Pa, ν, σ_P, Pa, κ, W/(m K), ρ, kg/m³, c, J/(kg K), then ranges of σ₀/σ_P and of q_y/q_min
+MATERIALS = {
+    "rail": ((206e9, 0.3, 3e9, 48.0, 7850.0, 480.0), (0.1, 0.3), (8.0, 30.0)),
+    "brass": ((105e9, 0.34, 1.2e9, 115.0, 8500.0, 380.0), (0.02, 0.2), (2.0, 15.0)),
+    "ice": ((9e9, 0.33, 4e7, 2.2, 917.0, 2000.0), (0.01, 0.1), (2.0, 15.0)),
+}
 
 
 def strata(draw: np.random.Generator, low: float, high: float, count: int) -> Array:
@@ -127,6 +135,30 @@ def drawn_scenes(seed: int = SEED) -> dict[str, dict[str, Any]]:
                 "speed": speeds(draw, moving, 3.0 * q_min),
             },
         }
+    return result
+
+
+def material_scenes(seed: int = MATERIALS_SEED) -> dict[str, dict[str, Any]]:
+    """Return the sections of a wheel on a rail, of brass and of ice, each on its like, by name."""
+    draw = np.random.default_rng(seed)
+    names = "youngs_modulus", "poisson_ratio", "penetration_hardness", "conductivity", "density", "heat_capacity"
+    result = {}
+    for name, (constants, share, yields) in MATERIALS.items():
+        material = dict(zip(names, constants, strict=True))
+        (load,), (times,) = strata(draw, *share, 1), strata(draw, *yields, 1)
+        q_min = 2000.0 * 10.0 ** draw.uniform()
+        face = surface(draw, draw.uniform(0.5, 0.95), q_min, plateau=name == "brass")
+        sections = {
+            "surface": face | {"rms_height": 1e-6, "q_max": digits(times * q_min * draw.uniform(16.0, 40.0))},
+            "body": material,
+            "counterface": {"like": "body"},
+            "sliding": {
+                "nominal_pressure": digits(load * material["penetration_hardness"]),
+                "friction_coefficient": 0.2,
+                "speed": [0.1, 1.0, 10.0],
+            },
+        }
+        result[name] = yielding_at(sections, times * q_min)
     return result
 
 

@@ -1,7 +1,7 @@
 """How many total errors hold the truth: runs of many seeds to a target against deep references of their own.
 
     OMP_NUM_THREADS=1 python experiments/coverage.py [--toy] [-o FOLDER] [--only NAME ...] [--seeds N] [--evidence]
-        [--drawn SEED]
+        [--drawn SEED | --materials SEED]
 
 Six scenes run to a total error of 1 or 2 % of T_flash. Each run is judged by T_flash at every speed, contact area,
 g_σ(0), and the share of the heat where there are two bodies. The references are in reference/deep.json, by
@@ -9,7 +9,8 @@ reference/make_deep.py. An interval holds the reference if they are no further a
 squares) allow. Rows in FOLDER/coverage.json are not computed again. --toy takes two seeds of the demo to 5 %. With
 --drawn the scenes are the ten that benchmarks/drawn.py draws with a seed, to 1 %; their references go into
 FOLDER/deep-SEED.json, before the runs, and their rows into FOLDER/coverage-SEED.json. They have as many runs as ten
-minutes of CPU time allow, but at least eight.
+minutes of CPU time allow, but at least eight. --materials are likewise a wheel on a rail, brass and ice, to 2 %, with
+twelve runs each.
 """
 
 if __name__ == "coverage":  # numba asks for the package of this name, and the folder of the script comes first
@@ -34,7 +35,7 @@ import roughsim as rs
 from roughsim import prediction
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
-from drawn import drawn_scenes
+from drawn import drawn_scenes, material_scenes
 
 Array = NDArray[np.float64]
 Pair = tuple[Array, Array]  # value and relative standard error, (speeds,) or (1,)
@@ -45,6 +46,7 @@ OTHERS = 0.02
 FLASH = "flash_temperature"
 DRAWN = 0.01  # of those that are drawn
 DRAWN_SECONDS, LEAST_RUNS = 600.0, 8  # of CPU time for the runs of a drawn scene, and its fewest runs
+MATERIAL_RUNS, MATERIAL_LADDER = 12, {"members": (240, 80, 8), "most_side": 1536}  # of a reference: minutes
 MEASURED = {  # observable: its name in the references
     FLASH: FLASH,
     "contact_fraction": "contact_fraction_corrected",
@@ -56,6 +58,12 @@ MEASURED = {  # observable: its name in the references
 def drawn_cases(seed: int) -> dict[str, make_deep.Case]:
     """Return the ten scenes that are drawn with a seed, each with the ladder of its reference, by name."""
     return {name: make_deep.case_of(rs.load_scene(sections)) for name, sections in drawn_scenes(seed).items()}
+
+
+def material_cases(seed: int) -> dict[str, make_deep.Case]:
+    """Return the wheel on a rail, brass and ice that are drawn with a seed, each with a short ladder, by name."""
+    scenes = {name: rs.load_scene(sections) for name, sections in material_scenes(seed).items()}
+    return {name: replace(make_deep.case_of(scene), **MATERIAL_LADDER) for name, scene in scenes.items()}
 
 
 def references(case: make_deep.Case, factors: dict[str, Any]) -> dict[str, Pair]:
