@@ -78,9 +78,11 @@ def by_steps(rungs: list[Rung], law: Array) -> Limit:
 def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
     """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two rungs or more.
 
-    p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances. One
-    step shows no exponent, nor do steps that hardly shrink: all of the rest is in doubt. Two steps show one exponent,
-    and half of the rest is in doubt, from three steps on `_OF_STEPS`.
+    p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances.
+    Steps that hardly shrink, grow or turn have the least exponent. As exponents rise to the usual one along a ladder,
+    the error reaches up to it, and as far below p as its scatter. At least a share of the rest is in doubt: all of it
+    after one step, which shows no exponent; the more the steps show, the closer to half of it after two and to
+    `_OF_STEPS` after more.
     """
     q = np.array([rung.q_max for rung in rungs[-2:]] + [end])[:, None]
     shape = rungs[-1].mean.value.shape
@@ -91,9 +93,12 @@ def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
             quotient = middle.plus(low.times(-1.0)).over(top.plus(middle.times(-1.0)))  # (q₂/q₁)^p
         exponent, weight = _exponent(quotient, q[1] / q[0], usual, _LEAST_EXPONENT)
     slower = np.maximum(exponent - np.sqrt(1.0 - weight) * _USUAL_SCATTER, _LEAST_EXPONENT)
-    rest, other = (_by_steps(rungs, q**-p) for p in (exponent, slower))
-    least = np.where(weight > 0.0, max(_OF_STEPS, 0.5 ** (len(rungs) - 2)), 1.0)
-    error = np.maximum(np.abs(other.value - rest.value), least * np.abs(rest.value))
+    faster = np.maximum(exponent, usual)
+    rest, *others = (_by_steps(rungs, q**-p) for p in (exponent, slower, faster))
+    apart = [np.abs(other.value - rest.value) for other in others]
+    shown = max(_OF_STEPS, 0.5 ** (len(rungs) - 2))
+    least = 1.0 + weight * (shown - 1.0)
+    error = np.maximum.reduce([*apart, least * np.abs(rest.value)])
     return Limit(rest, error, f"as q_c^(−p) with p = {_in_words(exponent)}")
 
 
@@ -115,12 +120,12 @@ def by_bound(rungs: list[Rung], end: float, bound: float) -> Limit:
 
 
 def _exponent(quotient: Mean, ratio: Array | float, usual: float, least: float) -> tuple[Array, Array]:
-    """Return p of a quotient `ratio`^p, drawn to the usual one by its scatter, and its weight; 0 if it is too low."""
+    """Return p ≥ `least` of a quotient `ratio`^p, drawn to the usual one by its scatter, and its weight."""
     with np.errstate(all="ignore"):
-        fitted = np.log(quotient.value) / np.log(ratio)
-        own = np.sqrt(sum(quotient.variance.values())) / (np.log(ratio) * quotient.value)
-        weight = 1.0 / (1.0 + (own / _USUAL_SCATTER) ** 2)
-        weight = np.where(np.isfinite(weight) & (fitted >= least), weight, 0.0)
+        shown = np.maximum(quotient.value, ratio**least)
+        fitted = np.log(shown) / np.log(ratio)
+        own = np.sqrt(sum(quotient.variance.values())) / (np.log(ratio) * shown)
+        weight = np.nan_to_num(1.0 / (1.0 + (own / _USUAL_SCATTER) ** 2))
         return np.where(weight > 0.0, usual + weight * (fitted - usual), usual), weight
 
 
