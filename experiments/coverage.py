@@ -8,9 +8,9 @@ g_σ(0), and the share of the heat where there are two bodies. The references ar
 reference/make_deep.py. An interval holds the reference if they are no further apart than both errors (95 %, added as
 squares) allow. Rows in FOLDER/coverage.json are not computed again. --toy takes two seeds of the demo to 5 %. With
 --drawn the scenes are the ten that benchmarks/drawn.py draws with a seed, to 1 %; their references go into
-FOLDER/deep-SEED.json, before the runs, and their rows into FOLDER/coverage-SEED.json. They have as many runs as ten
-minutes of CPU time allow, but at least eight. --materials are likewise a wheel on a rail, brass and ice, to 2 %, with
-twelve runs each.
+FOLDER/deep-drawn-SEED.json, before the runs, and their rows into FOLDER/coverage-drawn-SEED.json. They have as many
+runs as ten minutes of CPU time allow, but at least eight. --materials are likewise a wheel on a rail, brass and ice, to
+2 %, with twelve runs each.
 """
 
 if __name__ == "coverage":  # numba asks for the package of this name, and the folder of the script comes first
@@ -19,11 +19,12 @@ if __name__ == "coverage":  # numba asks for the package of this name, and the f
 import resource
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import inf
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import figures
 import numpy as np
@@ -44,9 +45,7 @@ FIRST_SEED = 1000
 TARGETS = {"demo": 0.01, "steel-1.2GPa": 0.01}  # relative total errors of T_flash; of the others:
 OTHERS = 0.02
 FLASH = "flash_temperature"
-DRAWN = 0.01  # of those that are drawn
-DRAWN_SECONDS, LEAST_RUNS = 600.0, 8  # of CPU time for the runs of a drawn scene, and its fewest runs
-MATERIAL_RUNS, MATERIAL_LADDER = 12, {"members": (240, 80, 8), "most_side": 1536}  # a reference takes two minutes
+LEAST_RUNS = 8  # of a scene
 MEASURED = {  # observable: its name in the references
     FLASH: FLASH,
     "contact_fraction": "contact_fraction_corrected",
@@ -61,10 +60,22 @@ def drawn_cases(seed: int) -> dict[str, make_deep.Case]:
 
 
 def material_cases(seed: int) -> dict[str, make_deep.Case]:
-    """Return the wheel on a rail, brass and ice that are drawn with a seed, each with a short ladder, by name."""
-    scenes = {name: rs.load_scene(sections) for name, sections in material_scenes(seed).items()}
-    cases = {name: make_deep.case_of(scene) for name, scene in scenes.items()}
-    return {name: replace(case, first=case.first / 2, **MATERIAL_LADDER) for name, case in cases.items()}
+    """Return the wheel on a rail, brass and ice that are drawn with a seed, each with a ladder of a minute, by name."""
+    cases = {name: make_deep.case_of(rs.load_scene(sections)) for name, sections in material_scenes(seed).items()}
+    short = {"members": (240, 80, 8), "most_side": 1536}
+    return {name: replace(case, first=case.first / 2, **short) for name, case in cases.items()}
+
+
+class Draw(NamedTuple):
+    """Scenes that are drawn with a seed, and their runs."""
+
+    cases: Callable[[int], dict[str, make_deep.Case]]
+    target: float  # relative total error of T_flash
+    runs: int  # of a scene at most
+    seconds: float  # of CPU time for the runs of a scene
+
+
+DRAWS = {"drawn": Draw(drawn_cases, 0.01, 40, 600.0), "materials": Draw(material_cases, 0.02, 12, inf)}
 
 
 def references(case: make_deep.Case, factors: dict[str, Any]) -> dict[str, Pair]:
@@ -181,15 +192,24 @@ def summary(results: dict[str, Result]) -> list[list[str]]:
 
 
 def counted(results: dict[str, Result]) -> dict[str, float]:
-    """Return the number of scenes, of intervals of T_flash, of those that hold, and the least percentage at a speed."""
-    held = [judged(found, FLASH, truth[FLASH])[3] for _, _, found, truth in results.values()]
-    shares = [100.0 * float(each.mean(axis=0).min()) for each in held]  # at the worst speed
-    return {
-        "scenes": len(held),
-        "intervals": sum(each.size for each in held),
-        "hold": sum(int(each.sum()) for each in held),
-        "least_percent": min(shares),
-    }
+    """Return the number of scenes, of intervals, of those that hold, and the least percentage at a speed.
+
+    They are of T_flash, and "_others" of the other observables.
+    """
+    numbers: dict[str, float] = {"scenes": len(results)}
+    for suffix, names in {"": [FLASH], "_others": [name for name in MEASURED if name != FLASH]}.items():
+        held = [
+            judged(found, name, truth[name])[3]
+            for _, _, found, truth in results.values()
+            for name in names
+            if name in truth
+        ]
+        numbers |= {
+            f"intervals{suffix}": sum(each.size for each in held),
+            f"hold{suffix}": sum(int(each.sum()) for each in held),
+            f"least_percent{suffix}": min(100.0 * float(each.mean(axis=0).min()) for each in held),
+        }
+    return numbers
 
 
 def distances(results: dict[str, Result]) -> list[dict[str, Any]]:
@@ -210,25 +230,28 @@ def main() -> None:
     command = Command(__file__, __doc__, "two seeds of the demo to 5 %")
     command.add_argument("--only", nargs="*", help="names of scenes")
     command.add_argument("--seeds", type=int, default=40, help="runs of each scene at most")
-    command.add_argument("--drawn", type=int, metavar="SEED", help="in place of the six scenes, ten that are drawn")
+    by = command.add_mutually_exclusive_group()
+    by.add_argument("--drawn", type=int, metavar="SEED", help="in place of the six scenes, ten that are drawn")
+    by.add_argument("--materials", type=int, metavar="SEED", help="in their place a rail, brass and ice")
     options = command.parse()
     if options.evidence and (options.toy or options.only):
         command.error("--evidence is of all scenes: leave --toy and --only out")
-    drawn = options.drawn is not None and not options.toy
-    suffix = f"-{options.drawn}" * drawn
-    cases = drawn_cases(options.drawn) if drawn else make_deep.cases()
-    deep = Rows(options.output / f"deep{suffix}.json" if drawn else make_deep.FILE, resume=True)
+    kind = next((name for name in DRAWS if getattr(options, name) is not None and not options.toy), "")
+    seed, draw = getattr(options, kind, None), DRAWS.get(kind)
+    suffix = f"-{kind}-{seed}" * bool(kind)
+    cases = draw.cases(seed) if draw else make_deep.cases()
+    deep = Rows(options.output / f"deep{suffix}.json" if draw else make_deep.FILE, resume=True)
     rows, results = Rows(options.output / f"coverage{suffix}.json", resume=True), {}
     if unknown := set(options.only or ()) - set(cases):
         command.error(f"--only {', '.join(unknown)}: choose among {', '.join(cases)}")
     for name in ["demo"] if options.toy else options.only or cases:
         case = cases[name]
-        target = 0.05 if options.toy else DRAWN if drawn else TARGETS.get(name, OTHERS)
-        if drawn:
+        target = 0.05 if options.toy else draw.target if draw else TARGETS.get(name, OTHERS)
+        if draw:
             make_deep.reference(name, case, deep)
         truth = references(case, deep[name])
-        seeds = 2 if options.toy else options.seeds
-        found = runs(name, case, target, seeds, rows, DRAWN_SECONDS if drawn else inf)
+        seeds = 2 if options.toy else min(options.seeds, draw.runs) if draw else options.seeds
+        found = runs(name, case, target, seeds, rows, draw.seconds if draw else inf)
         told(name, case, target, found, truth)
         results[name] = case, target, found, truth
     table, off = summary(results), distances(results)
@@ -236,9 +259,9 @@ def main() -> None:
     print("\n".join(" | ".join(row) for row in table))
     figures.coverage(off, options.output / f"coverage{suffix}.png")
     if options.evidence:
-        command_line = f"python experiments/coverage.py{f' --drawn {options.drawn}' * drawn} --evidence"
+        command_line = f"python experiments/coverage.py{suffix and f' --{kind} {seed}'} --evidence"
         found = {"rows": off, "tables": {"held": table}, "numbers": counted(results)}
-        write_evidence("coverage" + "_drawn" * drawn, command_line, **found)
+        write_evidence("coverage" + f"_{kind}" * bool(kind), command_line, **found)
 
 
 if __name__ == "__main__":

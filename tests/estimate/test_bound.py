@@ -140,6 +140,18 @@ def test_no_area_or_variance_is_beyond_its_bound(steel, asked, name):
 
 
 @pytest.mark.parametrize("name", BOUNDED)
+def test_what_follows_beyond_the_bound_leaves_the_way_to_it_in_doubt(steel, foretold, name):
+    # the shape of the theory takes the value from .1 before its bound to .15 behind it
+    bound, sign, stored = BOUNDED[name]
+    foretold.theory = bound * (1.0 + sign * np.array([[0.2], [0.1], [-0.15]]))
+    values = values_of(
+        steel, "capped", name, ladder([bound * (1.0 + sign * x) for x in (0.2, 0.1)], (1e5, 2e5), name=stored)
+    )
+    assert values.mean[0] == pytest.approx(bound, rel=1e-12)
+    assert values.errors["bandwidth"][0] == pytest.approx(0.1 * bound, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", BOUNDED)
 def test_where_nothing_continues_an_area_or_variance_its_bound_limits_the_error(steel, foretold, name):
     foretold.theory = np.full((2, 1), np.nan)
     bound, sign, stored = BOUNDED[name]

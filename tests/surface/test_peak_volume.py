@@ -116,6 +116,15 @@ def test_the_expected_share_is_elastic_or_yielded():
     assert expected_share(0.1, 1.0, 1.5) == stage.MOST_SHARE
 
 
+def test_the_level_of_full_contact_is_that_of_0_45_of_a_normal_surface():
+    # at a level below the middle, half the area and more, the mean over surfaces is another integral
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(2e-6, hurst=0.8, q_min=3 * WAVE, q_max=12 * WAVE)
+    one, other = (synthesize(spectrum, GRID, np.random.default_rng(seed)) for seed in (5, 6))
+    volumes = [peak_volume(spectrum, GRID, heights, 1.0, 1.5) for heights in (one, other)]
+    above = [np.maximum(heights / one.std() - norm.isf(0.45), 0.0).mean() for heights in (one, other)]
+    assert volumes[0] - volumes[1] == pytest.approx(above[0] - above[1], rel=1e-6)
+
+
 def test_a_flat_surface_has_none():
     whole = rs.SelfAffineSpectrum.from_rms_height(2e-6, hurst=0.8, q_min=3 * WAVE, q_max=12 * WAVE)
     flat = TruncatedSpectrum(whole, factor=0.0)

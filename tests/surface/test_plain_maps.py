@@ -8,6 +8,7 @@ import pytest
 import roughsim as rs
 from roughsim.scene import SceneError, load_scene
 from roughsim.surface.topography import combined, levelled, map_spectrum, read_topography
+from roughsim.surface.topography.measured import binned
 
 SIDE = 100e-6
 GRID = rs.Grid((64, 48), (SIDE, 0.75 * SIDE))
@@ -71,6 +72,15 @@ def test_the_spectrum_of_a_windowed_map_is_that_of_surfacetopography(library, su
     ends = 10 ** (found.bins.index[k] / 20), 10 ** ((found.bins.index[k] + 1) / 20)
     ring = psd[(q >= ends[0]) & (q < ends[1])] / (4 * math.pi**2)
     assert found.bins.psd[k] == pytest.approx(ring.mean(), rel=0.02)  # C curves within a bin
+
+
+@pytest.mark.parametrize("end", [0.5, 1.0])
+def test_modes_up_to_q_max_count_and_rounding_leaves_none_out(end):
+    q = UNIT * np.arange(1, 101) * 1.1
+    for q_max in (end * q[-1], np.nextafter(end * q[-1], 0.0), np.nextafter(end * q[-1], np.inf)):
+        found = binned(q, q**-3.6, np.ones(100), 1.0, q_max)
+        assert found.q_max == pytest.approx(end * q[-1], rel=1e-14)
+        assert found.variance == pytest.approx((q[: round(100 * end)] ** -3.6).sum(), rel=1e-9)
 
 
 @pytest.mark.statistical
