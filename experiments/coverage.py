@@ -197,18 +197,17 @@ def counted(results: dict[str, Result]) -> dict[str, float]:
     They are of T_flash, and "_others" of the other observables.
     """
     numbers: dict[str, float] = {"scenes": len(results)}
-    for suffix, names in {"": [FLASH], "_others": [name for name in MEASURED if name != FLASH]}.items():
+    for suffix, is_flash in {"": True, "_others": False}.items():
         held = [
             judged(found, name, truth[name])[3]
             for _, _, found, truth in results.values()
-            for name in names
-            if name in truth
+            for name in truth
+            if (name == FLASH) == is_flash
         ]
-        numbers |= {
-            f"intervals{suffix}": sum(each.size for each in held),
-            f"hold{suffix}": sum(int(each.sum()) for each in held),
-            f"least_percent{suffix}": min(100.0 * float(each.mean(axis=0).min()) for each in held),
-        }
+        if held:
+            numbers[f"intervals{suffix}"] = sum(each.size for each in held)
+            numbers[f"hold{suffix}"] = sum(int(each.sum()) for each in held)
+            numbers[f"least_percent{suffix}"] = min(100.0 * float(each.mean(axis=0).min()) for each in held)
     return numbers
 
 
