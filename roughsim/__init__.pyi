@@ -44,6 +44,7 @@ from roughsim.scene import load_scene as load_scene
 from roughsim.scene import new as new
 from roughsim.scene.numerics import Level as Level
 from roughsim.scene.numerics import Numerics as Numerics
+from roughsim.show.text import SceneWarning as SceneWarning
 from roughsim.sliding.slide import Slide as Slide
 from roughsim.sliding.slide import slide as slide
 from roughsim.studies.study import Study as Study

@@ -31,7 +31,7 @@ from roughsim.observables.catalogue import stored_numbers
 from roughsim.observables.moments import HeatSource, measure
 from roughsim.observables.record import Sample
 from roughsim.pipeline import Problem, solve_problem
-from roughsim.planning.plan import plan
+from roughsim.planning.plan import numerics_of
 from roughsim.planning.realization import below_problem, level_problem
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import SAME, Numerics
@@ -282,7 +282,7 @@ def bench(
         raise ValueError("speed = 0 m/s is the highest of the scene, so nothing heats; add a speed above zero")
     if isinstance(realizations, bool) or int(realizations) != realizations or realizations < 4:
         raise ValueError(f"realizations = {realizations!r} must be a whole number ≥ 4, to measure scatter and bias")
-    numerics = plan(scene) if numerics is None else numerics
+    numerics = numerics_of(scene) if numerics is None else numerics
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # they warn of errors that are measured here
         with shown(progress, "measuring") as bar:

@@ -2,6 +2,7 @@
 
 import json
 import time
+import warnings
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -94,14 +95,14 @@ def plan(
     """Show how a scene would be computed, and why so."""
     from roughsim.scene.sections import TARGET
 
-    loaded = open_scene(scene, changes)
-    target = None if target_error is None else TARGET(target_error, "--target-error")
+    target = None if target_error is None else {"flash_temperature": TARGET(target_error, "--target-error")}
+    loaded = open_scene(scene, changes, {"ensemble.until": target})
     if not as_json:
         note(f"planning {scene}")  # before slow imports
     from roughsim.planning.limits import judge
     from roughsim.planning.reasons import plan_table
 
-    numerics = rs.plan(loaded, target)
+    numerics = rs.plan(loaded)
     judged = judge(loaded, numerics)
     if as_json:
         reasons = [reason._asdict() for reason in numerics.reasons]
@@ -173,7 +174,7 @@ def _note_looser_targets(before: "rs.Scene", now: "rs.Scene") -> None:
 
 def _show_plan(scene: "rs.Scene", numerics: "rs.Numerics") -> None:
     """Print the numerics of a run, and warnings, before its members are computed."""
-    from roughsim.planning.limits import judge
+    from roughsim.planning.limits import warnings_of
     from roughsim.planning.realization import slide_problem
 
     for reason in numerics.reasons:
@@ -182,7 +183,7 @@ def _show_plan(scene: "rs.Scene", numerics: "rs.Numerics") -> None:
     if numerics.slide is not None:
         steps = slide_problem(scene, numerics).steps
         tell(f"sliding: {steps} contacts in turn for each member; one that is interrupted begins again")
-    for line in judge(scene, numerics).warnings:
+    for line in warnings_of(scene, numerics):
         warn(line)
 
 
@@ -197,14 +198,10 @@ def press(
     The key topography of [surface] names it. The map is made periodic by its mirror images, or laid side by side as it
     is (tile) if its file marks it as periodic. The run opens as any other: compare, plot, report, explore.
     """
-    from roughsim.comparison.compare import overshoot_warnings
-    from roughsim.planning.limits import judge
     from roughsim.scene.changes import read_changes
 
-    result = rs.press(scene, output, edges=edges, changes=read_changes(changes or []))  # type: ignore[arg-type]
+    rs.press(scene, output, edges=edges, changes=read_changes(changes or []))  # type: ignore[arg-type]
     compare([output])
-    for line in (*judge(result.scene, result.numerics, drawn=False).warnings, *overshoot_warnings(result)):
-        warn(line)
 
 
 def study(
@@ -227,7 +224,8 @@ def study(
     content = study_file(study)
     points = len(points_of(read_axes(content["vary"])))
     try:
-        with StudyProgress(points) as progress:
+        with StudyProgress(points) as progress, warnings.catch_warnings():
+            warnings.simplefilter("always", rs.SceneWarning)  # before hours of work, not below the table alone
             result = rs.study(
                 content["scene"],
                 vary=content["vary"],

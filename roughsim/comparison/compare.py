@@ -18,17 +18,18 @@ from roughsim.comparison.row import NOTICED, Row
 from roughsim.comparison.rows import CONTACT_TEMPERATURE, FLASH, Slope, finest, rows_of, stress_slope, theories_of
 from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.prediction.sliding import CONTINUED
-from roughsim.prediction.statements import statements, texture_warnings
+from roughsim.prediction.statements import statements
 from roughsim.prediction.values import Predicted
 from roughsim.results import answers
 from roughsim.results.folder import left_out, open_run
-from roughsim.results.pressed import SOME_LOAD, Pressed
+from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Cell, Column, Number, Table, json_value, with_unit
 from roughsim.show.table import Row as Cells
+from roughsim.show.text import marked
 
 # what each ratio tests
 TESTS = {
@@ -113,6 +114,7 @@ class Comparison:
             "realizations": self.run.realizations,
             "failed": self.run.failed,
             "missing": self.run.missing,
+            "scene_warnings": self.run.warnings,
             "rows": [row.to_dict() for row in self.rows],
             "stress_slopes": [slope._asdict() for slope in self.slopes],
         }
@@ -219,7 +221,7 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
     unknown = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
     modes = f" {_SAME_MODES}" if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios) else ""
     notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}."]
-    notes += [*map(str, statements(run.scene)), *(texture_warnings(run.scene) if run.drawn else ())]
+    notes += [*map(str, statements(run.scene)), *marked(run.warnings)]
     notes += [*answers.meanings(list(unknown), {row.note for row in rows}), *left_out(run)]
     title = f"{run.scene.title}: {_count(run)}" if run.scene.title else _count(run)
     return Table(columns, cells, f"{title}; {with_unit('flash_temperature', 'K')}", notes)
@@ -268,16 +270,6 @@ def _meanings_of_directions(run: Pressed) -> Iterator[str]:
         )
 
 
-def overshoot_warnings(run: Run) -> Iterator[str]:
-    """Yield a warning if waves of the map overshoot next to spikes and carry load there."""
-    if isinstance(run, Pressed) and run.overshoot > SOME_LOAD:
-        yield (
-            f"{100 * run.overshoot:.2g} % of the load is on heights that the map does not have: its waves overshoot "
-            "beside spikes or steps. How much this changes is unknown; take the spikes out of the map: write nan for "
-            "their heights."
-        )
-
-
 def meanings(comparison: Comparison) -> Iterator[str]:
     """Yield notes: the slopes of the stress spectrum, and the meaning of columns and marks."""
     for slope in comparison.slopes:
@@ -289,9 +281,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
     yield from map(str, statements(comparison.run.scene))
     if isinstance(comparison.run, Pressed):
         yield from _meanings_of_directions(comparison.run)
-    elif comparison.run.drawn:
-        yield from texture_warnings(comparison.run.scene)
-    yield from overshoot_warnings(comparison.run)
+    yield from marked(comparison.run.warnings)
     if comparison.run.numerics.slide is not None:
         yield (
             "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash above "

@@ -8,11 +8,13 @@ from typing import Any
 from roughsim.comparison.compare import Comparison, numbers_of
 from roughsim.comparison.row import Row
 from roughsim.comparison.rows import FLASH
+from roughsim.planning.limits import of_several
 from roughsim.results.answers import meanings
 from roughsim.results.folder import left_out
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Table, with_unit
+from roughsim.show.text import marked
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -80,7 +82,8 @@ class Comparisons:
         notes = ["± total error, 95 %; each with the heat share of its run.", *meanings(list(unknown), set())]
         for label, one in zip(self.labels, self.comparisons, strict=True):
             notes += [f"{label}: {line}" for line in left_out(one.run)]
-        return notes
+        runs = (one.run for one in self.comparisons)
+        return notes + marked(of_several({label: run.warnings for label, run in zip(self.labels, runs, strict=True)}))
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import

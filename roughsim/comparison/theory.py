@@ -9,10 +9,11 @@ import numpy as np
 
 from roughsim.comparison.tables import theory_dict, theory_table, theory_values
 from roughsim.grid import Array
-from roughsim.planning.limits import judge
+from roughsim.planning.limits import judge, warnings_of
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Table
+from roughsim.show.text import marked, warn_of_scene
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -67,7 +68,7 @@ class Theory:
         return table_text(self.table())
 
     def _repr_html_(self) -> str:
-        return in_notebook(self.table())
+        return in_notebook(self.table(), *marked(warnings_of(self.scene)))
 
     def table(self) -> Table:
         """Return the table that the command line prints."""
@@ -105,9 +106,12 @@ def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> The
     ------
     SceneError
         As from `load_scene`.
+
+    A `SceneWarning` names each number beyond the model, and each assumption that is easily missed.
     """
     loaded = as_scene(scene, changes)
     values = theory_values(loaded)
+    warn_of_scene(warnings_of(loaded))
     names = Theory.__dataclass_fields__.keys() - {"scene", "speed"}
     return Theory(loaded, np.array(loaded.speeds), **{name: values[name] for name in names})
 

@@ -30,7 +30,7 @@ from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError, SceneSource
 from roughsim.scene.files import load_map
 from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
-from roughsim.show.text import note
+from roughsim.show.text import note, warn_of_scene
 from roughsim.store.disk import set_aside
 from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import (
@@ -123,7 +123,9 @@ def press(
                 if member.failure:
                     about = member.provenance
                     raise ConvergenceError(member.failure, about["residual"], about["iterations"])
-    return open_run(folder)
+    run = open_run(folder)
+    warn_of_scene(run.warnings)
+    return run
 
 
 def _begin(scene: Scene, home: Path, numerics: Numerics, about: Mapping[str, str]) -> Numerics:

@@ -17,7 +17,8 @@ from roughsim.ensemble.tasks import Tasks, remove_unfinished
 from roughsim.ensemble.workers import Source
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
-from roughsim.planning.plan import plan
+from roughsim.planning.limits import warnings_of
+from roughsim.planning.plan import numerics_of
 from roughsim.planning.realization import largest_member, scene_of
 from roughsim.results.description import Description, content_of, folder_state, read_description
 from roughsim.results.folder import unread_run
@@ -26,6 +27,7 @@ from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.checks import check_levels
 from roughsim.scene.numerics import Numerics
 from roughsim.scene.sections import TARGET
+from roughsim.show.text import warn_of_scene
 from roughsim.store.claims import Claims
 
 if TYPE_CHECKING:
@@ -103,6 +105,8 @@ def run(  # noqa: PLR0913  (each is an option)
         If one member takes more than 80 % of the available memory, before any work.
     TypeError, ValueError
         Naming the argument, before any work.
+
+    A `SceneWarning` names each number beyond the model, and each assumption that is easily missed, before any work.
     """
     allowed = Workers(workers, executor)
     if target_error is not None:
@@ -119,6 +123,7 @@ def run(  # noqa: PLR0913  (each is an option)
             check_levels(numerics.levels, scene.faces, scene.sliding.history, scene.elastic)
             allowed.fit(*largest_member(scene, numerics), numerics.threads)
         numerics = begin(scene, folder, numerics)
+        warn_of_scene(warnings_of(scene, numerics))
         if bar is not None:
             bar.show("computing", 0.0, 0)
             observer = bar.update
@@ -175,7 +180,7 @@ def begin(
     if state == "foreign":
         raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the run")
     if state == "free":
-        planned = plan(scene) if numerics is None else numerics
+        planned = numerics_of(scene) if numerics is None else numerics
         computed = scene_of(scene, planned)
         description = Description(computed.identity(), planned, versions(), press or {})
         with suppress(FileExistsError):  # another process was faster: its numerics count

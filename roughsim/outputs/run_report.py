@@ -124,8 +124,8 @@ def header(run: Run) -> Html:
             tag("p", "Damaged files, left out; all else is shown:", css="warning"),
             bullets(*run.damaged.values()),
         ]
-    if warnings := judge(run.scene, run.numerics, drawn=run.drawn).warnings:
-        parts += [tag("p", "Numbers of this scene that the model is not meant for:", css="warning"), bullets(*warnings)]
+    if warnings := run.warnings:
+        parts += [tag("p", "Warnings of this scene:", css="warning"), bullets(*warnings)]
     return joined(*parts)
 
 

@@ -8,11 +8,15 @@ target needs.
 - Contact on the smoothed spectrum C_sm ends a little above q_y.
 """
 
-from math import ceil, hypot, inf, log2, pi, sqrt
+from functools import partial
+from math import ceil, hypot, log2, pi, sqrt
 from typing import Final, Literal, NamedTuple
 
+import numpy as np
+
 from roughsim import prediction
-from roughsim.estimate.cell_size import SYSTEMATIC, first_within, parts_of, size_error
+from roughsim.estimate.cell_size import SYSTEMATIC, choose_lengths, first_within, parts_of, size_error
+from roughsim.estimate.rounds import TARGET
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Column, Level
 
@@ -72,6 +76,16 @@ def fast_size(points: float) -> int:
     return min(k << a for a in range(1, least.bit_length()) for k in (4, 5, 6) if k << a >= least)
 
 
+def target_of(scene: Scene) -> float:
+    """Return the relative total error of T_flash that a scene is planned for."""
+    return (TARGET | dict(scene.ensemble.until))["flash_temperature"]
+
+
+def cell_of(scene: Scene) -> tuple[Lengths, str]:
+    """Return the sides of the cell that is planned for a scene as it is computed, m, and the reason."""
+    return choose_lengths(scene, target_of(scene), partial(elastic_error, scene) if scene.elastic else None)
+
+
 def elastic_error(scene: Scene, lengths: Lengths, parts: int) -> float:
     """Return the relative error of T_flash in elastic contact to be expected from its cell and its highest cut-off.
 
@@ -79,7 +93,9 @@ def elastic_error(scene: Scene, lengths: Lengths, parts: int) -> float:
     cell grows, contact follows the theory. The fastest speed counts: there short waves add most.
     """
     top = min(_Grids("elastic", lengths, parts, SIDE).highest, scene.spectrum.breaks[-1])
-    below, whole = (prediction.predictions(scene, q)["flash_temperature"].max() for q in (top, inf))
+    name, up_to_top = "flash_temperature", scene.spectrum.truncated(q_max=top)
+    below = prediction.over_speed(scene, np.array(scene.speeds), up_to_top, names=(name,))[name].max()
+    whole = prediction.predictions(scene)[name].max()
     beyond = (whole - below) / (whole or 1.0)  # no heat at rest
     return hypot(size_error(scene, lengths, parts=parts), _LEFT * beyond)
 

@@ -3,21 +3,21 @@
 A warning has the value, the limit, and advice. The list of docs/limits.md has the same limits.
 """
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from math import inf, isfinite, isnan, pi, prod, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.cell_size import choose_lengths
-from roughsim.planning.levels import SIDE
-from roughsim.prediction.facts import STEEP, YIELDED, Facts, gentle_end
+from roughsim.planning.levels import SIDE, cell_of
+from roughsim.prediction.facts import YIELDED, Facts, gentle_end
 from roughsim.prediction.scans import scan_of_hottest, unknown_by
 from roughsim.prediction.statements import UNEVEN, Statement, cautions, equal_faces, statements
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
-from roughsim.scene.slips import slips
+from roughsim.scene.slips import STEEP, slips, steepness
 from roughsim.show.table import Column, Table
 
 Lines = Iterator[str]
@@ -51,29 +51,54 @@ class Plausibility(NamedTuple):
         return {"scene_facts": sizes, "scene_statements": assumptions, "scene_warnings": self.warnings}
 
 
-def judge(scene: Scene, numerics: Numerics | None = None, *, drawn: bool = True) -> Plausibility:
-    """Return the sizes that follow from a scene, and a warning for each number that the model is not meant for.
+def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
+    """Return the sizes, warnings and assumptions of a scene in words; `numerics` as of `warnings_of`."""
+    return Plausibility(*_examined(scene, numerics), statements(scene))
 
-    Contact is counted in pixels of the finest grid of `numerics`, or, without `numerics`, of the largest planned one.
-    Where the map itself is pressed in place of `drawn` surfaces, the error of C(q) is in no number.
+
+def warnings_of(scene: Scene, numerics: Numerics | None = None, *, drawn: bool = True) -> list[str]:
+    """Return a warning for each number that the model is not meant for, and for each assumption that is easily missed.
+
+    Contact is counted in the cell and in pixels of the finest grid of `numerics`. Without them it is the cell of the
+    plan, and the finest grid of the scene's own levels or the largest one of a plan. Where the map itself is pressed in
+    place of `drawn` surfaces, the error of C(q) is in no number.
     """
+    return _examined(scene, numerics, drawn=drawn)[1]
+
+
+def _examined(scene: Scene, numerics: Numerics | None, *, drawn: bool = True) -> tuple[Facts | None, list[str]]:
+    """Return the sizes of a scene, None if its theory has no value, and its warnings."""
     scanned = _scan_lines(scene) if drawn else ()
-    stated, plain = statements(scene), [*slips(scene), *scanned, *cautions(scene, drawn=drawn)]
+    plain = [*slips(scene), *scanned, *cautions(scene, drawn=drawn)]
     try:
-        known = Facts(scene, choose_lengths(scene)[0])
+        known = Facts(scene, numerics.lengths if numerics else cell_of(prediction.computed(scene))[0])
     except (ValueError, ArithmeticError, RuntimeError) as error:
         line = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
-        lines = [*_slope_lines(scene, scene.spectrum.rms_slope), *plain, " ".join(line.split())]
-        return Plausibility(None, lines, stated)
+        lines = [*steepness(scene), *plain, " ".join(line.split())]
+        return None, lines
     lines = [*_slope_lines(scene, known.rms_slope_before_yield), *plain, *_load_lines(scene, known, numerics)]
     lines += [*_heat_lines(scene, known), *_layer_lines(scene, min(known.cell)), *_share_lines(scene, known)]
-    return Plausibility(known, lines, stated)
+    return known, lines
+
+
+def of_several(warnings: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return the warnings of several scenes by their names, of those that differ in their numbers alone the first."""
+    alike: dict[str, dict[str, str]] = {}
+    for name, lines in warnings.items():
+        for line in lines:
+            alike.setdefault(re.sub(r"\d[\d.e+−-]*", "", line), {}).setdefault(name, line)
+    result = []
+    for by_name in alike.values():
+        name, line = next(iter(by_name.items()))
+        others = f" and {len(by_name) - 1} more with other numbers" if len(by_name) > 1 else ""
+        everywhere = len(by_name) == len(warnings) and len(set(by_name.values())) == 1
+        result.append(line if everywhere else f"{name}{others}: {line}")
+    return result
 
 
 def _slope_lines(scene: Scene, before_yield: float) -> Lines:
     """Warn of steep slopes; `before_yield` is the rms slope of the waves up to 32 q_y."""
-    slope = scene.spectrum.rms_slope
-    if slope <= STEEP:
+    if scene.spectrum.rms_slope <= STEEP:
         return
     end = gentle_end(scene)
     if before_yield <= STEEP:  # at 32 q_y T_flash is 10 to 40 % above its limit with H = 0.3, 2 to 9 % with 0.55
@@ -86,7 +111,7 @@ def _slope_lines(scene: Scene, before_yield: float) -> Lines:
     else:
         until = f", or {_without_waves(scene, end)}, up to which it is less" if isfinite(end) else ""
         advice = f"check the units of the roughness{until}"
-    yield f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}: the model is for small slopes; {advice}"
+    yield from steepness(scene, advice)
 
 
 def _without_waves(scene: Scene, q: float) -> str:
@@ -130,8 +155,9 @@ def _load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
             "and stiff solids yield before that; give a penetration_hardness, or check the units of roughness and "
             "pressure"
         )
-    shapes = [level.shape for level in numerics.levels] if numerics else [(SIDE, SIDE)]
-    (x, y), grid = max(shapes, key=prod), "the finest grid" + " of a plan" * (numerics is None)
+    levels = numerics.levels if numerics else scene.numerics.levels or ()
+    (x, y) = max((level.shape for level in levels), key=prod, default=(SIDE, SIDE))
+    grid = "the finest grid" + " of a plan" * (not levels)
     pixels = known.contact_fraction * (x * y)
     contact = f"{pressure} makes contact on {known.contact_fraction:.2g} of the area"
     if pixels < _LEAST_PIXELS:
@@ -191,10 +217,11 @@ def _layer_lines(scene: Scene, side: float) -> Lines:
 
 
 def _share_lines(scene: Scene, known: Facts) -> Lines:
-    """Warn of a heat share by a rule other than 1/2 between equal faces; a stated number is the user's own."""
+    """Warn of a heat share by "mean" or "total" other than 1/2 between equal faces; other shares are stated."""
     k = int(np.argmax(scene.speeds))
     share = float(known.heat_partition[k])
-    if not isinstance(scene.sliding.heat_partition, str) or abs(share - 0.5) <= UNEVEN or not equal_faces(scene):
+    by_rule = scene.sliding.heat_partition in ("mean", "total")
+    if not by_rule or abs(share - 0.5) <= UNEVEN or not equal_faces(scene):
         return
     about = "about " if scene.tables else ""  # a table over temperature has another value at another share
     yield (

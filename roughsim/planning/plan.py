@@ -6,16 +6,14 @@ level gets is decided by the run itself, round by round. Numerics that the scene
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import partial
 from math import inf, isnan, pi, sqrt
 from typing import Any
 
 from roughsim import prediction
-from roughsim.estimate.cell_size import choose_lengths
 from roughsim.estimate.rounds import FIRST_STEP, WORK_SECONDS, first_counts, work
-from roughsim.estimate.rounds import TARGET as DEFAULT
 from roughsim.machine import PROCESS
-from roughsim.planning.levels import elastic_error, levels_of
+from roughsim.planning.levels import cell_of, levels_of, target_of
+from roughsim.planning.limits import warnings_of
 from roughsim.planning.realization import largest_member
 from roughsim.planning.reasons import at_speeds, level_text, span, workers_reason
 from roughsim.planning.sliding import slide_reasons, with_slide
@@ -24,6 +22,7 @@ from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.checks import check_levels
 from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
 from roughsim.scene.sections import TARGET
+from roughsim.show.text import warn_of_scene
 
 # relative standard deviation of T_flash over the members of a lowest level, × longest waves per side × √(contact area
 # of the theory there): smallest and largest of 20 scenes, elastic and capped, with contact on .0005 … .25 of the area
@@ -56,17 +55,27 @@ def plan(
         If `target_error` is not in (0, 1).
     ResolutionError
         If the machine has too little memory for the largest grid.
+
+    A `SceneWarning` names each number beyond the model, and each assumption that is easily missed.
     """
     scene = as_scene(scene, changes)
-    target = (DEFAULT | dict(scene.ensemble.until))["flash_temperature"]
     if target_error is not None:
-        target = float(TARGET(target_error, "target_error"))
+        until = dict(scene.ensemble.until) | {"flash_temperature": TARGET(target_error, "target_error")}
+        scene = replace(scene, ensemble=replace(scene.ensemble, until=tuple(until.items())))
+    numerics = numerics_of(scene)
+    warn_of_scene(warnings_of(scene, numerics))
+    return numerics
+
+
+def numerics_of(scene: Scene) -> Numerics:
+    """Return the numerics of a scene for its own target, as `plan`, without warnings."""
     stated, scene = scene, prediction.computed(scene)
     reasons = []
     if scene != stated:
         why = "in theory next to nothing of the contact reaches it: the contact is elastic"
         reasons.append(Reason("hardness", f"{stated.penetration_hardness / 1e9:.3g} GPa left out", why))
-    lengths, why = choose_lengths(scene, target, partial(elastic_error, scene) if scene.elastic else None)
+    target = target_of(scene)
+    lengths, why = cell_of(scene)
     reasons.append(Reason("cell", f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm", why))
     if scene.numerics.levels is not None:
         levels = scene.numerics.levels

@@ -12,10 +12,10 @@ from roughsim.prediction.bodies import conduction, heat_partition
 from roughsim.prediction.statements import Statement, textures
 from roughsim.prediction.theories import predictions
 from roughsim.scene import Scene
+from roughsim.scene.slips import STEEP
 from roughsim.show.table import json_value
 
 _ROOM = 293.0  # K, the background temperature where none is given
-STEEP = 0.5  # rms slope: the model is for small slopes
 YIELDED = 32.0  # q_y: shorter waves touch at the hardness alone, and their slope changes nothing
 
 

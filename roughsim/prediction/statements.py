@@ -4,11 +4,15 @@ Each statement is made here once; `plan`, `theory`, `compare` and the report pri
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import degrees
 from typing import NamedTuple
 
+import numpy as np
+
 from roughsim.prediction.bodies import contact_temperatures
 from roughsim.prediction.first_micrometre import effects
+from roughsim.prediction.theories import predictions
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.topography import Texture
@@ -134,9 +138,10 @@ def _of_the_first_micrometre(scene: Scene) -> Iterator[Statement]:
 def cautions(scene: Scene, *, drawn: bool = True) -> Iterator[str]:
     """Yield a warning for each assumption that is easily missed, or that a map does not fulfil.
 
-    `drawn` is False where the map itself is pressed: then the direction of sliding counts.
+    `drawn` is False where the map itself is pressed: then its texture and the direction of sliding count.
     """
-    yield from texture_warnings(scene)
+    if drawn:
+        yield from texture_warnings(scene)
     if drawn and scene.sliding.direction is not None:
         yield (
             f"sliding.direction = {degrees(scene.sliding.direction):.4g}° changes nothing in the theory and on drawn "
@@ -152,11 +157,28 @@ def texture_warnings(scene: Scene) -> Iterator[str]:
 
 
 def _caution_of_heat(scene: Scene) -> Iterator[str]:
-    """Yield a warning of one rough face, all the heat in one body, and another body that takes heat too."""
-    if len(scene.faces) > 1 or not scene.counterface_conducts or scene.sliding.heat_partition != "all":
+    """Yield a warning of all the heat in one body where the other takes heat, too, and what "mean" makes of it."""
+    if not scene.counterface_conducts or scene.sliding.heat_partition != "all":
         return
+    even = "0.5 between equal faces, " if equal_faces(scene) else ""
+    lone = "; if the rough face is the moving one, exchange [body] and [counterface]"
     yield (
-        'sliding.heat_partition is "all", the default, but the counterface takes heat, too; write '
-        '"mean", or a number (1 for all). The one rough face rests on the counterface: if it is the face of the moving '
-        "body, exchange [body] and [counterface]; see docs/partition.md"
+        f'sliding.heat_partition is "all", the default, but the counterface takes heat, too{_by_mean(scene)}; write '
+        f'"mean", or a number ({even}1 for all){lone if len(scene.faces) == 1 else ""}; see docs/partition.md'
+    )
+
+
+def _by_mean(scene: Scene) -> str:
+    """Return in words the hottest T_flash of the theory with the share by "mean"; nothing where it has no value."""
+    shared = replace(scene, sliding=replace(scene.sliding, heat_partition="mean"))
+    try:
+        flash, by_mean = predictions(scene)["flash_temperature"], predictions(shared)
+        share = by_mean["heat_partition"]
+        less = share * by_mean["flash_temperature"]  # tables over temperature have other values with another share
+    except (ValueError, ArithmeticError, RuntimeError):
+        return ""
+    k = int(np.argmax(flash))
+    return (
+        f': by "mean" the share is {share[k]:.3g} and T_flash {less[k]:.4g} K in theory at {scene.speeds[k]:g} m/s, '
+        f"not {flash[k]:.4g} K"
     )

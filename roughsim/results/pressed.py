@@ -132,6 +132,18 @@ class Pressed(Quarters):
         """Share of the load on waves of the map far above its points around; NaN while it is missing."""
         return float(_of_last_level(self, 0).get(OVERSHOOT, np.nan))
 
+    @property
+    def warnings(self) -> list[str]:
+        """As of `Run`, and of waves of the map that overshoot next to spikes and carry load there."""
+        lines = super().warnings
+        if self.overshoot > SOME_LOAD:
+            lines.append(
+                f"{100 * self.overshoot:.2g} % of the load is on heights that the map does not have: its waves "
+                "overshoot beside spikes or steps. How much this changes is unknown; take the spikes out of the map: "
+                "write nan for their heights."
+            )
+        return lines
+
     def in_direction(self, name: str, column: str | None = None) -> Estimate:
         """Return T_flash in one of the directions `angles`: its mean over directions, times their ratio in the contact.
 

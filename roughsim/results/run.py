@@ -14,6 +14,7 @@ from roughsim.estimate.errors import Estimate
 from roughsim.estimate.levels import Values
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
 from roughsim.grid import Grid
+from roughsim.planning.limits import warnings_of
 from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
 from roughsim.results.description import Description
 from roughsim.results.means import Means
@@ -22,6 +23,7 @@ from roughsim.results.reactions import Asked, asked_estimates
 from roughsim.scene import Scene
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
+from roughsim.show.text import marked
 from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
 
 if TYPE_CHECKING:  # not among the packages that roughsim needs
@@ -115,6 +117,11 @@ class Run(Means):
         else:
             verdict = Verdict(False, None, counts, "no contact of its lowest level has converged", {})
         return self._verdicts.setdefault(key, verdict)
+
+    @property
+    def warnings(self) -> list[str]:
+        """A line for each number of the scene beyond the model, and for each assumption that is easily missed."""
+        return warnings_of(self.scene, self.numerics, drawn=self.drawn)
 
     @property
     def realizations(self) -> int:
@@ -271,7 +278,7 @@ class Run(Means):
         """The state of the run and its flash temperature in each column, for notebooks."""
         failed = f", {self.failed} failed and left out" if self.failed else ""
         state = f"{self.realizations} realizations{failed}" + ("; the target is met" if self.target_met else "")
-        lines = [self.scene.title or "untitled", f"{self.folder}: {state}"]
+        lines = [self.scene.title or "untitled", f"{self.folder}: {state}", *marked(self.warnings)]
         if not self.independent:
             return in_notebook(*lines)
         flash = {name: self.estimate("flash_temperature", name) for name in self.numerics.columns}

@@ -15,7 +15,8 @@ from roughsim.scene.model import Scene
 from roughsim.scene.scans import SCAN_KEYS, measured_psd, read_scans
 from roughsim.scene.schema import SceneError, as_written, nearest
 from roughsim.scene.sections import ROUGHNESS_KEYS
-from roughsim.show.text import plain
+from roughsim.scene.slips import slips, steepness
+from roughsim.show.text import plain, warn_of_scene
 
 if TYPE_CHECKING:
     from roughsim.surface.topography import Topography
@@ -79,7 +80,16 @@ def load_scene(name_or_path: SceneSource, changes: Mapping[str, Any] | None = No
         One line with the file, the key, its value, the limit and advice.
     FileNotFoundError
         If a file does not exist.
+
+    A `SceneWarning` names each number that is probably a slip.
     """
+    scene = _loaded(name_or_path, changes)
+    warn_of_scene([*steepness(scene), *slips(scene)])
+    return scene
+
+
+def _loaded(name_or_path: SceneSource, changes: Mapping[str, Any] | None) -> Scene:
+    """Return a scene as `load_scene`, without its warnings."""
     content, source, folder = scene_content(name_or_path)
     return scene_of(content, changes or {}, source, folder)
 
@@ -87,8 +97,8 @@ def load_scene(name_or_path: SceneSource, changes: Mapping[str, Any] | None = No
 def as_scene(scene: SceneLike, changes: Mapping[str, Any] | None = None) -> Scene:
     """Return a scene as it is, or load it by name, path or content, with changes; errors as of `load_scene`."""
     if not isinstance(scene, Scene):
-        return load_scene(scene, changes)
-    return load_scene(toml_content(scene.to_toml()), changes) if changes else scene
+        return _loaded(scene, changes)
+    return _loaded(toml_content(scene.to_toml()), changes) if changes else scene
 
 
 def scene_content(name_or_path: SceneSource) -> tuple[dict[str, Any], str, Path | None]:

@@ -14,6 +14,7 @@ _FLAT = 0.1e-9  # m, rms height: a layer of atoms alone is rougher
 _STRONGEST = 0.3  # hardness over Young's modulus: three times the strength of a perfect crystal
 _FAST = 0.5  # of the speed of shear waves: in the model contact forms at once
 _FRICTION = 1e-3, 5.0  # of dry solids
+STEEP = 0.5  # rms slope: the model is for small slopes
 # the range of solids, SI, from gels and aerogel to diamond, osmium and lithium
 _USUAL = {
     "youngs_modulus": (1e3, 2e12, "Pa"),
@@ -22,6 +23,14 @@ _USUAL = {
     "conductivity": (0.01, 3e3, "W/(m K)"),
     "diffusivity": (3e-8, 2e-3, "m²/s"),
 }
+
+
+def steepness(scene: Scene, advice: str = "check the units of the roughness") -> Iterator[str]:
+    """Yield a warning of slopes that are not small."""
+    slope = scene.spectrum.rms_slope
+    if slope > STEEP:
+        together = f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}"
+        yield f"{together}: the model is for small slopes; {advice}"
 
 
 def slips(scene: Scene) -> Iterator[str]:

@@ -8,7 +8,7 @@ import io
 import os
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
@@ -21,6 +21,16 @@ _ASCII = {
     "α": "alpha", "γ": "gamma", "ζ": "zeta", "κ": "kappa", "λ": "lambda", "ν": "nu", "ξ": "xi", "π": "pi",
     "ρ": "rho", "σ": "sigma",
 }  # fmt: skip
+
+
+class SceneWarning(UserWarning):
+    """A remark on a scene: a number beyond the model, or an assumption that is easily missed."""
+
+
+def warn_of_scene(lines: Iterable[str]) -> None:
+    """Give remarks on a scene as Python warnings, at the line that called the function that calls this."""
+    for line in lines:
+        warnings.warn(line, SceneWarning, stacklevel=3)
 
 
 def plain(text: object) -> str:
@@ -71,11 +81,19 @@ def note(text: str) -> None:
 
 def warn(text: object) -> None:
     """Write a warning to the standard error: one line, of the same form in every verb."""
-    tell(f"roughsim: warning: {' '.join(str(text).split())}")
+    tell(f"roughsim: {marked([text])[0]}")
+
+
+def marked(remarks: Iterable[object]) -> list[str]:
+    """Return remarks, a line each, that begin with the word "warning"."""
+    return [f"warning: {' '.join(str(remark).split())}" for remark in remarks]
 
 
 def show_warnings_once() -> None:
-    """Show Python's warnings as one line, each once: every picture of a report would repeat them."""
+    """Show Python's warnings as one line, each once: every picture of a report would repeat them.
+
+    The remarks on a scene are left to the verbs, which print them below their tables.
+    """
     before: set[str] = set()
 
     def show(message: Warning | str, *_: Any, **__: Any) -> None:
@@ -84,6 +102,7 @@ def show_warnings_once() -> None:
             warn(message)
 
     warnings.showwarning = show
+    warnings.simplefilter("ignore", SceneWarning)
 
 
 def fail(message: str, code: int) -> NoReturn:

@@ -41,6 +41,7 @@ def study_dict(study: StudyResults) -> dict[str, Any]:
         "finished": study.finished,
         "keys": {name: {"key": key} for key, name in study.keys.items()},
         "rows": [json_value(row) for row in study.rows()],
+        "scene_warnings": study.warnings,
         "trends": [json_value(trend) for trend in trends_of(study, "flash_temperature", None)],
     }
 

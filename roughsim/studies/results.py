@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from roughsim.observables.catalogue import UNITS
+from roughsim.planning.limits import of_several
 from roughsim.results.answers import NOTE, TAIL, UNKNOWN, answers
 from roughsim.results.arrays import Labelled
 from roughsim.results.description import folder_state
@@ -79,6 +80,11 @@ class StudyResults:
     def finished(self) -> int:
         """The number of points that have ended: target met, out of reach, or with all realizations."""
         return sum(run.finished for _, run in self.results)
+
+    @property
+    def warnings(self) -> list[str]:
+        """The warnings of the points that have begun."""
+        return of_several({point.name: run.warnings for point, run in self.runs})
 
     @property
     def later(self) -> list[str]:

@@ -12,6 +12,7 @@ from roughsim.results.reactions import ABOUT
 from roughsim.scene.numerics import SLIDING
 from roughsim.scene.written import literal
 from roughsim.show.table import Cell, Column, Number, Table, significant, with_unit
+from roughsim.show.text import marked
 from roughsim.studies.results import StudyResults
 from roughsim.studies.trends import trends_of
 from roughsim.studies.vary import Point, key_quantity
@@ -161,7 +162,7 @@ def _notes(
     notes += meanings(unknown, marks)
     if trends:
         notes.append(_PAIRED)
-    return notes + _missing_notes(trends.values())
+    return [*notes, *_missing_notes(trends.values()), *marked(study.warnings)]
 
 
 def _rows_at_highest_speed(study: StudyResults, observable: str) -> _Rows:

@@ -17,7 +17,8 @@ from typing import Any, NamedTuple
 from roughsim import prediction
 from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.run import begin, complete
-from roughsim.planning.plan import plan
+from roughsim.planning.limits import of_several, warnings_of
+from roughsim.planning.plan import numerics_of
 from roughsim.planning.sliding import with_common_slide
 from roughsim.results.description import folder_state, read_description
 from roughsim.results.run import Run
@@ -25,6 +26,7 @@ from roughsim.scene import Scene, SceneError, SceneLike
 from roughsim.scene.files import scene_of
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.scene.sections import ROUGHNESS_KEYS, TARGET
+from roughsim.show.text import warn_of_scene
 from roughsim.store.claims import PLAN, Claims
 from roughsim.store.disk import make_folder
 from roughsim.studies.folder import base_scene, describe, refuse_exchanged, refuse_other, write
@@ -120,6 +122,8 @@ def study(
             plans = _plans_of(folder, points)
             write(folder, description)  # a plan that is refused leaves nothing behind
             groups = _begin_points(folder, points, plans)
+        begun = {one.folder.name: one for group in groups for one in group}
+        warn_of_scene(of_several({name: warnings_of(one.scene, one.numerics) for name, one in begun.items()}))
         for group in groups:
             complete(group, allowed, observer, claimed_in=folder)
     return Study(folder, description)
@@ -188,7 +192,7 @@ def _plans_of(folder: Path, scenes: dict[str, Scene]) -> dict[str, Numerics]:
             for name, scene in members.items()
         }
         middle = members[sorted(loads, key=loads.__getitem__)[len(loads) // 2]]
-        planned = with_common_slide(middle, plan(middle), members.values())
+        planned = with_common_slide(middle, numerics_of(middle), members.values())
         plans[key] = replace(planned, keep_fields=middle.numerics.keep_fields or 0)
     return plans
 

@@ -13,7 +13,6 @@ import pytest
 
 import roughsim as rs
 from roughsim.cli import main
-from roughsim.comparison.compare import overshoot_warnings
 from roughsim.contact import Contact
 from roughsim.errors import RecordError
 from roughsim.observables.directions import flash_temperature_along
@@ -223,10 +222,10 @@ def test_the_press_of_a_map_whose_waves_overshoot_beside_spikes_has_an_unknown_e
     assert spiked.overshoot > 0.05
     assert "bandwidth" in spiked.estimate("flash_temperature").unknown
     assert "bandwidth" not in clean.estimate("flash_temperature").unknown
-    (warning,) = overshoot_warnings(spiked)
+    (warning,) = (line for line in spiked.warnings if "overshoot" in line)
     assert f"{100 * spiked.overshoot:.2g} % of the load is on heights that the map does not have" in warning
     assert warning in " ".join(str(rs.compare(spiked)).split())
-    assert not [*overshoot_warnings(clean)]
+    assert not any("overshoot" in line for line in clean.warnings)
 
 
 def test_only_what_stands_far_above_all_points_around_is_an_overshoot():
@@ -259,7 +258,7 @@ def test_a_run_that_draws_from_a_map_with_spikes_does_not_know_its_error(tmp_pat
     assert "scan" in drawn.estimate("flash_temperature").unknown
     table = str(rs.compare(drawn))
     assert "not Gaussian" in table
-    assert "roughsim press" in table
+    assert "roughsim press" in " ".join(table.split())
 
 
 @pytest.mark.parametrize("forged", [{}, {"angles": 3}, {"angles": {"along": 0.1}, "over_mean": {"along": [1.0]}}])

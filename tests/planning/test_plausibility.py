@@ -56,7 +56,7 @@ SLIPS = {
         'penetration_hardness = "1.2 GPa"',
         "",
     ): r"mean contact pressure, 2.9.e\+10 Pa, is 0.27 of E\*, above 0.1, and stiff",
-    ('"90 MPa"', "9e4"): r"nominal_pressure = 9e\+04 Pa makes contact on 7.5e-05 of the area",
+    ('"90 MPa"', "9e3"): r"nominal_pressure = 9e\+03 Pa makes contact on 7.5e-06 of the area, 0.6 of one hot spot",
     ('"6350 1/m"', "6.35"): r"the longest wave, 2π/q_min = 0.989 m, is above 0.1 m, .* q in rad/m \(1/µm is 1e6",
     ("= 0.11", "= 11"): r"friction_coefficient = 11 is not within 0.001 to 5",
     (
@@ -187,6 +187,34 @@ def test_the_facts_for_people_are_in_the_units_that_they_say(steel):
     assert shortest == pytest.approx(2 * math.pi / 4.15e7)
 
 
+@pytest.mark.parametrize(("target", "waves"), [(0.03, 12), (0.3, 4)])
+def test_hot_spots_are_counted_in_the_planned_cell(target, waves):
+    # gold: in a cell of four waves there is .88 of one hot spot, in the planned one of twelve there are 7.9
+    gold = {
+        "surface": {"rms_height": 5e-7, "hurst": 0.8, "q_min": 1e4, "q_max": 4.8e5},
+        "body": {
+            "youngs_modulus": 79e9,
+            "poisson_ratio": 0.42,
+            "penetration_hardness": 6e8,
+            "conductivity": 315,
+            "density": 19300,
+            "heat_capacity": 129,
+        },
+        "sliding": {"nominal_pressure": 1.2e6, "friction_coefficient": 0.5, "speed": 300},
+        "ensemble": {"until": {"flash_temperature": target}},
+    }
+    scene = rs.load_scene(gold)
+    side = waves * 2 * math.pi / 1e4
+    numerics = rs.plan(scene)
+    assert numerics.lengths == pytest.approx((side, side))
+    for found in (judge(scene), judge(scene, numerics), judge(scene, rs.plan(scene, target))):
+        assert found.facts.cell == pytest.approx((side, side))
+        assert found.facts.hot_spots == pytest.approx(0.876 * (waves / 4) ** 2, rel=0.01)
+        spots = [line for line in found.warnings if "hot spot" in line]
+        assert len(spots) == (waves == 4)
+        assert all("in a cell of 2.51 mm" in line for line in spots)
+
+
 def test_contact_of_less_than_a_spot_or_a_pixel_is_told_for_the_grid_in_use(steel):
     light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=5e5, heat_partition=0.5))
     light = replace(light, numerics=replace(light.numerics, lengths=(4e-3, 4e-3)))
@@ -265,7 +293,10 @@ def stated_heat(text):
 
 def test_a_share_between_two_equally_rough_faces_of_one_material_is_told_unless_it_is_a_half():
     (line,) = warned(changed("0.938", '"all"'))
-    assert "heat_partition = 0.5 makes temperatures 0.5 times as high; see docs/partition.md" in line
+    assert "0.5 between equal faces, 1 for all" in line
+    (line,) = warned(changed("0.938", '"mean"'))
+    share, times = map(float, re.search(r"heat share (\S+) at .* 0.5 makes temperatures (\S+) times", line).groups())
+    assert times == pytest.approx(0.5 / share, rel=0.005)
     assert warned(STEEL) == []  # a number is the user's own choice, and stated with what it does
     assert stated_heat(STEEL).endswith(f"0.5 makes temperatures {0.5 / 0.938:.3g} times as high")
     assert stated_heat(changed("0.938", "0.5")) == "heat_partition states it"
@@ -274,7 +305,7 @@ def test_a_share_between_two_equally_rough_faces_of_one_material_is_told_unless_
     for other, count in ((f'rms_height = "0.9 um"\n{band}{body}', 1), (f'rms_height = "0.2 um"\n{band}{body}', 0)):
         text = with_counterface(other)
         assert stated_heat(text).count("equal faces share evenly") == count
-        assert sum("heat share" in line for line in warned(text.replace("0.938", '"all"'))) == count
+        assert sum("heat share" in line for line in warned(text.replace("0.938", '"mean"'))) == count
     other = f'rms_height = "0.9 um"\n{band}{body.replace("= 30", "= 60")}'
     for text in (with_counterface(other), with_counterface(body)):
         assert warned(text) == []

@@ -14,7 +14,7 @@ from roughsim.cli import app
 from roughsim.outputs.run_report import report_run
 from roughsim.planning.limits import judge
 from roughsim.planning.realization import slide_problem
-from roughsim.prediction.statements import statements
+from roughsim.prediction.statements import cautions, statements
 from roughsim.scene import parse_scene
 
 SURFACE = "rms_height = 1e-6\nhurst = 0.8\nq_min = 6350\nq_max = 2e5\n"
@@ -86,13 +86,43 @@ def test_of_two_faces_that_slide_the_first_rides_with_the_moving_body():
     assert heights["lone"][1] is None
 
 
+ATOMS = OTHER.replace("0.3e-6", "1e-9")
+
+
 @pytest.mark.parametrize("form", ["", 'heat_partition = "all"\n'])
-def test_one_rough_face_without_a_share_between_two_bodies_gets_a_warning(form):
-    lines = judge(scene_of(BRASS, form)).warnings
-    (line,) = [line for line in lines if "heat_partition" in line]
+@pytest.mark.parametrize("counterface", [BRASS, BRASS + OTHER, BRASS + ATOMS, 'like = "body"\n'])
+def test_no_share_between_two_conductors_is_warned_of_with_what_mean_gives(counterface, form):
+    # long before the speed counts the conductivities share the heat: 30/(30 + 120), and 1/2 between like bodies
+    expected = 0.5 if "like" in counterface else 0.2
+    scene = scene_of(counterface, form).with_("sliding.speed", [1e-6, 1e-7])
+    (line,) = [line for line in judge(scene).warnings if "heat_partition" in line]
+    share, by_mean, by_all = map(float, re.search(r"share is (\S+) and T_flash (\S+) K .*, not (\S+) K", line).groups())
     assert "the counterface takes heat, too" in line
-    assert "exchange [body] and [counterface]" in line
+    assert "at 1e-06 m/s" in line  # the hotter one
+    assert (share, by_mean / by_all) == pytest.approx((expected, expected), rel=2e-3)
+    assert ("exchange [body] and [counterface]" in line) == (len(scene.faces) == 1)
+    assert ("0.5 between equal faces" in line) == ("like" in counterface)
     assert len(line) < 320
+
+
+def test_the_temperature_by_mean_has_its_own_conductivity():
+    # κ halves over 300 K: with a third of the heat the contact is cooler, and conducts better
+    table = "conductivity = { temperature = [300, 600], value = [30, 15] }"
+    text = f"[surface]\n{SURFACE}[body]\n{STEEL.replace('conductivity = 30', table)}[counterface]\n{BRASS}{SLIDING}"
+    scene = parse_scene(f"{text}background_temperature = 300\n").with_("sliding.speed", 0.1)
+    (line,) = [line for line in judge(scene).warnings if "heat_partition" in line]
+    shared = scene.with_("sliding.heat_partition", "mean")
+    assert f"{rs.theory(shared).flash_temperature[0]:.4g} K in theory" in line
+    assert f"not {rs.theory(scene).flash_temperature[0]:.4g} K" in line
+
+
+def test_no_value_of_the_theory_leaves_the_warning(monkeypatch):
+    def none(*_):
+        raise RuntimeError("the integral is not reached")
+
+    monkeypatch.setattr("roughsim.prediction.statements.predictions", none)
+    (line,) = [line for line in cautions(scene_of(BRASS + OTHER)) if "heat_partition" in line]
+    assert 'takes heat, too; write "mean"' in line
 
 
 @pytest.mark.parametrize(
@@ -102,7 +132,6 @@ def test_one_rough_face_without_a_share_between_two_bodies_gets_a_warning(form):
         ("youngs_modulus = 1e9\npoisson_ratio = 0.3\n", ""),  # it insulates
         (BRASS, "heat_partition = 1\n"),  # stated
         (BRASS, 'heat_partition = "mean"\n'),
-        (BRASS + OTHER, ""),  # two rough faces
     ],
 )
 def test_other_scenes_do_not_get_it(counterface, sliding):
@@ -121,13 +150,14 @@ def test_plan_theory_compare_and_report_print_the_same_statements(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(scene.to_toml())
     rs.run(scene, tmp_path / "run", max_realizations=2, until={})
-    outputs = [CliRunner().invoke(app, [verb, str(path)]).stdout for verb in ("plan", "theory")]
+    outputs = [CliRunner().invoke(app, [verb, str(path)]).output for verb in ("plan", "theory")]
     outputs.append(CliRunner().invoke(app, ["compare", str(tmp_path / "run")]).stdout)
     outputs.append(report_run(rs.open_run(tmp_path / "run"), tmp_path / "run.html").read_text())
     for text in outputs:
         flat = re.sub(r"<[^>]*>", " ", text)
         assert re.search(r"roughness:?\s+on the resting face", flat)
         assert re.search(r"heat:?\s+all into the moving body", flat)
+        assert "the counterface takes heat, too" in " ".join(flat.split())
     for verb in ("plan", "theory"):
         told = json.loads(CliRunner().invoke(app, [verb, str(path), "--json"]).stdout)["scene_statements"]
         assert [(row["name"], row["value"]) for row in told if row["name"] != SKIN] == list(said(scene).items())
