@@ -20,7 +20,7 @@ def test_where_claims_cannot_be_made_the_run_goes_on_and_says_so_once(quick, tmp
     (folder / "claims").write_text("a file of somebody")
     with pytest.warns(RuntimeWarning, match=r"claims cannot be made in .*claims \(.*\): the run goes on") as told:
         assert rs.run(quick, folder, max_realizations=4).realizations == 4
-    assert len(told) == 1
+    assert [one.category for one in told].count(RuntimeWarning) == 1
     assert (folder / "claims").read_text() == "a file of somebody"
 
 
@@ -96,7 +96,7 @@ def test_of_two_starts_at_once_the_first_plan_counts(quick, tmp_path, monkeypatc
         assert ensemble_run.begin(scene, folder) == other
         return planned
 
-    monkeypatch.setattr(ensemble_run, "plan", late)
+    monkeypatch.setattr(ensemble_run, "numerics_of", late)
     assert ensemble_run.begin(scene, folder).tolerance == 2e-4
     assert rs.open_run(folder).numerics.tolerance == 2e-4
     with pytest.raises(rs.RecordError, match="tolerance is 0.0002 there"):

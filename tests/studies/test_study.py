@@ -154,7 +154,7 @@ def test_a_study_returns_the_points_that_it_was_asked_for(quick, tmp_path):
 def test_points_that_come_later_have_the_levels_of_the_others_and_the_table_says_so(small, tmp_path, monkeypatch):
     scene = replace(small, numerics=replace(small.numerics, levels=None))
     planned = [rs.plan(small), rs.Numerics(levels=small.numerics.levels[:1], lengths=small.numerics.lengths)]
-    monkeypatch.setattr(work, "plan", lambda *_: planned.pop(0))
+    monkeypatch.setattr(work, "numerics_of", lambda *_: planned.pop(0))
     scene = replace(scene, ensemble=replace(scene.ensemble, until={}, max_realizations=2))
     first = rs.study(scene, vary={"sliding.nominal_pressure": [1e8]}, folder=tmp_path)
     assert first.later == []

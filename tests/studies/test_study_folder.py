@@ -153,7 +153,7 @@ def test_a_study_that_waited_for_the_plan_of_another_one_is_refused(small, tmp_p
 
 
 def test_a_study_whose_plan_is_refused_leaves_nothing_and_runs_there_once_it_is_mended(small, tmp_path, monkeypatch):
-    plan, planned = work.plan, []
+    plan, planned = work.numerics_of, []
 
     def refuse_the_second(scene):
         planned.append(scene)
@@ -161,7 +161,7 @@ def test_a_study_whose_plan_is_refused_leaves_nothing_and_runs_there_once_it_is_
             raise ValueError("this level cannot be")
         return plan(scene)
 
-    monkeypatch.setattr(work, "plan", refuse_the_second)
+    monkeypatch.setattr(work, "numerics_of", refuse_the_second)
     scene = replace(small, ensemble=replace(small.ensemble, until={}, max_realizations=2))
     vary = {"surface.hurst": [0.7, 0.8]}  # two plans
     with pytest.raises(ValueError, match="this level cannot be"):
@@ -172,7 +172,7 @@ def test_a_study_whose_plan_is_refused_leaves_nothing_and_runs_there_once_it_is_
 
 
 def test_a_refused_plan_leaves_an_older_folder_as_it_was(small, tmp_path, monkeypatch):
-    monkeypatch.setattr(work, "plan", lambda *_: (_ for _ in ()).throw(ValueError("no")))
+    monkeypatch.setattr(work, "numerics_of", lambda *_: (_ for _ in ()).throw(ValueError("no")))
     (tmp_path / "study").mkdir()
     with pytest.raises(ValueError, match="no"):
         rs.study(small, vary=VARY, folder=tmp_path / "study")
