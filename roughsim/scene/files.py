@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from roughsim.scene.changes import with_changes
 from roughsim.scene.model import Scene
-from roughsim.scene.scans import SCAN_KEYS, measured_psd, read_scans
+from roughsim.scene.scans import SCAN_KEYS, measured_psd, psd_of_profile, read_scans
 from roughsim.scene.schema import SceneError, as_written, nearest
 from roughsim.scene.sections import ROUGHNESS_KEYS
 from roughsim.scene.slips import slips, steepness
@@ -242,6 +242,10 @@ def _with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]
     for name, key in product(("surface", "counterface"), SCAN_KEYS):
         if isinstance(section := result.get(name), dict) and key in section:
             raise SceneError(f"{name}.{key} goes with topography only; remove it")
+    for name in ("surface", "counterface"):
+        section = result.get(name)
+        if isinstance(section, dict) and section.get("psd_convention") == "profile" and "psd" in section:
+            result[name] = psd_of_profile(name, section)
     return result
 
 

@@ -8,7 +8,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from roughsim.scene.schema import Quantity, SceneError, as_written, did_you_mean
+from roughsim.scene.tables import read_psd
 from roughsim.show.text import plain
 
 if TYPE_CHECKING:
@@ -48,6 +51,22 @@ def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
     if any(undefined):
         known["psd_filled"] = float(f"{max(undefined):.3g}")
     return {"psd": rows, "psd_convention": "persson"} | known
+
+
+def psd_of_profile(name: str, section: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the section of a face with C(q), and the error of this, in place of the spectrum C₁ of a profile."""
+    from roughsim.surface.topography.profiles import of_profile_table
+
+    try:
+        q, along = np.array(read_psd(section["psd"])).T
+        psd, error = of_profile_table(q, along)
+    except ValueError as fault:
+        raise SceneError(f"{name}.psd{fault}") from None
+    rows = [[float(wavenumber), float(f"{value:.6g}")] for wavenumber, value in zip(q, psd, strict=True)]
+    result = {**section, "psd": rows, "psd_convention": "persson"}
+    if "psd_source" in section:  # the error of the scan itself is unknown
+        return result
+    return result | {"psd_source": "scan", "psd_error": [[float(f"{one:.3g}")] for one in error]}
 
 
 def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topography | Profile]":

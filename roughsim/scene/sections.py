@@ -121,8 +121,7 @@ def _read_targets(value: Any) -> tuple[tuple[str, float], ...]:
 def read_title(value: Any) -> str:
     """Read one line of text."""
     if not isinstance(value, str) or not value.isprintable() or len(value) > 200:
-        example = '"Steel on steel"'
-        raise ValueError(f" = {as_written(value)} must be one line of at most 200 characters, for example {example}")
+        raise ValueError(f' = {as_written(value)} must be one line of at most 200 characters, as "Steel on steel"')
     return value
 
 
@@ -153,11 +152,12 @@ def _check_table(face: "SurfaceSection") -> None:
             raise ValueError(f"{key} goes with psd_file only; remove it")
     if face.psd and face.psd_convention is None:
         raise ValueError(
-            'psd_convention is missing; a table needs "persson", "surfacetopography" (whose C is 4π² larger) or '
-            '"frequency" (C over the spatial frequency f = q/2π, in place of q)'
+            'psd_convention is missing; a table needs "persson", "surfacetopography" (C is 4π² larger), "frequency" (C '
+            'over the spatial frequency f = q/2π, in place of q) or "profile" (of lines, in m³)'
         )
-    rows = len(face.psd or ())
-    if face.psd_error is not None and len(face.psd_error) != rows:
+    if face.psd_convention == "profile":
+        raise ValueError('psd_convention = "profile" is converted by roughsim.load_scene alone; load a scene')
+    if face.psd_error is not None and len(face.psd_error) != (rows := len(face.psd or ())):
         raise ValueError(f"psd_error has {len(face.psd_error)} rows and psd {rows}; give one for each")
 
 
@@ -226,9 +226,9 @@ class SurfaceSection(Record, section="surface"):
     psd: Annotated[Rows, BeforeValidator(read_psd)] | None = None
     """Rows (q in rad/m, C in m⁴): the content of `psd_file`, or the C(q) of the map `topography`; f in 1/m in place of
     q by the convention "frequency"."""
-    psd_convention: Literal["persson", "surfacetopography", "frequency"] | None = None
-    """"persson": ⟨h²⟩ = 2π ∫ q C dq; "surfacetopography": C is 4π² larger. "frequency": rows are (f, C) over the
-    spatial frequency f = 1/wavelength, 1/m, with ⟨h²⟩ = 2π ∫ f C df; then q = 2πf, and C is 4π² larger as well."""
+    psd_convention: Literal["persson", "surfacetopography", "frequency", "profile"] | None = None
+    """"persson": ⟨h²⟩ = 2π ∫ q C dq; "surfacetopography": C is 4π² larger. "frequency": rows are (f, C), q = 2πf, with
+    ⟨h²⟩ = 2π ∫ f C df. "profile": (q, C₁) of lines, m³, with ⟨h²⟩ = 2 ∫ C₁ dq, which a loaded scene has as C(q)."""
     psd_source: Literal["scan"] | None = None
     """"scan": the table was measured on maps, as by `topography`; None: it is as stated, without an error."""
     psd_error: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_error)] | None = None

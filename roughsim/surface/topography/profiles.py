@@ -1,4 +1,4 @@
-"""C(q) of an isotropic surface from a line scan.
+"""C(q) of an isotropic surface from a line scan, or from the spectrum of profiles.
 
 A line across an isotropic surface has C₁(k) = ∫C(√(k² + p²)) dp over all p, with ⟨h²⟩ = ∫C₁ dk over all k. Solved for
 C (Abel), ∫C q' dq' from q on is the integral of C₁(k) k/√(k² − q²) from q on, over π: it needs no derivative of C₁. Its
@@ -17,6 +17,7 @@ _KNOWN = 0.3  # standard error of a variance, relative: above it, it is not know
 _TAIL = 0.3  # decades below the last mode, over which the exponent of C₁ beyond it is fitted
 _BEYOND = 30.0  # C₁ goes on to so many times the last wavenumber
 _STEPS_BEYOND = 100
+_NODES = 32  # of Gauss and Legendre between two rows of a table of C₁
 
 
 def line_modes(
@@ -135,3 +136,47 @@ def _not_rising(values: Array, weights: Array) -> list[tuple[int, int]]:
         pools.append((total + before[0], area + before[1], before[2]))
     first = [start for _, _, start in pools]
     return list(zip(first, [*first[1:], len(values)], strict=True))
+
+
+def of_profile_table(k: Array, along: Array) -> tuple[Array, Array]:
+    """Return C(q), m⁴, of an isotropic surface at the wavenumbers of a table of C₁, and its error, relative.
+
+    `k`, rad/m, rises, and `along` is C₁, m³. Between rows, and beyond the last one, C₁ is a power law, from which the
+    integral of Abel gives C: −1/π ∫ C₁'(k)/√(k² − q²) dk from q on. The error is the change without every second row,
+    and all of the part beyond the last row; it is multiplied so that rows that err together may add up as if they were
+    independent. ValueError if C is not above 0, as of tables that rise or scatter.
+    """
+    psd, beyond = _abel(k, along)
+    if not (psd > 0.0).all():
+        q = float(k[int(np.argmin(psd))])
+        raise ValueError(
+            f" gives a negative C(q) at q = {q:.4g} rad/m, as its spectrum rises or scatters there; "
+            "average it over wider bins, or give the line scan itself as topography"
+        )
+    every_second = np.arange(k.size - 1, -1, -2)[::-1]  # with the last one
+    coarse = np.interp(k, k[every_second], _abel(k[every_second], along[every_second])[0] / psd[every_second])
+    error = np.minimum(np.hypot(coarse - 1.0, beyond / psd), 1.0)
+    together = np.sum(error) ** 2 / np.sum(error**2) if error.any() else 1.0
+    return psd, error * np.sqrt(together)
+
+
+def _abel(k: Array, along: Array) -> tuple[Array, Array]:
+    """Return C at each row of a table of C₁, and its part by the power law beyond the last row."""
+    tail = min(int(np.searchsorted(k, k[-1] * 10.0**-_TAIL)), k.size - 2)
+    exponent = np.log(along[tail] / along[-1]) / np.log(k[-1] / k[tail])
+    factors = np.geomspace(1.0, _BEYOND, _STEPS_BEYOND + 1)[1:]
+    rows = np.concatenate([k, k[-1] * factors])
+    values = np.concatenate([along, along[-1] * factors ** -max(float(exponent), 0.5)])
+    exponents = -np.diff(np.log(values)) / np.diff(np.log(rows))
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    psd, beyond = np.empty(k.size), np.empty(k.size)
+    for i, q in enumerate(k):
+        # with s = √(k² − q²) the integral is 1/π ∫ (−k C₁') / k² ds, without a singular end
+        ends = np.sqrt(np.maximum(rows[i:] ** 2 - q**2, 0.0))
+        half, middle = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
+        place = np.hypot(middle[:, None] + half[:, None] * nodes, q)
+        power = exponents[i:, None]
+        level = values[i:-1, None] * (place / rows[i:-1, None]) ** -power
+        parts = half * ((power * level / place**2) @ weights) / np.pi
+        psd[i], beyond[i] = parts.sum(), parts[k.size - 1 - i :].sum()
+    return psd, beyond
