@@ -83,7 +83,8 @@ def kernels(grid):
     speeds = list(np.geomspace(1.0, 1e4, 20))
 
     def free(peclet, spread=math.inf):  # √(Dt) in pixels
-        return half_space.influence_response.__wrapped__(*half_space.axes(grid, peclet * pixel), 0.0, "d", spread)
+        axes = half_space.axes(grid, peclet * pixel)
+        return half_space.influence_response.__wrapped__(*axes, 0.0, "d", None, spread)
 
     table = {
         f"free kernel, pixel Péclet {peclet:g}": lambda peclet=peclet: free(peclet)

@@ -68,6 +68,8 @@ TESTS = {
     "roughsim/contact/solver/problem.py": "contact/test_contact.py contact/test_contact_cases.py",
     "roughsim/contact/plasticity.py": "contact/test_plasticity.py",
     "roughsim/heat/skin.py": "heat/test_skin.py observables/test_layered_moments.py",
+    "roughsim/heat/laplace.py": "heat/test_skin.py heat/test_layered_history.py",
+    "roughsim/heat/layered_influence.py": "heat/test_skin_half_space.py",
     "roughsim/heat/periodic.py": (
         "heat/test_heat.py heat/test_heat_time.py heat/test_heat_symmetry.py heat/test_heat_errors.py"
     ),

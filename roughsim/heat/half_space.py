@@ -6,8 +6,7 @@ a steep edge is hottest behind the last centre (1–4 % are lost at 8 pixels per
 not the mean over the pixels. `source_temperature` has neither error: T_flash and T_av come from the influence on the
 mean over each pixel, T_max from four points of each pixel and a search along sliding inside the hottest.
 
-A skin, or heat released in depth, changes the temperature by a kernel that falls off within a few of its thicknesses.
-It is added mode by mode on the padded cell, for a flux given at the centres of the pixels.
+A skin, or heat released in depth, has an influence of its own, `roughsim.heat.layered_influence`.
 """
 
 import math
@@ -23,16 +22,14 @@ from numpy.typing import ArrayLike
 
 from roughsim.errors import need_computed, not_negative, number, real_field, sized
 from roughsim.fourier import convolution
-from roughsim.grid import Array, Field, Grid, need_grid
+from roughsim.grid import Field, Grid, need_grid
 from roughsim.heat.arguments import checked_duration, checked_flux, checked_times
-from roughsim.heat.influence import Axis, one_sided_influence, temperature_at
-from roughsim.heat.periodic import ROWS, fields_over_time, unit_vector
+from roughsim.heat.influence import Axis, buried, one_sided_influence, temperature_at
+from roughsim.heat.layered_influence import layered_influence
+from roughsim.heat.periodic import fields_over_time, unit_vector
 from roughsim.heat.precision import need_resolved
-from roughsim.heat.skin import Complex, Layering, SkinLike, layering, steady_response
-from roughsim.heat.waves import response_of_waves
+from roughsim.heat.skin import Layering, SkinLike, layering
 
-_CELL_NODES = 24  # of a mean over a Fourier cell
-_LONG = 8.0  # Fourier cells along sliding, from which on the middle of a cell is its mean to .1 %
 Place = tuple[float, float]  # along x and y, in pixels from the centre of the first pixel
 _SLOW = 0.25  # Péclet number of a pixel, below which the temperature is smooth over it
 
@@ -68,87 +65,13 @@ def half_space_temperature(
     conductivity = sized("conductivity", conductivity, "W/(m K)")
     layers = layering(skin, heat_depth, conductivity, diffusivity)
     depth, times = not_negative("depth", depth, "m"), checked_times(time)
-    arguments: tuple[Any, ...] = (*axes(grid, drift, direction), depth / unit, flux.dtype.char)
+    arguments = (*axes(grid, drift, direction), depth / unit, flux.dtype.char, layers and layers.in_units(unit))
     spreads = np.sqrt(diffusivity * times.ravel()) / unit
     # a series would only replace the responses that are kept
     response: Any = influence_response if spreads.size == 1 else influence_response.__wrapped__
-    if layers is not None:
-        ux, uy = unit_vector(direction)
-        change = layered_change(padded_grid(grid), (drift * ux, drift * uy), depth, layers)
-        arguments = response, change / unit, *arguments
-        response = _changed
     fields = fields_over_time(flux, spreads, response, arguments, padded_shape(grid.shape), unit / conductivity)
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
     return fields.reshape(times.shape + grid.shape)
-
-
-def layered_change(grid: Grid, drift: tuple[float, float], depth: float, layers: Layering) -> Field:
-    """Return the steady change of κT/q̇ by layers, m, transposed as `convolution.convolve` takes it.
-
-    Along the drift v/D, 1/m, each long wave is the mean over its Fourier cell, so that no source slides in the tracks
-    of its periodic images. Waves at the Nyquist wavenumber of an axis have the mean of both directions along it.
-    """
-    turned: Field = np.empty(grid.half_shape[::-1], np.complex128)
-    qx, qy = grid.wavevectors
-    rate = math.hypot(*drift)
-    ux, uy = (drift[0] / rate, drift[1] / rate) if rate else (1.0, 0.0)
-    width = 2 * math.pi / (abs(ux) * grid.lengths[0] + abs(uy) * grid.lengths[1])
-
-    def change_of(qx: Array, qy: Array) -> Complex:
-        along, across = ux * qx + uy * qy, ux * qy - uy * qx
-        long = np.abs(along) < _LONG * width
-        change: Complex = np.empty(along.shape, np.complex128)
-        change[~long] = _change(along[~long], across[~long], rate, depth, layers)
-        change[long] = _mean_change(along[long], across[long], rate, depth, layers, width)
-        return change
-
-    def change_of_rows(qx: Array) -> Complex:
-        change = change_of(qx, qy)
-        if grid.shape[1] % 2 == 0:
-            change[:, -1:] = (change[:, -1:] + change_of(qx, -qy[:, -1:])) / 2
-        return change
-
-    for start in range(0, grid.shape[0], ROWS):
-        rows = slice(start, start + ROWS)
-        turned[:, rows] = change_of_rows(qx[rows]).T / grid.points
-    if grid.shape[0] % 2 == 0:
-        middle = slice(grid.shape[0] // 2, grid.shape[0] // 2 + 1)
-        turned[:, middle] = (turned[:, middle] + change_of_rows(-qx[middle]).T / grid.points) / 2
-    return turned
-
-
-def _change(along: Array, across: Array, rate: float, depth: float, layers: Layering) -> Complex:
-    """Change of κT/q̇ of waves with these wavenumbers along and across the drift, rad/m, by layers; v/D = `rate`."""
-    square, advection = along**2 + across**2, rate * along
-    bare = response_of_waves(square, advection, depth, math.inf)
-    return steady_response(square, advection, layers, depth) - bare
-
-
-def _mean_change(along: Array, across: Array, rate: float, depth: float, layers: Layering, width: float) -> Complex:
-    """Mean of `_change` over an interval of the wavenumber along the drift, around `along`."""
-    across = np.maximum(np.abs(across), 1e-6 * width)  # the change has a limit at q = 0
-    # q along = c sinh(u): the response varies where q along is q_across² D/v
-    scale = np.maximum(across**2 / rate, 1e-12 * width) if rate else across
-    low, high = (np.arcsinh((along + side * width / 2) / scale) for side in (-1, 1))
-    total: Complex = np.zeros(along.shape, np.complex128)
-    for node, weight in zip(*np.polynomial.legendre.leggauss(_CELL_NODES), strict=True):
-        u = (low + high) / 2 + (high - low) / 2 * node
-        share = weight * (high - low) / 2 * scale * np.cosh(u) / width
-        total += share * _change(scale * np.sinh(u), across, rate, depth, layers)
-    return total
-
-
-def _changed(response: Any, change: Field, *arguments: Any) -> Field:
-    """Return a response of `convolution.convolve` and its change, in the precision of the response."""
-    bare: Field = response(*arguments)
-    changed: Field = bare + change.astype(bare.dtype)
-    return changed
-
-
-def padded_grid(grid: Grid) -> Grid:
-    """Return the periodic cell of `padded_shape`, with the pixels of a grid."""
-    shape = padded_shape(grid.shape)
-    return Grid(shape, (shape[0] * grid.spacing[0], shape[1] * grid.spacing[1]))
 
 
 def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
@@ -164,13 +87,16 @@ def axes(grid: Grid, drift: float, direction: float = 0.0) -> tuple[Axis, Axis]:
 
 
 @lru_cache(maxsize=4)  # a field takes 3 to 10 times as long if its response is not known, .2 s of 1024² points
-def influence_response(x: Axis, y: Axis, depth: float, precision: str, spread: float) -> Field:
+def influence_response(x: Axis, y: Axis, depth: float, precision: str, layers: Layering | None, spread: float) -> Field:
     """Return the response that makes T of q̇Δx/κ by `convolution.convolve`, Δx the pixel along x.
 
-    `depth` is z and `spread` √(Dt), in units of Δx like the axes: so all cases with the same dimensionless numbers
-    share one response. `precision` is "d" or "f".
+    `depth` is z and `spread` √(Dt), in units of Δx like the axes and the layers: so all cases with the same
+    dimensionless numbers share one response. `precision` is "d" or "f".
     """
-    influence = one_sided_influence(x, y, depth=depth, end=spread)
+    if layers is None:
+        influence = one_sided_influence(x, y, fading=buried(depth), end=spread)
+    else:
+        influence = layered_influence(x, y, depth=depth, end=spread, layers=layers)
     response = convolution.influence_spectrum(influence, y.count, padded_shape((x.count, y.count)), precision)
     response.flags.writeable = False
     return response
@@ -229,7 +155,7 @@ def source_temperature(
     shifts = list(product(*((0.0, shift) for shift in trailing)))
     averaged = replace(pair[0], averaged=True), replace(pair[1], averaged=True)
     shifted = [(replace(pair[0], shift=sx), replace(pair[1], shift=sy)) for sx, sy in shifts]
-    spectra = (influence_response.__wrapped__(x, y, below, "d", end) for x, y in (averaged, *shifted))
+    spectra = (influence_response.__wrapped__(x, y, below, "d", None, end) for x, y in (averaged, *shifted))
     fields = convolution.convolutions(flux, spectra, padded_shape(grid.shape))
     mean, hottest = next(fields), (-math.inf, (0.0, 0.0))
     for field, (sx, sy) in zip(fields, shifts, strict=True):
@@ -269,7 +195,7 @@ def _hottest_along(
             index = min(max(math.floor(place_along + 0.5), 0), axis_along.count - 1)
             indices.append(index)
             shifted.append(replace(axis_along, shift=place_along - index))
-        value = temperature_at((indices[0], indices[1]), flux, shifted[0], shifted[1], depth=depth, end=end)
+        value = temperature_at((indices[0], indices[1]), flux, shifted[0], shifted[1], fading=buried(depth), end=end)
         return value, moved
 
     points = [point(float(halving)) for halving in halvings]

@@ -3,7 +3,7 @@
 Heat released at a point of the surface a time τ ago has spread over √(Dτ) and lags v τ behind. Summed over a pixel it
 is a product of one factor along x and one along y, and with u = √(Dτ) the temperature of a pixel with unit flux is
 
-    κT = (2/√π) ∫₀^√(Dt) e^(−z²/4u²) E(x, a) E(y, b) du,
+    κT = (2/√π) ∫₀^√(Dt) f(u) E(x, a) E(y, b) du,    f = e^(−z²/4u²),
     E(x, a) = ½ erf((x + p u² + a/2)/2u) − ½ erf((x + p u² − a/2)/2u),   p = v/D along that axis
 
 (Carslaw & Jaeger, 10.2 and 10.7). It is taken at the centres of the pixels, at points shifted from there, or as the
@@ -16,6 +16,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -98,7 +99,22 @@ class Axis:
         return (risen[1:] - risen[:-1]) / 2
 
 
-def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Array:
+class Fading(NamedTuple):
+    """A factor f of the heat by its age, and where it changes."""
+
+    factor: Callable[[Array], Array]  # of u
+    first: float  # u up to which the factor is constant, or analytic
+    last: float  # u from which on it is smooth in 1/u
+    nothing: float = 0.0  # u up to which it is 0
+
+
+def buried(depth: float) -> Fading:
+    """Return the factor e^(−z²/4u²) at a depth z."""
+    nothing = depth / 13  # e^(−13²/4) = 4e-19
+    return Fading(lambda u: np.exp(-((depth / (2 * u)) ** 2)), math.inf, depth, nothing)
+
+
+def one_sided_influence(x: Axis, y: Axis, *, fading: Fading, end: float) -> Array:
     """Return κT at all offsets for unit flux on the pixel at 0, in the unit of length of the axes.
 
     `end` is √(Dt), t the time since the start from rest; inf is the steady state. Shape (2 n_x − 1, 2 n_y − 1), offsets
@@ -109,27 +125,27 @@ def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Array:
     rows = (-before_x, x.count - 1)
     columns = (-before_y, y.count - 1)
     result = np.zeros((x.count + before_x, y.count + before_y))
-    for row, column, along, across in _shares(x, y, depth, end, rows, columns):
+    for row, column, along, across in _shares(x, y, fading, end, rows, columns):
         part = result[row + before_x :, column + before_y :]
         part[: len(along), : len(across)] += along @ across.T
     # the oldest heat is the same at all offsets but for a factor along each axis
-    oldest = _oldest_heat(x, y, depth, end)
+    oldest = _oldest_heat(x, y, fading, end)
     if oldest:
         result += oldest * _slants(x, before_x)[:, None] * _slants(y, before_y)
     return np.concatenate((result[:0:-1], result)) if x.mirrored else result
 
 
-def temperature_at(pixel: tuple[int, int], flux: Array, x: Axis, y: Axis, *, depth: float, end: float) -> float:
+def temperature_at(pixel: tuple[int, int], flux: Array, x: Axis, y: Axis, *, fading: Fading, end: float) -> float:
     """Return κT at the point of one pixel that the shifts of the axes name, for a flux on all pixels."""
     i, j = pixel
     rows = (i + 1 - x.count, i)
     columns = (j + 1 - y.count, j)
     total = 0.0
-    for row, column, along, across in _shares(x, y, depth, end, rows, columns):
+    for row, column, along, across in _shares(x, y, fading, end, rows, columns):
         reaching = flux[: i - row + 1, : j - column + 1]
         part = reaching[-len(along) :, -len(across) :]
         total += float((along[::-1] * (part @ across[::-1])).sum())
-    oldest = _oldest_heat(x, y, depth, end)
+    oldest = _oldest_heat(x, y, fading, end)
     if oldest:
         along = _slants(x, x.count - 1)[i : i + x.count][::-1]
         across = _slants(y, y.count - 1)[j : j + y.count][::-1]
@@ -138,13 +154,13 @@ def temperature_at(pixel: tuple[int, int], flux: Array, x: Axis, y: Axis, *, dep
 
 
 def _shares(
-    x: Axis, y: Axis, depth: float, end: float, rows: tuple[int, int], columns: tuple[int, int]
+    x: Axis, y: Axis, fading: Fading, end: float, rows: tuple[int, int], columns: tuple[int, int]
 ) -> Iterator[tuple[int, int, Array, Array]]:
     """Yield for each panel the first offsets in `rows` and `columns` that heat reaches, and the shares from there on.
 
     Shares along x, with the weights of the nodes, and along y, each of shape (offsets, nodes).
     """
-    for nodes, weights, reach in _rules(x, y, depth, end):
+    for nodes, weights, reach in _rules(x, y, fading, end):
         first_row, last_row = x.reached(*reach)
         first_row = max(first_row, rows[0])
         last_row = min(last_row, rows[1])
@@ -157,16 +173,16 @@ def _shares(
             yield first_row, first_column, along, across
 
 
-def _rules(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[Array, Array, tuple[float, float]]]:
+def _rules(x: Axis, y: Axis, fading: Fading, end: float) -> Iterator[tuple[Array, Array, tuple[float, float]]]:
     """Yield nodes in u, weights, and the interval of u that they integrate over."""
 
     def faded(weights: Array, nodes: Array) -> Array:
-        return weights * (2 / math.sqrt(math.pi) * np.exp(-((depth / (2 * nodes)) ** 2)))
+        return weights * (2 / math.sqrt(math.pi) * fading.factor(nodes))
 
-    for low, high in _panels(x, y, depth, end):
+    for low, high in _panels(x, y, fading, end):
         nodes = (low + high) / 2 + (high - low) / 2 * _NODES
         yield nodes, faded((high - low) / 2 * _WEIGHTS, nodes), (low, high)
-    start = max(x.extent, y.extent, depth)
+    start = max(x.extent, y.extent, fading.last)
     if x.drift == y.drift == 0.0 and end > start:
         # at rest the integrand is smooth in 1/u to the end, and the heat is over the whole box already
         low, high = 1 / end, 1 / start
@@ -174,12 +190,12 @@ def _rules(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[Array, 
         yield nodes, faded((high - low) / 2 * _WEIGHTS * nodes**2, nodes), (start, start)
 
 
-def _panels(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[float, float]]:
+def _panels(x: Axis, y: Axis, fading: Fading, end: float) -> Iterator[tuple[float, float]]:
     """Panels in u: each grows by a factor at most, and none is wider than the passage of an edge of a pixel in it."""
-    spread = max(x.extent, y.extent, depth)  # the heat is over the box by then
+    spread = max(x.extent, y.extent, fading.last)  # the heat is over the box by then
     last = min(end, x.end, y.end, spread * (1.0 if x.drift == y.drift == 0.0 else _FAR))
-    low = min(depth / 13 if depth > 0.0 else min(x.start, y.start), last)  # e^(−13²/4) = 4e-19
-    if depth == 0.0 and low > 0.0:
+    low = min(fading.nothing or min(x.start, y.start, fading.first), last)
+    if low > fading.nothing:
         yield 0.0, low
     passages = [_passages(axis) for axis in (x, y) if axis.drift]
     while low < last:
@@ -188,9 +204,9 @@ def _panels(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[float,
         low = high
 
 
-def _oldest_heat(x: Axis, y: Axis, depth: float, end: float) -> float:
+def _oldest_heat(x: Axis, y: Axis, fading: Fading, end: float) -> float:
     """κT by heat older than `_FAR` boxes, without its factor e^(−p·x/2): ab/4π · (2/√π) ∫ e^(−p²u²/4)/u² du."""
-    start, p = _FAR * max(x.extent, y.extent, depth), math.hypot(x.drift, y.drift)
+    start, p = _FAR * max(x.extent, y.extent, fading.last), math.hypot(x.drift, y.drift)
     if p == 0.0 or min(end, x.end, y.end) <= start:
         return 0.0
 
@@ -199,7 +215,8 @@ def _oldest_heat(x: Axis, y: Axis, depth: float, end: float) -> float:
             return 0.0
         return math.exp(-((p * u / 2) ** 2)) / u - p * math.sqrt(math.pi) / 2 * math.erfc(p * u / 2)
 
-    return float(x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end)))
+    faded = float(fading.factor(np.array([start]))[0])
+    return float(faded * x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end)))
 
 
 def _slants(axis: Axis, before: int) -> Array:

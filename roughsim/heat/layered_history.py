@@ -5,8 +5,6 @@ The temperature by heat that enters evenly in time has the Laplace transform F(q
 temperature by a pulse of heat is e^(−min(D, D_s) q² τ) times a function of τ that decays at most with rates ≥ 0:
 exponentials of fixed rates, in geometric sequence, with weights of each wave by least squares. Integrals over the
 latest step, and the weights of the mean, are those of the kernel itself.
-
-F is inverted on the contour of J. A. C. Weideman, SIAM J. Numer. Anal. 44, 2342 (2006).
 """
 
 import math
@@ -14,11 +12,11 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from roughsim.errors import ConvergenceError
 from roughsim.grid import Array, Field, Grid
-from roughsim.heat.skin import Complex, Layering, steady_response
+from roughsim.heat.laplace import Complex, interpolation, inverse
+from roughsim.heat.skin import Layering, steady_response
 
 _KERNEL_ERROR = 5e-5  # of the sum of exponentials times √τ, relative to the largest kernel times √τ, or latest step
 _TERMS = range(8, 48, 4)  # exponentials: 16 to 28 are usual
@@ -26,12 +24,6 @@ _FASTEST, _SLOWEST = 5.0, 0.1  # rates: per step, and over the whole history
 _TIMES_PER_E_FOLD = 12  # at which the weights are fitted
 _CUT = 1e-12  # of the singular values: weights stay small
 _NEAR = 16  # steps up to which second differences of integrals do not cancel
-_ACCURACY = 18.0  # −ln of the error of interpolation over q and time
-_POINTS = 24  # of the contour: errors of 1e-13
-_THETA = (2 * np.arange(_POINTS // 2) + 1) * math.pi / _POINTS
-_Z = _POINTS * (0.5017 * _THETA / np.tan(0.6407 * _THETA) - 0.6122 + 0.2645j * _THETA)
-_SLOPE = 0.5017 / np.tan(0.6407 * _THETA) - 0.5017 * 0.6407 * _THETA / np.sin(0.6407 * _THETA) ** 2 + 0.2645j
-_WEIGHT = -2j * _SLOPE * np.exp(_Z)
 
 
 class LayeredKernel(NamedTuple):
@@ -54,19 +46,20 @@ def layered_kernel(grid: Grid, diffusivity: float, layers: Layering, step: float
     waves = np.sqrt(qx**2 + qy**2)
     waves[0, 0] = waves.ravel()[1:].min()  # any: the mean has weights of its own
     low, high = float(waves.min()), float(waves.max())
-    nodes, interpolate = _interpolation(low, high)
+    nodes, interpolated = interpolation(low, high)
 
     def pulse(time: Array) -> Array:
         """Return the temperature by a pulse, without its slowest decay; (nodes, times)."""
         squares = nodes[:, None, None] ** 2
-        return _inverse(lambda p: _transform(squares, p - slowest * squares, spread, layers), time)
+        return inverse(lambda p: _transform(squares, p - slowest * squares, spread, layers), time)
 
     square, end = nodes[:, None] ** 2, np.ones(1)
-    once = _inverse(lambda p: _transform(square, p, spread, layers) / p, end)
-    twice = _inverse(lambda p: _transform(square, p, spread, layers) / p**2, end)
+    once = inverse(lambda p: _transform(square, p, spread, layers) / p, end)
+    twice = inverse(lambda p: _transform(square, p, spread, layers) / p**2, end)
     rates, fitted = _exponentials(pulse, steps, float(twice.max()))
     table = np.column_stack([twice, once - twice, fitted])
-    values = np.stack([interpolate(table, row) for row in waves])
+    of_wave = interpolated(table)
+    values = np.stack([of_wave(row) for row in waves])
     mean, first = _mean_weights(spread, layers, steps)
     late, early = np.ascontiguousarray(values[..., 0]), np.ascontiguousarray(values[..., 1])
     late[0, 0], early[0, 0] = mean[0], first[min(1, steps)]
@@ -76,19 +69,12 @@ def layered_kernel(grid: Grid, diffusivity: float, layers: Layering, step: float
 
 def uniform_rise(spread: float, layers: Layering) -> float:
     """Return κT/q̇ of a uniform flux since a time t, m; `spread` is D t, m²."""
-    return float(_inverse(lambda p: _transform(0.0, p, spread, layers) / p, np.ones(1))[0])
+    return float(inverse(lambda p: _transform(0.0, p, spread, layers) / p, np.ones(1))[0])
 
 
 def _transform(square: Any, p: Complex, spread: float, layers: Layering) -> Complex:
     """Return F, m, of waves with q², 1/m²; p is per step, `spread` is D Δt, m²."""
     return steady_response(square, 1j * p / spread, layers)
-
-
-def _inverse(transform: Callable[[Complex], Complex], time: Array) -> Array:
-    """Return the function of time > 0 that has a Laplace transform without singularities off p ≤ 0."""
-    p = np.asarray(_Z / time[:, None], np.complex128)
-    integral: Array = (_WEIGHT * transform(p)).real.sum(axis=-1) / time
-    return integral
 
 
 def _exponentials(pulse: Callable[[Array], Array], steps: int, latest: float) -> tuple[Array, Array]:
@@ -122,7 +108,7 @@ def _mean_weights(spread: float, layers: Layering, steps: int) -> tuple[Array, A
     """Return ∫ K f du for f linear between whole steps: of f, m = 0 … `steps` before the end, and of f(0) after n."""
 
     def integral(order: int, time: Array) -> Array:
-        return _inverse(lambda p: _transform(0.0, p, spread, layers) / p**order, time)
+        return inverse(lambda p: _transform(0.0, p, spread, layers) / p**order, time)
 
     near = np.arange(1.0, min(_NEAR, steps) + 2)
     once, twice = (np.append(0.0, integral(order, near)) for order in (1, 2))
@@ -130,31 +116,12 @@ def _mean_weights(spread: float, layers: Layering, steps: int) -> tuple[Array, A
     first = np.append(0.0, once[1:-1] - np.diff(twice)[:-1])
     if steps > _NEAR:
         far = np.arange(_NEAR + 1.0, steps + 1)
-        nodes, interpolate = _interpolation(_NEAR, 2.0 * steps)
+        nodes, interpolated = interpolation(_NEAR, 2.0 * steps)
         # a hat of two steps, and a ramp from 0 to 1 over the last step, in p times the step
-        hat = _inverse(lambda p: _transform(0.0, p, spread, layers) * (2 * np.sinh(p / 2) / p) ** 2, nodes)
-        ramp = _inverse(lambda p: _transform(0.0, p, spread, layers) * (p + np.expm1(-p)) / p**2, nodes)
+        hat = inverse(lambda p: _transform(0.0, p, spread, layers) * (2 * np.sinh(p / 2) / p) ** 2, nodes)
+        ramp = inverse(lambda p: _transform(0.0, p, spread, layers) * (p + np.expm1(-p)) / p**2, nodes)
         # over 1/√time they change slowly
         both = np.column_stack([hat, ramp]) * np.sqrt(nodes)[:, None]
-        values = interpolate(both, far) / np.sqrt(far)[:, None]
+        values = interpolated(both)(far) / np.sqrt(far)[:, None]
         mean, first = np.append(mean, values[:, 0]), np.append(first, values[:, 1])
     return mean, first
-
-
-def _interpolation(low: float, high: float) -> tuple[Array, Callable[[Array, Array], Array]]:
-    """Return nodes from `low` to `high`, and a function that interpolates values at them, (nodes, columns), at points.
-
-    Functions of q² + p/D, and of time, are analytic within ±iπ/4 in the logarithm of q or time.
-    """
-    extent = max(math.log(high / low), 1.0)
-    count = math.ceil(_ACCURACY / math.asinh(0.5 * math.pi / extent))
-    points = chebyshev.chebpts1(count)
-    nodes = np.asarray(low * np.exp(extent * (1 + points) / 2), np.float64)
-
-    def interpolate(values: Array, at: Array) -> Array:
-        place = 2 * np.log(at / low) / extent - 1
-        basis = chebyshev.chebvander(place, count - 1)
-        result: Array = basis @ chebyshev.chebfit(points, values, count - 1)
-        return result
-
-    return nodes, interpolate

@@ -19,7 +19,7 @@ from roughsim.errors import ConvergenceError, need_computed, not_negative, numbe
 from roughsim.fourier import convolution
 from roughsim.grid import Field, Grid, need_grid
 from roughsim.heat.arguments import checked_duration, checked_flux
-from roughsim.heat.half_space import axes, influence_response, layered_change, padded_grid, padded_shape
+from roughsim.heat.half_space import axes, influence_response, padded_shape
 from roughsim.heat.precision import need_resolved
 from roughsim.heat.skin import Layering, SkinLike, checked_skin, layering
 
@@ -89,9 +89,9 @@ def partition_heat(
     temperatures at each pixel of the contact; False: one share for all, from equal flash temperatures. `time` is the
     time since the start from rest, s, > 0, the same for both bodies; inf is the steady state.
 
-    All is NaN, with a RuntimeWarning, if there is no contact. TypeError or ValueError for an argument of the wrong
-    kind, not finite or out of its range; ConvergenceError if the two temperatures do not agree to 1e-8 within three
-    rounds of 40 applications of their operator.
+    Without contact both fields are zero and all numbers NaN, with a RuntimeWarning. TypeError or ValueError for an
+    argument of the wrong kind, not finite or out of its range; ConvergenceError if the two temperatures do not agree to
+    1e-8 within three rounds of 40 applications of their operator.
     """
     need_grid(grid)
     for body in (moving, resting):
@@ -101,7 +101,7 @@ def partition_heat(
         warnings.warn(
             "heat_flux = 0 W/m² everywhere: there is no contact, and the share is NaN", RuntimeWarning, stacklevel=2
         )
-        nothing, nan = np.full(grid.shape, math.nan), math.nan
+        nothing, nan = np.zeros(grid.shape), math.nan
         return Partition(nan, nothing, nothing.copy(), nan, nan, nan, nan, nan, 0)
     # in units of the largest flux: the temperatures that each body would have with all the heat, the resting one first
     unit, contact = flux.max(), flux > 0.0
@@ -145,12 +145,11 @@ def partition_heat(
 
 def body_spectrum(body: Body, grid: Grid, time: float) -> Field:
     """Return the padded half spectrum that turns the heat flux into a body into its surface temperature."""
-    spread = math.sqrt(body.diffusivity * time) / grid.spacing[0]
-    response = influence_response(*axes(grid, body.speed / body.diffusivity), 0.0, "d", spread)
-    spectrum: Field = response * (grid.spacing[0] / body.conductivity)
-    if body.layers is not None:
-        drift = body.speed / body.diffusivity
-        spectrum = spectrum + layered_change(padded_grid(grid), (drift, 0.0), 0.0, body.layers) / body.conductivity
+    unit = grid.spacing[0]
+    spread = math.sqrt(body.diffusivity * time) / unit
+    layers = body.layers and body.layers.in_units(unit)
+    response = influence_response(*axes(grid, body.speed / body.diffusivity), 0.0, "d", layers, spread)
+    spectrum: Field = response * (unit / body.conductivity)
     return spectrum
 
 

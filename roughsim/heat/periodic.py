@@ -29,7 +29,7 @@ from roughsim.fourier import convolution
 from roughsim.grid import Array, Field, Grid, need_grid
 from roughsim.heat.arguments import checked_times
 from roughsim.heat.precision import need_phases, need_resolved
-from roughsim.heat.skin import Layering, SkinLike, layering, steady_response
+from roughsim.heat.skin import Layering, SkinLike, layering, response_from_rest
 from roughsim.heat.waves import FORGOTTEN, response_of_waves
 
 ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
@@ -55,8 +55,7 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     waves at the Nyquist wavenumber of an axis run both ways along it, so their response is the mean of both: real if
     they lie along the sliding direction. TypeError or ValueError for an argument of the wrong kind, not finite or out
     of its range, or for both `time` and `slid_distance`. A RuntimeWarning for the steady kernel with v L/(2πD) > 1, L
-    the chord of the cell along sliding: the field is biased by the periodic cell; and for a time so short that heat
-    has not spread through the skin or `heat_depth`.
+    the chord of the cell along sliding: the field is biased by the periodic cell.
 
     Parameters
     ----------
@@ -78,8 +77,7 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     depth : float
         Distance below the surface, m, ≥ 0.
     skin : Skin, optional
-        A layer of another material on the body: thickness d, m, conductivity κ_s, W/(m K), and diffusivity, m²/s. From
-        rest it adds its steady change, which holds for d and dκ_s/κ ≪ √(Dt); see docs/skin.md.
+        A layer of another material on the body: thickness, m, conductivity, W/(m K), and diffusivity, m²/s.
     heat_depth : float
         Depth h, m, ≥ 0, in which the heat is released, with the density q̇ e^(−z/h)/h; 0 is the surface.
 
@@ -102,12 +100,11 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     arguments, spreads = (grid, drift, depth, layers, flux.dtype.char), diffusivity * durations.ravel()
     fields = fields_over_time(flux, spreads, turned_response, arguments, grid.shape, 1 / conductivity)
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
-    warn_of_young_layers(layers, spreads)
     laps = abs(speed) * chord / (2 * math.pi * diffusivity)
     if laps > 1.0 and np.isinf(durations).any():
         field = fields[np.isinf(durations).argmax()] * conductivity
         spread = diffusivity * chord / (2 * abs(speed))
-        excess = _hot_track_excess(flux, field, grid, drift, depth, spread)
+        excess = _hot_track_excess(flux, field, grid, drift, depth, layers, spread)
         warnings.warn(
             f"v L/(2πD) = {laps:.3g} exceeds 1: each source slides in its own periodic hot track for ever, and the "
             f"steady T_flash exceeds a start from rest over half the cell by {100 * excess:.3g} %; "
@@ -137,21 +134,6 @@ def moving(
     durations = _durations(speed, chord, slid_distance, time)
     need_phases(grid, speed, durations)
     return (speed * ux / diffusivity, speed * uy / diffusivity), durations, chord
-
-
-def warn_of_young_layers(layers: Layering | None, spreads: Array) -> None:
-    """Warn of durations in which heat has not spread through the layers; `spreads` are D t, m²."""
-    if layers is None:
-        return
-    young = spreads[(spreads > 0.0) & (spreads < layers.reach**2)]
-    if young.size:
-        warnings.warn(
-            f"√(Dt) = {math.sqrt(young.min()):.3g} m is below {layers.reach:.3g} m, the reach of skin or heat_depth: "
-            "their change is taken as steady, and the field is wrong so soon after the start; "
-            "take a longer time or slid_distance, or a thinner layer",
-            RuntimeWarning,
-            stacklevel=3,
-        )
 
 
 def uniform_temperature(
@@ -205,7 +187,13 @@ def _durations(speed: float, chord: float, slid_distance: float | None, time: Ar
 
 
 def _hot_track_excess(
-    flux: Field, field: Field, grid: Grid, drift: tuple[float, float], depth: float, spread: float
+    flux: Field,
+    field: Field,
+    grid: Grid,
+    drift: tuple[float, float],
+    depth: float,
+    layers: Layering | None,
+    spread: float,
 ) -> float:
     """Relative excess of Σ T q̇ of the steady `field` (κT) over that a time t after the start; `spread` is D t, m².
 
@@ -215,9 +203,10 @@ def _hot_track_excess(
     total = float(np.mean(flux * field, dtype=np.float64))
     excess = 0.0
     qx, qy = grid.wavevectors
-    columns = int((qy[0] ** 2 * spread < FORGOTTEN).sum())
+    forgotten = FORGOTTEN / spread * (1.0 if layers is None else max(1.0, layers.diffusion))
+    columns = int((qy[0] ** 2 < forgotten).sum())
     weights = grid.multiplicity[:, :columns]
-    rows = np.flatnonzero(qx[:, 0] ** 2 * spread < FORGOTTEN)
+    rows = np.flatnonzero(qx[:, 0] ** 2 < forgotten)
     for part in np.array_split(rows, math.ceil(rows.size / ROWS)):
         along = drift[0] * qx[part]
         across = drift[1] * qy[:, :columns]
@@ -226,8 +215,8 @@ def _hot_track_excess(
         mean = square == 0.0
         power[mean] = 0.0
         square[mean] = 1.0
-        steady = response_of_waves(square, along + across, depth, math.inf)
-        young = response_of_waves(square, along + across, depth, spread)
+        steady = _response(square, along + across, depth, math.inf, layers)
+        young = _response(square, along + across, depth, spread, layers)
         excess += float(np.sum(power * (steady.real - young.real)))
     return excess / (total - excess) if total != excess else math.nan
 
@@ -305,14 +294,10 @@ def _response_rows(
 def _response(
     square: Field, advection: Field, depth: float, spread: float, layers: Layering | None
 ) -> NDArray[np.complex128]:
-    """κT/q̇ of waves with q² = `square` and q·v/D = `advection`, 1/m²: bare, and the steady change by the layers."""
+    """κT/q̇ of waves with q² = `square` and q·v/D = `advection`, 1/m²."""
     if layers is None:
         return response_of_waves(square, advection, depth, spread)
-    layered = steady_response(square, advection, layers, depth)
-    if math.isinf(spread):
-        return layered
-    bare = response_of_waves(square, advection, depth, math.inf)
-    return response_of_waves(square, advection, depth, spread) + (layered - bare)
+    return response_from_rest(square, advection, layers, depth, spread)
 
 
 def fields_over_time(

@@ -16,12 +16,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim.errors import not_negative, sized
 from roughsim.grid import Array, Field
-
-Complex = NDArray[np.complex128]
+from roughsim.heat import laplace
+from roughsim.heat.laplace import Complex
+from roughsim.heat.waves import FORGOTTEN
 
 _CLOSE = 0.5  # |d/h − λ_s d| below which two exponentials of the depth cancel
 _ACCURACY = 17.0  # −½ ln of the error of a mean over directions: 2e-15
@@ -47,11 +47,9 @@ class Layering(NamedTuple):
     diffusion: float  # D/D_s
     heat_depth: float  # h, m
 
-    @property
-    def reach(self) -> float:
-        """The diffusion length √(Dt) in the half-space, m, well above which the response is the steady one."""
-        d = self.thickness
-        return max(d * math.sqrt(self.diffusion), d * self.conduction, self.heat_depth)
+    def in_units(self, length: float) -> "Layering":
+        """Return the layers with lengths in units of `length`, m."""
+        return self._replace(thickness=self.thickness / length, heat_depth=self.heat_depth / length)
 
 
 def checked_skin(skin: SkinLike | None) -> Skin | None:
@@ -78,7 +76,7 @@ def layering(skin: SkinLike | None, heat_depth: float, conductivity: float, diff
     """
     checked = checked_skin(skin)
     depth = not_negative("heat_depth", heat_depth, "m")
-    if checked is None:
+    if checked is None or checked[1:] == (conductivity, diffusivity):  # or of the same material
         return Layering(0.0, 1.0, 1.0, depth) if depth else None
     return Layering(checked.thickness, checked.conductivity / conductivity, diffusivity / checked.diffusivity, depth)
 
@@ -111,6 +109,29 @@ def steady_response(square: Field, advection: Field | Complex, layers: Layering,
         released += (inner - below) * crossing * _depth_mean(x, y)
         released += 2 * inner * crossing * math.exp(-y) / (1 + spread)
     response: Complex = released / (inner * determinant)
+    return response
+
+
+def response_from_rest(
+    square: Field, advection: Field, layers: Layering, depth: float = 0.0, spread: float = math.inf
+) -> Complex:
+    """Return `steady_response` a time t after the start from rest; `spread` is D t, m², inf in the steady state.
+
+    F(s) with q² + s in place of q² − i q·v/D is regular at a = −i q·v/D, so that the response from rest is
+
+        F(a) + e^(−aDt)/2πi ∫ e^(sDt) [F(s) − F(a)]/(s − a) ds.
+    """
+    response = steady_response(square, advection, layers, depth)
+    young = square * spread < FORGOTTEN * max(1.0, layers.diffusion)
+    if math.isinf(spread) or not young.any():
+        return response
+    square, start, steady = square[young], -1j * advection[young], response[young]
+    integral: Complex = np.zeros(steady.shape, np.complex128)
+    for node, weight in zip(laplace.NODES / spread, laplace.WEIGHTS / (2 * spread), strict=True):
+        here = steady_response(square, 1j * node, layers, depth)
+        integral += weight * (here - steady) / (node - start)
+        integral += weight.conj() * (here.conj() - steady) / (node.conj() - start)
+    response[young] += np.exp(-start * spread) * integral
     return response
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from roughsim.errors import need_computed
 from roughsim.fourier.convolution import convolutions
 from roughsim.grid import Array, Field, Grid
-from roughsim.heat.periodic import moving, turned_response, warn_of_young_layers
+from roughsim.heat.periodic import moving, turned_response
 from roughsim.heat.skin import Layering
 from roughsim.observables.distribution import (
     BIN_AREAS,
@@ -53,7 +53,6 @@ def temperature_distribution(
         sliding.speeds, np.broadcast_to(sliding.diffusivity, speeds).tolist(), sliding.layers, strict=True
     ):
         drift, durations, _ = moving(grid, speed, diffusivity, slide.direction, slide.slid_distance)
-        warn_of_young_layers(layers, diffusivity * durations.ravel())
         motions.append(_Motion(drift, layers, diffusivity * float(durations)))
     if flux.min() == flux.max():  # only q = 0, which is left out
         fields = [np.zeros(grid.points, np.float32)] * speeds

@@ -188,11 +188,13 @@ def test_a_single_pixel_and_a_line_are_contacts_too():
         assert 0.5 < shared.moving_share < 1.0
 
 
-def test_no_contact_has_no_share():
+def test_no_contact_has_no_share_and_no_heat():
     with pytest.warns(RuntimeWarning, match="no contact"):
         shared = partition_heat(np.zeros((3, 3)), Grid((3, 3), (1.0, 1.0)), moving=ONE, resting=ONE)
     assert np.isnan([shared.moving_share, shared.flash_temperature, shared.max_temperature, shared.mean_share]).all()
-    assert np.isnan(shared.temperature).all()
+    # as half_space_temperature without heat
+    assert not shared.temperature.any()
+    assert not shared.heat_flux.any()
 
 
 def test_an_iteration_cut_short_is_an_error_with_its_residual(monkeypatch):

@@ -1,16 +1,14 @@
 """A skin and heat in depth on the free half-space, and two such bodies that share their heat."""
 
-from math import pi
+from math import inf, pi, sqrt
 
 import numpy as np
 import pytest
 import scipy
 from heat_cases import STEEL
 
-from roughsim import Body, Grid, Skin, half_space_temperature, partition_heat
+from roughsim import Body, Grid, Skin, half_space_temperature, partition_heat, sliding_temperature
 from roughsim.heat import depth_profile
-from roughsim.heat.half_space import _mean_change, layered_change
-from roughsim.heat.skin import Layering
 from theory.skin import direction_mean, even_part, layers_of
 
 OXIDE = Skin(3e-6, 3.0, 9e-7)
@@ -86,46 +84,124 @@ def test_a_source_mirrored_across_the_other_axis_leaves_a_mirrored_field(directi
     np.testing.assert_allclose(right[:, ::-1], left, rtol=0, atol=1e-12 * left.max())
 
 
-def change_by_two_layers(along, across, rate):
-    """κT/q̇ of waves under the oxide less that of bare steel, from two layers in series; v/D = `rate`."""
-    square = along**2 + across**2
-    below, within = (np.sqrt(square - 1j * r * along) for r in (rate, rate * STEEL["diffusivity"] / 9e-7))
-    inner, lag = 3.0 / STEEL["conductivity"] * within, np.tanh(within * 3e-6)
-    return (inner + below * lag) / (inner * (below + inner * lag)) - 1 / below
+def ierfc(x):
+    return np.exp(-(x**2)) / sqrt(pi) - x * scipy.special.erfc(x)
 
 
-LAYERS = Layering(3e-6, 3.0 / STEEL["conductivity"], STEEL["diffusivity"] / 9e-7, 0.0)
+def under_a_skin(times, z, d, ks, ds):
+    """κ_s-layer on steel, unit flux from t = 0: images of the interface (Carslaw & Jaeger, 12.8), at a depth z ≤ d."""
+    own, below = ks / sqrt(ds), STEEL["conductivity"] / sqrt(STEEL["diffusivity"])
+    n, spread = np.arange(-3000, 3001), np.sqrt(ds * times)[:, None]
+    images = ((own - below) / (own + below)) ** np.abs(n) * ierfc(np.abs(2 * n * d + z) / (2 * spread))
+    return 2 * spread[:, 0] / ks * images.sum(axis=1)
 
 
-def test_waves_at_the_nyquist_wavenumbers_have_the_mean_of_both_directions_along_the_axis():
-    grid, rate = Grid((48, 48), (3e-5, 3e-5)), 3.0 / STEEL["diffusivity"]
-    ux, uy = np.cos(0.7), np.sin(0.7)
-    turned = layered_change(grid, (rate * ux, rate * uy), 0.0, LAYERS) * grid.points
-    step = 2 * pi / 3e-5
-    for i, j, mirrored in ((11, 24, [(11, -24), (11, 24)]), (24, 11, [(24, 11), (-24, 11)])):
-        waves = [(step * i, step * j) for i, j in mirrored]
-        both = [change_by_two_layers(ux * qx + uy * qy, ux * qy - uy * qx, rate) for qx, qy in waves]
-        assert abs(both[0] - both[1]) > 0.1 * abs(both[0])
-        assert turned[j, i] == pytest.approx(sum(both) / 2, rel=1e-12)
+def in_depth(times, h):
+    """Unit flux released as e^(−z/h)/h under an insulated face from t = 0 (Prahl 1995)."""
+    tau = STEEL["diffusivity"] * times / h**2
+    return h / STEEL["conductivity"] * (2 * np.sqrt(tau / pi) - 1 + scipy.special.erfcx(np.sqrt(tau)))
 
 
-@pytest.mark.parametrize(("speed", "across", "error"), [(0.0, 0.3, 1e-10), (1.0, 0.3, 1e-9), (1.0, 2.0, 1e-10)])
-@pytest.mark.parametrize("place", [0.0, 0.5, 3.0])
-def test_a_long_wave_is_the_mean_over_its_fourier_cell(speed, across, error, place):
-    width, rate = 1e5, speed / STEEL["diffusivity"]
-    edges = np.array([place - 0.5, place + 0.5]) * width
-    # F varies where q along is q_across² D/v
-    steps = (across * width) ** 2 / rate * np.array([-100, -10, -1, 0, 1, 10, 100]) if speed else np.zeros(1)
-    pieces = [*edges, *steps[(steps > edges[0]) & (steps < edges[1])]]
-    exact = 0.0
-    for low, high in zip(sorted(pieces)[:-1], sorted(pieces)[1:], strict=True):
-        for part, unit in ((np.real, 1), (np.imag, 1j)):
-            mean = scipy.integrate.quad(
-                lambda x, part=part: part(change_by_two_layers(x, across * width, rate)), low, high, epsrel=1e-12
-            )
-            exact += unit * mean[0] / width
-    got = _mean_change(np.array([place * width]), np.array([across * width]), rate, 0.0, LAYERS, width)[0]
-    assert abs(got - exact) < error * abs(exact)
+PAD = Grid((4, 4), (4e-3, 4e-3))  # 15 times as far to its edges as heat gets
+TIMES = np.geomspace(1e-7, 1e-3, 9)
+THICK = Skin(1e-5, 3.0, 9e-7)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.1])
+def test_a_pad_on_layers_warms_as_in_one_dimension(speed):
+    options = {"speed": speed, "time": TIMES} | STEEL
+    for layers, expected in (
+        ({"skin": THICK}, under_a_skin(TIMES, 0.0, *THICK)),
+        ({"skin": THICK, "depth": 6e-6}, under_a_skin(TIMES, 6e-6, *THICK)),
+        ({"heat_depth": 1e-5}, in_depth(TIMES, 1e-5)),
+    ):
+        field = half_space_temperature(np.ones(PAD.shape), PAD, **layers, **options)
+        np.testing.assert_allclose(field[:, 2, 2], expected, rtol=1e-6, atol=1e-10 * expected.max())
+
+
+@pytest.mark.parametrize("layers", [{"skin": THICK}, {"heat_depth": 1e-5}])
+def test_heat_is_shared_from_rest_as_in_one_dimension(layers):
+    # beside an insulator all heat is in the layered body; beside its equal half of it
+    expected = under_a_skin(TIMES, 0.0, *THICK) if "skin" in layers else in_depth(TIMES, 1e-5)
+    moving = Body(**STEEL, **layers)
+    for resting, share in ((Body(1e-9, 1e-6), 1.0), (moving, 0.5)):
+        for time, rise in zip(TIMES[::4], expected[::4], strict=True):
+            shared = partition_heat(np.ones(PAD.shape), PAD, moving=moving, resting=resting, time=time)
+            assert shared.temperature[2, 2] == pytest.approx(share * rise, rel=1e-4)
+
+
+@pytest.mark.parametrize("speed", [0.5, 5.0])
+def test_a_thick_skin_is_the_whole_half_space(speed):
+    grid, heat = Grid((24, 24), (1e-3, 1e-3)), {"speed": speed}
+    flux = np.zeros(grid.shape)
+    flux[8:16, 8:16] = 1.0
+    ours = {"conductivity": 3.0, "diffusivity": 1e-6}
+    whole = half_space_temperature(flux, grid, **heat, **ours)
+    steel = Body(speed=0.3, **STEEL)
+    share = partition_heat(flux, grid, moving=Body(**ours, **heat), resting=steel).moving_share
+    errors = []
+    # in the wake at x the body changes e^(−d²v/D_s x) of the temperature: d² v/D_s in cells
+    for cells in (2, 40, 1e5):
+        skin = Skin(sqrt(cells * 1e-3 * 1e-6 / speed), 3.0, 1e-6)
+        field = half_space_temperature(flux, grid, skin=skin, conductivity=30.0, diffusivity=1e-5, **heat)
+        errors.append(np.abs(field - whole).max() / whole.max())
+    assert errors[0] > 1e-3
+    assert max(errors[1:]) < 1e-9
+    moving = Body(30.0, 1e-5, skin=skin, **heat)
+    assert partition_heat(flux, grid, moving=moving, resting=steel).moving_share == pytest.approx(share, rel=1e-7)
+
+
+@pytest.mark.parametrize("time", [1e-6, inf])
+@pytest.mark.parametrize("thickness", [1e-9, 1e-8])
+def test_a_thin_skin_adds_its_resistance_to_a_source(thickness, time):
+    # d/κ_s times the flux, less (κ_s/κ)²-times as much by what it conducts and stores
+    flux, grid, middle = hill(41)
+    options = {"speed": 1.0, "time": time} | STEEL
+    bare = half_space_temperature(flux, grid, **options)
+    skin = Skin(thickness, 0.03, 9e-9)  # (κ_s/κ)² D/D_s = 8e-4
+    rise = half_space_temperature(flux, grid, skin=skin, **options) - bare
+    assert rise[middle, middle] == pytest.approx(thickness / 0.03, rel=thickness / 1e-7 + 2e-3)
+
+
+@pytest.mark.parametrize(("skin", "heat_depth"), [*CASES, (Skin(1e-4, 3.0, 9e-7), 0.0)])
+def test_the_steady_state_is_approached_as_on_a_bare_body(skin, heat_depth):
+    # at rest κ(T − T(t)) = Q/(2π√π √(Dt)), Q the heat: what is released in layers has left them by then
+    flux, grid, middle = hill(9)
+    heat = flux.sum() * np.prod(grid.spacing)
+    times = np.array([1e2, 1e4, inf])
+    options = {"speed": 0.0, "time": times, "skin": skin, "heat_depth": heat_depth} | STEEL
+    field = half_space_temperature(flux, grid, **options)[:, middle, middle]
+    missing = heat / (2 * pi**1.5 * np.sqrt(STEEL["diffusivity"] * times[:2]) * STEEL["conductivity"])
+    np.testing.assert_allclose(field[2] - field[:2], missing, rtol=1e-2)
+
+
+@pytest.mark.parametrize("speed", [0.3, 3.0])
+@pytest.mark.parametrize("layers", [(OXIDE, 0.0), (Skin(2e-5, 90.0, 4e-5), 0.0), (OXIDE, 1e-6), (None, 2e-6)])
+def test_a_smooth_source_has_its_hankel_integral_to_four_digits(speed, layers):
+    values = []
+    for count, pixel in ((61, RADIUS / 10), (121, RADIUS / 20)):
+        flux, grid, middle = hill(count, count * pixel)
+        field = half_space_temperature(flux, grid, speed=speed, skin=layers[0], heat_depth=layers[1], **STEEL)
+        values.append(field[middle, middle])
+    # the pixels differ by a factor of 2, their errors by 4
+    assert values[1] + (values[1] - values[0]) / 3 == pytest.approx(exact_at_the_middle(speed, *layers), rel=2e-4)
+
+
+@pytest.mark.parametrize("skin", [OXIDE, Skin(3e-6, 300.0, 1e-4), Skin(1e-6, 0.2, 1e-7)])
+@pytest.mark.parametrize("time", [1e-8, 1e-6, 1e-5])
+def test_both_ways_from_rest_agree(skin, time):
+    # waves of a periodic cell, and ages of the heat of each pixel: differences over the source, before images matter
+    flux, grid, _ = hill(48, 8 * RADIUS)
+    heat = {"speed": 0.3, "skin": skin} | STEEL
+    cell = Grid((480, 480), (80 * RADIUS, 80 * RADIUS))
+    padded = np.zeros(cell.shape)
+    padded[:48, :48] = flux
+    options = {"time": time}
+    free = half_space_temperature(flux, grid, **heat, **options)
+    periodic = sliding_temperature(padded, cell, **heat, **options)[:48, :48]
+    places = (slice(16, 32), slice(16, 32))
+    free, periodic = (field[places] - field[places].mean() for field in (free, periodic))
+    assert np.abs(free - periodic).max() < 5e-3 * np.ptp(free)
 
 
 @pytest.mark.parametrize("pointwise", [True, False])

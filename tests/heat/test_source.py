@@ -10,7 +10,7 @@ from heat_cases import pixel_influence
 
 from roughsim import Grid, half_space_temperature
 from roughsim.heat import source_temperature
-from roughsim.heat.influence import Axis, temperature_at
+from roughsim.heat.influence import Axis, buried, temperature_at
 from theory import hertz
 
 REFERENCE = Path(__file__).parents[1] / "reference"
@@ -133,7 +133,7 @@ def test_a_square_from_rest_is_exact_at_any_resolution(case):
     x, y = (Axis(3, 2.0, p, s) for p, s in ((case["peclet"], -0.5), (0.0, 0.0)))  # the square as one pixel
     only = np.zeros((3, 3))
     only[1, 1] = 1.0
-    edge = temperature_at((1, 1), only, x, y, depth=0.0, end=sqrt(case["fourier_number"]))
+    edge = temperature_at((1, 1), only, x, y, fading=buried(0.0), end=sqrt(case["fourier_number"]))
     assert edge == pytest.approx(case["square_trailing_edge"], rel=2e-9)
     centre = half_space_temperature(only, Grid((3, 3), (6.0, 6.0)), **heat)[1, 1]
     assert centre == pytest.approx(case["square_centre"], rel=2e-9)
@@ -236,9 +236,9 @@ def test_the_sum_over_pixels_is_the_same_with_influences(shift, drift):
     flux = np.random.default_rng(3).random((5, 4))
     x, y = Axis(5, 1.0, drift[0], shift), Axis(4, 0.7, drift[1], -shift)
     for end in (inf, 0.8):
-        influence = pixel_influence(x, y, depth=0.1, end=end)
+        influence = pixel_influence(x, y, fading=buried(0.1), end=end)
         expected = (flux * influence[4 + 3 - np.arange(5)[:, None], 3 + 1 - np.arange(4)]).sum()
-        actual = temperature_at((3, 1), flux, x, y, depth=0.1, end=end)
+        actual = temperature_at((3, 1), flux, x, y, fading=buried(0.1), end=end)
         assert actual == pytest.approx(expected, rel=1e-10)
 
 
@@ -247,8 +247,8 @@ def test_the_sum_over_pixels_is_the_same_with_influences(shift, drift):
 def test_a_point_of_a_large_pixel_is_an_edge_of_small_ones(drift, shift):
     # one heated pixel as 10 × 10 small ones: its edges and inner points are edges of those
     x, y = Axis(3, 1.0, drift, shift), Axis(2, 1.0, 0.0, 0.05)
-    influence = pixel_influence(x, y, depth=0.0, end=inf)
-    small = pixel_influence(Axis(40, 0.1, drift, 0.5), Axis(30, 0.1, 0.0), depth=0.0, end=inf)
+    influence = pixel_influence(x, y, fading=buried(0.0), end=inf)
+    small = pixel_influence(Axis(40, 0.1, drift, 0.5), Axis(30, 0.1, 0.0), fading=buried(0.0), end=inf)
     for k in (-1, 0, 1):
         at = round(10 * (k + shift)) - 1  # the small pixel of which that is the upper edge
         rows = [39 + at - i for i in range(-5, 5)]
@@ -261,12 +261,12 @@ def test_a_point_of_a_large_pixel_is_an_edge_of_small_ones(drift, shift):
 def test_the_mean_over_a_pixel_is_the_mean_of_its_points(drift):
     nodes, weights = np.polynomial.legendre.leggauss(20)
     axes = [Axis(3, 1.0, drift, averaged=True), Axis(2, 1.3, 0.3 * drift, averaged=True)]
-    mean = pixel_influence(*axes, depth=0.2, end=inf)  # buried, for a smooth influence
+    mean = pixel_influence(*axes, fading=buried(0.2), end=inf)  # buried, for a smooth influence
     expected = sum(
         wx
         * wy
         / 4
-        * pixel_influence(Axis(3, 1.0, drift, sx / 2), Axis(2, 1.3, 0.3 * drift, sy / 2), depth=0.2, end=inf)
+        * pixel_influence(Axis(3, 1.0, drift, sx / 2), Axis(2, 1.3, 0.3 * drift, sy / 2), fading=buried(0.2), end=inf)
         for sx, wx in zip(nodes, weights, strict=True)
         for sy, wy in zip(nodes, weights, strict=True)
     )
