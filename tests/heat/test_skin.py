@@ -102,6 +102,19 @@ def test_from_rest_two_layers_of_one_material_are_bare(depth, spread):
     close(layered, response_of_waves(square, advection, depth, spread), 1e-8)
 
 
+@pytest.mark.parametrize("skin", [None, Skin(2e-6, 2.0, 1e-6)])
+def test_the_excess_of_the_hot_track_is_over_a_start_from_rest(skin):
+    options = {"speed": 10.0, "skin": skin} | STEEL
+    grid = Grid((48, 16), (3e-5, 1e-5))
+    flux = np.random.default_rng(4).random(grid.shape)
+    flux -= flux.mean()
+    young = (sliding_temperature(flux, grid, **options) * flux).mean()  # half the cell
+    with pytest.warns(RuntimeWarning, match="hot track") as said:
+        excess = (sliding_temperature(flux, grid, slid_distance=inf, **options) * flux).mean() / young - 1
+    assert abs(excess) > 1e-4
+    assert f"by {100 * excess:.3g} %" in str(said[0].message)
+
+
 def test_a_long_wave_from_rest_warms_as_one_dimension():
     # q√(Dt) → 0: a flux released as e^(−z/h)/h under an insulated face (Prahl); the wave errs by D q² t
     heat_depth, times = 1e-5, np.geomspace(1e-8, 1e-4, 5)
