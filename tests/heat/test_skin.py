@@ -92,6 +92,14 @@ def test_from_rest_a_wave_is_the_solution_by_finite_differences(
     close(field, (exact * np.exp(1j * q * x)).real, 1e-4)
 
 
+def test_a_thick_skin_forgets_with_its_own_diffusivity():
+    # D q² t = 45 and D_s q² t = 4.5: the skin alone, which has 3.7e-3 of its steady temperature to go
+    q, spread, ratio = 1.3, 45 / 1.69, 10.0
+    risen = scipy.special.erf(sqrt(4.5)) / (0.1 * q)
+    one = response_from_rest(np.array([q**2]), np.zeros(1), Layering(1e3, 0.1, ratio, 0.0), 0.0, spread)
+    assert one[0] == pytest.approx(risen, rel=1e-9)
+
+
 @pytest.mark.parametrize("depth", [0.0, 0.4])
 @pytest.mark.parametrize("spread", [0.01, 1.0, 100.0])
 def test_from_rest_two_layers_of_one_material_are_bare(depth, spread):

@@ -151,6 +151,21 @@ def test_a_thick_skin_is_the_whole_half_space(speed):
     assert partition_heat(flux, grid, moving=moving, resting=steel).moving_share == pytest.approx(share, rel=1e-7)
 
 
+@pytest.mark.parametrize("speed", [0.0, 1e-8])
+@pytest.mark.parametrize("conductivity", [3.0, 300.0])
+def test_a_body_far_below_a_source_at_rest_is_felt_as_by_images(speed, conductivity):
+    # steady: κ_s ΔT = Q/2π Σ 2βⁿ/2nd, Q the heat, β = (κ_s − κ)/(κ_s + κ); the source is small beside d
+    flux, grid, middle = hill(9)
+    heat = flux.sum() * np.prod(grid.spacing)
+    beta = (conductivity - STEEL["conductivity"]) / (conductivity + STEEL["conductivity"])
+    whole = half_space_temperature(flux, grid, speed=speed, conductivity=conductivity, diffusivity=9e-7)
+    for thickness in (1e-3, 1e-1):
+        skin = Skin(thickness, conductivity, 9e-7)
+        field = half_space_temperature(flux, grid, speed=speed, skin=skin, **STEEL)
+        change = -heat * np.log1p(-beta) / (2 * pi * conductivity * thickness)
+        assert (field - whole)[middle, middle] == pytest.approx(change, rel=1e-3)
+
+
 @pytest.mark.parametrize("time", [1e-6, inf])
 @pytest.mark.parametrize("thickness", [1e-9, 1e-8])
 def test_a_thin_skin_adds_its_resistance_to_a_source(thickness, time):
