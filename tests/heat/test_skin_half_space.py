@@ -166,6 +166,18 @@ def test_a_body_far_below_a_source_at_rest_is_felt_as_by_images(speed, conductiv
         assert (field - whole)[middle, middle] == pytest.approx(change, rel=1e-3)
 
 
+def test_a_slow_source_loses_as_much_over_a_layered_body():
+    # at rest less Q v/4πκD, to the first order in the speed: the oldest heat is far beyond the layers
+    flux, grid, middle = hill(9)
+    heat = flux.sum() * np.prod(grid.spacing)
+    slow, still = (
+        half_space_temperature(flux, grid, speed=v, skin=Skin(1e-5, 3.0, 9e-7), **STEEL)[middle, middle]
+        for v in (1e-5, 0.0)
+    )
+    lost = heat * 1e-5 / (4 * pi * STEEL["conductivity"] * STEEL["diffusivity"])
+    assert still - slow == pytest.approx(lost, rel=1e-2)
+
+
 @pytest.mark.parametrize("time", [1e-6, inf])
 @pytest.mark.parametrize("thickness", [1e-9, 1e-8])
 def test_a_thin_skin_adds_its_resistance_to_a_source(thickness, time):
