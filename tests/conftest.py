@@ -8,6 +8,7 @@ from dataclasses import replace
 from fnmatch import fnmatch
 
 import pytest
+from process_cases import end_processes
 from slide_cases import sliding_scene
 from small_scene import CAPPED
 
@@ -92,6 +93,12 @@ def drawn(monkeypatch):
     figures = []
     monkeypatch.setattr(style, "save", lambda figure, path: figures.append(figure))
     return figures
+
+
+@pytest.fixture(autouse=True)
+def _no_process_outlives_its_test():
+    yield
+    end_processes()
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from threading import Timer
 
 import numpy as np
 import pytest
+from process_cases import begin_process
 
 import roughsim as rs
 
@@ -161,7 +162,7 @@ for name, key, size in {TRIES!r}:
     text, numbers = cases[name]
     print(of(text, numbers | ({{key: size}} if key else {{}})), flush=True)
 """
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as process:
+    with begin_process([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as process:
         ender = Timer(240.0, process.kill)
         ender.start()
         said = process.stdout.read().splitlines()

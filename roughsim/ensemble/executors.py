@@ -41,8 +41,8 @@ class Workers:
     A context manager: own processes end with it. After an error or an interrupt they are ended at once, since a member
     that is not stored can be computed again. An executor of the caller is never shut down. Without a given number of
     workers (`count` None), this process computes alone as long as processes would take longer to start than to compute.
-    Inside it SIGTERM, and SIGHUP of a closed terminal, are a KeyboardInterrupt as Ctrl-C (SIGINT) is. Handlers that a
-    program has set itself, or that `nohup` has, are kept.
+    Inside it SIGTERM, SIGHUP of a closed terminal and SIGXCPU of a limit of CPU time are a KeyboardInterrupt as Ctrl-C
+    (SIGINT) is. Handlers that a program has set itself, or that `nohup` has, are kept.
     """
 
     def __init__(self, count: int | None, executor: Executor | None = None):
@@ -146,7 +146,7 @@ class Workers:
         )
 
     def __enter__(self) -> Self:
-        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGXCPU"):
             number = getattr(signal, name, None)
             main = threading.current_thread() is threading.main_thread()  # others can set no handlers
             if main and number and signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):

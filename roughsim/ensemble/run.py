@@ -100,7 +100,7 @@ def run(  # noqa: PLR0913  (each is an option)
         If workers or the scheduler of an executor die again and again, or the script of the call lacks
         ``if __name__ == "__main__":``.
     KeyboardInterrupt
-        After Ctrl-C, SIGTERM or SIGHUP, within a second; stored members stay.
+        After Ctrl-C, SIGTERM, SIGHUP or SIGXCPU, within a second; stored members stay.
     ResolutionError
         If one member takes more than 80 % of the available memory, before any work.
     TypeError, ValueError

@@ -173,6 +173,17 @@ class Storm:
     def one_run(self, home, kills):
         """Kill and restart the commands of one run until it has ended."""
         processes = [self.start(home) for _ in range(self.commands)]
+        try:
+            self.disturb(home, kills, processes)
+            for process in processes:
+                process.join(600.0)
+                assert process.exitcode == 0
+        finally:
+            for process in processes:
+                process.kill()
+
+    def disturb(self, home, kills, processes):
+        """Kill processes at random moments, and start them again, while one of them works and kills are left."""
         before = {}
         while self.tally.kills < kills:
             after = self.wait_for_member(home, len(before), processes)
@@ -200,9 +211,6 @@ class Storm:
                 assert all(now[path] == digest for path, digest in before.items())
             self.tally.between.append(len(now) - len(before))
             before = now
-        for process in processes:
-            process.join(600.0)
-            assert process.exitcode == 0
 
     def wait_for_member(self, home, number, processes):
         """Wait until more members than this number are stored; None if a process has ended."""

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from process_cases import begin_process
 from storms import Storm
 
 import roughsim as rs
@@ -60,8 +61,8 @@ def script(scene_file, text, *words, before=(), **options):
     path = scene_file.with_name("go.py")
     path.write_text(text)
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    words = [str(word) for word in (*(before or [sys.executable]), path, scene_file, *words)]
-    return subprocess.Popen(words, env=environment, text=True, stderr=subprocess.PIPE, **options)
+    words = (*(before or [sys.executable]), path, scene_file, *words)
+    return begin_process(words, env=environment, text=True, stderr=subprocess.PIPE, **options)
 
 
 def assert_same_bits(folder, scene, alone, count):
@@ -170,7 +171,7 @@ def test_a_full_or_closed_terminal_stops_no_run(scene_file, tmp_path, reader):
         with open("/dev/full", "w") as full:
             done = subprocess.run(words, env=environment, stderr=full, check=False)
     else:
-        process = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE)
+        process = begin_process(words, env=environment, stderr=subprocess.PIPE)
         process.stderr.close()
         process.wait(timeout=200)
         done = process

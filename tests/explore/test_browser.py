@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from process_cases import begin_process
 
 import roughsim as rs
 
@@ -28,7 +29,7 @@ def served(capped_run):
     port = free_port()
     command = [sys.executable, "-m", "roughsim.cli", "explore", str(capped_run.folder), "--no-browser"]
     root = str(Path(rs.__file__).parents[1])
-    server = subprocess.Popen([*command, "--port", str(port)], stderr=subprocess.PIPE, text=True, cwd=root)
+    server = begin_process([*command, "--port", str(port)], stderr=subprocess.PIPE, text=True, cwd=root)
     told = server.stderr.readline()
     told = re.fullmatch(rf"page: (http://127\.0\.0\.1:{port}/[\w-]+/) \(this computer only; Ctrl-C ends it\)\n", told)
     yield told[1]

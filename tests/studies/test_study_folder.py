@@ -125,8 +125,12 @@ def test_of_two_different_studies_begun_at_once_one_has_the_folder_and_the_other
     ]
     for process in processes:
         process.start()
-    for process in processes:
-        process.join()
+    try:
+        for process in processes:
+            process.join()
+    finally:
+        for process in processes:
+            process.kill()
     for k in range(TRIES):
         answers = {hurst: (tmp_path / f"{k}-{hurst}").read_text() for hurst in scenes}
         (winner,) = (hurst for hurst, answer in answers.items() if not answer)
