@@ -217,14 +217,11 @@ def study(
     """
     began = time.monotonic()
     from roughsim.studies.folder import study_file
-    from roughsim.studies.progress import StudyProgress
     from roughsim.studies.tables import asked_table, study_table
-    from roughsim.studies.vary import points_of, read_axes
 
     content = study_file(study)
-    points = len(points_of(read_axes(content["vary"])))
     try:
-        with StudyProgress(points) as progress, warnings.catch_warnings():
+        with warnings.catch_warnings():
             warnings.simplefilter("always", rs.SceneWarning)  # before hours of work, not below the table alone
             result = rs.study(
                 content["scene"],
@@ -232,11 +229,11 @@ def study(
                 folder=output,
                 target_error=content.get("target_error"),
                 workers=workers,
-                observer=progress.update,
             )
     except KeyboardInterrupt:  # caught here: typer would end without a message
         fail(_STOPPED, 130)
-    tell(f"{result.finished} of {points} points finished in {output}, {clock(time.monotonic() - began)}")
+    spent = clock(time.monotonic() - began)
+    tell(f"{result.finished} of {len(result.points)} points finished in {output}, {spent}")
     if as_json:
         print_json(result.to_dict())
     else:

@@ -158,15 +158,19 @@ def damaged(path: Path, fault: str) -> DamagedError:
     return DamagedError(f"{path} {fault}; {AGAIN}: it moves the file into 'damaged' and computes the member again")
 
 
-def check_format(path: Path, version: int, provenance: Any) -> None:
-    """Refuse another version of the format, RecordError; `provenance` may have the versions of packages."""
-    if version > FORMAT:
-        raise RecordError(f"{path} has format version {version}; this roughsim reads {FORMAT}: update it")
-    if version < FORMAT:
+def check_format(path: Path, version: int, provenance: Any, known: int = FORMAT) -> None:
+    """Refuse another version of the format than `known`: RecordError.
+
+    `provenance` may have the versions of packages.
+    """
+    if version > known:
+        raise RecordError(f"{path} has format version {version}; this roughsim reads {known}: update it")
+    if version < known:
         versions = provenance.get("versions") if isinstance(provenance, dict) else None
         number = versions.get("roughsim", "") if isinstance(versions, dict) else ""
         writer = f"the roughsim that wrote it ({number})" if number else "the roughsim that wrote it"
-        raise RecordError(f"{path} has the older format {version}; read or export it with {writer}")
+        reads = f"has the older format {version}, and this roughsim reads {known}"
+        raise RecordError(f"{path} {reads}; read or export it with {writer}")
 
 
 def _fill(file: Any, member: Member) -> None:

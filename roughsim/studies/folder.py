@@ -15,15 +15,17 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.errors import RecordError
+from roughsim.pipeline import versions
 from roughsim.results.description import content_of, folder_state, read_description
 from roughsim.scene import Scene, SceneError, SceneLike, parse_scene
 from roughsim.scene.files import errors_named, read_text, scene_content, toml_content
 from roughsim.scene.schema import SECTIONS
 from roughsim.show.table import json_value
 from roughsim.store.disk import DamagedError, checksum, is_temporary, place_bytes, read_bytes, set_aside
+from roughsim.store.member_files import check_format
 from roughsim.studies.vary import MOST_POINTS, NAME, Axis, Point, points_of
 
-FORMAT = 1
+FORMAT = 2  # of study.json
 _DESCRIPTION = "study.json"
 _MOST_BYTES = 16 << 20  # of study.json
 _FILE_BYTES = 1 << 20  # of a study file
@@ -93,14 +95,15 @@ def write(folder: Path, description: Description) -> None:
     refuse_other(folder, description)
     (folder / "points").mkdir(parents=True, exist_ok=True)
     path, scene = folder / _DESCRIPTION, description.scene.to_toml()
-    content = {
+    content: dict[str, Any] = {
         "format_version": FORMAT,
+        "versions": {"roughsim": versions()["roughsim"]},
         "target_error": description.target_error,
         "axes": [asdict(axis) for axis in description.axes],
         "scene": scene,
         "identities": dict(description.identities),
     }
-    text = json.dumps(content, indent=1).encode()
+    text = json.dumps(content | {"checksum": checksum(content)}, indent=1).encode()
     if _is_damaged(folder):
         _move_aside(path)
     if not path.exists():
@@ -234,9 +237,9 @@ def read(folder: Path) -> Description:
         raise RecordError(f"{folder} is no study: it has no {_DESCRIPTION}; name the folder that `roughsim study` made")
     try:
         content = json.loads(read_bytes(path, _MOST_BYTES).decode("utf-8"), parse_constant=_refuse_constant)
-        version = int(content["format_version"])
-        if version > FORMAT:
-            raise RecordError(f"{path} has format {version}, above {FORMAT}; update roughsim to read it")
+        check_format(path, int(content["format_version"]), content, FORMAT)
+        if content.pop("checksum") != checksum(content):
+            raise ValueError("its checksum does not match")
         return _description_of(content, str(path))
     except RecordError:
         raise

@@ -122,7 +122,9 @@ def test_a_level_or_index_that_is_not_that_of_the_name_is_refused(path, changes)
 def test_a_member_of_a_format_whose_headers_have_no_version_is_an_older_one_and_no_damage(path):
     with forged(path) as file:
         file.attrs["header"] = json.dumps({"level": 1, "index": 42, "provenance": {"versions": {"roughsim": "0.1"}}})
-    with pytest.raises(rs.RecordError, match=r"has the older format 4; read or export it with .* \(0\.1\)") as told:
+    with pytest.raises(
+        rs.RecordError, match=r"older format 4, and this roughsim reads 6; read or export it with .* \(0\.1\)"
+    ) as told:
         read_member(path)
     assert not isinstance(told.value, disk.DamagedError)
 

@@ -178,7 +178,7 @@ def test_a_newer_format_is_refused(path):
 def test_an_older_format_is_refused_in_one_sentence(tmp_path, path, version, words):
     about = {"versions": {"roughsim": version}} if version else {"versions": "unknown"}
     with_header(path, format_version=4, provenance=about)
-    said = "has the older format 4; read or export it with the roughsim that wrote it"
+    said = "has the older format 4, and this roughsim reads 6; read or export it with the roughsim that wrote it"
     with pytest.raises(rs.RecordError, match=said + words):
         read_member(path)
 
@@ -197,7 +197,10 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path):
     (tmp_path / "run.json").write_text("{")
     with pytest.raises(rs.RecordError, match="run.json is damaged"):
         rs.open_run(tmp_path)
-    for version, words in ((99, "format version 99"), (4, r"older format 4; .* wrote it \(1.2\)")):
+    for version, words in (
+        (99, "format version 99"),
+        (4, r"older format 4, and .* reads 6; .* wrote it \(1.2\)"),
+    ):
         (tmp_path / "run.json").write_text(json.dumps({"format_version": version, "versions": {"roughsim": "1.2"}}))
         with pytest.raises(rs.RecordError, match=words):
             rs.open_run(tmp_path)

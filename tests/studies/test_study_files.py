@@ -9,6 +9,7 @@ from study_cases import VARY
 import roughsim as rs
 from roughsim.errors import RecordError
 from roughsim.scene import SceneError
+from roughsim.store.disk import checksum
 from roughsim.studies.folder import read, study_file, write
 
 
@@ -67,6 +68,12 @@ def test_a_study_file_that_cannot_be_used_is_refused_in_one_line(tmp_path, text,
     assert "\n" not in str(refused.value)
 
 
+def sealed(content):
+    """A description as a forger writes it, with the checksum of its content."""
+    content = {key: value for key, value in content.items() if key != "checksum"}
+    return json.dumps(content | {"checksum": checksum(content)})
+
+
 @pytest.mark.parametrize(
     "content",
     ["", "{}", "[]", '{"format_version": 9}', '{"format_version": 1e400}', '{"format_version": 1, "axes": 3}'],
@@ -82,7 +89,7 @@ def test_a_foreign_description_leads_to_no_other_folder(done, tmp_path):
     shutil.copy(done.folder / "scene.toml", tmp_path)
     content = json.loads((done.folder / "study.json").read_text())
     content["axes"][0] = {"keys": ["../../x"], "values": [[1]]}
-    (tmp_path / "study.json").write_text(json.dumps(content))
+    (tmp_path / "study.json").write_text(sealed(content))
     with pytest.raises(RecordError, match="cannot be the name of a folder"):
         rs.open_study(tmp_path)
 
@@ -93,9 +100,16 @@ def test_a_foreign_description_of_too_many_points_or_impossible_numbers_is_refus
     many = [{"keys": [f"sliding.a{i}"], "values": [[j] for j in range(100)]} for i in range(8)]
     huge = [{"keys": ["sliding.speed"], "values": [[1], [10**400]]}]
     for axes in (many, huge, [], [{"keys": ["sliding.speed"], "values": [[1, 2]]}]):
-        (tmp_path / "study.json").write_text(json.dumps(content | {"axes": axes}))
-        with pytest.raises(RecordError, match="is damaged"):
+        (tmp_path / "study.json").write_text(sealed(content | {"axes": axes}))
+        with pytest.raises(RecordError, match=r"is damaged \((?!its checksum)"):
             rs.open_study(tmp_path)
+
+
+def test_a_description_with_a_changed_value_is_damaged(done, tmp_path):
+    text = (done.folder / "study.json").read_text()
+    (tmp_path / "study.json").write_text(text.replace('"target_error": null', '"target_error": 0.5'))
+    with pytest.raises(RecordError, match="is damaged .its checksum does not match"):
+        rs.open_study(tmp_path)
 
 
 def test_a_study_killed_before_its_description_was_written_begins_again(done, tmp_path):

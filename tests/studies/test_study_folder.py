@@ -13,6 +13,7 @@ import pytest
 from study_cases import VARY, description_of
 
 import roughsim as rs
+from roughsim.cli import main
 from roughsim.errors import RecordError
 from roughsim.outputs.opened import opened
 from roughsim.scene import parse_scene
@@ -231,7 +232,30 @@ def test_a_lost_description_is_not_written_anew_from_a_study_that_the_points_do_
 def test_a_description_of_a_newer_version_is_never_moved_aside(copy, small):
     content = json.loads((copy / "study.json").read_text())
     (copy / "study.json").write_text(json.dumps(content | {"format_version": study_folder.FORMAT + 1}))
-    with pytest.raises(RecordError, match="update roughsim"):
+    with pytest.raises(RecordError, match="has format version 3; this roughsim reads 2: update it"):
         rs.study(small, vary=VARY, folder=copy)
     assert (copy / "study.json").exists()
     assert not (copy / "damaged").exists()
+
+
+def test_a_study_of_an_older_format_is_no_damaged_one(copy, small):
+    path = copy / "study.json"
+    content = json.loads(path.read_text())
+    older = {key: content[key] for key in ("target_error", "axes", "scene")} | {"format_version": 1}
+    path.write_text(json.dumps(older))
+    words = r"study.json has the older format 1, and this roughsim reads \d+; read or export it with the roughsim that"
+    for call in (lambda: opened(copy), lambda: rs.study(small, vary=VARY, folder=copy)):
+        with pytest.raises(RecordError, match=words):
+            call()
+    assert json.loads(path.read_text()) == older
+    assert not (copy / "damaged").exists()
+
+
+def test_the_command_reads_the_scene_before_it_plans(tmp_path, capsys):
+    (tmp_path / "study.toml").write_text('scene = "none.toml"\n[vary]\n"sliding.speed" = [1, 2]\n')
+    with pytest.raises(SystemExit) as ended:
+        main(["study", str(tmp_path / "study.toml"), "-o", str(tmp_path / "out")])
+    assert ended.value.code == 1
+    said = capsys.readouterr().err
+    assert said.startswith("roughsim: scene file none.toml does not exist")  # and no line on a plan
+    assert not (tmp_path / "out").exists()
