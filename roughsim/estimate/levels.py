@@ -259,6 +259,11 @@ def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, val
             ", and the change by the last step to it is part of the error" if np.any(values.errors["last step"]) else ""
         )
         notes.append(f"the bandwidth error is unknown: value of the highest q_c{last}")
+    if OBSERVABLES[observable].as_flash and np.any(np.isnan(values.mean)):
+        notes.append(
+            "unknown where T_flash of the field of one direction lies too far from the mean over directions: take a "
+            "cell of more waves, or layers that heat has passed"
+        )
     if OBSERVABLES[observable].per_speed:
         notes.append(f"speeds {', '.join(f'{v:g}' for v in scene.speeds)} m/s")
     return tuple(notes)

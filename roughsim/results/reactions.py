@@ -161,7 +161,9 @@ def _reaction(run: Means, reaction: ReactionSection, energy: float, contacts: _C
     of_bins = partial(rates, activation=activation, scale=scale)
     of_mean = partial(uniform_temperature, activation=activation, scale=scale)
     warm = contacts.mean(ContactMean(of_bins, flash, of_mean))
-    if np.isfinite(warm.values.mean).all():
+    found = warm.values.mean  # continued below absolute zero it is unknown
+    warm = warm._replace(values=warm.values._replace(mean=np.where(found > 0.0, found, np.nan)))
+    if np.isfinite(found).any():
         over = warm._replace(values=of_uniform_temperature(warm.values, contacts.top, activation, scale))
     else:  # without a barrier
         over = contacts.mean(ContactMean(of_bins, flash))

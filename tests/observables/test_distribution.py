@@ -1,5 +1,7 @@
 """The distribution of the temperature over a contact: quantiles by heat and area, and bins, against exact cases."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy
@@ -92,9 +94,26 @@ def test_the_mean_of_an_exponential_over_normal_temperature_and_pressure_is_clos
         assert BIN_AREAS @ found == pytest.approx(exact, rel=4 * spread / np.sqrt(z.size) + 3e-3)  # width of the bins
 
 
+STEEL = {"conductivity": 30.0, "diffusivity": 7.6e-6}
+FROM_REST = Slide()
+
+
+def flash_of_field(pressure, grid, heat, slide=FROM_REST, skin=None):
+    """T_flash of the field itself at each speed, K."""
+    found = []
+    for speed in heat.speeds:
+        flux = heat.friction_coefficient * speed * pressure
+        field = rs.sliding_temperature(flux, grid, speed=speed, **STEEL, skin=skin, **slide._asdict())
+        found.append(np.sum(field * pressure) / pressure.sum())
+    return np.array(found)
+
+
 def resting(pressure, grid):
-    heat = rs.HeatSource([1e-150], friction_coefficient=0.1, conductivity=30.0, diffusivity=7.6e-6)
-    return temperature_distribution(pressure, grid, heat, np.array([1.0]), Slide())
+    """The distribution over T_flash."""
+    heat = rs.HeatSource([1e-150], friction_coefficient=0.1, **STEEL)
+    flash = flash_of_field(pressure, grid, heat) if pressure.any() else np.ones(1)
+    found = temperature_distribution(pressure, grid, heat, flash, Slide())
+    return replace(found, by_heat=found.by_heat / flash, by_area=found.by_area / flash)
 
 
 def test_the_field_at_rest_of_a_hertz_contact_has_its_quantiles():
@@ -112,9 +131,10 @@ def test_temperatures_are_in_proportion_to_their_heat_weighted_mean():
     rng = np.random.default_rng(11)
     grid = rs.Grid((64, 64), (1e-3, 1e-3))
     pressure = np.maximum(rng.standard_normal(grid.shape), 0.0)
-    heat = rs.HeatSource([0.5, 20.0], friction_coefficient=0.1, conductivity=30.0, diffusivity=7.6e-6)
-    found = temperature_distribution(pressure, grid, heat, np.array([50.0, 200.0]), Slide(0.3, 1e-4))
-    for k, (speed, flash) in enumerate([(0.5, 50.0), (20.0, 200.0)]):
+    heat = rs.HeatSource([0.5, 20.0], friction_coefficient=0.1, **STEEL)
+    flashes = flash_of_field(pressure, grid, heat, Slide(0.3, 1e-4)) * [0.7, 1.6]
+    found = temperature_distribution(pressure, grid, heat, flashes, Slide(0.3, 1e-4))
+    for k, (speed, flash) in enumerate(zip([0.5, 20.0], flashes, strict=True)):
         field = rs.sliding_temperature(
             pressure, grid, speed=speed, conductivity=1.0, diffusivity=7.6e-6, direction=0.3, slid_distance=1e-4
         )
@@ -136,15 +156,17 @@ def rough_contact(points):
 def test_single_precision_errs_by_less_than_a_hundred_thousandth_of_the_flash_temperature():
     pressure, grid = rough_contact(256)
     speeds, skin = [0.01, 1.0, 100.0], rs.Skin(thickness=3e-7, conductivity=2.0, diffusivity=1e-6)
-    heat = rs.HeatSource(speeds, friction_coefficient=0.1, conductivity=30.0, diffusivity=7.6e-6, skin=skin)
-    found = temperature_distribution(pressure, grid, heat, np.ones(3), Slide())
+    heat = rs.HeatSource(speeds, friction_coefficient=0.1, **STEEL, skin=skin)
+    flashes = flash_of_field(pressure, grid, heat, skin=skin)
+    found = temperature_distribution(pressure, grid, heat, flashes, Slide())
     for k, speed in enumerate(speeds):
         field = rs.sliding_temperature(pressure, grid, speed=speed, conductivity=30.0, diffusivity=7.6e-6, skin=skin)
         values, weights = sorted_contact(field, pressure)
         values *= weights.sum() / (values @ weights)
         shares = (np.cumsum(weights) - 0.5 * weights) / weights.sum()
-        np.testing.assert_allclose(found.by_heat[k], np.interp(P, shares, values), rtol=0.0, atol=1e-5)
-        np.testing.assert_allclose(found.by_area[k], np.quantile(values, P, method="hazen"), rtol=0.0, atol=1e-5)
+        by_heat, by_area = found.by_heat[k] / flashes[k], found.by_area[k] / flashes[k]
+        np.testing.assert_allclose(by_heat, np.interp(P, shares, values), rtol=0.0, atol=1e-5)
+        np.testing.assert_allclose(by_area, np.quantile(values, P, method="hazen"), rtol=0.0, atol=1e-5)
 
 
 def test_fields_of_many_points_are_those_of_each_speed_alone():
@@ -154,10 +176,12 @@ def test_fields_of_many_points_are_those_of_each_speed_alone():
     speeds = (0.5, 0.0, 20.0)
 
     def distribution(some):
-        heat = rs.HeatSource(some, friction_coefficient=0.1, conductivity=30.0, diffusivity=7.6e-6)
-        return temperature_distribution(pressure, grid, heat, np.ones(len(some)), Slide(0.3, 1e-4)).by_heat
+        heat = rs.HeatSource(some, friction_coefficient=0.1, **STEEL)
+        flashes = flash_of_field(pressure, grid, heat, Slide(0.3, 1e-4))
+        return temperature_distribution(pressure, grid, heat, flashes, Slide(0.3, 1e-4)).by_heat
 
     together = distribution(speeds)
+    assert np.isfinite(together).all()
     for _ in range(2):  # computed, and kept
         np.testing.assert_array_equal(np.concatenate([distribution([speed]) for speed in speeds]), together)
 
@@ -180,6 +204,28 @@ def test_full_contact_has_normal_temperatures():
     assert np.all(np.abs(found.by_heat[0] * c - exact) < errors)
     assert np.all(np.abs(found.by_area[0] * c - normal.ppf(P)) < errors)
     assert np.abs(found.by_heat[0] - found.by_area[0]).min() * c > 0.5 * c
+
+
+@pytest.mark.parametrize(
+    ("factor", "known"), [(1.0, True), (0.65, True), (1.6, True), (0.55, False), (1.7, False), (-1.0, False)]
+)
+def test_a_field_of_another_flash_temperature_is_unknown(factor, known):
+    pressure, grid = rough_contact(64)
+    friction, speeds, slide = [0.1, 0.3], [0.1, 2.0], Slide(1.0)
+    conductivity = [15.0, 60.0]
+    source = {"heat_partition": 0.8, "diffusivity": 7.6e-6}
+    flashes = []
+    for mu, speed, kappa in zip(friction, speeds, conductivity, strict=True):
+        flux = 0.8 * mu * speed * pressure
+        field = rs.sliding_temperature(
+            flux, grid, speed=speed, conductivity=kappa, diffusivity=7.6e-6, direction=slide.direction
+        )
+        flashes.append(np.sum(field * pressure) / pressure.sum())
+    heat = rs.HeatSource(speeds, friction_coefficient=friction, conductivity=conductivity, **source)
+    found = temperature_distribution(pressure, grid, heat, np.array(flashes) * [factor, 1.0], slide)
+    assert np.isfinite(found.by_heat[1]).all()
+    for values in (found.by_heat[0], found.by_area[0], found.bins.temperature[0]):
+        assert np.isfinite(values).all() if known else np.isnan(values).all()
 
 
 def test_without_contact_there_is_no_temperature():

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -262,3 +263,36 @@ def test_bins_of_another_size_are_damage(tmp_path, asked):
     write_member(tmp_path, replace(member, moments=(forged,)))
     with pytest.raises(RecordError, match="is damaged"):
         read_member(member_path(tmp_path, 0, 0))
+
+
+@pytest.fixture(scope="module")
+def unlike(asked, tmp_path_factory):
+    """A run in which T_flash of the field of one member, at the second speed, is another one than in all directions."""
+    folder = shutil.copytree(asked.folder, tmp_path_factory.mktemp("unlike") / "run")
+    member = read_member(member_path(folder, 0, 2))
+    (own,) = member.moments
+    numbers = {name: values.copy() for name, values in own.numbers.items()}
+    for name in NAMES:
+        numbers[name][1] = np.nan
+    temperature = own.bins.temperature.copy()
+    temperature[1] = np.nan
+    moments = own._replace(numbers=numbers, bins=own.bins._replace(temperature=temperature))
+    member_path(folder, 0, 2).unlink()
+    write_member(folder, replace(member, moments=(moments,)))
+    return rs.open_run(folder)
+
+
+def test_what_one_field_does_not_show_is_unknown(unlike, asked):
+    for name in NAMES:
+        estimate = unlike.estimate(name)
+        assert np.isfinite(estimate.mean[0])
+        assert np.isnan(estimate.mean[1])
+        assert "unknown where T_flash of the field of one direction lies too far from the mean" in estimate.explain()
+        assert "unknown where" not in asked.estimate(name).explain()
+    for asks in unlike.reactions():
+        if asks.energy != 0.0:
+            assert np.isnan(asks.estimate.mean[1]), asks.key
+            assert np.isfinite(asks.estimate.mean[0]), asks.key
+    rows = [row for row in rs.compare(unlike).rows if row.observable == "temperature_quantile_99"]
+    assert [np.isnan(row.columns["capped"].mean) for row in rows] == [False, True]
+    assert unlike.estimate("flash_temperature").mean[1] == asked.estimate("flash_temperature").mean[1]
