@@ -136,7 +136,8 @@ def _in_words(exponent: Array) -> str:
 
 def _in_proportion(rungs: list[Rung], shape: Array) -> Mean:
     """Return the rest of a mean that stays in proportion to the shape."""
-    return rungs[-1].mean.times(_follows(shape, shape[-2]))
+    with np.errstate(invalid="ignore"):  # zero up to here, of a shape that begins to rise
+        return rungs[-1].mean.times(_follows(shape, shape[-2]))
 
 
 def _by_steps(rungs: list[Rung], shape: Array) -> Mean:
