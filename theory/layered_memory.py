@@ -19,7 +19,8 @@ from theory.arguments import Array
 from theory.skin import Complex, Layers, surface_response
 
 _RATIO = 0.5  # of the logarithms of neighbouring c_j, at most
-_DECAYS = np.geomspace(1e-3, 25.0, 40)  # q² τ times the slowest of c_j, at which the terms are fitted
+_LEAST, _MOST = 1e-3, 25.0  # q² τ times the fastest c_j, from which the terms are fitted, and the slowest, up to which
+_WAVES_PER_E_FOLD = 4  # at which they are fitted
 _CUT = 1e-10  # of the singular values
 _POINTS = 24  # of the contour: errors of 1e-13
 _THETA = (2 * np.arange(_POINTS // 2) + 1) * pi / _POINTS
@@ -32,10 +33,12 @@ _LONG = 1e-9  # q over 1/√(Dτ) of the mean
 def pulses(layers: Layers, diffusivity: float, times: Array) -> tuple[Array, Array]:
     """Return c_j, m²/s, (terms,), and ρ_j at times (n,), s, shape (terms, n), of a half-space with D, m²/s."""
     last = diffusivity / layers.diffusion
-    terms = 1 + ceil(abs(log(layers.diffusion)) / _RATIO)
+    extent = abs(log(layers.diffusion))
+    terms = 1 + ceil(extent / _RATIO)
     spreads = np.geomspace(diffusivity, last, terms)
-    # in units of q² τ times the slowest, so that all times share one matrix
-    decays = _DECAYS[:, None] / spreads.min()
+    # q² τ, so that all times share one matrix
+    waves = ceil((log(_MOST / _LEAST) + extent) * _WAVES_PER_E_FOLD)
+    decays = np.geomspace(_LEAST / spreads.max(), _MOST / spreads.min(), waves)[:, None]
     square = decays / times
     kernel = _inverse_of(square, layers, diffusivity, times, 0)
     kernel *= np.sqrt(pi * times)

@@ -91,7 +91,10 @@ def steady(q, advection, d, k, ratio, h):
     return total
 
 
-@pytest.mark.parametrize("layers", LAYERS.values(), ids=LAYERS)
+RUBBER_ON_DIAMOND = (2e-6, 0.01, 1e4, 0.0)
+
+
+@pytest.mark.parametrize("layers", [*LAYERS.values(), RUBBER_ON_DIAMOND], ids=[*LAYERS, "rubber on diamond"])
 def test_the_gaussians_of_all_times_add_up_to_the_steady_state(layers):
     times = np.geomspace(1e-16, 1e2, 4000)
     spreads, strength = layered_memory.pulses(Layers(*layers), 7.6e-6, times)
