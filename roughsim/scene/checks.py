@@ -68,12 +68,12 @@ def check_heat_partition(sliding: SlidingSection, missing: str) -> None:
 
 
 def check_background(
-    sliding: SlidingSection, tables: Sequence[str], temperature_range: tuple[float, float], melting: float, needed: str
+    sliding: SlidingSection, tables: Sequence[str], temperature_range: tuple[float, float], needed: str
 ) -> None:
-    """Refuse a background temperature that is missing, unneeded, or outside a table κ(T) or μ(T).
+    """Refuse a background temperature that is missing, or outside a table κ(T) or μ(T).
 
-    `tables` are the keys with a table, which are given within `temperature_range`, K; `melting` is inf without a
-    melting temperature; `needed` is a section or key that needs an absolute temperature, "" without one.
+    `tables` are the keys with a table, which are given within `temperature_range`, K; `needed` is a section or key that
+    needs an absolute temperature, "" without one.
     """
     low, high = temperature_range
     kelvin = sliding.background_temperature
@@ -90,11 +90,6 @@ def check_background(
             )
         return
     background = f"sliding.background_temperature = {kelvin:g} K"
-    if min(high, melting) == math.inf and not needed:
-        raise ValueError(
-            f"{background} goes with a conductivity that is a table over temperature, with a friction_coefficient that "
-            "is one, with a melting_temperature, with [reaction] or with heat_above; remove it"
-        )
     if not low <= kelvin <= high:
         raise ValueError(
             f"{background} must lie between {low:g} K and {high:g} K, the range of the tables over temperature; "

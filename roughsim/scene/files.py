@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any, cast
 from roughsim.scene.changes import with_changes
 from roughsim.scene.model import Scene
 from roughsim.scene.scans import SCAN_KEYS, measured_psd, psd_of_profile, read_scans
-from roughsim.scene.schema import SceneError, as_written, nearest
+from roughsim.scene.schema import SceneError, as_written
 from roughsim.scene.sections import ROUGHNESS_KEYS
 from roughsim.scene.slips import slips, steepness
+from roughsim.scene.spellings import nearest, with_decimal_point
 from roughsim.show.text import plain, warn_of_scene
 
 if TYPE_CHECKING:
@@ -177,6 +178,7 @@ def toml_content(text: str) -> dict[str, Any]:
         # a number, then a letter, and no quotes: a unit
         if re.search(r"[=\[,]\s*[-+.0-9eE_]+\s*(?:[A-Za-zµμ%]|1\s*/)[^\"']*$", line.split("#")[0]):
             message += '; a value with a unit needs quotes, as in speed = "35 m/s"'
+        message += with_decimal_point(line.split("#")[0].partition("=")[2])
     raise SceneError(f"not valid TOML: {message}")
 
 

@@ -96,9 +96,7 @@ class Scene(Record, section=""):
         check_junction_growth(sliding, [body.penetration_hardness for body in self.bodies])
         check_load(sliding, self.body, self.penetration_hardness)
         check_heat_partition(sliding, missing)
-        check_background(
-            sliding, list(self.tables), self.temperature_range, self.melting_temperature, self._needs_background
-        )
+        check_background(sliding, list(self.tables), self.temperature_range, self._needs_background)
         check_targets(self.ensemble, self.distribution)
         check_history(sliding, missing, self.numerics.solver)
         check_rows(self.surface, self.counterface)

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, fields, make_dataclass
 from decimal import Decimal
-from difflib import get_close_matches
 from functools import lru_cache
 from numbers import Integral, Real
 from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_type_hints
@@ -23,6 +22,7 @@ from pydantic_core import core_schema
 
 from roughsim.errors import RoughsimError
 from roughsim.scene.other_names import OTHER_NAMES
+from roughsim.scene.spellings import nearest, suggestion, with_decimal_point
 from roughsim.show.text import plain
 
 _SMALLEST, _LARGEST = 1e-30, 1e30  # sizes of lawful numbers, SI: products of several of them do not overflow
@@ -68,13 +68,6 @@ def as_written(value: Any, unit: str = "") -> str:
 def shortened(text: str) -> str:
     """Return the first 80 characters."""
     return text if len(text) <= 80 else text[:77] + "..."
-
-
-def nearest(word: str, names: Iterable[str]) -> str | None:
-    """Return the name closest to a misspelt word, ignoring case; None if none is close."""
-    by_lower = {name.lower(): name for name in names}
-    near = get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
-    return by_lower[near[0]] if near else None
 
 
 def did_you_mean(word: str, names: Iterable[str]) -> str:
@@ -147,7 +140,8 @@ class Quantity:
         match = _NUMBER_AND_UNIT.fullmatch(value) if len(value) <= 100 else None
         key = f"{where} = {as_written(value)}"
         if match is None:
-            raise ValueError(f"{key} is not a number with a unit; write for example {self.example}")
+            hint = with_decimal_point(value) or f"; write for example {self.example}"
+            raise ValueError(f"{key} is not a number with a unit{hint}")
         number, name = match[1], match[2].strip()
         if self.unit and not name:
             raise ValueError(f'{key} has no unit; write "{number} {self.unit}" or the number {number}')
@@ -160,9 +154,11 @@ class Quantity:
         try:
             unit = _unit_registry().parse_units(name)
         except Exception:  # pint fails in a dozen ways, from AssertionError to TokenError
-            raise ValueError(f"{key}: the unit {as_written(name)} is not known; {expected}") from None
+            hint = suggestion(number, name, self.unit, _unit_registry)
+            raise ValueError(f"{key}: the unit {as_written(name)} is not known; {expected}{hint}") from None
         if unit.dimensionality != _unit_registry().parse_units(self.unit).dimensionality:
-            raise ValueError(f"{key} has the dimension {unit.dimensionality}; {expected}")
+            hint = suggestion(number, name, self.unit, _unit_registry)
+            raise ValueError(f"{key} has the dimension {unit.dimensionality}; {expected}{hint}")
         try:
             return float(_unit_registry().Quantity(Decimal(number), unit).to(self.unit).magnitude)
         except Exception:  # decimal overflow, units with an offset, logarithmic units

@@ -328,7 +328,7 @@ class SlidingSection(Record, section="sliding"):
         return tuple(self.slid_distance or speed * (self.duration or 0.0) for speed in self.speed)
 
     background_temperature: Annotated[float, KELVIN] | None = None
-    """Absolute, of both bodies when sliding began; goes with a table κ(T) or μ(T), or with a melting temperature."""
+    """Absolute, of both bodies when sliding began; a table κ(T) or μ(T), and [reaction], need it."""
 
 
 @dataclass(frozen=True, kw_only=True)

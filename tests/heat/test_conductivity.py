@@ -242,7 +242,6 @@ def test_the_same_scene_is_written_read_and_told_apart(quick):
     ("conductivity", "start", "words"),
     [
         (table(60.0, 20.0), None, "background_temperature is missing; a conductivity that is a table"),
-        (30.0, 300.0, "background_temperature = 300 K goes with a conductivity that is a table"),
         (table(60.0, 20.0), 299.0, "= 299 K must lie between 300 K and 900 K"),
         ({"temperature": [300, 900], "value": [1]}, 300.0, "has 2 temperatures and 1 values"),
         ({"temperature": [300], "value": [1]}, 300.0, "has 1 temperatures and 1 values"),

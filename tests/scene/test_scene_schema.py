@@ -13,8 +13,9 @@ from steel_text import STEEL
 import roughsim as rs
 from roughsim.scene import SceneError, parse_scene
 from roughsim.scene.numerics import NumericsSection
-from roughsim.scene.schema import SECTIONS, did_you_mean, nearest, quantity
+from roughsim.scene.schema import SECTIONS, did_you_mean, quantity
 from roughsim.scene.sections import BodySection, CounterfaceSection, SurfaceSection
+from roughsim.scene.spellings import nearest
 
 LEVEL = rs.Level("capped", (64, 32), 5e4)
 

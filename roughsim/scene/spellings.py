@@ -1,0 +1,56 @@
+"""Names and units near to what people write, for the sentence that refuses them."""
+
+import re
+from collections.abc import Callable, Iterable, Iterator
+from decimal import Decimal
+from difflib import get_close_matches
+from typing import Any
+
+_COMMON = (
+    "nm, um, µm, mm, cm, m, mm/s, m/s, km/h, us, ms, s, K, eV, J, Pa, kPa, MPa, GPa, N/mm^2, g/cm^3, kg/m^3, 1/m, 1/mm, "
+    "1/um, rad/m, 1/s, deg, rad, %, J/(kg K), kJ/(kg K), J/(g K), W/(m K), W/(cm K)"
+).split(", ")
+_JOULE_PER_EV, _PER_MOLE = Decimal("1.602176634e-19"), Decimal("6.02214076e23")
+
+
+def nearest(word: str, names: Iterable[str]) -> str | None:
+    """Return the name closest to a misspelt word, ignoring case; None if none is close."""
+    by_lower = {name.lower(): name for name in names}
+    near = get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
+    return by_lower[near[0]] if near else None
+
+
+def suggestion(number: str, name: str, unit: str, registry: Callable[[], Any]) -> str:
+    """Return ``; did you mean "..."?`` for a unit that cannot be read as `unit`, an SI unit; "" without a spelling.
+
+    `registry` gives pint's units.
+    """
+    units = registry()
+    wanted = units.parse_units(unit).dimensionality
+    for spelling in _spellings(name):
+        try:
+            found = units.parse_units(spelling)
+        except Exception:  # pint fails in a dozen ways
+            continue
+        if found.dimensionality == wanted:
+            return f'; did you mean "{number} {spelling}"?'
+        if unit == "J" and found.dimensionality == units.parse_units("J/mol").dimensionality:
+            joule = units.Quantity(Decimal(number), found).to("J/mol").magnitude / _PER_MOLE
+            return f'; this is per mole: of one molecule it is "{joule / _JOULE_PER_EV:.5g} eV"'
+    return ""
+
+
+def _spellings(name: str) -> Iterator[str]:
+    """Yield spellings that a unit may stand for: powers, a denominator of several units, and the nearest common one."""
+    powers = re.sub(r"(?<=[^\W\d_])(-?[1-9])", r"^\1", name)
+    yield powers
+    yield re.sub(r"/\s*([^()/]*[^()/ ][ *·⋅][^()/]*)$", r"/(\1)", powers)
+    common = nearest(powers, _COMMON)
+    if common:
+        yield common
+
+
+def with_decimal_point(text: str) -> str:
+    """Return ``; the decimal sign is a point: ...`` for a number with a decimal comma, else ""."""
+    match = re.fullmatch(r"\s*([-+]?\d+),(\d+(?:[eE][-+]?\d+)?)(.*)", text)
+    return f"; the decimal sign is a point: {match[1]}.{match[2]}{match[3].rstrip()}" if match else ""
