@@ -5,6 +5,7 @@ arrays of `Run.to_xarray`: numbers and kept fields. All arrays have dimension sc
 ``entry`` links to the default plots of viewers (NeXus).
 """
 
+import hashlib
 import os
 from dataclasses import replace
 from io import FileIO
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from roughsim.results.answers import answers, readme
 from roughsim.results.arrays import Labelled, Stored, attributes_of
 from roughsim.results.run import Run
-from roughsim.store.disk import place_bytes
+from roughsim.store.disk import place_bytes, seal
 from roughsim.surface import topography
 
 ENDINGS = (".h5", ".hdf5", ".nc")
@@ -28,8 +29,8 @@ _GZIP = 4  # level at which fields are packed
 def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     """Write the answers of a run, the numbers of all members that count, and the kept fields into one file.
 
-    It is whole or not there. Its attribute README describes it. ``xarray.open_dataset(path)`` has the answers,
-    and with ``group="members"`` the members.
+    It is whole or not there, and its last line has the SHA-256 of all before. Its attribute README describes it.
+    ``xarray.open_dataset(path)`` has the answers, and with ``group="members"`` the members.
 
     `path`, which is returned, ends in .h5, .hdf5 or .nc; a file there is replaced. `bits` are the explicit mantissa
     bits that fields keep, 1 to 23, left out: all. A value is rounded by at most 2^−(bits+1) of itself.
@@ -50,6 +51,10 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
         with _DeferringFile(temporary) as handle:
             with h5py.File(handle, "w", libver="v110", track_order=True) as file:
                 _write_run(file, run, bits)
+            if handle.failure is not None:
+                raise handle.failure
+            handle.seek(0)
+            handle.write(seal(path.name, hashlib.file_digest(handle, "sha256")))  # the position is the end
             if handle.failure is not None:
                 raise handle.failure
             os.fsync(handle.fileno())

@@ -6,10 +6,10 @@ from decimal import Decimal
 from difflib import get_close_matches
 from typing import Any
 
-_COMMON = (
-    "nm, um, µm, mm, cm, m, mm/s, m/s, km/h, us, ms, s, K, eV, J, Pa, kPa, MPa, GPa, N/mm^2, g/cm^3, kg/m^3, 1/m, 1/mm, "
-    "1/um, rad/m, 1/s, deg, rad, %, J/(kg K), kJ/(kg K), J/(g K), W/(m K), W/(cm K)"
-).split(", ")
+_UNITS = (
+    "nm, um, µm, mm, cm, m, mm/s, m/s, km/h, us, ms, s, K, eV, J, Pa, kPa, MPa, GPa, N/mm^2, g/cm^3, kg/m^3, 1/m, 1/mm,"
+    " 1/um, rad/m, 1/s, deg, rad, %, J/(kg K), kJ/(kg K), J/(g K), W/(m K), W/(cm K)"
+)
 _JOULE_PER_EV, _PER_MOLE = Decimal("1.602176634e-19"), Decimal("6.02214076e23")
 
 
@@ -45,7 +45,7 @@ def _spellings(name: str) -> Iterator[str]:
     powers = re.sub(r"(?<=[^\W\d_])(-?[1-9])", r"^\1", name)
     yield powers
     yield re.sub(r"/\s*([^()/]*[^()/ ][ *·⋅][^()/]*)$", r"/(\1)", powers)
-    common = nearest(powers, _COMMON)
+    common = nearest(powers, _UNITS.split(", "))
     if common:
         yield common
 

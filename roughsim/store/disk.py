@@ -91,6 +91,13 @@ def checksum(value: Any) -> str:
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
 
 
+def seal(name: str, digest: Any) -> bytes:
+    """Return the last line of a file: its name, and the SHA-256 of all bytes before, of which `digest` has the data."""
+    words = f"\nroughsim {name} sha256 ".encode()
+    digest.update(words)
+    return words + f"{digest.hexdigest()}\n".encode()
+
+
 def read_bytes(path: Path, most: int | None = None) -> bytes:
     """Return all bytes of a file, read without HDF5 and its locks.
 

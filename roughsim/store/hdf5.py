@@ -1,4 +1,4 @@
-"""HDF5 in memory: arrays with units, dimension scales and checksums, which netCDF-4 readers open too.
+"""HDF5 in memory: arrays with units and dimension scales, which netCDF-4 readers open too.
 
 Members are read by the low-level interface of h5py, in two thirds of the time of its high-level interface.
 
@@ -35,8 +35,9 @@ def write_arrays(
     """Write arrays into a group, each after the arrays of its axes, which become its dimension scales.
 
     An array is its name, the names of its axes (its own name alone: it is an axis), its data, and its attributes. Data
-    that are no array have a shape and a dtype, and yield their rows one by one. Numbers are guarded by a checksum. Maps
-    (float32 of two or more axes) but heights are packed by gzip, too, at a level of `compression`.
+    that are no array have a shape and a dtype, and yield their rows one by one. Maps (float32 of two or more axes) but
+    heights are packed by gzip at a level of `compression`. No array has a checksum (fletcher32), which readers by
+    reference do not know: each file ends in the SHA-256 of all its bytes.
     """
     scales: dict[str, Any] = {}  # a look-up in the group takes as long as an attachment
     for name, axes, data, attributes in arrays:
@@ -45,15 +46,14 @@ def write_arrays(
         elif data.dtype == np.float32 and len(data.shape) > 1:
             chunk = (*(1 for _ in data.shape[:-2]), *(min(points, _LARGEST_CHUNK) for points in data.shape[-2:]))
             packed = {} if name in _UNPACKED else {"shuffle": True, "compression": compression}
-            dataset = group.create_dataset(name, data.shape, data.dtype, chunks=chunk, fletcher32=True, **packed)
+            dataset = group.create_dataset(name, data.shape, data.dtype, chunks=chunk, **packed)
             if isinstance(data, np.ndarray):
                 dataset[...] = data
             else:
                 for row, values in enumerate(data):
                     dataset[row] = values
         else:
-            checked = {"chunks": data.shape, "fletcher32": True} if data.size else {}
-            dataset = group.create_dataset(name, data=data, **checked)
+            dataset = group.create_dataset(name, data=data, chunks=data.shape if data.size else None)
         dataset.attrs.update(attributes)
         if axes == (name,):
             dataset.make_scale(name)

@@ -25,7 +25,7 @@ from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS, CURVES, NUMBERS
 from roughsim.observables.distribution import BIN_AREAS, Bins
 from roughsim.sliding import film
-from roughsim.store.disk import DamagedError, place_bytes, read_bytes
+from roughsim.store.disk import DamagedError, place_bytes, read_bytes, seal
 
 FORMAT = 6  # of members and of run.json
 AGAIN = "repeat the command that made the folder"  # advice on a lost member
@@ -117,10 +117,7 @@ def write_member(folder: Path, member: Member) -> None:
 
     path = member_path(folder, member.level, member.index)
     content = hdf5_bytes(lambda file: _fill(file, member))
-    seal = f"\nroughsim {path.name} sha256 ".encode()
-    digest = hashlib.sha256(content)
-    digest.update(seal)
-    place_bytes(path, content, seal, f"{digest.hexdigest()}\n".encode())
+    place_bytes(path, content, seal(path.name, hashlib.sha256(content)))
 
 
 def read_member(path: Path, fields: Iterable[str] = ()) -> Member:

@@ -1,5 +1,6 @@
 """A study as files for other programs: the tidy table, or arrays over the varied keys."""
 
+import hashlib
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,7 +14,7 @@ from roughsim.results.arrays import Labelled, to_dataset
 from roughsim.results.reactions import asked_names
 from roughsim.show.frame import csv_bytes, parquet_bytes
 from roughsim.show.table import json_value
-from roughsim.store.disk import place_bytes
+from roughsim.store.disk import place_bytes, seal
 from roughsim.studies.results import StudyResults
 from roughsim.studies.tables import plain_value
 from roughsim.studies.trends import trends_of
@@ -28,7 +29,9 @@ def save_study(study: StudyResults, path: Path) -> Path:
     if writer is None:
         raise ValueError(f"path = {str(path)!r} must end in {', '.join(writers)}")
     path.parent.mkdir(parents=True, exist_ok=True)
-    place_bytes(path, writer(study))
+    content = writer(study)
+    last_line = seal(path.name, hashlib.sha256(content)) if writer is _hdf5 else b""
+    place_bytes(path, content, last_line)
     return path
 
 

@@ -1,5 +1,6 @@
 """The exported file: answers, every number of every member, and the kept fields, with axes and units."""
 
+import hashlib
 import os
 import subprocess
 import sys
@@ -218,3 +219,19 @@ def test_the_command_line_exports(kept_run, tmp_path, capsys):
     assert ended.value.code == 0
     assert "a.h5, " in capsys.readouterr().err
     assert h5py.is_hdf5(tmp_path / "a.h5")
+
+
+def test_readers_by_reference_find_every_array(file):
+    # kerchunk and others know gzip and shuffle, not fletcher32
+    filters = {}
+    with h5py.File(file) as opened:
+        opened.visititems(lambda name, one: filters.update({name: getattr(one, "fletcher32", False)}))
+    assert len(filters) > 50
+    assert not any(filters.values())
+
+
+def test_the_last_line_seals_the_file(kept_run, tmp_path):
+    content = export_run(kept_run, tmp_path / "one.h5").read_bytes()
+    data, name, digest = content[:-65], content[:-65].rpartition(b"\n")[2], content[-65:]
+    assert name == b"roughsim one.h5 sha256 "
+    assert digest == f"{hashlib.sha256(data).hexdigest()}\n".encode()
