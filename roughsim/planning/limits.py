@@ -14,7 +14,7 @@ from roughsim import prediction
 from roughsim.planning.levels import SIDE, cell_of
 from roughsim.prediction.facts import YIELDED, Facts, gentle_end
 from roughsim.prediction.scans import scan_of_hottest, unknown_by
-from roughsim.prediction.statements import UNEVEN, Statement, cautions, equal_faces, statements
+from roughsim.prediction.statements import UNEVEN, ByMean, Statement, cautions, equal_faces, statements
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.scene.slips import STEEP, slips, steepness
@@ -56,20 +56,24 @@ def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
     return Plausibility(*_examined(scene, numerics), statements(scene))
 
 
-def warnings_of(scene: Scene, numerics: Numerics | None = None, *, drawn: bool = True) -> list[str]:
+def warnings_of(
+    scene: Scene, numerics: Numerics | None = None, *, drawn: bool = True, measured: ByMean | None = None
+) -> list[str]:
     """Return a warning for each number that the model is not meant for, and for each assumption that is easily missed.
 
     Contact is counted in the cell and in pixels of the finest grid of `numerics`. Without them it is the cell of the
     plan, and the finest grid of the scene's own levels or the largest one of a plan. Where the map itself is pressed in
-    place of `drawn` surfaces, the error of C(q) is in no number.
+    place of `drawn` surfaces, the error of C(q) is in no number. `measured` stands for the theory of the share.
     """
-    return _examined(scene, numerics, drawn=drawn)[1]
+    return _examined(scene, numerics, drawn, measured)[1]
 
 
-def _examined(scene: Scene, numerics: Numerics | None, *, drawn: bool = True) -> tuple[Facts | None, list[str]]:
+def _examined(
+    scene: Scene, numerics: Numerics | None, drawn: bool = True, measured: ByMean | None = None
+) -> tuple[Facts | None, list[str]]:
     """Return the sizes of a scene, None if its theory has no value, and its warnings."""
     scanned = _scan_lines(scene) if drawn else ()
-    plain = [*slips(scene), *scanned, *cautions(scene, drawn=drawn)]
+    plain = [*slips(scene), *scanned, *cautions(scene, drawn=drawn, measured=measured)]
     try:
         known = Facts(scene, numerics.lengths if numerics else cell_of(prediction.computed(scene))[0])
     except (ValueError, ArithmeticError, RuntimeError) as error:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from roughsim.grid import Array
 from roughsim.prediction.bodies import contact_temperatures
 from roughsim.prediction.first_micrometre import effects
 from roughsim.prediction.theories import predictions
@@ -30,6 +31,15 @@ class Statement(NamedTuple):
 
     def __str__(self) -> str:
         return f"{self.name}: {self.value}; {self.because}"
+
+
+class ByMean(NamedTuple):
+    """T_flash with all the heat in the moving body, K, and the share and T_flash by the rule "mean", over speeds."""
+
+    source: str  # theory, or a column
+    all_heat: Array
+    share: Array
+    flash: Array
 
 
 def statements(scene: Scene) -> list[Statement]:
@@ -135,10 +145,11 @@ def _of_the_first_micrometre(scene: Scene) -> Iterator[Statement]:
     yield from (Statement(*each) for each in left_out)
 
 
-def cautions(scene: Scene, *, drawn: bool = True) -> Iterator[str]:
+def cautions(scene: Scene, *, drawn: bool = True, measured: ByMean | None = None) -> Iterator[str]:
     """Yield a warning for each assumption that is easily missed, or that a map does not fulfil.
 
-    `drawn` is False where the map itself is pressed: then its texture and the direction of sliding count.
+    `drawn` is False where the map itself is pressed: then its texture and the direction of sliding count. `measured`
+    stands for the theory of the share.
     """
     if drawn:
         yield from texture_warnings(scene)
@@ -147,7 +158,7 @@ def cautions(scene: Scene, *, drawn: bool = True) -> Iterator[str]:
             f"sliding.direction = {degrees(scene.sliding.direction):.4g}° changes nothing in the theory and on drawn "
             "surfaces, which are isotropic; `roughsim press` gives T_flash in this direction"
         )
-    yield from _caution_of_heat(scene)
+    yield from _caution_of_heat(scene, measured)
 
 
 def texture_warnings(scene: Scene) -> Iterator[str]:
@@ -156,29 +167,38 @@ def texture_warnings(scene: Scene) -> Iterator[str]:
         yield from dict.fromkeys(line for texture in maps for line in texture.warnings(face))
 
 
-def _caution_of_heat(scene: Scene) -> Iterator[str]:
+def takes_all(scene: Scene) -> bool:
+    """Return whether all the heat is in the moving body although the counterface takes heat, too."""
+    return scene.counterface_conducts and scene.sliding.heat_partition == "all"
+
+
+def _caution_of_heat(scene: Scene, measured: ByMean | None) -> Iterator[str]:
     """Yield a warning of all the heat in one body where the other takes heat, too, and what "mean" makes of it."""
-    if not scene.counterface_conducts or scene.sliding.heat_partition != "all":
+    if not takes_all(scene):
         return
+    found = measured or _by_mean(scene)
+    mean = ""
+    if found is not None:
+        k = int(np.argmax(found.all_heat))
+        mean = (
+            f': by "mean" the share is {found.share[k]:.3g} and T_flash {found.flash[k]:.4g} K in {found.source} at '
+            f"{scene.speeds[k]:g} m/s, not {found.all_heat[k]:.4g} K"
+        )
     even = "0.5 between equal faces, " if equal_faces(scene) else ""
     lone = "; if the rough face is the moving one, exchange [body] and [counterface]"
     yield (
-        f'sliding.heat_partition is "all", the default, but the counterface takes heat, too{_by_mean(scene)}; write '
-        f'"mean", or a number ({even}1 for all){lone if len(scene.faces) == 1 else ""}; see docs/partition.md'
+        f'sliding.heat_partition is "all", the default, but the counterface takes heat, too{mean}; write "mean", or a '
+        f"number ({even}1 for all){lone if len(scene.faces) == 1 else ''}; see docs/partition.md"
     )
 
 
-def _by_mean(scene: Scene) -> str:
-    """Return in words the hottest T_flash of the theory with the share by "mean"; nothing where it has no value."""
+def _by_mean(scene: Scene) -> ByMean | None:
+    """Return what the rule "mean" makes of the theory; None where it has no value."""
     shared = replace(scene, sliding=replace(scene.sliding, heat_partition="mean"))
     try:
         flash, by_mean = predictions(scene)["flash_temperature"], predictions(shared)
         share = by_mean["heat_partition"]
-        less = share * by_mean["flash_temperature"]  # tables over temperature have other values with another share
+        # tables over temperature have other values with another share
+        return ByMean("theory", flash, share, share * by_mean["flash_temperature"])
     except (ValueError, ArithmeticError, RuntimeError):
-        return ""
-    k = int(np.argmax(flash))
-    return (
-        f': by "mean" the share is {share[k]:.3g} and T_flash {less[k]:.4g} K in theory at {scene.speeds[k]:g} m/s, '
-        f"not {flash[k]:.4g} K"
-    )
+        return None

@@ -15,6 +15,7 @@ from roughsim.estimate.levels import Values
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
 from roughsim.grid import Grid
 from roughsim.planning.limits import warnings_of
+from roughsim.prediction.statements import ByMean, takes_all
 from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
 from roughsim.results.description import Description
 from roughsim.results.means import Means
@@ -121,7 +122,11 @@ class Run(Means):
     @property
     def warnings(self) -> list[str]:
         """A line for each number of the scene beyond the model, and for each assumption that is easily missed."""
-        return warnings_of(self.scene, self.numerics, drawn=self.drawn)
+        measured = None
+        if takes_all(self.scene) and self.independent > 1 and not self.scene.tables:
+            flash, share = (self.estimate(name).mean for name in ("flash_temperature", "heat_partition"))
+            measured = ByMean(self.column(None), flash, share, share * flash)
+        return warnings_of(self.scene, self.numerics, drawn=self.drawn, measured=measured)
 
     @property
     def realizations(self) -> int:

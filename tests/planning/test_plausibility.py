@@ -444,7 +444,8 @@ def test_every_slip_by_a_thousand_or_a_million_is_refused_told_or_lawful():
                         continue
                     if {line[:12] for line in judge(other).warnings} <= usual:
                         quiet.append((key, factor, name))
-    # all of these there are: slow sliding, rubber on a smooth floor or under its own weight, polished stone, diamond
+    # all of these there are: slow sliding, rubber on a smooth floor or under its own weight, polished stone, diamond,
+    # and steel under 90 to 500 kPa, which touches in some spots of the planned cell
     everywhere = {("speed", 1e-6), ("speed", 1e-3)}
     assert {entry for entry in quiet if entry[:2] not in everywhere} == {
         ("q_max", 1e-6, "rubber"),
@@ -453,5 +454,5 @@ def test_every_slip_by_a_thousand_or_a_million_is_refused_told_or_lawful():
         ("rms_height", 1e-3, "granite"),
         ("conductivity", 1e3, "granite"),
         ("conductivity", 1e3, "rubber"),
-        ("nominal_pressure", 1e-3, "rubber"),
+        *(("nominal_pressure", 1e-3, name) for name in bundled_scenes() if name != "granite"),
     }

@@ -130,6 +130,19 @@ def test_pages_notebooks_and_json_have_them(odd, tmp_path):
         assert [kind in " ".join(text.split()) for kind in (STEEP, SOFT, SHARE)] == [True] * 3, name
 
 
+def test_a_run_has_the_temperature_that_mean_gives_in_its_own_contacts(odd, tmp_path):
+    run = rs.run(odd, tmp_path / "all", progress=False)
+    shared = rs.run(odd, tmp_path / "mean", changes={"sliding.heat_partition": "mean"}, progress=False)
+    (line,) = [line for line in run.warnings if SHARE in line]
+    share, mean, everything = map(
+        float, re.search(r"share is (\S+) and T_flash (\S+) K in elastic .*, not (\S+) K", line).groups()
+    )
+    # with the share measured at both, T of the run by "mean" is that of the same contacts
+    assert mean == pytest.approx(shared.estimate("flash_temperature").mean[0], rel=1e-3)
+    assert everything == pytest.approx(run.estimate("flash_temperature").mean[0], rel=1e-3)
+    assert share == pytest.approx(mean / everything, rel=2e-3)
+
+
 @pytest.mark.parametrize("verb", ["theory", "plan", "run", "study"])
 def test_verbs_print_each_once_on_the_standard_error(odd, verb, tmp_path, capsys):
     words = [verb, str(odd)]
