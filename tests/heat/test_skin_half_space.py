@@ -130,6 +130,19 @@ def test_heat_is_shared_from_rest_as_in_one_dimension(layers):
             assert shared.temperature[2, 2] == pytest.approx(share * rise, rel=1e-4)
 
 
+@pytest.mark.parametrize("skin", [Skin(3e-7, 3.0, 9e-7), Skin(6e-7, 200.0, 1e-4)])
+def test_the_wake_of_a_fast_strip_cools_as_in_one_dimension(skin):
+    # a strip 1000 times as wide as the cell is long heats each point of its track for a time: v L/D = 4e5
+    length, speed = 1e-5, 5e3
+    grid = Grid((64, 3), (64 * length, 3e-1))
+    flux = np.zeros(grid.shape)
+    flux[48:60] = 1.0
+    field = half_space_temperature(flux, grid, speed=speed, skin=skin, **STEEL)[:, 1]
+    since = (np.array([[59.5], [47.5]]) - np.arange(58)) * length / speed  # that its edges passed
+    begun, ended = (np.where(t > 0, under_a_skin(np.abs(t), 0.0, *skin), 0.0) for t in since)
+    np.testing.assert_allclose(field[:58], begun - ended, rtol=2e-3)
+
+
 @pytest.mark.parametrize("speed", [0.5, 5.0])
 def test_a_thick_skin_is_the_whole_half_space(speed):
     grid, heat = Grid((24, 24), (1e-3, 1e-3)), {"speed": speed}
