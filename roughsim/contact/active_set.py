@@ -96,7 +96,7 @@ def solve_contact(
         solution = solve_cascade(levels, tolerance, limit, first)
         if solution.residual > tolerance:
             _warn_or_raise(solution, problem, tolerance, limit, pressure_unit)
-        pressure, gap, residual, iterations, transforms, _ = solution
+        pressure, gap, residual, iterations, transforms = solution
         transforms += 1.0  # of the heights
     # back to SI, in place
     fields = pressure, gap, problem.heights

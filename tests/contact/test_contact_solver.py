@@ -13,11 +13,21 @@ from test_contact_operator import compliance
 
 import roughsim as rs
 from roughsim._kernels import active_set as kernels
+from roughsim.contact.solver import exchange as exchanges
 from roughsim.contact.solver import solve
 from roughsim.contact.solver.exchange import exchange
 from roughsim.contact.solver.operators import MOST_KEPT, kept_half_space
 from roughsim.contact.solver.problem import ScaledProblem
-from roughsim.contact.solver.steps import Iterate, balance, check, compute_gap, mean_gap, workspace_of
+from roughsim.contact.solver.steps import (
+    Check,
+    Iterate,
+    balance,
+    check,
+    compute_gap,
+    displacement_span,
+    mean_gap,
+    workspace_of,
+)
 
 
 def rough(points=64, *, slope=0.5, seed=0, per_wave=4):
@@ -203,6 +213,32 @@ def test_exchanges_of_points_alone_lead_to_the_solution(cap):
     check(problem, work, now, 1e-6, 0.5)
     exchange(problem, work, now)
     np.testing.assert_allclose(now.pressure, exact.ravel(), atol=1e-8 * exact.max())
+
+
+@pytest.mark.parametrize("lengths", [(1.0, 1.0), (1.0, 1000.0)])
+def test_single_precision_steps_before_an_exchange_count_their_rounding(lengths):
+    # points on a bound are set free only by a gap beyond the rounding that the steps have left in it
+    heights, grid, full = white_noise((64, 64), lengths)
+    problem = ScaledProblem(heights, 0.0, 1.0, grid, 0.1 * full, np.inf, grid.nyquist / 2)
+    work, now = started(problem, np.full(grid.shape, 0.1 * full))
+    check(problem, work, now, 1e-6, 0.5)
+    exchanges._solve_on_free_points(problem, work, now, 1e-13)
+    exact = np.fft.irfft2(compliance(grid.wavenumbers) * np.fft.rfft2(now.pressure.reshape(grid.shape)), s=grid.shape)
+    error = np.std(now.gap.reshape(grid.shape) - (exact - heights))
+    assert error < now.noise < 30 * error
+
+
+@pytest.mark.parametrize(("blur", "noise", "again"), [(0.2, 0, True), (0, 0.02, True), (0.05, 0.01, False)])
+def test_rounding_is_weighed_against_the_residual_and_against_the_worst_gap(blur, noise, again):
+    # shares of the tolerance: a tenth may be rounding, and the worst point has eight times the rms rounding
+    heights, grid = rough()
+    problem, tolerance = ScaledProblem(heights, 0.0, 1.0, grid, 0.1, np.inf, grid.nyquist / 4), 1e-3
+    work, now = started(problem, np.maximum(heights, 0.0))
+    now.span = displacement_span(problem, work, now)
+    now.noise, done = noise * tolerance * now.span, now.transforms
+    state = Check(0.5 * tolerance, 0.0, 1, 1, 0, blur * tolerance)
+    solve._check_again(problem, work, now, state, tolerance, 0.5)
+    assert (now.transforms > done) == again
 
 
 @pytest.mark.parametrize(("load", "cap"), [(0.1, 0.25), (0.1, 0.10001), (0.3, np.inf)])

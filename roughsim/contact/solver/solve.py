@@ -52,7 +52,6 @@ class Solution(NamedTuple):
     residual: float
     iterations: int
     transforms: float  # real float64 transforms of this grid
-    blur: float  # share of rounding errors in the residual
 
 
 def solve_cascade(
@@ -64,14 +63,11 @@ def solve_cascade(
     """
     finest = levels[0]
     work = 0.0
-    precise = False
     for problem in reversed(levels[1:]):
         coarse = solve_level(problem, start, max(_COARSE_TOLERANCE, tolerance), max_iterations, final=False)
         work += coarse.transforms * problem.grid.points / finest.grid.points
         start = coarse.pressure
-        # single precision is enough for the first gap of a level unless rounding already blurs the coarser solution
-        precise = coarse.blur > 0.3 * NEGLIGIBLE * tolerance
-    solution = solve_level(finest, start, tolerance, max_iterations, final=True, precise=precise)
+    solution = solve_level(finest, start, tolerance, max_iterations, final=True)
     return solution._replace(transforms=work + solution.transforms)
 
 
@@ -82,17 +78,15 @@ def solve_level(
     max_iterations: int,
     *,
     final: bool,
-    precise: bool = False,
 ) -> Solution:
     """Iterate on one grid until the residual meets the tolerance, stalls, or the iterations run out; never raises.
 
-    `start` is a pressure on any grid; the load everywhere if left out. With `precise` the first gap is computed in
-    float64. With `final` the tolerance also holds for the worst point (its gap against the range of the displacement)
-    and for rounding errors.
+    `start` is a pressure on any grid; the load everywhere if left out. With `final` the tolerance also holds for the
+    worst point (its gap against the range of the displacement) and for rounding errors.
     """
     work = workspace_of(problem)
     now = Iterate(start_pressure(problem, work, start), np.empty(problem.grid.points))
-    compute_gap(problem, work, now, np.float64 if precise else problem.step_type)
+    compute_gap(problem, work, now, problem.step_type)
     now.offset = mean_gap(work, now)
     control = _Control()
     state = check(problem, work, now, tolerance, control.reach)
@@ -117,7 +111,7 @@ def solve_level(
         settle(problem, work, now)
     shape = problem.grid.shape
     fields = now.pressure.reshape(shape), now.gap.reshape(shape)
-    return Solution(*fields, state.residual, iteration, now.transforms, state.blur)
+    return Solution(*fields, state.residual, iteration, now.transforms)
 
 
 @dataclass(slots=True)
