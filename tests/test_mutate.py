@@ -1,25 +1,40 @@
-"""The list of files in which errors are planted follows the package."""
+"""Errors are planted in every module of both packages, and tried on the tests that run their lines."""
 
 import pytest
-from mutate import ROOT, TESTS, mutants
+from mutate import LEFT_OUT, ROOT, LineTests, drawn, modules
+
+# modules without a line that computes: names, doors, tables of text
+WITHOUT_FORMULAS = {
+    *("roughsim/cli/__main__.py", "roughsim/fourier/power.py", "roughsim/outputs/report.py"),
+    *("roughsim/results/unread.py", "roughsim/scene/other_names.py", "roughsim/show/frame.py"),
+    "roughsim/studies/study.py",
+}
 
 
-@pytest.mark.parametrize("file", TESTS)
-def test_every_file_to_plant_errors_in_has_formulas_and_tests(file):
-    assert next(mutants(file), None) is not None
-    assert all((ROOT / "tests" / test).is_file() for test in TESTS[file].split())
+def test_every_module_of_both_packages_is_drawn_from_or_named():
+    every = {path.relative_to(ROOT).as_posix() for room in ("roughsim", "theory") for path in (ROOT / room).rglob("*")}
+    left_out = {name for name in every if name.endswith(".py")} - set(modules())
+    assert all(reason and any(name.startswith(start) for name in left_out) for start, reason in LEFT_OUT.items())
+    assert all(name.startswith(tuple(LEFT_OUT)) for name in left_out)
+    without = set(modules()) - {mutant.file for mutant in drawn(1, 1, [""])}
+    assert {name for name in without if not name.endswith("__init__.py")} == WITHOUT_FORMULAS
 
 
-# no formulas: arguments and their errors, rounding of float32
-EXEMPT = {"theory/arguments.py", "roughsim/heat/precision.py"}
-
-
-def test_every_module_with_formulas_of_theory_and_heat_is_in_the_list():
-    modules = {
-        path.relative_to(ROOT).as_posix()
-        for room in ("theory", "roughsim/heat")
-        for path in (ROOT / room).rglob("*.py")
-    }
-    assert {name for name in modules if not name.endswith("__init__.py")} == EXEMPT | {
-        name for name in TESTS if name.startswith(("theory/", "roughsim/heat/"))
-    }
+def test_tests_of_a_line_are_those_that_run_it_the_closest_first(tmp_path):
+    coverage = pytest.importorskip("coverage")
+    made = coverage.CoverageData(str(tmp_path / "coverage"))
+    for context, lines in {
+        "": [1, 9],  # the import
+        "tests/test_a.py::test_long[a|b]|run": [1, 2, 3],
+        "tests/test_a.py::test_short|run": [2],
+        "tests/test_b.py::test_with_a_fixture|setup": [4],  # its result may serve other tests of the file
+        "tests/test_c.py::test_an_interrupt|run": [2],  # looks at the clock
+    }.items():
+        made.set_context(context)
+        made.add_lines({str(ROOT / "theory/flash.py"): lines})
+    made.write()
+    tests = LineTests(tmp_path / "coverage")
+    assert tests.of("theory/flash.py", 2) == ["tests/test_a.py::test_short", "tests/test_a.py::test_long[a|b]"]
+    assert tests.of("theory/flash.py", 4) == ["tests/test_b.py"]
+    assert len(tests.of("theory/flash.py", 9)) == 3  # of the module: the process of the tests does not run the line
+    assert tests.of("theory/skin.py", 1) == []
