@@ -93,7 +93,7 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """Show how a scene would be computed, and why so."""
-    from roughsim.scene.sections import TARGET
+    from roughsim.scene.ensemble import TARGET
 
     target = None if target_error is None else {"flash_temperature": TARGET(target_error, "--target-error")}
     loaded = open_scene(scene, changes, {"ensemble.until": target})
@@ -122,6 +122,9 @@ def run(
         list[str] | None, Option(metavar="NAME=X", help="The same of any observable. May be repeated.")
     ] = None,
     most: Annotated[int | None, Option("--max", metavar="N", min=1, help="Stop at N of the lowest level.")] = None,
+    members: Annotated[
+        int | None, Option(metavar="N", min=1, help="Compute N of the lowest level, in place of a target.")
+    ] = None,
     workers: Workers = None,
     threads: Annotated[int | None, Option(metavar="N", min=1, help="Threads of each process.")] = None,
     keep_fields: Annotated[int | None, Option(metavar="K", min=0, help="Store fields of the first K members.")] = None,
@@ -130,13 +133,16 @@ def run(
 
     For example: roughsim run demo -o runs/demo --target-error 1%
     """
+    from roughsim.scene.checks import check_ends
+
     began = time.monotonic()
     if target_error is not None:
         until = [*(until or []), f"flash_temperature={target_error}"]
     targets = {name.strip(): value for name, _, value in (word.partition("=") for word in until or ())} or None
-    ensemble = {"ensemble.until": targets, "ensemble.max_realizations": most}
+    ensemble = {"ensemble.until": targets, "ensemble.max_realizations": most, "ensemble.realizations": members}
     options = ensemble | {"numerics.threads": threads, "numerics.keep_fields": keep_fields}
     loaded = open_scene(scene, changes, options)
+    check_ends(loaded.ensemble, {"--until": until, "--max": most})
     begun = (output / "run.json").exists()
     if not output.is_file():  # which is refused below
         note(f"going on with {output}" if begun else f"planning {scene}")
@@ -163,8 +169,8 @@ def run(
 
 def _note_looser_targets(before: "rs.Scene", now: "rs.Scene") -> None:
     """Print a line for each target that was stricter when a run was last computed: fewer of its members will count."""
-    targets = dict(now.ensemble.until)
-    for name, goal in before.ensemble.until:
+    targets = now.ensemble.ends
+    for name, goal in before.ensemble.ends.items():
         if goal < targets.get(name, 0.0):
             note(
                 f"the target of {name} was {100 * goal:g} %, and is {100 * targets[name]:g} % now: members beyond it "

@@ -110,7 +110,7 @@ def press(
     parts = [(MAP, folder, [whole], edges), (QUARTERS, folder / QUARTERS, quarters(topography), "mirror")]
     begun = []
     for kind, home, cells, joined in parts:
-        own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), max_realizations=len(cells)))
+        own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), realizations=len(cells)))
         numerics = _numerics(own, cells[0].grid, resolution, joined)
         allowed.fit(*largest_member(own, numerics), numerics.threads)
         numerics = _begin(own, home, numerics, {"of": kind, "edges": joined, "heights": digest})

@@ -24,9 +24,9 @@ from roughsim.results.description import Description, content_of, folder_state, 
 from roughsim.results.folder import unread_run
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneLike, as_scene
-from roughsim.scene.checks import check_levels
+from roughsim.scene.checks import check_ends, check_levels
+from roughsim.scene.ensemble import TARGET
 from roughsim.scene.numerics import Numerics
-from roughsim.scene.sections import TARGET
 from roughsim.show.text import warn_of_scene
 from roughsim.store.claims import Claims
 
@@ -44,6 +44,7 @@ def run(  # noqa: PLR0913  (each is an option)
     target_error: float | str | None = None,
     until: Mapping[str, float | str] | None = None,
     max_realizations: int | None = None,
+    realizations: int | None = None,
     workers: int | None = 1,
     executor: Executor | None = None,
     observer: Callable[[Run], None] | None = None,
@@ -73,6 +74,9 @@ def run(  # noqa: PLR0913  (each is an option)
     max_realizations : int, optional
         Largest number of members of each level; default: from the scene. Each of several processes stops by its own
         `until` and `max_realizations`; run.json has the values of the process that started last.
+    realizations : int, optional
+        Members of each lowest level, in place of `until` and `max_realizations`; default: from the scene. Higher levels
+        have as many members as go best with them. A larger number later continues the run.
     workers : int, optional
         Processes; 1 computes in this one. None: as many as this process has cores, once more than 3 s of computing are
         left. The number is reduced, with a warning, to use at most 80 % of the available memory. A script with several
@@ -114,9 +118,11 @@ def run(  # noqa: PLR0913  (each is an option)
             raise ValueError(f"target_error = {target_error} and until = {until} are both given; give one of them")
         until = {"flash_temperature": TARGET(target_error, "target_error")}
     scene = as_scene(scene, changes)
-    given: dict[str, Any] = {"seed": seed, "until": until, "max_realizations": max_realizations}
+    ends = {"until": until, "max_realizations": max_realizations}
+    given: dict[str, Any] = {"seed": seed, "realizations": realizations, **ends}
     given = {key: value for key, value in given.items() if value is not None}
     scene = replace(scene, ensemble=replace(scene.ensemble, **given))  # checked as in a file
+    check_ends(scene.ensemble, ends)
     folder = Path(folder)
     with allowed, shown(progress and observer is None, "planning") as bar:
         if numerics is not None:  # before a folder is made
@@ -158,8 +164,8 @@ def complete(
         for scene, _, folder in begun:
             remove_unfinished(folder, claims)
             run = unread_run(folder, "redo")
-            run.until = dict(scene.ensemble.until)  # scene.toml may have the targets of another process
-            run.max_realizations = scene.ensemble.max_realizations
+            run.until = scene.ensemble.ends  # scene.toml may have the targets of another process
+            run.max_realizations = scene.ensemble.most
             run.refresh()
             runs.append(run)
         Tasks(runs, claims, observer, source).complete(workers)

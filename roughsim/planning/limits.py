@@ -129,7 +129,7 @@ def _without_waves(scene: Scene, q: float) -> str:
 
 def _scan_lines(scene: Scene) -> Lines:
     """Warn of a C(q) from scans whose own error is unknown or large."""
-    scan, target = scan_of_hottest(scene), dict(scene.ensemble.until).get("flash_temperature", inf)
+    scan, target = scan_of_hottest(scene), scene.ensemble.ends.get("flash_temperature", inf)
     if scan is not None and isnan(scan):
         yield f"C(q) was measured on a scan, and its error is unknown: {unknown_by(scene)}"
     elif scan is not None and scan > target:

@@ -20,8 +20,8 @@ from roughsim.planning.sliding import slide_reasons, with_slide
 from roughsim.prediction.scans import scan_of_hottest
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.checks import check_levels
+from roughsim.scene.ensemble import TARGET
 from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
-from roughsim.scene.sections import TARGET
 from roughsim.show.text import warn_of_scene
 
 # relative standard deviation of T_flash over the members of a lowest level, × longest waves per side × √(contact area
@@ -130,7 +130,7 @@ def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
     The least is the first round, or two levels of the main column with little scatter; the most has much scatter, and
     all levels.
     """
-    most = scene.ensemble.max_realizations
+    most, fixed = scene.ensemble.most, scene.ensemble.realizations is not None
     main = numerics.rungs(numerics.columns[-1])
     area = prediction.area_fractions(scene, numerics.levels[main[0]].q_max)["contact_fraction"]
     waves = min(numerics.lengths) * scene.spectrum.breaks[0] / (2 * pi)
@@ -143,10 +143,12 @@ def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
         falls = [numerics.levels[i].parts / 2.0**k for k, i in enumerate(rungs)]
         total = sum(fall * sqrt(works[i] / works[main[0]]) for fall, i in zip(falls, rungs, strict=True))
         wanted.append((2.0 / target * scatter / waves) ** 2 / area * total if area else inf)
-        spent.append(min(wanted[-1], most) * works[main[0]] * total)
+        spent.append((most if fixed else min(wanted[-1], most)) * works[main[0]] * total)
     low, high = max(first, spent[0]), max(first, spent[1]) + FIRST_STEP * sum(works)
     goal = f"to a total error of {100 * target:.3g} %"
-    if most < wanted[0] < inf:
+    if fixed:
+        goal = f"of realizations = {most}"
+    elif most < wanted[0] < inf:
         goal = f"of max_realizations = {most}; at least some {wanted[0]:.0f} are needed {goal}"
     why = (
         f"{goal}, from the scatter of T_flash on other scenes; the upper end if all levels are needed. After the first "

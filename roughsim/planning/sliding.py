@@ -105,7 +105,7 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     if level.followed is not None and 1e3 * level.followed < whole:
         why += f"; the theory continues it to {whole:.3g} mm, within {100 * CONTINUED:.2g} %"
     yield Reason("slid distance", f"{lengths} mm", why)
-    realizations = scene.ensemble.max_realizations
+    realizations = scene.ensemble.most
     members = min(level.first or realizations, realizations)
     pixels = f" with one of {COARSER:g} of the points, which shows the error of the pixel" * (
         problem.coarser is not None

@@ -69,8 +69,8 @@ class Run(Means):
     def __init__(self, folder: Path, description: Description, scene: Scene, treatment: Damaged):
         super().__init__(scene, Members(folder, description, scene.speeds, treatment))
         self.seed = scene.ensemble.seed
-        self.until = dict(scene.ensemble.until)
-        self.max_realizations = scene.ensemble.max_realizations
+        self.until = scene.ensemble.ends
+        self.max_realizations = scene.ensemble.most
         self.reasons = description.numerics.reasons
         self.edges = description.press.get("edges", "")  # way in which a pressed map was made periodic
         self.damaged = self.members.damaged

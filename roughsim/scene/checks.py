@@ -1,14 +1,14 @@
 """Checks of the sections of a scene against each other; each raises a ValueError with the keys, values and limits."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from roughsim.observables.catalogue import observables_of
+from roughsim.scene.ensemble import EnsembleSection
 from roughsim.scene.numerics import DEFAULT_SOLVER, SAME, SLIDING, Level
 from roughsim.scene.sections import (
     BodySection,
     CounterfaceSection,
-    EnsembleSection,
     SlidingSection,
     SurfaceSection,
 )
@@ -136,6 +136,16 @@ def check_targets(ensemble: EnsembleSection, distribution: bool) -> None:
                 f"ensemble.until.{name} is of the distribution of the temperature; add "
                 "observables.temperature_distribution = true"
             )
+
+
+def check_ends(ensemble: EnsembleSection, given: Mapping[str, object]) -> None:
+    """Refuse targets and a largest number, by their names as `given`, beside a number of realizations."""
+    name = next((name for name, value in given.items() if value is not None), None)
+    if ensemble.realizations is not None and name is not None:
+        raise ValueError(
+            f"{name} = {given[name]} does not go with ensemble.realizations = {ensemble.realizations}, which fixes the "
+            "number of members; leave one of the two out"
+        )
 
 
 def check_rows(surface: SurfaceSection, counterface: CounterfaceSection | None) -> None:

@@ -22,6 +22,7 @@ from roughsim.scene.checks import (
     check_targets,
     missing_second_body,
 )
+from roughsim.scene.ensemble import EnsembleSection
 from roughsim.scene.numerics import NumericsSection
 from roughsim.scene.reactions import ObservablesSection, ReactionSection
 from roughsim.scene.schema import Record
@@ -29,7 +30,6 @@ from roughsim.scene.sections import (
     NOT_IDENTITY,
     BodySection,
     CounterfaceSection,
-    EnsembleSection,
     SlidingSection,
     SurfaceSection,
     TheorySection,
@@ -231,11 +231,11 @@ class Scene(Record, section=""):
     def identity(self) -> dict[str, Any]:
         """Return the identity of this scene: physics, numerics and seed, as dotted key → JSON value.
 
-        Keys that change no number of a member are left out: texts (title); `ensemble.max_realizations`,
-        `ensemble.until` and `numerics.keep_fields`; errors and sources of a C(q), and the melting temperature; a
-        background temperature without a table κ(T) or μ(T); [observables] and [reaction] but for the distribution of
-        the temperature, which members store if there is either. Keys without a value are absent, but two have a number
-        then: `q_roll_off` is `q_min`, and `roll_off_exponent` is 0.
+        Keys that change no number of a member are left out: texts (title); `ensemble.realizations`,
+        `ensemble.max_realizations`, `ensemble.until` and `numerics.keep_fields`; errors and sources of a C(q), and the
+        melting temperature; a background temperature without a table κ(T) or μ(T); [observables] and [reaction] but for
+        the distribution of the temperature, which members store if there is either. Keys without a value are absent,
+        but two have a number then: `q_roll_off` is `q_min`, and `roll_off_exponent` is 0.
         """
         sections = to_jsonable_python(self, exclude_none=True)
         sections = {name: section for name, section in sections.items() if isinstance(section, dict)}

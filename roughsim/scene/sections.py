@@ -11,7 +11,6 @@ from pydantic import BeforeValidator, WrapValidator, model_validator
 from pydantic.dataclasses import dataclass
 
 from roughsim.extensions import extensions, loaded
-from roughsim.observables.catalogue import OBSERVABLES, observables_of
 from roughsim.scene.scans import MEASURED_KEYS, SCAN_KEYS
 from roughsim.scene.schema import (
     KELVIN,
@@ -31,7 +30,6 @@ from roughsim.scene.schema import (
     optional_keys,
     quantity,
     unit_of,
-    whole,
 )
 from roughsim.scene.skins import HeatDepth, SkinSection
 from roughsim.scene.tables import Conductivity, FrictionCoefficient, Rows, read_psd, read_psd_error, read_psd_texture
@@ -39,16 +37,15 @@ from roughsim.scene.tables import Conductivity, FrictionCoefficient, Rows, read_
 _SHARE = Quantity("", "0.938", above=0, at_most=1)
 _SHARE_RULES = ("mean", "total", "all")
 SPEED = Quantity("m/s", '"35 m/s"', at_least=0)
-TARGET = Quantity("", '"1 %"', above=0, below=1)
 _SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
 _SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them gives the roughness of a face
 _PSD_KEYS = ("psd_convention", *MEASURED_KEYS)  # they go with `psd`
 ROUGHNESS_KEYS = (*_SIZE_KEYS, *_PSD_KEYS, *_SELF_AFFINE_KEYS)
 _THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 # keys of the end of a run, of kept fields, and of sources and warnings: they change no number
-NOT_IDENTITY = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
-    f"{face}.{key}" for face in ("surface", "body", "counterface") for key in (*MEASURED_KEYS, "melting_temperature")
-}
+NOT_IDENTITY = {
+    *("ensemble.realizations", "ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"),
+} | {f"{face}.{key}" for face in ("surface", "body", "counterface") for key in (*MEASURED_KEYS, "melting_temperature")}
 _TURN = 6.2832  # rad, 360° rounded up
 _WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 
@@ -102,20 +99,6 @@ def _read_share(value: Any) -> float | str:
     if value not in _SHARE_RULES:
         raise ValueError(f" = {as_written(value)} is not known; {did_you_mean(value, _SHARE_RULES)}")
     return value
-
-
-def _read_targets(value: Any) -> tuple[tuple[str, float], ...]:
-    """Read observables with the relative total error that each should reach: a mapping, or pairs; return pairs."""
-    if isinstance(value, Mapping):
-        value = tuple(value.items())
-    if not isinstance(value, (list, tuple)) or any(not isinstance(p, (list, tuple)) or len(p) != 2 for p in value):
-        example = 'until = { flash_temperature = "1 %" }'
-        raise ValueError(f" = {as_written(value)} must name observables and targets: {example}")
-    for name, _ in value:
-        if name not in OBSERVABLES:
-            names = observables_of(distribution=False)
-            raise ValueError(f".{name} is not an observable; {did_you_mean(str(name), names)}")
-    return tuple((name, TARGET(target, f".{name}")) for name, target in value)
 
 
 def read_title(value: Any) -> str:
@@ -337,14 +320,3 @@ class TheorySection(Record, section="theory"):
 
     gamma: Annotated[float, Quantity("", "0.45", at_least=0, at_most=1)] = 0.45
     """γ of W = P[γ + (1 − γ)P²]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class EnsembleSection(Record, section="ensemble"):
-    """Seed, largest number of realizations, and targets."""
-
-    seed: Annotated[int, whole("1", 0)] = 1
-    max_realizations: Annotated[int, whole("400", 1, 1_000_000)] = 400
-    """Most members of a lowest level."""
-    until: Annotated[tuple[tuple[str, float], ...], BeforeValidator(_read_targets)] = (("flash_temperature", 0.01),)
-    """Pairs of an observable and the relative total 95 % error that it should reach at its worst speed."""

@@ -23,9 +23,11 @@ from roughsim.planning.sliding import with_common_slide
 from roughsim.results.description import folder_state, read_description
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError, SceneLike
+from roughsim.scene.checks import check_ends
+from roughsim.scene.ensemble import TARGET
 from roughsim.scene.files import scene_of
 from roughsim.scene.numerics import Numerics, Reason
-from roughsim.scene.sections import ROUGHNESS_KEYS, TARGET
+from roughsim.scene.sections import ROUGHNESS_KEYS
 from roughsim.show.text import warn_of_scene
 from roughsim.store.claims import PLAN, Claims
 from roughsim.store.disk import make_folder
@@ -102,6 +104,7 @@ def study(
     allowed = Workers(workers, executor)
     target = None if target_error is None else float(TARGET(target_error, "target_error"))
     axes, scenes = scenes_of(scene, vary)
+    check_ends(scenes[""].ensemble, {"target_error": target_error})
     folder = Path(folder)
     description = describe(scenes, axes, target)
     refuse_other(folder, description)

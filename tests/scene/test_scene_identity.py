@@ -159,12 +159,15 @@ contact_length = 1e-3
 gamma = 0.3
 [ensemble]
 seed = 4
+realizations = 3
 max_realizations = 5
 until = { flash_width = 0.02 }
 """
 FACES = (f"rms_height = 1e-7\n{SELF_AFFINE}", f"rms_slope = 0.1\n{SELF_AFFINE}", TABLE_FACE, NAMED_FACE)
 # what a run may change and stay the same run, or what changes no number
-LEFT_OUT = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
+LEFT_OUT = {
+    *("ensemble.realizations", "ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"),
+} | {
     *("surface.psd_source", "counterface.psd_source", "surface.psd_error", "counterface.psd_error"),
     *("surface.psd_texture", "counterface.psd_texture"),
     *("surface.psd_filled", "counterface.psd_filled"),

@@ -125,6 +125,7 @@ LIMITS = {
     "theory.gamma": ("", [0, 1], [-0.001, 1.001]),
     "ensemble.seed": ("", [0, 2**63 - 1], [-1, 2**63, *WHOLE]),
     "ensemble.max_realizations": ("", [1, 10**6], [0, 10**6 + 1, *WHOLE]),
+    "ensemble.realizations": ("", [1, 10**6], [0, 10**6 + 1, *WHOLE]),
     "numerics.lengths": ("m", *POSITIVE),
     "numerics.tolerance": ("", [1e-9, 0.999], [0, 1]),
     "numerics.slid_distance": ("m", [1e-9, float("inf")], [0, -float("inf")]),
