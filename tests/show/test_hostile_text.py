@@ -16,7 +16,7 @@ import roughsim as rs
 from roughsim import cli
 from roughsim.scene import parse_scene
 from roughsim.show.terminal import table_text
-from roughsim.show.text import plain
+from roughsim.show.text import errors_in_one_line, plain
 
 PAGE = ("explore",) if find_spec("bokeh") else ()  # an extra
 TITLES = {
@@ -194,3 +194,10 @@ def test_a_narrow_terminal_cuts_no_number(capped_run):
     assert "…" not in text
     row = next(line for line in text.splitlines() if line.startswith("contact_fraction"))
     assert row.count("±") == 4
+
+
+def test_a_long_error_is_cut_in_its_middle(capsys):
+    for count, words in ((600, "a" * 600 + "b" * 600), (601, "a" * 600 + " … " + "b" * 600)):
+        with pytest.raises(SystemExit), errors_in_one_line("roughsim run"):
+            raise ValueError("a" * count + "b" * 600)
+        assert capsys.readouterr().err == f"roughsim: {words}\n"
