@@ -196,13 +196,14 @@ def theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
         speed = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
         both = prediction.over_speed(scene, speed), prediction.calibrated_over_speed(scene, speed)
         theory, law = (by[observable] for by in both)
-        share = prediction.heat_partition(scene, speed)
+        shares = [share(scene, speed) for share in (prediction.heat_partition, prediction.calibrated_share)]
     else:
         moving = np.array(scene.speeds) > 0.0
         theory, law = prediction.predictions(scene)[observable], prediction.calibrated_predictions(scene)[observable]
-        theory, law, share = theory[moving], law[moving], prediction.heat_partition(scene)[moving]
+        theory, law = theory[moving], law[moving]
+        shares = [share(scene)[moving] for share in (prediction.heat_partition, prediction.calibrated_share)]
     if OBSERVABLES[observable].heated:
-        theory, law = theory * share, law * share
+        theory, law = theory * shares[0], law * shares[1]
     return speed, {"theory": theory, "calibrated": law}
 
 

@@ -48,7 +48,8 @@ def theory_of(run: Run, column: str) -> Theory:
     """Return the calibrated theory of what the scene asks for; empty for the column sliding: it takes seconds."""
     if column == SLIDING:
         return {}
-    return {one.key: one.estimate.value for one in prediction.asked_predictions(run.scene, run.heat_partition)}
+    share = prediction.calibrated_share(run.scene)
+    return {one.key: one.estimate.value for one in prediction.asked_predictions(run.scene, share)}
 
 
 def quantile_lines(run: Run, column: str, place: int) -> list[ReactionLine]:
@@ -62,7 +63,7 @@ def quantile_lines(run: Run, column: str, place: int) -> list[ReactionLine]:
         found = [run.estimate(name, column) for name in names]
         mean, error = (np.array([values[place] for values in rows]) for rows in _of_estimates(found))
         drawn = np.array([theory[name][place] for name in names]) if theory else nothing
-        lines.append(ReactionLine(label, hotter, mean, error, run.heat_partition[place] * drawn))
+        lines.append(ReactionLine(label, hotter, mean, error, prediction.calibrated_share(run.scene)[place] * drawn))
     return lines
 
 

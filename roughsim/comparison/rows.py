@@ -106,7 +106,8 @@ def _rows_that_are_asked(run: Run, fields: prediction.Parts) -> Iterator[Row]:
     names = [f"{columns[0]}_over_theory", *(f"{columns[1]}_over_{columns[0]}" for _ in columns[1:])]
     ratios = {name: Ratio(nan, nan) for name in names}
     predicted = {
-        asked.key: asked.estimate.value for asked in prediction.asked_predictions(run.scene, run.heat_partition)
+        asked.key: asked.estimate.value
+        for asked in prediction.asked_predictions(run.scene, prediction.calibrated_share(run.scene))
     }
     slid = {asked.key: asked.estimate.value for asked in prediction.sliding_asked_predictions(run.scene, fields)}
     nothing = np.full(len(run.scene.speeds), nan)
@@ -164,7 +165,9 @@ def _rows_of_one(
     `sliding` the theory of the column sliding.
     """
     record = OBSERVABLES[FLASH if observable == CONTACT_TEMPERATURE else observable]
-    share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
+    shares = dict.fromkeys(predicted, run.heat_partition) | {"calibrated": prediction.calibrated_share(run.scene)}
+    if not record.heated:
+        shares = dict.fromkeys(predicted, np.ones(len(run.scene.speeds)))
     notes = [notes_of(run, name, estimates[name]) for name in run.numerics.columns]
     for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
         cells = {name: _cell_of(estimate, k) for name, estimate in estimates.items()}
@@ -175,7 +178,7 @@ def _rows_of_one(
             observable,
             record.unit,
             speed,
-            **{name: float(values[k] * share[k]) for name, values in predicted.items()},
+            **{name: float(values[k] * shares[name][k]) for name, values in predicted.items()},
             sliding_calibrated=float(sliding[k]),
             columns=cells,
             ratios={name: _ratio_of(ratio, k) for name, ratio in ratios.items()},

@@ -36,7 +36,7 @@ def theory_values(scene: Scene) -> dict[str, Any]:
     if scene.sliding.duration is not None:
         result[CONTACT_TEMPERATURE] = result["flash_temperature"] + share * prediction.background(scene)
     law = prediction.calibrated_over_speed(scene, np.array(scene.speeds))
-    result["calibrated"] = law["flash_temperature"] * share
+    result["calibrated"] = law["flash_temperature"] * prediction.calibrated_share(scene)
     return result | {name: float(values[name][0]) for name in ("contact_fraction", "plastic_fraction")}
 
 
@@ -48,7 +48,13 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     values, law = theory_values(scene), prediction.calibrated(scene)
     temperature = values["calibrated"] if law.stress_spectrum is not None else None
     band = law.errors["flash_temperature"]
-    values["calibrated"] = {"flash_temperature": temperature, "error": band, "range": law.range}
+    share = prediction.calibrated_share(scene)
+    values["calibrated"] = {
+        "flash_temperature": temperature,
+        "error": band,
+        "range": law.range,
+        "heat_partition": share,
+    }
     values["calibrated"] |= _distribution_values(scene)
     if scene.sliding.history == SLIDING:
         slid = prediction.sliding_prediction(scene)
@@ -58,7 +64,7 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
 
 def _distribution_values(scene: Scene) -> dict[str, Any]:
     """Return quantiles of the temperature, and reactions, if a scene asks for them; each with its standard error."""
-    share = prediction.heat_partition(scene)
+    share = prediction.calibrated_share(scene)
     found: dict[str, Any] = {
         name: {"value": estimate.value * share, "standard_error": estimate.standard_error * share}
         for name, estimate in prediction.quantile_predictions(scene).items()
@@ -78,9 +84,13 @@ def theory_table(scene: Scene) -> Table:
     titles_of_tables = {"friction_coefficient": "μ", "conductivity": "κ, W/(m K)"}  # they differ from speed to speed
     columns |= {name: title for name, title in titles_of_tables.items() if name in scene.tables}
     columns |= {"heat_partition": "share used", "heat_partition_theory": "share in theory"}
+    own = prediction.calibrated_share(scene)
+    if isinstance(scene.sliding.heat_partition, str) and not np.isnan(own).all():
+        values |= {"calibrated_share": own}
+        columns |= {"calibrated_share": "share calibrated"}
     hottest = prediction.quantile_predictions(scene).get(_HOTTEST)
     if hottest is not None:
-        values |= {_HOTTEST: hottest.value * values["heat_partition"]}
+        values |= {_HOTTEST: hottest.value * own}
         columns |= {_HOTTEST: "99 % of the heat below, K"}
     slid = prediction.sliding_prediction(scene) if scene.sliding.history == SLIDING else None
     if slid is not None:

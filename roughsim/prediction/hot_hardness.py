@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 import theory
 from roughsim.prediction.bodies import heat_partition
 from roughsim.prediction.law import calibrated
-from roughsim.prediction.theories import calibrated_over_speed, over_speed
+from roughsim.prediction.theories import calibrated_over_speed, calibrated_share, over_speed
 from roughsim.scene import Scene
 
 
@@ -98,4 +98,4 @@ def _by_calibrated_law(scene: Scene) -> float:
     if law.stress_spectrum is None:
         raise _OutsideError(law.range)
     speed = np.array(scene.speeds)
-    return float((heat_partition(scene) * calibrated_over_speed(scene, speed)["flash_temperature"])[0])
+    return float((calibrated_share(scene) * calibrated_over_speed(scene, speed)["flash_temperature"])[0])

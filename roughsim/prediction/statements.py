@@ -103,7 +103,7 @@ def _of_heat(scene: Scene) -> Iterator[Statement]:
     elif isinstance(rule, str):
         equal = "T_flash" if rule == "mean" else "T₀ + T_flash"
         value, because = f'by the rule "{rule}"', f"the share of each speed makes {equal} of the two bodies equal"
-        because += ": T_flash of the theory in theory and calibrated, of the column itself in a measured one"
+        because += ": of the temperatures of the column itself"
     else:
         value, because = f"{rule:.4g} into the moving body", "heat_partition states it"
         if abs(rule - 0.5) > UNEVEN and equal_faces(scene):

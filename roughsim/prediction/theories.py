@@ -121,8 +121,21 @@ def calibrated_integrals(scene: Scene) -> Theory:
         return NOTHING
     areas = {name: getattr(law, name, nan) for name in ("contact_fraction", "plastic_fraction")}
     temperatures = calibrated_over_speed(scene, np.array(scene.speeds))
+    rule = "total" if scene.sliding.heat_partition == "total" else "mean"
+    share = heat_partition(scene, rule=rule, stress=law)
     quantiles = {name: estimate.value for name, estimate in quantile_predictions(scene).items()}
-    return _integrated(scene, {**temperatures, **areas, **quantiles}, {"stress_spectrum": law})
+    values = {**temperatures, "heat_partition": share, **areas, **quantiles}
+    return _integrated(scene, values, {"stress_spectrum": law})
+
+
+def calibrated_share(scene: Scene, speeds: Array | None = None) -> Array:
+    """Return the moving body's share of the heat in temperatures by the calibrated law; NaN where it is not known.
+
+    The rule of the scene is applied to the temperatures of both bodies by the law itself. Speeds as `heat_partition`.
+    """
+    law, rule = calibrated(scene).stress_spectrum, scene.sliding.heat_partition
+    share = heat_partition(scene, speeds, stress=law)
+    return np.full(share.shape, nan) if law is None and rule in ("mean", "total") else share
 
 
 def calibrated_correlation(scene: Scene, distance: Array) -> Array:

@@ -80,15 +80,17 @@ def answers(run: Run, observables: Sequence[str] | None = None) -> Iterator[Labe
     yield Labelled("column", ("column",), np.array(columns), {"description": "source of a value, see README"})
     yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
     slid = [run.estimate("heat_partition", SLIDING).mean] if SLIDING in columns else []
-    shares = [run.heat_partition] * 2 + [run.share(column) for column in run.numerics.columns] + slid
+    own = prediction.calibrated_share(run.scene)
+    shares = [run.heat_partition, own] + [run.share(column) for column in run.numerics.columns] + slid
     yield Labelled("heat_share_used", ("column", "speed"), np.array(shares), SHARE)
     theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
     bands = prediction.calibrated(run.scene).errors
     names = [*run.observables, *asked_names(run.scene)] if observables is None else observables
     for name in (name for name in names if name not in ABOUT):
         record = OBSERVABLES[name]
-        heat = run.heat_partition if record.heated else np.ones(len(run.heat_partition) if record.per_speed else 1)
-        theory, calibrated = (by[name] * heat for by in theories)
+        theory, calibrated = (
+            by[name] * (heat if record.heated else 1.0) for by, heat in zip(theories, shares, strict=False)
+        )
         nothing, unmarked = np.full_like(theory, np.nan), [""] * len(theory)
         entries: list[_Entry] = [(theory, nothing, unmarked, unmarked)]
         entries.append((calibrated, np.abs(calibrated) * bands.get(name, np.nan), unmarked, unmarked))
@@ -116,7 +118,10 @@ def _answers_of_reactions(run: Run) -> Iterator[Labelled]:
     columns = _columns_of(run)
     asked = {column: run.reactions(column) for column in run.reacting_columns}
     first = asked[run.numerics.columns[0]]
-    theory = {one.key: one.estimate.value for one in prediction.asked_predictions(run.scene, run.heat_partition)}
+    theory = {
+        one.key: one.estimate.value
+        for one in prediction.asked_predictions(run.scene, prediction.calibrated_share(run.scene))
+    }
     nothing = np.full(len(run.scene.speeds), np.nan)
     for name in dict.fromkeys(one.estimate.observable for one in first):
         places = [k for k, one in enumerate(first) if one.estimate.observable == name]

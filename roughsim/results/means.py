@@ -145,10 +145,12 @@ class Means:
 
     def share_text(self) -> str:
         """Return in words the share of the heat in the theory and in each column; one text if all are equal."""
-        shares = {"theory": self.heat_partition} | {column: self.share(column) for column in self.numerics.columns}
+        shares = {"theory": self.heat_partition, "calibrated": prediction.calibrated_share(self.scene)}
+        shares |= {column: self.share(column) for column in self.numerics.columns}
         texts = {
             name: " to ".join(dict.fromkeys(f"{value:.3g}" for value in (share.min(), share.max())))
             for name, share in shares.items()
+            if not np.isnan(share).all()
         }
         if len({*texts.values()}) == 1:
             return texts["theory"]

@@ -40,7 +40,7 @@ def test_steel_is_as_hot_as_it_was_measured(contact):
 
 def test_of_contact_that_yields_only_what_was_compared_is_given():
     found = prediction.calibrated_predictions(rs.load_scene("steel-1.2GPa"))
-    nothing = ["flash_gradient", "flash_laplacian", "flash_width", "slope_length", "heat_partition"]
+    nothing = ["flash_gradient", "flash_laplacian", "flash_width", "slope_length"]
     nothing += ["correlation_radius_10", "correlation_radius_0"]  # g_σ(r) is not known so far out
     assert [name for name, values in found.items() if np.isnan(values).any()] == nothing
     # what has yielded bears the hardness: force balance
@@ -61,10 +61,11 @@ def test_where_no_pressure_reaches_the_hardness_the_law_is_that_of_elastic_conta
 def test_theory_says_it_beside_the_paper_with_the_share_of_the_heat():
     demo = rs.load_scene("demo")
     said = json.loads(CliRunner().invoke(app, ["theory", "demo", "--json"]).stdout)["calibrated"]
-    assert set(said) == {"flash_temperature", "error", "range"}
+    assert set(said) == {"flash_temperature", "error", "range", "heat_partition"}
     assert (said["error"], said["range"]) == (0.07, "inside")
     whole = prediction.calibrated_predictions(demo)["flash_temperature"]
     np.testing.assert_allclose(said["flash_temperature"], 0.938 * whole, rtol=1e-12)
+    assert said["heat_partition"] == [0.938] * len(whole)
     table = theory_table(demo)
     titles = [column.title for column in table.columns]
     assert titles[1:3] == ["flash_temperature, K", "calibrated, K"]

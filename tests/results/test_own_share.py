@@ -1,12 +1,15 @@
 """Under the rules "mean" and "total" a run reports its temperatures with the share of its own contacts."""
 
 import json
+import tomllib
 from dataclasses import replace
+from itertools import pairwise
 
 import h5py
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from scipy import special
 from small_scene import CAPPED
 from typer.testing import CliRunner
 
@@ -17,7 +20,7 @@ from roughsim.cli import app
 from roughsim.explore.content import load_fields, measured_curves
 from roughsim.outputs import run_report as report
 from roughsim.scene import parse_scene
-from theory import background
+from theory import background, plasticity
 
 SPEEDS = (0.0, 0.1, 1.0, 35.0)
 COLUMNS = ("smoothed", "capped")
@@ -148,6 +151,84 @@ def test_the_theory_keeps_its_own_share_and_ratios_have_none(run):
         theory = row.theory_same_modes / share[k]
         # the first ratio is at the grid of the level, as the column is
         assert row.ratios["smoothed_over_theory"].value == pytest.approx(alone[0] / theory, rel=1e-12)
+
+
+def calibrated_by_hand(scene):
+    """Share and T_flash of the calibrated law at each speed, by trapezia over ln q of its stress spectrum, Eq. (4)."""
+    solid = {"effective_modulus": scene.effective_modulus, "nominal_pressure": 90e6, "penetration_hardness": 1e9}
+    law = plasticity.stress_spectrum(scene.spectrum, **solid)
+    ends = np.array(law.breaks)
+    q = np.concatenate([np.geomspace(a * (1 + 1e-12), b * (1 - 1e-12), 4000) for a, b in pairwise(ends)])
+    weight = 2 * np.pi * q * law(q)  # times dq/q: the integrand over ln q of ∫ 2π q |σ_q|² (1/q) dq
+    time = scene.sliding.duration
+    grown = 1.0 if time is None else special.erf(q * np.sqrt(OTHER_D * time))
+    tau = [0.0 if time is None else 2 * 90e6**2 * np.sqrt(d * time / np.pi) for d in (D, OTHER_D)]
+    cold = (np.trapezoid(weight * grown, np.log(q)) + tau[1]) / OTHER_KAPPA
+    share, flash = [], []
+    for speed in SPEEDS:
+        square = 1 + (speed / (D * q)) ** 2
+        angles = square**-0.25 * special.ellipk((1 - square**-0.5) / 2) * 2 / np.pi
+        rise = np.trapezoid(weight * angles, np.log(q))
+        share.append(cold / (cold + (rise + tau[0]) / KAPPA))
+        flash.append(share[-1] * 0.11 * speed / (KAPPA * 90e6) * rise)
+    return np.array(share), np.array(flash)
+
+
+def calibrated_outputs(run, folder):
+    """Yield the name of each output with what it has as the calibrated T_flash at 1 m/s, K."""
+    comparison, scene = rs.compare(run), run.scene
+    row = next(r for r in comparison.rows if (r.observable, r.speed) == ("flash_temperature", 1.0))
+    yield "row", row.calibrated
+    frame = comparison.to_dataframe().loc["flash_temperature"]
+    yield "data frame", float(frame[frame.speed == 1.0]["calibrated"].iloc[0])
+    yield "theory", float(rs.theory(scene).calibrated[2])
+    told = json.loads(json.dumps(rs.theory(scene).to_dict()))["calibrated"]
+    yield "JSON of theory", told["flash_temperature"][2]
+    all_heat = prediction.calibrated_predictions(scene)["flash_temperature"][2]
+    yield "share in JSON", told["heat_partition"][2] * all_heat
+    table = rs.theory(scene).table()
+    place = [column.title for column in table.columns].index("share calibrated")
+    yield "share in the table", table.rows[2][place].value * all_heat
+    share = next(r for r in comparison.rows if (r.observable, r.speed) == ("heat_partition", 1.0))
+    yield "row of the share", share.calibrated * all_heat
+    with h5py.File(rs.results.export.export_run(run, folder / "run.h5")) as file:
+        place = [text.decode() for text in file["column"]].index("calibrated")
+        yield "HDF5", file["flash_temperature"][place, 2]
+        yield "share in HDF5", file["heat_share_used"][place, 2] * all_heat
+    axes = Figure().subplots()
+    chart.draw_over_speed(axes, run, comparison.rows, "flash_temperature")
+    x, line = axes.get_lines()[1].get_data()
+    yield "chart", line[np.argmin(np.abs(x - 1.0))]
+    if scene.sliding.duration is not None:
+        warm = next(r for r in comparison.rows if (r.observable, r.speed) == ("contact_temperature", 1.0))
+        rise = share.calibrated * 2 * 0.11 * 90e6 / KAPPA * np.sqrt(D * scene.sliding.duration / np.pi)
+        yield "contact temperature", warm.calibrated - rise
+
+
+def test_the_calibrated_law_has_the_share_of_its_own_temperatures(run, tmp_path):
+    share, flash = calibrated_by_hand(run.scene)
+    assert np.all(np.abs(prediction.heat_partition(run.scene) / share - 1.0)[2:] > 0.03)
+    found = prediction.calibrated_predictions(run.scene)
+    np.testing.assert_allclose(found["heat_partition"], share, rtol=1e-5)
+    for where, value in calibrated_outputs(run, tmp_path):
+        assert value == pytest.approx(flash[2], rel=1e-5), where
+
+
+def test_what_reacts_by_the_calibrated_law_has_its_share():
+    asks = {"sliding.background_temperature": 1.0, "observables.heat_above": [50.0]}
+    scene = rs.load_scene(tomllib.loads(scene_with("mean").to_toml()), asks)
+    share = calibrated_by_hand(scene)[0][2]
+    ((_, drawn),) = prediction.distribution.temperature_distributions(scene)
+    told = rs.theory(scene).to_dict()["calibrated"]
+    hottest = drawn.quantiles([0.99], by="heat").value[0][2]
+    assert told["temperature_quantile_99"]["value"][2] == pytest.approx(share * hottest, rel=1e-5)
+    assert told["heat_share_above"][0]["value"][2] == pytest.approx(drawn.share_above(49.0 / share).value[2], rel=1e-3)
+
+
+def test_without_the_law_its_share_is_unknown():
+    granite = {rule: rs.load_scene("granite", {"sliding.heat_partition": rule}) for rule in ("mean", 0.7)}
+    assert np.isnan(prediction.calibrated_share(granite["mean"])).all()
+    np.testing.assert_array_equal(prediction.calibrated_share(granite[0.7]), 0.7)
 
 
 def outputs(run, column, folder):
