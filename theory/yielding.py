@@ -36,13 +36,17 @@ _DEGREE = 5  # of the splines, whose knots are an e-fold apart
 # the range of the contacts that the law was compared with
 _SHARE = (0.005, 0.6)  # σ₀/σ_P
 _BAND = (2.0, inf)  # q_max/q_min
-_PLATEAU = (1.0, 16.0)  # q_r/q_min, with q²C largest at q_r
-_HURST = (0.3, 1.0)  # H of C ~ q^(−2−2H) from q_r to q_max
+_PLATEAU = (1.0, 16.0)  # q_r/q_min
+_ROLLED = 2.05  # power of q, times which C is largest at q_r: above 2, so that rounding decides no flat q²C
+_HURST = (0.3, 2.0)  # H of C ~ q^(−2−2H), the mean from q_r to q_max, or fitted up to _FITTED q_y
+_FITTED = 2.0
+_LAST = 0.01  # of the largest part of an octave in G: the last wave with as much ends C(q) for the law
 _YIELDED = (0.25, 8.0)  # q_y/q_r if all has yielded at q_max
 _YIELDING = (1.0, 32.0)  # q_max/q_r if not
 GAPS = (0.0, 1.5)  # octaves of waves whose part of G is below FAINT of the part of waves on both sides
 FAINT = 0.1
 # the range of the elastic contacts
+_ELASTIC_HURST = (0.3, 1.0)
 _ELASTIC_LOAD = (0.002, inf)  # σ₀/(E*h′): up to full contact, for which the law is exact
 _ELASTIC_BAND = (3.7, inf)  # q_max/q_min
 _ELASTIC_END = (1.0, 64.0)  # q_max/q_r
@@ -113,7 +117,7 @@ def stress_spectrum(
     variance = float(half_variance(end, spectrum, effective_modulus=modulus))
     if pressure + UNREACHED * sqrt(2 * variance) < hardness:
         hardness = inf
-    _check_range(spectrum, modulus, pressure, hardness)
+    spectrum = _compared(spectrum, modulus, pressure, hardness)
     return YieldingSpectrum(spectrum, modulus, pressure, hardness, width)
 
 
@@ -121,51 +125,99 @@ def elastic_spectrum(spectrum: Spectrum, effective_modulus: float, nominal_press
     """Return the stress spectrum of elastic contact; see `persson.calibrated_spectrum`."""
     modulus = positive("effective_modulus", effective_modulus, "Pa")
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")
-    _check_range(spectrum, modulus, pressure, inf)
+    spectrum = _compared(spectrum, modulus, pressure, inf)
     return YieldingSpectrum(spectrum, modulus, pressure, inf)
 
 
-def _check_range(spectrum: Spectrum, modulus: float, pressure: float, hardness: float) -> None:
-    """Raise ValueError for a contact outside the range that was compared; σ_P = ∞ is elastic contact."""
+def _compared(spectrum: Spectrum, modulus: float, pressure: float, hardness: float) -> Spectrum:
+    """Return C(q) up to the last wave that counts; σ_P = ∞ is elastic contact.
+
+    ValueError for a contact outside the range that was compared.
+    """
+    q, level = _waves(spectrum)
+    end = float(q[-1])
+    if end < breaks_of(spectrum)[-1]:
+        spectrum = UpTo(spectrum, end)
+    elastic = isinf(hardness)
+    roll_off = q[int(np.argmax(q**_ROLLED * level))]
+    _inside("q_roll_off/q_min", roll_off / q[0], _PLATEAU)
+    gaps = octaves_of_gaps(q, q**4 * level, FAINT)
+    _inside("octaves of gaps in C(q)", gaps, _ELASTIC_GAPS if elastic else GAPS)
+    q_y = inf
+    if elastic:
+        variance = float(half_variance(end, spectrum, effective_modulus=modulus))
+        _inside("nominal_pressure/(E*h′)", pressure / sqrt(8 * variance), _ELASTIC_LOAD)  # G = (E*h′)²/8
+    else:
+        _inside("nominal_pressure/penetration_hardness", pressure / hardness, _SHARE)
+        solid = {"effective_modulus": modulus, "nominal_pressure": pressure, "penetration_hardness": hardness}
+        q_y = yield_wavenumber(spectrum, elastic_share=_ELASTIC_SHARE, **solid)
+    _inside("q_max/q_min", end / q[0], _ELASTIC_BAND if elastic else _BAND)
+    if q_y <= end:
+        _inside("q_y/q_roll_off", q_y / roll_off, _YIELDED)
+    else:
+        _inside("q_max/q_roll_off", end / roll_off, _ELASTIC_END if elastic else _YIELDING)
+    few = min(end, _FITTED * q_y)
+    if few > 1.5 * roll_off:
+        _check_slope(q, level, roll_off, few, _ELASTIC_HURST if elastic else _HURST)
+    return spectrum
+
+
+def _check_slope(q: Array, level: Array, roll_off: float, few: float, compared: tuple[float, float]) -> None:
+    """Raise ValueError if H of C ~ q^(−2−2H) is outside the range from the roll-off to `few`, and to the end as well.
+
+    Finer waves than a `few` q_y change yielded contact little, whether or not they follow the same power.
+    """
+    x, y = np.log(q), np.log(level)
+    band = (q >= roll_off) & (q <= few)
+    part = q[band] ** 4 * level[band]  # of G: by it each wave counts in the fit
+    fitted = np.polyfit(x[band], y[band], 1, w=np.sqrt(part))[0]
+    mean = (y[-1] - y[band][0]) / (x[-1] - x[band][0])
+    exponents = [(-1 - slope / 2, to) for slope, to in ((fitted, few), (mean, q[-1]))]
+    hurst, to = min(exponents, key=lambda one: abs(one[0] - sum(compared) / 2))
+    _inside(f"Hurst exponent by the slope of C(q) from {roll_off:.3g} to {to:.3g} rad/m", hurst, compared)
+
+
+def _waves(spectrum: Spectrum) -> tuple[Array, Array]:
+    """Return wavenumbers up to the last wave that counts, and C(q) there; ValueError where C(q) is 0."""
     ends = breaks_of(spectrum)
     q = np.unique(np.concatenate([np.geomspace(ends[0], ends[-1], 401), ends]))
-    height = q**2 * density(spectrum, q)
-    if not height.all():
+    level = density(spectrum, q)
+    if not level.all():
         raise ValueError(
-            f"C(q) = 0 at q = {q[np.flatnonzero(height == 0.0)[0]]:.6g} rad/m: the calibrated law was compared with "
+            f"C(q) = 0 at q = {q[np.flatnonzero(level == 0.0)[0]]:.6g} rad/m: the calibrated law was compared with "
             "spectra without gaps; use the paper's weight for it"
         )
-    roll_off = q[int(np.argmax(height))]
-    gaps = _ELASTIC_GAPS if isinf(hardness) else GAPS
-    compared = {
-        "q_roll_off/q_min": (roll_off / ends[0], _PLATEAU),
-        "octaves of gaps in C(q)": (octaves_of_gaps(q, q**2 * height, FAINT), gaps),
-    }
-    if ends[-1] > 1.5 * roll_off:
-        compared["Hurst exponent"] = (log(height.max() / height[-1]) / log(ends[-1] / roll_off) / 2, _HURST)
-    if isinf(hardness):
-        variance = float(half_variance(ends[-1], spectrum, effective_modulus=modulus))
-        compared["nominal_pressure/(E*h′)"] = (pressure / sqrt(8 * variance), _ELASTIC_LOAD)  # G = (E*h′)²/8
-        compared["q_max/q_min"] = (ends[-1] / ends[0], _ELASTIC_BAND)
-        compared["q_max/q_roll_off"] = (ends[-1] / roll_off, _ELASTIC_END)
-    else:
-        compared["nominal_pressure/penetration_hardness"] = (pressure / hardness, _SHARE)
-        compared["q_max/q_min"] = (ends[-1] / ends[0], _BAND)
-        reach = np.array([*(min(r * roll_off, ends[-1]) for r in _YIELDED), ends[-1]])
-        variances = half_variance(reach, spectrum, effective_modulus=modulus)
-        _, elastic, plastic = area_fractions(variances, pressure, hardness)
-        yielded = elastic < _ELASTIC_SHARE * (elastic + plastic)
-        if not yielded[-1]:
-            compared["q_max/q_roll_off"] = (ends[-1] / roll_off, _YIELDING)
-        elif yielded[0] or not yielded[1]:
-            solid = {"effective_modulus": modulus, "nominal_pressure": pressure, "penetration_hardness": hardness}
-            compared["q_y/q_roll_off"] = (yield_wavenumber(spectrum, **solid) / roll_off, _YIELDED)
-    for name, (value, (least, most)) in compared.items():
-        if not least * (1 - 1e-3) <= value <= most * (1 + 1e-3):
-            raise ValueError(
-                f"{name} = {value:.3g} lies outside {least:g} … {most:g}, the range of the contacts behind the "
-                "calibrated law; use the paper's weight for it"
-            )
+    rise = q**4 * level  # in proportion to the part of an octave in G
+    last = int(np.flatnonzero(rise >= _LAST * rise.max())[-1])  # C(q) of a filtered map goes on far below
+    return q[: last + 1], level[: last + 1]
+
+
+def _inside(name: str, value: float, compared: tuple[float, float]) -> None:
+    """Raise ValueError for a number of a contact outside the range that was compared."""
+    least, most = compared
+    if not least * (1 - 1e-3) <= value <= most * (1 + 1e-3):
+        raise ValueError(
+            f"{name} = {value:.3g} lies outside {least:g} … {most:g}, the range of the contacts behind the "
+            "calibrated law; use the paper's weight for it"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class UpTo:
+    """A spectrum up to `end`, rad/m."""
+
+    spectrum: Spectrum
+    end: float
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Ends, kinks and jumps, rad/m."""
+        ends = breaks_of(self.spectrum)
+        return (*ends[ends < self.end].tolist(), self.end)
+
+    def __call__(self, q: Array) -> Array:
+        """Return C at the wavenumbers `q`, rad/m, m⁴."""
+        return np.where(q <= self.end, self.spectrum(q), 0.0)
 
 
 @dataclass(frozen=True, slots=True)

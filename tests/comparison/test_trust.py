@@ -71,7 +71,7 @@ def test_the_demo_has_the_error_that_its_simulation_shows():
     [
         ({"load": 0.001}, "nominal_pressure/(E*h′) = 0.001 lies outside 0.002 … inf"),
         ({"bandwidth": 200.0}, "q_max/q_roll_off = 200 lies outside 1 … 64"),
-        ({"hurst": 0.05}, "Hurst exponent = 0.05 lies outside 0.3 … 1"),
+        ({"hurst": 0.05}, "Hurst exponent by the slope of C(q) from 2e+04 to 2e+05 rad/m = 0.05 lies outside 0.3 … 1"),
     ],
 )
 def test_outside_the_range_of_the_law_nothing_is_known_and_the_reason_is_named(place, words):

@@ -108,7 +108,11 @@ def test_it_is_a_value():
     ("spectrum", "load", "name"),
     [
         (SPECTRUM, 0.0019, r"nominal_pressure/\(E\*h′\) = 0.0019"),
-        (PowerLaw(2e-27, (6e3, 2e4, 4e5), 0.2), 0.05, "Hurst exponent = 0.2"),
+        (
+            PowerLaw(2e-27, (6e3, 2e4, 4e5), 0.2),
+            0.05,
+            r"Hurst exponent by the slope of .* rad/m = 0.2",
+        ),
         (PowerLaw(2e-27, (6e3, 7e3, 2.1e4), 0.7), 0.05, "q_max/q_min = 3.5"),
         (PowerLaw(2e-27, (6e3, 2e4, 1.4e6), 0.7), 0.05, "q_max/q_roll_off = 70"),
         (PowerLaw(2e-27, (1e3, 2e4, 4e5), 0.7), 0.05, "q_roll_off/q_min = 20"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from yielding_cases import HARDNESS, HEATING, MODULUS, SelfAffine
 
-from theory import flash, plasticity
+from theory import flash, persson, plasticity
 from theory.yielding import YieldingSpectrum
 
 
@@ -25,7 +25,7 @@ class Gap(SelfAffine):
         (SelfAffine(), 0.003 * HARDNESS, "nominal_pressure/penetration_hardness = 0.003"),
         (SelfAffine(), 0.7 * HARDNESS, "nominal_pressure/penetration_hardness = 0.7"),
         (SelfAffine(q_min=4e3), 0.1 * HARDNESS, "q_roll_off/q_min = 25"),
-        (SelfAffine(level=2e-25, hurst=0.2), 0.1 * HARDNESS, "Hurst exponent = 0.2"),
+        (SelfAffine(level=2e-25, hurst=0.2), 0.1 * HARDNESS, "Hurst exponent by the slope .* rad/m = 0.2"),
         (SelfAffine(level=8e-28), 0.1 * HARDNESS, "q_max/q_roll_off"),
         (SelfAffine(level=1e-21, q_min=1e4), 0.1 * HARDNESS, "q_y/q_roll_off"),
         (SelfAffine(level=2e-24, q_max=1.1e5, q_min=1e5 / 1.5), 0.1 * HARDNESS, "q_max/q_min = 1.65"),
@@ -74,6 +74,7 @@ def test_narrow_or_filled_gaps_and_self_affine_roughness_stay_inside(spectrum):
     assert isinstance(plasticity.stress_spectrum(dataclasses.replace(spectrum, level=1e-23), **solid), YieldingSpectrum)
 
 
+BY_SLOPE = r"Hurst exponent by the slope of C\(q\) from [\d.e+]+ to [\d.e+]+ rad/m"
 SOFT = {"level": 2e-24}  # q_y is little above q_r
 
 
@@ -83,15 +84,15 @@ SOFT = {"level": 2e-24}  # q_y is little above q_r
         ("nominal_pressure/penetration_hardness", SOFT | {"share": 0.0051}, SOFT | {"share": 0.0049}),
         ("nominal_pressure/penetration_hardness", SOFT | {"share": 0.59}, SOFT | {"share": 0.61}),
         ("q_roll_off/q_min", SOFT | {"q_min": 1e5 / 15.8}, SOFT | {"q_min": 1e5 / 16.2}),
-        ("Hurst exponent", SOFT | {"hurst": 0.31}, SOFT | {"hurst": 0.29}),
-        ("Hurst exponent", SOFT | {"hurst": 0.99}, SOFT | {"hurst": 1.01}),
+        (BY_SLOPE, SOFT | {"hurst": 0.31}, SOFT | {"hurst": 0.29}),
+        (BY_SLOPE, SOFT | {"hurst": 1.98}, SOFT | {"hurst": 2.02}),
         ("q_max/q_min", SOFT | {"q_min": 7e4, "q_max": 1.42e5}, SOFT | {"q_min": 7e4, "q_max": 1.38e5}),
         ("q_y/q_roll_off", {"level": 2.68e-25}, {"level": 2.59e-25}),  # 7.8, 8.2
         ("q_y/q_roll_off", {"level": 8.9e-22, "q_min": 1e4}, {"level": 1.05e-21, "q_min": 1e4}),  # 0.255, 0.245
         # in part: 7 % of the contact is elastic at q_max, and half of it at 8 q_r
         ("q_max/q_roll_off", {"level": 8e-26, "q_max": 3.17e6}, {"level": 8e-26, "q_max": 3.23e6}),
         # H tells nothing below 1.5 q_r
-        ("Hurst exponent", {"hurst": 0.2, "q_max": 1.45e5}, {"hurst": 0.2, "q_max": 1.55e5}),
+        (BY_SLOPE, {"hurst": 0.2, "q_max": 1.45e5}, {"hurst": 0.2, "q_max": 1.55e5}),
     ],
 )
 def test_the_range_ends_where_it_is_said_to(name, inside, outside):
@@ -106,6 +107,76 @@ def test_the_range_ends_where_it_is_said_to(name, inside, outside):
     assert isinstance(made(**inside), YieldingSpectrum)
     with pytest.raises(ValueError, match=f"^{name} = .* lies outside"):
         made(**outside)
+
+
+@dataclasses.dataclass(frozen=True)
+class Flat(SelfAffine):
+    """C(q) ~ q^−2 up to q_r = 1e5 1/m, so that q²C is flat but for rounding, which `seed` draws."""
+
+    seed: int = 0
+
+    def __call__(self, q):
+        q = np.asarray(q)
+        rounding = 1 + 1e-15 * np.random.default_rng(self.seed).integers(-2, 3, q.shape)
+        whole = SelfAffine.__call__(self, q)
+        return np.where(q < 1e5, self.level * 1e10 / q**2 * rounding, whole)
+
+
+@pytest.mark.parametrize(("longest", "is_inside"), [(15.8, True), (16.2, False)])
+def test_rounding_decides_no_flat_spectrum(longest, is_inside):
+    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    for seed in range(16):
+        flat = Flat(level=2e-24, q_min=1e5 / longest, seed=seed)
+        if is_inside:
+            assert plasticity.stress_spectrum(flat, **solid).breaks
+        else:
+            with pytest.raises(ValueError, match=r"^q_roll_off/q_min = 16\.2 lies outside"):
+                plasticity.stress_spectrum(flat, **solid)
+
+
+@dataclasses.dataclass(frozen=True)
+class Filtered(SelfAffine):
+    """C(q) times (q/q_f)^−`steep` beyond q_f, as of a map that a filter has smoothed."""
+
+    q_f: float = 4e5
+    steep: float = 60.0
+
+    @property
+    def breaks(self):
+        return (self.q_min, 1e5, self.q_f, self.q_max)
+
+    def __call__(self, q):
+        return SelfAffine.__call__(self, q) * np.maximum(1.0, np.asarray(q) / self.q_f) ** -self.steep
+
+
+def flash_by(spectrum, pressure, hardness):
+    solid = {"effective_modulus": MODULUS, "nominal_pressure": pressure}
+    if hardness is None:
+        law = persson.calibrated_spectrum(spectrum, **solid)
+    else:
+        law = plasticity.stress_spectrum(spectrum, **solid, penetration_hardness=hardness)
+    return flash.flash_temperature([1e2, 1e5, 1e8], stress_spectrum=law, nominal_pressure=pressure, **HEATING)
+
+
+@pytest.mark.parametrize("hardness", [HARDNESS, None])
+@pytest.mark.parametrize("q_max", [1.6e6, 6.4e6])
+def test_the_dead_end_of_a_filtered_map_changes_nothing(q_max, hardness):
+    # waves beyond q_f have 4/60 of an octave of G: C(q) might as well end there
+    pressure = 0.05 * HARDNESS
+    given = {"level": 2e-24, "q_min": 7e4}
+    found = flash_by(Filtered(q_max=q_max, **given), pressure, hardness)
+    np.testing.assert_allclose(found, flash_by(SelfAffine(q_max=4e5, **given), pressure, hardness), rtol=0.01)
+
+
+@pytest.mark.parametrize("steep", [2.0, 8.0])
+def test_waves_beyond_yield_may_follow_another_power(steep):
+    # between C(q) that ends at q_f, five times q_y, and C(q) that goes on
+    ends = [SelfAffine(level=2e-24, q_max=q_max) for q_max in (8e5, 6.4e6)]
+    cut, on, found = (
+        flash_by(one, 0.1 * HARDNESS, HARDNESS)
+        for one in (*ends, Filtered(level=2e-24, q_f=8e5, steep=steep, q_max=6.4e6))
+    )
+    assert np.all((on < found) & (found < cut))
 
 
 @dataclasses.dataclass(frozen=True)
