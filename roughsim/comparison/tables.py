@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from roughsim.comparison.rows import CONTACT_TEMPERATURE
 from roughsim.comparison.trust import Trust
 from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
-from roughsim.prediction.sliding import ERROR as SLIDING_ERROR
+from roughsim.prediction.sliding import sliding_error
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
@@ -58,7 +59,7 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     values["calibrated"] |= _distribution_values(scene)
     if scene.sliding.history == SLIDING:
         slid = prediction.sliding_prediction(scene)
-        values["calibrated"]["sliding"] = None if slid is None else asdict(slid) | {"error": SLIDING_ERROR}
+        values["calibrated"]["sliding"] = None if slid is None else asdict(slid) | {"error": sliding_error(scene)}
     return {key: json_value(value) for key, value in (values | {"pressure_correlation": correlation}).items()}
 
 
@@ -121,9 +122,15 @@ def sliding_note(scene: Scene) -> str:
     """Return a note on the theory of the column sliding, with its accuracy."""
     if prediction.calibrated(scene).stress_spectrum is None:
         return f"{OF_SLIDING}: none, as {prediction.calibrated(scene).range}."
+    error = sliding_error(scene)
+    within = (
+        "with an unknown error in contact so dense of bodies so unlike"
+        if isnan(error)
+        else f"within {error:.0%} of slides"
+    )
     return (
         f"{OF_SLIDING}: two bodies that slide, by the calibrated stress spectrum of a clipped Gaussian field, T_flash "
-        f"within {SLIDING_ERROR:.0%} of slides; mean over the last half of the slid distance."
+        f"{within}; mean over the last half of the slid distance."
     )
 
 

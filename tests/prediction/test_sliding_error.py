@@ -1,0 +1,108 @@
+"""The error of the theory of two sliding bodies, beside full contact, which is exact wave by wave."""
+
+from math import isnan, nan
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import prediction
+from roughsim.comparison.tables import sliding_note, theory_dict
+from roughsim.prediction.sliding import sliding_error
+
+Q_MIN, Q_ROLL_OFF, Q_MAX = 6283.2, 12566.4, 50265.5
+BODIES = {  # κ, ρ and c
+    "steel": (30.0, 7900.0, 500.0),
+    "hot steel": (50.0, 7900.0, 500.0),
+    "titanium": (7.0, 4430.0, 564.0),
+    "brass": (115.0, 8500.0, 380.0),
+}
+MODULUS = 1 / (2 * 0.91 / 200e9)
+FRICTION, SPEEDS = 0.1, (1.0, 60.0)
+PART = {0.0: (1.0, 0.0), 0.2: (4.0, 1.0), 0.5: (1.0, 1.0), 0.8: (1.0, 4.0), 1.0: (0.0, 1.0)}  # resting, moving
+
+
+def face(height):
+    return {"rms_height": height, "hurst": 0.8, "q_min": Q_MIN, "q_roll_off": Q_ROLL_OFF, "q_max": Q_MAX}
+
+
+def scene_of(moving, resting, part, pressure, rms_height=2e-7, **sliding):
+    """A scene of two bodies, of whose C(q) the `part` rides; a face without roughness of its own has next to none."""
+    variances = np.array([1 - part, part]) + 1e-12
+    rest, ride = rms_height * np.sqrt(variances)
+    keys = ("conductivity", "density", "heat_capacity")
+    solid = {"youngs_modulus": 200e9, "poisson_ratio": 0.3}
+    given = {
+        "surface": face(ride),
+        "body": solid | dict(zip(keys, BODIES[moving], strict=True)),
+        "counterface": face(rest) | solid | dict(zip(keys, BODIES[resting], strict=True)),
+        "sliding": {"nominal_pressure": pressure, "friction_coefficient": FRICTION, "speed": list(SPEEDS)}
+        | {"history": "sliding", "slid_distance": 5.0, "heat_partition": "mean"}
+        | sliding,
+    }
+    return rs.load_scene(given)
+
+
+def full_contact(scene, part, moving, resting, pressure):
+    """T_flash in steady full contact: every wave shares its heat for itself, as κ₁q : κ₂λ₂ where its face rests.
+
+    λ = √(q² − iq_x v/D) in the body that the wave slides over; κ₁λ₁ : κ₂q where its face moves. A Fourier sum over
+    rings and directions.
+    """
+    q = np.geomspace(Q_MIN, Q_MAX, 2001)
+    angle = (np.arange(512) + 0.5) * np.pi / 512
+    stress = (MODULUS * q / 2) ** 2 * scene.spectrum(q)  # |σ_q|²
+    (k1, d1), (k2, d2) = ((k, k / (rho * c)) for k, rho, c in (BODIES[resting], BODIES[moving]))
+    found = []
+    for speed in SPEEDS:
+        over_1, over_2 = (np.sqrt(q[:, None] ** 2 - 1j * q[:, None] * np.cos(angle) * speed / d) for d in (d1, d2))
+        rests = (1 / (k1 * q[:, None] + k2 * over_2)).real.mean(axis=1)
+        rides = (1 / (k1 * over_1 + k2 * q[:, None])).real.mean(axis=1)
+        waves = 2 * np.pi * q**2 * stress * ((1 - part) * rests + part * rides)
+        found.append(FRICTION * speed / pressure * np.trapezoid(waves, np.log(q)))
+    return np.array(found)
+
+
+def full_pressure(scene):
+    """Five standard deviations of the stress of full contact: A = 1."""
+    q = np.geomspace(Q_MIN, Q_MAX, 2001)
+    return 5 * np.sqrt(np.trapezoid(2 * np.pi * q**2 * (MODULUS * q / 2) ** 2 * scene.spectrum(q), np.log(q)))
+
+
+@pytest.mark.parametrize("part", [0.0, 0.2, 0.5, 0.8, 1.0])
+@pytest.mark.parametrize(
+    ("moving", "resting"), [("steel", "hot steel"), ("titanium", "brass"), ("brass", "titanium"), ("steel", "brass")]
+)
+def test_full_contact_is_in_the_band_or_there_is_none(moving, resting, part):
+    pressure = full_pressure(scene_of(moving, resting, part, 1e8))
+    scene = scene_of(moving, resting, part, pressure)
+    exact = full_contact(scene, part, moving, resting, pressure)
+    found = prediction.sliding_prediction(scene).flash_temperature
+    error = sliding_error(scene)
+    like = {moving, resting} == {"steel", "hot steel"}
+    assert isnan(error) == (part >= 0.5 and not like)
+    np.testing.assert_allclose(found, exact, rtol=0.08 if isnan(error) else error)
+
+
+@pytest.mark.parametrize(
+    ("moving", "resting", "part", "pressure", "error"),
+    [
+        ("steel", "hot steel", 0.8, 2e7, 0.08),  # A below .3
+        ("steel", "hot steel", 0.4, 3e9, 0.08),
+        ("steel", "hot steel", 0.8, 3e9, 0.25),
+        ("titanium", "brass", 0.4, 3e9, 0.08),
+        ("titanium", "brass", 0.8, 2e7, 0.08),
+        ("titanium", "brass", 0.8, 3e9, nan),
+    ],
+)
+def test_the_band_is_of_part_area_and_bodies_everywhere(moving, resting, part, pressure, error):
+    scene = scene_of(moving, resting, part, pressure)
+    assert sliding_error(scene) == pytest.approx(error, nan_ok=True)
+    told = theory_dict(scene)["calibrated"]["sliding"]["error"]
+    assert told == (None if isnan(error) else error)
+    words = "with an unknown error" if isnan(error) else f"within {error:.0%} of slides"
+    assert words in sliding_note(scene)
+
+
+def test_outside_the_law_no_error_is_known():
+    assert isnan(sliding_error(scene_of("steel", "steel", 0.5, 1e3)))
