@@ -35,10 +35,10 @@ def scene_with(rule, count=6, q_max=5e4, duration=2e-6):
     text = text.replace("[0, 0.1, 35]", str(list(SPEEDS))).replace("q_max = 2e5", f"q_max = {q_max}")
     if rule == "total":
         text = text.replace("[theory]", f"duration = {duration}\n[theory]")
-    scene = parse_scene(text.replace("max_realizations = 6", f"max_realizations = {count}"))
     # one level a column, up to the end of C(q): what its members store is what is averaged
-    levels = [{"column": name, "shape": [64, 64], "q_max": 5e4} for name in COLUMNS]
-    return replace(scene, numerics=replace(scene.numerics, levels=tuple(levels), keep_fields=1))
+    levels = [f'{{ column = "{name}", shape = [64, 64], q_max = 5e4 }}' for name in COLUMNS]
+    text = f"{text[: text.index('levels =')]}keep_fields = 1\nlevels = [{', '.join(levels)}]"
+    return parse_scene(text.replace("max_realizations = 6", f"max_realizations = {count}"))
 
 
 @pytest.fixture(scope="module", params=["mean", "total"])
