@@ -289,7 +289,7 @@ def test_the_calibrated_law_stands_after_theory_where_it_was_compared_with_conta
     assert told["plastic_fraction", None] == pytest.approx(law.plastic_fraction, rel=1e-9)
     nothing = {name for (name, _), value in told.items() if value is None}
     assert nothing == {
-        *("flash_gradient", "flash_laplacian", "flash_width", "slope_length", "heat_partition"),
+        *("flash_gradient", "flash_laplacian", "flash_width", "slope_length"),
         *("correlation_radius_10", "correlation_radius_0"),
     }
     shown = comparison_table(table)
