@@ -302,3 +302,24 @@ def test_an_undefined_coordinate_is_refused(tmp_path, suffix, place):
                 file[name].attrs["units"] = "m"
     with pytest.raises(rs.RecordError, match="at uneven steps; put its heights on even steps first"):
         read_scan(path, **given)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_a_tiff_of_floating_point_numbers_is_a_map(tmp_path, kind):
+    tifffile = pytest.importorskip("tifffile")
+    given = {"size": (20e-6, 24e-6), "unit": 1e-9}
+    tifffile.imwrite(tmp_path / "a.tif", (1e9 * HEIGHTS.T).astype(kind))  # a line is along x
+    with pytest.raises(rs.RecordError, match="lacks its size and unit; give topography_size and topography_unit"):
+        read_scan(tmp_path / "a.tif")
+    found, told = quietly(tmp_path / "a.tif", **given)
+    np.testing.assert_allclose(found.heights, rs.surface.topography.levelled(HEIGHTS), atol=1e-13)
+    assert told == ""
+    pages = np.stack([2e9 * HEIGHTS.T, 1e9 * HEIGHTS.T]).astype(kind)
+    tifffile.imwrite(tmp_path / "b.tif", pages, photometric="minisblack")
+    found, told = quietly(tmp_path / "b.tif", **given)
+    assert np.std(found.heights) == pytest.approx(2 * RMS)
+    assert "the channel 'page 1' is taken" in told
+    assert np.std(read_scan(tmp_path / "b.tif", channel=2, **given).heights) == pytest.approx(RMS)
+    tifffile.imwrite(tmp_path / "c.tif", np.zeros((20, 24), np.uint8))
+    with pytest.raises(rs.RecordError, match=r"is a picture \(TIFF\) without floating-point numbers"):
+        read_scan(tmp_path / "c.tif", **given)

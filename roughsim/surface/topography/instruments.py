@@ -18,7 +18,7 @@ _GWY = b"GWYP"
 _GWY_TITLE = re.compile(rb"/\d+/data/title\x00s([^\x00]*)\x00")  # of a channel
 _GWY_AMPERE = "'si_unit_z': {'GwySIUnit': {'unitstr': 'A'}}"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-_TIFF = (b"II*\x00", b"MM\x00*")  # some instruments write heights into one
+TIFF = (b"II*\x00", b"MM\x00*")  # some instruments write heights into one
 _DOCUMENTS = re.compile(rb"\s*(%PDF|<!doctype html|<html)", re.IGNORECASE)
 _ANYTHING = ("hgt",)  # a reader that takes any file of the right size
 _PLAIN = ("asc", "xyz")  # readers of text, which take any numbers
@@ -68,6 +68,29 @@ def of_instrument(
     return replace(_contents_of(found), channel=index, channels=names)
 
 
+def of_tiff(path: Path, check: Callable[[tuple[int, ...]], None], channel: str | int | None = None) -> Contents | None:
+    """Return the heights of a TIFF of floating-point numbers, x along a line; None without such a page.
+
+    `check` refuses a shape before its heights are read. `channel` is the number of a page, or its name "page 1".
+    """
+    import tifffile
+
+    try:
+        with tifffile.TiffFile(path) as file:
+            pages = [
+                page for page in file.pages if page.dtype is not None and page.dtype.kind == "f" and page.ndim == 2
+            ]
+            if not pages:
+                return None
+            names = tuple(f"page {number}" for number in range(1, len(pages) + 1))
+            index = 0 if channel is None else index_of_channel(names, channel)
+            check(pages[index].shape[::-1])
+            heights = np.array(pages[index].asarray(), dtype=np.float64).T
+    except tifffile.TiffFileError:
+        return None
+    return Contents(np.ascontiguousarray(heights), channel=index, channels=names)
+
+
 def _default_index(first: Any, heights: Sequence[Any]) -> int:
     """Return the index of the default channel of a file, `first`, or else 0; NoHeightsError if ambiguous."""
     index = next((i for i, one in enumerate(heights) if one.index == first.index), 0)
@@ -115,7 +138,7 @@ def no_map(start: bytes) -> str | None:
     if start.startswith(b"version https://git-lfs"):
         return "is a pointer of Git LFS in place of the file; fetch the file itself: git lfs pull"
     for magic, kind in PICTURES.items():
-        if start.startswith(magic) and magic not in _TIFF:
+        if start.startswith(magic) and magic not in TIFF:
             return f"is a picture ({kind}); heights need the file of the instrument"
     for magic, kind in _PACKED.items():
         if start.startswith(magic):
@@ -131,8 +154,8 @@ def unknown(path: Path, start: bytes) -> str:
     """Return why no reader takes a file that begins with `start`, and the remedy."""
     if start.startswith(b"PK"):
         return _about_container(path)
-    if start.startswith(_TIFF):
-        return "is a picture (TIFF); heights need the file of the instrument"
+    if start.startswith(TIFF):
+        return "is a picture (TIFF) without floating-point numbers; heights need the file of the instrument"
     if start.startswith(_HDF5):
         return _about_hdf5(path)
     if start.startswith(_GWY) and (titles := _GWY_TITLE.findall(path.read_bytes())):

@@ -13,7 +13,7 @@ from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
 from roughsim.surface.power_laws import TabulatedSpectrum
 from roughsim.surface.topography.contents import Contents, NoHeightsError
-from roughsim.surface.topography.instruments import library, no_map, of_instrument, unknown
+from roughsim.surface.topography.instruments import TIFF, library, no_map, of_instrument, of_tiff, unknown
 from roughsim.surface.topography.measured import Bins, MeasuredSpectrum, combined, levelled, map_spectrum, window_share
 from roughsim.surface.topography.netcdf import of_netcdf
 from roughsim.surface.topography.profiles import line_modes, of_surface
@@ -220,6 +220,8 @@ def _of_format(file: Path, channel: str | int | None) -> Contents:
             return _of_text(text)
         stream.seek(0)
         of_file = of_instrument(stream, _check_points, channel=channel)
+        if of_file is None and start.startswith(TIFF):
+            of_file = of_tiff(file, _check_points, channel)
     if of_file is None:
         raise NoHeightsError(unknown(file, start))
     return of_file
