@@ -40,6 +40,7 @@ from roughsim.surface.topography.periodic import (
     overshoots,
     periodic_part,
 )
+from roughsim.surface.topography.sums import sum_of_faces
 
 _LEAST_SIDE = 64  # points of a map
 MOST_SIDE = 2048  # points per side of the contact of a map
@@ -62,7 +63,7 @@ def press(
     workers: int | None = 1,
     progress: bool = True,
 ) -> Run:
-    """Press the measured map of a scene itself; its four quarters give the scatter.
+    """Press the measured map of a scene itself, or the sum of the maps of both faces; its quarters give the scatter.
 
     All waves of the map are pressed, on two grids of finer points, and the value is extrapolated to a vanishing pixel.
     Maps above 2048 points per side lose their shortest waves; the change from half the cut-off is then part of the
@@ -72,7 +73,8 @@ def press(
     Parameters
     ----------
     scene : str, path or mapping
-        As for `load_scene`; its [surface] names one map, and the counterface is smooth.
+        As for `load_scene`; its [surface] names one map, and the counterface is smooth or names one of its own: then
+        their sum is pressed, see `roughsim.surface.topography.sums`.
     folder : str or Path
         Folder of the run; the same call resumes it.
     edges : {"mirror", "tile"}, optional
@@ -99,9 +101,10 @@ def press(
         If a contact misses the tolerance.
     """
     allowed = Workers(workers)
-    loaded, topography = load_map(scene, changes)
+    loaded, maps = load_map(scene, changes)
     loaded = prediction.computed(loaded)
-    _refuse(loaded, topography.grid, edges)
+    topography = maps[0] if len(maps) == 1 else sum_of_faces(*maps)
+    _refuse(loaded, len(maps), topography.grid, edges)
     edges = edges or ("tile" if topography.periodic else "mirror")
     whole = cell_of(topography.heights, topography.grid, edges)
     resolution = resolution_of(loaded, whole.grid)
@@ -112,6 +115,8 @@ def press(
     for kind, home, cells, joined in parts:
         own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), realizations=len(cells)))
         numerics = _numerics(own, cells[0].grid, resolution, joined)
+        if len(maps) > 1:
+            numerics = replace(numerics, reasons=(*numerics.reasons, Reason("map", "of both faces", topography.taken)))
         allowed.fit(*largest_member(own, numerics), numerics.threads)
         numerics = _begin(own, home, numerics, {"of": kind, "edges": joined, "heights": digest})
         source = MapSource(kind, topography, tuple(cells), joined, loaded.sliding.direction, len(numerics.levels) - 1)
@@ -142,14 +147,14 @@ def _begin(scene: Scene, home: Path, numerics: Numerics, about: Mapping[str, str
     return begin(scene, home, numerics, press=about)
 
 
-def _refuse(scene: Scene, grid: Grid, edges: str | None) -> None:
-    """Refuse two rough faces, sliding contacts, maps that are too small or too large, and unknown edges."""
+def _refuse(scene: Scene, maps: int, grid: Grid, edges: str | None) -> None:
+    """Refuse a rough face without a map, sliding contacts, maps that are too small or too large, and unknown edges."""
     if edges not in (None, *_EDGES):
         raise ValueError(f'edges = {edges!r} is not known; write "mirror" or "tile"')
-    if len(scene.faces) > 1:
+    if len(scene.faces) > maps:
         raise SceneError(
             "counterface is rough, but there is one map; to press it give the counterface its material alone, without "
-            'like = "body" and without keys of roughness; if you have maps of both faces, name the map of their sum'
+            'like = "body" and without keys of roughness, or a map of its own as topography'
         )
     if scene.sliding.history == SLIDING:
         raise SceneError('sliding.history = "sliding" does not go with a map that is pressed; write "frozen"')

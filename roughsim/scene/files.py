@@ -135,20 +135,31 @@ def scene_of(content: Mapping[str, Any], changes: Mapping[str, Any], source: str
         return Scene(**_with_tables(with_changes(content, changes), folder))
 
 
-def load_map(name_or_path: SceneSource, changes: Mapping[str, Any] | None = None) -> "tuple[Scene, Topography]":
-    """Return a scene and the map that its [surface] names; SceneError if it names none, or several."""
+def load_map(name_or_path: SceneSource, changes: Mapping[str, Any] | None = None) -> "tuple[Scene, list[Topography]]":
+    """Return a scene and its maps: of [surface], and of [counterface] if that names one too.
+
+    SceneError if [surface] names no map, or a face several.
+    """
     content, source, folder = scene_content(name_or_path)
     scene = scene_of(content, changes or {}, source, folder)
-    section = with_changes(content, changes or {})["surface"]
-    named = section.get("topography", [])
-    paths = [Path(path) for path in ([named] if isinstance(named, str) else named)]
-    if len(paths) != 1:
-        count = "names no map" if not paths else f"names {len(paths)} maps"
-        raise SceneError(f'{source}: [surface] {count}; to press one, write topography = "scan.x3p"')
-    found = next(read_scans([(folder or Path()) / paths[0]], section))
-    if found.heights.ndim != 2:
-        raise SceneError(f"{source}: {paths[0]} is a line scan, of which there is C(q), but no map to press; use run")
-    return scene, cast("Topography", found)
+    sections = with_changes(content, changes or {})
+    maps = []
+    for name in ("surface", "counterface"):
+        section = sections.get(name) or {}
+        named = section.get("topography", [])
+        paths = [Path(path) for path in ([named] if isinstance(named, str) else named)]
+        if name == "counterface" and not paths:
+            continue
+        if len(paths) != 1:
+            count = "names no map" if not paths else f"names {len(paths)} maps"
+            raise SceneError(f'{source}: [{name}] {count}; to press one, write topography = "scan.x3p"')
+        found = next(read_scans([(folder or Path()) / paths[0]], section))
+        if found.heights.ndim != 2:
+            raise SceneError(
+                f"{source}: {paths[0]} is a line scan, of which there is C(q), but no map to press; use run"
+            )
+        maps.append(cast("Topography", found))
+    return scene, maps
 
 
 @contextmanager
