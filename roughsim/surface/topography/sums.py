@@ -60,4 +60,4 @@ def _on_grid(face: Topography, grid: Grid) -> Array:
     )
     if all(a.size == b.size and np.allclose(a, b, rtol=1e-6) for a, b in zip(old, new, strict=True)):
         return face.heights
-    return np.asarray(RectBivariateSpline(*old, face.heights)(*new))
+    return np.asarray(RectBivariateSpline(old[0], old[1], face.heights)(new[0], new[1]))
