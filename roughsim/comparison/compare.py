@@ -262,6 +262,7 @@ def _meanings_of_directions(run: Pressed) -> Iterator[str]:
             f"{FLASH}: the mean over all directions of sliding. {angles} from x towards y; along is the lay of the "
             "map. Each is the mean times its ratio at q_c, half the length of the map after the start from rest."
         )
+    yield from (f"{line}." for line in run.needed_size())
     if run.over_twin is not None:
         ratios = ", ".join(f"{x:.2f} at {v:g} m/s" for x, v in zip(run.over_twin, run.scene.speeds, strict=True))
         yield (

@@ -113,7 +113,7 @@ def press(
     parts = [(MAP, folder, [whole], edges), (QUARTERS, folder / QUARTERS, quarters(topography), "mirror")]
     begun = []
     for kind, home, cells, joined in parts:
-        own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), realizations=len(cells)))
+        own = replace(loaded, ensemble=replace(loaded.ensemble, realizations=len(cells)))
         numerics = _numerics(own, cells[0].grid, resolution, joined)
         if len(maps) > 1:
             numerics = replace(numerics, reasons=(*numerics.reasons, Reason("map", "of both faces", topography.taken)))

@@ -85,6 +85,7 @@ def progress_text(run: Run) -> str:
     text = f"round {run.rounds.number + 1}: {there}/{sum(wanted)} members"
     if errors := run.total_errors:
         worst = max(errors, key=lambda name: errors[name] / run.until[name])
-        text += f", error {100 * errors[worst]:.2g} % (target {100 * run.until[worst]:g} %)"
+        least = "≥" * bool(run.unknown_parts(worst))
+        text += f", error {least}{100 * errors[worst]:.2g} % (target {100 * run.until[worst]:g} %)"
     seconds = seconds_left(run)
     return text if seconds is None else f"{text}, {clock(seconds)} left"

@@ -45,8 +45,10 @@ def _errors_text(run: Run) -> str:
     """Return the total errors with their targets, as the end of a line; empty before the first estimate."""
     text = ""
     for name, error in run.total_errors.items():
-        size = f"{100 * error:.2g} %" if isfinite(error) else "unknown"
-        text += f", {name} total error {size} (target {100 * run.until[name]:g} %)"
+        unknown = run.unknown_parts(name)
+        size = f"{'≥ ' * bool(unknown)}{100 * error:.2g} %" if isfinite(error) else "unknown"
+        named = f", {' and '.join(unknown)} unknown" if unknown else ""
+        text += f", {name} total error {size}{named} (target {100 * run.until[name]:g} %)"
     return text
 
 

@@ -38,7 +38,8 @@ class Verdict(NamedTuple):
     next: Counts | None  # the next round; None: the run has ended
     needed: Counts  # estimated members of each level at the end of the run
     why: str  # reason of the end, or the largest part of the error
-    errors: dict[str, float]  # relative total error, 95 %, of each target at the worst speed
+    errors: dict[str, float]  # relative total error, 95 %, of each target at the worst speed, of the known parts
+    unknown: tuple[tuple[str, str], ...] = ()  # targets with unknown parts of their errors, and these parts
 
 
 class Rounds(NamedTuple):
@@ -137,13 +138,15 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
     if small and not unknown:
         return Verdict(True, None, counts, "the targets are met", errors)
     if (small and not level_follows) or tuple(following) == counts:
-        return Verdict(False, None, counts, _ended(until, most, counts, largest, unknown), errors)
-    return Verdict(False, tuple(following), tuple(needed), largest, errors)
+        return Verdict(False, None, counts, _ended(until, most, counts, largest, unknown), errors, unknown)
+    return Verdict(False, tuple(following), tuple(needed), largest, errors, unknown)
 
 
-def _standing(found: dict[str, Estimate], until: dict[str, float]) -> tuple[dict[str, float], str, list[str]]:
+def _standing(
+    found: dict[str, Estimate], until: dict[str, float]
+) -> tuple[dict[str, float], str, tuple[tuple[str, str], ...]]:
     """Return the known error of each target at its worst speed, the largest part of one above, and unknown parts."""
-    errors, largest, unknown = dict[str, float](), "", list[str]()
+    errors, largest = dict[str, float](), ""
     for name, goal in until.items():
         mean, parts = found[name].mean, _relative_parts(found[name])
         total = np.linalg.norm([*parts.values()], axis=0)
@@ -152,8 +155,7 @@ def _standing(found: dict[str, Estimate], until: dict[str, float]) -> tuple[dict
         if errors[name] > goal:
             worst = int(np.argmax(total))
             largest = max(parts, key=lambda part: parts[part].flat[worst])
-        unknown += found[name].unknown
-    return errors, largest, list(dict.fromkeys(unknown))
+    return errors, largest, tuple((name, part) for name in until for part in found[name].unknown)
 
 
 def _wishes(
@@ -267,10 +269,13 @@ def work(numerics: Numerics, level: int) -> float:
     return MEMBER + sum(float(grid.points**1.25) for grid in grids)
 
 
-def _ended(until: dict[str, float], most: int, counts: Counts, largest: str, unknown: list[str]) -> str:
+def _ended(
+    until: dict[str, float], most: int, counts: Counts, largest: str, unknown: tuple[tuple[str, str], ...]
+) -> str:
     """Return the reason of the end of a run that misses its targets."""
     if until and not largest:
-        return f"out of reach: errors of {' and '.join(unknown)} are unknown, and no level is left that shows them"
+        parts = " and ".join(dict.fromkeys(part for _, part in unknown))
+        return f"out of reach: errors of {parts} are unknown, and no level is left that shows them"
     if not until or max(counts) >= most:
         return "all realizations are there"
     return f"out of reach: {largest} errors are too large, and no level is left that lowers them"

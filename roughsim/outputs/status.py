@@ -5,6 +5,7 @@ from typing import Any
 
 from roughsim.ensemble.status import at_work, losses, seconds_left, state_line
 from roughsim.outputs.opened import Folder, opened
+from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
 from roughsim.store.claims import writer
@@ -46,6 +47,8 @@ def status(run: Folder) -> Status:
             lines += estimate.explain().splitlines()
             parts = ("mean", "half_width", "total_error", "unknown", "bias")
             values["estimates"][name] = {part: json_value(getattr(estimate, part)) for part in parts}
+        if isinstance(record, Pressed):
+            lines += record.needed_size()
     return Status("\n".join(lines), values)
 
 

@@ -144,6 +144,24 @@ class Pressed(Quarters):
             )
         return lines
 
+    def needed_size(self) -> list[str]:
+        """Return a line on the map whose statistical error of T_flash is the target; empty if this map suffices.
+
+        The variance of a mean over a map is in inverse proportion to its area.
+        """
+        goal = dict(self.scene.ensemble.until).get("flash_temperature", np.inf)
+        found = self.estimate("flash_temperature")
+        moving = [k for k, mean in enumerate(found.mean) if np.isfinite(mean) and mean > 0.0]
+        shares = {k: float(found.budget["statistical"][k] / found.mean[k]) for k in moving}
+        k = max(shares, key=shares.__getitem__, default=None)
+        if k is None or not shares[k] > goal:
+            return []
+        error = f"{100 * shares[k]:.2g} % at {self.scene.speeds[k]:g} m/s"
+        return [
+            f"size of the map: the statistical error of T_flash, {error}, falls as 1/side; the target of "
+            f"{100 * goal:.3g} % needs a map {shares[k] / goal:.2g} times as long and as wide"
+        ]
+
     def in_direction(self, name: str, column: str | None = None) -> Estimate:
         """Return T_flash in one of the directions `angles`: its mean over directions, times their ratio in the contact.
 

@@ -153,6 +153,10 @@ class Run(Means):
         """Relative total error, 95 %, of each target after the last complete round; empty before the first."""
         return self.rounds.verdict.errors if self.rounds.verdict else {}
 
+    def unknown_parts(self, name: str) -> list[str]:
+        """Return the parts of the error of a target that are unknown, and not in `total_errors`."""
+        return [part for target, part in self.rounds.verdict.unknown if target == name] if self.rounds.verdict else []
+
     @property
     def missing(self) -> list[str]:
         """Names, as "L0-000003", of members that are missing although later ones exist; none once it has finished."""

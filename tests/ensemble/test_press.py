@@ -164,6 +164,22 @@ def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(scene_f
         rs.press(scene_file, folder, changes={"sliding.speed": 35})
 
 
+@pytest.mark.parametrize("share", [0.5, 2.0])
+def test_a_target_below_the_statistical_error_needs_a_larger_map(scene_file, tmp_path, share):
+    changes = {"sliding.speed": [1, 35]}
+    found = rs.press(scene_file, tmp_path / "run", edges="tile", changes=changes).estimate("flash_temperature")
+    statistical = (found.budget["statistical"] / found.mean).max()
+    goal = share * statistical
+    # the error of a mean over N maps side by side falls as √N: a map of n times both sides is n² maps
+    maps = (statistical / goal) ** 2
+    run = rs.press(
+        scene_file, tmp_path / "run", edges="tile", changes=changes | {"ensemble.until": {"flash_temperature": goal}}
+    )
+    for text in (str(rs.compare(run)), str(rs.status(run))):
+        line = " ".join(text.split())
+        assert (f"needs a map {math.sqrt(maps):.2g} times as long and as wide" in line) == (share < 1.0)
+
+
 def test_an_open_run_follows_the_quarters(scene_file, tmp_path):
     run = rs.press(scene_file, tmp_path / "run", edges="tile", changes={"sliding.speed": 35})
     assert run.estimate("flash_temperature").n == 4

@@ -61,6 +61,7 @@ def long_run(tmp_path_factory):
         total_errors={"flash_temperature": 0.011, "correlation_radius_10": 0.052, "contact_fraction": 0.06},
         until={"flash_temperature": 0.01, "correlation_radius_10": 0.005, "contact_fraction": 0.05},
         rounds=SimpleNamespace(number=11, wanted=(2345, 67), verdict=object()),
+        unknown_parts=lambda name: ["scan"] if name == "correlation_radius_10" else [],
         numerics=SimpleNamespace(levels=(None, None)),
     )
 
@@ -69,7 +70,7 @@ def test_the_line_of_a_long_run_fits_80_columns_beside_its_bar(long_run, monkeyp
     monkeypatch.setattr("roughsim.ensemble.status.work", lambda numerics, level: 1.0)
     text = progress_text(long_run)
     # the error most above its target, and (1111 + 11) members of 90 s
-    assert text == "round 12: 1290/2412 members, error 5.2 % (target 0.5 %), 28 h 03 min left"
+    assert text == "round 12: 1290/2412 members, error ≥5.2 % (target 0.5 %), 28 h 03 min left"
     assert len(text) < 75  # and a short bar
 
 

@@ -1,6 +1,7 @@
 """Where a run stands: its round, the errors beside their targets, how long it will take, and why it has ended."""
 
 import os
+import re
 import shutil
 import socket
 from dataclasses import replace
@@ -106,6 +107,22 @@ def test_a_finished_run_says_why_it_ended(running):
     running.until = {}
     ended(running, met=False, why="all", errors={})
     assert status.outcome(running) == "all"
+
+
+def test_an_error_with_unknown_parts_is_a_least_one_and_names_them(running):
+    ended(running, met=False, why="why")
+    unknown = (("flash_temperature", "scan"), ("contact_fraction", "pixel"), ("flash_temperature", "size"))
+    running.rounds = running.rounds._replace(verdict=running.rounds.verdict._replace(unknown=unknown))
+    said = ", flash_temperature total error ≥ 2.5 %, scan and size unknown (target 1 %)"
+    assert status.outcome(running) == f"target not reached: why{said}"
+
+
+def test_a_target_whose_error_has_an_unknown_part_is_not_called_reached(quick, tmp_path):
+    run = rs.run(quick, tmp_path / "run", max_realizations=12, until={"flash_temperature": 0.9})  # one grid alone
+    unknown = " and ".join(run.estimate("flash_temperature").unknown)
+    assert "pixel" in unknown
+    line = str(rs.status(run)).splitlines()[1]
+    assert re.search(rf"flash_temperature total error ≥ [\d.]+ %, {unknown} unknown \(target 90 %\)$", line)
 
 
 def test_the_numbers_for_machines_are_those_of_rounds_and_estimates(running):
