@@ -12,7 +12,6 @@ from roughsim.comparison.rows import CONTACT_TEMPERATURE
 from roughsim.comparison.trust import Trust
 from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
-from roughsim.prediction.sliding import sliding_error
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
@@ -59,7 +58,9 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     values["calibrated"] |= _distribution_values(scene)
     if scene.sliding.history == SLIDING:
         slid = prediction.sliding_prediction(scene)
-        values["calibrated"]["sliding"] = None if slid is None else asdict(slid) | {"error": sliding_error(scene)}
+        values["calibrated"]["sliding"] = (
+            None if slid is None else asdict(slid) | {"error": prediction.sliding_error(scene)}
+        )
     return {key: json_value(value) for key, value in (values | {"pressure_correlation": correlation}).items()}
 
 
@@ -122,9 +123,9 @@ def sliding_note(scene: Scene) -> str:
     """Return a note on the theory of the column sliding, with its accuracy."""
     if prediction.calibrated(scene).stress_spectrum is None:
         return f"{OF_SLIDING}: none, as {prediction.calibrated(scene).range}."
-    error = sliding_error(scene)
+    error = prediction.sliding_error(scene)
     within = (
-        "with an unknown error in contact so dense of bodies so unlike"
+        "with an unknown error, as the bodies are unlike and the contact dense"
         if isnan(error)
         else f"within {error:.0%} of slides"
     )

@@ -25,8 +25,8 @@ _MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the n
 STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
 _OF_FROZEN = (
     'the contact slides on unchanged, as if the counterface alone were rough. With history = "sliding" both faces '
-    "move, equal bodies take half of the heat each, and T_flash differs by 10 to 60 %: it is lower at low speeds and "
-    "higher at high ones, as summits of the moving body stay hot"
+    "move, and T_flash is another, by the roughness and the conduction of each: `roughsim theory` of the scene with "
+    "this history and a slid_distance has it beside the frozen contact, with its error"
 )
 
 

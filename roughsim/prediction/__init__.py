@@ -27,7 +27,7 @@ from roughsim.prediction.distribution import Parts, asked_predictions, quantile_
 from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
-from roughsim.prediction.sliding import check_continuation, sliding_continuation, sliding_prediction
+from roughsim.prediction.sliding import check_continuation, sliding_continuation, sliding_error, sliding_prediction
 from roughsim.prediction.sliding_distribution import sliding_asked_predictions, sliding_distributions
 from roughsim.prediction.theories import (
     calibrated_correlation,
@@ -72,6 +72,7 @@ __all__ = [
     "sliding_asked_predictions",
     "sliding_continuation",
     "sliding_distributions",
+    "sliding_error",
     "sliding_prediction",
     "slow",
     "smoothed_spectrum",

@@ -103,7 +103,7 @@ def _of_heat(scene: Scene) -> Iterator[Statement]:
     elif isinstance(rule, str):
         equal = "T_flash" if rule == "mean" else "T₀ + T_flash"
         value, because = f'by the rule "{rule}"', f"the share of each speed makes {equal} of the two bodies equal"
-        because += ": of the temperatures of the column itself"
+        because += " in each column, theory and calibrated too"
     else:
         value, because = f"{rule:.4g} into the moving body", "heat_partition states it"
         if abs(rule - 0.5) > UNEVEN and equal_faces(scene):
