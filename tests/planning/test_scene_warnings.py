@@ -151,9 +151,10 @@ def test_verbs_print_each_once_on_the_standard_error(odd, verb, tmp_path, capsys
     if verb == "study":
         words[1] = str(tmp_path / "study.toml")
         Path(words[1]).write_text('scene = "odd.toml"\n[vary]\n"sliding.friction_coefficient" = [0.2, 0.3]\n')
-    with warnings.catch_warnings(), pytest.raises(SystemExit):
+    with warnings.catch_warnings():
         warnings.simplefilter("always", rs.SceneWarning)  # as outside of tests
-        main(words)
+        with pytest.raises(SystemExit):
+            main(words)
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("roughsim: warning: ")]
     assert [of(kind, lines) for kind in (STEEP, SOFT, SHARE)] == [True] * 3
 
