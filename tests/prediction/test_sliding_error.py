@@ -14,6 +14,7 @@ Q_MIN, Q_ROLL_OFF, Q_MAX = 6283.2, 12566.4, 50265.5
 BODIES = {  # κ, ρ and c
     "steel": (30.0, 7900.0, 500.0),
     "hot steel": (50.0, 7900.0, 500.0),
+    "light": (30.0, 1000.0, 450.0),  # κ of steel, another effusivity
     "titanium": (7.0, 4430.0, 564.0),
     "brass": (115.0, 8500.0, 380.0),
 }
@@ -93,6 +94,7 @@ def test_full_contact_is_in_the_band_or_there_is_none(moving, resting, part):
         ("titanium", "brass", 0.4, 3e9, 0.08),
         ("titanium", "brass", 0.8, 2e7, 0.08),
         ("titanium", "brass", 0.8, 3e9, nan),
+        ("light", "steel", 0.8, 3e9, nan),
     ],
 )
 def test_the_band_is_of_part_area_and_bodies_everywhere(moving, resting, part, pressure, error):

@@ -179,6 +179,12 @@ def test_waves_beyond_yield_may_follow_another_power(steep):
     assert np.all((on < found) & (found < cut))
 
 
+def test_noise_of_a_map_beyond_yield_is_taken():
+    noisy = Filtered(level=2e-24, q_f=8e5, steep=-2.6, q_max=6.4e6)  # C ~ 1/q, so that H in the mean is 0.15
+    smooth = flash_by(SelfAffine(level=2e-24, q_max=6.4e6), 0.1 * HARDNESS, HARDNESS)
+    assert np.all(flash_by(noisy, 0.1 * HARDNESS, HARDNESS) < smooth)  # more roughness, more and smaller spots
+
+
 @dataclasses.dataclass(frozen=True)
 class Smooth(SelfAffine):
     """C(q) that says nothing of q_r in its breaks."""
