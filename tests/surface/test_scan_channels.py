@@ -185,12 +185,17 @@ def test_units_of_a_heading_are_read(tmp_path, heading):
         found, told = quietly(path, unit=unit)
         assert found.grid.lengths == pytest.approx((20e-6, 24e-6))
         assert np.std(found.heights) == pytest.approx(RMS)
-        assert found.taken == "heights in nm, sides in m"
+        assert found.taken == "heights in nm, sides in mm"
         assert "have no unit" not in told
     with pytest.raises(rs.RecordError, match="contains its unit; remove topography_unit"):
         read_scan(path, unit=1e-6)
     with pytest.raises(rs.RecordError, match="contains its size; remove topography_size"):
         read_scan(path, size=(1e-3, 1e-3))
+
+
+def test_x_and_y_may_have_different_units(tmp_path):
+    path = listed(tmp_path, "x/mm;y/cm;z/nm", 1e-3, 1e-9)
+    assert quietly(path)[0].grid.lengths == pytest.approx((20e-6, 240e-6))
 
 
 def test_units_of_coordinates_or_heights_alone(tmp_path):

@@ -200,7 +200,7 @@ def _listed(numbers: Array, units: list[float | None], left_out: tuple[str, ...]
         raise NoHeightsError("has a unit of x or of y in its heading, but not of both; write both")
     if x is None or y is None:
         return Contents(heights, (sizes[0], sizes[1]), unit, left_out=left_out)
-    return Contents(heights, (sizes[0] * x, sizes[1] * y), unit, 1.0, left_out=left_out)
+    return Contents(heights, (sizes[0], sizes[1] * (y / x)), unit, x, left_out=left_out)
 
 
 def without_coordinates(numbers: Array, left_out: tuple[str, ...] = ()) -> Contents:
