@@ -60,6 +60,8 @@ def number(name: str, value: Any, unit: str = "") -> float:
         if isinstance(value, (bool, np.bool_, str, bytes, complex)) or np.ndim(value) != 0:
             raise TypeError
         result = float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        result = math.inf
     except (TypeError, ValueError):
         raise TypeError(f"{name} = {value!r} must be one real number" + (f" in {unit}" if unit else "")) from None
     if not math.isfinite(result):

@@ -154,3 +154,18 @@ def test_what_is_no_grid_is_refused_by_name(call):
 def test_what_is_no_solid_is_refused_by_name(name):
     with pytest.raises(TypeError, match=r"^solid = 1.0 must be a Solid, as Solid\("):
         CALLS[name](rs.Grid((8, 8), (1.0, 1.0)), 1.0)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda big: Grid((8, 8), (big, 1.0)),
+        lambda big: rs.Solid(big),
+        lambda big: rs.SelfAffineSpectrum.from_rms_height(big, hurst=0.8, q_min=1, q_max=2),
+        lambda big: rs.HeatSource(speeds=[big], friction_coefficient=1, conductivity=1, diffusivity=1),
+        lambda big: rs.realize("demo", rs.plan("demo"), seed=big),
+    ],
+)
+def test_a_whole_number_beyond_floats_is_refused_as_any_other(call):
+    with pytest.raises(ValueError, match="must be (finite|a whole number)"):
+        call(10**400)

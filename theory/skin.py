@@ -173,7 +173,8 @@ def steady_rise(layers: Layers, spread: float) -> float:
     if spread < _LATE * depth**2:
         raise ValueError(
             f"duration: heat spreads {np.sqrt(spread):.3g} m deep in it, less than {np.sqrt(_LATE):g} times the "
-            f"{depth:.3g} m of the skin or the heat_depth, which have not warmed through then; take a longer duration"
+            f"{depth:.3g} m of the skin or the heat_depth, which have not warmed through then; take "
+            f"{_LATE * depth**2 / spread:.3g} times the duration, or more"
         )
     rise = d / k * (1 - k**2 * layers.diffusion)
     if h > 0.0:

@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from roughsim import prediction
 from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.tasks import Tasks, remove_unfinished
 from roughsim.ensemble.workers import Source
@@ -182,6 +183,7 @@ def begin(
     `press` is of a pressed map, as in `Description`. RecordError, before anything is planned, if the folder holds other
     files, another kind of run or another scene, naming the first key that differs.
     """
+    prediction.background(scene)  # refuses a duration that is too short for a skin
     state = folder_state(folder)
     if state == "foreign":
         raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the run")

@@ -74,6 +74,7 @@ def numerics_of(scene: Scene) -> Numerics:
     if scene != stated:
         why = "in theory next to nothing of the contact reaches it: the contact is elastic"
         reasons.append(Reason("hardness", f"{stated.penetration_hardness / 1e9:.3g} GPa left out", why))
+    prediction.background(scene)  # refuses a duration that is too short for a skin
     target = target_of(scene)
     lengths, why = cell_of(scene)
     reasons.append(Reason("cell", f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm", why))

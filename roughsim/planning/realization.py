@@ -51,7 +51,7 @@ def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, 
     """
     scene = as_scene(scene)
     check_levels(numerics.levels, scene.faces, scene.sliding.history, scene.elastic)
-    limits = {"seed": (seed, np.inf), "level": (level, len(numerics.levels)), "index": (index, np.inf)}
+    limits = {"seed": (seed, 2**63), "level": (level, len(numerics.levels)), "index": (index, 2**63)}
     for name, (value, limit) in limits.items():
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:
             raise ValueError(f"{name} = {value!r} must be a whole number from 0 to below {limit:g}")

@@ -227,7 +227,11 @@ def _warming(scene: Scene, speed: float, constants: Heating) -> float:
     if scene.sliding.duration is None or flux == 0.0:
         return 0.0
     body = {"conductivity": bodies.conductivity, "diffusivity": bodies.diffusivity} | layer_arguments(bodies)
-    return float(theory.background.temperature(scene.sliding.duration, heat_flux=flux, **body))
+    try:
+        return float(theory.background.temperature(scene.sliding.duration, heat_flux=flux, **body))
+    except ValueError as error:  # too soon for a layer to have warmed through
+        reason = str(error).removeprefix("duration: ")
+        raise SceneError(f"sliding.duration = {scene.sliding.duration:.4g} s is too short: {reason}") from None
 
 
 def background(scene: Scene) -> Array:

@@ -1,10 +1,13 @@
 """The skin of a body and the depth of its heat in a scene: keys, refusals, and temperatures by the theory."""
 
+import re
+
 import numpy as np
 import pytest
 
 import roughsim as rs
 from roughsim import prediction
+from roughsim.scene import SceneError
 from roughsim.scene.changes import read_changes
 from roughsim.scene.files import parse_scene
 from roughsim.studies.vary import points_of, read_axes
@@ -125,3 +128,14 @@ def test_the_share_of_a_scene_feels_both_skins():
     )
     assert ((moving < bare) & (bare < resting)).all()
     assert ((moving < both) & (both < resting)).all()
+
+
+def test_a_duration_too_short_for_a_skin_is_refused_by_key_with_the_one_that_is_not(tmp_path):
+    young = {"sliding__duration": 1e-8, "body__skin": OXIDE}
+    with pytest.raises(SceneError, match=r"^sliding.duration = 1e-08 s is too short: heat spreads") as refused:
+        rs.run(steel(**young), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+    times = float(re.search(r"take ([\d.e+]+) times the duration, or more$", str(refused.value))[1])
+    prediction.background(steel(**young | {"sliding__duration": 1.01e-8 * times}))
+    with pytest.raises(SceneError):
+        prediction.background(steel(**young | {"sliding__duration": 0.98e-8 * times}))

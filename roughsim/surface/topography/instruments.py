@@ -25,13 +25,20 @@ _PLAIN = ("asc", "xyz")  # readers of text, which take any numbers
 
 
 def library() -> Any:
-    """Return SurfaceTopography; ImportError with the command to install it."""
+    """Return SurfaceTopography; ImportError with the command to install it, or with the reason why it does not load."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ImportWarning)  # warns that there is no MPI
             import SurfaceTopography  # type: ignore[import-not-found,import-untyped,unused-ignore]
-    except ImportError:
-        raise ImportError("SurfaceTopography is not installed; type: pip install 'roughsim[topography]'") from None
+    except ModuleNotFoundError as error:
+        missing = error.name or "SurfaceTopography"
+        raise ImportError(f"{missing} is not installed; type: pip install 'roughsim[topography]'") from None
+    except Exception as error:  # of a library that it loads: without an MPI library, mpi4py raises a RuntimeError
+        reason = " ".join(str(error).split())[:200]
+        raise ImportError(
+            f"SurfaceTopography, which reads this file, cannot be imported ({type(error).__name__}: {reason}); install "
+            "what is missing, or remove mpi4py if there is no MPI library"
+        ) from None
     return SurfaceTopography
 
 
