@@ -9,11 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughsim.show.text import plain
+
 _SIZES = (1e-100, 1e100)  # of numbers in SI units: products of three are in the range of double precision
 
 
 class RoughsimError(Exception):
-    """Base class of the errors that roughsim itself defines."""
+    """Base class of the errors that roughsim itself defines; names in its message cannot command a terminal."""
+
+    def __str__(self) -> str:
+        return plain(super().__str__())
 
 
 class ConvergenceError(RoughsimError, RuntimeError):

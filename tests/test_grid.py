@@ -160,7 +160,7 @@ def test_what_is_no_solid_is_refused_by_name(name):
     "call",
     [
         lambda big: Grid((8, 8), (big, 1.0)),
-        lambda big: rs.Solid(big),
+        rs.Solid,
         lambda big: rs.SelfAffineSpectrum.from_rms_height(big, hurst=0.8, q_min=1, q_max=2),
         lambda big: rs.HeatSource(speeds=[big], friction_coefficient=1, conductivity=1, diffusivity=1),
         lambda big: rs.realize("demo", rs.plan("demo"), seed=big),

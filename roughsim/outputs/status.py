@@ -8,6 +8,7 @@ from roughsim.outputs.opened import Folder, opened
 from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
+from roughsim.show.text import plain_lines
 from roughsim.store.claims import writer
 from roughsim.store.member_files import member_name
 from roughsim.studies.study import Study
@@ -21,7 +22,7 @@ class Status:
     values: dict[str, Any]
 
     def __str__(self) -> str:
-        return self.text
+        return plain_lines(self.text)
 
     def __repr__(self) -> str:
         return f"<Status of {self.values['folder']}>"

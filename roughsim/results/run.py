@@ -24,7 +24,7 @@ from roughsim.results.reactions import Asked, asked_estimates
 from roughsim.scene import Scene
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
-from roughsim.show.text import marked
+from roughsim.show.text import marked, plain
 from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
 
 if TYPE_CHECKING:  # not among the packages that roughsim needs
@@ -281,7 +281,9 @@ class Run(Means):
 
     def __repr__(self) -> str:
         state = "finished" if self.finished else "not finished"
-        return f"<{type(self).__name__} {self.folder}: {self.extent}, {state}; {', '.join(self.numerics.columns)}>"
+        return (
+            f"<{type(self).__name__} {plain(self.folder)}: {self.extent}, {state}; {', '.join(self.numerics.columns)}>"
+        )
 
     def _repr_html_(self) -> str:
         """The state of the run and its flash temperature in each column, for notebooks."""

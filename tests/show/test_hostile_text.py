@@ -201,3 +201,14 @@ def test_a_long_error_is_cut_in_its_middle(capsys):
         with pytest.raises(SystemExit), errors_in_one_line("roughsim run"):
             raise ValueError("a" * count + "b" * 600)
         assert capsys.readouterr().err == f"roughsim: {words}\n"
+
+
+def test_a_folder_with_a_command_to_the_terminal_is_plain_in_python_too(capped_run, tmp_path):
+    folder = shutil.copytree(capped_run.folder, tmp_path / "run\x1b[31m")
+    run = rs.open_run(folder)
+    (folder / "run.json").unlink()
+    with pytest.raises(rs.RecordError, match="is no run") as refused:
+        rs.open_run(folder)
+    for text in (str(refused.value), repr(run), str(rs.status(run))):
+        assert "run?[31m" in text
+        assert "\x1b" not in text
