@@ -10,7 +10,7 @@ from press_cases import AT_35, GRID, SIDE, levelled, on_finer_points, write_scen
 import roughsim as rs
 from roughsim.ensemble.press import resolution_of
 from roughsim.scene import parse_scene
-from roughsim.surface.topography.periodic import mirrored, refined
+from roughsim.surface.topography.periodic import band_limited, mirrored, refined
 
 NAME = "flash_temperature"
 
@@ -118,3 +118,9 @@ def test_a_map_of_too_many_points_loses_its_shortest_waves_and_the_last_step_is_
     assert found.budget["last step"][0] == pytest.approx(abs(high - low))
     assert "bandwidth" in found.unknown
     assert "continued from q_c" not in found.explain()
+
+
+def test_a_map_cut_at_its_own_nyquist_wavenumber_is_the_map():
+    grid = rs.Grid((12, 14), (12.0, 14.0))
+    heights = np.random.default_rng(3).standard_normal(grid.shape)  # waves of the Nyquist wavenumber too
+    np.testing.assert_allclose(band_limited(heights, grid, grid.shape, grid.nyquist), heights, atol=1e-12)
