@@ -5,7 +5,7 @@
 The contacts were drawn by chance, and their list was committed before any was solved; nothing in the form of the theory
 was fitted to them. `--draw` writes the list again. They are of four kinds: light load, where all has yielded (kind L),
 yielded in part (P), nearly elastic (N), and without a hardness (E). The part "first" was there when the theory got its
-form. "band" was solved to set the band of `TemperatureDistribution.errors`, "judge" to test it and for nothing else.
+form. "band" was solved to set `TemperatureDistribution.doubt`, "judge" to test it and for nothing else.
 
 `--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces, with four longest waves a
 side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are over T_flash. Rates
@@ -34,6 +34,7 @@ from roughsim.observables.distribution import LEVELS
 from roughsim.planning.realization import slide_problem
 from roughsim.sliding.member import solve_slide
 from theory import clipped
+from theory.yielding import ELASTIC_BANDS
 
 LIST = Path(__file__).parent / "reference" / "reactions_points.json"
 SOLVED = LIST.with_name("reactions_solved.json")
@@ -46,6 +47,7 @@ ENERGIES = (0.6, 1.0, 1.5)  # eV
 ELECTRONVOLT = 1.602176634e-19  # J
 BACKGROUND, FLASH = 700.0, 220.0  # K
 COLOURS = {"L": BLUE, "P": ORANGE, "N": GREEN, "E": PINK}
+AREA = ELASTIC_BANDS["contact_fraction"]
 HEAT = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": DIFFUSIVITY}
 
 
@@ -102,8 +104,7 @@ class Drawn:
     @property
     def part(self) -> Part:
         """The part of the list to which it belongs."""
-        kind, number = self.name[0], int(self.name[1:])
-        return next(part for part in PARTS.values() if number in part.numbers.get(kind, ()))
+        return _part_of(self.name)
 
     def solid(self) -> dict[str, Any]:
         """Return E*, σ₀ and σ_P."""
@@ -188,9 +189,14 @@ def points() -> list[Drawn]:
     return [Drawn(**row) for row in json.loads(LIST.read_text("utf-8"))]
 
 
+def _part_of(name: str) -> Part:
+    """Return the part of the list to which a contact belongs."""
+    return next(one for one in PARTS.values() if int(name[1:]) in one.numbers.get(name[0], ()))
+
+
 def _speeds_of(name: str, solved: Row) -> dict[str, float]:
     """Return the speeds at which a contact of the list was solved, m/s, by name."""
-    part = next(one for one in PARTS.values() if int(name[1:]) in one.numbers.get(name[0], ()))
+    part = _part_of(name)
     return {speed: v for speed, v in part.speeds.items() if f"{speed} flash" in solved}
 
 
@@ -199,22 +205,48 @@ def row_of(found: clipped.TemperatureDistribution, speeds: Iterable[str]) -> Row
     row: Row = {"contact_fraction": found.contact_fraction}
     even = replace(found, flash_temperature=np.full(len(found.flash_temperature), FLASH))
     energies = np.array(ENERGIES) * ELECTRONVOLT
-    rates = even.reaction_rate(energies, background_temperature=BACKGROUND)
-    kelvins = even.activation_temperature(energies, background_temperature=BACKGROUND)
     at_flash = np.exp(-energies / (clipped.BOLTZMANN * (BACKGROUND + FLASH)))
-    tables = (
-        ("quantile", SHARES, even.quantiles(SHARES), np.full(len(SHARES), FLASH)),
-        ("area", SHARES, even.quantiles(SHARES, by="area"), np.full(len(SHARES), FLASH)),
-        ("rate", ENERGIES, rates, at_flash),
-        ("kelvin", ENERGIES, kelvins, np.ones(len(ENERGIES))),
-    )
-    for n, speed in enumerate(speeds):
-        row[f"{speed} flash"] = float(found.flash_temperature[n])
-        for kind, names, values, unit in tables:
-            for k, name in enumerate(names):
-                row[f"{speed} {kind} {name:g}"] = float(values.value[k, n] / unit[k])
-                row[f"{speed} {kind} {name:g} error"] = float(values.standard_error[k, n] / unit[k])
-    return row
+    units = {"quantile": FLASH, "area": FLASH, "rate": at_flash[:, None], "kelvin": 1.0}
+
+    def tables(one: clipped.TemperatureDistribution) -> dict[str, clipped.Estimate]:
+        return {
+            "quantile": one.quantiles(SHARES),
+            "area": one.quantiles(SHARES, by="area"),
+            "rate": one.reaction_rate(energies, background_temperature=BACKGROUND),
+            "kelvin": one.activation_temperature(energies, background_temperature=BACKGROUND),
+        }
+
+    values, doubted = tables(even), [tables(one) for one in even.doubted()] if np.any(found.doubt) else []
+    for kind, estimate in values.items():
+        names = ENERGIES if kind in ("rate", "kelvin") else SHARES
+        columns = {"": estimate.value, " error": estimate.standard_error}
+        if doubted:
+            columns[" form"] = np.linalg.norm([one[kind].value - estimate.value for one in doubted], axis=0)
+        for column, table_ in columns.items():
+            for (k, n), value in np.ndenumerate(table_ / units[kind]):
+                row[f"{list(speeds)[n]} {kind} {names[k]:g}{column}"] = float(value)
+    return row | {f"{speed} flash": float(found.flash_temperature[n]) for n, speed in enumerate(speeds)}
+
+
+def coverage(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
+    """Print and return the share of the solved values within the band of the theory, by kind, in %.
+
+    A rate also has the error of the contact area of the law.
+    """
+    shares = {}
+    for kind, names in ("quantile", SHARES), ("area", SHARES), ("rate", ENERGIES), ("kelvin", ENERGIES):
+        within = []
+        for contact, (theory, solved) in rows.items():
+            for key in (f"{speed} {kind} {name:g}" for speed in _speeds_of(contact, solved) for name in names):
+                if key not in solved:
+                    continue
+                value, other, form = (float(x) for x in (theory[key], solved[key], theory[f"{key} form"]))
+                area = AREA * value if kind == "rate" else 0.0
+                drawing = [2 * float(row[f"{key} error"]) for row in (theory, solved)]
+                within.append(abs(value - other) <= np.linalg.norm([form, area, *drawing]))
+        shares[f"within_{kind}"] = 100 * float(np.mean(within)) if within else float("nan")
+        print(f"{kind}: {np.sum(within)} of {len(within)} within the band")
+    return shares
 
 
 def table(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
@@ -330,6 +362,10 @@ def main() -> None:
     found = {c.name: (row_of(c.theory(size[0]), c.part.speeds), solved[c.name]) for c in contacts if c.name in solved}
     if found:
         numbers = table(found)
+        for name in ("band", "judge"):
+            chosen = {contact: rows for contact, rows in found.items() if _part_of(contact) is PARTS[name]}
+            print(f"part {name}:")
+            numbers |= {f"{name}_{key}": share for key, share in coverage(chosen).items() if chosen}
         draw(found, options.output / "reactions.png")
         if options.evidence:
             show_on_pages(options.output / "reactions.png")

@@ -65,10 +65,10 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
 
 
 def _distribution_values(scene: Scene) -> dict[str, Any]:
-    """Return quantiles of the temperature, and reactions, if a scene asks for them; each with its standard error."""
+    """Return quantiles of the temperature, and reactions, if a scene asks for them; each with its errors."""
     share = prediction.calibrated_share(scene)
     found: dict[str, Any] = {
-        name: {"value": estimate.value * share, "standard_error": estimate.standard_error * share}
+        name: {part: number * share for part, number in estimate._asdict().items()}
         for name, estimate in prediction.quantile_predictions(scene).items()
     }
     for asked in prediction.asked_predictions(scene, share):
@@ -99,8 +99,15 @@ def theory_table(scene: Scene) -> Table:
         values |= {"sliding_flash_temperature": slid.flash_temperature, "sliding_share": slid.heat_partition}
         units |= {"sliding_flash_temperature": "K"}
         columns |= {"sliding_flash_temperature": "T_flash sliding, K", "sliding_share": "share sliding"}
+    errors = {} if hottest is None else {_HOTTEST: hottest.error * own}
     rows: list[Row] = [
-        (f"{speed:g}", *(Number(float(values[name][k]), units.get(name, "1")) for name in columns))
+        (
+            f"{speed:g}",
+            *(
+                Number(float(values[name][k]), units.get(name, "1"), float(errors[name][k]) if name in errors else 0.0)
+                for name in columns
+            ),
+        )
         for k, speed in enumerate(scene.speeds)
     ]
     areas = (f"{name} {values[name]:.4g}" for name in ("contact_fraction", "plastic_fraction"))

@@ -23,7 +23,7 @@ from roughsim.prediction.cut_offs import (
     usual_exponent,
     yielded_fall,
 )
-from roughsim.prediction.distribution import Parts, asked_predictions, quantile_predictions, quantiles_of
+from roughsim.prediction.distribution import Banded, Parts, asked_predictions, quantile_predictions, quantiles_of
 from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
@@ -41,6 +41,7 @@ from roughsim.prediction.theories import (
 )
 
 __all__ = [
+    "Banded",
     "Parts",
     "area_fractions",
     "asked_predictions",

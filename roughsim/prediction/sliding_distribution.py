@@ -7,7 +7,7 @@ import numpy as np
 import theory
 from roughsim.prediction.bodies import groups
 from roughsim.prediction.distribution import AskedPrediction, Parts, asked_of
-from roughsim.prediction.sliding import pair_arguments, sliding_prediction
+from roughsim.prediction.sliding import pair_arguments, sliding_error, sliding_prediction
 from roughsim.scene import Scene
 from roughsim.scene.model import Layers
 from roughsim.scene.numerics import SLIDING
@@ -55,4 +55,4 @@ def sliding_asked_predictions(scene: Scene, parts: Parts) -> list[AskedPredictio
     start = np.full(len(scene.speeds), scene.sliding.background_temperature or 0.0)
     if scene.sliding.duration is not None:
         start += slid.contact_temperature - slid.flash_temperature
-    return asked_of(scene, parts, start, np.ones_like(start))
+    return asked_of(scene, parts, start, np.ones_like(start), sliding_error(scene))

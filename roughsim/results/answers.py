@@ -85,6 +85,7 @@ def answers(run: Run, observables: Sequence[str] | None = None) -> Iterator[Labe
     yield Labelled("heat_share_used", ("column", "speed"), np.array(shares), SHARE)
     theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
     bands = prediction.calibrated(run.scene).errors
+    quantiles = prediction.quantile_predictions(run.scene)
     names = [*run.observables, *asked_names(run.scene)] if observables is None else observables
     for name in (name for name in names if name not in ABOUT):
         record = OBSERVABLES[name]
@@ -93,7 +94,9 @@ def answers(run: Run, observables: Sequence[str] | None = None) -> Iterator[Labe
         )
         nothing, unmarked = np.full_like(theory, np.nan), [""] * len(theory)
         entries: list[_Entry] = [(theory, nothing, unmarked, unmarked)]
-        entries.append((calibrated, np.abs(calibrated) * bands.get(name, np.nan), unmarked, unmarked))
+        band = np.abs(calibrated) * bands.get(name, np.nan)
+        band = quantiles[name].error * shares[1] if name in quantiles else band
+        entries.append((calibrated, band, unmarked, unmarked))
         for column in columns[2:]:
             measured = column != SLIDING or name in run.slid_observables
             entries.append(_measured(run, name, column) if measured else (nothing, nothing, unmarked, unmarked))
@@ -118,11 +121,9 @@ def _answers_of_reactions(run: Run) -> Iterator[Labelled]:
     columns = _columns_of(run)
     asked = {column: run.reactions(column) for column in run.reacting_columns}
     first = asked[run.numerics.columns[0]]
-    theory = {
-        one.key: one.estimate.value
-        for one in prediction.asked_predictions(run.scene, prediction.calibrated_share(run.scene))
-    }
-    nothing = np.full(len(run.scene.speeds), np.nan)
+    asked_of_theory = prediction.asked_predictions(run.scene, prediction.calibrated_share(run.scene))
+    theory = {one.key: one.estimate for one in asked_of_theory}
+    nothing = prediction.Banded(*np.full((3, len(run.scene.speeds)), np.nan))
     for name in dict.fromkeys(one.estimate.observable for one in first):
         places = [k for k, one in enumerate(first) if one.estimate.observable == name]
         axis, unit = ("heat_above", "K") if name == HEAT_ABOVE else ("energy", "eV")
@@ -132,7 +133,8 @@ def _answers_of_reactions(run: Run) -> Iterator[Labelled]:
         shape = len(columns), len(places), len(run.scene.speeds)
         values, errors = np.full(shape, np.nan), np.full(shape, np.nan)
         unknown, notes = np.full(shape, "", object), np.full(shape, "", object)
-        values[columns.index("calibrated")] = [theory.get(first[k].key, nothing) for k in places]
+        values[columns.index("calibrated")] = [theory.get(first[k].key, nothing).value for k in places]
+        errors[columns.index("calibrated")] = [theory.get(first[k].key, nothing).error for k in places]
         for column, of_column in asked.items():
             for j, k in enumerate(places):
                 at, estimate = (columns.index(column), j), of_column[k].estimate

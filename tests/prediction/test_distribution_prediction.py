@@ -1,6 +1,7 @@
 """The theory of the temperature distribution for a scene: the column calibrated beside quantiles and reactions."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from roughsim import prediction
 from roughsim.cli import app
 from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.observables.distribution import LEVELS
+from roughsim.results.answers import answers
 from theory import clipped
 
 ASKS = {
@@ -70,6 +72,30 @@ def test_reactions_have_the_share_and_the_background_of_the_scene(scene, fields)
     assert len(asked) == 7
 
 
+def test_errors_are_by_drawing_form_and_law(scene, fields):
+    share = np.array([0.5, 0.6, 0.7])
+    given = {"background_temperature": 500.0, "heat_partition": share, "activation_volume": 4e-30}
+    varied = [*fields.doubted(), replace(fields, flash_temperature=1.07 * fields.flash_temperature)]
+
+    def of_quantile(one):
+        return one.quantiles([0.99])
+
+    def of_rate(one):
+        return one.reaction_rate([EV], prefactor=1e13, **given)
+
+    asked = {each.key: each.estimate for each in prediction.asked_predictions(scene, share)}
+    hot = prediction.quantile_predictions(scene)["temperature_quantile_99"]
+    rate = asked["reaction_rate", 1.0, None]
+    for found, of, law in ((hot, of_quantile, 0.0), (rate, of_rate, 0.13)):  # a rate is in proportion to the area
+        plain = of(fields)
+        parts = [1.96 * plain.standard_error[0], law * plain.value[0]]
+        parts += [of(one).value[0] - plain.value[0] for one in varied]
+        assert found.error == pytest.approx(np.linalg.norm(parts, axis=0), rel=1e-6)
+    assert (hot.error[1:] > 0.07 * hot.value[1:]).all()
+    kelvin = asked["activation_temperature", 1.0, None]
+    assert (kelvin.error[1:] > 10.0 * kelvin.standard_error[1:]).all()
+
+
 def test_after_a_duration_the_contact_has_warmed():
     changes = {key: value for key, value in ASKS.items() if key != "observables.heat_above"}
     scene = rs.load_scene("steel-1.2GPa", changes | {"sliding.duration": "10 us", "sliding.speed": 35.0})
@@ -93,6 +119,9 @@ def test_json_and_table_have_what_the_scene_asks_for(scene):
     table = theory_table(scene)
     place = [column.title for column in table.columns].index("99 % of the heat below, K")
     assert table.rows[2][place].value == pytest.approx(0.5 * quantile.value[2])
+    assert table.rows[2][place].error == pytest.approx(0.5 * quantile.error[2])
+    assert found["temperature_quantile_99"]["error"] == pytest.approx((0.5 * quantile.error).tolist())
+    assert {"value", "standard_error", "error"} <= {*found["reaction_rate"][0]}
     words = [word for key, value in ASKS.items() for word in ("--set", f"{key}={json.dumps(value)}")]
     done = CliRunner().invoke(app, ["theory", "steel-1.2GPa", "--json", *words])
     assert done.exit_code == 0, done.output
@@ -117,6 +146,11 @@ def test_a_comparison_has_the_theory_beside_its_rows(tmp_path):
         for k, speed in enumerate(run.scene.speeds):
             row = rows[asked.observable, speed, asked.energy, asked.temperature]
             assert row.calibrated == pytest.approx(float(asked.estimate.value[k]), rel=1e-12, nan_ok=True)
+    written = {one.name: one.data for one in answers(run, ["temperature_quantile_99", "reaction_rate"])}
+    error = written["temperature_quantile_99_total_error"][1]
+    assert error == pytest.approx(0.5 * quantiles["temperature_quantile_99"].error)
+    rates = [one.estimate.error for one in prediction.asked_predictions(run.scene, np.full(3, 0.5))]
+    assert written["reaction_rate_total_error"][1, 0] == pytest.approx(rates[0], rel=1e-9)
     row = rows["activation_temperature", 35.0, 1.0, None]
     assert row.calibrated == pytest.approx(row.columns["capped"].mean, rel=0.1)
 

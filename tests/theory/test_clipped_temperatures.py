@@ -1,5 +1,7 @@
 """The temperature over a clipped field: waves by time integrals, normal fields, closed statistics, solved steel."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -383,3 +385,32 @@ def test_a_distribution_that_cannot_be_is_refused(changes, message):
 def test_a_question_without_an_answer_is_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call(sample([-1.0, 4.0], [1.0, 1.0], [0, 1]))
+
+
+def test_the_doubt_of_fields_falls_with_the_speed():
+    # from .24 of a slow source by .02 for each factor e, to .06
+    found = clipped.form_doubt([0.0, 1e-3, 1.0, np.e, np.e**2, 1e6])
+    np.testing.assert_allclose(found, [0.24, 0.24, 0.17, 0.15, 0.13, 0.06], rtol=1e-12)
+    # v h_rms/(D h′), of a plateau to 1e5 and q^(−3.6) up to 8e5 1/m
+    spectrum = SelfAffine(level=1e-24, q_max=8e5)
+    squares = [quad(lambda q, n=n: q**n * spectrum(q), 5e4, 8e5, points=[1e5])[0] for n in (1, 3)]
+    speeds = np.array([0.3, 3.0])
+    found = clipped.temperature_distribution(speeds, spectrum, **STEEL, **HEAT, fields=2, points=64)
+    peclet = speeds / HEAT["diffusivity"] * np.sqrt(squares[0] / squares[1])
+    np.testing.assert_allclose(found.doubt, 0.17 - 0.02 * np.log(peclet), rtol=1e-3)
+
+
+def test_a_doubted_distribution_is_evener_on_one_side_or_hotter():
+    plain = sample([0.36, 0.75, 1.0, 1.49, 1.4], [1.0, 1.0, 1.0, 1.0, 1.0], [0, 0, 0, 1, 1])
+    hot, cold, warm = replace(plain, doubt=np.array([0.2])).doubted()
+    x = plain.ratio[0] - 1.0
+    nearer = np.sign(x) * (np.abs(x) - 0.2 * np.abs(x) ** 1.5)
+    np.testing.assert_allclose(hot.ratio[0] - 1.0, np.where(x > 0.0, nearer, x), rtol=1e-12)
+    np.testing.assert_allclose(cold.ratio[0] - 1.0, np.where(x < 0.0, nearer, x), rtol=1e-12)
+    np.testing.assert_allclose(warm.flash_temperature, 128.0)  # 1 + 1.4 · .2
+    # further from T_flash than 4/9/doubt² all points come to the same place
+    far = replace(sample([0.0, 40.0, 60.0], [98.0, 1.0, 1.0], [0, 0, 0]), doubt=0.5).doubted()[0].ratio[0]
+    np.testing.assert_allclose(far[1:], 1.0 + 16 / 9 - 0.5 * (16 / 9) ** 1.5, rtol=1e-12)
+    for same in plain.doubted():  # of solved contacts nothing is in doubt
+        np.testing.assert_array_equal(same.ratio, plain.ratio)
+        np.testing.assert_array_equal(same.flash_temperature, plain.flash_temperature)

@@ -8,7 +8,7 @@ z gives ⟨σ(0)σ(r)⟩ − σ₀² the shape of g_σ(r) of that law.
 Source: one step is the clipped random wave of N.F. Berk, Phys. Rev. Lett. 58, 2718 (1987).
 """
 
-from theory.clipped.distribution import BOLTZMANN, Estimate, TemperatureDistribution
+from theory.clipped.distribution import BOLTZMANN, Estimate, TemperatureDistribution, form_doubt
 from theory.clipped.field import ClippedField, clipped_field, directed_correlations
 from theory.clipped.products import PAIRS, Correlations, Products, products
 from theory.clipped.sliding import sliding_temperature_distribution
@@ -24,6 +24,7 @@ __all__ = [
     "TemperatureDistribution",
     "clipped_field",
     "directed_correlations",
+    "form_doubt",
     "products",
     "sliding_temperature_distribution",
     "temperature_distribution",

@@ -24,6 +24,7 @@ _WAVES = 2.0, 8.0  # longest waves along a side of the cell: few leave room for 
 _PIXELS = 6  # along the shortest wave
 _POSITIONS = 8
 _SMALLEST = 48  # points along a side
+_DOUBT = 0.15  # of `TemperatureDistribution`: as set by experiments/sliding_reactions.py
 _HOT = 0.99  # quantile
 _EVEN = 0.01  # of T_flash: a contact whose hottest hundredth is not above it by more is even
 
@@ -133,7 +134,7 @@ def sliding_temperature_distribution(  # noqa: PLR0913  (contact, two bodies, an
     if drawn.q_max < end:
         ratio = 1 + _growth(velocity, drawn, spectrum, solid, moving)[:, None] * (ratio - 1)
     area = law_of(spectrum, **solid).contact_fraction
-    return TemperatureDistribution(flash, area, ratio, nominal_pressure * pressure, number[order], wrong)
+    return TemperatureDistribution(flash, area, ratio, nominal_pressure * pressure, number[order], wrong, _DOUBT)
 
 
 def _way(slid_distance: float, cell: Cell) -> tuple[Way, set[int]]:

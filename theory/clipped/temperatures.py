@@ -9,14 +9,16 @@ calibrated law, of the whole C(q).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import inf, pi
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
 from theory.arguments import Array, Spectrum, breaks_of, need_whole, positive, real_array
-from theory.clipped.distribution import TemperatureDistribution
+from theory.clipped.distribution import TemperatureDistribution, form_doubt
 from theory.clipped.drawing import Cell, amplitudes, draw_pressure, halved, heat_response, temperature
 from theory.clipped.field import ClippedField, clipped_field, law_of
 from theory.flash import flash_temperature
@@ -25,6 +27,7 @@ _WAVES = 4  # longest waves along a side of the cell
 _PIXELS = 4  # along the shortest wave
 _FURTHEST = 2.0  # steps of the cut-off, to twice as high a one, by which fields are continued
 _SMALLEST = 64  # points along a side: 4 q_min is the shortest wave, and 2 q_min that of the coarse fields
+_PER_PIECE = 32
 _SLOWEST = 1e-12  # m/s: at rest T_flash is 0, and T/T_flash that of a very slow source
 
 
@@ -124,7 +127,20 @@ def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of t
     ratio = fine.ratio
     if _shortest(points, longest) < end:
         ratio = continued(fine, drawn([halved(noise) for noise in white]), flash_of(stress))
-    return TemperatureDistribution(flash, stress.contact_fraction, ratio, fine.pressure, fine.field, fine.wrong_share)
+    doubt = form_doubt(velocity / diffusivity * _length_of_slopes(spectrum))
+    area = stress.contact_fraction
+    return TemperatureDistribution(flash, area, ratio, fine.pressure, fine.field, fine.wrong_share, doubt)
+
+
+def _length_of_slopes(spectrum: Spectrum) -> float:
+    """Return h_rms/h′, m, to .1 %: C(q) is summed over ln q, `_PER_PIECE` points between two breaks."""
+    squares = np.zeros(2)
+    for low, high in pairwise(breaks_of(spectrum).tolist()):
+        log_q, weight = leggauss(_PER_PIECE)
+        half = 0.5 * np.log(high / low)
+        q = low * np.exp(half * (log_q + 1.0))
+        squares += half * (weight * spectrum(q)) @ np.stack([q**2, q**4], axis=1)
+    return float(np.sqrt(squares[0] / squares[1]))
 
 
 def _shortest(points: int, longest: float) -> float:
