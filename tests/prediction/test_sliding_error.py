@@ -85,6 +85,16 @@ def test_full_contact_is_in_the_band_or_there_is_none(moving, resting, part):
     np.testing.assert_allclose(found, exact, rtol=0.08 if isnan(error) else error)
 
 
+@pytest.mark.parametrize("part", [0.0, 0.3])
+@pytest.mark.parametrize(("moving", "resting"), [("steel", "brass"), ("titanium", "brass")])
+def test_full_contact_does_not_depend_on_the_background(moving, resting, part):
+    # five times the pressure of full contact: 0.1 K of T_flash at 1 m/s beside a background of thousands
+    pressure = 5 * full_pressure(scene_of(moving, resting, part, 1e8))
+    scene = scene_of(moving, resting, part, pressure, slid_distance=50.0)
+    found = prediction.sliding_prediction(scene).flash_temperature
+    np.testing.assert_allclose(found, full_contact(scene, part, moving, resting, pressure), rtol=0.04)
+
+
 @pytest.mark.parametrize(
     ("moving", "resting", "part", "pressure", "error"),
     [
