@@ -13,6 +13,7 @@ from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import Values, with_errors
 from roughsim.estimate.rounds import Rounds, Verdict
 from roughsim.grid import Array
+from roughsim.results.description import QUARTERS
 from roughsim.results.run import Run
 from roughsim.store.member_files import member_path
 
@@ -91,6 +92,12 @@ class Pressed(Quarters):
         """Number of sound quarters."""
         return self.quarters.independent
 
+    @property
+    def quartered(self) -> bool:
+        """Whether all members of the four quarters are there, and sound."""
+        levels = range(len(self.quarters.numerics.levels))
+        return all(len(self.quarters.members.sound(level)) == Quarters.pressed for level in levels)
+
     def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of the map, with `_SHARED` times the scatter of its quarters about their mean."""
         whole = super().values(observable, column, extrapolated=extrapolated)
@@ -103,7 +110,9 @@ class Pressed(Quarters):
         return whole._replace(scatter={stream: np.nan_to_num(rows) for stream, rows in scatter.items()})
 
     def size_error(self, observable: str, column: str) -> Array:
-        """Return the relative difference of the mean of the quarters from the map."""
+        """Return the relative difference of the mean of the quarters from the map; unknown unless all are there."""
+        if not self.quartered:
+            return np.array(np.nan)
         whole, parts = (run.of_levels(observable, column).mean for run in (self, self.quarters))
         with np.errstate(all="ignore"):  # 0/0 at rest
             return np.asarray(np.nan_to_num(np.abs(parts / whole - 1.0), posinf=0.0))
@@ -134,8 +143,13 @@ class Pressed(Quarters):
 
     @property
     def warnings(self) -> list[str]:
-        """As of `Run`, and of waves of the map that overshoot next to spikes and carry load there."""
+        """As of `Run`, of lost quarters, and of waves of the map that overshoot next to spikes and carry load there."""
         lines = super().warnings
+        if self.finished and not self.quartered:
+            lines.append(
+                f"Members of {self.folder / QUARTERS} are lost or damaged: the statistical error is the scatter of the "
+                "others, too low, and the error by the size of the map is unknown; repeat `roughsim press`."
+            )
         if self.overshoot > SOME_LOAD:
             lines.append(
                 f"{100 * self.overshoot:.2g} % of the load is on heights that the map does not have: its waves "

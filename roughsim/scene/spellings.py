@@ -27,6 +27,8 @@ def suggestion(number: str, name: str, unit: str, registry: Callable[[], Any]) -
     """
     units = registry()
     wanted = units.parse_units(unit).dimensionality
+    if name[:1].isdigit():  # of a number with blanks between its thousands
+        return "; write the number without blanks"
     for spelling in _spellings(name):
         try:
             found = units.parse_units(spelling)
@@ -41,9 +43,10 @@ def suggestion(number: str, name: str, unit: str, registry: Callable[[], Any]) -
 
 
 def _spellings(name: str) -> Iterator[str]:
-    """Yield spellings that a unit may stand for: powers, a denominator of several units, and the nearest common one."""
+    """Yield spellings that a unit may stand for: powers, Celsius, a joint denominator, the nearest common one."""
     powers = re.sub(r"(?<=[^\W\d_])(-?[1-9])", r"^\1", name)
     yield powers
+    yield re.sub(r"^(deg\.? ?|° ?)?C$", "degC", name)
     yield re.sub(r"/\s*([^()/]*[^()/ ][ *·⋅][^()/]*)$", r"/(\1)", powers)
     common = nearest(powers, _UNITS.split(", "))
     if common:

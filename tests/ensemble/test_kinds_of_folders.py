@@ -12,6 +12,7 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.explore.content import load_fields
 from roughsim.outputs.run_report import report_run
+from roughsim.results.folder import open_run
 from roughsim.store.disk import set_aside
 
 NAME = "flash_temperature"
@@ -180,6 +181,24 @@ def test_a_damaged_member_of_a_map_is_moved_aside_and_pressed_again(place, part)
     np.testing.assert_array_equal(rs.open_run(folder / part).values(NAME, extrapolated=False).finest, whole)
     np.testing.assert_array_equal(again.estimate(NAME).mean, first.mean)
     np.testing.assert_array_equal(again.estimate(NAME).total_error, first.total_error)
+
+
+@pytest.mark.parametrize("member", ["L0-000001", "L0-000003", "L1-000002"])
+@pytest.mark.parametrize("damaged", [True, False])
+def test_an_error_by_fewer_quarters_is_not_stated_as_known(place, member, damaged, capsys):
+    whole = rs.open_run(place / "pressed")
+    assert np.isfinite(whole.estimate(NAME).budget["size"]).all()
+    assert not [line for line in whole.warnings if "lost or damaged" in line]
+    path = place / "pressed" / "quarters" / "realizations" / f"{member}.h5"
+    flip_byte(path) if damaged else path.unlink()
+    run = open_run(place / "pressed", damaged="skip")
+    assert np.isnan(run.estimate(NAME).budget["size"]).all()
+    assert [line for line in run.warnings if "lost or damaged" in line]
+    with pytest.raises(SystemExit):
+        main(["status", str(place / "pressed")])
+    words = " ".join(" ".join(capsys.readouterr()).split())
+    assert "± ≥" in words
+    assert "size: unknown" in words
 
 
 def test_advice_on_a_damaged_or_missing_member_fits_a_press(place, capsys):

@@ -70,6 +70,24 @@ def test_periodic_maps_stay_periodic():
     assert np.std(refined.heights) == pytest.approx(np.std(found.heights), rel=0.05)  # the points of the middle differ
 
 
+@pytest.mark.parametrize("periodic", [True, False])
+def test_waves_beyond_the_cut_of_a_face_are_not_in_the_sum(periodic):
+    # waves of a period, or of half a period with even ends, as mirror images have them
+    shape, lengths = (32, 64), (1.0, 2.0)
+    x, y = ((np.arange(n) + 0.5) / n * length for n, length in zip(shape, lengths, strict=True))
+    unit = 2 * math.pi if periodic else math.pi
+    grid = rs.Grid(shape, lengths)
+
+    def wave(k):
+        return np.cos(unit * k * x)[:, None] * np.cos(unit * y)
+
+    noisy = Topography(wave(2) + wave(12), grid, periodic, reliable=8 * unit)
+    sharp = Topography(wave(10), grid, periodic)
+    for one, two in ((noisy, sharp), (sharp, noisy)):
+        found = sum_of_faces(one, two).heights
+        np.testing.assert_allclose(found, levelled(wave(2) + wave(10), periodic), atol=1e-12)
+
+
 @pytest.mark.statistical
 @pytest.mark.filterwarnings("ignore:q_min = :RuntimeWarning")
 def test_two_maps_are_pressed_as_their_sum(capped_scene, tmp_path):

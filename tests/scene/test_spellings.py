@@ -33,6 +33,17 @@ def test_an_energy_per_mole_becomes_one_of_a_molecule():
     assert 'this is per mole: of one molecule it is "1.0364 eV"' in message  # 1 eV is 96.485 kJ/mol
 
 
+@pytest.mark.parametrize("written", ["20 C", "20 deg C", "20 ° C"])
+def test_celsius_is_named(written):
+    message = refusal(changed("[sliding]", f'[sliding]\nbackground_temperature = "{written}"'))
+    assert message.endswith('; did you mean "20 degC"?')
+
+
+def test_a_number_with_blanks_is_not_cut_short():
+    message = refusal(changed("youngs_modulus =", 'youngs_modulus = "200 000 MPa" #'))
+    assert message.endswith("; write the number without blanks")
+
+
 def test_decimal_commas_are_named():
     assert refusal(changed("poisson_ratio =", 'poisson_ratio = "0,35" #')).endswith(
         "; the decimal sign is a point: 0.35"

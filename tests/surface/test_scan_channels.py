@@ -198,6 +198,16 @@ def test_x_and_y_may_have_different_units(tmp_path):
     assert quietly(path)[0].grid.lengths == pytest.approx((20e-6, 240e-6))
 
 
+@pytest.mark.parametrize("divider", ["\t", " ", ","])
+@pytest.mark.parametrize("units", ["mm mm nm", "[mm] [mm] [nm]", "(mm) (mm) (nm)"])
+def test_units_may_stand_below_the_names(tmp_path, divider, units):
+    path = listed(tmp_path, f"x;y;z\n{units.replace(' ', ';')}", 1e-3, 1e-9)
+    path.write_text(path.read_text().replace(";", divider))
+    found, _ = quietly(path)
+    assert found.grid.lengths == pytest.approx((20e-6, 24e-6))
+    assert np.std(found.heights) == pytest.approx(RMS)
+
+
 def test_units_of_coordinates_or_heights_alone(tmp_path):
     path = listed(tmp_path, "x/mm;y/mm;z", 1e-3, 1e-9)
     with pytest.raises(rs.RecordError, match="lacks its unit; give topography_unit"):
@@ -325,6 +335,8 @@ def test_a_tiff_of_floating_point_numbers_is_a_map(tmp_path, kind):
     assert np.std(found.heights) == pytest.approx(2 * RMS)
     assert "the channel 'page 1' is taken" in told
     assert np.std(read_scan(tmp_path / "b.tif", channel=2, **given).heights) == pytest.approx(RMS)
+    tifffile.imwrite(tmp_path / "big.tif", (1e9 * HEIGHTS.T).astype(kind), bigtiff=True, byteorder=">")
+    assert np.std(read_scan(tmp_path / "big.tif", **given).heights) == pytest.approx(RMS)
     tifffile.imwrite(tmp_path / "c.tif", np.zeros((20, 24), np.uint8))
     with pytest.raises(rs.RecordError, match=r"is a picture \(TIFF\) without floating-point numbers"):
         read_scan(tmp_path / "c.tif", **given)

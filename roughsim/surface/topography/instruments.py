@@ -12,13 +12,13 @@ import numpy as np
 
 from roughsim.surface.topography.contents import Contents, NoHeightsError, index_of_channel, numbered
 
-PICTURES = {b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF", b"II*\x00": "TIFF", b"MM\x00*": "TIFF"}
+PICTURES = {b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF"}
 _PACKED = {b"BZh": "bzip2", b"\xfd7zXZ": "xz", b"7z\xbc\xaf": "7z", b"Rar!": "rar", b"\x28\xb5\x2f\xfd": "zstd"}
 _GWY = b"GWYP"
 _GWY_TITLE = re.compile(rb"/\d+/data/title\x00s([^\x00]*)\x00")  # of a channel
 _GWY_AMPERE = "'si_unit_z': {'GwySIUnit': {'unitstr': 'A'}}"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-TIFF = (b"II*\x00", b"MM\x00*")  # some instruments write heights into one
+TIFF = (b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+")  # some instruments write heights into one
 _DOCUMENTS = re.compile(rb"\s*(%PDF|<!doctype html|<html)", re.IGNORECASE)
 _ANYTHING = ("hgt",)  # a reader that takes any file of the right size
 _PLAIN = ("asc", "xyz")  # readers of text, which take any numbers
@@ -145,7 +145,7 @@ def no_map(start: bytes) -> str | None:
     if start.startswith(b"version https://git-lfs"):
         return "is a pointer of Git LFS in place of the file; fetch the file itself: git lfs pull"
     for magic, kind in PICTURES.items():
-        if start.startswith(magic) and magic not in TIFF:
+        if start.startswith(magic):
             return f"is a picture ({kind}); heights need the file of the instrument"
     for magic, kind in _PACKED.items():
         if start.startswith(magic):

@@ -7,7 +7,7 @@ import numpy as np
 
 from roughsim.grid import Array, Grid
 from roughsim.surface.topography.measured import levelled
-from roughsim.surface.topography.periodic import refined
+from roughsim.surface.topography.periodic import band_limited, mirrored, refined
 from roughsim.surface.topography.reading import Topography
 
 
@@ -15,8 +15,10 @@ def sum_of_faces(first: Topography, second: Topography) -> Topography:
     """Return the sum of two maps, the second one turned about x, as it faces the first: h₁(x, y) + h₂(x, −y).
 
     Both are taken about their middles, on the common part of their sides, at the smaller of their steps. A map of
-    larger steps is interpolated by a cubic spline, or by its waves if both are periodic with the same sides.
+    larger steps is interpolated by a cubic spline, or by its waves if both are periodic with the same sides. Waves of
+    a map beyond its own cut-off are left out.
     """
+    first, second = _resolved(first), _resolved(second)
     turned = replace(second, heights=second.heights[:, ::-1])
     alike = np.allclose(first.grid.lengths, second.grid.lengths, rtol=1e-6)
     periodic = first.periodic and second.periodic and alike
@@ -37,6 +39,19 @@ def sum_of_faces(first: Topography, second: Topography) -> Topography:
         max(first.undefined, second.undefined),
         f"sum of both maps about their middles, the second one turned about x: {points} points on {size} m",
     )
+
+
+def _resolved(face: Topography) -> Topography:
+    """Return a face without the waves that its instrument does not resolve."""
+    if face.reliable >= face.grid.nyquist:
+        return face
+    (nx, ny), (x, y) = face.grid.shape, face.grid.lengths
+    if face.periodic:
+        heights = band_limited(face.heights, face.grid, face.grid.shape, face.reliable)
+    else:
+        cell = Grid((2 * nx, 2 * ny), (2 * x, 2 * y))
+        heights = band_limited(mirrored(face.heights), cell, cell.shape, face.reliable)[:nx, :ny]
+    return replace(face, heights=heights)
 
 
 def _common(first: Grid, second: Grid) -> Grid:

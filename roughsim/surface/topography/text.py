@@ -151,7 +151,8 @@ def _heading_of(table: Table) -> tuple[tuple[str, ...], list[float | None]]:
     names = [line for line in table.header if not line.lstrip().startswith("#")]
     headings = [_fields_of_heading(line.lstrip(" #"), table.layout) for line in table.header]
     headings = [fields for fields in headings if len(fields) == columns]
-    below = [[UNITS.get(field.strip(" /[]()").lower()) for field in fields] for fields in headings]
+    rows = [table.layout.fields(line.lstrip(" #")) for line in table.header]
+    below = [[UNITS.get(field.strip(" /[]()").lower()) for field in row] for row in rows if len(row) == columns]
     found = next((units for units in below if None not in units), None)
     if names and (len(names) > 1 + (found is not None) or len(_fields_of_heading(names[0], table.layout)) != columns):
         raise NoHeightsError(f"must hold numbers alone, but line 1 is {names[0].strip()[:40]!r}; remove such lines")
