@@ -152,6 +152,7 @@ def memory(monkeypatch):
             "machine",
             "untrusted",
             "error_over_cost",
+            "planning.levels",
             "planning.reasons",
             "ensemble.executors",
             "results.folder",

@@ -53,7 +53,7 @@ class Workers:
         self.count = int(usable_cores().amount) if count is None else int(count)
         self.given = executor  # of the caller
         self.interrupted = False
-        self._in_process = self.count == 1  # not after workers have died: a member that is killed would end the run
+        self._died = False  # a worker, as if memory ran out
         self._asked = count
         self._memory = available_memory()  # before there are workers, which take some of it
         self._member = 0.0  # bytes of a member
@@ -66,16 +66,19 @@ class Workers:
         """Number of members submitted at a time: one more than each worker computes, so that none waits."""
         return 1 if self.given is None and self._pool is None else 2 * self.count
 
-    def fit(self, member: float, source: str, threads: int) -> None:
-        """Lower the number of workers to fit into memory, each with a member of this size in bytes.
+    def fit(self, member: float, source: str, threads: int, *, busy: bool = False) -> bool:
+        """Choose the number of workers that fit into memory, each with a member of this size in bytes.
 
         A number that was asked for is lowered with a RuntimeWarning. ResolutionError if one member does not fit;
         `source` is the part of the member that takes its memory. Executors of the caller are left as they are.
+        False, and nothing is done, if the number is another one but workers are still `busy`.
         """
         if self.given is not None:
-            return
+            return True
         wanted = self._asked or max(int(usable_cores().amount) // threads, 1)
         count = workers_that_fit(wanted, member, source, self._memory)
+        if busy and count != self.count:
+            return False
         if count < wanted:
             words = (
                 f"workers = {wanted} would need {wanted} × {(member + PROCESS) / 1e9:.3g} GB, more than "
@@ -88,8 +91,8 @@ class Workers:
         if count != self.count:
             self._close()
         self.count = count
-        self._in_process = count == 1
         self._member = member
+        return True
 
     def executor(self, seconds_left: Callable[[], float] = lambda: inf) -> Executor:
         """Return the executor for the computing that is left, s in one process; RuntimeError if no worker can start.
@@ -100,7 +103,8 @@ class Workers:
             return self.given
         if self._pool is not None:
             return self._pool
-        if self._in_process or (self._asked is None and seconds_left() < _WORTH_PROCESSES):
+        alone = self.count == 1 and not self._died  # a member that is killed would end the run
+        if alone or (self._asked is None and seconds_left() < _WORTH_PROCESSES):
             return SerialExecutor()
         note_compilation()  # here, as one line: all workers compile the same kernels
         context = get_context("spawn")  # a fork after threaded transforms hangs
@@ -135,7 +139,7 @@ class Workers:
                 'needs `if __name__ == "__main__":` above the call'
             ) from error
         self._close()
-        before = self.count
+        before, self._died = self.count, True
         self._asked = self.count = max(before - 1, 1)
         warnings.warn(
             f"a worker has died ({reason}), as if memory ran out: {before} workers need about {before} × "

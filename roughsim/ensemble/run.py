@@ -107,7 +107,8 @@ def run(  # noqa: PLR0913  (each is an option)
     KeyboardInterrupt
         After Ctrl-C, SIGTERM, SIGHUP or SIGXCPU, within a second; stored members stay.
     ResolutionError
-        If one member takes more than 80 % of the available memory, before any work.
+        If a member of the first round takes more than 80 % of the available memory, before any work; if one of a later
+        round does, when the round begins: stored members stay.
     TypeError, ValueError
         Naming the argument, before any work.
 
@@ -128,7 +129,8 @@ def run(  # noqa: PLR0913  (each is an option)
     with allowed, shown(progress and observer is None, "planning") as bar:
         if numerics is not None:  # before a folder is made
             check_levels(numerics.levels, scene.faces, scene.sliding.history, scene.elastic)
-            allowed.fit(*largest_member(scene, numerics), numerics.threads)
+            if folder_state(folder) == "free":
+                allowed.fit(*largest_member(scene, numerics), numerics.threads)
         numerics = begin(scene, folder, numerics)
         warn_of_scene(warnings_of(scene, numerics))
         if bar is not None:
@@ -158,8 +160,6 @@ def complete(
 
     `claimed_in` is the folder of the claims, by default the first run. `source` replaces random surfaces.
     """
-    member, part = max(largest_member(scene, numerics) for scene, numerics, _ in begun)
-    workers.fit(member, part, max(numerics.threads for _, numerics, _ in begun))
     runs = []
     with Claims(claimed_in or begun[0][2].absolute()) as claims:
         for scene, _, folder in begun:

@@ -15,8 +15,8 @@ from typing import Any
 from roughsim.ensemble.executors import SUITABLE, Workers
 from roughsim.ensemble.status import expected_seconds
 from roughsim.ensemble.workers import Job, Source, store_members
-from roughsim.errors import RecordError
-from roughsim.planning.realization import below_problem, level_problem, slide_problem
+from roughsim.errors import RecordError, ResolutionError
+from roughsim.planning.realization import below_problem, largest_member, level_problem, slide_problem
 from roughsim.results.run import Run
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import MEMBER_NAME, member_name, member_path
@@ -64,6 +64,7 @@ class Tasks:
     claims: Claims  # on a member of all of the runs
     observer: Callable[[Run], None] | None = None
     source: Source | None = None  # None: random surfaces
+    _fitted: frozenset[int] = frozenset()  # levels for which the workers have the memory
     _jobs: dict[tuple[Path, int], Job] = field(default_factory=dict)  # by run and level: 1 ms each, a tenth of a member
 
     @property
@@ -96,8 +97,9 @@ class Tasks:
             while self.unfinished:
                 if workers.interrupted:  # Python has dropped the exception, as in the callback of a weak reference
                     raise KeyboardInterrupt
+                fits = self._fit(workers, busy=bool(pending))
                 executor = workers.executor(lambda: sum(expected_seconds(run) for run in self.unfinished))
-                while len(pending) < workers.in_flight:
+                while fits and len(pending) < workers.in_flight:
                     assignment = self._next(idle=len(pending) < workers.count)
                     if assignment is None:
                         break
@@ -118,6 +120,28 @@ class Tasks:
                 future.cancel()
             self.claims.release_all()
 
+    def _fit(self, workers: Workers, *, busy: bool) -> bool:
+        """Fit the workers into memory with the levels of the round; False if `busy` ones must end first.
+
+        Levels of later rounds are not asked for: a run may end before. ResolutionError if a level does not fit.
+        """
+        lacking = {
+            level
+            for run in self.unfinished
+            for level, count in enumerate(run.rounds.wanted)
+            if run.members.available[level] < count
+        }
+        if lacking <= self._fitted:
+            return True
+        levels = self._fitted | lacking
+        member, part = max(largest_member(run.scene, run.numerics, levels) for run in self.unfinished)
+        try:
+            fits = workers.fit(member, part, max(run.numerics.threads for run in self.unfinished), busy=busy)
+        except ResolutionError as error:
+            raise ResolutionError(f"{error}; stored members stay, and the same call continues from them") from None
+        self._fitted = levels if fits else self._fitted
+        return fits
+
     def _next(self, *, idle: bool) -> Assignment | None:
         """Claim a member of the round, or, for an idle worker, of a later one; None if all are taken."""
         for ahead in (False, True) if idle else (False,):
@@ -132,8 +156,8 @@ class Tasks:
     def _lacking(self, ahead: bool) -> Iterator[Assignment]:
         """Yield the members of the round that some runs lack.
 
-        The largest grids come first, so that the round ends evenly. With `ahead`, the members to the end of the runs,
-        the level that grows most first.
+        The levels are those that the workers fit. The largest grids come first, so that the round ends evenly. With
+        `ahead`, the members to the end of the runs, the level that grows most first.
         """
         wanted = [(run, run.needed if ahead else run.rounds.wanted) for run in self.unfinished]
         spans = {}
@@ -143,7 +167,7 @@ class Tasks:
             last = max((counts[level] for _, counts in wanted), default=0)
             spans[level] = range(first, last)
             sizes[level] = len(spans[level]) if ahead else about.shape[0] * about.shape[1]
-        for level in sorted(spans, key=sizes.__getitem__, reverse=True):
+        for level in sorted(self._fitted & spans.keys(), key=sizes.__getitem__, reverse=True):
             for index in spans[level]:
                 runs = [run for run, counts in wanted if index < counts[level] and (level, index) not in run.members]
                 if runs:

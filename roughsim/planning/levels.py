@@ -2,14 +2,14 @@
 
 A column climbs from a cheap grid to the end of its C(q), or to the largest grid of a plan. Each cut-off has a partner
 with half the pixel, the end of C(q) two, if there is a grid for it. All are candidates: a run solves those that its
-target needs.
+target needs. Those that do not fit into memory are left out, but for the lowest of a column.
 
 - Capped contact is followed far beyond the yield wavenumber q_y: its T_flash falls as a power of the cut-off.
 - Contact on the smoothed spectrum C_sm ends a little above q_y.
 """
 
 from functools import partial
-from math import ceil, hypot, log2, pi, sqrt
+from math import ceil, hypot, log2, pi, prod, sqrt
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -17,6 +17,8 @@ import numpy as np
 from roughsim import prediction
 from roughsim.estimate.cell_size import SYSTEMATIC, choose_lengths, first_within, parts_of, size_error
 from roughsim.estimate.rounds import TARGET
+from roughsim.machine import SHARE, available_memory, in_words
+from roughsim.pipeline import BYTES_PER_POINT
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Column, Level
 
@@ -145,4 +147,21 @@ def _climb(grids: _Grids, end: float, q_max: float, q_yield: float = 0.0) -> lis
         partners = [grids.level(cut, pixels=times * PIXELS) for times in finer]
         why = "half the pixel of the level before: the change by the pixel"
         rungs += (Rung(partner, why) for partner in partners if partner is not None)
-    return rungs
+    return _that_fit(rungs)
+
+
+def _that_fit(rungs: list[Rung]) -> list[Rung]:
+    """Return the levels of a column without those that do not fit into memory, which the last reason says.
+
+    The lowest level stays: without it there is no run.
+    """
+    memory, needs = available_memory(), [BYTES_PER_POINT * prod(rung.level.shape) for rung in rungs]
+    fit = [k == 0 or need <= SHARE * memory.amount for k, need in enumerate(needs)]
+    if all(fit):
+        return rungs
+    *lower, last = (rung for rung, fits in zip(rungs, fit, strict=True) if fits)
+    why = (
+        f"{last.reason}; levels above are left out: the next would take {needs[fit.index(False)] / 1e9:.3g} GB, more "
+        f"than {100 * SHARE:.0f} % of the {in_words(memory)}"
+    )
+    return [*lower, last._replace(reason=why)]

@@ -54,7 +54,7 @@ def plan(
     ValueError
         If `target_error` is not in (0, 1).
     ResolutionError
-        If the machine has too little memory for the largest grid.
+        If the machine has too little memory for the first round.
 
     A `SceneWarning` names each number beyond the model, and each assumption that is easily missed.
     """
@@ -96,14 +96,14 @@ def numerics_of(scene: Scene) -> Numerics:
         value = getattr(numerics, key)
         text = "L/2" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
         reasons.append(Reason(key, text, "given in the scene" if key in keys else why))
-    member, why = largest_member(scene, numerics)
+    member, why = largest_member(scene, numerics, range(len(numerics.levels)))
     return replace(
         numerics,
         reasons=(
             *reasons,
             *slide_reasons(scene, numerics),
             _cost_reason(scene, numerics, target),
-            workers_reason(numerics, member, why),
+            workers_reason(numerics, largest_member(scene, numerics), member),
             Reason("memory", f"{(member + PROCESS) / 1e9:.2g} GB per worker", f"{member / 1e9:.2g} GB for {why}"),
         ),
     )

@@ -1,12 +1,15 @@
 """From scene and numerics to the contact problem of each member."""
 
+from collections.abc import Collection
 from dataclasses import replace
+from math import prod
 
 import numpy as np
 
 from roughsim import prediction
 from roughsim.contact import Solid
 from roughsim.errors import ResolutionError
+from roughsim.estimate.rounds import first_counts
 from roughsim.grid import Grid
 from roughsim.heat.partition import Body
 from roughsim.observables.moments import HeatSource
@@ -73,11 +76,12 @@ def scene_of(scene: Scene, numerics: Numerics) -> Scene:
     return scene if {"smoothed", "capped"} & {*numerics.columns} else prediction.computed(scene)
 
 
-def largest_member(scene: Scene, numerics: Numerics) -> tuple[float, str]:
-    """Return the memory of the largest member of a run, bytes, and the name of that member."""
-    points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
-    memory = BYTES_PER_POINT * points, "largest grid"
-    if numerics.slide is None:
+def largest_member(scene: Scene, numerics: Numerics, levels: Collection[int] | None = None) -> tuple[float, str]:
+    """Return the memory of the largest member of some levels, by default of the first round, bytes, and its name."""
+    if levels is None:
+        levels = [level for level, count in enumerate(first_counts(numerics, 1)) if count]
+    memory = BYTES_PER_POINT * max(prod(numerics.levels[level].shape) for level in levels), "largest grid"
+    if numerics.slide not in levels:
         return memory
     slide = slide_problem(scene, numerics).memory, "the slide: both bodies remember their heat, at each speed"
     return max(memory, slide)

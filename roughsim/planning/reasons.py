@@ -13,15 +13,22 @@ def plan_table(reasons: Sequence[Reason]) -> Table:
     return Table([Column(title) for title in ("choice", "value", "because")], reasons)
 
 
-def workers_reason(numerics: Numerics, member: float, why: str) -> Reason:
-    """Return the number of processes whose members, of this size in bytes, fit into memory; ResolutionError if none."""
+def workers_reason(numerics: Numerics, first: tuple[float, str], largest: float) -> Reason:
+    """Return the number of processes whose members fit into memory together.
+
+    `first` is the largest member of the first round, bytes, and its name, `largest` that of all levels.
+    ResolutionError if the first does not fit: a run may end before it needs the others.
+    """
     cores, memory = usable_cores(), available_memory()
-    wanted = max(int(cores.amount) // numerics.threads, 1)
-    workers = workers_that_fit(wanted, member, why, memory)
+    room, wanted = SHARE * memory.amount, max(int(cores.amount) // numerics.threads, 1)
+    most = workers_that_fit(wanted, *first, memory)
+    least = workers_that_fit(wanted, min(largest, room), "", memory)
     reason = f"one per core ({cores.source})" + f", {numerics.threads} threads each" * (numerics.threads > 1)
-    if workers < wanted:
+    if least < wanted:
         reason = f"{wanted} would need more than {100 * SHARE:.0f} % of the {in_words(memory)}"
-    return Reason("workers", str(workers), reason)
+    if largest > room:
+        reason = f"{reason}; the largest member alone would, too: a run that comes to need it ends there with an error"
+    return Reason("workers", str(most) if least == most else f"{least} to {most}", reason)
 
 
 def level_text(levels: Sequence[Level]) -> str:

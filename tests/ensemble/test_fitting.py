@@ -141,14 +141,13 @@ class Killing(Workers):
 def test_a_killed_worker_is_named_with_numbers_and_the_run_continues_with_one_fewer(quick, tmp_path):
     work = to_do(quick, tmp_path / "run")
     with Killing(tmp_path / "killed") as workers:
-        workers.fit(3e6, "largest grid", 1)
         with pytest.warns(RuntimeWarning) as said:
             work.complete(workers)
     assert work.runs[0].realizations == 2
     assert workers.count == 1
     (words,) = {str(one.message) for one in said}
     assert words.startswith("a worker has died (")
-    assert "2 workers need about 2 × 0.253 GB" in words
+    assert "2 workers need about 2 × 0.25 GB, and " in words
     assert words.endswith("ask for more memory, or for fewer workers; the run continues with 1")
 
 

@@ -225,3 +225,26 @@ def test_a_slide_has_256_points_but_4_q_y_where_contact_yields():
 def test_a_slide_has_square_pixels_in_an_oblong_cell(sides):
     rubber = rs.load_scene("rubber")
     assert sorted(slide_level(rubber, planned(rubber, sides)).shape) == [128, 256]
+
+
+@pytest.mark.parametrize(
+    ("name", "gigabytes"), [("steel-2.0GPa", 0.05), ("steel-2.0GPa", 2.0), ("granite", 0.2), ("rubber", 0.2)]
+)
+def test_a_plan_has_the_levels_that_fit_into_memory_of_those_on_a_large_machine(name, gigabytes, memory):
+    scene = rs.load_scene(name)
+    memory(inf)
+    whole = rs.plan(scene).levels
+    memory(1e9 * gigabytes)
+    numerics = rs.plan(scene)
+    fitting = [level for level in whole if 120 * level.shape[0] * level.shape[1] <= 0.8e9 * gigabytes]
+    assert len(fitting) < len(whole)
+    assert list(numerics.levels) == fitting
+    last = [reason for reason in numerics.reasons if reason.choice == numerics.columns[-1]][-1]
+    assert f"more than 80 % of the {gigabytes:g} GB that are available (limit of the test)" in last.reason
+    assert "levels above are left out: the next would take " in last.reason
+
+
+def test_without_room_for_the_lowest_level_a_plan_is_refused(memory):
+    memory(1e7)
+    with pytest.raises(rs.ResolutionError, match=r"^memory = 0.0315 GB \(largest grid\) exceeds 80 % of the 0.01 GB"):
+        rs.plan("steel-2.0GPa")
