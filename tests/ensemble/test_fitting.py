@@ -140,9 +140,8 @@ class Killing(Workers):
 
 def test_a_killed_worker_is_named_with_numbers_and_the_run_continues_with_one_fewer(quick, tmp_path):
     work = to_do(quick, tmp_path / "run")
-    with Killing(tmp_path / "killed") as workers:
-        with pytest.warns(RuntimeWarning) as said:
-            work.complete(workers)
+    with Killing(tmp_path / "killed") as workers, pytest.warns(RuntimeWarning) as said:
+        work.complete(workers)
     assert work.runs[0].realizations == 2
     assert workers.count == 1
     (words,) = {str(one.message) for one in said}
