@@ -45,7 +45,7 @@ STATED = [
     ("errors", "| 50 % | {0} % | {0} % |", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
     ("errors", "| 100 % | 50 % | {} % | With", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
     ("errors", "drawn to 1, and known to {}", ["roughsim.estimate.limit:_USUAL_SCATTER"]),
-    ("errors", "C(q) is steeper, by more than {} in", ["roughsim.prediction.cut_offs:_ALIKE"]),
+    ("errors", "the exponent of C(q) grows by more than {} further on", ["roughsim.prediction.cut_offs:_ALIKE"]),
     (
         "errors",
         "taken to fall as q_c^(−{}), in elastic contact as q_c^(−{})",
@@ -113,7 +113,7 @@ STATED = [
     ),
     (
         "yielding",
-        "σ₀/(E*h′) from {}, q_max/q_min from {}, q_max/q_r up to {}.",
+        "σ₀/(E*h′) from {}, H to 1, q_max/q_min from {}, q_max/q_r up to {}.",
         ["theory.yielding:_ELASTIC_LOAD[0]", "theory.yielding:_ELASTIC_BAND[0]", "theory.yielding:_ELASTIC_END[1]"],
     ),
 ]

@@ -76,8 +76,8 @@ def test_the_line_of_a_long_run_fits_80_columns_beside_its_bar(long_run, monkeyp
 
 def test_a_run_warns_in_the_form_of_every_verb(quick, tmp_path, capsys):
     run_command(replace(quick, sliding=replace(quick.sliding, heat_partition="all")), tmp_path)
-    warned = [line for line in capsys.readouterr().err.splitlines() if "heat share" in line]
-    assert [line.startswith("roughsim: warning: the heat share") for line in warned] == [True]
+    warned = [line for line in capsys.readouterr().err.splitlines() if "heat_partition" in line]
+    assert [line.startswith("roughsim: warning: sliding.heat_partition") for line in warned] == [True]
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EPIPE])
