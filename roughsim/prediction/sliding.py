@@ -20,7 +20,7 @@ from theory.arguments import density
 _USUAL_ERROR, _DENSE_ERROR = 0.08, 0.25  # of T_flash, as `sliding_error` has them
 _USUAL_PART, _USUAL_AREA = 0.5, 0.3  # of C(q) on the moving face, and in contact: up to either the usual error holds
 # ratio of κ, or of κ/√D, of the bodies, above which they are unlike: each wave shares the heat as κ₁q : κ₂λ₂, with
-# λ₂ = q at rest and √(qv/D₂) when fast. Beyond the area T_flash was up to 26 % too high, of like bodies up to 17 %
+# λ₂ = q at rest and √(qv/D₂) when fast. Beyond the area T_flash was up to 19 % too high, of like bodies up to 17 %
 _UNLIKE, _UNLIKE_AREA = 2.0, 0.6
 # of a number over that at another slid distance, 95 %: of 16 mm over 1, 2 and 4 mm, at seven pairs of steels with four
 # speeds each, T_flash errs by at most 2.7 %, rms 0.9 %, and the share by 1.4 %
