@@ -213,8 +213,8 @@ def test_hot_spots_are_counted_in_the_planned_cell(target, waves):
         spots = [line for line in found.warnings if "hot spot" in line]
         assert len(spots) == (waves == 4)
         assert all("in a cell of 2.51 mm" in line for line in spots)
-    wider = replace(numerics, lengths=(2 * side, 2 * side))  # as given to a run
-    assert judge(scene, wider).facts.hot_spots == pytest.approx(4 * judge(scene).facts.hot_spots)
+    narrower = replace(numerics, lengths=(0.75 * side, 0.75 * side))  # as given to a run
+    assert judge(scene, narrower).facts.hot_spots == pytest.approx(0.75**2 * judge(scene).facts.hot_spots)
 
 
 def test_contact_of_less_than_a_spot_or_a_pixel_is_told_for_the_grid_in_use(steel):
