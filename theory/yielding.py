@@ -37,7 +37,8 @@ _DEGREE = 5  # of the splines, whose knots are an e-fold apart
 _SHARE = (0.005, 0.6)  # σ₀/σ_P
 _BAND = (2.0, inf)  # q_max/q_min
 _PLATEAU = (1.0, 16.0)  # q_r/q_min
-_ROLLED = 2.05  # power of q, times which C is largest at q_r: above 2, so that rounding decides no flat q²C
+_ROLLED = 2.05  # power of q, times which C is largest at q_r: above 2, so that a flat q²C ends at q_r
+_ROUNDING = 1e-6  # of the largest: of several that are equal but for it, q_r is the last
 # H of C ~ q^(−2−2H), the mean from q_r to q_max, or fitted up to _FITTED q_y; of 33 contacts with H above 1, or with a
 # tail or a floor after a power law, T_flash was at most 7.5 % off, with 1 to 8 % of scatter
 _HURST = (0.3, 2.0)
@@ -141,7 +142,8 @@ def _compared(spectrum: Spectrum, modulus: float, pressure: float, hardness: flo
     if end < breaks_of(spectrum)[-1]:
         spectrum = UpTo(spectrum, end)
     elastic = isinf(hardness)
-    roll_off = q[int(np.argmax(q**_ROLLED * level))]
+    height = q**_ROLLED * level
+    roll_off = q[np.flatnonzero(height >= (1 - _ROUNDING) * height.max())[-1]]
     _inside("q_roll_off/q_min", roll_off / q[0], _PLATEAU)
     gaps = octaves_of_gaps(q, q**4 * level, FAINT)
     _inside("octaves of gaps in C(q)", gaps, _ELASTIC_GAPS if elastic else GAPS)

@@ -111,22 +111,24 @@ def test_the_range_ends_where_it_is_said_to(name, inside, outside):
 
 @dataclasses.dataclass(frozen=True)
 class Flat(SelfAffine):
-    """C(q) ~ q^−2 up to q_r = 1e5 1/m, so that q²C is flat but for rounding, which `seed` draws."""
+    """C(q) ~ q^−`power` up to q_r = 1e5 1/m, so that q^`power` C is flat but for rounding, which `seed` draws."""
 
     seed: int = 0
+    power: float = 2.0
 
     def __call__(self, q):
         q = np.asarray(q)
         rounding = 1 + 1e-15 * np.random.default_rng(self.seed).integers(-2, 3, q.shape)
         whole = SelfAffine.__call__(self, q)
-        return np.where(q < 1e5, self.level * 1e10 / q**2 * rounding, whole)
+        return np.where(q < 1e5, self.level * (1e5 / q) ** self.power * rounding, whole)
 
 
+@pytest.mark.parametrize("power", [2.0, 2.05])
 @pytest.mark.parametrize(("longest", "is_inside"), [(15.8, True), (16.2, False)])
-def test_rounding_decides_no_flat_spectrum(longest, is_inside):
+def test_rounding_decides_no_flat_spectrum(longest, is_inside, power):
     solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
     for seed in range(16):
-        flat = Flat(level=2e-24, q_min=1e5 / longest, seed=seed)
+        flat = Flat(level=2e-24, q_min=1e5 / longest, seed=seed, power=power)
         if is_inside:
             assert plasticity.stress_spectrum(flat, **solid).breaks
         else:
