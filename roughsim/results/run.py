@@ -154,7 +154,7 @@ class Run(Means):
         return self.rounds.verdict.errors if self.rounds.verdict else {}
 
     def unknown_parts(self, name: str) -> list[str]:
-        """Return the parts of the error of a target that are unknown, and not in `total_errors`."""
+        """Return the parts of the error of the target `name` that are unknown, and not in `total_errors`."""
         return [part for target, part in self.rounds.verdict.unknown if target == name] if self.rounds.verdict else []
 
     @property

@@ -251,7 +251,7 @@ class TemperatureDistribution:
 
 
 def form_doubt(peclet_number: ArrayLike) -> Array:
-    """Return `TemperatureDistribution.doubt` of drawn fields at v h_rms/(D h′), dimensionless.
+    """Return `TemperatureDistribution.doubt` of drawn fields at `peclet_number`, v h_rms/(D h′), dimensionless.
 
     Solved contacts are evener than the fields, the slower the more: at rest the surface bounds their temperature, while
     the fields do not know it. That they yield makes little difference. Set on 29 contacts that were drawn by chance,
