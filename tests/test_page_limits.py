@@ -19,7 +19,7 @@ STATED = [
         "with {} GB for each process, take {} % of the memory",
         ["roughsim.machine:PROCESS * 1e-9", "roughsim.machine:SHARE * 100"],
     ),
-    ("clusters", "at {} bytes per point", ["roughsim.pipeline:BYTES_PER_POINT"]),
+    ("clusters", "at {} bytes per point", ["roughsim.machine:BYTES_PER_POINT"]),
     ("errors", "with {} pixels per shortest wave", ["roughsim.planning.levels:PIXELS"]),
     (
         "errors",

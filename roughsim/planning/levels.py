@@ -17,8 +17,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.estimate.cell_size import SYSTEMATIC, choose_lengths, first_within, parts_of, size_error
 from roughsim.estimate.rounds import TARGET
-from roughsim.machine import SHARE, available_memory, in_words
-from roughsim.pipeline import BYTES_PER_POINT
+from roughsim.machine import BYTES_PER_POINT, SHARE, available_memory, in_words
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Column, Level
 

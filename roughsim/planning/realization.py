@@ -12,9 +12,10 @@ from roughsim.errors import ResolutionError
 from roughsim.estimate.rounds import first_counts
 from roughsim.grid import Grid
 from roughsim.heat.partition import Body
+from roughsim.machine import BYTES_PER_POINT
 from roughsim.observables.moments import HeatSource
 from roughsim.observables.temperatures import Slide
-from roughsim.pipeline import BYTES_PER_POINT, Problem, Solution, linear_algebra, solve_problem
+from roughsim.pipeline import Problem, Solution, linear_algebra, solve_problem
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.checks import check_levels
 from roughsim.scene.numerics import Numerics

@@ -208,7 +208,7 @@ def test_a_planned_run_goes_on_with_what_it_began_with(tmp_path, calls):
 
     scene = rs.load_scene("demo")
     began = rs.run(scene, tmp_path / "run", max_realizations=2, until={})
-    planned = calls(ensemble_run, "plan")
+    planned = calls(ensemble_run, "numerics_of")
     run = rs.run(scene, tmp_path / "run", max_realizations=3, until={"flash_temperature": 1e-4})
     assert run.realizations == 3
     assert run.numerics == began.numerics

@@ -114,7 +114,7 @@ def test_what_cannot_be_is_refused_before_planning(quick, tmp_path, calls, case)
         scene = replace(quick, sliding=replace(quick.sliding, friction_coefficient=0.2))
     else:
         until = {"flash_temperature": 2.0}
-    planned = calls(ensemble_run, "plan")
+    planned = calls(ensemble_run, "numerics_of")
     words = {
         "foreign": "holds other files",
         "file": "is a file",
