@@ -220,6 +220,12 @@ def test_units_of_coordinates_or_heights_alone(tmp_path):
         read_scan(listed(tmp_path, "x/mm;y;z/nm", 1e-3, 1e-9))
 
 
+@pytest.mark.parametrize("name", ["x [inch]", "x/in", "x (1e-3 m)", "x (in mm)"])
+def test_a_unit_that_is_not_known_is_no_missing_one(tmp_path, name):
+    with pytest.raises(rs.RecordError, match="has a unit that is not known in its heading, 'x/"):
+        read_scan(listed(tmp_path, f"{name};y;z", 1e-3, 1e-9), unit=1e-9)
+
+
 def test_coordinates_without_a_unit_are_said_to_be_taken(tmp_path):
     found, told = quietly(listed(tmp_path, "x;y;z", 1e-6, 1e-6), unit=1e-6)
     assert found.grid.lengths == pytest.approx((20e-6, 24e-6))

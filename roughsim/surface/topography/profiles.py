@@ -153,7 +153,7 @@ def of_profile_table(k: Array, along: Array) -> tuple[Array, Array]:
             f" gives a negative C(q) at q = {q:.4g} rad/m, as its spectrum rises or scatters there; "
             "average it over wider bins, or give the line scan itself as topography"
         )
-    every_second = np.arange(k.size - 1, -1, -2)[::-1]  # with the last one
+    every_second = np.unique(np.append(np.arange(0, k.size, 2), k.size - 1))  # with both ends, the second row without
     coarse = np.interp(k, k[every_second], _abel(k[every_second], along[every_second])[0] / psd[every_second])
     error = np.minimum(np.hypot(coarse - 1.0, beyond / psd), 1.0)
     together = np.sum(error) ** 2 / np.sum(error**2) if error.any() else 1.0

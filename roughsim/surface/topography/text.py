@@ -9,6 +9,7 @@ import numpy as np
 from roughsim.grid import Array
 from roughsim.surface.topography.contents import EVEN, UNITS, Contents, NoHeightsError, even_step
 
+_NO_UNITS = ("", "1", "-", "px", "pixel", "pixels", "raw")  # in a heading
 _UNDEFINED = frozenset(("", "bad", "na", "n/a", "null", "none", "-", "--", "---", "***"))  # in place of a number
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?|[-+]?\d+(?:[eE][-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE)
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")
@@ -157,6 +158,9 @@ def _heading_of(table: Table) -> tuple[tuple[str, ...], list[float | None]]:
     if names and (len(names) > 1 + (found is not None) or len(_fields_of_heading(names[0], table.layout)) != columns):
         raise NoHeightsError(f"must hold numbers alone, but line 1 is {names[0].strip()[:40]!r}; remove such lines")
     beside = [[_unit_in(field) for field in fields] for fields in headings]
+    for name in _fields_of_heading(names[0], table.layout) if names and columns <= 3 and found is None else ():
+        if "/" in name and _unit_in(name) is None and name.rpartition("/")[2].lower() not in _NO_UNITS:
+            raise NoHeightsError(f"has a unit that is not known in its heading, {name[:40]!r}; write m, mm, um or nm")
     nothing: list[float | None] = [None] * columns
     units = found or next((units for units in beside if any(units)), nothing)
     left_out: tuple[str, ...] = ("its first line, names of columns",) if names else ()
