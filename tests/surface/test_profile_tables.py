@@ -57,7 +57,7 @@ def test_a_gaussian_is_met_with_its_order():
 
 @pytest.mark.parametrize("rows", [20, 21, 40, 41])
 def test_the_first_row_of_even_steps_is_within_its_error(rows):
-    # the first of them is a factor of 20 to 30 wide, over which a Gaussian is no power law
+    # the first of them is a factor of 16 to 33 wide, over which a Gaussian is no power law
     w, k = 1e5, np.linspace(1e3, 6e5, rows)
     psd, error = of_profile_table(k, np.sqrt(2 * np.pi) * w * np.exp(-((k / w) ** 2) / 2))
     assert abs(psd[0] - 1.0) < error[0]
