@@ -45,7 +45,10 @@ def face_of(waves, points):
 
 def mean_of_many(face, hardness, pressed, times, seeds):
     """Return means over surfaces so many times as wide as the map of a run, drawn from C(q), at its levels."""
-    levels = tuple(replace(level, shape=tuple(times * n for n in level.shape)) for level in pressed.numerics.levels)
+    levels = tuple(  # a map is pressed with all waves of its pixels, of which C(q) has those up to q_max
+        replace(level, shape=tuple(times * n for n in level.shape), q_max=min(level.q_max, face["q_max"]))
+        for level in pressed.numerics.levels
+    )
     lengths = tuple(times * length for length in pressed.numerics.lengths)
     scene = rs.load_scene(scene_of(face, hardness, seeds))
     scene = replace(scene, numerics=replace(scene.numerics, levels=levels, lengths=lengths))

@@ -203,7 +203,7 @@ def test_a_table_goes_from_the_plan_to_the_comparison(quick, tmp_path):
     np.testing.assert_allclose(field / expected, share, rtol=0.01)
     told = theory_dict(scene)
     assert told["conductivity"] == prediction.conduction(scene).conductivity.tolist()
-    assert theory_table(scene).columns[-3].title == "κ, W/(m K)"
+    assert theory_table(scene).columns[-4].title == "κ, W/(m K)"
 
 
 def test_pages_of_a_run_ask_for_no_speed_beyond_its_tables(quick):
