@@ -10,7 +10,7 @@ squares) allow. Rows in FOLDER/coverage.json are not computed again. --toy takes
 --drawn the scenes are the ten that benchmarks/drawn.py draws with a seed, to 1 %; their references go into
 FOLDER/deep-drawn-SEED.json, before the runs, and their rows into FOLDER/coverage-drawn-SEED.json. They have as many
 runs as ten minutes of CPU time allow, but at least eight. --materials are likewise a wheel on a rail, brass and ice, to
-2 %, with twenty-four runs each.
+2 %, with sixty runs each.
 """
 
 if __name__ == "coverage":  # numba asks for the package of this name, and the folder of the script comes first
@@ -75,7 +75,7 @@ class Draw(NamedTuple):
     seconds: float  # of CPU time for the runs of a scene
 
 
-DRAWS = {"drawn": Draw(drawn_cases, 0.01, 40, 600.0), "materials": Draw(material_cases, 0.02, 24, inf)}
+DRAWS = {"drawn": Draw(drawn_cases, 0.01, 40, 600.0), "materials": Draw(material_cases, 0.02, 60, inf)}
 
 
 def references(case: make_deep.Case, factors: dict[str, Any]) -> dict[str, Pair]:
