@@ -53,7 +53,9 @@ Points = dict[str, dict[str, dict[str, Point]]]  # by copy, scene and target
 
 def free(scene: str | dict[str, Any], **changes: Any) -> rs.Scene:
     """Return a scene without targets of its own, with as many realizations as it takes."""
-    return rs.load_scene(scene, {"ensemble.until": {}, "ensemble.max_realizations": ENOUGH, **changes})
+    return rs.load_scene(
+        scene, {"ensemble.until": {}, "ensemble.max_realizations": ENOUGH, **changes}
+    )
 
 
 def scenes(seed: int) -> dict[str, rs.Scene]:
@@ -66,7 +68,10 @@ def deep_scenes() -> dict[str, rs.Scene]:
     """Return the scenes with a deep reference that are not bundled."""
     others = {name: case.scene for name, case in make_deep.cases().items() if name not in BUNDLED}
     endless = {"until": {}, "max_realizations": ENOUGH}
-    return {name: replace(scene, ensemble=replace(scene.ensemble, **endless)) for name, scene in others.items()}
+    return {
+        name: replace(scene, ensemble=replace(scene.ensemble, **endless))
+        for name, scene in others.items()
+    }
 
 
 def cpu_seconds() -> float:
@@ -97,7 +102,9 @@ def measure(scene: rs.Scene, target: float) -> Point:
         str(rs.compare(run))
         marks.append(cpu_seconds())
         found = run.estimate(NAME)
-    relative = {source: float(np.max(np.abs(part / found.mean))) for source, part in found.budget.items()}
+    relative = {
+        source: float(np.max(np.abs(part / found.mean))) for source, part in found.budget.items()
+    }
     return {
         **{stage: marks[i + 1] - marks[i] for i, stage in enumerate(("plan", "run", "compare"))},
         "seconds": marks[-1] - marks[0],
@@ -145,7 +152,11 @@ def in_process(tree: Path, name: str, seed: int, target: float, limit: float) ->
     if done.returncode == -signal.SIGXCPU:
         return {"seconds": limit, "failure": "takes longer"}
     if done.returncode:
-        return {"failure": done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"exit {done.returncode}"}
+        return {
+            "failure": done.stderr.strip().splitlines()[-1]
+            if done.stderr.strip()
+            else f"exit {done.returncode}"
+        }
     result: Point = json.loads(done.stdout.splitlines()[-1])
     return result
 
@@ -154,7 +165,9 @@ def row(copy: str, name: str, target: float, point: Point) -> str:
     """Return a line of the table."""
     if "failure" in point:
         seconds = f"> {point['seconds']:g}" if "seconds" in point else "–"
-        return f"| {name} | {100 * target:g} | {copy} | {seconds} | | | | | {point['failure'][:100]} |"
+        return (
+            f"| {name} | {100 * target:g} | {copy} | {seconds} | | | | | {point['failure'][:100]} |"
+        )
     seconds = " | ".join(f"{point[stage]:.2f}" for stage in ("seconds", "plan", "run", "compare"))
     worst = max(point["parts"], key=point["parts"].__getitem__)
     error = 100 * np.nanmax(point["error"])
@@ -164,9 +177,17 @@ def row(copy: str, name: str, target: float, point: Point) -> str:
 def ratios(points: Points) -> None:
     """Print the CPU time of the last copy over that of the first, by scene and target."""
     first, *_, last = points
-    targets = sorted({target for table in points.values() for of in table.values() for target in of}, key=float)
-    print(f"\nCPU time of {last} over {first} (< where {first} was ended), stated total errors, %, in brackets:")
-    print("| scene | " + " | ".join(f"{100 * float(target):g} %" for target in reversed(targets)) + " |")
+    targets = sorted(
+        {target for table in points.values() for of in table.values() for target in of}, key=float
+    )
+    print(
+        f"\nCPU time of {last} over {first} (< where {first} was ended), stated total errors, %, in brackets:"
+    )
+    print(
+        "| scene | "
+        + " | ".join(f"{100 * float(target):g} %" for target in reversed(targets))
+        + " |"
+    )
     print("|---" * (len(targets) + 1) + "|")
     found: dict[str, list[float]] = {target: [] for target in targets}
     for name in points[last]:
@@ -179,10 +200,14 @@ def ratios(points: Points) -> None:
             ratio = both[0]["seconds"] / both[1]["seconds"]
             if name not in BUNDLED:
                 found[target].append(ratio)
-            errors = "/".join(f"{100 * np.nanmax(p['error']):.2f}" if "error" in p else "–" for p in both)
+            errors = "/".join(
+                f"{100 * np.nanmax(p['error']):.2f}" if "error" in p else "–" for p in both
+            )
             cells.append(f"{'< ' * ('failure' in both[1])}{ratio:.2f} ({errors})")
         print(f"| {name} | " + " | ".join(cells) + " |")
-    medians = (f"{median(found[target]):.2f}" if found[target] else "–" for target in reversed(targets))
+    medians = (
+        f"{median(found[target]):.2f}" if found[target] else "–" for target in reversed(targets)
+    )
     print("| median of the drawn | " + " | ".join(medians) + " |")
 
 
@@ -196,16 +221,22 @@ def evidence(table: dict[str, dict[str, Point]]) -> None:
             point = points.get(target, {"failure": "not measured"})
             cell = "–"
             if "failure" not in point:
-                seconds = np.format_float_positional(point["seconds"], 2, fractional=False, trim="-")
+                seconds = np.format_float_positional(
+                    point["seconds"], 2, fractional=False, trim="-"
+                )
                 cell = f"{seconds} ({point['lowest']})"
             if not point.get("met", True):
                 cell += f" ends at {100 * np.nanmax(point['error']):.2g} %"
             row.append(cell)
         cells.append(row)
     rows = [
-        {"scene": name, "target": float(target), **point} for name, of in table.items() for target, point in of.items()
+        {"scene": name, "target": float(target), **point}
+        for name, of in table.items()
+        for target, point in of.items()
     ]
-    write_evidence("chain", "python benchmarks/chain.py --evidence", rows=rows, tables={"seconds": cells})
+    write_evidence(
+        "chain", "python benchmarks/chain.py --evidence", rows=rows, tables={"seconds": cells}
+    )
 
 
 def chart(points: Points, path: Path) -> None:
@@ -225,7 +256,9 @@ def chart(points: Points, path: Path) -> None:
         axes.set_visible(False)
     for axes, name in zip(panels.flat, names, strict=False):
         for number, copy in enumerate(points):
-            line = sorted((float(target), point) for target, point in points[copy].get(name, {}).items())
+            line = sorted(
+                (float(target), point) for target, point in points[copy].get(name, {}).items()
+            )
             done = [(point["seconds"], 100 * target) for target, point in line if "error" in point]
             ended = [
                 (point["seconds"], 100 * target)
@@ -244,7 +277,9 @@ def chart(points: Points, path: Path) -> None:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     options.add_argument("copies", nargs="*", default=["now=."], metavar="NAME=DIRECTORY")
     options.add_argument("--scenes", nargs="+", help="names; all if left out")
     options.add_argument("--drawn", type=int, default=SEED, help="seed of the drawn scenes")
@@ -257,15 +292,22 @@ def main() -> None:
     if given.child is not None:
         child(given.child, given.drawn, given.targets[0], given.limit)
         return
-    trees = {name: Path(path).resolve() for name, _, path in (copy.partition("=") for copy in given.copies)}
+    trees = {
+        name: Path(path).resolve()
+        for name, _, path in (copy.partition("=") for copy in given.copies)
+    }
     given.output.mkdir(parents=True, exist_ok=True)
     kept = given.output / "chain.json"
     points: Points = json.loads(kept.read_text()) if kept.exists() else {}
     for tree in trees.values():
         in_process(tree, "demo", given.drawn, 0.05, given.limit)  # compiles
-    print("| scene | target, % | copy | CPU s | plan | run | compare | total error, % | largest part |")
+    print(
+        "| scene | target, % | copy | CPU s | plan | run | compare | total error, % | largest part |"
+    )
     print("|---|---|---|---|---|---|---|---|---|")
-    for name in given.scenes or ([*BUNDLED, *deep_scenes()] if given.evidence else scenes(given.drawn)):
+    for name in given.scenes or (
+        [*BUNDLED, *deep_scenes()] if given.evidence else scenes(given.drawn)
+    ):
         for target in given.targets:
             for copy, tree in trees.items():
                 table = points.setdefault(copy, {}).setdefault(name, {})

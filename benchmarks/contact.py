@@ -50,7 +50,9 @@ def problem(points: int, load: float, cap: float) -> Problem:
 
 def ours(task: Problem, tolerance: float) -> np.ndarray:
     solid = rs.Solid(1.0, task.cap)
-    return rs.solve_contact(task.heights, task.grid, solid, nominal_pressure=task.load, tolerance=tolerance).pressure
+    return rs.solve_contact(
+        task.heights, task.grid, solid, nominal_pressure=task.load, tolerance=tolerance
+    ).pressure
 
 
 def tamaas_solver(task: Problem, tolerance: float) -> np.ndarray:
@@ -105,7 +107,14 @@ def numpi(task: Problem, tolerance: float) -> np.ndarray:
         return 0.0, gap
 
     start = np.full(task.heights.size, task.load)
-    result = solve(objective, response, start, mean_val=task.load, gtol=tolerance * np.std(task.heights), maxiter=20000)
+    result = solve(
+        objective,
+        response,
+        start,
+        mean_val=task.load,
+        gtol=tolerance * np.std(task.heights),
+        maxiter=20000,
+    )
     if not result.success:
         raise RuntimeError(result.message)
     return np.asarray(result.x).reshape(shape)
@@ -156,7 +165,12 @@ def first_rungs(ladder: tuple[float, ...], start: float) -> tuple[float, ...]:
 
 
 def calibrated(
-    name: str, solve: Solver, ladder: tuple[float, ...], task: Problem, exact: np.ndarray, goal: float
+    name: str,
+    solve: Solver,
+    ladder: tuple[float, ...],
+    task: Problem,
+    exact: np.ndarray,
+    goal: float,
 ) -> Any:
     """Return the run at the loosest tolerance that meets the goal, or words on why there is none."""
     best = np.inf
@@ -171,7 +185,9 @@ def calibrated(
     return f"error {best:.1e} at its tightest tolerance, {seconds:.1f} s"
 
 
-def compare(task: Problem, goal: float, peers: list[str], repeats: int, start: dict[str, float]) -> None:
+def compare(
+    task: Problem, goal: float, peers: list[str], repeats: int, start: dict[str, float]
+) -> None:
     exact = ours(task, 1e-10)
     runs: list[Any] = [calibrated("roughsim", ours, (goal, goal / 3, goal / 10), task, exact, goal)]
     for name in peers:
@@ -179,7 +195,9 @@ def compare(task: Problem, goal: float, peers: list[str], repeats: int, start: d
         if importlib.util.find_spec(module) is None:
             print(f"    {name:18s} not installed")
             continue
-        result = calibrated(name, solve, first_rungs(ladder, start.get(name, 1.0)), task, exact, goal)
+        result = calibrated(
+            name, solve, first_rungs(ladder, start.get(name, 1.0)), task, exact, goal
+        )
         if isinstance(result, str):
             print(f"    {name:18s} {result}")
         else:
@@ -193,11 +211,16 @@ def compare(task: Problem, goal: float, peers: list[str], repeats: int, start: d
                 run.seconds.append(timed(run.solve, task, run.tolerance)[1])
     for run in runs:
         accuracy = f"error {run.error:.1e}  tolerance {run.tolerance:.0e}"
-        print(f"    {run.name:18s} {run.median:9.4f} s  {accuracy}  × {run.median / runs[0].median:.1f}", flush=True)
+        print(
+            f"    {run.name:18s} {run.median:9.4f} s  {accuracy}  × {run.median / runs[0].median:.1f}",
+            flush=True,
+        )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--sizes", type=int, nargs="+", default=[512, 1024])
     parser.add_argument("--loads", type=float, nargs="+", default=[0.02, 0.1], help="σ₀/(E* h′)")
     parser.add_argument("--caps", type=float, nargs="+", default=[np.inf], help="σ_P/(E* h′)")
@@ -208,7 +231,10 @@ def main() -> None:
     for points in options.sizes:
         for load in options.loads:
             for cap in options.caps:
-                print(f"{points}², load {load:g}, cap {cap:g}, relative pressure error ≤ {options.error:g}", flush=True)
+                print(
+                    f"{points}², load {load:g}, cap {cap:g}, relative pressure error ≤ {options.error:g}",
+                    flush=True,
+                )
                 repeats = max(round((512 / points) ** 2), 3) if points <= 512 else 1
                 compare(problem(points, load, cap), options.error, options.peers, repeats, start)
 

@@ -32,7 +32,9 @@ MATERIALS = {
 
 def strata(draw: np.random.Generator, low: float, high: float, count: int) -> Array:
     """Return one number of each of `count` strata between two ends, evenly in the logarithm, in random order."""
-    return np.asarray(low * (high / low) ** ((draw.permutation(count) + draw.uniform(size=count)) / count))
+    return np.asarray(
+        low * (high / low) ** ((draw.permutation(count) + draw.uniform(size=count)) / count)
+    )
 
 
 def digits(value: float, count: int = 3) -> float:
@@ -65,7 +67,10 @@ def speeds(draw: np.random.Generator, material: dict[str, Any], q: float) -> lis
     """Return three or four speeds, m/s: v/Dq from slow to fast, where waves of q carry most of the stress."""
     diffusivity = material["conductivity"] / material["density"] / material["heat_capacity"]
     slow, fast = 0.01 * 30.0 ** draw.uniform(), 10.0 * 30.0 ** draw.uniform()
-    return [digits(peclet * diffusivity * q) for peclet in np.geomspace(slow, fast, int(draw.integers(3, 5)))]
+    return [
+        digits(peclet * diffusivity * q)
+        for peclet in np.geomspace(slow, fast, int(draw.integers(3, 5)))
+    ]
 
 
 def yielding_at(sections: dict[str, Any], q_y: float) -> dict[str, Any]:
@@ -109,10 +114,17 @@ def drawn_scenes(seed: int = SEED) -> dict[str, dict[str, Any]]:
             },
         }
         if k >= ONE_FACE:  # another material, harder, with a C(q) of its own
-            other = surface(draw, draw.uniform(0.4, 0.9), q_min * 4.0 ** draw.uniform(-1.0, 1.0), plateau=k % 2 == 1)
+            other = surface(
+                draw,
+                draw.uniform(0.4, 0.9),
+                q_min * 4.0 ** draw.uniform(-1.0, 1.0),
+                plateau=k % 2 == 1,
+            )
             other["rms_height"] = 1e-6 * digits(draw.uniform(0.3, 1.0))
             other["q_max"] = digits(q_y * draw.uniform(8.0, 60.0))
-            if other.get("q_roll_off", 0.0) >= other["q_max"]:  # no room for a plateau and what follows it
+            if (
+                other.get("q_roll_off", 0.0) >= other["q_max"]
+            ):  # no room for a plateau and what follows it
                 other = {name: value for name, value in other.items() if "roll_off" not in name}
             sections["counterface"] = other | body(draw, hardness * draw.uniform(1.0, 2.0))
         elif draw.uniform() < 0.5:
@@ -140,7 +152,14 @@ def drawn_scenes(seed: int = SEED) -> dict[str, dict[str, Any]]:
 def material_scenes(seed: int) -> dict[str, dict[str, Any]]:
     """Return the sections of a wheel on a rail, of brass and of ice, each on its like, by name."""
     draw = np.random.default_rng(seed)
-    names = "youngs_modulus", "poisson_ratio", "penetration_hardness", "conductivity", "density", "heat_capacity"
+    names = (
+        "youngs_modulus",
+        "poisson_ratio",
+        "penetration_hardness",
+        "conductivity",
+        "density",
+        "heat_capacity",
+    )
     result = {}
     for name, (constants, share, yields) in MATERIALS.items():
         material = dict(zip(names, constants, strict=True))
@@ -148,7 +167,8 @@ def material_scenes(seed: int) -> dict[str, dict[str, Any]]:
         q_min = 2000.0 * 10.0 ** draw.uniform()
         face = surface(draw, draw.uniform(0.5, 0.95), q_min, plateau=name == "brass")
         sections = {
-            "surface": face | {"rms_height": 1e-6, "q_max": digits(times * q_min * draw.uniform(16.0, 40.0))},
+            "surface": face
+            | {"rms_height": 1e-6, "q_max": digits(times * q_min * draw.uniform(16.0, 40.0))},
             "body": material,
             "counterface": {"like": "body"},
             "sliding": {
@@ -162,14 +182,25 @@ def material_scenes(seed: int) -> dict[str, dict[str, Any]]:
 
 
 def main() -> None:
-    print("| scene | H | q_max/q_min | roll-off/q_min | q_y/q_min | load: σ₀/σ_P or σ₀/(E* slope) | speeds, m/s |")
+    print(
+        "| scene | H | q_max/q_min | roll-off/q_min | q_y/q_min | load: σ₀/σ_P or σ₀/(E* slope) | speeds, m/s |"
+    )
     print("|---|---|---|---|---|---|---|")
     for name, sections in drawn_scenes(int(sys.argv[1]) if len(sys.argv) > 1 else SEED).items():
         scene, face = rs.load_scene(sections), sections["surface"]
-        full = scene.effective_modulus * face["rms_slope"] if scene.elastic else scene.penetration_hardness
+        full = (
+            scene.effective_modulus * face["rms_slope"]
+            if scene.elastic
+            else scene.penetration_hardness
+        )
         q_y = "–" if scene.elastic else f"{yield_wavenumber(scene) / face['q_min']:.3g}"
-        ends = (f"{face.get(key, face['q_min']) / face['q_min']:.3g}" for key in ("q_max", "q_roll_off"))
-        load, speed = scene.sliding.nominal_pressure / full, ", ".join(f"{v:g}" for v in scene.speeds)
+        ends = (
+            f"{face.get(key, face['q_min']) / face['q_min']:.3g}" for key in ("q_max", "q_roll_off")
+        )
+        load, speed = (
+            scene.sliding.nominal_pressure / full,
+            ", ".join(f"{v:g}" for v in scene.speeds),
+        )
         print(f"| {name} | {face['hurst']:g} | {' | '.join(ends)} | {q_y} | {load:.3g} | {speed} |")
 
 

@@ -30,7 +30,14 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    wait,
+)
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
@@ -61,10 +68,15 @@ def scene() -> rs.Scene:
     return replace(steel, numerics=replace(steel.numerics, levels=(level,), keep_fields=0))
 
 
-def simulated_member(level: int, index: int, speeds: tuple[float, ...], provenance: dict[str, Any]) -> Member:
+def simulated_member(
+    level: int, index: int, speeds: tuple[float, ...], provenance: dict[str, Any]
+) -> Member:
     """Return a member with random numbers; its file is as long as that of a real one."""
     rng = np.random.default_rng((level, index))
-    numbers = {name: 1.0 + 0.1 * rng.random(len(speeds) if one.per_speed else 1) for name, one in NUMBERS.items()}
+    numbers = {
+        name: 1.0 + 0.1 * rng.random(len(speeds) if one.per_speed else 1)
+        for name, one in NUMBERS.items()
+    }
     return Member(
         level,
         index,
@@ -75,9 +87,17 @@ def simulated_member(level: int, index: int, speeds: tuple[float, ...], provenan
         | {
             "residual": float(rng.random()),
             "iterations": 20,
-            "seconds": {stage: float(rng.random()) for stage in ("surface", "contact", "observables")},
+            "seconds": {
+                stage: float(rng.random()) for stage in ("surface", "contact", "observables")
+            },
         }
-        | {"seed": 1, "stream": 0, "threads": 1, "versions": known_versions(), "written": "2026-01-31T12:00:00Z"},
+        | {
+            "seed": 1,
+            "stream": 0,
+            "threads": 1,
+            "versions": known_versions(),
+            "written": "2026-01-31T12:00:00Z",
+        },
     )
 
 
@@ -181,8 +201,18 @@ def of_run(pool: Executor, workers: int, seconds: float, count: int, folder: Pat
     """
     marks: list[tuple[float, float, float]] = []
     executor, observer = Simulated(pool, seconds), lambda _: marks.append(now())
-    rs.run(scene(), folder, until={}, max_realizations=count, workers=workers, executor=executor, observer=observer)
-    process, thread, wall = ((end - begin) / (count - 1) for begin, end in zip(marks[0], marks[-1], strict=True))
+    rs.run(
+        scene(),
+        folder,
+        until={},
+        max_realizations=count,
+        workers=workers,
+        executor=executor,
+        observer=observer,
+    )
+    process, thread, wall = (
+        (end - begin) / (count - 1) for begin, end in zip(marks[0], marks[-1], strict=True)
+    )
     return [process, thread, wall * workers / seconds]
 
 
@@ -194,10 +224,20 @@ def measure(engine: str, workers: int, durations: list[float]) -> list[dict[str,
         rs.run(scene(), warm, until={}, max_realizations=2, executor=Simulated(pool, 0.0))
         alone(pool, warm, workers, 0.5, 2 * workers)  # until all workers have started
         for seconds in durations:
-            count = int(min(max(LEAST * workers, LASTS * workers / seconds), max(MOST, LEAST * workers)))
+            count = int(
+                min(max(LEAST * workers, LASTS * workers / seconds), max(MOST, LEAST * workers))
+            )
             handing, thread = alone(pool, warm, workers, seconds, count)
-            whole, of_thread, ideal = of_run(pool, workers, seconds, count, Path(folder) / f"{seconds}")
-            row = {"engine": engine, "workers": workers, "seconds": seconds, "members": count, "alone": handing}
+            whole, of_thread, ideal = of_run(
+                pool, workers, seconds, count, Path(folder) / f"{seconds}"
+            )
+            row = {
+                "engine": engine,
+                "workers": workers,
+                "seconds": seconds,
+                "members": count,
+                "alone": handing,
+            }
             rows.append(row | {"run": whole, "thread": of_thread - thread, "ideal": ideal})
     return rows
 
@@ -208,7 +248,9 @@ def cost_of_a_file(count: int = 300) -> float:
         (Path(folder) / "realizations").mkdir()
         chosen = scene()
         provenance = {"scene": chosen.identity(), "numerics": rs.plan(chosen).to_dict()}
-        members = [simulated_member(0, index, chosen.speeds, provenance) for index in range(count + 1)]
+        members = [
+            simulated_member(0, index, chosen.speeds, provenance) for index in range(count + 1)
+        ]
         write_member(Path(folder), members.pop())
         began = time.process_time()
         for member in members:
@@ -221,11 +263,15 @@ def missing(engine: str) -> str:
     module = NEEDS.get(engine)
     if module is not None and importlib.util.find_spec(module) is None:
         return f"{module} is not installed"
-    return "mpiexec is not on the path" if engine == "mpi" and shutil.which("mpiexec") is None else ""
+    return (
+        "mpiexec is not on the path" if engine == "mpi" and shutil.which("mpiexec") is None else ""
+    )
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     options.add_argument("--engines", nargs="+", choices=ENGINES, default=list(ENGINES))
     options.add_argument("--workers", nargs="+", type=int, default=[1, 2, 4, 8, 16, 32, 64])
     options.add_argument("--seconds", nargs="+", type=float, default=[0.01, 0.1, 1.0])

@@ -56,7 +56,9 @@ def costs(points):
         transform.field[...] = flux
         pair = best(lambda transform=transform: (transform.forward(), transform.inverse()), 5)
         one[dtype] = pair
-        print(f"{dtype.__name__}: a bare pair takes {pair:.4f} s; in such pairs (in brackets: in pairs of float64)")
+        print(
+            f"{dtype.__name__}: a bare pair takes {pair:.4f} s; in such pairs (in brackets: in pairs of float64)"
+        )
         for name, work in fields(flux, grid).items():
             cost = best(work)
             print(f"  {name:44} {cost / pair:5.2f}  ({cost / one[np.float64]:.2f})")
@@ -67,8 +69,12 @@ def costs(points):
 def fields(flux, grid):
     times = [1e-5, 2e-5, 4e-5, 8e-5]
     return {
-        "periodic field, kernel ready": lambda: rs.sliding_temperature(flux, grid, speed=grid.shape[0], **UNIT),
-        "free half-space, kernel ready": lambda: rs.half_space_temperature(flux, grid, speed=grid.shape[0], **UNIT),
+        "periodic field, kernel ready": lambda: rs.sliding_temperature(
+            flux, grid, speed=grid.shape[0], **UNIT
+        ),
+        "free half-space, kernel ready": lambda: rs.half_space_temperature(
+            flux, grid, speed=grid.shape[0], **UNIT
+        ),
         "periodic, 4 times with their kernels": lambda: rs.sliding_temperature(
             flux, grid, speed=grid.shape[0], time=times, **UNIT
         ),
@@ -78,7 +84,9 @@ def fields(flux, grid):
 def kernels(grid):
     pixel = grid.shape[0]
     contact = SimpleNamespace(
-        pressure=np.random.default_rng(1).random(grid.shape), contact_fraction=1.0, plastic_fraction=0.0
+        pressure=np.random.default_rng(1).random(grid.shape),
+        contact_fraction=1.0,
+        plastic_fraction=0.0,
     )
     speeds = list(np.geomspace(1.0, 1e4, 20))
 
@@ -91,7 +99,9 @@ def kernels(grid):
         for peclet in (0.0, 0.01, 1.0, 100.0)
     }
     table["free kernel from rest, √(Dt) 30 pixels"] = lambda: free(0.1, 30.0)
-    table["periodic kernel from rest"] = lambda: periodic.turned_response(grid, (pixel, 0.0), 0.0, "d", 0.5 / pixel)
+    table["periodic kernel from rest"] = lambda: periodic.turned_response(
+        grid, (pixel, 0.0), 0.0, "d", 0.5 / pixel
+    )
     table["moments, 20 speeds, mean over directions"] = lambda: rs.measure(
         contact, grid, rs.HeatSource(speeds, 0.1, 1.0, 1.0)
     )
@@ -122,7 +132,9 @@ def steady(flux, grid, speed):
 def from_rest(flux, grid, speed):
     """Over half the cell, with the uniform term."""
     slid = grid.lengths[0] / 2 / speed
-    return rs.sliding_temperature(flux, grid, speed=speed, **UNIT) + uniform_temperature(flux.mean(), slid, **UNIT)
+    return rs.sliding_temperature(flux, grid, speed=speed, **UNIT) + uniform_temperature(
+        flux.mean(), slid, **UNIT
+    )
 
 
 def free(flux, grid, speed):
@@ -153,7 +165,9 @@ def hot_tracks(axis):
         )
         flux = 20 + rs.synthesize(spectrum, grid, np.random.default_rng(1), amplitudes="fixed")
         contact = SimpleNamespace(pressure=flux, contact_fraction=1.0, plastic_fraction=0.0)
-        exact = rs.measure(contact, grid, rs.HeatSource(2 * math.pi * laps, 1.0, 1.0, 1.0)).flash_temperature
+        exact = rs.measure(
+            contact, grid, rs.HeatSource(2 * math.pi * laps, 1.0, 1.0, 1.0)
+        ).flash_temperature
         for name, color, method in (
             ("steady", STEADY, steady),
             ("from rest", REST, lambda f, g, s: rs.sliding_temperature(f, g, speed=s, **UNIT)),
@@ -163,9 +177,17 @@ def hot_tracks(axis):
             if name == "from rest":
                 rests.append(100 * error.max())
             else:
-                found |= {f"tracks_{waves}_{lap:g}": 100 * np.interp(lap, laps, error) for lap in (100, 1000)}
-            axis.loglog(laps, error, style, color=color, label=f"{name}, {waves} wave{'s' * (waves > 1)}")
-            print(f"hot tracks {name:9} {waves:2} waves: " + " ".join(f"{value:8.1e}" for value in error))
+                found |= {
+                    f"tracks_{waves}_{lap:g}": 100 * np.interp(lap, laps, error)
+                    for lap in (100, 1000)
+                }
+            axis.loglog(
+                laps, error, style, color=color, label=f"{name}, {waves} wave{'s' * (waves > 1)}"
+            )
+            print(
+                f"hot tracks {name:9} {waves:2} waves: "
+                + " ".join(f"{value:8.1e}" for value in error)
+            )
     decades(axis, x=(1, 1e4), y=(1e-5, 1e3))
     axis.set(title="hot tracks, by longest waves", xlabel="vL/(2πD)", ylabel="error of $T_{flash}$")
     key(axis)
@@ -191,13 +213,30 @@ def undershoot(axis):
             "rest": [from_rest(*square_source(pixels, CELL / 2), peclet) for pixels in sizes],
             "free": [free(*square_source(pixels, 2.0), peclet) for pixels in sizes],
         }
-        shares = {name: [max(-field.min() / field.max(), 0.0) for field in made] for name, made in fields.items()}
-        axis.loglog(sizes, shares["rest"], style, marker="o", color=REST, label=f"from rest, vR/D = {peclet:g}")
+        shares = {
+            name: [max(-field.min() / field.max(), 0.0) for field in made]
+            for name, made in fields.items()
+        }
+        axis.loglog(
+            sizes,
+            shares["rest"],
+            style,
+            marker="o",
+            color=REST,
+            label=f"from rest, vR/D = {peclet:g}",
+        )
         most = np.maximum(most, 100 * np.array(shares["rest"]))
-        print(f"undershoot vR/D = {peclet:g}: " + " ".join(f"{value:8.1e}" for value in shares["rest"]))
+        print(
+            f"undershoot vR/D = {peclet:g}: "
+            + " ".join(f"{value:8.1e}" for value in shares["rest"])
+        )
         print(f"  free half-space at most {max(shares['free']):.0e}")
     decades(axis, y=(1e-4, 0.1))
-    axis.set(title="undershoot at a sharp edge", xlabel="pixels per half side", ylabel="$-T_{min}/T_{max}$")
+    axis.set(
+        title="undershoot at a sharp edge",
+        xlabel="pixels per half side",
+        ylabel="$-T_{min}/T_{max}$",
+    )
     key(axis)
     _ticks(axis, sizes)
     return {f"undershoot_{size}": value for size, value in zip(sizes, most, strict=True)}
@@ -216,10 +255,14 @@ def resolution(axis):
     for pixels in sizes:
         flux, grid = square_source(pixels, 1.25)
         centres.append(1 - free(flux, grid, peclet).max() / exact)
-        search.append(abs(source_temperature(flux, grid, speed=peclet, **UNIT).max_temperature / exact - 1))
+        search.append(
+            abs(source_temperature(flux, grid, speed=peclet, **UNIT).max_temperature / exact - 1)
+        )
         pressure, grid = hertz_source(pixels, CELL / 2)
         power = np.abs(np.fft.rfft2(pressure) / grid.points) ** 2 * grid.multiplicity
-        laplacian.append(1 - float(np.sum(power * grid.wavenumbers) / pressure.mean()) / (math.pi / 2))
+        laplacian.append(
+            1 - float(np.sum(power * grid.wavenumbers) / pressure.mean()) / (math.pi / 2)
+        )
     curves = {
         "∇²T, resting Hertz contact": (laplacian, PINK),
         "$T_{max}$, fast square, at centres": (centres, GREEN),
@@ -238,7 +281,9 @@ def resolution(axis):
 def limits(folder):
     numbers = {}
     with new_figure(folder / "heat_limits.png", 6.0) as figure:
-        for axis, draw in zip(figure.subplots(3, 1), (hot_tracks, undershoot, resolution), strict=True):
+        for axis, draw in zip(
+            figure.subplots(3, 1), (hot_tracks, undershoot, resolution), strict=True
+        ):
             numbers |= draw(axis)
     return numbers
 
@@ -247,7 +292,9 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--points", type=int, default=2048, help="points per side; 0: no times")
     options.add_argument("--charts", type=Path, default=None, help="folder for the chart")
-    options.add_argument("--evidence", action="store_true", help="write the chart and the numbers of docs/heat.md")
+    options.add_argument(
+        "--evidence", action="store_true", help="write the chart and the numbers of docs/heat.md"
+    )
     given = options.parse_args()
     if given.points:
         costs(given.points)
@@ -256,7 +303,9 @@ def main() -> None:
         folder.mkdir(parents=True, exist_ok=True)
         numbers = limits(folder)
         if given.evidence:
-            write_evidence("heat_limits", "python benchmarks/heat.py --points 0 --evidence", numbers=numbers)
+            write_evidence(
+                "heat_limits", "python benchmarks/heat.py --points 0 --evidence", numbers=numbers
+            )
 
 
 if __name__ == "__main__":

@@ -17,10 +17,14 @@ import roughsim as rs
 
 def options(description: str, times: int, evidence: str) -> argparse.Namespace:
     """Return the scene, the number of times, and whether to write docs/evidence/`evidence`.json."""
-    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("scene", nargs="?", default="steel-1.2GPa")
     parser.add_argument("--times", type=int, default=times)
-    parser.add_argument("--evidence", action="store_true", help=f"write docs/evidence/{evidence}.json")
+    parser.add_argument(
+        "--evidence", action="store_true", help=f"write docs/evidence/{evidence}.json"
+    )
     return parser.parse_args()
 
 
@@ -41,7 +45,10 @@ def in_turns(
     rows: list[dict[str, float]] = []
     for turn in range(times + 1):
         ensemble["sliding.speed"] = [speed * (1.0 + 1e-3 * turn) for speed in speeds]
-        scenes = {"bare": rs.load_scene(scene, ensemble), name: rs.load_scene(scene, ensemble | changes)}
+        scenes = {
+            "bare": rs.load_scene(scene, ensemble),
+            name: rs.load_scene(scene, ensemble | changes),
+        }
         rows.append({key: seconds(each) for key, each in scenes.items()})
         print(f"{rows[-1]['bare']:.2f} s bare, {rows[-1][name]:.2f} s {name}", flush=True)
     return rows[1:]  # the first turn compiles

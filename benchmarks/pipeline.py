@@ -52,7 +52,9 @@ def tamaas_seconds(scene: rs.Scene, numerics: rs.Numerics, level: int) -> float:
     scale, unit = scene.effective_modulus, grid.lengths[0]  # its tolerances are not free of units
     best = np.inf
     for tolerance in (10.0 ** (-k / 2) for k in range(4, 17)):
-        model = tm.ModelFactory.createModel(tm.model_type.basic_2d, [1.0, grid.lengths[1] / unit], list(grid.shape))
+        model = tm.ModelFactory.createModel(
+            tm.model_type.basic_2d, [1.0, grid.lengths[1] / unit], list(grid.shape)
+        )
         model.E, model.nu = 1.0, 0.0
         solver = tm.KatoSaturated(model, one.heights / unit, tolerance, hardness / scale)
         solver.max_iter = 20000
@@ -62,24 +64,34 @@ def tamaas_seconds(scene: rs.Scene, numerics: rs.Numerics, level: int) -> float:
         difference = np.array(model.traction) * scale - one.contact.pressure
         best = min(best, float(np.linalg.norm(difference) / np.linalg.norm(one.contact.pressure)))
         if best <= ERROR:
-            print(f"  tamaas {grid.shape[0]}²: {seconds:.1f} s at tolerance {tolerance:.1g}, pressure error {best:.1e}")
+            print(
+                f"  tamaas {grid.shape[0]}²: {seconds:.1f} s at tolerance {tolerance:.1g}, pressure error {best:.1e}"
+            )
             return seconds
-    print(f"  tamaas {grid.shape[0]}²: pressure error {best:.1e} at its tightest tolerance, {seconds:.1f} s")
+    print(
+        f"  tamaas {grid.shape[0]}²: pressure error {best:.1e} at its tightest tolerance, {seconds:.1f} s"
+    )
     return seconds
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     options.add_argument("--scene", default="steel-1.2GPa")
     options.add_argument("--target", type=float, default=0.01, help="relative error in all")
-    options.add_argument("--largest", type=int, default=512, help="points per side up to which tamaas is timed")
+    options.add_argument(
+        "--largest", type=int, default=512, help="points per side up to which tamaas is timed"
+    )
     given = options.parse_args()
     scene = rs.load_scene(given.scene)
     rs.realize(scene, rs.plan(scene, 0.05), seed=9)  # compiled before the clock starts
     numerics, finest, cpu, total, scatter = ours(scene, given.target)
     print(f"roughsim: {cpu:.1f} s of CPU, ± {100 * total:.2f} % in all")
     if importlib.util.find_spec("tamaas") is None:
-        raise SystemExit("tamaas is not installed, so that nothing stands beside it: pip install 'roughsim[peers]'")
+        raise SystemExit(
+            "tamaas is not installed, so that nothing stands beside it: pip install 'roughsim[peers]'"
+        )
     base = numerics.levels[numerics.of_column("capped")[0]]
     while max(base.shape) > given.largest:
         base = replace(base, shape=(base.shape[0] // 2, base.shape[1] // 2), q_max=base.q_max / 2)

@@ -26,7 +26,12 @@ def main() -> None:
     print(f"ratio {ratio:.3f}, {each:.3f} s for each realization, medians of {given.times}")
     if given.evidence:
         numbers = {"ratio": ratio, "seconds_each": each}
-        write_evidence("reactions_cost", "python benchmarks/reactions.py --evidence", rows=rows, numbers=numbers)
+        write_evidence(
+            "reactions_cost",
+            "python benchmarks/reactions.py --evidence",
+            rows=rows,
+            numbers=numbers,
+        )
 
 
 if __name__ == "__main__":

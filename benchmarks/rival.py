@@ -97,9 +97,17 @@ def plans(points: int) -> tuple[Any, ...]:
     spectrum = pyfftw.empty_aligned((points, points // 2 + 1), "complex128")
     there = pyfftw.FFTW(field, spectrum, axes=(0, 1), flags=("FFTW_MEASURE", "FFTW_DESTROY_INPUT"))
     back = pyfftw.FFTW(
-        spectrum, field, axes=(0, 1), direction="FFTW_BACKWARD", flags=("FFTW_MEASURE", "FFTW_DESTROY_INPUT")
+        spectrum,
+        field,
+        axes=(0, 1),
+        direction="FFTW_BACKWARD",
+        flags=("FFTW_MEASURE", "FFTW_DESTROY_INPUT"),
     )
-    q = 2 * np.pi * np.hypot(np.fft.fftfreq(points, 1 / points)[:, None], np.arange(points // 2 + 1))
+    q = (
+        2
+        * np.pi
+        * np.hypot(np.fft.fftfreq(points, 1 / points)[:, None], np.arange(points // 2 + 1))
+    )
     q[0, 0] = np.inf
     return field, spectrum, there, back, 2.0 / q / points**2
 

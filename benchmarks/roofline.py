@@ -49,11 +49,15 @@ def of_parents(*arguments: Any) -> int:
     return 2 * of_rows(*arguments)
 
 
-def of_rows_of_lines(stages: int, task: int, execute: Any, field: Any, target: Any, rows: Any, columns: Any) -> int:
+def of_rows_of_lines(
+    stages: int, task: int, execute: Any, field: Any, target: Any, rows: Any, columns: Any
+) -> int:
     return 2 * int(rows[1] - rows[0]) * int(field.shape[1])
 
 
-def of_columns(stages: int, task: int, execute: Any, field: Any, target: Any, rows: Any, columns: Any) -> int:
+def of_columns(
+    stages: int, task: int, execute: Any, field: Any, target: Any, rows: Any, columns: Any
+) -> int:
     return 2 * int(columns[1] - columns[0]) * int(field.shape[0])
 
 
@@ -108,7 +112,9 @@ def roofs() -> tuple[float, float]:
     values = np.ones(4096, np.float32)
     bandwidth = 2 * source.nbytes / least(lambda: copy(source, target))
     factor, more, times = np.float32(0.999), np.float32(0.001), 10_000
-    return bandwidth / 1e9, 2 * times * values.size / least(lambda: multiply_adds(values, times, factor, more)) / 1e9
+    return bandwidth / 1e9, 2 * times * values.size / least(
+        lambda: multiply_adds(values, times, factor, more)
+    ) / 1e9
 
 
 def recorded(points: int, load: float, repeats: int) -> tuple[dict[str, tuple[float, int]], float]:
@@ -121,7 +127,10 @@ def recorded(points: int, load: float, repeats: int) -> tuple[dict[str, tuple[fl
         def call(*arguments: Any) -> Any:
             start = time.thread_time()
             result = work(*arguments)
-            spent, key = time.thread_time() - start, f"{name} {arguments[0]}" if name in staged else name
+            spent, key = (
+                time.thread_time() - start,
+                f"{name} {arguments[0]}" if name in staged else name,
+            )
             if key in table:  # what is left out counts as all else
                 calls.append((key, spent, table[key].points(*arguments)))
             return result
@@ -144,22 +153,32 @@ def recorded(points: int, load: float, repeats: int) -> tuple[dict[str, tuple[fl
     return sums, min(whole[1:])
 
 
-def chart(rows: list[tuple[str, float, float, float]], roof: tuple[float, float], title: str, path: str) -> None:
+def chart(
+    rows: list[tuple[str, float, float, float]], roof: tuple[float, float], title: str, path: str
+) -> None:
     """Draw GFLOP/s over flops per byte; the area of a mark is its share of the time."""
     figure, axes = plt.subplots(figsize=(8, 5), constrained_layout=True)
     intensity = np.geomspace(0.1, 30, 100)
     axes.loglog(intensity, np.minimum(roof[0] * intensity, roof[1]), color="0.3", lw=1)
     axes.annotate(f"copy: {roof[0]:.1f} GB/s", (0.11, 0.13 * roof[0]), color="0.3", fontsize=8)
-    axes.annotate(f"float32: {roof[1]:.0f} GFLOP/s", (30, 1.08 * roof[1]), color="0.3", fontsize=8, ha="right")
+    axes.annotate(
+        f"float32: {roof[1]:.0f} GFLOP/s", (30, 1.08 * roof[1]), color="0.3", fontsize=8, ha="right"
+    )
     for k, (name, x, y, share) in enumerate(rows):
-        axes.scatter(x, y, s=20 + 3000 * share, alpha=0.5, color="tab:blue" if x > 2 else "tab:orange", lw=0)
-        axes.annotate(f"{name} {share:.0%}", (x, y), fontsize=7, ha="center", va="top" if k % 2 else "bottom")
+        axes.scatter(
+            x, y, s=20 + 3000 * share, alpha=0.5, color="tab:blue" if x > 2 else "tab:orange", lw=0
+        )
+        axes.annotate(
+            f"{name} {share:.0%}", (x, y), fontsize=7, ha="center", va="top" if k % 2 else "bottom"
+        )
     axes.set(xlabel="flops per byte that must be moved", ylabel="GFLOP/s", title=title)
     figure.savefig(path, dpi=120)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--points", type=int, default=2048, help="along a side")
     parser.add_argument("--load", type=float, default=0.1, help="σ₀/(E* h′)")
     parser.add_argument("--repeats", type=int, default=5)
@@ -167,7 +186,9 @@ def main() -> None:
     options = parser.parse_args()
     roof, table, rows = roofs(), loops(options.points), []
     sums, whole = recorded(options.points, options.load, options.repeats)
-    print(f"roofs: {roof[0]:.1f} GB/s, {roof[1]:.0f} GFLOP/s; one solve on {options.points}²: {whole:.3f} s")
+    print(
+        f"roofs: {roof[0]:.1f} GB/s, {roof[1]:.0f} GFLOP/s; one solve on {options.points}²: {whole:.3f} s"
+    )
     print(f"{'loop':18s} {'share':>6s} {'GB/s':>6s} {'GFLOP/s':>8s} {'of its roof':>12s}")
     for name, (seconds, count) in sorted(sums.items(), key=lambda item: -item[1][0]):
         loop = table[name]
@@ -177,7 +198,12 @@ def main() -> None:
         print(f"{name:18s} {seconds / whole:6.1%} {rate:6.1f} {speed:8.1f} {reached:12.0%}")
         rows.append((name, intensity, speed, seconds / whole))
     print(f"{'all else':18s} {1 - sum(row[3] for row in rows):6.1%}")
-    chart(rows, roof, f"One contact solve on {options.points}², load {options.load:g}: {whole:.2f} s", options.output)
+    chart(
+        rows,
+        roof,
+        f"One contact solve on {options.points}², load {options.load:g}: {whole:.2f} s",
+        options.output,
+    )
 
 
 if __name__ == "__main__":

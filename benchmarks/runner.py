@@ -53,11 +53,16 @@ def main() -> None:
     count = options.parse_args().realizations
     with tempfile.TemporaryDirectory() as folder:
         timed(Path(folder) / "warm", 1, 1)
-        alone, shared = timed(Path(folder) / "alone", count, 1), timed(Path(folder) / "shared", count, 2)
+        alone, shared = (
+            timed(Path(folder) / "alone", count, 1),
+            timed(Path(folder) / "shared", count, 2),
+        )
         bare = loop(count)
         more = 100 * (pace(alone) / bare - 1)
         print(f"a member: {pace(alone):.4f} s, in a plain loop {bare:.4f} s, overhead {more:.1f} %")
-        print(f"two workers: {pace(shared):.4f} s a member, {pace(alone) / pace(shared):.2f} times one")
+        print(
+            f"two workers: {pace(shared):.4f} s a member, {pace(alone) / pace(shared):.2f} times one"
+        )
 
 
 if __name__ == "__main__":

@@ -14,7 +14,12 @@ from in_turns import in_turns, options
 sys.path.append(str(Path(__file__).parents[1] / "experiments"))
 from script import write_evidence
 
-OXIDE = {"thickness": "0.3 um", "conductivity": "3 W/(m K)", "density": 5000.0, "heat_capacity": 680.0}
+OXIDE = {
+    "thickness": "0.3 um",
+    "conductivity": "3 W/(m K)",
+    "density": 5000.0,
+    "heat_capacity": 680.0,
+}
 
 
 def main() -> None:
@@ -23,7 +28,9 @@ def main() -> None:
     ratio = median(row["skin"] / row["bare"] for row in rows)
     print(f"ratio {ratio:.3f}, the median of {given.times}")
     if given.evidence:
-        write_evidence("skin_cost", "python benchmarks/skin.py --evidence", rows=rows, numbers={"ratio": ratio})
+        write_evidence(
+            "skin_cost", "python benchmarks/skin.py --evidence", rows=rows, numbers={"ratio": ratio}
+        )
 
 
 if __name__ == "__main__":

@@ -40,7 +40,10 @@ def cpu(work) -> float:
     return time.process_time() - began
 
 
-SLIDES = {"whole": (4, None), "followed": (5, CELL)}  # members, and the distance over which they are followed, m
+SLIDES = {
+    "whole": (4, None),
+    "followed": (5, CELL),
+}  # members, and the distance over which they are followed, m
 
 
 def continued(*, evidence: bool) -> None:
@@ -48,7 +51,9 @@ def continued(*, evidence: bool) -> None:
     numbers = {}
     for name, (members, followed) in SLIDES.items():
         slide = {"column": "sliding", "shape": [144, 144], "q_max": 5.5e4, "first": members}
-        contacts_of = [{"column": "capped", "shape": [n, n], "q_max": 1e5 * n / 256} for n in (256, 512)]
+        contacts_of = [
+            {"column": "capped", "shape": [n, n], "q_max": 1e5 * n / 256} for n in (256, 512)
+        ]
         changes = {
             "sliding.speed": [1.0, SPEED],
             "sliding.history": "sliding",
@@ -70,16 +75,28 @@ def continued(*, evidence: bool) -> None:
         )
     if evidence:
         numbers["times"] = numbers["whole_seconds"] / numbers["followed_seconds"]
-        write_evidence("sliding_continued", "python benchmarks/sliding.py --continued --evidence", numbers=numbers)
+        write_evidence(
+            "sliding_continued",
+            "python benchmarks/sliding.py --continued --evidence",
+            numbers=numbers,
+        )
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--points", type=int, default=512)
-    options.add_argument("--steps", type=int, help="of the whole length; one pixel each if left out")
+    options.add_argument(
+        "--steps", type=int, help="of the whole length; one pixel each if left out"
+    )
     options.add_argument("--share", type=float, default=0.1)
-    options.add_argument("--continued", action="store_true", help="time runs that continue their slides by the theory")
-    options.add_argument("--evidence", action="store_true", help="write docs/evidence/sliding_continued.json, too")
+    options.add_argument(
+        "--continued",
+        action="store_true",
+        help="time runs that continue their slides by the theory",
+    )
+    options.add_argument(
+        "--evidence", action="store_true", help="write docs/evidence/sliding_continued.json, too"
+    )
     chosen = options.parse_args()
     if chosen.continued:
         continued(evidence=chosen.evidence)
@@ -100,17 +117,23 @@ def main() -> None:
     def anew():
         for offset in part.offsets:
             composite = first + np.roll(second, -offset, axis=(0, 1))
-            yield rs.solve_contact(composite, grid, solid, nominal_pressure=load, tolerance=TOLERANCE)
+            yield rs.solve_contact(
+                composite, grid, solid, nominal_pressure=load, tolerance=TOLERANCE
+            )
 
     times = whole.steps / count
-    slid = times * cpu(walk(contacts(first, second, grid, solid, load, part, TOLERANCE), grid, part, motions))
+    slid = times * cpu(
+        walk(contacts(first, second, grid, solid, load, part, TOLERANCE), grid, part, motions)
+    )
     begun = times * cpu(contacts(first, second, grid, solid, load, part, TOLERANCE))
     cold = times * cpu(anew())
     print(f"{chosen.points}², {whole.steps} steps over one cell of {1e3 * CELL:g} mm, CPU seconds")
     print(f"contacts, each begun from the last: {begun:6.1f}")
     print(f"contacts, each anew:                {cold:6.1f}   {cold / begun:.2f} times as many")
     print(f"the slide, one speed:               {slid:6.1f}   of it heat {slid - begun:.1f}")
-    print(f"with contacts anew:                 {slid - begun + cold:6.1f}   {(slid - begun + cold) / slid:.2f}")
+    print(
+        f"with contacts anew:                 {slid - begun + cold:6.1f}   {(slid - begun + cold) / slid:.2f}"
+    )
 
 
 if __name__ == "__main__":

@@ -55,10 +55,25 @@ TRANSFORMS = [
 
 # functions that do little but arithmetic on whole fields and spectra
 ARITHMETIC = [
-    *("surface.synthesis:synthesize", "surface.synthesis:independent_modes", "surface.peak_volume:peak_volume"),
-    *("contact.solver.problem:relief_of", "contact.solver.problem:truncated", "contact.solver.problem:full_contact"),
-    *("contact.solver.steps:compute_gap", "contact.solver.solve:start_pressure", "fourier.blocks:extremes"),
-    *("observables.moments:measure", "observables.stress_spectrum:StressSpectrum.correlation_radius"),
+    *(
+        "surface.synthesis:synthesize",
+        "surface.synthesis:independent_modes",
+        "surface.peak_volume:peak_volume",
+    ),
+    *(
+        "contact.solver.problem:relief_of",
+        "contact.solver.problem:truncated",
+        "contact.solver.problem:full_contact",
+    ),
+    *(
+        "contact.solver.steps:compute_gap",
+        "contact.solver.solve:start_pressure",
+        "fourier.blocks:extremes",
+    ),
+    *(
+        "observables.moments:measure",
+        "observables.stress_spectrum:StressSpectrum.correlation_radius",
+    ),
     "observables.catalogue:radius",
 ]
 LOADERS = machinery.SourceFileLoader, machinery.ExtensionFileLoader
@@ -111,7 +126,9 @@ def watch(clock: Clock) -> None:
     originals: dict[int, Any] = {}
     for (owner, name), (_, stage) in zip(owners, watched, strict=True):
         function = getattr(owner, name)
-        _, inner = originals.get(id(function), (function, function))  # a stage may be arithmetic as a whole
+        _, inner = originals.get(
+            id(function), (function, function)
+        )  # a stage may be arithmetic as a whole
         originals[id(function)] = function, clock.timed(stage, inner)
     modules = [module for name, module in sys.modules.items() if name.startswith("roughsim")]
     for module in modules:
@@ -156,26 +173,42 @@ def measure(name: str, target: float, *, warm: bool, watched: bool) -> None:
         stages[stage] += seconds
     whole, members = sum(stages.values()), len(result.members)
     print(f"{scene.title}: {members} members, {whole:.2f} s of CPU\n")
-    print("| stage | seconds | share, % | transforms and kernels, s | arrays, s |\n|---|---|---|---|---|")
+    print(
+        "| stage | seconds | share, % | transforms and kernels, s | arrays, s |\n|---|---|---|---|---|"
+    )
     for stage, value in stages.most_common():
         parts = [clock.seconds[stage, kind] for kind in KINDS]
-        print(f"| {stage} | {value:.2f} | {100 * value / whole:.1f} | {parts[0]:.2f} | {parts[1]:.2f} |")
+        print(
+            f"| {stage} | {value:.2f} | {100 * value / whole:.1f} | {parts[0]:.2f} | {parts[1]:.2f} |"
+        )
     sums = [sum(clock.seconds[stage, kind] for stage in stages) for kind in KINDS]
     print(f"| all | {whole:.2f} | 100 | {sums[0]:.2f} | {sums[1]:.2f} |\n")
     shares = [100 * part / whole for part in (*sums, whole - sum(sums))]
-    print("transforms and kernels {:.0f} %, arrays {:.0f} %, Python and files {:.0f} %".format(*shares))
+    print(
+        "transforms and kernels {:.0f} %, arrays {:.0f} %, Python and files {:.0f} %".format(
+            *shares
+        )
+    )
     left = 1.0 - sum(sums) / (whole - stages[IMPORT] - stages[LOADED])
     print(f"without imports and the loading of kernels: Python and files {100 * left:.0f} %")
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     options.add_argument("--scene", default="steel-1.2GPa")
     options.add_argument("--target", type=float, default=0.01, help="of the total error of T_flash")
-    options.add_argument("--warm", action="store_true", help="after the same run in the same process")
-    options.add_argument("--here", action="store_true", help="in this process, whatever is compiled")
     options.add_argument(
-        "--unwatched", action="store_true", help="without stages: kernels that are watched cannot be compiled"
+        "--warm", action="store_true", help="after the same run in the same process"
+    )
+    options.add_argument(
+        "--here", action="store_true", help="in this process, whatever is compiled"
+    )
+    options.add_argument(
+        "--unwatched",
+        action="store_true",
+        help="without stages: kernels that are watched cannot be compiled",
     )
     given = options.parse_args()
     if given.here:
@@ -183,10 +216,16 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory() as folder:
         # both processes keep the bytecode of all modules in the folder, also where the environment would not
-        environment = os.environ | {"PYTHONPYCACHEPREFIX": folder, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        environment = os.environ | {
+            "PYTHONPYCACHEPREFIX": folder,
+            "OMP_NUM_THREADS": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+        }
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
         command = [sys.executable, *sys.argv, "--here"]
-        subprocess.run([*command, "--unwatched"], env=environment, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(
+            [*command, "--unwatched"], env=environment, check=True, stdout=subprocess.DEVNULL
+        )
         subprocess.run(command, env=environment, check=True)
 
 

@@ -84,14 +84,33 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
         os.environ["PYTHONPYCACHEPREFIX"] = str(home / "bytecode")
-        timed([*COMMAND, "run", chosen.scene, "-o", str(home / "before"), "--max", "1"], home / "before-compiled")
+        timed(
+            [*COMMAND, "run", chosen.scene, "-o", str(home / "before"), "--max", "1"],
+            home / "before-compiled",
+        )
         print(f"{'':30}   CPU s   × import numpy   wall s: first line   end")
         for name in ("cold", "warm"):
-            words = [*COMMAND, "run", chosen.scene, "-o", str(home / name), "--max", "1", "--workers", "1"]
+            words = [
+                *COMMAND,
+                "run",
+                chosen.scene,
+                "-o",
+                str(home / name),
+                "--max",
+                "1",
+                "--workers",
+                "1",
+            ]
             show(f"first member of {chosen.scene}, {name}", timed(words, home / "compiled"))
         words = verbs(home / "warm", chosen.scene)
-        rounds = [[timed(start, home / "compiled") for start in words.values()] for _ in range(chosen.times + 1)][1:]
-        medians = [Times(*map(statistics.median, zip(*times, strict=True))) for times in zip(*rounds, strict=True)]
+        rounds = [
+            [timed(start, home / "compiled") for start in words.values()]
+            for _ in range(chosen.times + 1)
+        ][1:]
+        medians = [
+            Times(*map(statistics.median, zip(*times, strict=True)))
+            for times in zip(*rounds, strict=True)
+        ]
     seconds = dict(zip(words, medians, strict=True))
     for name, value in seconds.items():
         show(name, value, seconds["import numpy"].cpu)
@@ -103,7 +122,10 @@ def main() -> int:
 def show(name: str, times: Times, unit: float | None = None) -> None:
     """Print one row."""
     multiple = "" if unit is None else f"{times.cpu / unit:.2f}"
-    print(f"{name:30} {times.cpu:7.2f}   {multiple:>14}   {times.first:18.2f}   {times.end:3.2f}", flush=True)
+    print(
+        f"{name:30} {times.cpu:7.2f}   {multiple:>14}   {times.first:18.2f}   {times.end:3.2f}",
+        flush=True,
+    )
 
 
 if __name__ == "__main__":

@@ -45,11 +45,18 @@ def test_temperature_field(benchmark, contact):
 
 
 def test_theory_of_a_new_surface(benchmark):
-    scales = iter(1.0 + 1e-6 * np.arange(10**6))  # a spectrum that was seen before would cost nothing
+    scales = iter(
+        1.0 + 1e-6 * np.arange(10**6)
+    )  # a spectrum that was seen before would cost nothing
 
     def evaluate():
         return flash.flash_temperature(
-            SPEEDS, SPECTRUM.scaled(next(scales)), effective_modulus=1.1e11, **LOAD, **STEEL, gamma=0.294
+            SPEEDS,
+            SPECTRUM.scaled(next(scales)),
+            effective_modulus=1.1e11,
+            **LOAD,
+            **STEEL,
+            gamma=0.294,
         )
 
     benchmark(evaluate)

@@ -17,7 +17,13 @@ import roughsim as rs
 from theory import flash, hertz, partition, plasticity
 
 LOAD = {"effective_modulus": 2e11 / 0.91 / 2, "nominal_pressure": 9e7}
-STEEL = {**LOAD, "friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": 30 / 3.95e6, "gamma": 0.294}
+STEEL = {
+    **LOAD,
+    "friction_coefficient": 0.11,
+    "conductivity": 30.0,
+    "diffusivity": 30 / 3.95e6,
+    "gamma": 0.294,
+}
 
 
 def best(function: Callable[[], Any], repeats: int = 20) -> float:
@@ -39,7 +45,9 @@ def surface(height: float = 9e-7) -> rs.SelfAffineSpectrum:
 def main() -> None:
     elastic = surface()
     smooth = plasticity.smoothed_spectrum(elastic, penetration_hardness=1.2e9, **LOAD)
-    decades = rs.SelfAffineSpectrum.from_rms_height(2e-4, hurst=0.8, q_min=1e2, q_roll_off=1e2, q_max=1e10)
+    decades = rs.SelfAffineSpectrum.from_rms_height(
+        2e-4, hurst=0.8, q_min=1e2, q_roll_off=1e2, q_max=1e10
+    )
     speeds = np.geomspace(1e-4, 1e4, 200)
     heights = iter(np.linspace(8e-7, 9e-7, 1000))
     body = {"conductivity": 30.0, "diffusivity": 30 / 3.95e6, "gamma": 0.294}
@@ -52,18 +60,28 @@ def main() -> None:
         stress = plasticity.stress_spectrum(spectrum, penetration_hardness=1.2e9, **LOAD)
         flash.flash_temperature(speeds, stress_spectrum=stress, **heat)
 
-    heat = {name: value for name, value in STEEL.items() if name not in ("effective_modulus", "gamma")}
+    heat = {
+        name: value for name, value in STEEL.items() if name not in ("effective_modulus", "gamma")
+    }
     law = plasticity.stress_spectrum(elastic, penetration_hardness=1.2e9, **LOAD)
 
     rows: dict[str, Callable[[], Any]] = {
         "T_flash, one speed, warm": lambda: flash.flash_temperature(35.0, elastic, **STEEL),
-        "T_flash, one speed, smoothed, warm": lambda: flash.flash_temperature(35.0, smooth, **STEEL),
-        "T_flash, one speed, eight decades, warm": lambda: flash.flash_temperature(35.0, decades, **STEEL),
-        "T_flash, one speed, new surface": lambda: flash.flash_temperature(35.0, surface(next(heights)), **STEEL),
+        "T_flash, one speed, smoothed, warm": lambda: flash.flash_temperature(
+            35.0, smooth, **STEEL
+        ),
+        "T_flash, one speed, eight decades, warm": lambda: flash.flash_temperature(
+            35.0, decades, **STEEL
+        ),
+        "T_flash, one speed, new surface": lambda: flash.flash_temperature(
+            35.0, surface(next(heights)), **STEEL
+        ),
         "T, T', Laplacian at 200 speeds": lambda: curve(elastic),
         "T, T', Laplacian at 200 speeds, smoothed": lambda: curve(smooth),
         "heat share, one speed": lambda: partition.moving_share(35.0, smooth, **LOAD, **body),
-        "smoothed spectrum": lambda: plasticity.smoothed_spectrum(elastic, penetration_hardness=1.2e9, **LOAD),
+        "smoothed spectrum": lambda: plasticity.smoothed_spectrum(
+            elastic, penetration_hardness=1.2e9, **LOAD
+        ),
         "law for yielding contact, 200 speeds, warm": lambda: flash.flash_temperature(
             speeds, stress_spectrum=law, **heat
         ),

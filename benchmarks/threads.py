@@ -31,7 +31,9 @@ from roughsim.fourier import blocks
 
 def solve(task: Problem, times: int, tolerance: float = 1e-6) -> None:
     for _ in range(times):
-        rs.solve_contact(task.heights, task.grid, rs.Solid(1.0), nominal_pressure=task.load, tolerance=tolerance)
+        rs.solve_contact(
+            task.heights, task.grid, rs.Solid(1.0), nominal_pressure=task.load, tolerance=tolerance
+        )
 
 
 def _serve(points: int, times: int, start: Any, done: Any) -> None:
@@ -92,7 +94,8 @@ def shares(points: int, repeats: int) -> None:
             module.run = original
         share = shared / whole
         print(
-            f"| {points}² | {tolerance:.0e} | {whole / repeats:.3f} | {share:.2f} | {1 - share / 2:.2f} |", flush=True
+            f"| {points}² | {tolerance:.0e} | {whole / repeats:.3f} | {share:.2f} | {1 - share / 2:.2f} |",
+            flush=True,
         )
 
 
@@ -101,7 +104,10 @@ def measure(points: int, repeats: int) -> None:
     context = multiprocessing.get_context("spawn")
     pool = ThreadPoolExecutor(2)
     start, done = context.Semaphore(0), context.Semaphore(0)
-    pair = [context.Process(target=_serve, args=(points, times, start, done), daemon=True) for _ in range(2)]
+    pair = [
+        context.Process(target=_serve, args=(points, times, start, done), daemon=True)
+        for _ in range(2)
+    ]
     for process in pair:
         process.start()
     in_processes(start, done)  # waits until both are warm
@@ -121,19 +127,32 @@ def measure(points: int, repeats: int) -> None:
         process.terminate()
     one = statistics.median(seconds["one"])
     for name, values in seconds.items():
-        ratio = statistics.median(value / base for value, base in zip(values, seconds["one"], strict=True))
-        print(f"{points}²  {name:20s} {statistics.median(values) / times:8.4f} s  × {ratio:.2f}", flush=True)
-    print(f"{points}²  least of all: pair/one {min(seconds['two in threads']) / min(seconds['one']):.2f}, {one:.3g} s")
+        ratio = statistics.median(
+            value / base for value, base in zip(values, seconds["one"], strict=True)
+        )
+        print(
+            f"{points}²  {name:20s} {statistics.median(values) / times:8.4f} s  × {ratio:.2f}",
+            flush=True,
+        )
+    print(
+        f"{points}²  least of all: pair/one {min(seconds['two in threads']) / min(seconds['one']):.2f}, {one:.3g} s"
+    )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--sizes", type=int, nargs="+", default=[256, 512, 1024])
     parser.add_argument("--repeats", type=int, default=9)
-    parser.add_argument("--shares", action="store_true", help="what threads could share, from one thread")
+    parser.add_argument(
+        "--shares", action="store_true", help="what threads could share, from one thread"
+    )
     options = parser.parse_args()
     if options.shares:
-        print("| points | tolerance | CPU s | shared | two threads at best |\n|---|---|---|---|---|")
+        print(
+            "| points | tolerance | CPU s | shared | two threads at best |\n|---|---|---|---|---|"
+        )
     for points in options.sizes:
         (shares if options.shares else measure)(points, options.repeats)
 

@@ -53,7 +53,9 @@ def named_pages() -> set[str]:
 def add_other_pages(app, page, source) -> None:
     """Put every page that index.md does not name in the place of OTHER-PAGES, so that a new page needs no entry."""
     if page == "index":
-        pages = {str(path.relative_to(HERE).with_suffix("")) for path in HERE.rglob("*.md")} - {"index"}
+        pages = {str(path.relative_to(HERE).with_suffix("")) for path in HERE.rglob("*.md")} - {
+            "index"
+        }
         source[0] = source[0].replace("OTHER-PAGES", "\n".join(sorted(pages - named_pages())))
 
 

@@ -63,7 +63,9 @@ def held(name: str, kind: str, key: str) -> Any:
     """Return a table, number or text of a file by its name; LookupError if it has none of that name."""
     found = evidence(name).get(kind, {})
     if key not in found:
-        raise LookupError(f"docs/evidence/{name}.json has no {kind} named {key}; it has {', '.join(found) or 'none'}")
+        raise LookupError(
+            f"docs/evidence/{name}.json has no {kind} named {key}; it has {', '.join(found) or 'none'}"
+        )
     return found[key]
 
 
@@ -129,7 +131,10 @@ def wrong_outputs(text: str) -> Iterator[str]:
 
 def source(names: tuple[str, ...]) -> str:
     """Return the files of a figure with their checksums, as the figure holds them."""
-    sums = (f"{name}.json {sha256((FOLDER / f'{name}.json').read_bytes()).hexdigest()[:16]}" for name in names)
+    sums = (
+        f"{name}.json {sha256((FOLDER / f'{name}.json').read_bytes()).hexdigest()[:16]}"
+        for name in names
+    )
     return ", ".join(sums)
 
 
@@ -155,12 +160,15 @@ def differences(chosen: list[Path]) -> list[str]:
         try:
             lines += [f"{name}: {line}" for line in (*wrong_numbers(text), *wrong_outputs(text))]
             if with_tables(text) != text:
-                lines.append(f"{name}: a table is not that of its file; run python docs/evidence.py")
+                lines.append(
+                    f"{name}: a table is not that of its file; run python docs/evidence.py"
+                )
         except LookupError as error:
             lines.append(f"{name}: {error.args[0]}")
     drawn = (figure for figure, (names, _) in DRAWN.items() if differs(figure, names))
     return lines + [
-        f"docs/figures/{figure} is not drawn from its files; run python docs/evidence.py" for figure in drawn
+        f"docs/figures/{figure} is not drawn from its files; run python docs/evidence.py"
+        for figure in drawn
     ]
 
 

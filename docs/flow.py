@@ -18,9 +18,18 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "roughsim"
-DATA, PICTURE, PAGE = HERE / "figures" / "data.svg", HERE / "figures" / "flow.svg", HERE / "reference" / "flow.md"
+DATA, PICTURE, PAGE = (
+    HERE / "figures" / "data.svg",
+    HERE / "figures" / "flow.svg",
+    HERE / "reference" / "flow.md",
+)
 START, END = "<!-- {}: written by docs/flow.py -->\n", "<!-- end -->"
-WIDTH, HEIGHT, GAP, DOWN = 112, 28, 24, 64  # a box, the space beside it, and from one row to the next, px
+WIDTH, HEIGHT, GAP, DOWN = (
+    112,
+    28,
+    24,
+    64,
+)  # a box, the space beside it, and from one row to the next, px
 COLORS = {"data": "#eef3f8", "theory": "#fdeed7", "edge": "#ece6f5"}
 LINE = 'fill="none" stroke="#99a" stroke-width="1.2" marker-end="url(#tip)"'
 # folders whose files are found by their place: those count that the folder names, so that a new one changes no picture
@@ -90,7 +99,9 @@ def sources() -> dict[str, list[Path]]:
         if path.suffix == ".py" and path.stem != "__init__":
             found[path.stem] = [path]
         elif (path / "__init__.py").exists() and any(path.glob("[!_]*.py")):
-            found[path.name] = [file for file in sorted(path.rglob("*.py")) if path.name not in OPEN or counts(file)]
+            found[path.name] = [
+                file for file in sorted(path.rglob("*.py")) if path.name not in OPEN or counts(file)
+            ]
     return found
 
 
@@ -116,7 +127,10 @@ def reduced(graph: Graph) -> Graph:
     below: Graph = {}
     for name in TopologicalSorter(graph).static_order():
         below[name] = set().union(*({other} | below[other] for other in graph[name]))
-    return {name: others - set().union(*(below[other] for other in others)) for name, others in graph.items()}
+    return {
+        name: others - set().union(*(below[other] for other in others))
+        for name, others in graph.items()
+    }
 
 
 def depths(graph: Graph) -> dict[str, int]:
@@ -143,7 +157,10 @@ def rows(graph: Graph) -> list[list[str]]:
     links = [pair for chain in chains(graph) for pair in pairwise(chain)]
     for low, high in links:
         depth.setdefault(high, depth[low] + 1)
-    levels = [sorted(name for name in depth if depth[name] == level) for level in range(1 + max(depth.values()))]
+    levels = [
+        sorted(name for name in depth if depth[name] == level)
+        for level in range(1 + max(depth.values()))
+    ]
     best = levels
     for sweep in range(40):
         levels = swept(levels, links, downwards=sweep % 2 == 0)
@@ -151,13 +168,20 @@ def rows(graph: Graph) -> list[list[str]]:
     return best
 
 
-def swept(levels: list[list[str]], links: list[tuple[str, str]], *, downwards: bool) -> list[list[str]]:
+def swept(
+    levels: list[list[str]], links: list[tuple[str, str]], *, downwards: bool
+) -> list[list[str]]:
     """Each row ordered by the mean place of its neighbours in the row before, then in the other."""
     levels = [list(level) for level in levels]
     for level in levels if downwards else reversed(levels):
         place = centres(levels)
-        near = {name: [low if high == name else high for low, high in links if name in (low, high)] for name in level}
-        level.sort(key=lambda name: (sum(place[other] for other in near[name]) / len(near[name]), name))
+        near = {
+            name: [low if high == name else high for low, high in links if name in (low, high)]
+            for name in level
+        }
+        level.sort(
+            key=lambda name: (sum(place[other] for other in near[name]) / len(near[name]), name)
+        )
     return levels
 
 
@@ -194,8 +218,13 @@ def data_picture() -> str:
         else:
             lines.append(arrow([(x, y), (to, bottom)]))
             middle = (x + to) // 2, (y + HEIGHT + bottom) // 2 + 4
-        for color in ('stroke="white" stroke-width="5"', 'fill="#334"'):  # a white rim keeps the arrow off the words
-            lines.append(f'<text x="{middle[0]}" y="{middle[1]}" font-size="12" {color}>{label}</text>')
+        for color in (
+            'stroke="white" stroke-width="5"',
+            'fill="#334"',
+        ):  # a white rim keeps the arrow off the words
+            lines.append(
+                f'<text x="{middle[0]}" y="{middle[1]}" font-size="12" {color}>{label}</text>'
+            )
     lines += [box(name, x, y) for name, (x, y) in place.items()]
     return "\n".join([*lines, "</svg>\n"])
 

@@ -59,14 +59,18 @@ def scene_keys() -> str:
         title = f"[{section}]" if section else "Top of the file"
         sentence = f"{meaning[:1].upper()}{meaning[1:]}." if meaning else ""
         lines += [f"## {title}", "", sentence, "", *_table(rows)]
-    return "\n".join([*lines, "## Levels", "", "A level is a table with these keys.", "", *_table(_level_rows())])
+    return "\n".join(
+        [*lines, "## Levels", "", "A level is a table with these keys.", "", *_table(_level_rows())]
+    )
 
 
 def _table(rows: list[tuple[str, ...]]) -> list[str]:
     """Return the lines of a Markdown table."""
     titles = ("key", "unit", "limits", "default", "meaning", "example")
     cells = [tuple(cell.replace("|", "\\|") for cell in row) for row in rows]
-    return ["| " + " | ".join(row) + " |" for row in (titles, ("---",) * len(titles), *cells)] + [""]
+    return ["| " + " | ".join(row) + " |" for row in (titles, ("---",) * len(titles), *cells)] + [
+        ""
+    ]
 
 
 def _row(name: str, entry: Entry) -> tuple[str, ...]:
@@ -74,7 +78,14 @@ def _row(name: str, entry: Entry) -> tuple[str, ...]:
     record = SECTIONS[entry.section]
     meaning = entry.meaning.replace(_NEEDED, "").replace(_IS_DEFAULT, "")
     number = quantity(record, name)
-    return f"`{name}`", _unit(number), _limits(record, name), _default(name, entry), meaning, f"`{entry.example}`"
+    return (
+        f"`{name}`",
+        _unit(number),
+        _limits(record, name),
+        _default(name, entry),
+        meaning,
+        f"`{entry.example}`",
+    )
 
 
 def _level_rows() -> list[tuple[str, ...]]:
@@ -85,7 +96,13 @@ def _level_rows() -> list[tuple[str, ...]]:
         number = quantity(Level, name)
         default = "needed" if _of_class(Level, name) is MISSING else "left out"
         written = number.example if number else as_written(_words(get_type_hints(Level)[name])[0])
-        cells = _unit(number), _limits(Level, name), default, " ".join(text.split()), f"`{name} = {written}`"
+        cells = (
+            _unit(number),
+            _limits(Level, name),
+            default,
+            " ".join(text.split()),
+            f"`{name} = {written}`",
+        )
         rows.append((f"`{name}`", *cells))
     return rows
 
@@ -100,8 +117,16 @@ def _limits(record: type[Record], name: str) -> str:
     number = quantity(record, name)
     if number:
         bounds = {">": number.above, "≥": number.at_least, "<": number.below, "≤": number.at_most}
-        return ", ".join(f"{sign} {bound:g}" for sign, bound in bounds.items() if abs(bound) < _NO_LIMIT) or "–"
-    return ", ".join(f"`{as_written(word)}`" for word in _words(get_type_hints(record).get(name))) or "–"
+        return (
+            ", ".join(
+                f"{sign} {bound:g}" for sign, bound in bounds.items() if abs(bound) < _NO_LIMIT
+            )
+            or "–"
+        )
+    return (
+        ", ".join(f"`{as_written(word)}`" for word in _words(get_type_hints(record).get(name)))
+        or "–"
+    )
 
 
 def _words(kind: Any) -> list[str]:

@@ -18,7 +18,10 @@ SECONDS = 5.0  # until all fields have come
 def take(run: str, chromium: str | None) -> None:
     """Start the server, photograph its page, and end it."""
     command = ["roughsim", "explore", run, "--no-browser"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server, sync_playwright() as playwright:
+    with (
+        subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server,
+        sync_playwright() as playwright,
+    ):
         assert server.stderr is not None
         address = re.search(r"http\S+", server.stderr.readline())
         if address is None:

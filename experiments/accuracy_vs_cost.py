@@ -62,18 +62,33 @@ def surface(scene, problem, realizations):
         for kind in ("fixed", "gaussian"):
 
             def draw(index=0, grid=grid, kind=kind):
-                return rs.synthesize(problem.spectrum, grid, np.random.default_rng((SEED, index)), amplitudes=kind)
+                return rs.synthesize(
+                    problem.spectrum, grid, np.random.default_rng((SEED, index)), amplitudes=kind
+                )
 
             ratios = np.array([draw(index).std() for index in range(realizations)]) / rms_height
-            error, chosen = float(np.sqrt(np.mean((ratios - 1.0) ** 2))), share == 1 and kind == "fixed"
+            error, chosen = (
+                float(np.sqrt(np.mean((ratios - 1.0) ** 2))),
+                share == 1 and kind == "fixed",
+            )
             setting = f"{waves:.3g} longest waves, {grid.shape[0]}²"
-            yield Point("surface", "rms height", f"{kind} amplitudes", setting, error, cpu_seconds(draw), chosen)
+            yield Point(
+                "surface",
+                "rms height",
+                f"{kind} amplitudes",
+                setting,
+                error,
+                cpu_seconds(draw),
+                chosen,
+            )
 
 
 def hertz_like(scene):
     """R, m, and vR/D of the fast Hertz contact with the theory's D_flash, and its T_flash in q̇₁R/κ."""
     speed = max(scene.speeds)
-    width = float(prediction.over_speed(scene, np.array([speed]), names=("flash_width",))["flash_width"][0])
+    width = float(
+        prediction.over_speed(scene, np.array([speed]), names=("flash_width",))["flash_width"][0]
+    )
     radius = width / hertz.FAST.flash_width
     peclet = speed * radius / float(prediction.conduction(scene, [speed]).diffusivity[0])
     return radius, peclet, float(hertz.flash_temperature(peclet))
@@ -93,7 +108,15 @@ def heat(scene, problem, realizations):
                 cost = cpu_seconds(partial(work, flux, grid, peclet))
                 chosen = usual and dtype is np.float64 and count == planned
                 setting = f"{count} pixels per radius, vR/D = {peclet:.3g}"
-                yield Point("heat", "T_flash of a Hertz contact", method, setting, abs(value / exact - 1), cost, chosen)
+                yield Point(
+                    "heat",
+                    "T_flash of a Hertz contact",
+                    method,
+                    setting,
+                    abs(value / exact - 1),
+                    cost,
+                    chosen,
+                )
 
 
 def hertz_source(pixels, margin, dtype):
@@ -113,7 +136,10 @@ def from_rest(flux, grid, speed):
 
 # method → half the side of its cell over the radius, and the temperature of (flux, grid, speed)
 HEAT = {
-    "periodic, steady": (4.0, lambda f, g, v: rs.sliding_temperature(f, g, speed=v, slid_distance=inf, **UNIT)),
+    "periodic, steady": (
+        4.0,
+        lambda f, g, v: rs.sliding_temperature(f, g, speed=v, slid_distance=inf, **UNIT),
+    ),
     "periodic, from rest": (4.0, from_rest),
     "free half-space": (1.05, lambda f, g, v: rs.half_space_temperature(f, g, speed=v, **UNIT)),
 }
@@ -127,17 +153,26 @@ def body_of(sliding):
 
 def moments(scene, problem, realizations):
     """T_flash of one realization against the mean of many: scatter and bias of the ways to measure it."""
-    contacts = [solve_problem(replace(problem, index=index)).contact for index in range(realizations)]
+    contacts = [
+        solve_problem(replace(problem, index=index)).contact for index in range(realizations)
+    ]
     exact = np.mean([flash(problem, one) for one in contacts])
 
     def along(contact, count):
         turned = (replace(problem.sliding, direction=pi * k / count) for k in range(count))
-        return float(np.mean([flash(replace(problem, sliding=sliding), contact) for sliding in turned]))
+        return float(
+            np.mean([flash(replace(problem, sliding=sliding), contact) for sliding in turned])
+        )
 
     def of_field(contact, dtype, slid_distance):
-        flux, (speed, friction, conductivity, diffusivity) = contact.pressure.astype(dtype), body_of(problem.sliding)
+        flux, (speed, friction, conductivity, diffusivity) = (
+            contact.pressure.astype(dtype),
+            body_of(problem.sliding),
+        )
         body = {"speed": speed, "conductivity": conductivity, "diffusivity": diffusivity}
-        temperature = rs.sliding_temperature(flux, problem.grid, slid_distance=slid_distance, **body)
+        temperature = rs.sliding_temperature(
+            flux, problem.grid, slid_distance=slid_distance, **body
+        )
         rate = friction * speed
         return rate * float(np.mean(temperature * flux, dtype=np.float64)) / float(flux.mean())
 
@@ -153,7 +188,15 @@ def moments(scene, problem, realizations):
     for name, way in ways.items():
         error = float(np.sqrt(np.mean([(way(one) / exact - 1.0) ** 2 for one in contacts])))
         cost = cpu_seconds(partial(way, contacts[0]))
-        yield Point("moments", "T_flash of one realization", name, "", error, cost, name == "mean over directions")
+        yield Point(
+            "moments",
+            "T_flash of one realization",
+            name,
+            "",
+            error,
+            cost,
+            name == "mean over directions",
+        )
 
 
 def theory(scene, problem, realizations):
@@ -168,12 +211,18 @@ def theory(scene, problem, realizations):
         error, cost = abs(gauss() / exact - 1), cpu_seconds(gauss)
         yield Point("theory", what, "Gauss points", f"{nodes} between breaks", error, cost)
     # sums over modes up to the cut-off of the level, against the integral up to there
-    whole = float(prediction.over_speed(scene, np.array(scene.speeds), problem.spectrum)["flash_temperature"][-1])
+    whole = float(
+        prediction.over_speed(scene, np.array(scene.speeds), problem.spectrum)["flash_temperature"][
+            -1
+        ]
+    )
     for share in SHARES:
         grid, waves = scaled_cell(problem, share)
         total = partial(prediction.mode_sums, scene, problem.spectrum, grid)
         error, cost = abs(float(total()["flash_temperature"][-1]) / whole - 1), cpu_seconds(total)
-        yield Point("theory", what, "sum over modes", f"cell of {waves:.3g} longest waves", error, cost)
+        yield Point(
+            "theory", what, "sum over modes", f"cell of {waves:.3g} longest waves", error, cost
+        )
 
 
 def gauss_flash(scene, sliding, *, panels, nodes):
@@ -201,29 +250,45 @@ def measured(rows, stage, scene, numerics, realizations):
             points = bench(scene, numerics=numerics, stages=[stage], realizations=realizations)
         else:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", RuntimeWarning)  # the errors that they warn of are what is charted
+                warnings.simplefilter(
+                    "ignore", RuntimeWarning
+                )  # the errors that they warn of are what is charted
                 points = in_pairs(WAYS[stage](scene, base_problem(scene, numerics), realizations))
-        rows.extend(stage, {f"{p.observable} | {p.method} | {p.setting}": p._asdict() for p in points})
+        rows.extend(
+            stage, {f"{p.observable} | {p.method} | {p.setting}": p._asdict() for p in points}
+        )
     return [Point(**row) for row in rows[stage].values()]
 
 
 def cost_chart(rows, name, scene, numerics, folder, realizations):
-    points = [point for stage in CHARTS[name] for point in measured(rows, stage, scene, numerics, realizations)]
+    points = [
+        point
+        for stage in CHARTS[name]
+        for point in measured(rows, stage, scene, numerics, realizations)
+    ]
     error_over_cost_chart(points, folder / f"{name}.png")
     for title, group in panels(points).items():
         print(title)
         best = front(group)
         for point in sorted({*best, *(p for p in group if p.chosen)}, key=lambda p: p.seconds):
             marks = " | front" * (point in best) + " | plan" * point.chosen
-            print(f"   {point.error:8.1e} {point.pairs:9.3g} pairs  {point.method}, {point.setting}{marks}")
+            print(
+                f"   {point.error:8.1e} {point.pairs:9.3g} pairs  {point.method}, {point.setting}{marks}"
+            )
 
 
 def main() -> None:
     command = Command(__file__, __doc__)
-    command.add_argument("charts", nargs="*", metavar="CHART", help=f"{', '.join(CHARTS)}; all if left out")
-    command.add_argument("--resume", action="store_true", help="keep the rows that are already in data.json")
+    command.add_argument(
+        "charts", nargs="*", metavar="CHART", help=f"{', '.join(CHARTS)}; all if left out"
+    )
+    command.add_argument(
+        "--resume", action="store_true", help="keep the rows that are already in data.json"
+    )
     command.add_argument("--scene", default="steel-1.2GPa", help="a scene, by name or path")
-    command.add_argument("--realizations", type=int, default=None, help="members of the chain and of the moments")
+    command.add_argument(
+        "--realizations", type=int, default=None, help="members of the chain and of the moments"
+    )
     options = command.parse()
     if unknown := set(options.charts) - set(CHARTS):
         command.error(f"{', '.join(unknown)}: choose from {', '.join(CHARTS)}")
@@ -237,7 +302,9 @@ def main() -> None:
         points = measured(rows, "contact", scene, numerics, realizations)
         points += measured(rows, "moments", scene, numerics, realizations)
         picture = options.output / "accuracy_contact.png"
-        figures.one_contact([point._asdict() for point in points if point.observable != "pressure"], picture)
+        figures.one_contact(
+            [point._asdict() for point in points if point.observable != "pressure"], picture
+        )
         show_on_pages(picture)
 
 

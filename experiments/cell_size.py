@@ -31,11 +31,20 @@ from roughsim import prediction
 from roughsim.estimate.cell_size import size_error
 
 Array = NDArray[np.float64]
-Compared = list[tuple[str, Array, Array, float]]  # column, what cells lack, its standard error, and the model's
+Compared = list[
+    tuple[str, Array, Array, float]
+]  # column, what cells lack, its standard error, and the model's
 PIXELS, LEAST, MOST = 4, 24, 20_000  # pixels per shortest wave; members of a cell
 MOST_SIDE = 1100  # points per side of a grid
-CUT_OFF = {"capped": 2.0, "smoothed": 1.5, "elastic": 1.0}  # q_y, or q_max: the effect hardly depends on it
-FIRST = {"capped": 4.0, "elastic": 0.25}  # from where a step of the cut-off is taken, in the same unit
+CUT_OFF = {
+    "capped": 2.0,
+    "smoothed": 1.5,
+    "elastic": 1.0,
+}  # q_y, or q_max: the effect hardly depends on it
+FIRST = {
+    "capped": 4.0,
+    "elastic": 0.25,
+}  # from where a step of the cut-off is taken, in the same unit
 Q_WAVE = 6350.0  # of the waves that count, rad/m
 WAVE = 2 * pi / Q_WAVE  # m
 DIFFUSIVITY = 30.0 / (7900.0 * 500.0)  # m²/s
@@ -78,21 +87,30 @@ BY_HAND = (
     Case("roll light", 0.003, 6.0, 0.8, 4.0, 1.5),
     Case("elastic long", 0.0038, 48.0, 0.8),
 )
-DRAWN = (*range(12), *range(100, 112))  # they test the model; its constants are from the scenes made by hand
+DRAWN = (
+    *range(12),
+    *range(100, 112),
+)  # they test the model; its constants are from the scenes made by hand
 
 
 def drawn(number: int) -> Case:
     """Return a case drawn at random."""
     draw = np.random.default_rng(4000 + number)
     kind = ("plain", "flat", "plain", "roll", "elastic")[number % 5]
-    load, band = (exp(draw.uniform(log(low), log(high))) for low, high in ((0.001, 0.5), (1.5, 30.0)))
+    load, band = (
+        exp(draw.uniform(log(low), log(high))) for low, high in ((0.001, 0.5), (1.5, 30.0))
+    )
     case = Case(f"{kind} {number}", load, band, draw.uniform(0.4, 0.9))
     if kind == "flat" or (kind == "elastic" and number % 10 == 9):
         case = replace(case, flat=exp(draw.uniform(log(2.0), log(32.0))))
     if kind == "roll":
-        case = replace(case, flat=exp(draw.uniform(log(2.0), log(8.0))), exponent=draw.uniform(1.0, 2.0))
+        case = replace(
+            case, flat=exp(draw.uniform(log(2.0), log(8.0))), exponent=draw.uniform(1.0, 2.0)
+        )
     if kind == "elastic":
-        load, band = (exp(draw.uniform(log(low), log(high))) for low, high in ((0.003, 0.3), (4.0, 24.0)))
+        load, band = (
+            exp(draw.uniform(log(low), log(high))) for low, high in ((0.003, 0.3), (4.0, 24.0))
+        )
         case = replace(case, load=load, band=band)
     return case
 
@@ -116,7 +134,9 @@ def scene_of(case: Case) -> rs.Scene:
 
     def scene(log_height: float, pressure: float) -> rs.Scene:
         sliding = {"friction_coefficient": 0.1, "speed": speeds, "nominal_pressure": pressure}
-        return rs.load_scene({"surface": face | {"rms_height": exp(log_height)}, "body": body, "sliding": sliding})
+        return rs.load_scene(
+            {"surface": face | {"rms_height": exp(log_height)}, "body": body, "sliding": sliding}
+        )
 
     if elastic:
         some = scene(log(1e-6), 1e6)
@@ -152,13 +172,20 @@ def cell(scene: rs.Scene, case: Case, column: str, waves: int, work: float) -> R
     # r(g = 0.5) of the mean spectrum, and what each member moves it by
     mean, q = spectra.mean(axis=0), last.wavenumber
     radius = replace(last, variance=mean).correlation_radius(0.5)
-    moved = spectra @ (scipy.special.j0(q * radius) - 0.5) / ((mean * q) @ scipy.special.j1(q * radius))
+    moved = (
+        spectra @ (scipy.special.j0(q * radius) - 0.5) / ((mean * q) @ scipy.special.j1(q * radius))
+    )
     rows = np.column_stack([[row for row, _, _ in every], radius + moved])
     # at the mean peak volume, whose mean over surfaces is zero
     design = np.column_stack([np.ones(count), [volume for _, volume, _ in every]])
     fit = np.linalg.lstsq(design, rows, rcond=None)[0]
     error = np.linalg.norm(rows - design @ fit, axis=0) / sqrt((count - design.shape[1]) * count)
-    return {"n": count, "side": side, "mean": fit[0].tolist(), "error": (error / np.abs(fit[0])).tolist()}
+    return {
+        "n": count,
+        "side": side,
+        "mean": fit[0].tolist(),
+        "error": (error / np.abs(fit[0])).tolist(),
+    }
 
 
 def correction(scene: rs.Scene, case: Case, waves: int, work: float) -> Row:
@@ -168,11 +195,15 @@ def correction(scene: rs.Scene, case: Case, waves: int, work: float) -> Row:
         FIRST[case.columns[0]] * case.band * Q_WAVE,
     )
     low, high = (
-        rs.Numerics((rs.Level(case.columns[0], (k * side, k * side), k * q),), (waves * WAVE,) * 2) for k in (1, 2)
+        rs.Numerics((rs.Level(case.columns[0], (k * side, k * side), k * q),), (waves * WAVE,) * 2)
+        for k in (1, 2)
     )
     count = int(np.clip(work / (2 * side) ** 2, LEAST, MOST))
     pairs = np.array(
-        [[row_of(rs.realize(scene, each, seed=12, index=i)) for each in (low, high)] for i in range(count)]
+        [
+            [row_of(rs.realize(scene, each, seed=12, index=i)) for each in (low, high)]
+            for i in range(count)
+        ]
     )
     below, above = pairs.mean(axis=0)
     change = pairs[:, 1] / above - pairs[:, 0] / below
@@ -184,7 +215,10 @@ def lacks(found: dict[int, Row]) -> dict[int, tuple[Array, Array]]:
     """Return what each cell but the largest has less than that one, relative, and the standard error."""
     largest = found[max(found)]
     return {
-        waves: (1 - np.divide(row["mean"], largest["mean"]), np.hypot(row["error"], largest["error"]))
+        waves: (
+            1 - np.divide(row["mean"], largest["mean"]),
+            np.hypot(row["error"], largest["error"]),
+        )
         for waves, row in found.items()
         if row is not largest
     }
@@ -228,7 +262,10 @@ def compare(case: Case, column: str, rows: Rows, work: float, sizes: Sequence[in
         model = modelled(scene, column, n, max(found))
         points.append((column, lack, error, model))
         text = " ".join(f"{100 * a:6.2f} ± {100 * b:.2f}" for a, b in zip(lack, error, strict=True))
-        print(f"{case.name:14s}{column:9s}{n:2d}:{max(found):<3d}{text}; model {100 * model:.2f}", flush=True)
+        print(
+            f"{case.name:14s}{column:9s}{n:2d}:{max(found):<3d}{text}; model {100 * model:.2f}",
+            flush=True,
+        )
     return points
 
 
@@ -239,7 +276,9 @@ def steps(case: Case, rows: Rows, work: float) -> None:
         if 2 * fast_size(PIXELS * n * FIRST[case.columns[0]] * case.band) <= MOST_SIDE:
             row = rows.once(f"{case.name}, step", str(n), partial(correction, scene, case, n, work))
             pairs = zip(row["mean"], row["error"], strict=True)
-            text = " ".join(f"{100 * (ratio - 1):7.2f} ± {100 * error:.2f}" for ratio, error in pairs)
+            text = " ".join(
+                f"{100 * (ratio - 1):7.2f} ± {100 * error:.2f}" for ratio, error in pairs
+            )
             print(f"{case.name:14s}step in {n} waves {text}", flush=True)
 
 
@@ -247,7 +286,9 @@ def main() -> None:
     command = Command(__file__, __doc__, "one scene, few members")
     command.add_argument("--only", nargs="*", help="names of scenes")
     command.add_argument("--work", type=float, default=1e8, help="points of all members of a cell")
-    command.add_argument("--parts", action="store_true", help="measure corrections in smaller cells")
+    command.add_argument(
+        "--parts", action="store_true", help="measure corrections in smaller cells"
+    )
     options = command.parse()
     warnings.simplefilter("ignore", RuntimeWarning)
     cases = {case.name: case for case in (*BY_HAND, *map(drawn, DRAWN))}

@@ -37,7 +37,9 @@ def one_grid(name, case, pixels, members, most):
     speeds = len(case.scene.speeds)
     make_deep.moments(case, level, length, members, SEED)  # kernels and plans are there by now
     start = time.process_time()
-    values = np.stack([make_deep.moments(case, level, length, k, SEED)[:speeds] for k in range(members)])
+    values = np.stack(
+        [make_deep.moments(case, level, length, k, SEED)[:speeds] for k in range(members)]
+    )
     seconds = (time.process_time() - start) / members
     truth, doubt = reference(case)
     return {
@@ -65,7 +67,9 @@ def formulas(case):
     speeds = np.array(case.scene.speeds)
 
     def theory():
-        return prediction.over_speed(case.scene, speeds, names=("flash_temperature",))["flash_temperature"]
+        return prediction.over_speed(case.scene, speeds, names=("flash_temperature",))[
+            "flash_temperature"
+        ]
 
     def law():
         return prediction.calibrated_over_speed(case.scene, speeds)["flash_temperature"]
@@ -81,7 +85,9 @@ def worst_bias(row):
     if np.isnan(bias).any():
         return "–"  # outside the range of the law
     k = int(np.argmax(np.abs(bias)))
-    error = 1.96 * np.hypot(row.get("scatter", np.zeros(len(bias)))[k] / sqrt(row.get("members", 1)), row["doubt"][k])
+    error = 1.96 * np.hypot(
+        row.get("scatter", np.zeros(len(bias)))[k] / sqrt(row.get("members", 1)), row["doubt"][k]
+    )
     sign = "" if abs(bias[k]) > error else "≤ "
     value = 100 * max(abs(bias[k]), error if sign else 0.0)
     return f"{sign}{value:.2g}" if value < 99.5 else f"{sign}{value:.0f}"
@@ -107,14 +113,23 @@ def main() -> None:
             continue
         for pixels in (2, 4) if options.toy else (2, 4, 8):
             size = (4, 256) if options.toy else (options.members, MOST)
-            row = rows.once("ways", f"{name}, {pixels} pixels", partial(one_grid, name, case, pixels, *size))
+            row = rows.once(
+                "ways", f"{name}, {pixels} pixels", partial(one_grid, name, case, pixels, *size)
+            )
             print(
-                f"{name:14}{row['way']:22}{row['points']}² {worst_bias(row):>8} % {row['seconds']:8.3f} s", flush=True
+                f"{name:14}{row['way']:22}{row['points']}² {worst_bias(row):>8} % {row['seconds']:8.3f} s",
+                flush=True,
             )
         if f"{name}, paper's theory" not in rows["ways"]:
-            rows.extend("ways", {f"{name}, {row['way']}": {"scene": name} | row for row in formulas(case)})
+            rows.extend(
+                "ways", {f"{name}, {row['way']}": {"scene": name} | row for row in formulas(case)}
+            )
     found = list(rows["ways"].values())
-    runs = json.loads((EVIDENCE / "chain.json").read_text())["rows"] if (EVIDENCE / "chain.json").exists() else []
+    runs = (
+        json.loads((EVIDENCE / "chain.json").read_text())["rows"]
+        if (EVIDENCE / "chain.json").exists()
+        else []
+    )
     figures.chain(runs, found, options.output / "chain.png")
     if options.evidence:
         command_line = "python experiments/chain_ways.py --evidence"

@@ -56,8 +56,13 @@ def climb(rows, name, problem, task, exact, longest):
     for tolerance in TOLERANCES:
         words = {"solver": name, "problem": problem, "points": task.points, "tolerance": tolerance}
         key = f"{name}, {problem}, {task.points}², {tolerance:.0e}"
-        row = rows.once(TABLE, key, lambda t=tolerance, words=words: words | measured(name, task, exact(), t))
-        print(f"{key:50s} error {row['error'] or math.nan:8.1e} {row['seconds']:8.3f} s  {row['why']}", flush=True)
+        row = rows.once(
+            TABLE, key, lambda t=tolerance, words=words: words | measured(name, task, exact(), t)
+        )
+        print(
+            f"{key:50s} error {row['error'] or math.nan:8.1e} {row['seconds']:8.3f} s  {row['why']}",
+            flush=True,
+        )
         if row["why"] or row["seconds"] > longest:
             return
 
@@ -66,7 +71,9 @@ def cheapest(found, name, problem, points, goal):
     """Return the least CPU seconds of a solver to an error; None if it was not reached."""
     same = {"solver": name, "problem": problem, "points": points}.items()
     times = [
-        row["seconds"] for row in found if row["error"] is not None and row["error"] <= goal and same <= row.items()
+        row["seconds"]
+        for row in found
+        if row["error"] is not None and row["error"] <= goal and same <= row.items()
     ]
     return min(times, default=None)
 
@@ -80,7 +87,14 @@ def ratios(found, points, goals=(1e-3, 1e-6)):
         own = times["roughsim"]
         cells = [f"{times[name] / own:.2g}×" if times[name] else "–" for name in names]
         cells = [cell if "e" not in cell else f"{float(cell[:-1]):.0f}×" for cell in cells]
-        table.append([problem.removeprefix("load "), f"{goal:.0e}".replace("e-0", "e-"), f"{own:.2g}", *cells])
+        table.append(
+            [
+                problem.removeprefix("load "),
+                f"{goal:.0e}".replace("e-0", "e-"),
+                f"{own:.2g}",
+                *cells,
+            ]
+        )
     return table
 
 
@@ -102,7 +116,10 @@ def over_size(found, goal=1e-6):
     table = [["load σ₀/(E\\*h′)", *(f"{points}²" for points in sizes)]]
     for problem, (_, cap) in PROBLEMS.items():
         if cap == math.inf:
-            pairs = [[cheapest(found, n, problem, m, goal) for n in ("home-made", "roughsim")] for m in sizes]
+            pairs = [
+                [cheapest(found, n, problem, m, goal) for n in ("home-made", "roughsim")]
+                for m in sizes
+            ]
             cells = [f"{home / own:.2g}" if home and own else "–" for home, own in pairs]
             table.append([problem.removeprefix("load "), *cells])
     return table
@@ -110,15 +127,23 @@ def over_size(found, goal=1e-6):
 
 def main() -> None:
     command = Command(__file__, __doc__)
-    command.add_argument("--sizes", type=int, nargs="+", default=[256, 512, 1024, 2048], help="points per side")
+    command.add_argument(
+        "--sizes", type=int, nargs="+", default=[256, 512, 1024, 2048], help="points per side"
+    )
     command.add_argument("--longest", type=float, default=8.0, help="CPU seconds of a solve")
     options = command.parse()
     rows = Rows(options.output / "solves.json", resume=True)
-    names = [n for n in figures.SOLVERS if n == "roughsim" or importlib.util.find_spec(solvers.PEERS[n][0])]
+    names = [
+        n
+        for n in figures.SOLVERS
+        if n == "roughsim" or importlib.util.find_spec(solvers.PEERS[n][0])
+    ]
     print("not installed: " + (", ".join(set(figures.SOLVERS) - set(names)) or "none"))
     for name in names:
         small = solvers.problem(32, 0.1, math.inf)
-        measured(name, small, solvers.ours(small, 1e-10), 1e-2)  # compiled, planned and imported by now
+        measured(
+            name, small, solvers.ours(small, 1e-10), 1e-2
+        )  # compiled, planned and imported by now
     for points in [64] if options.toy else options.sizes:
         for problem, (load, cap) in PROBLEMS.items():
             task, known = solvers.problem(points, load, cap), {}

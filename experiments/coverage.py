@@ -13,7 +13,9 @@ runs as ten minutes of CPU time allow, but at least eight. --materials are likew
 2 %, with sixty runs each.
 """
 
-if __name__ == "coverage":  # numba asks for the package of this name, and the folder of the script comes first
+if (
+    __name__ == "coverage"
+):  # numba asks for the package of this name, and the folder of the script comes first
     raise ImportError("this is a script, not the package that measures the coverage of tests")
 
 import resource
@@ -40,7 +42,9 @@ from drawn import drawn_scenes, material_scenes
 
 Array = NDArray[np.float64]
 Pair = tuple[Array, Array]  # value and relative standard error, (speeds,) or (1,)
-Result = tuple[make_deep.Case, float, list[dict[str, Any]], dict[str, Pair]]  # target, rows, references
+Result = tuple[
+    make_deep.Case, float, list[dict[str, Any]], dict[str, Pair]
+]  # target, rows, references
 FIRST_SEED = 1000
 TARGETS = {"demo": 0.01, "steel-1.2GPa": 0.01}  # relative total errors of T_flash; of the others:
 OTHERS = 0.02
@@ -56,12 +60,18 @@ MEASURED = {  # observable: its name in the references
 
 def drawn_cases(seed: int) -> dict[str, make_deep.Case]:
     """Return the ten scenes that are drawn with a seed, each with the ladder of its reference, by name."""
-    return {name: make_deep.case_of(rs.load_scene(sections)) for name, sections in drawn_scenes(seed).items()}
+    return {
+        name: make_deep.case_of(rs.load_scene(sections))
+        for name, sections in drawn_scenes(seed).items()
+    }
 
 
 def material_cases(seed: int) -> dict[str, make_deep.Case]:
     """Return the wheel on a rail, brass and ice that are drawn with a seed, each with a ladder of a minute, by name."""
-    cases = {name: make_deep.case_of(rs.load_scene(sections)) for name, sections in material_scenes(seed).items()}
+    cases = {
+        name: make_deep.case_of(rs.load_scene(sections))
+        for name, sections in material_scenes(seed).items()
+    }
     short = {"members": (240, 80, 8), "most_side": 1536}
     return {name: replace(case, first=case.first / 2, **short) for name, case in cases.items()}
 
@@ -75,7 +85,10 @@ class Draw(NamedTuple):
     seconds: float  # of CPU time for the runs of a scene
 
 
-DRAWS = {"drawn": Draw(drawn_cases, 0.01, 40, 600.0), "materials": Draw(material_cases, 0.02, 60, inf)}
+DRAWS = {
+    "drawn": Draw(drawn_cases, 0.01, 40, 600.0),
+    "materials": Draw(material_cases, 0.02, 60, inf),
+}
 
 
 def references(case: make_deep.Case, factors: dict[str, Any]) -> dict[str, Pair]:
@@ -84,9 +97,14 @@ def references(case: make_deep.Case, factors: dict[str, Any]) -> dict[str, Pair]
     pairs = {name: (np.array(row["value"]), np.array(row["error"])) for name, row in found.items()}
     result = {name: pairs[other] for name, other in MEASURED.items() if other}
     if case.scene.counterface_conducts:
-        (resting, of_resting), (moving, of_moving) = pairs["resting_flash_temperature"], pairs[FLASH]
+        (resting, of_resting), (moving, of_moving) = (
+            pairs["resting_flash_temperature"],
+            pairs[FLASH],
+        )
         bodies = prediction.conduction(case.scene)
-        resting = resting * (bodies.conductivity / bodies.counter_conductivity)  # stored with that of the moving body
+        resting = resting * (
+            bodies.conductivity / bodies.counter_conductivity
+        )  # stored with that of the moving body
         share = resting / (resting + moving)
         result["heat_partition"] = share, (1.0 - share) * np.hypot(of_resting, of_moving)
     return result
@@ -97,9 +115,13 @@ def one_run(scene: rs.Scene, numerics: rs.Numerics, target: float, seed: int) ->
     before = resource.getrusage(resource.RUSAGE_SELF)
     with tempfile.TemporaryDirectory() as folder:
         until = {FLASH: target}
-        run = rs.run(scene, Path(folder) / "run", numerics=numerics, seed=seed, until=until, progress=False)
+        run = rs.run(
+            scene, Path(folder) / "run", numerics=numerics, seed=seed, until=until, progress=False
+        )
         after = resource.getrusage(resource.RUSAGE_SELF)
-        names = [name for name in MEASURED if name != "heat_partition" or scene.counterface_conducts]
+        names = [
+            name for name in MEASURED if name != "heat_partition" or scene.counterface_conducts
+        ]
         estimates = {name: run.estimate(name) for name in names}
         row: dict[str, Any] = {
             name: [found.mean.tolist(), found.total_error.tolist(), found.standard_error.tolist()]
@@ -131,7 +153,10 @@ def runs(
         if len(result) >= LEAST_RUNS and sum(row["seconds"] for row in result) > seconds:
             break
         result.append(rows.once(table, str(seed), partial(one_run, scene, numerics, target, seed)))
-        print(f"{table}: seed {seed}, {result[-1]['seconds']:.2f} s, members {result[-1]['counts']}", file=sys.stderr)
+        print(
+            f"{table}: seed {seed}, {result[-1]['seconds']:.2f} s, members {result[-1]['counts']}",
+            file=sys.stderr,
+        )
     return result
 
 
@@ -149,11 +174,21 @@ def bias(off: Array, stated: Array) -> Array:
     return np.divide(mean, error, out=np.zeros_like(mean), where=error > 0.0)
 
 
-def told(name: str, case: make_deep.Case, target: float, found: list[dict[str, Any]], truth: dict[str, Pair]) -> None:
+def told(
+    name: str,
+    case: make_deep.Case,
+    target: float,
+    found: list[dict[str, Any]],
+    truth: dict[str, Pair],
+) -> None:
     """Print how many intervals hold the references, and how far their means are off, one line for each number."""
     met = sum(bool(row["met"]) for row in found)
-    print(f"\n**{name}**, for {100 * target:g} %: {met} of {len(found)} runs met it, {seconds_of(found)} CPU s each\n")
-    print("| | hold | mean off, % | ± of that | off/stated | stated, % | reference, % | scatter/standard error |")
+    print(
+        f"\n**{name}**, for {100 * target:g} %: {met} of {len(found)} runs met it, {seconds_of(found)} CPU s each\n"
+    )
+    print(
+        "| | hold | mean off, % | ± of that | off/stated | stated, % | reference, % | scatter/standard error |"
+    )
     print("|---|---|---|---|---|---|---|---|")
     for observable, pair in truth.items():
         off, stated, standard, held = judged(found, observable, pair)
@@ -164,7 +199,9 @@ def told(name: str, case: make_deep.Case, target: float, found: list[dict[str, A
             numbers = [f"{100 * off[:, k].mean():+.2f}", f"{100 * of_mean:.2f}"]
             numbers += [f"{bias(off, stated)[k]:+.2f}", f"{100 * stated[:, k].mean():.2f}"]
             numbers += [f"{100 * error:.2f}", f"{scatter / own:.2f}" if own > 0.0 else "–"]
-            print(f"| {observable}{speed} | {held[:, k].sum()} of {len(off)} | {' | '.join(numbers)} |")
+            print(
+                f"| {observable}{speed} | {held[:, k].sum()} of {len(off)} | {' | '.join(numbers)} |"
+            )
 
 
 def seconds_of(found: list[dict[str, Any]]) -> str:
@@ -207,7 +244,9 @@ def counted(results: dict[str, Result]) -> dict[str, float]:
         if held:
             numbers[f"intervals{suffix}"] = sum(each.size for each in held)
             numbers[f"hold{suffix}"] = sum(int(each.sum()) for each in held)
-            numbers[f"least_percent{suffix}"] = min(100.0 * float(each.mean(axis=0).min()) for each in held)
+            numbers[f"least_percent{suffix}"] = min(
+                100.0 * float(each.mean(axis=0).min()) for each in held
+            )
     return numbers
 
 
@@ -221,7 +260,14 @@ def distances(results: dict[str, Result]) -> list[dict[str, Any]]:
                 off = (mean - value) / total
             for k in range(off.shape[1]):
                 speed = case.scene.speeds[k] if off.shape[1] > 1 else None
-                rows.append({"scene": name, "observable": observable, "speed": speed, "off": off[:, k].tolist()})
+                rows.append(
+                    {
+                        "scene": name,
+                        "observable": observable,
+                        "speed": speed,
+                        "off": off[:, k].tolist(),
+                    }
+                )
     return rows
 
 
@@ -230,12 +276,18 @@ def main() -> None:
     command.add_argument("--only", nargs="*", help="names of scenes")
     command.add_argument("--seeds", type=int, default=40, help="runs of each scene at most")
     by = command.add_mutually_exclusive_group()
-    by.add_argument("--drawn", type=int, metavar="SEED", help="in place of the six scenes, ten that are drawn")
-    by.add_argument("--materials", type=int, metavar="SEED", help="in their place a rail, brass and ice")
+    by.add_argument(
+        "--drawn", type=int, metavar="SEED", help="in place of the six scenes, ten that are drawn"
+    )
+    by.add_argument(
+        "--materials", type=int, metavar="SEED", help="in their place a rail, brass and ice"
+    )
     options = command.parse()
     if options.evidence and (options.toy or options.only):
         command.error("--evidence is of all scenes: leave --toy and --only out")
-    kind = next((name for name in DRAWS if getattr(options, name) is not None and not options.toy), "")
+    kind = next(
+        (name for name in DRAWS if getattr(options, name) is not None and not options.toy), ""
+    )
     seed, draw = getattr(options, kind, None), DRAWS.get(kind)
     suffix = f"-{kind}-{seed}" * bool(kind)
     cases = draw.cases(seed) if draw else make_deep.cases()
@@ -254,7 +306,9 @@ def main() -> None:
         told(name, case, target, found, truth)
         results[name] = case, target, found, truth
     table, off = summary(results), distances(results)
-    print("\nintervals that hold the reference, at the worst speed; in brackets the mean deviation over the error:\n")
+    print(
+        "\nintervals that hold the reference, at the worst speed; in brackets the mean deviation over the error:\n"
+    )
     print("\n".join(" | ".join(row) for row in table))
     figures.coverage(off, options.output / f"coverage{suffix}.png")
     if options.evidence:

@@ -78,8 +78,12 @@ def ladder(scene: rs.Scene, toy: bool) -> rs.Numerics:
 
 def ending(sections: dict[str, Any], scene: rs.Scene, q_max: float) -> rs.Scene:
     """Return a scene whose C(q) ends at a wavenumber, rad/m, and is the same up to there."""
-    shape = {name: value for name, value in sections["surface"].items() if not name.startswith("rms_")}
-    height = scene.spectrum.truncated(q_max=q_max).rms_height / len(scene.faces) ** 0.5  # of one of two equal faces
+    shape = {
+        name: value for name, value in sections["surface"].items() if not name.startswith("rms_")
+    }
+    height = (
+        scene.spectrum.truncated(q_max=q_max).rms_height / len(scene.faces) ** 0.5
+    )  # of one of two equal faces
     return rs.load_scene(sections | {"surface": shape | {"q_max": q_max, "rms_height": height}})
 
 
@@ -97,7 +101,10 @@ def continuations(name: str, sections: dict[str, Any], run: rs.Run) -> Iterator[
                 yield {
                     "scene": name,
                     "of": NAMES[observable],
-                    "way": next((words for start, words in WAYS.items() if found.way.startswith(start)), UNKNOWN),
+                    "way": next(
+                        (words for start, words in WAYS.items() if found.way.startswith(start)),
+                        UNKNOWN,
+                    ),
                     "steps": min(k - 1, 3),
                     "off": (difference.value / end.mean).tolist(),
                     "told": (found.errors["bandwidth"] / end.mean).tolist(),
@@ -107,7 +114,9 @@ def continuations(name: str, sections: dict[str, Any], run: rs.Run) -> Iterator[
 
 def off_and_error(rows: list[dict[str, Any]]) -> tuple[Array, Array]:
     """Return how far continuations are off and their errors with the scatter, relative, of all speeds."""
-    off, told, scatter = (np.concatenate([[], *(row[name] for row in rows)]) for name in ("off", "told", "scatter"))
+    off, told, scatter = (
+        np.concatenate([[], *(row[name] for row in rows)]) for name in ("off", "told", "scatter")
+    )
     return np.abs(off), np.hypot(told, scatter)
 
 
@@ -137,7 +146,8 @@ def main() -> None:
     rows = []
     for name, sections in scenes(options.seed):
         scene = rs.load_scene(
-            sections, {"ensemble.until": {}, "ensemble.max_realizations": 6 if options.toy else MEMBERS}
+            sections,
+            {"ensemble.until": {}, "ensemble.max_realizations": 6 if options.toy else MEMBERS},
         )
         folder = options.output / f"{options.seed} {name}"
         run = rs.run(scene, folder, numerics=ladder(scene, options.toy), workers=1, progress=False)
@@ -147,7 +157,9 @@ def main() -> None:
             break
     cells = table(rows)
     print("\n".join(" | ".join(row) for row in cells))
-    groups = {way: off_and_error([row for row in rows if row["way"] == way]) for way in WAYS.values()}
+    groups = {
+        way: off_and_error([row for row in rows if row["way"] == way]) for way in WAYS.values()
+    }
     off_over_error(groups, options.output / "cut_ladders.png")
     if options.evidence:
         command_line = "python experiments/cut_ladders.py --evidence"

@@ -50,16 +50,30 @@ def main() -> None:
     table, numbers = [HEADS], {}
 
     print(f"T_flash at {SPEED:g} m/s, K, with the scene's heat share (± total error, 95 %)")
-    print(f"{'scene':14}{'theory':>8}{'smoothed':>16}{'capped':>16}{'smoothed/theory':>18}{'capped/smoothed':>18}")
+    print(
+        f"{'scene':14}{'theory':>8}{'smoothed':>16}{'capped':>16}{'smoothed/theory':>18}{'capped/smoothed':>18}"
+    )
     for name in SCENES:
         scene = rs.load_scene(name)
-        run = rs.run(toy(scene) if options.toy else scene, options.output / name, workers=options.workers)
+        run = rs.run(
+            toy(scene) if options.toy else scene, options.output / name, workers=options.workers
+        )
         comparison = rs.compare(run)
         comparison.chart(options.output / f"{name}.png")
-        row = next(r for r in comparison.rows if r.observable == "flash_temperature" and r.speed == SPEED)
-        cells = [str(Number(cell.mean, "K", cell.total_error, cell.unknown)) for cell in row.columns.values()]
-        ratios = [str(Number(entry.value, "1", entry.total_error, entry.unknown)) for entry in row.ratios.values()]
-        print(f"{name:14}{row.theory:8.1f}{cells[0]:>16}{cells[1]:>16}{ratios[0]:>18}{ratios[1]:>18}")
+        row = next(
+            r for r in comparison.rows if r.observable == "flash_temperature" and r.speed == SPEED
+        )
+        cells = [
+            str(Number(cell.mean, "K", cell.total_error, cell.unknown))
+            for cell in row.columns.values()
+        ]
+        ratios = [
+            str(Number(entry.value, "1", entry.total_error, entry.unknown))
+            for entry in row.ratios.values()
+        ]
+        print(
+            f"{name:14}{row.theory:8.1f}{cells[0]:>16}{cells[1]:>16}{ratios[0]:>18}{ratios[1]:>18}"
+        )
         hardness = name.removeprefix("steel-").replace("GPa", " GPa")
         table.append([hardness, f"{row.theory:.1f}", *cells, *ratios])
         numbers[f"{name}_theory"] = row.theory

@@ -49,15 +49,22 @@ def rough_contact(pixels, seed):
     """A rough elastic contact in the unit cell, E* = h′ = 1; the surface of a seed has the same waves on any grid."""
     points = pixels * WAVES[1]
     low, high = (2 * np.pi * waves for waves in WAVES)
-    spectrum = rs.SelfAffineSpectrum.from_rms_slope(1.0, hurst=0.8, q_min=low, q_roll_off=low, q_max=high)
+    spectrum = rs.SelfAffineSpectrum.from_rms_slope(
+        1.0, hurst=0.8, q_min=low, q_roll_off=low, q_max=high
+    )
     grid = rs.Grid((points, points), (1.0, 1.0))
     heights = rs.synthesize(spectrum, grid, np.random.default_rng(seed))
-    return rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=LOAD, tolerance=1e-5), grid
+    return rs.solve_contact(
+        heights, grid, rs.Solid(1.0), nominal_pressure=LOAD, tolerance=1e-5
+    ), grid
 
 
 def over_directions(contact, grid, speed):
     """T_flash as runs compute it: the steady mean over all directions of sliding, without a field."""
-    return float(rs.measure(contact, grid, rs.HeatSource([speed], 1.0, 1.0, 1.0)).flash_temperature[0]) / speed
+    return (
+        float(rs.measure(contact, grid, rs.HeatSource([speed], 1.0, 1.0, 1.0)).flash_temperature[0])
+        / speed
+    )
 
 
 def of_field(method, contact, grid, speed):
@@ -85,7 +92,9 @@ def rough_rows(peclet, pixels, finest):
     for seed in SEEDS:
         (contact, grid), reference = rough_contact(pixels, seed), rough_contact(finest, seed)
         exact = over_directions(*reference, speed)
-        errors.setdefault("mean over directions", []).append(over_directions(contact, grid, speed) / exact - 1)
+        errors.setdefault("mean over directions", []).append(
+            over_directions(contact, grid, speed) / exact - 1
+        )
         for name, method in ROUGH.items():
             errors.setdefault(name, []).append(of_field(method, contact, grid, speed) / exact - 1)
     rows = {}
@@ -111,7 +120,13 @@ def table_of(found, error=0.01):
             rows = [row for row in found if same <= row.items()]
             good = [1e3 * row["seconds"] for row in rows if row["error"] <= error]
             least = 100 * min(row["error"] for row in rows)
-            cells.append(f"{min(good):.2g}" if good else f"({least:.2g} %)" if least < 100 else f"({least:.0f} %)")
+            cells.append(
+                f"{min(good):.2g}"
+                if good
+                else f"({least:.2g} %)"
+                if least < 100
+                else f"({least:.0f} %)"
+            )
         table.append([source, method, *cells])
     return table
 
@@ -121,7 +136,9 @@ def main() -> None:
     options = command.parse()
     rows = Rows(options.output / "heat.json", resume=True)
     peclets = (0.1, 1000.0) if options.toy else PECLETS
-    for name, peclet, pixels in product(METHODS, peclets, (4, 8) if options.toy else (4, 8, 16, 32, 64)):
+    for name, peclet, pixels in product(
+        METHODS, peclets, (4, 8) if options.toy else (4, 8, 16, 32, 64)
+    ):
         key = f"Hertz, {name}, {peclet:g}, {pixels}"
         row = rows.once("heat", key, partial(hertz_row, name, peclet, pixels))
         print(f"{key:50s} error {row['error']:8.1e} {1e3 * row['seconds']:8.2f} ms", flush=True)
@@ -129,7 +146,9 @@ def main() -> None:
     for peclet, pixels in product(peclets, sizes):
         if f"rough, mean over directions, {peclet:g}, {pixels}" not in rows["heat"]:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", RuntimeWarning)  # of the errors that are measured here
+                warnings.simplefilter(
+                    "ignore", RuntimeWarning
+                )  # of the errors that are measured here
                 rows.extend("heat", rough_rows(peclet, pixels, sizes[-1]))
             print(f"rough, Pe {peclet:g}, {pixels} pixels", flush=True)
     found = list(rows["heat"].values())

@@ -21,7 +21,9 @@ import roughsim as rs
 from roughsim.heat import hot_spots, uniform_temperature
 from theory import flash, hertz, plasticity
 
-mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "figure.constrained_layout.use": True, "savefig.dpi": 150})
+mpl.rcParams.update(
+    {"font.size": 9, "axes.titlesize": 9, "figure.constrained_layout.use": True, "savefig.dpi": 150}
+)
 SCENE = rs.load_scene("steel-1.2GPa")
 SPEEDS = {3: 33.9, 5: 34.5}  # the experiment's numbers of its tests; each has a surface of its own
 HOLE, RESOLUTION, MICRON = 1e-3, 4e-6, 1e6
@@ -38,20 +40,26 @@ def coarse(heights, grid):
 
 
 def contact_of(heights, grid):
-    solid = rs.Solid(effective_modulus=SCENE.effective_modulus, penetration_hardness=SCENE.penetration_hardness)
+    solid = rs.Solid(
+        effective_modulus=SCENE.effective_modulus, penetration_hardness=SCENE.penetration_hardness
+    )
     return rs.solve_contact(heights, grid, solid, nominal_pressure=PRESSURE, tolerance=1e-4)
 
 
 def seen(temperature, grid):
     """As through the camera: means over its resolution."""
-    return uniform_filter(temperature, [max(1, round(RESOLUTION / d)) for d in grid.spacing], mode="wrap")
+    return uniform_filter(
+        temperature, [max(1, round(RESOLUTION / d)) for d in grid.spacing], mode="wrap"
+    )
 
 
 def inside_the_rim(field, grid):
     """(y, temperature, full width at half height of the hottest track) 50 µm inside the leading rim of the hole."""
     radius, centre = HOLE - 50e-6, np.array(grid.shape) // 2
     y = np.arange(-int(0.9 * radius / grid.spacing[1]), int(0.9 * radius / grid.spacing[1]) + 1)
-    i = centre[0] + np.rint(np.sqrt(radius**2 - (y * grid.spacing[1]) ** 2) / grid.spacing[0]).astype(int)
+    i = centre[0] + np.rint(
+        np.sqrt(radius**2 - (y * grid.spacing[1]) ** 2) / grid.spacing[0]
+    ).astype(int)
     line = field[i, centre[1] + y]
     peak = line.argmax()
     low = np.flatnonzero(line < (line[peak] + np.median(line)) / 2)
@@ -64,14 +72,18 @@ def tracks_chart(fields, grid, folder):
     x = (np.arange(grid.shape[0]) + 0.5) * grid.spacing[0] - LENGTH / 2
     hole, inside = np.hypot(x[:, None], x) < HOLE, np.abs(x) < HOLE
     figure = Figure(figsize=(9, 7.2))
-    highest = max(field[hole].max() for field in fields.values())  # one scale of colours for both tests
+    highest = max(
+        field[hole].max() for field in fields.values()
+    )  # one scale of colours for both tests
     look = {"cmap": "inferno", "vmin": 0, "vmax": highest, "extent": [-1e3, 1e3, -1e3, 1e3]}
     places = figure.subplots(2, 2, sharex="col", sharey="col")
     for row, (test, field) in zip(places, fields.items(), strict=True):
         shown = np.where(hole, field, np.nan)[np.ix_(inside, inside)]
         image = row[0].imshow(shown.T, origin="lower", **look)
         row[0].set(title=f"test {test}, {SPEEDS[test]} m/s; the block moves right")
-        row[0].set(ylabel="$y$, µm", xticks=np.arange(-1000, 1001, 500), yticks=np.arange(-1000, 1001, 500))
+        row[0].set(
+            ylabel="$y$, µm", xticks=np.arange(-1000, 1001, 500), yticks=np.arange(-1000, 1001, 500)
+        )
         y, line, width = inside_the_rim(field, grid)
         row[1].plot(y * MICRON, line, color="#D55E00", lw=1)
         row[1].set(title=f"inside the rim: hottest track {width * MICRON:.0f} µm wide")
@@ -103,8 +115,12 @@ def largest_patch(pressure, grid, radius):
 def macroasperity_chart(heights, fine, grid, folder):
     """The first figure of the paper: one macroasperity, coarse and fine, and its Hertz circle."""
     load = {"effective_modulus": SCENE.effective_modulus, "nominal_pressure": PRESSURE}
-    smooth = plasticity.smoothed_spectrum(SCENE.spectrum, penetration_hardness=SCENE.penetration_hardness, **load)
-    width = float(flash.flash_width(35.0, smooth, friction_coefficient=FRICTION, gamma=0.294, **load, **STEEL))
+    smooth = plasticity.smoothed_spectrum(
+        SCENE.spectrum, penetration_hardness=SCENE.penetration_hardness, **load
+    )
+    width = float(
+        flash.flash_width(35.0, smooth, friction_coefficient=FRICTION, gamma=0.294, **load, **STEEL)
+    )
     radius = width / hertz.FAST.flash_width
     first = contact_of(coarse(heights, grid), grid)
     centre = largest_patch(first.pressure, grid, radius)
@@ -112,19 +128,30 @@ def macroasperity_chart(heights, fine, grid, folder):
     edge = half * grid.spacing[0] * MICRON
     figure = Figure(figsize=(8.5, 4))
     places, hardness = figure.subplots(1, 2, sharey=True), SCENE.penetration_hardness / 1e9
-    for axis, contact, title in zip(places, (first, fine), ("magnification 4", "full"), strict=True):
-        moved = np.roll(contact.pressure, [half - c for c in centre], (0, 1))[: 2 * half, : 2 * half]
+    for axis, contact, title in zip(
+        places, (first, fine), ("magnification 4", "full"), strict=True
+    ):
+        moved = np.roll(contact.pressure, [half - c for c in centre], (0, 1))[
+            : 2 * half, : 2 * half
+        ]
         look = {"cmap": "Greys", "vmin": 0, "vmax": hardness, "extent": [-edge, edge, -edge, edge]}
         image = axis.imshow(moved.T / 1e9, origin="lower", **look)
         turn = np.linspace(0, 2 * np.pi, 200)
         axis.plot(radius * MICRON * np.cos(turn), radius * MICRON * np.sin(turn), color="#0072B2")
-        axis.set(title=f"{title}: contact on {100 * contact.contact_fraction:.1f} % of the area", xlabel="$x$, µm")
+        axis.set(
+            title=f"{title}: contact on {100 * contact.contact_fraction:.1f} % of the area",
+            xlabel="$x$, µm",
+        )
     places[0].set_ylabel("$y$, µm")
     figure.colorbar(image, ax=places, label="pressure, GPa", shrink=0.8)
     widths = rf"$D_\mathrm{{flash}}$ = {width * MICRON:.1f} µm"
-    figure.suptitle(widths + rf", circle $2R = 2D_\mathrm{{flash}}/\alpha$ = {2 * radius * MICRON:.0f} µm")
+    figure.suptitle(
+        widths + rf", circle $2R = 2D_\mathrm{{flash}}/\alpha$ = {2 * radius * MICRON:.0f} µm"
+    )
     figure.savefig(folder / "macroasperity.png")
-    print(f"D_flash = {width * MICRON:.1f} µm by the theory: R = D_flash/alpha, 2R = {2 * radius * MICRON:.0f} µm")
+    print(
+        f"D_flash = {width * MICRON:.1f} µm by the theory: R = D_flash/alpha, 2R = {2 * radius * MICRON:.0f} µm"
+    )
 
 
 def main() -> None:

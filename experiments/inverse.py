@@ -28,7 +28,12 @@ PRESSURE, HARDNESS, SPEED = 90e6, 1.2e9, 35.0
 LOAD = {"effective_modulus": 2e11 / 0.91 / 2, "nominal_pressure": PRESSURE}
 BODY = {"conductivity": 30.0, "diffusivity": 30.0 / 3.95e6}
 HEATING = 0.11 * SPEED / (BODY["conductivity"] * PRESSURE) * 2 / pi
-T, D, S, SLOPE = (258.5, 259.5), (46.575e-6, 46.585e-6), (0.9375, 0.9385), (117.5e-6, 118.5e-6)  # as printed, rounded
+T, D, S, SLOPE = (
+    (258.5, 259.5),
+    (46.575e-6, 46.585e-6),
+    (0.9375, 0.9385),
+    (117.5e-6, 118.5e-6),
+)  # as printed, rounded
 SHARE = 0.938
 
 
@@ -91,7 +96,9 @@ def bound(printed: str, sign: int, points: int) -> float:
         size = np.median(upper)
         rows += [(least * lower - upper) / size, (upper - most * lower) / size]
         right += [0.0, 0.0]
-    found = linprog(sign * np.ones(points), A_ub=np.array(rows), b_ub=right, bounds=(0, None), method="highs")
+    found = linprog(
+        sign * np.ones(points), A_ub=np.array(rows), b_ub=right, bounds=(0, None), method="highs"
+    )
     if found.status != 0:
         raise RuntimeError(f"no measure has the printed {printed}: {found.message}")
     return float((sign * found.fun * 1e16 - THIRD.sum()) / (FIRST.sum() - THIRD.sum()))
@@ -109,13 +116,19 @@ def member(exponent: float) -> tuple[PowerLaw, float]:
         total = {name: mass @ kernel for name, kernel in kernels(q).items()}
         rise, width = HEATING * SHARE * total["T"], np.sqrt(total["T"] / total["laplacian"])
         return np.array(
-            [np.log(rise / 259), np.log(width / 46.58e-6), total["rest"] / total["T"] / (SHARE / (1 - SHARE)) - 1]
+            [
+                np.log(rise / 259),
+                np.log(width / 46.58e-6),
+                total["rest"] / total["T"] / (SHARE / (1 - SHARE)) - 1,
+            ]
         )
 
     found = root(numbers, np.array([np.log(6e3), np.log(8e-22), 0.29]), tol=1e-12)
     if not found.success:
         raise RuntimeError(f"no spectrum of exponent {exponent}: {found.message}")
-    return PowerLaw(float(np.exp(found.x[1])), exponent, float(np.exp(found.x[0]))), float(found.x[2])
+    return PowerLaw(float(np.exp(found.x[1])), exponent, float(np.exp(found.x[0]))), float(
+        found.x[2]
+    )
 
 
 def check(spectrum: PowerLaw, gamma: float) -> dict[str, float]:
@@ -144,7 +157,9 @@ def spectrum_variance(spectrum: PowerLaw, q_max: float = 9.4e4) -> float:
 SETS = {"": "T, D", "s": "T, D, s", "d": "T, D, d", "sd": "T, D, s, d"}
 
 
-def chart(folder: Path, bounds: dict[str, tuple[float, float]], family: list[tuple[PowerLaw, float]]) -> None:
+def chart(
+    folder: Path, bounds: dict[str, tuple[float, float]], family: list[tuple[PowerLaw, float]]
+) -> None:
     """Draw the bounds of γ, and below them the spectra with the same printed numbers."""
     with new_figure(folder / "inverse.png", 4.6) as figure:
         upper, lower = figure.subplots(2, 1, height_ratios=[1, 1.9])
@@ -166,10 +181,14 @@ def chart(folder: Path, bounds: dict[str, tuple[float, float]], family: list[tup
             smooth = plasticity.smoothed_spectrum(spectrum, penetration_hardness=HARDNESS, **LOAD)
             lower.loglog(q, spectrum(q), color=colour, lw=0.7)
             name = f"m = {spectrum.exponent:g}, $\\gamma$ = {gamma:.3f}"
-            lower.loglog(q, np.where(smooth(q) > 1e-26, smooth(q), np.nan), color=colour, lw=1.8, label=name)
+            lower.loglog(
+                q, np.where(smooth(q) > 1e-26, smooth(q), np.nan), color=colour, lw=1.8, label=name
+            )
         lower.set(title="the same $T_{flash}$, $D_{flash}$ and s", ylim=(1e-26, 1e-20))
         lower.set(xlabel="wavenumber q (rad/m)", ylabel="C, $C_{sm}$ of both faces (m$^4$)")
-        lower.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), title="C ∝ $q^{-m}$", alignment="left")
+        lower.legend(
+            loc="center left", bbox_to_anchor=(1.0, 0.5), title="C ∝ $q^{-m}$", alignment="left"
+        )
 
 
 FOUND = """So gamma is known to about 0.02 if all four numbers are taken as printed, and the 0.42 ... 0.5 of public
@@ -182,11 +201,15 @@ def main() -> None:
     options = Command(__file__, __doc__, "coarser wavenumbers, fewer spectra").parse()
     points = 400 if options.toy else 3000
     bounds = {name: (bound(name, 1, points), bound(name, -1, points)) for name in SETS}
-    print("bounds on gamma for any C(q) that yields fully, from the printed 259 K, 46.58 um, s = 0.938, d = 118 um")
+    print(
+        "bounds on gamma for any C(q) that yields fully, from the printed 259 K, 46.58 um, s = 0.938, d = 118 um"
+    )
     for name, (low, high) in bounds.items():
         print(f"  {SETS[name]:12} {max(low, 0.0):.3f} ... {high:.3f}")
     family = [member(m) for m in ((1.0, 2.0) if options.toy else (1.0, 1.5, 2.0, 2.5, 3.0))]
-    print("one spectrum C ~ q^(-m) for each m has the printed T, D and s; rms height of one face up to 9.4e4 1/m:")
+    print(
+        "one spectrum C ~ q^(-m) for each m has the printed T, D and s; rms height of one face up to 9.4e4 1/m:"
+    )
     names = ("gamma", "q_min 1/m", "h_rms um", "T K", "D um", "s", "d um", "r(0.1) um")
     print(f"  {'m':>4}" + "".join(f"{name:>10}" for name in names))
     for spectrum, gamma in family:

@@ -19,7 +19,11 @@ SHOWN = 0, 8, 16, 19  # rows of the table on the page
 def tenfold(study):
     """Growth of T_flash at the highest speed from the lowest load to ten times that, per cent."""
     fastest = max(row["speed"] for row in study.rows() if row["speed"] is not None)
-    rows = [row for row in study.rows() if row["observable"] == "flash_temperature" and row["speed"] == fastest]
+    rows = [
+        row
+        for row in study.rows()
+        if row["observable"] == "flash_temperature" and row["speed"] == fastest
+    ]
     rows = [row for row in rows if row["column"] == study.column]
     loads, means = (np.array([row[key] for row in rows]) for key in ("nominal_pressure", "value"))
     at_ten = np.interp(np.log(10 * loads[0]), np.log(loads), means)
@@ -40,9 +44,14 @@ def main() -> None:
     if options.evidence:
         table = study_table(study)
         cells = [table.cells(k) for k in range(len(table.columns))]
-        rows = [[column.title for column in table.columns], *([column[k] for column in cells] for k in SHOWN)]
+        rows = [
+            [column.title for column in table.columns],
+            *([column[k] for column in cells] for k in SHOWN),
+        ]
         command = "python experiments/loads.py --evidence"
-        write_evidence("loads", command, tables={"flash": rows}, numbers={"tenfold": tenfold(study)})
+        write_evidence(
+            "loads", command, tables={"flash": rows}, numbers={"tenfold": tenfold(study)}
+        )
         study.chart(EVIDENCE.parent / "figures" / "study.png", "flash_temperature")
 
 

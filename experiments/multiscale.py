@@ -40,17 +40,23 @@ class Case:
 
 def granite() -> Case:
     """Two equal faces of a hard mineral, self-affine from 1 mm to 1 nm."""
-    face = rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=6e3, q_roll_off=6e3, q_max=6e9)
+    face = rs.SelfAffineSpectrum.from_rms_height(
+        1e-6, hurst=0.8, q_min=6e3, q_roll_off=6e3, q_max=6e9
+    )
     load = {"effective_modulus": 60e9 / (1 - 0.25**2) / 2, "nominal_pressure": 5e6}
     smooth = plasticity.smoothed_spectrum(face.scaled(2.0), penetration_hardness=10e9, **load)
     heat = {"friction_coefficient": 0.7, "conductivity": 2.7, "diffusivity": 2.7 / (2650 * 800)}
-    says = "assumed: 1 mm to 1 nm, h_rms 1 µm, H 0.8, E 60 GPa, hardness 10 GPa, 5 MPa, friction 0.7"
+    says = (
+        "assumed: 1 mm to 1 nm, h_rms 1 µm, H 0.8, E 60 GPa, hardness 10 GPa, 5 MPa, friction 0.7"
+    )
     return Case("granite-like", smooth, load, heat, says)
 
 
 def rubber() -> Case:
     """A soft elastic body on concrete, self-affine from 6 mm to 6 nm: only the concrete is rough."""
-    concrete = rs.SelfAffineSpectrum.from_rms_height(2e-4, hurst=0.8, q_min=1e3, q_roll_off=1e3, q_max=1e9)
+    concrete = rs.SelfAffineSpectrum.from_rms_height(
+        2e-4, hurst=0.8, q_min=1e3, q_roll_off=1e3, q_max=1e9
+    )
     load = {"effective_modulus": 10e6 / 0.75, "nominal_pressure": 0.1e6}
     heat = {"friction_coefficient": 1.0, "conductivity": 0.23, "diffusivity": 0.23 / (1200 * 1650)}
     says = "assumed: 6 mm to 6 nm, h_rms 0.2 mm, H 0.8, E 10 MPa, elastic, 0.1 MPa, friction 1"
@@ -71,8 +77,12 @@ def steel() -> Case:
 def single_scale(case: Case, q: np.ndarray, speed: float) -> np.ndarray:
     """Greenwood's flash temperature of Hertz contacts of diameter π/q under the pressure σ₀/P(q), K."""
     radius = np.pi / 2 / q
-    mean = case.load["nominal_pressure"] / persson.contact_probability(q, case.spectrum, **case.load)
-    flux = 1.5 * case.heat["friction_coefficient"] * mean * speed  # q̇₁ at the centre of a Hertz source
+    mean = case.load["nominal_pressure"] / persson.contact_probability(
+        q, case.spectrum, **case.load
+    )
+    flux = (
+        1.5 * case.heat["friction_coefficient"] * mean * speed
+    )  # q̇₁ at the centre of a Hertz source
     peclet = speed * radius / case.heat["diffusivity"]
     return flux * radius / case.heat["conductivity"] * classical.greenwood(peclet)
 
@@ -95,7 +105,9 @@ def ends(case: Case) -> tuple[float, float]:
 def table(cases: list[Case]) -> dict[str, float]:
     """Print T_flash; return the worst factor of the smallest spots, in 10⁴, and error of the largest, %."""
     worst = {"smallest": 0.0, "largest": 0.0}
-    print("T_flash in K with all heat in one body; classical: at the macroasperities ... at the finest roughness")
+    print(
+        "T_flash in K with all heat in one body; classical: at the macroasperities ... at the finest roughness"
+    )
     for case in cases:
         print(f"{case.title} ({case.says})")
         coarse, fine = ends(case)
@@ -103,7 +115,9 @@ def table(cases: list[Case]) -> dict[str, float]:
             value = multiscale(case, speed)
             low, high = (float(single_scale(case, np.array([q]), speed)[0]) for q in (coarse, fine))
             ratio = f"{low / value:.3g} ... {high / value:.3g}"
-            print(f"  {speed:6g} m/s: multiscale {value:9.4g}   classical {low:9.4g} ... {high:9.4g}   ratio {ratio}")
+            print(
+                f"  {speed:6g} m/s: multiscale {value:9.4g}   classical {low:9.4g} ... {high:9.4g}   ratio {ratio}"
+            )
             if case.title != STEEL:
                 worst["smallest"] = max(worst["smallest"], 1e-4 * value / high)
                 worst["largest"] = max(worst["largest"], 100 * abs(low / value - 1))
@@ -124,7 +138,10 @@ def chart(folder: Path, cases: list[Case], points: int) -> None:
         for case, (left, right) in zip(cases, grid, strict=True):
             coarse, fine = ends(case)
             q = np.geomspace(coarse, fine, points)
-            band = [np.array([single_scale(case, np.array([at]), speed)[0] for speed in v]) for at in (coarse, fine)]
+            band = [
+                np.array([single_scale(case, np.array([at]), speed)[0] for speed in v])
+                for at in (coarse, fine)
+            ]
             left.fill_between(v, *band, color="0.88", lw=0, label="classical, any radius")
             left.loglog(v, band[0], color=BLACK, ls="--", label="classical, largest spots")
             left.loglog(v, band[1], color=BLACK, ls=":", label="classical, smallest spots")
@@ -132,7 +149,9 @@ def chart(folder: Path, cases: list[Case], points: int) -> None:
             left.set(title=case.title, ylabel="$T_{flash}$ (K)", yticks=10.0 ** np.arange(-5, 4, 2))
             for speed, colour in zip(SHOWN, SPEEDS[::-1][:0:-1], strict=True):
                 ratio = single_scale(case, q, speed) / multiscale(case, speed)
-                right.loglog(np.pi / q * 1e6, ratio, color=colour, label=f"classical, {speed:g} m/s")
+                right.loglog(
+                    np.pi / q * 1e6, ratio, color=colour, label=f"classical, {speed:g} m/s"
+                )
             right.axhline(1, color=ORANGE, lw=1.8)
             right.set(ylim=(3e-5, 5), ylabel="over theory of all scales")
             right.xaxis.set_minor_formatter(NullFormatter())

@@ -49,7 +49,9 @@ def spectra(folder: Path, points: int) -> None:
             correlation.plot(r * 1e6, stress / 1e16, color=colour)
         psd.set(xlabel="wavenumber q (rad/m)", ylabel="C, $C_{sm}$ (m$^4$)", ylim=(1e-30, 3e-21))
         correlation.axhline(0, color="0.5", lw=0.8)
-        correlation.set(xlabel="distance r (µm)", ylabel="$g_\\sigma$ ($10^{16}$ Pa$^2$)", xlim=(0, 400))
+        correlation.set(
+            xlabel="distance r (µm)", ylabel="$g_\\sigma$ ($10^{16}$ Pa$^2$)", xlim=(0, 400)
+        )
         psd.set_title("spectrum")
         correlation.set_title("stress correlation")
         legend_below(figure, [psd], 4)
@@ -60,7 +62,12 @@ def over_speed(folder: Path, points: int) -> None:
     with new_figure(folder / "over_speed.png", 4.9) as figure:
         (rise, width), (slope, free) = figure.subplots(2, 2)
         for y, colour in HARDNESS.items():
-            rise.loglog(v, SHARE * flash.flash_temperature(v, SMOOTH[y], **SLIDING), color=colour, label=label(y))
+            rise.loglog(
+                v,
+                SHARE * flash.flash_temperature(v, SMOOTH[y], **SLIDING),
+                color=colour,
+                label=label(y),
+            )
             width.semilogx(v, flash.flash_width(v, SMOOTH[y], **SLIDING) * 1e6, color=colour)
             slope.loglog(v, flash.slope_length(v, SMOOTH[y], **SLIDING) * 1e6, color=colour)
         slope.loglog(v, 4e6 * BODY["diffusivity"] / v, color=BLACK, ls=":", label="4D/v")
@@ -72,7 +79,10 @@ def over_speed(folder: Path, points: int) -> None:
             axes.set(xlabel="sliding speed (m/s)", xticks=[1e-3, 1e-1, 1e1, 1e3])
             axes.minorticks_off()
         free.set_axis_off()
-        keys = [dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True)) for axes in (rise, slope)]
+        keys = [
+            dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
+            for axes in (rise, slope)
+        ]
         names = keys[0] | keys[1]
         free.legend(names.values(), names.keys(), loc="center")
 
@@ -80,14 +90,19 @@ def over_speed(folder: Path, points: int) -> None:
 def maps(folder: Path, points: int) -> None:
     x = np.linspace(-2.5, 1.5, points)
     y = np.linspace(-1.5, 1.5, points * 3 // 4)
-    columns = {"at rest": hertz.static_temperature, "fast, moving to the right": hertz.fast_temperature}
+    columns = {
+        "at rest": hertz.static_temperature,
+        "fast, moving to the right": hertz.fast_temperature,
+    }
     with new_figure(folder / "hertz_maps.png", 3.65) as figure:
         axes = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=[3, 2.2])
         for (title, field), (top, bottom) in zip(columns.items(), axes.T, strict=True):
             image = field(x[:, None], y)
             image = image / image.max()
             extent = (x[0], x[-1], y[0], y[-1])
-            drawn = top.imshow(image.T, origin="lower", extent=extent, cmap="inferno", vmin=0, vmax=1)
+            drawn = top.imshow(
+                image.T, origin="lower", extent=extent, cmap="inferno", vmin=0, vmax=1
+            )
             angle = np.linspace(0, 2 * pi, 200)
             top.plot(np.cos(angle), np.sin(angle), color="w", lw=0.8, ls="--")
             top.set_title(title)
@@ -116,12 +131,18 @@ def areas(folder: Path, points: int) -> float:
             worst = max(worst, float(np.abs(smoothed / (elastic + plastic) - 1).max()))
             some = slice(None, None, points // 18)
             axes.loglog(q / PAIR.breaks[0], elastic + plastic, color=colour, label=label(y))
-            axes.loglog(q[some] / PAIR.breaks[0], smoothed[some], "o", color=colour, ms=4, mfc="none")
+            axes.loglog(
+                q[some] / PAIR.breaks[0], smoothed[some], "o", color=colour, ms=4, mfc="none"
+            )
             axes.loglog(q / PAIR.breaks[0], plastic, color=colour, ls="--", lw=0.9)
         axes.plot([], [], "-", color="0.4", label="$A_{el} + A_{pl}$")
         axes.plot([], [], "o", color="0.4", mfc="none", ms=4, label="elastic area of $C_{sm}$")
         axes.plot([], [], "--", color="0.4", lw=0.9, label="$A_{pl}$")
-        axes.set(xlabel="magnification q/q$_{min}$", ylabel="area over the nominal area", ylim=(3e-3, 1.2))
+        axes.set(
+            xlabel="magnification q/q$_{min}$",
+            ylabel="area over the nominal area",
+            ylim=(3e-3, 1.2),
+        )
         figure.legend(loc="outside right center")
     return worst
 
@@ -138,14 +159,34 @@ def hertz_rows() -> list[tuple[str, str, float, float]]:
     return [
         ("T_flash/T_1 at rest (14)", "0.8", 0.8, rest / hertz.max_temperature(0.0)),
         ("T_flash, rest (14)", "0.3", per * static.flash_temperature, per * rest),
-        ("T_max, rest (15)", "0.375", per * static.max_temperature, per * hertz.max_temperature(0.0)),
-        ("T_av, rest (16)", "0.281", per * static.mean_temperature, per * hertz.mean_temperature(0.0)),
+        (
+            "T_max, rest (15)",
+            "0.375",
+            per * static.max_temperature,
+            per * hertz.max_temperature(0.0),
+        ),
+        (
+            "T_av, rest (16)",
+            "0.281",
+            per * static.mean_temperature,
+            per * hertz.mean_temperature(0.0),
+        ),
         ("-Lap T R^2/T, rest (18)", "2.5", 2.5, -hertz.flash_laplacian(0.0) / rest),
         ("D_flash/R, rest", "0.63", static.flash_width, hertz.flash_width(0.0)),
         ("f_flash, fast (A2)", "1.305", fast.flash_temperature * sqrt(pi), quick(at) * sqrt(pi)),
         ("T_flash, fast (21)", "0.352", per * fast.flash_temperature, per * quick(at)),
-        ("T_max, fast (22)", "0.590", per * fast.max_temperature, per * quick(hertz.max_temperature(pe))),
-        ("T_av, fast (23)", "0.323", per * fast.mean_temperature, per * quick(hertz.mean_temperature(pe))),
+        (
+            "T_max, fast (22)",
+            "0.590",
+            per * fast.max_temperature,
+            per * quick(hertz.max_temperature(pe)),
+        ),
+        (
+            "T_av, fast (23)",
+            "0.323",
+            per * fast.mean_temperature,
+            per * quick(hertz.mean_temperature(pe)),
+        ),
         (
             "T_av/T_max, fast",
             "0.549",
@@ -177,13 +218,33 @@ def steel_rows() -> list[tuple[str, str, float, float]]:
     flux = share * SLIDING["friction_coefficient"] * LOAD["nominal_pressure"] * SPEED
     return [
         ("share s at 35 m/s", "0.938", nan, share),
-        ("T_flash at 35 m/s, K", "259", nan, SHARE * flash.flash_temperature(SPEED, smooth, **SLIDING)),
+        (
+            "T_flash at 35 m/s, K",
+            "259",
+            nan,
+            SHARE * flash.flash_temperature(SPEED, smooth, **SLIDING),
+        ),
         ("D_flash, um", "46.58", nan, width * 1e6),
-        ("2R = 2 D_flash/alpha, um", "207", 2 * width / hertz.FAST.flash_width * 1e6, 2 * width / 0.45 * 1e6),
+        (
+            "2R = 2 D_flash/alpha, um",
+            "207",
+            2 * width / hertz.FAST.flash_width * 1e6,
+            2 * width / 0.45 * 1e6,
+        ),
         ("d_flash, um", "118", nan, flash.slope_length(SPEED, smooth, **SLIDING) * 1e6),
-        ("d_flash of Hertz, 2R = 200 um", "136", 200 * hertz.FAST.slope_length / 2, 200 * hertz.slope_length(1e10) / 2),
+        (
+            "d_flash of Hertz, 2R = 200 um",
+            "136",
+            200 * hertz.FAST.slope_length / 2,
+            200 * hertz.slope_length(1e10) / 2,
+        ),
         ("g_sigma = 0 at r, um", "~200", nan, zero * 1e6),
-        ("g_sigma/g_sigma(0) = 0.1 at, um", "~200", nan, persson.correlation_radius(0.1, smooth, **CONTACT) * 1e6),
+        (
+            "g_sigma/g_sigma(0) = 0.1 at, um",
+            "~200",
+            nan,
+            persson.correlation_radius(0.1, smooth, **CONTACT) * 1e6,
+        ),
         ("v* = D/R, m/s", "D/R", nan, BODY["diffusivity"] / radius),
         ("background 700 K after, ms", "-", nan, time_to(700.0, flux) * 1e3),
         ("R_a of h_rms = 0.90 um, um", "~0.8", nan, 0.90 * sqrt(2 / pi)),
@@ -220,7 +281,9 @@ def main() -> None:
     numbers = table()
     (options.output / "paper.txt").write_text(numbers)
     print(numbers)
-    print(f"A_el + A_pl and the smoothed surface's elastic area differ by at most {100 * worst:.3f} %")
+    print(
+        f"A_el + A_pl and the smoothed surface's elastic area differ by at most {100 * worst:.3f} %"
+    )
     if options.evidence:
         names = ("spectra", "over_speed", "hertz_maps", "contact_area")
         show_on_pages(*(options.output / f"{name}.png" for name in names))

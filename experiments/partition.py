@@ -29,14 +29,21 @@ from roughsim.heat import source_temperature
 from roughsim.prediction.hot_hardness import hot_hardness
 from theory import flash, hertz, plasticity
 
-mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.spines.top": False, "axes.spines.right": False})
-mpl.rcParams.update({"legend.frameon": False, "figure.constrained_layout.use": True, "savefig.dpi": 150})
+mpl.rcParams.update(
+    {"font.size": 9, "axes.titlesize": 9, "axes.spines.top": False, "axes.spines.right": False}
+)
+mpl.rcParams.update(
+    {"legend.frameon": False, "figure.constrained_layout.use": True, "savefig.dpi": 150}
+)
 CASES = {
     "equal bodies, one at rest": (1.0, 0.0),
     "the moving body has a tenth of the conductivity": (0.1, 0.0),
     "both bodies move, in opposite directions": (1.0, -1.0),
 }
-COLOURS, WIDTHS = ("#0072B2", "#D55E00", "#009E73"), (3.5, 1.4, 1.4)  # the first shows behind one that hides it
+COLOURS, WIDTHS = (
+    ("#0072B2", "#D55E00", "#009E73"),
+    (3.5, 1.4, 1.4),
+)  # the first shows behind one that hides it
 STYLES = {"pointwise": "-", "mean": "--", "total": ":"}
 SCENE, SPEED, FASTEST = "steel-1.2GPa", 35.0, 100.0  # m/s
 HARDNESS = (300.0, 600.0, 900.0), (1.5e9, 1.2e9, 0.8e9)  # K, Pa: assumed
@@ -47,14 +54,19 @@ def hertz_source(pixels):
     """A Hertz source of radius 1 with unit peak, on pixels of 1/`pixels`."""
     count = 2 * pixels + 2
     x = (np.arange(count) - (count - 1) / 2) / pixels
-    return np.sqrt(np.maximum(1 - x[:, None] ** 2 - x**2, 0.0)), rs.Grid((count, count), (count / pixels,) * 2)
+    return np.sqrt(np.maximum(1 - x[:, None] ** 2 - x**2, 0.0)), rs.Grid(
+        (count, count), (count / pixels,) * 2
+    )
 
 
 def three_rules(flux, grid, peclet, ratio, counter):
     """(share, T_flash, T_max) of the moving body by each rule; and the mismatch of "mean"."""
     moving = rs.Body(conductivity=ratio, diffusivity=ratio, speed=peclet * ratio)
     resting = rs.Body(conductivity=1.0, diffusivity=1.0, speed=counter * peclet)
-    point, mean = (rs.partition_heat(flux, grid, moving=moving, resting=resting, pointwise=p) for p in (True, False))
+    point, mean = (
+        rs.partition_heat(flux, grid, moving=moving, resting=resting, pointwise=p)
+        for p in (True, False)
+    )
     found = {
         name: np.array([one.moving_share, one.flash_temperature, one.max_temperature])
         for name, one in (("pointwise", point), ("mean", mean))
@@ -88,12 +100,19 @@ def draw(places, peclets, results, colour, width):
         share.semilogx(peclets, found[rule][0], color=colour, ls=style)
         for axis, k in ((flash, 1), (hottest, 2)):
             if rule != "pointwise":
-                axis.semilogx(peclets, 100 * (found[rule][k] / found["pointwise"][k] - 1), color=colour, ls=style)
+                axis.semilogx(
+                    peclets,
+                    100 * (found[rule][k] / found["pointwise"][k] - 1),
+                    color=colour,
+                    ls=style,
+                )
     jump.semilogx(peclets, [mismatch for _, mismatch in results], color=colour, lw=width)
 
 
 def tell(peclets, results, name):
-    for peclet, (found, mismatch) in list(zip(peclets, results, strict=True))[:: max(1, len(peclets) // 5)]:
+    for peclet, (found, mismatch) in list(zip(peclets, results, strict=True))[
+        :: max(1, len(peclets) // 5)
+    ]:
         shares = "".join(f"{found[rule][0]:11.4f}" for rule in STYLES)
         against = {rule: 100 * (found[rule] / found["pointwise"] - 1) for rule in ("mean", "total")}
         errors = "".join(f"{error[k]:+10.2f}%" for k in (1, 2) for error in against.values())
@@ -113,10 +132,19 @@ def largest(results, name):
 def steel():
     """The scene, its smoothed spectrum, load, and heat, for the functions of `theory.flash`."""
     scene = rs.load_scene(SCENE)
-    load = {"effective_modulus": scene.effective_modulus, "nominal_pressure": scene.sliding.nominal_pressure}
-    smooth = plasticity.smoothed_spectrum(scene.spectrum, **load, penetration_hardness=scene.penetration_hardness)
+    load = {
+        "effective_modulus": scene.effective_modulus,
+        "nominal_pressure": scene.sliding.nominal_pressure,
+    }
+    smooth = plasticity.smoothed_spectrum(
+        scene.spectrum, **load, penetration_hardness=scene.penetration_hardness
+    )
     body = scene.conduction()
-    heat = {"conductivity": body.conductivity, "diffusivity": body.diffusivity, "gamma": scene.theory.gamma}
+    heat = {
+        "conductivity": body.conductivity,
+        "diffusivity": body.diffusivity,
+        "gamma": scene.theory.gamma,
+    }
     return scene, smooth, load | heat | {"friction_coefficient": scene.friction_coefficient()}
 
 
@@ -148,10 +176,18 @@ def main() -> None:
     peclets = np.geomspace(0.1, 1e4, 3 if options.toy else 21)
     figure = Figure(figsize=(8, 6.8))
     share, flash, hottest, jump = figure.subplots(2, 2).flat
-    print(f"{'':57}{'share of the moving body':^33}{'T_flash to pointwise':>22}{'T_max to pointwise':>22}")
+    print(
+        f"{'':57}{'share of the moving body':^33}{'T_flash to pointwise':>22}{'T_max to pointwise':>22}"
+    )
     columns = [*STYLES, "mean", "total", "mean", "total", "mismatch"]
     print(f"{'':48}{'Pe':>9}" + "".join(f"{column:>11}" for column in columns))
-    rows = [["", *(f'{what}, "{rule}"' for rule in ("mean", "total") for what in ("T_flash", "T_max")), "mismatch"]]
+    rows = [
+        [
+            "",
+            *(f'{what}, "{rule}"' for rule in ("mean", "total") for what in ("T_flash", "T_max")),
+            "mismatch",
+        ]
+    ]
     for (name, case), colour, width in zip(CASES.items(), COLOURS, WIDTHS, strict=True):
         results = [three_rules(flux, grid, peclet, *case) for peclet in peclets]
         draw((share, flash, hottest, jump), peclets, results, colour, width)
@@ -160,10 +196,17 @@ def main() -> None:
     share.set(title="share of the moving body", ylim=(0, 1))
     flash.set(title=r"$T_\mathrm{flash}$ of one number against pointwise, %")
     hottest.set(title=r"$T_\mathrm{max}$ of one number against pointwise, %", xlabel="$vR/D$")
-    jump.set(title=r"largest $|T_1 - T_2|\,/\,T_\mathrm{max}$ under the rule mean", xlabel="$vR/D$", ylim=(0, None))
+    jump.set(
+        title=r"largest $|T_1 - T_2|\,/\,T_\mathrm{max}$ under the rule mean",
+        xlabel="$vR/D$",
+        ylim=(0, None),
+    )
     for axis in (flash, hottest):
         axis.axhline(0, color="0.7", lw=0.8, zorder=0)
-    handles = [Line2D([], [], color=c, lw=w, label=name) for name, c, w in zip(CASES, COLOURS, WIDTHS, strict=True)]
+    handles = [
+        Line2D([], [], color=c, lw=w, label=name)
+        for name, c, w in zip(CASES, COLOURS, WIDTHS, strict=True)
+    ]
     handles += [Line2D([], [], color="k", ls=style, label=rule) for rule, style in STYLES.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     figure.savefig(options.output / "partition.png")
@@ -171,7 +214,12 @@ def main() -> None:
     print(*("  ".join(row) for row in spot[1:]), numbers, sep="\n")
     if options.evidence:
         tables = {"rules": rows, "spot": spot}
-        write_evidence("partition", "python experiments/partition.py --evidence", tables=tables, numbers=numbers)
+        write_evidence(
+            "partition",
+            "python experiments/partition.py --evidence",
+            tables=tables,
+            numbers=numbers,
+        )
 
 
 if __name__ == "__main__":

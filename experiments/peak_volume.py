@@ -83,7 +83,10 @@ def main() -> None:
         if options.toy:
             first_level = replace(first_level, shape=(64, 64), q_max=2e4)
         finer, end = tuple(2 * points for points in first_level.shape), scene.spectrum.breaks[-1]
-        levels = (first_level, replace(first_level, shape=finer, q_max=min(2 * first_level.q_max, end)))
+        levels = (
+            first_level,
+            replace(first_level, shape=finer, q_max=min(2 * first_level.q_max, end)),
+        )
         numerics = replace(numerics, levels=levels)
         count = 10 if options.toy else options.pairs
         first, volumes, skewness = pairs(level_problem(scene, numerics, 0), count)
@@ -101,13 +104,18 @@ def main() -> None:
         second, _, _ = pairs(level_problem(scene, numerics, 1), few)
         steps = correlation_of_pairs(second - first[:few])[1]
         words = ", ".join(f"{title} {steps[k]:+.2f}" for k, title in enumerate(TITLES))
-        print(f"{name}, step from {levels[0].shape[0]}² to {levels[1].shape[0]}², h and −h: {words}", flush=True)
+        print(
+            f"{name}, step from {levels[0].shape[0]}² to {levels[1].shape[0]}², h and −h: {words}",
+            flush=True,
+        )
         off = upright[:, 1] - upright[:, 1].mean()
         told = explained(upright, volumes)[:, 1]
         axes.plot(100 * told / whole[1], 100 * off / whole[1], ".", ms=4, label=name)
     axes.axline((0.0, 0.0), slope=1.0, color="0.7", lw=0.8, zorder=0)
     axes.set(
-        xlabel="what the peak volume says (%)", ylabel="T_flash at the fastest speed, off its mean (%)", aspect="equal"
+        xlabel="what the peak volume says (%)",
+        ylabel="T_flash at the fastest speed, off its mean (%)",
+        aspect="equal",
     )
     axes.legend(frameon=False, fontsize=7)
     figure.savefig(options.output / "peak_volume.png", dpi=130)

@@ -31,7 +31,9 @@ def draw(folder: Path, lines: tuple[str, ...]) -> None:
     """Run commands in a folder, one after the other."""
     for line in lines:
         print(f"$ roughsim {line}", flush=True)
-        subprocess.run([sys.executable, "-m", "roughsim.cli", *shlex.split(line)], cwd=folder, check=True)
+        subprocess.run(
+            [sys.executable, "-m", "roughsim.cli", *shlex.split(line)], cwd=folder, check=True
+        )
 
 
 def main() -> None:

@@ -37,7 +37,10 @@ SEED = 40011  # drawn after all was settled on scenes of 77, 1125, 16128, 23011 
 FIRST = 5000  # seed of the surfaces
 PIXELS = 3, 6  # per shortest wave
 MOST_SIDE = 1536  # points along a side of the finer grid
-MEMBERS, TOY_MEMBERS = (60, 40, 24, 12, 8), (4, 3)  # at the cut-offs, the last also at all that follow
+MEMBERS, TOY_MEMBERS = (
+    (60, 40, 24, 12, 8),
+    (4, 3),
+)  # at the cut-offs, the last also at all that follow
 ALONE = "T_flash, each speed by itself"
 SHOWN = {"T_flash": "flash_temperature", "area": "contact_fraction", "g_σ(0)": "pressure_variance"}
 
@@ -50,7 +53,10 @@ def change(case: make_deep.Case, q_max: float, length: float, members: int) -> d
     column = "elastic" if case.scene.elastic else "capped"
     sides = [make_deep.side(q_max, length, pixels) for pixels in PIXELS]
     levels = [rs.Level(column, (side, side), q_max) for side in sides]
-    rows = [[make_deep.moments(case, level, length, k, FIRST) for level in levels] for k in range(members)]
+    rows = [
+        [make_deep.moments(case, level, length, k, FIRST) for level in levels]
+        for k in range(members)
+    ]
     coarse, fine = np.moveaxis(np.array(rows), 1, 0)
     relative = fine / fine.mean(axis=0) - coarse / coarse.mean(axis=0)
     width = stats.t.ppf(0.975, members - 1) / members**0.5
@@ -83,7 +89,11 @@ def carries(name: str, scene: rs.Scene, found: list[dict[str, Any]]) -> Iterator
     """
     column, speeds = "elastic" if scene.elastic else "capped", len(scene.speeds)
     areas = [("area", slice(speeds, speeds + 1)), ("g_σ(0)", slice(speeds + 1, speeds + 2))]
-    places = [("T_flash", slice(speeds)), *areas, *((ALONE, slice(k, k + 1)) for k in range(speeds))]
+    places = [
+        ("T_flash", slice(speeds)),
+        *areas,
+        *((ALONE, slice(k, k + 1)) for k in range(speeds)),
+    ]
     for (shown, place), (low, high) in product(places, combinations(found, 2)):
         record = OBSERVABLES[SHOWN.get(shown, SHOWN["T_flash"])]
         order, fall = record.pixel_orders[column == "capped"], PIXEL_FALL[column]
@@ -109,7 +119,9 @@ def rung(row: dict[str, Any], of: slice) -> Rung:
 
 def all_of(rows: list[dict[str, Any]]) -> tuple[Array, Array]:
     """Return how far carries are off and their errors with the scatter, relative, one number for each speed."""
-    off, told, scatter = (np.concatenate([row[name] for row in rows]) for name in ("off", "told", "scatter"))
+    off, told, scatter = (
+        np.concatenate([row[name] for row in rows]) for name in ("off", "told", "scatter")
+    )
     return off, np.hypot(told, scatter)
 
 
@@ -142,11 +154,15 @@ def main() -> None:
     cells = table(rows)
     print("\n".join(" | ".join(row) for row in cells))
     together = [row for row in rows if not row["observable"].startswith(ALONE)]
-    groups = {shown: all_of([row for row in together if row["observable"].startswith(f"{shown}, ")]) for shown in SHOWN}
+    groups = {
+        shown: all_of([row for row in together if row["observable"].startswith(f"{shown}, ")])
+        for shown in SHOWN
+    }
     off_over_error(groups, options.output / "pixel_falls.png")
     if options.evidence:
         of_all, alone = (
-            all_of([row for row in rows if row["observable"] == f"{shown}, capped"]) for shown in ("T_flash", ALONE)
+            all_of([row for row in rows if row["observable"] == f"{shown}, capped"])
+            for shown in ("T_flash", ALONE)
         )
         worst = int(np.argmax(alone[0] - alone[1]))
         numbers = {

@@ -25,8 +25,18 @@ POINTS, PIXEL = 128, 4e-6  # of a map; m
 NAMES = ("flash_temperature", "contact_fraction", "pressure_variance")
 SPEEDS = (0.01, 35.0)  # m/s
 CONTACTS = {"elastic": 0.0, "capped": 3e9}  # hardness, Pa; 0: none
-KINDS = {"periodic": (1, "tile"), "mirrored": (1, "mirror"), "cut out": (2, "mirror")}  # drawn so much wider, and edges
-STEEL = {"youngs_modulus": 2.1e11, "poisson_ratio": 0.3, "conductivity": 30, "density": 7900, "heat_capacity": 500}
+KINDS = {
+    "periodic": (1, "tile"),
+    "mirrored": (1, "mirror"),
+    "cut out": (2, "mirror"),
+}  # drawn so much wider, and edges
+STEEL = {
+    "youngs_modulus": 2.1e11,
+    "poisson_ratio": 0.3,
+    "conductivity": 30,
+    "density": 7900,
+    "heat_capacity": 500,
+}
 
 
 def scene_of(surface, hardness, seeds=1, seed=7000):
@@ -34,7 +44,13 @@ def scene_of(surface, hardness, seeds=1, seed=7000):
     body = STEEL | ({"penetration_hardness": hardness} if hardness else {})
     sliding = {"nominal_pressure": 6e7, "speed": list(SPEEDS), "friction_coefficient": 0.2}
     ensemble = {"max_realizations": seeds, "seed": seed}
-    return {"surface": surface, "body": body, "counterface": STEEL, "sliding": sliding, "ensemble": ensemble}
+    return {
+        "surface": surface,
+        "body": body,
+        "counterface": STEEL,
+        "sliding": sliding,
+        "ensemble": ensemble,
+    }
 
 
 def face_of(waves, points):
@@ -45,9 +61,15 @@ def face_of(waves, points):
 
 def mean_of_many(face, hardness, pressed, times, seeds):
     """Return means over surfaces so many times as wide as the map of a run, drawn from C(q), at its levels."""
-    levels = tuple(  # a map is pressed with all waves of its pixels, of which C(q) has those up to q_max
-        replace(level, shape=tuple(times * n for n in level.shape), q_max=min(level.q_max, face["q_max"]))
-        for level in pressed.numerics.levels
+    levels = (
+        tuple(  # a map is pressed with all waves of its pixels, of which C(q) has those up to q_max
+            replace(
+                level,
+                shape=tuple(times * n for n in level.shape),
+                q_max=min(level.q_max, face["q_max"]),
+            )
+            for level in pressed.numerics.levels
+        )
     )
     lengths = tuple(times * length for length in pressed.numerics.lengths)
     scene = rs.load_scene(scene_of(face, hardness, seeds))
@@ -65,7 +87,11 @@ def pressed(folder, face, hardness, kind, points, seed):
     heights = rs.synthesize(spectrum, grid, np.random.default_rng(seed), amplitudes="gaussian")
     path = folder.parent / "map.npy"
     np.save(path, heights[:points, :points])
-    surface = {"topography": str(path.resolve()), "topography_size": points * PIXEL, "topography_unit": "m"}
+    surface = {
+        "topography": str(path.resolve()),
+        "topography_size": points * PIXEL,
+        "topography_unit": "m",
+    }
     return rs.press(scene_of(surface, hardness, seed=seed), folder, edges=edges)
 
 
@@ -77,7 +103,9 @@ def judged(runs, truth):
         means = np.array([estimate.mean for estimate in estimates])
         errors = np.array([estimate.total_error for estimate in estimates])
         off, inside = means / truth[name] - 1.0, (np.abs(means - truth[name]) <= errors).sum(axis=0)
-        for k, speed in enumerate([f" at {v:g} m/s" for v in SPEEDS] if len(truth[name]) == len(SPEEDS) else [""]):
+        for k, speed in enumerate(
+            [f" at {v:g} m/s" for v in SPEEDS] if len(truth[name]) == len(SPEEDS) else [""]
+        ):
             print(
                 f"    {name}{speed}: off by {100 * off[:, k].mean():+.1f} ± {100 * off[:, k].std():.1f} %, "
                 f"stated {100 * np.median((errors / means)[:, k]):.0f} %, inside {inside[k]} of {len(runs)}",
@@ -92,7 +120,9 @@ def main():
     """Print how often the stated errors hold, and draw T_flash of the maps."""
     options = Command(__file__, __doc__, "two maps of each kind").parse()
     count, points, seeds = (2, 64, 4) if options.toy else (24, POINTS, 24)
-    warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)  # C(q) goes on beyond a map
+    warnings.filterwarnings(
+        "ignore", message="q_min = ", category=RuntimeWarning
+    )  # C(q) goes on beyond a map
     figure = Figure((6.0, 3.2), layout="constrained")
     axes, labels, rows = figure.subplots(), [], []
     for contact, hardness in CONTACTS.items():
@@ -106,7 +136,13 @@ def main():
                 ]
                 truth = truth or mean_of_many(face, hardness, runs[0], 8 // waves, seeds)
                 print(f"{contact}, {waves} longest waves a side, {kind}:")
-                row = {"contact": contact, "waves": waves, "kind": kind, "maps": count, "inside": judged(runs, truth)}
+                row = {
+                    "contact": contact,
+                    "waves": waves,
+                    "kind": kind,
+                    "maps": count,
+                    "inside": judged(runs, truth),
+                }
                 flash = np.array([run.estimate("flash_temperature").mean for run in runs])
                 row["over_twin"] = [run.over_twin.tolist() for run in runs]
                 if kind == "periodic":
@@ -114,7 +150,9 @@ def main():
                 if kind == "mirrored":
                     change = 100 * np.abs(flash / tiled - 1.0)
                     row["mirror"] = change.mean(axis=0).tolist()
-                    print(f"    mirrored edges change T_flash by {row['mirror']} %, at most {change.max(axis=0)} %")
+                    print(
+                        f"    mirrored edges change T_flash by {row['mirror']} %, at most {change.max(axis=0)} %"
+                    )
                 rows.append(row)
                 off = 100 * (flash[:, -1] / truth["flash_temperature"][-1] - 1)
                 axes.plot(np.full(count, len(labels)), off, "o", ms=3)
@@ -125,7 +163,12 @@ def main():
     numbers = quoted(rows)
     print(numbers)
     if options.evidence:
-        write_evidence("pressed_maps", "python experiments/pressed_maps.py --evidence", rows=rows, numbers=numbers)
+        write_evidence(
+            "pressed_maps",
+            "python experiments/pressed_maps.py --evidence",
+            rows=rows,
+            numbers=numbers,
+        )
 
 
 def quoted(rows):

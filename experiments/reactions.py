@@ -85,7 +85,9 @@ BAND = Part(
     {"L": (0.003, 0.05), "P": (0.1, 0.85), "N": (0.85, 0.99)},
 )
 JUDGE = replace(
-    BAND, seed=20261130, numbers={"L": range(11, 13), "P": range(11, 15), "N": range(11, 14), "E": range(11, 15)}
+    BAND,
+    seed=20261130,
+    numbers={"L": range(11, 13), "P": range(11, 15), "N": range(11, 14), "E": range(11, 15)},
 )
 PARTS = {"first": FIRST, "band": BAND, "judge": JUDGE}
 
@@ -117,16 +119,22 @@ class Drawn:
     def spectrum(self, points: int) -> rs.SelfAffineSpectrum:
         """Return C(q) up to the waves of four pixels."""
         q_min = 2 * pi * PERIODS / CELL
-        return rs.SelfAffineSpectrum(self.level, self.hurst, q_min, self.plateau * q_min, 2 * pi * points / CELL / 4)
+        return rs.SelfAffineSpectrum(
+            self.level, self.hurst, q_min, self.plateau * q_min, 2 * pi * points / CELL / 4
+        )
 
-    def theory(self, points: int | None = None, fields: int = 16) -> clipped.TemperatureDistribution:
+    def theory(
+        self, points: int | None = None, fields: int = 16
+    ) -> clipped.TemperatureDistribution:
         """Return the distribution of drawn fields."""
         speeds, points = list(self.part.speeds.values()), points or self.part.points
         return clipped.temperature_distribution(
             speeds, self.spectrum(points), **self.solid(), **HEAT, points=points, fields=fields
         )
 
-    def solve(self, points: int | None = None, members: int = MEMBERS) -> clipped.TemperatureDistribution:
+    def solve(
+        self, points: int | None = None, members: int = MEMBERS
+    ) -> clipped.TemperatureDistribution:
         """Return the distribution of solved contacts of drawn surfaces."""
         points = points or self.part.points
         grid = rs.Grid((points, points), (CELL, CELL))
@@ -136,10 +144,14 @@ class Drawn:
         kelvins, pressures, numbers, area = [], [], [], 0.0
         for n, stream in enumerate(streams):
             heights = rs.synthesize(self.spectrum(points), grid, np.random.default_rng(stream))
-            pressure = rs.solve_contact(heights, grid, solid, nominal_pressure=self.pressure, tolerance=1e-4).pressure
+            pressure = rs.solve_contact(
+                heights, grid, solid, nominal_pressure=self.pressure, tolerance=1e-4
+            ).pressure
             touching = pressure > 0.0
             fields = [
-                rs.sliding_temperature(v * pressure, grid, speed=v, conductivity=1.0, diffusivity=DIFFUSIVITY)
+                rs.sliding_temperature(
+                    v * pressure, grid, speed=v, conductivity=1.0, diffusivity=DIFFUSIVITY
+                )
                 for v in self.part.speeds.values()
             ]
             kelvins.append(np.stack([field[touching] for field in fields]))
@@ -173,11 +185,17 @@ def _contact(part: Part, kind: str, number: int, rng: np.random.Generator) -> Dr
     def between(low: float, high: float) -> float:
         return rounded(exp(rng.uniform(log(low), log(high))))
 
-    hurst, plateau, hardness = rounded(rng.uniform(*part.hurst)), between(1.0, 4.0), between(0.5e9, 5e9)
+    hurst, plateau, hardness = (
+        rounded(rng.uniform(*part.hurst)),
+        between(1.0, 4.0),
+        between(0.5e9, 5e9),
+    )
     unit = Drawn("", hurst, plateau, 1.0, 0.0, None).spectrum(part.points)
     if kind == "E":
         pressure = between(0.006, 0.3) * hardness
-        level = rounded((pressure / (MODULUS * between(*_LOAD) * unit.rms_slope)) ** 2)  # σ₀ = load E* h′
+        level = rounded(
+            (pressure / (MODULUS * between(*_LOAD) * unit.rms_slope)) ** 2
+        )  # σ₀ = load E* h′
         return Drawn(f"{kind}{number}", hurst, plateau, level, rounded(pressure), None)
     share = between(*part.share[kind])
     level = rounded(level_at(share, hardness, rng.uniform(*part.elastic[kind]), unit))
@@ -216,16 +234,23 @@ def row_of(found: clipped.TemperatureDistribution, speeds: Iterable[str]) -> Row
             "kelvin": one.activation_temperature(energies, background_temperature=BACKGROUND),
         }
 
-    values, doubted = tables(even), [tables(one) for one in even.doubted()] if np.any(found.doubt) else []
+    values, doubted = (
+        tables(even),
+        [tables(one) for one in even.doubted()] if np.any(found.doubt) else [],
+    )
     for kind, estimate in values.items():
         names = ENERGIES if kind in ("rate", "kelvin") else SHARES
         columns = {"": estimate.value, " error": estimate.standard_error}
         if doubted:
-            columns[" form"] = np.linalg.norm([one[kind].value - estimate.value for one in doubted], axis=0)
+            columns[" form"] = np.linalg.norm(
+                [one[kind].value - estimate.value for one in doubted], axis=0
+            )
         for column, table_ in columns.items():
             for (k, n), value in np.ndenumerate(table_ / units[kind]):
                 row[f"{list(speeds)[n]} {kind} {names[k]:g}{column}"] = float(value)
-    return row | {f"{speed} flash": float(found.flash_temperature[n]) for n, speed in enumerate(speeds)}
+    return row | {
+        f"{speed} flash": float(found.flash_temperature[n]) for n, speed in enumerate(speeds)
+    }
 
 
 def coverage(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
@@ -234,13 +259,24 @@ def coverage(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
     A rate also has the error of the contact area of the law.
     """
     shares = {}
-    for kind, names in ("quantile", SHARES), ("area", SHARES), ("rate", ENERGIES), ("kelvin", ENERGIES):
+    for kind, names in (
+        ("quantile", SHARES),
+        ("area", SHARES),
+        ("rate", ENERGIES),
+        ("kelvin", ENERGIES),
+    ):
         within = []
         for contact, (theory, solved) in rows.items():
-            for key in (f"{speed} {kind} {name:g}" for speed in _speeds_of(contact, solved) for name in names):
+            for key in (
+                f"{speed} {kind} {name:g}"
+                for speed in _speeds_of(contact, solved)
+                for name in names
+            ):
                 if key not in solved:
                     continue
-                value, other, form = (float(x) for x in (theory[key], solved[key], theory[f"{key} form"]))
+                value, other, form = (
+                    float(x) for x in (theory[key], solved[key], theory[f"{key} form"])
+                )
                 area = AREA * value if kind == "rate" else 0.0
                 drawing = [2 * float(row[f"{key} error"]) for row in (theory, solved)]
                 within.append(abs(value - other) <= np.linalg.norm([form, area, *drawing]))
@@ -261,7 +297,10 @@ def table(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
             flash = float(theory[f"{speed} flash"]) / float(solved[f"{speed} flash"]) - 1
             print(f"  {v:g} m/s, T_flash {100 * flash:+.1f} %")
             for kind, names in ("quantile", SHARES), ("rate", ENERGIES):
-                texts = [f"{name:g}: {_beside(theory, solved, f'{speed} {kind} {name:g}')}" for name in names]
+                texts = [
+                    f"{name:g}: {_beside(theory, solved, f'{speed} {kind} {name:g}')}"
+                    for name in names
+                ]
                 print(f"    {kind} " + "   ".join(texts))
     for kind, names in ("quantile", SHARES), ("rate", ENERGIES):
         for name in names:
@@ -283,10 +322,19 @@ def table(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
 def of_steel() -> dict[str, float]:
     """Return T above which the hottest hundredth of the heat is set free, over T_flash, of steel-1.2GPa in theory."""
     scene = rs.load_scene("steel-1.2GPa")
-    solid = {"effective_modulus": scene.effective_modulus, "penetration_hardness": scene.penetration_hardness}
-    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": 30.0 / (7900.0 * 500.0)}
+    solid = {
+        "effective_modulus": scene.effective_modulus,
+        "penetration_hardness": scene.penetration_hardness,
+    }
+    heat = {
+        "friction_coefficient": 0.11,
+        "conductivity": 30.0,
+        "diffusivity": 30.0 / (7900.0 * 500.0),
+    }
     load = {"nominal_pressure": scene.sliding.nominal_pressure}
-    found = clipped.temperature_distribution(list(FIRST.speeds.values()), scene.spectrum, **solid, **load, **heat)
+    found = clipped.temperature_distribution(
+        list(FIRST.speeds.values()), scene.spectrum, **solid, **load, **heat
+    )
     ratios = found.quantiles(0.99).value[0] / found.flash_temperature
     return {f"steel_{name}": float(ratio) for name, ratio in zip(FIRST.speeds, ratios, strict=True)}
 
@@ -305,7 +353,9 @@ def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
                 for speed, marker in zip(FIRST.speeds, "o^", strict=True):
                     keys = [f"{speed} {kind} {each:g}" for each in names]
                     x, y = ([float(row[key]) for key in keys] for row in (solved, theory))
-                    errors = [[2 * float(row[f"{key} error"]) for key in keys] for row in (solved, theory)]
+                    errors = [
+                        [2 * float(row[f"{key} error"]) for key in keys] for row in (solved, theory)
+                    ]
                     style: dict[str, Any] = {"fmt": marker, "color": COLOURS[name[0]], "lw": 0.8}
                     axes.errorbar(x, y, xerr=errors[0], yerr=errors[1], **style)
             limits = np.array(axes.get_xlim())
@@ -313,7 +363,9 @@ def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
         for kind, words in KINDS.items():
             panels[0].plot([], [], "s", color=COLOURS[kind], label=words)
         panels[0].set(title="quantiles of $T/T_{flash}$", xlabel="solved", ylabel="theory")
-        panels[1].set(title="rate / that of $A_0$ at $T_{flash}$", xlabel="solved", xscale="log", yscale="log")
+        panels[1].set(
+            title="rate / that of $A_0$ at $T_{flash}$", xlabel="solved", xscale="log", yscale="log"
+        )
         legend_below(figure, [panels[0]], 3)
 
 
@@ -323,7 +375,12 @@ def slide(points: int | None) -> dict[str, float]:
     Return those at the highest cut-off and speed.
     """
     numbers = {}
-    asks = {"history": "sliding", "slid_distance": "2 mm", "heat_partition": 0.5, "speed": [1.0, 35.0]}
+    asks = {
+        "history": "sliding",
+        "slid_distance": "2 mm",
+        "heat_partition": 0.5,
+        "speed": [1.0, 35.0],
+    }
     changes = {f"sliding.{key}": value for key, value in asks.items()}
     scene = rs.load_scene("steel-1.2GPa", changes | {"observables.temperature_distribution": True})
     numerics = rs.plan(scene)
@@ -335,19 +392,34 @@ def slide(points: int | None) -> dict[str, float]:
         slid = solve_slide(slide_problem(scene, replace(numerics, levels=tuple(levels)))).numbers
         for k, speed in enumerate(scene.speeds):
             flash = slid["sliding_flash_temperature"][k]
-            numbers = {f"slide_{name}": slid[f"sliding_temperature_quantile_{name}"][k] / flash for name in LEVELS}
+            numbers = {
+                f"slide_{name}": slid[f"sliding_temperature_quantile_{name}"][k] / flash
+                for name in LEVELS
+            }
             quantiles = ", ".join(f"{value:.3f}" for value in numbers.values())
-            print(f"two steels, q_c = {q_max:.3g} 1/m, {speed:g} m/s: T_flash {flash:.1f} K, {quantiles}")
+            print(
+                f"two steels, q_c = {q_max:.3g} 1/m, {speed:g} m/s: T_flash {flash:.1f} K, {quantiles}"
+            )
     return numbers
 
 
 def main() -> None:
-    command = Command(__file__, __doc__, "two contacts of 128² points, which are not those of the list")
+    command = Command(
+        __file__, __doc__, "two contacts of 128² points, which are not those of the list"
+    )
     command.add_argument("--draw", action="store_true", help="write the list of contacts again")
-    command.add_argument("--solve", action="store_true", help="solve the contacts that have no row yet")
-    command.add_argument("--slide", action="store_true", help="slide two steels, and print their quantiles")
+    command.add_argument(
+        "--solve", action="store_true", help="solve the contacts that have no row yet"
+    )
+    command.add_argument(
+        "--slide", action="store_true", help="slide two steels, and print their quantiles"
+    )
     options = command.parse()
-    slid = slide(64 if options.toy else None) if options.slide or options.toy or options.evidence else {}
+    slid = (
+        slide(64 if options.toy else None)
+        if options.slide or options.toy or options.evidence
+        else {}
+    )
     if options.draw:
         rows = ",\n".join(json.dumps(asdict(contact)) for contact in drawn())
         LIST.write_text(f"[\n{rows}\n]\n", "utf-8")
@@ -356,14 +428,24 @@ def main() -> None:
     contacts = [contact for contact in points() if not options.toy or contact.name in ("P1", "L1")]
     if options.toy or options.solve:
         for contact in contacts:
-            kept.once("solved", contact.name, partial(lambda c: row_of(c.solve(*size), c.part.speeds), contact))
+            kept.once(
+                "solved",
+                contact.name,
+                partial(lambda c: row_of(c.solve(*size), c.part.speeds), contact),
+            )
             print(f"{contact.name} solved", flush=True)
     solved = kept["solved"]
-    found = {c.name: (row_of(c.theory(size[0]), c.part.speeds), solved[c.name]) for c in contacts if c.name in solved}
+    found = {
+        c.name: (row_of(c.theory(size[0]), c.part.speeds), solved[c.name])
+        for c in contacts
+        if c.name in solved
+    }
     if found:
         numbers = table(found)
         for name in ("band", "judge"):
-            chosen = {contact: rows for contact, rows in found.items() if _part_of(contact) is PARTS[name]}
+            chosen = {
+                contact: rows for contact, rows in found.items() if _part_of(contact) is PARTS[name]
+            }
             print(f"part {name}:")
             numbers |= {f"{name}_{key}": share for key, share in coverage(chosen).items() if chosen}
         draw(found, options.output / "reactions.png")

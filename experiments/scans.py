@@ -24,7 +24,10 @@ from roughsim.scene.sections import SurfaceSection
 from roughsim.surface.topography import combined, levelled, map_spectrum
 
 Q_MIN, Q_MAX, WAVES = 6350.0, 3e5, 4  # rad/m; longest waves on a side of the whole surface
-KINDS = {"self-affine from the longest wave": (Q_MIN, 0.0), "steel, roll-off exponent 1.5": (9.4e4, 1.5)}
+KINDS = {
+    "self-affine from the longest wave": (Q_MIN, 0.0),
+    "steel, roll-off exponent 1.5": (9.4e4, 1.5),
+}
 # maps: part of the side of the surface, and where each begins, in its own sides
 MAPS = {
     "2": [(2, 0, 0)],
@@ -35,14 +38,21 @@ MAPS = {
 }
 WIDE = "2"  # what docs/how-to/topography.md asks for
 SPEEDS = (0.001, 35.0)  # m/s
-FIRST_SEED = dict(zip(KINDS, (3000, 2000), strict=True))  # none of them was used to choose the rules
+FIRST_SEED = dict(
+    zip(KINDS, (3000, 2000), strict=True)
+)  # none of them was used to choose the rules
 
 
 def known(kind):
     """The scene with the C(q) that the surfaces are drawn from."""
     roll_off, exponent = KINDS[kind]
     face = SurfaceSection(
-        rms_height=9e-7, hurst=0.8, q_min=Q_MIN, q_roll_off=roll_off, q_max=Q_MAX, roll_off_exponent=exponent
+        rms_height=9e-7,
+        hurst=0.8,
+        q_min=Q_MIN,
+        q_roll_off=roll_off,
+        q_max=Q_MAX,
+        roll_off_exponent=exponent,
     )
     steel = rs.load_scene("steel-1.2GPa")
     return replace(steel, surface=face, sliding=replace(steel.sliding, speed=SPEEDS))
@@ -63,7 +73,9 @@ def scanned(scene, maps):
 
 def flash(scene):
     """T_flash at each speed, K."""
-    return prediction.over_speed(scene, np.array(scene.speeds), names=("flash_temperature",))["flash_temperature"]
+    return prediction.over_speed(scene, np.array(scene.speeds), names=("flash_temperature",))[
+        "flash_temperature"
+    ]
 
 
 def draws(kind, maps, points, seeds):
@@ -72,14 +84,18 @@ def draws(kind, maps, points, seeds):
     grid = rs.Grid((points, points), (side, side))
     found, stated = [], []
     for seed in seeds:
-        heights = rs.synthesize(scene.faces[0], grid, np.random.default_rng(seed), amplitudes="gaussian")
+        heights = rs.synthesize(
+            scene.faces[0], grid, np.random.default_rng(seed), amplitudes="gaussian"
+        )
         cuts = []
         for part, i, j in maps:
             n = points // part
             cuts.append((heights[i * n : (i + 1) * n, j * n : (j + 1) * n], side / part))
         scan = scanned(scene, cuts)
         found.append(flash(scan) / flash(scene) - 1)
-        stated.append(scan_error(scan, "flash_temperature")["flash_temperature"] * flash(scan) / flash(scene))
+        stated.append(
+            scan_error(scan, "flash_temperature")["flash_temperature"] * flash(scan) / flash(scene)
+        )
     return 100 * np.array(found), 100 * np.array(stated)
 
 
@@ -94,20 +110,38 @@ def main():
             first = FIRST_SEED[kind]
             found, stated = draws(kind, maps, 512, first + np.arange(1 if options.toy else 100))
             inside, known = (np.abs(found) <= stated).sum(axis=0), np.isfinite(stated).sum(axis=0)
-            row = {"kind": kind, "maps": name, "off": found[:, -1].mean(), "scatter": found[:, -1].std()}
+            row = {
+                "kind": kind,
+                "maps": name,
+                "off": found[:, -1].mean(),
+                "scatter": found[:, -1].std(),
+            }
             rows.append(row | {"inside": inside.tolist(), "known": known.tolist()})
-            print(f"{kind}, sides {name} longest waves: off by {row['off']:+.0f} ± {row['scatter']:.0f} %,")
+            print(
+                f"{kind}, sides {name} longest waves: off by {row['off']:+.0f} ± {row['scatter']:.0f} %,"
+            )
             if known[-1]:
-                print(f"    stated {np.median(stated[np.isfinite(stated[:, -1]), -1]):.0f} % (median),")
+                print(
+                    f"    stated {np.median(stated[np.isfinite(stated[:, -1]), -1]):.0f} % (median),"
+                )
             print(f"    inside {inside} of {known} known at {SPEEDS} m/s", flush=True)
-            axes.plot(np.full(len(found), x), found[:, -1], marker, mfc="none", ms=3, label=None if x else kind)
+            axes.plot(
+                np.full(len(found), x),
+                found[:, -1],
+                marker,
+                mfc="none",
+                ms=3,
+                label=None if x else kind,
+            )
     axes.axhline(0.0, color="0.6", lw=0.8)
     axes.set(xlabel="sides of the scans, longest waves", ylabel="T_flash of the scan, off by %")
     axes.set_xticks(range(len(MAPS)), list(MAPS))
     axes.legend(frameon=False)
     figure.savefig(options.output / "scans.png", dpi=150)
     if options.evidence:
-        write_evidence("scans", "python experiments/scans.py --evidence", rows=rows, numbers=quoted(rows))
+        write_evidence(
+            "scans", "python experiments/scans.py --evidence", rows=rows, numbers=quoted(rows)
+        )
 
 
 def quoted(rows):
@@ -117,7 +151,12 @@ def quoted(rows):
     """
     wide = [row["scatter"] for row in rows if row["maps"] == WIDE]
     inside, known = (sum(sum(row[name]) for row in rows) for name in ("inside", "known"))
-    return {"wide_least": min(wide), "wide_most": max(wide), "known": known, "inside": 100 * inside / known}
+    return {
+        "wide_least": min(wide),
+        "wide_most": max(wide),
+        "known": known,
+        "inside": 100 * inside / known,
+    }
 
 
 if __name__ == "__main__":

@@ -27,8 +27,16 @@ class Command(argparse.ArgumentParser):
         super().__init__(description=(doc or "").splitlines()[0])
         self.add_argument("--toy", action="store_true", help=toy.replace("%", "%%"))
         folder = Path("runs") / Path(file).stem
-        self.add_argument("-o", "--output", type=Path, default=folder, help=f"folder of all that is written: {folder}")
-        self.add_argument("--evidence", action="store_true", help="write the file of docs/evidence, too")
+        self.add_argument(
+            "-o",
+            "--output",
+            type=Path,
+            default=folder,
+            help=f"folder of all that is written: {folder}",
+        )
+        self.add_argument(
+            "--evidence", action="store_true", help="write the file of docs/evidence, too"
+        )
 
     def parse(self) -> argparse.Namespace:
         """Return the options; the folder is there by then."""
@@ -45,12 +53,16 @@ class Rows:
 
     def __init__(self, path: Path, *, resume: bool = False):
         self.path = path
-        self._tables: dict[str, dict[str, Row]] = {}  # rows by table and name, in the order in which they came
+        self._tables: dict[
+            str, dict[str, Row]
+        ] = {}  # rows by table and name, in the order in which they came
         if resume and self.path.exists():
             try:
                 self._tables = dict(json.loads(self.path.read_text("utf-8"))[CONTENT])
             except (ValueError, LookupError, TypeError) as error:
-                raise RecordError(f"{path} holds no rows to go on with ({error}); give another path") from error
+                raise RecordError(
+                    f"{path} holds no rows to go on with ({error}); give another path"
+                ) from error
 
     def __getitem__(self, table: str) -> dict[str, Row]:
         """The rows of a table by name."""
@@ -81,7 +93,10 @@ def processor() -> str:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
     except OSError:
         return platform.processor()
-    return next((line.partition(": ")[2] for line in lines if line.startswith("model name")), platform.machine())
+    return next(
+        (line.partition(": ")[2] for line in lines if line.startswith("model name")),
+        platform.machine(),
+    )
 
 
 def write_evidence(name: str, command: str, **content: Any) -> None:

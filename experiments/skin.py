@@ -57,16 +57,27 @@ class Steel:
             penetration_hardness=scene.penetration_hardness,
             **load,
         )
-        self.contact = {"stress_spectrum": stress, "friction_coefficient": scene.friction_coefficient(), **load}
+        self.contact = {
+            "stress_spectrum": stress,
+            "friction_coefficient": scene.friction_coefficient(),
+            **load,
+        }
 
     def flash_temperature(
-        self, conductivity: float, skin: tuple[float, float, float] | None = None, heat_depth: float = 0.0
+        self,
+        conductivity: float,
+        skin: tuple[float, float, float] | None = None,
+        heat_depth: float = 0.0,
     ) -> np.ndarray:
         """Return T_flash at `SPEEDS`, K."""
         body = {"conductivity": conductivity, "diffusivity": conductivity / STEEL}
-        return flash.flash_temperature(SPEEDS, skin=skin, heat_depth=heat_depth, **self.contact, **body)
+        return flash.flash_temperature(
+            SPEEDS, skin=skin, heat_depth=heat_depth, **self.contact, **body
+        )
 
-    def over_thickness(self, thicknesses: np.ndarray, kappa: float, volumetric: float) -> np.ndarray:
+    def over_thickness(
+        self, thicknesses: np.ndarray, kappa: float, volumetric: float
+    ) -> np.ndarray:
         """Return T_flash with a skin over that of the bare body, (thicknesses, speeds)."""
         skins = [(thickness, kappa, kappa / volumetric) for thickness in thicknesses.tolist()]
         hot = np.array([self.flash_temperature(BODY, skin=skin) for skin in skins])
@@ -74,7 +85,9 @@ class Steel:
 
     def over_depth(self, depths: np.ndarray) -> np.ndarray:
         """Return T_flash of a body heated in depth over that of one heated in its plane, (depths, speeds)."""
-        deep = np.array([self.flash_temperature(HOT, heat_depth=depth) for depth in depths.tolist()])
+        deep = np.array(
+            [self.flash_temperature(HOT, heat_depth=depth) for depth in depths.tolist()]
+        )
         return deep / self.flash_temperature(HOT)
 
 
@@ -87,9 +100,18 @@ def print_table(steel: Steel) -> list[list[str]]:
     print(f"T_flash over that of the bare body at {speeds} m/s, thickness or depth in µm")
     print(f"{'':28}" + "".join(f"{1e6 * depth:>18g}" for depth in TABLE))
     for name, ratios in rows.items():
-        print(f"{name:28}" + "".join(f"{'/'.join(f'{ratio:.3f}' for ratio in row):>18}" for row in ratios))
+        print(
+            f"{name:28}"
+            + "".join(f"{'/'.join(f'{ratio:.3f}' for ratio in row):>18}" for row in ratios)
+        )
     heads = ["", *(f"{1e6 * depth:g} µm" for depth in TABLE)]
-    return [heads, *([name, *(f"{row[0]:.2f}/{row[-1]:.2f}" for row in ratios)] for name, ratios in rows.items())]
+    return [
+        heads,
+        *(
+            [name, *(f"{row[0]:.2f}/{row[-1]:.2f}" for row in ratios)]
+            for name, ratios in rows.items()
+        ),
+    ]
 
 
 def quoted(steel: Steel) -> dict[str, float]:
@@ -109,12 +131,19 @@ def quoted(steel: Steel) -> dict[str, float]:
     thin = steel.over_thickness(np.array([1e-8]), kappa, volumetric)[0, -1]
     found = {"bare": SHARE * bare, "oxide_10nm": 100 * (thin - 1)}
     found["effusivities"] = np.sqrt(BODY * STEEL / (kappa * volumetric))
-    found |= {f"kappa_{name}": of_measured(d) for name, d in (("10nm", 1e-8), ("100nm", 1e-7), ("thick", 1e-4))}
+    found |= {
+        f"kappa_{name}": of_measured(d)
+        for name, d in (("10nm", 1e-8), ("100nm", 1e-7), ("thick", 1e-4))
+    }
     scene = rs.load_scene(SCENE)
     without = flash_of_law(scene)
     for name, (growth, friction) in GROWTH.items():
-        changed = rs.load_scene(SCENE, {"sliding.junction_growth": growth, "sliding.friction_coefficient": friction})
-        found[name] = 100 * (flash_of_law(changed) / without * scene.friction_coefficient() / friction - 1)
+        changed = rs.load_scene(
+            SCENE, {"sliding.junction_growth": growth, "sliding.friction_coefficient": friction}
+        )
+        found[name] = 100 * (
+            flash_of_law(changed) / without * scene.friction_coefficient() / friction - 1
+        )
     return found
 
 
@@ -128,7 +157,10 @@ def flash_of_law(scene: rs.Scene) -> float:
         **load,
     )
     body = {"conductivity": HOT, "diffusivity": HOT / STEEL}
-    contact = {"stress_spectrum": stress, "friction_coefficient": scene.friction_coefficient()} | load
+    contact = {
+        "stress_spectrum": stress,
+        "friction_coefficient": scene.friction_coefficient(),
+    } | load
     return float(flash.flash_temperature(SPEEDS[-1], **contact, **body))
 
 
@@ -138,13 +170,21 @@ def of_study(folder: Path) -> dict[str, float]:
     found: dict[str, float] = {}
     rows = list(study.rows("flash_temperature"))
     place = ("point", "speed")
-    laws = {tuple(row[key] for key in place): row["value"] for row in rows if row["column"] == "calibrated"}
+    laws = {
+        tuple(row[key] for key in place): row["value"]
+        for row in rows
+        if row["column"] == "calibrated"
+    }
     capped = [row for row in rows if row["column"] == "capped"]
     ratios = [laws[tuple(row[key] for key in place)] / row["value"] for row in capped]
     found |= {"law_least": min(ratios), "law_most": max(ratios)}
     found["error_most"] = 100 * max(row["total_error"] / row["value"] for row in capped)
     fastest = max(row["speed"] for row in capped)
-    oxides = [row for row in capped if row["speed"] == fastest and row["conductivity"] == OXIDE_CONDUCTIVITY]
+    oxides = [
+        row
+        for row in capped
+        if row["speed"] == fastest and row["conductivity"] == OXIDE_CONDUCTIVITY
+    ]
     for name, row in (("thin", oxides[0]), ("thick", oxides[-1])):
         found |= {f"{name}_flash": row["value"], f"{name}_error": row["total_error"]}
     return found
@@ -157,13 +197,18 @@ def slide_rows(points: int) -> Iterator[tuple[str, np.ndarray, np.ndarray, np.nd
     face, both = scene.faces[0].truncated(q_max=q_max), scene.spectrum.truncated(q_max=q_max)
     hardness = scene.penetration_hardness
     solid = rs.Solid(scene.effective_modulus, hardness)
-    load = {"nominal_pressure": scene.sliding.nominal_pressure, "friction_coefficient": scene.friction_coefficient()}
+    load = {
+        "nominal_pressure": scene.sliding.nominal_pressure,
+        "friction_coefficient": scene.friction_coefficient(),
+    }
     body = {"conductivity": HOT, "diffusivity": HOT / STEEL}
     oxide, worked = (1e-6, 3.0, 3.0 / OXIDE), (1e-5, HOT / 2, HOT / 2 / STEEL)
     for name, skin in (("none", None), ("oxide, 1 µm", oxide), ("half the κ, 10 µm", worked)):
         hot = []
         for member in range(MEMBERS):
-            still, riding = (rs.synthesize(face, grid, np.random.default_rng([7, member, k])) for k in range(2))
+            still, riding = (
+                rs.synthesize(face, grid, np.random.default_rng([7, member, k])) for k in range(2)
+            )
             layered = rs.Body(**body, skin=skin)
             slid = rs.slide(
                 still,
@@ -194,9 +239,13 @@ def slide_rows(points: int) -> Iterator[tuple[str, np.ndarray, np.ndarray, np.nd
 
 
 def print_slides(points: int) -> None:
-    print(f"two sliding faces at {SLID[0]:g} and {SLID[1]:g} m/s: T_flash of slides, K, and of the theory over it")
+    print(
+        f"two sliding faces at {SLID[0]:g} and {SLID[1]:g} m/s: T_flash of slides, K, and of the theory over it"
+    )
     for name, hot, error, theory in slide_rows(points):
-        cells = (f"{t:8.1f} ± {e:.1f}, {p / t:.3f}" for t, e, p in zip(hot, error, theory, strict=True))
+        cells = (
+            f"{t:8.1f} ± {e:.1f}, {p / t:.3f}" for t, e, p in zip(hot, error, theory, strict=True)
+        )
         print(f"{name:20}" + "   ".join(cells), flush=True)
 
 
@@ -210,8 +259,17 @@ def draw_ratios(steel: Steel, points: int, path: Path) -> None:
             for ratio, colour in zip(steel.over_thickness(depths, *skin).T, COLOURS, strict=True):
                 left.loglog(1e6 * depths, ratio, style, color=colour)
             right.plot([], [], style, color="0.4", label=name)
-        left.set(title="skin", xlabel="thickness of the skin (µm)", ylabel="$T_{flash}$ / bare", ylim=(0.95, 9))
-        right.set(title="heat in depth", xlabel="depth of the heat (µm)", ylabel="$T_{flash}$ / heated in the plane")
+        left.set(
+            title="skin",
+            xlabel="thickness of the skin (µm)",
+            ylabel="$T_{flash}$ / bare",
+            ylim=(0.95, 9),
+        )
+        right.set(
+            title="heat in depth",
+            xlabel="depth of the heat (µm)",
+            ylabel="$T_{flash}$ / heated in the plane",
+        )
         with_plain_ticks(left.yaxis, [1, 1.5, 2, 3, 4, 5, 6, 8])
         with_plain_ticks(right.yaxis, [0.05, 0.1, 0.2, 0.5, 1])
         for axes in (left, right):
@@ -229,15 +287,27 @@ def with_plain_ticks(axis: Axis, values: list[float]) -> None:
 def draw_map(steel: Steel, points: int, path: Path) -> None:
     thicknesses, kappas = np.geomspace(1e-8, 1e-5, points), np.geomspace(1.0, 46.0, points)
     hot = [
-        [SHARE * steel.flash_temperature(BODY, skin=(d, kappa, kappa / STEEL))[-1] for d in thicknesses.tolist()]
+        [
+            SHARE * steel.flash_temperature(BODY, skin=(d, kappa, kappa / STEEL))[-1]
+            for d in thicknesses.tolist()
+        ]
         for kappa in kappas.tolist()
     ]
     with new_figure(path, 3.6) as figure:
         axes = figure.subplots()
-        axes.set(xscale="log", yscale="log", xlabel="thickness of the skin (µm)", ylabel="its conductivity (W/(m K))")
-        lines = axes.contour(1e6 * thicknesses, kappas, hot, levels=[170, 250, 300, 400, 600], colors="0.4")
+        axes.set(
+            xscale="log",
+            yscale="log",
+            xlabel="thickness of the skin (µm)",
+            ylabel="its conductivity (W/(m K))",
+        )
+        lines = axes.contour(
+            1e6 * thicknesses, kappas, hot, levels=[170, 250, 300, 400, 600], colors="0.4"
+        )
         axes.clabel(lines, fmt="%g K", fontsize=8.5)
-        measured = axes.contour(1e6 * thicknesses, kappas, hot, levels=[MEASURED], colors=ORANGE, linewidths=1.8)
+        measured = axes.contour(
+            1e6 * thicknesses, kappas, hot, levels=[MEASURED], colors=ORANGE, linewidths=1.8
+        )
         axes.clabel(measured, fmt="%g K, measured", fontsize=8.5)
         with_plain_ticks(axes.xaxis, [0.01, 0.1, 1, 10])
         with_plain_ticks(axes.yaxis, [1, 2, 5, 10, 20, 40])
@@ -250,7 +320,9 @@ def main() -> None:
     options = command.parse()
     steel = Steel()
     table, numbers = print_table(steel), quoted(steel)
-    print(f"bare, κ = {BODY:g}: {numbers['bare']:.1f} K at {SPEEDS[-1]:g} m/s with {SHARE:g} of the heat")
+    print(
+        f"bare, κ = {BODY:g}: {numbers['bare']:.1f} K at {SPEEDS[-1]:g} m/s with {SHARE:g} of the heat"
+    )
     if options.slides:
         print_slides(64 if options.toy else 256)
     draw_ratios(steel, 7 if options.toy else 41, options.output / "skin.png")
@@ -258,7 +330,12 @@ def main() -> None:
     if options.evidence:
         numbers |= of_study(options.output / "study")
         show_on_pages(options.output / "skin.png", options.output / "skin_map.png")
-        write_evidence("skin", "python experiments/skin.py --evidence", tables={"sizes": table}, numbers=numbers)
+        write_evidence(
+            "skin",
+            "python experiments/skin.py --evidence",
+            tables={"sizes": table},
+            numbers=numbers,
+        )
 
 
 if __name__ == "__main__":

@@ -47,7 +47,11 @@ def member(pair: Pair, points: int, index: int) -> np.ndarray:
         late = (slide.slid_distance > LAST * reached) & (slide.slid_distance <= reached)
         flash, frozen, share = (
             values[:, late].mean(axis=1)
-            for values in (slide.flash_temperature, slide.frozen_flash_temperature, slide.moving_share)
+            for values in (
+                slide.flash_temperature,
+                slide.frozen_flash_temperature,
+                slide.moving_share,
+            )
         )
         rows.append([flash / frozen, share, slide.background[:, last]])
     return np.log(rows)
@@ -55,9 +59,16 @@ def member(pair: Pair, points: int, index: int) -> np.ndarray:
 
 def solve(pair: Pair, points: int, members: int) -> Row:
     """Slide all members of a pair; return ln of each number at the end over that after one length, and its error."""
-    changes = [after - before for before, after in (member(pair, points, index) for index in range(members))]
+    changes = [
+        after - before
+        for before, after in (member(pair, points, index) for index in range(members))
+    ]
     mean = np.mean(changes, axis=0)
-    error = np.std(changes, axis=0, ddof=1) / sqrt(members) if members > 1 else np.full(mean.shape, np.nan)
+    error = (
+        np.std(changes, axis=0, ddof=1) / sqrt(members)
+        if members > 1
+        else np.full(mean.shape, np.nan)
+    )
     return {
         f"{speed} {name} {what}": float(values[i, k])
         for what, values in (("change", mean), ("error", error))
@@ -73,7 +84,9 @@ def expected(pair: Pair) -> np.ndarray:
     for end in (CELL, pair.distance):
         late = pair.theory(end * (1 - (1 - LAST) * (1 - nodes) / 2)[:, None], np.array(pair.speeds))
         last = pair.theory(end)
-        at.append([weights @ late.flash_temperature / 2, weights @ late.moving_share / 2, last.background])
+        at.append(
+            [weights @ late.flash_temperature / 2, weights @ late.moving_share / 2, last.background]
+        )
     return np.log(at[1]) - np.log(at[0])
 
 
@@ -84,21 +97,33 @@ def errors(pairs: list[Pair], rows: dict[str, Row]) -> dict[str, np.ndarray]:
         theory = expected(pair)
         for i, name in enumerate(NUMBERS):
             for k, speed in enumerate(SPEEDS):
-                change, error = (float(rows[pair.name][f"{speed} {name} {what}"]) for what in ("change", "error"))
+                change, error = (
+                    float(rows[pair.name][f"{speed} {name} {what}"]) for what in ("change", "error")
+                )
                 found[name][n, k] = np.expm1(theory[i, k] - change), np.expm1(-change), error
     return found
 
 
 def table(pairs: list[Pair], found: dict[str, np.ndarray]) -> None:
     """Print how the continued slides differ from those that were followed, and from not continuing."""
-    print("slides continued by the theory over slides followed to the end, in %; ± standard error; (not continued)")
+    print(
+        "slides continued by the theory over slides followed to the end, in %; ± standard error; (not continued)"
+    )
     for n, pair in enumerate(pairs):
         for k, speed in enumerate(pair.speeds):
             values = {name: 100 * found[name][n, k] for name in NUMBERS}
-            texts = [f"{TITLES[name]} {x[0]:+5.2f} ± {x[2]:.2f} ({x[1]:+.1f})" for name, x in values.items()]
-            print(f"{pair.name} f {pair.part:4.2f} {1e3 * pair.distance:5.1f} mm {speed:6.3g} m/s", "; ".join(texts))
+            texts = [
+                f"{TITLES[name]} {x[0]:+5.2f} ± {x[2]:.2f} ({x[1]:+.1f})"
+                for name, x in values.items()
+            ]
+            print(
+                f"{pair.name} f {pair.part:4.2f} {1e3 * pair.distance:5.1f} mm {speed:6.3g} m/s",
+                "; ".join(texts),
+            )
     for name, (rms, worst, plain) in summary(found).items():
-        print(f"{TITLES[name]}: continued rms {rms:.2f} %, worst {worst:.2f} %; not continued, worst {plain:.1f} %")
+        print(
+            f"{TITLES[name]}: continued rms {rms:.2f} %, worst {worst:.2f} %; not continued, worst {plain:.1f} %"
+        )
 
 
 def summary(found: dict[str, np.ndarray]) -> dict[str, tuple[float, float, float]]:
@@ -106,7 +131,11 @@ def summary(found: dict[str, np.ndarray]) -> dict[str, tuple[float, float, float
     result = {}
     for name, values in found.items():
         continued, plain = 100 * values[..., 0], 100 * values[..., 1]
-        result[name] = float(np.sqrt(np.mean(continued**2))), float(np.abs(continued).max()), float(np.abs(plain).max())
+        result[name] = (
+            float(np.sqrt(np.mean(continued**2))),
+            float(np.abs(continued).max()),
+            float(np.abs(plain).max()),
+        )
     return result
 
 
@@ -117,12 +146,23 @@ def draw(pairs: list[Pair], found: dict[str, np.ndarray], path: Path) -> None:
     lengths = [pair.distance / CELL for pair in pairs]
     for k, marker in enumerate("o^"):
         continued, plain, error = found["ratio"][:, k].T
-        axes.plot(lengths, 100 * plain, marker, mfc="none", color="0.5", label=f"as it is, {SPEEDS[k]}")
+        axes.plot(
+            lengths, 100 * plain, marker, mfc="none", color="0.5", label=f"as it is, {SPEEDS[k]}"
+        )
         axes.errorbar(
-            lengths, 100 * continued, 200 * error, fmt=marker, color="#0072b2", label=f"continued, {SPEEDS[k]}"
+            lengths,
+            100 * continued,
+            200 * error,
+            fmt=marker,
+            color="#0072b2",
+            label=f"continued, {SPEEDS[k]}",
         )
     axes.axhspan(-100 * CONTINUED, 100 * CONTINUED, color="0.9", zorder=0)
-    axes.set(xscale="log", xlabel="slid distance (lengths of the cell)", ylabel="error of T$_{flash}$ (%)")
+    axes.set(
+        xscale="log",
+        xlabel="slid distance (lengths of the cell)",
+        ylabel="error of T$_{flash}$ (%)",
+    )
     axes.set_xticks([2, 4, 8, 16], ["2", "4", "8", "16"])
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.spines[["top", "right"]].set_visible(False)
@@ -133,11 +173,16 @@ def draw(pairs: list[Pair], found: dict[str, np.ndarray], path: Path) -> None:
 def main() -> None:
     command = Command(__file__, __doc__, "slide one elastic pair on a small grid")
     command.add_argument("--draw", action="store_true", help="write the list of pairs again")
-    command.add_argument("--solve", action="store_true", help="slide the pairs that have no row yet")
+    command.add_argument(
+        "--solve", action="store_true", help="slide the pairs that have no row yet"
+    )
     options = command.parse()
     if options.draw:
         write(drawn([FAR]), LIST)
-    pairs, rows = points(LIST), Rows(options.output / "slid.json" if options.toy else SLIDES, resume=not options.toy)
+    pairs, rows = (
+        points(LIST),
+        Rows(options.output / "slid.json" if options.toy else SLIDES, resume=not options.toy),
+    )
     if options.toy:
         pairs = [replace(next(pair for pair in pairs if pair.kind == "E"), distance=1.5 * CELL)]
     if options.toy or options.solve:

@@ -75,30 +75,48 @@ class Drawn(Bodies):
             points=points,
         )
 
-    def slide(self, points: int = POINTS, members: int = MEMBERS) -> clipped.TemperatureDistribution:
+    def slide(
+        self, points: int = POINTS, members: int = MEMBERS
+    ) -> clipped.TemperatureDistribution:
         """Return the distribution of slides."""
         grid = rs.Grid((points, points), (CELL, CELL))
         solid = rs.Solid(MODULUS, inf if self.hardness is None else self.hardness)
         spectrum = self.spectrum.truncated(q_max=min(self.spectrum.breaks[-1], grid.nyquist / 2))
         path = oblique_path(grid, self.distance)
-        streams = np.random.SeedSequence(SEED, spawn_key=(ord(self.name[0]), int(self.name[1:]))).spawn(2 * members)
+        streams = np.random.SeedSequence(
+            SEED, spawn_key=(ord(self.name[0]), int(self.name[1:]))
+        ).spawn(2 * members)
         kelvins, pressures, numbers, area = [], [], [], 0.0
         for n in range(members):
-            one, two = (rs.synthesize(spectrum, grid, np.random.default_rng(key)) for key in streams[2 * n : 2 * n + 2])
+            one, two = (
+                rs.synthesize(spectrum, grid, np.random.default_rng(key))
+                for key in streams[2 * n : 2 * n + 2]
+            )
             riding = sqrt(self.part) * two if self.part else None
-            along = contacts(sqrt(1 - self.part) * one, riding, grid, solid, self.pressure, path, 1e-3)
+            along = contacts(
+                sqrt(1 - self.part) * one, riding, grid, solid, self.pressure, path, 1e-3
+            )
             motions = [
-                Motion(v, 0.1, rs.Body(*self.moving), rs.Body(*self.resting), self.distance) for v in self.speeds
+                Motion(v, 0.1, rs.Body(*self.moving), rs.Body(*self.resting), self.distance)
+                for v in self.speeds
             ]
             sampler = Sampler(grid, [path.steps] * len(motions), LAST)
-            area += follow(along, grid, path, motions, sampler=sampler).contact_fraction.mean() / members
+            area += (
+                follow(along, grid, path, motions, sampler=sampler).contact_fraction.mean()
+                / members
+            )
             kelvins.append(np.stack([np.concatenate(rows) for rows in sampler.temperatures]))
             pressures.append(np.concatenate(sampler.pressures[0]))
             numbers.append(np.full(pressures[-1].size, n))
-        kelvin, pressure = np.concatenate(kelvins, axis=1, dtype=float), np.concatenate(pressures, dtype=float)
+        kelvin, pressure = (
+            np.concatenate(kelvins, axis=1, dtype=float),
+            np.concatenate(pressures, dtype=float),
+        )
         flash = kelvin @ pressure / pressure.sum()
         ratio = kelvin / flash[:, None]
-        return clipped.TemperatureDistribution(flash, area, ratio, pressure, np.concatenate(numbers), 0.0)
+        return clipped.TemperatureDistribution(
+            flash, area, ratio, pressure, np.concatenate(numbers), 0.0
+        )
 
 
 def drawn() -> list[Drawn]:
@@ -129,15 +147,24 @@ def _pair(kind: str, number: int, distance: float, rng: np.random.Generator) -> 
 
     hurst, plateau = rounded(rng.uniform(0.3, 1.0)), between(1.0, 3.0)
     share, hardness = between(0.02, 0.3), between(0.5e9, 5e9)
-    unit = Drawn(f"{kind}0", hurst, plateau, 1.0, 1.0, None, 0.5, (1.0, 1.0), (1.0, 1.0), (1.0, 1.0), 1.0).spectrum
+    unit = Drawn(
+        f"{kind}0", hurst, plateau, 1.0, 1.0, None, 0.5, (1.0, 1.0), (1.0, 1.0), (1.0, 1.0), 1.0
+    ).spectrum
     pressure, cap = share * hardness, None if kind == "E" else hardness
     if kind == "E":
-        level = (pressure / (MODULUS * between(0.015, 0.3) * unit.rms_slope)) ** 2  # σ₀ from 0.015 to 0.3 E* h′
+        level = (
+            pressure / (MODULUS * between(0.015, 0.3) * unit.rms_slope)
+        ) ** 2  # σ₀ from 0.015 to 0.3 E* h′
     else:
         end = unit.breaks[-1]
-        elastic, seen = (0.01, end / between(1.5, 4.0)) if kind == "A" else (rng.uniform(0.2, 0.8), end)
+        elastic, seen = (
+            (0.01, end / between(1.5, 4.0)) if kind == "A" else (rng.uniform(0.2, 0.8), end)
+        )
         level = level_at(share, hardness, elastic, unit.truncated(q_max=seen))
-    moving, resting = (between(3.0, 100.0), between(1e-6, 4e-5)), (between(3.0, 100.0), between(1e-6, 4e-5))
+    moving, resting = (
+        (between(3.0, 100.0), between(1e-6, 4e-5)),
+        (between(3.0, 100.0), between(1e-6, 4e-5)),
+    )
     part = {1: 1.0, 2: 0.0}.get(number, rounded(rng.uniform(0.05, 0.95)))
     return Drawn(
         f"{kind}{number}",
@@ -157,12 +184,17 @@ def _pair(kind: str, number: int, distance: float, rng: np.random.Generator) -> 
 def points() -> list[Drawn]:
     """Return the committed list."""
     rows = json.loads(LIST.read_text("utf-8"))
-    return [Drawn(**{key: tuple(x) if isinstance(x, list) else x for key, x in row.items()}) for row in rows]
+    return [
+        Drawn(**{key: tuple(x) if isinstance(x, list) else x for key, x in row.items()})
+        for row in rows
+    ]
 
 
 def table(pairs: list[Drawn], rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
     """Print theory and slides side by side; return differences of T/T_flash, and of rates in %, rms and worst."""
-    print("quantiles of T/T_flash by heat, and rates over that of the nominal area at T_flash: theory / slides ± error")
+    print(
+        "quantiles of T/T_flash by heat, and rates over that of the nominal area at T_flash: theory / slides ± error"
+    )
     kinds = (("quantile", SHARES), ("rate", ENERGIES))
     for pair in pairs:
         theory, slid = rows[pair.name]
@@ -179,15 +211,24 @@ def table(pairs: list[Drawn], rows: dict[str, tuple[Row, Row]]) -> dict[str, flo
     for kind, names in kinds:
         for name in names:
             keys = [f"{speed} {kind} {name:g}" for speed in SPEEDS]
-            off = np.array([[float(t[key]) - float(s[key]) for key in keys] for t, s in rows.values()])
+            off = np.array(
+                [[float(t[key]) - float(s[key]) for key in keys] for t, s in rows.values()]
+            )
             error = np.array([[_error(key, t, s) for key in keys] for t, s in rows.values()])
             unit = ""
             if kind == "rate":
-                percent = np.array([[float(s[key]) for key in keys] for _, s in rows.values()]) / 100
+                percent = (
+                    np.array([[float(s[key]) for key in keys] for _, s in rows.values()]) / 100
+                )
                 off, error, unit = off / percent, error / percent, " %"
-            worst, rms, chance = float(off.flat[np.abs(off).argmax()]), *(sqrt(np.mean(x**2)) for x in (off, error))
+            worst, rms, chance = (
+                float(off.flat[np.abs(off).argmax()]),
+                *(sqrt(np.mean(x**2)) for x in (off, error)),
+            )
             numbers |= {f"{kind}_{name:g}": rms, f"{kind}_{name:g}_worst": worst}
-            print(f"{kind} {name:g}: theory − slides rms {rms:.2g}, worst {worst:+.2g}{unit}; by chance {chance:.2g}")
+            print(
+                f"{kind} {name:g}: theory − slides rms {rms:.2g}, worst {worst:+.2g}{unit}; by chance {chance:.2g}"
+            )
     return numbers
 
 
@@ -217,16 +258,24 @@ def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
 def main() -> None:
     command = Command(__file__, __doc__, "slide one pair on 64² points")
     command.add_argument("--draw", action="store_true", help="write the list of pairs again")
-    command.add_argument("--solve", action="store_true", help="slide the pairs that have no row yet")
+    command.add_argument(
+        "--solve", action="store_true", help="slide the pairs that have no row yet"
+    )
     options = command.parse()
     if options.draw:
-        LIST.write_text("[\n" + ",\n".join(json.dumps(asdict(pair)) for pair in drawn()) + "\n]\n", "utf-8")
+        LIST.write_text(
+            "[\n" + ",\n".join(json.dumps(asdict(pair)) for pair in drawn()) + "\n]\n", "utf-8"
+        )
     kept = Rows(options.output / "slid.json" if options.toy else SLIDES, resume=not options.toy)
     pairs = [pair for pair in points() if not options.toy or pair.name == "A5"]
     if options.toy or options.solve:
         for pair in pairs:
             size = (64, 2) if options.toy else (POINTS, MEMBERS)
-            kept.once("slid", pair.name, partial(lambda pair, size: row_of(pair.slide(*size), SPEEDS), pair, size))
+            kept.once(
+                "slid",
+                pair.name,
+                partial(lambda pair, size: row_of(pair.slide(*size), SPEEDS), pair, size),
+            )
             print(f"{pair.name} slid", flush=True)
     slid = kept["slid"]
     pairs = [pair for pair in pairs if pair.name in slid]

@@ -41,10 +41,16 @@ def solves(problem: str, points: int) -> Solves:
     """Solve one contact to all tolerances."""
     load, cap = PROBLEMS[problem]
     task = solvers.problem(points, load, cap)
-    solve = partial(rs.solve_contact, task.heights, task.grid, rs.Solid(1.0, cap), nominal_pressure=load)
+    solve = partial(
+        rs.solve_contact, task.heights, task.grid, rs.Solid(1.0, cap), nominal_pressure=load
+    )
     exact = solve(tolerance=1e-10).pressure
     off = [
-        float(np.linalg.norm(solve(tolerance=tolerance).pressure - exact) / np.linalg.norm(exact) / tolerance)
+        float(
+            np.linalg.norm(solve(tolerance=tolerance).pressure - exact)
+            / np.linalg.norm(exact)
+            / tolerance
+        )
         for tolerance in TOLERANCES
     ]
     return Solves(problem, points, off, int(solve(tolerance=OF_PEERS).transforms))
@@ -74,7 +80,9 @@ def steel_changes(name: str, members: int) -> tuple[np.ndarray, np.ndarray]:
     return by_tolerance, by_pixel
 
 
-def quoted(rows: list[Solves], steels: dict[str, tuple[np.ndarray, np.ndarray]]) -> dict[str, float]:
+def quoted(
+    rows: list[Solves], steels: dict[str, tuple[np.ndarray, np.ndarray]]
+) -> dict[str, float]:
     """Return the numbers of the pages: changes in per cent, by the pixel as means over members."""
     transforms = [row.transforms for row in rows]
     by_pixel = [100 * np.abs(pixel.mean(axis=0)) for _, pixel in steels.values()]
@@ -102,18 +110,25 @@ def draw(rows: list[Solves], path: Path) -> None:
 
 def main() -> None:
     options = Command(__file__, __doc__, "one small grid and one member of the demo").parse()
-    sizes, steels, members = ((64,), ("demo",), 1) if options.toy else ((512, 1024, 2048), STEELS, 8)
+    sizes, steels, members = (
+        ((64,), ("demo",), 1) if options.toy else ((512, 1024, 2048), STEELS, 8)
+    )
     rows = [solves(problem, points) for points in sizes for problem in PROBLEMS]
     for row in rows:
         ratios = " ".join(f"{ratio:.2g}" for ratio in row.off)
-        print(f"{row.problem}, {row.points}²: error over tolerance {ratios}; {row.transforms} transforms", flush=True)
+        print(
+            f"{row.problem}, {row.points}²: error over tolerance {ratios}; {row.transforms} transforms",
+            flush=True,
+        )
     changes = {name: steel_changes(name, members) for name in steels}
     numbers = quoted(rows, changes)
     print("\n".join(f"{name:20}{value:10.4g}" for name, value in numbers.items()))
     draw(rows, options.output / "tolerance.png")
     if options.evidence:
         records = [{"problem": row.problem, "points": row.points, "off": row.off} for row in rows]
-        write_evidence("tolerance", "python experiments/tolerance.py --evidence", rows=records, numbers=numbers)
+        write_evidence(
+            "tolerance", "python experiments/tolerance.py --evidence", rows=records, numbers=numbers
+        )
 
 
 if __name__ == "__main__":

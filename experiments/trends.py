@@ -54,8 +54,14 @@ def exponents(name: str, folder: Path, seed: int, most: int | None = None) -> di
     scene = base(name)
     until = scene.ensemble.until if most is None else {}
     count = most or scene.ensemble.max_realizations
-    scene = replace(scene, ensemble=replace(scene.ensemble, seed=seed, until=until, max_realizations=count))
-    study = rs.study(scene, vary=VARY[name], folder=folder / f"{name.replace(', ', '-').replace(' ', '-')}-{seed}")
+    scene = replace(
+        scene, ensemble=replace(scene.ensemble, seed=seed, until=until, max_realizations=count)
+    )
+    study = rs.study(
+        scene,
+        vary=VARY[name],
+        folder=folder / f"{name.replace(', ', '-').replace(' ', '-')}-{seed}",
+    )
     result: dict[str, list[tuple[float, float]]] = {}
     for observable in NAMES:
         for trend in study.trends(observable):
@@ -80,7 +86,9 @@ def told(name: str, folder: Path, studies: int, most: int) -> np.ndarray:
             flush=True,
         )
     held = np.count_nonzero(np.abs(off) <= 1.0)
-    print(f"{name:13s} all: {100 * held / np.size(off):.1f} % of {np.size(off)} hold it", flush=True)
+    print(
+        f"{name:13s} all: {100 * held / np.size(off):.1f} % of {np.size(off)} hold it", flush=True
+    )
     return np.array(off)
 
 
@@ -90,7 +98,11 @@ def chart(results: dict[str, np.ndarray], path: Path) -> None:
     axes.axhspan(-1, 1, color="0.93")
     for number, off in enumerate(results.values()):
         axes.plot(number + np.linspace(-0.3, 0.3, off.size), off.ravel(), ".", ms=2)
-    axes.set(ylabel="(exponent − that of the long study)/±", xticks=range(len(results)), xticklabels=list(results))
+    axes.set(
+        ylabel="(exponent − that of the long study)/±",
+        xticks=range(len(results)),
+        xticklabels=list(results),
+    )
     figure.savefig(path, dpi=130)
 
 
@@ -101,7 +113,10 @@ def main() -> None:
     options = command.parse()
     studies, most = (4, 40) if options.toy else (options.studies, options.long)
     names = list(VARY)[:1] if options.toy else list(VARY)
-    chart({name: told(name, options.output, studies, most) for name in names}, options.output / "trends.png")
+    chart(
+        {name: told(name, options.output, studies, most) for name in names},
+        options.output / "trends.png",
+    )
 
 
 if __name__ == "__main__":

@@ -43,7 +43,11 @@ def printed(folder, words):
 
 def numbers_of(folder):
     """Return the numbers of the text, all at 35 m/s: theory, and ratios in per cent."""
-    rows = {row.observable: row for row in rs.compare(rs.open_run(folder / "runs" / "my")).rows if row.speed == SPEED}
+    rows = {
+        row.observable: row
+        for row in rs.compare(rs.open_run(folder / "runs" / "my")).rows
+        if row.speed == SPEED
+    }
     flash = rows["flash_temperature"]
     return {
         "theory": flash.theory,
@@ -71,7 +75,9 @@ def main() -> None:
         command = "python experiments/tutorial.py --evidence"
         write_evidence("tutorial", command, texts=texts, numbers=numbers_of(folder))
         for name in DRAWN:
-            shutil.copyfile(folder / f"{name}.png", EVIDENCE.parent / "figures" / f"tutorial_{name}.png")
+            shutil.copyfile(
+                folder / f"{name}.png", EVIDENCE.parent / "figures" / f"tutorial_{name}.png"
+            )
 
 
 if __name__ == "__main__":

@@ -33,7 +33,10 @@ STEEL = rs.Body(conductivity=30.0, diffusivity=30.0 / (7900.0 * 500.0))
 CELL = 3.957912004522574e-3  # m, the cell of the plans of these scenes
 BINS = 24  # of the slid distance, in geometric sequence
 LIVES = (0.1, 0.25, 0.5, 0.75, 0.9, 0.99)  # shares of the spots that have died by then
-LONG, SHORTER = 16e-3, (1 / 16, 1 / 8, 1 / 4, 1 / 2)  # m; parts of it from which slides are continued
+LONG, SHORTER = (
+    16e-3,
+    (1 / 16, 1 / 8, 1 / 4, 1 / 2),
+)  # m; parts of it from which slides are continued
 SEED = 4100
 TOLERANCE = 3e-3  # of the contacts
 PAGE_HEADS = [
@@ -67,9 +70,14 @@ class Case:
 
 CASES = (
     *(Case(hardness, part) for hardness in ("1.2", "0.5", "2.0") for part in (0.5, 0.0)),
-    *(Case(hardness, q_max=2e5, points=512, distance=4e-3, members=3) for hardness in ("1.2", "0.5", "2.0")),
+    *(
+        Case(hardness, q_max=2e5, points=512, distance=4e-3, members=3)
+        for hardness in ("1.2", "0.5", "2.0")
+    ),
     Case("1.2", part=0.1),
-    *(Case("1.2", part, points=512, distance=4e-3, members=3) for part in (0.5, 0.0)),  # finer grid, and so finer steps
+    *(
+        Case("1.2", part, points=512, distance=4e-3, members=3) for part in (0.5, 0.0)
+    ),  # finer grid, and so finer steps
     Case("1.2", distance=4e-3, steps=128, members=3),  # two pixels a step
 )
 TOY = Case("1.2", q_max=4e4, points=64, distance=2e-3, members=1)
@@ -80,8 +88,12 @@ def member(case: Case, index: int) -> dict[str, list]:
     scene = rs.load_scene(f"steel-{case.hardness}GPa")
     grid = rs.Grid((case.points, case.points), (CELL, CELL))
     spectrum = scene.spectrum.truncated(q_max=case.q_max)
-    streams = np.random.SeedSequence(SEED, spawn_key=(index,)).spawn(2)  # the same waves at every cut-off
-    resting, moving = (synthesize(spectrum, grid, np.random.default_rng(stream)) for stream in streams)
+    streams = np.random.SeedSequence(SEED, spawn_key=(index,)).spawn(
+        2
+    )  # the same waves at every cut-off
+    resting, moving = (
+        synthesize(spectrum, grid, np.random.default_rng(stream)) for stream in streams
+    )
     slid = rs.slide(
         np.sqrt(1 - case.part) * resting,
         grid,
@@ -103,7 +115,11 @@ def member(case: Case, index: int) -> dict[str, list]:
 
     def binned(values: np.ndarray) -> list:
         """Means over the bins of what has an entry for each step."""
-        return np.stack([values[..., place == k].mean(axis=-1) for k in used], axis=-1).round(6).tolist()
+        return (
+            np.stack([values[..., place == k].mean(axis=-1) for k in used], axis=-1)
+            .round(6)
+            .tolist()
+        )
 
     # how far they have slid when so many of the spots have died; NaN if fewer do, as over a flat
     lives = [min(distances[slid.spot_survival <= 1 - share], default=np.nan) for share in LIVES]
@@ -120,7 +136,10 @@ def member(case: Case, index: int) -> dict[str, list]:
 def kept(case: Case, folder: Path) -> list[dict[str, np.ndarray]]:
     """Return the members that are there."""
     paths = sorted((folder / case.name).glob("*.json"))
-    return [{name: np.array(v) for name, v in json.loads(path.read_text("utf-8")).items()} for path in paths]
+    return [
+        {name: np.array(v) for name, v in json.loads(path.read_text("utf-8")).items()}
+        for path in paths
+    ]
 
 
 def solve(case: Case, folder: Path, most: int) -> None:
@@ -138,7 +157,9 @@ def edges_of(first: float, last: float) -> np.ndarray:
     return np.geomspace(first * 0.99, last * 1.01, BINS + 1)
 
 
-def late(case: Case, member: dict[str, np.ndarray], name: str, distance: float | None = None) -> np.ndarray:
+def late(
+    case: Case, member: dict[str, np.ndarray], name: str, distance: float | None = None
+) -> np.ndarray:
     """Return the mean of a number over the last half of the distance, or of a shorter one, for each speed."""
     end = distance or case.distance
     edges = edges_of(member["slid_distance"][0], case.distance)
@@ -178,7 +199,9 @@ def table(case: Case, members: list[dict[str, np.ndarray]]) -> list[str]:
     """Return the lines of the means over the last half of the distance."""
     expected = theory(case, case.distance)
     lines = ["", f"{case.name}, {len(members)} members, last half of the distance"]
-    ratio = mean_and_error([late(case, m, "flash_temperature") / m["frozen_flash_temperature"] for m in members])
+    ratio = mean_and_error(
+        [late(case, m, "flash_temperature") / m["frozen_flash_temperature"] for m in members]
+    )
     share = mean_and_error([late(case, m, "moving_share") for m in members])
     flash, background, total = (
         mean_and_error([late(case, m, name) for m in members])
@@ -193,29 +216,40 @@ def table(case: Case, members: list[dict[str, np.ndarray]]) -> list[str]:
     return lines
 
 
-def continued(results: dict[Case, list[dict[str, np.ndarray]]]) -> tuple[list[str], dict[str, float]]:
+def continued(
+    results: dict[Case, list[dict[str, np.ndarray]]],
+) -> tuple[list[str], dict[str, float]]:
     """Return how well the theory continues slides to a longer distance and to a higher cut-off, and without it.
 
     As lines, and as numbers: rms and worst of the continued ones, %.
     """
-    changes: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # of ln T_flash over the true one: as it is, continued
+    changes: dict[
+        str, list[tuple[np.ndarray, np.ndarray]]
+    ] = {}  # of ln T_flash over the true one: as it is, continued
     for case, members in results.items():
         if case.distance == LONG and case.steps is None:
             whole = np.mean([late(case, m, "flash_temperature") for m in members], axis=0)
             for part in SHORTER:
                 distance = part * LONG
-                short = np.mean([late(case, m, "flash_temperature", distance) for m in members], axis=0)
+                short = np.mean(
+                    [late(case, m, "flash_temperature", distance) for m in members], axis=0
+                )
                 change = theory(case, LONG) / theory(case, distance)
                 name = f"from {1e3 * distance:g} to {1e3 * LONG:g} mm"
-                changes.setdefault(name, []).append((np.log(short / whole), np.log(short * change / whole)))
+                changes.setdefault(name, []).append(
+                    (np.log(short / whole), np.log(short * change / whole))
+                )
         higher = replace(case, q_max=2 * case.q_max)
         if higher in results:
             first, second = (
-                np.mean([late(one, m, "flash_temperature") for m in results[one]], axis=0) for one in (case, higher)
+                np.mean([late(one, m, "flash_temperature") for m in results[one]], axis=0)
+                for one in (case, higher)
             )
             change = theory(higher, case.distance) / theory(case, case.distance)
             name = f"from q_max = {case.q_max:.0e} to {higher.q_max:.0e} 1/m"
-            changes.setdefault(name, []).append((np.log(first / second), np.log(first * change / second)))
+            changes.setdefault(name, []).append(
+                (np.log(first / second), np.log(first * change / second))
+            )
     lines, numbers = [], {}
     for name, values in changes.items():
         sizes = [(np.sqrt(np.mean(x**2)), np.abs(x).max()) for x in np.stack(values, axis=1)]
@@ -226,7 +260,9 @@ def continued(results: dict[Case, list[dict[str, np.ndarray]]]) -> tuple[list[st
     return lines, numbers
 
 
-def rows_of_page(results: dict[Case, list[dict[str, np.ndarray]]]) -> tuple[list[list[str]], dict[str, float]]:
+def rows_of_page(
+    results: dict[Case, list[dict[str, np.ndarray]]],
+) -> tuple[list[list[str]], dict[str, float]]:
     """Return the table of docs/sliding.md, both faces rough beside one, at 35 m/s, and the numbers of its text."""
     rows, numbers = [PAGE_HEADS], {}
     fast, k = SPEEDS.index(35.0), SPEEDS.index(1.0)
@@ -242,9 +278,15 @@ def rows_of_page(results: dict[Case, list[dict[str, np.ndarray]]]) -> tuple[list
         cells = [f"{each['flash_temperature'][fast]:.1f}" for each in (both, one)]
         contact = [f"{each['contact_temperature'][fast]:.0f}" for each in (both, one)]
         rows.append([f"{hardness} GPa", *cells, f"{ratio[fast]:.2f}", *contact])
-        numbers |= {f"{hardness}GPa_slow_ratio": ratio[k], f"{hardness}GPa_share": one["moving_share"][fast]}
+        numbers |= {
+            f"{hardness}GPa_slow_ratio": ratio[k],
+            f"{hardness}GPa_share": one["moving_share"][fast],
+        }
         cooler = 1 - both["contact_temperature"] / one["contact_temperature"]
-        numbers |= {f"{hardness}GPa_cooler_least": 100 * cooler.min(), f"{hardness}GPa_cooler_most": 100 * cooler.max()}
+        numbers |= {
+            f"{hardness}GPa_cooler_least": 100 * cooler.min(),
+            f"{hardness}GPa_cooler_most": 100 * cooler.max(),
+        }
     return rows, numbers
 
 
@@ -252,13 +294,21 @@ def of_theory(results: dict[Case, list[dict[str, np.ndarray]]]) -> dict[str, flo
     """Return T_flash of the theory over that of all slides: rms, least and most, %."""
     logs = np.concatenate(
         [
-            np.log(theory(case, case.distance) / np.mean([late(case, m, "flash_temperature") for m in members], axis=0))
+            np.log(
+                theory(case, case.distance)
+                / np.mean([late(case, m, "flash_temperature") for m in members], axis=0)
+            )
             for case, members in results.items()
         ]
     )
     off = 100 * np.expm1(logs)
     rms = 100 * np.sqrt(np.mean(logs**2))
-    return {"temperatures": logs.size, "theory_rms": rms, "theory_least": off.min(), "theory_most": off.max()}
+    return {
+        "temperatures": logs.size,
+        "theory_rms": rms,
+        "theory_least": off.min(),
+        "theory_most": off.max(),
+    }
 
 
 def of_half_the_pixel(results: dict[Case, list[dict[str, np.ndarray]]]) -> dict[str, float]:
@@ -268,19 +318,30 @@ def of_half_the_pixel(results: dict[Case, list[dict[str, np.ndarray]]]) -> dict[
         fine, coarse = Case("1.2", part, points=512, distance=4e-3, members=3), Case("1.2", part)
         count = len(results[fine])  # the same surfaces on both grids
         flash[part] = [
-            np.mean([late(case, m, "flash_temperature", fine.distance) for m in results[case][:count]], axis=0)
+            np.mean(
+                [late(case, m, "flash_temperature", fine.distance) for m in results[case][:count]],
+                axis=0,
+            )
             for case in (fine, coarse)
         ]
     changes = {part: 100 * (fine / coarse - 1) for part, (fine, coarse) in flash.items()}
     ratio = 100 * ((1 + changes[0.5] / 100) / (1 + changes[0.0] / 100) - 1)
     every = np.concatenate(list(changes.values()))
-    return {"pixel_least": every.min(), "pixel_most": every.max(), "pixel_ratio": np.abs(ratio).max()}
+    return {
+        "pixel_least": every.min(),
+        "pixel_most": every.max(),
+        "pixel_ratio": np.abs(ratio).max(),
+    }
 
 
 def draw(results: dict[Case, list[dict[str, np.ndarray]]], path: Path) -> None:
     """Draw T_flash over the frozen one, with the distance: a panel for each hardness, a line for each speed."""
     longest = max(case.distance for case in results)
-    panels = [case for case in results if case.part == 0.5 and case.steps is None and case.distance == longest]
+    panels = [
+        case
+        for case in results
+        if case.part == 0.5 and case.steps is None and case.distance == longest
+    ]
     panels.sort(key=lambda case: case.hardness)
     with new_figure(path, 4.9) as figure:
         grid = list(figure.subplots(2, 2, sharey=True).flat)
@@ -288,13 +349,25 @@ def draw(results: dict[Case, list[dict[str, np.ndarray]]], path: Path) -> None:
             for part, style in ((0.5, "-"), (0.0, "--")):
                 members = results.get(replace(case, part=part), [])
                 for k, colour in enumerate(COLOURS if members else ()):
-                    ratios = [m["flash_temperature"][k] / m["frozen_flash_temperature"][k] for m in members]
+                    ratios = [
+                        m["flash_temperature"][k] / m["frozen_flash_temperature"][k]
+                        for m in members
+                    ]
                     mean, error = mean_and_error(ratios)
-                    distance, label = 1e3 * members[0]["slid_distance"], f"{SPEEDS[k]:g} m/s" if part else None
+                    distance, label = (
+                        1e3 * members[0]["slid_distance"],
+                        f"{SPEEDS[k]:g} m/s" if part else None,
+                    )
                     axes.semilogx(distance, mean, style, color=colour, label=label)
-                    axes.fill_between(distance, mean - 2 * error, mean + 2 * error, alpha=0.2, color=colour, lw=0)
+                    axes.fill_between(
+                        distance, mean - 2 * error, mean + 2 * error, alpha=0.2, color=colour, lw=0
+                    )
             axes.axhline(1.0, color="0.6", lw=0.8)
-            axes.set(title=f"steel, hardness {case.hardness} GPa", xlabel="slid distance (mm)", ylim=(0.0, None))
+            axes.set(
+                title=f"steel, hardness {case.hardness} GPa",
+                xlabel="slid distance (mm)",
+                ylim=(0.0, None),
+            )
             axes.set_xticks([0.1, 1.0, 10.0], ["0.1", "1", "10"])
         for style, label in (("-", "both faces rough"), ("--", "resting face rough")):
             grid[0].plot([], [], style, color="0.4", label=label)
@@ -307,7 +380,9 @@ def draw(results: dict[Case, list[dict[str, np.ndarray]]], path: Path) -> None:
 
 def main() -> None:
     command = Command(__file__, __doc__, "one small slide")
-    command.add_argument("--solve", nargs="*", metavar="CASE", help="compute missing members, of all cases or these")
+    command.add_argument(
+        "--solve", nargs="*", metavar="CASE", help="compute missing members, of all cases or these"
+    )
     command.add_argument("--members", type=int, default=8, help="at most so many of each case: 8")
     options = command.parse()
     cases, folder = ((TOY,), options.output) if options.toy else (CASES, KEPT)

@@ -35,7 +35,11 @@ from roughsim.sliding.path import oblique_path
 LIST = Path(__file__).parent / "reference" / "two_bodies_points.json"
 SLIDES = LIST.with_name("two_bodies_slides.json")
 SPEEDS = ("slow", "fast")
-MEMBERS, ENOUGH, STEPS = (2, 12), 0.008, 1000  # standard error, and steps of all members, at which there are enough
+MEMBERS, ENOUGH, STEPS = (
+    (2, 12),
+    0.008,
+    1000,
+)  # standard error, and steps of all members, at which there are enough
 GOLDEN = (sqrt(5) - 1) / 2
 LAST = 0.5  # share of the slid distance over which means are taken
 COLOURS = {"A": "#0072b2", "B": "#d55e00", "E": "#009e73"}
@@ -52,14 +56,20 @@ def expected(pair: Pair, points: int) -> np.ndarray:
     distances = late(pair, points)
     few = np.unique(np.linspace(0, distances.size - 1, 8).round().astype(int))  # it varies smoothly
     theory = pair.theory(distances[few], np.array(pair.speeds)[:, None])
-    return np.array([np.interp(distances, distances[few], row).mean() for row in theory.flash_temperature])
+    return np.array(
+        [np.interp(distances, distances[few], row).mean() for row in theory.flash_temperature]
+    )
 
 
 def slid(pair: Pair, points: int, member: int) -> rs.Slide:
     """Slide one pair of faces."""
     grid = rs.Grid((points, points), (CELL, CELL))
-    streams = np.random.SeedSequence(pair.drawn.seed, spawn_key=(ord(pair.kind), int(pair.name[1:]), member)).spawn(2)
-    one, two = (rs.synthesize(pair.spectrum, grid, np.random.default_rng(stream)) for stream in streams)
+    streams = np.random.SeedSequence(
+        pair.drawn.seed, spawn_key=(ord(pair.kind), int(pair.name[1:]), member)
+    ).spawn(2)
+    one, two = (
+        rs.synthesize(pair.spectrum, grid, np.random.default_rng(stream)) for stream in streams
+    )
     return rs.slide(
         sqrt(1 - pair.part) * one,
         grid,
@@ -90,7 +100,11 @@ def solve(pair: Pair, members: tuple[int, int], points: int | None = None) -> Ro
         walked = len(rows) * pair.distance / CELL * points
         if len(rows) >= members[0] and (error.max() < ENOUGH or walked > STEPS):
             break
-    row: Row = {"points": float(points), "members": float(len(rows)), "seconds": time.process_time() - start}
+    row: Row = {
+        "points": float(points),
+        "members": float(len(rows)),
+        "seconds": time.process_time() - start,
+    }
     mean = np.exp(np.mean(rows, axis=0))
     for k, name in enumerate(SPEEDS):
         row |= {f"{name} flash": mean[k], f"{name} error": error[k]}
@@ -110,7 +124,9 @@ def refine(pair: Pair, points: int | None = None) -> Row:
 
 def compared(pair: Pair, row: Row, change: Row) -> dict[str, np.ndarray]:
     """Return ln of slide over theory, (speeds,), corrected for the pixel and not, and the standard error."""
-    raw = np.log([float(row[f"{name} flash"]) for name in SPEEDS]) - np.log(expected(pair, int(row["points"])))
+    raw = np.log([float(row[f"{name} flash"]) for name in SPEEDS]) - np.log(
+        expected(pair, int(row["points"]))
+    )
     beyond = 1 + np.mean([1 / (2**order - 1) for order in ORDERS])
     return {
         "corrected": raw + beyond * np.array([float(change[name]) for name in SPEEDS]),
@@ -121,19 +137,28 @@ def compared(pair: Pair, row: Row, change: Row) -> dict[str, np.ndarray]:
 
 def table(found: dict[Pair, dict[str, np.ndarray]]) -> None:
     """Print how the theory compares with each slide, and with all."""
-    print("slide over theory of the same modes, ln in %; ± standard error of the slide; in brackets as it is")
+    print(
+        "slide over theory of the same modes, ln in %; ± standard error of the slide; in brackets as it is"
+    )
     for pair, values in found.items():
         texts = []
         for k, speed in enumerate(pair.speeds):
-            corrected, raw, error = (100 * values[key][k] for key in ("corrected", "as it is", "error"))
+            corrected, raw, error = (
+                100 * values[key][k] for key in ("corrected", "as it is", "error")
+            )
             texts.append(f"{speed:6.3g} m/s {corrected:+5.1f} ± {error:.1f} ({raw:+5.1f})")
         print(f"{pair.name} f {pair.part:4.2f} {1e3 * pair.distance:6.2f} mm  " + "   ".join(texts))
     chosen: dict[str, list[Pair]] = {}
     for name, several in PARTS.items():
         pairs = [pair for pair in found if pair.drawn is several]
-        chosen |= {f"{name}, {kind}": [pair for pair in pairs if pair.kind == kind] for kind in several.numbers}
+        chosen |= {
+            f"{name}, {kind}": [pair for pair in pairs if pair.kind == kind]
+            for kind in several.numbers
+        }
         for low, high in ((0.1, 1.0), (1.0, 16.0)):
-            chosen[f"{name}, {low:g} … {high:g} mm"] = [pair for pair in pairs if low <= 1e3 * pair.distance < high]
+            chosen[f"{name}, {low:g} … {high:g} mm"] = [
+                pair for pair in pairs if low <= 1e3 * pair.distance < high
+            ]
         chosen[f"{name}, one face smooth"] = [pair for pair in pairs if pair.part in (0.0, 1.0)]
         chosen[f"{name}, both faces rough"] = [pair for pair in pairs if 0.0 < pair.part < 1.0]
         chosen[name] = pairs
@@ -142,7 +167,9 @@ def table(found: dict[Pair, dict[str, np.ndarray]]) -> None:
         for key in ("corrected", "as it is") if pairs else ():
             values = np.concatenate([found[pair][key] for pair in pairs])
             worst = values[np.abs(values).argmax()]
-            texts.append(f"{key} rms {np.sqrt(np.mean(values**2)):.3f} worst {worst:+.3f} mean {values.mean():+.3f}")
+            texts.append(
+                f"{key} rms {np.sqrt(np.mean(values**2)):.3f} worst {worst:+.3f} mean {values.mean():+.3f}"
+            )
         print(f"{title}, {2 * len(pairs)} temperatures: " + "; ".join(texts))
 
 
@@ -150,7 +177,9 @@ def of_page(found: dict[Pair, dict[str, np.ndarray]]) -> dict[str, float]:
     """Return numbers of docs/sliding.md: T_flash of the theory over that of slides, rms, least and most, %."""
     numbers: dict[str, float] = {}
     for name, parts in (("seen", (FIRST, SECOND)), ("fresh", (FRESH,))):
-        logs = -np.concatenate([values["corrected"] for pair, values in found.items() if pair.drawn in parts])
+        logs = -np.concatenate(
+            [values["corrected"] for pair, values in found.items() if pair.drawn in parts]
+        )
         off, rms = 100 * np.expm1(logs), 100 * np.sqrt(np.mean(logs**2))
         numbers |= {f"{name}_temperatures": logs.size, f"{name}_rms": rms}
         numbers |= {f"{name}_least": off.min(), f"{name}_most": off.max()}
@@ -164,7 +193,9 @@ def draw(found: dict[Pair, dict[str, np.ndarray]], path: Path) -> None:
     for pair, values in found.items():
         for k, marker in enumerate("o^"):
             ratio, error = exp(values["corrected"][k]), 2 * values["error"][k]
-            axes.errorbar(1e3 * pair.distance, ratio, error, fmt=marker, ms=4, color=COLOURS[pair.kind])
+            axes.errorbar(
+                1e3 * pair.distance, ratio, error, fmt=marker, ms=4, color=COLOURS[pair.kind]
+            )
     axes.axhline(1.0, color="0.6", lw=0.7)
     axes.axhspan(0.92, 1.08, color="0.9", zorder=0)
     axes.set(xscale="log", xlabel="slid distance (mm)", ylabel="T$_{flash}$, slide / theory")
@@ -175,23 +206,39 @@ def draw(found: dict[Pair, dict[str, np.ndarray]], path: Path) -> None:
 def main() -> None:
     command = Command(__file__, __doc__, "slide one elastic pair on a small grid over a short way")
     command.add_argument("--draw", action="store_true", help="write the list of pairs again")
-    command.add_argument("--solve", action="store_true", help="slide the pairs that have no row yet")
+    command.add_argument(
+        "--solve", action="store_true", help="slide the pairs that have no row yet"
+    )
     options = command.parse()
     if options.draw:
         write(drawn(PARTS.values()), LIST)
-    pairs, rows = points(LIST), Rows(options.output / "slid.json" if options.toy else SLIDES, resume=not options.toy)
+    pairs, rows = (
+        points(LIST),
+        Rows(options.output / "slid.json" if options.toy else SLIDES, resume=not options.toy),
+    )
     if options.toy:
         pairs = [replace(next(pair for pair in pairs if pair.name == "E01"), distance=4e-4)]
     if options.toy or options.solve:
         # distances evenly, however many pairs there is time for
-        ranks = {pair.name: rank for rank, pair in enumerate(sorted(pairs, key=lambda pair: pair.distance))}
+        ranks = {
+            pair.name: rank
+            for rank, pair in enumerate(sorted(pairs, key=lambda pair: pair.distance))
+        }
         for pair in sorted(pairs, key=lambda pair: GOLDEN * ranks[pair.name] % 1.0):
             number = 64 if options.toy else None
-            rows.once("slides", pair.name, partial(solve, pair, (2, 2) if options.toy else MEMBERS, number))
+            rows.once(
+                "slides",
+                pair.name,
+                partial(solve, pair, (2, 2) if options.toy else MEMBERS, number),
+            )
             rows.once("half the pixel", pair.name, partial(refine, pair, number))
             print(f"{pair.name} slid", flush=True)
     slides, finer = rows["slides"], rows["half the pixel"]
-    found = {pair: compared(pair, slides[pair.name], finer[pair.name]) for pair in pairs if pair.name in finer}
+    found = {
+        pair: compared(pair, slides[pair.name], finer[pair.name])
+        for pair in pairs
+        if pair.name in finer
+    }
     table(found)
     draw(found, options.output / "two_bodies_points.png")
     if options.evidence:

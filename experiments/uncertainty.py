@@ -33,7 +33,11 @@ RANGES = {  # low, the paper's choice, high
     "conductivity": (21.0, 30.0, 50.0),  # work-hardened and hot ... soft and cold
     "friction": (0.08, 0.11, 0.14),  # "not constant during the tests": assumed +-0.03
     "hardness": (0.5e9, 1.2e9, 2.0e9),  # the paper's three
-    "rms_height": (0.72e-6, 0.90e-6, 1.00e-6),  # R_a = 0.8 um is 1.0 um rms; the paper's 0.90 has R_a = 0.72
+    "rms_height": (
+        0.72e-6,
+        0.90e-6,
+        1.00e-6,
+    ),  # R_a = 0.8 um is 1.0 um rms; the paper's 0.90 has R_a = 0.72
     "q_min": (4e3, 6350.0, 1e4),  # assumed: the spectrum is not published
     "gamma": (0.257, 0.294, 0.5),  # what the printed numbers bound ... what simulations give
     "duration": (1e-4, 5e-4, 1e-3),  # s, counts for the rule "total" only
@@ -59,7 +63,10 @@ def draw(count: int, rng: np.random.Generator) -> Draws:
 
 
 def central(count: int) -> Draws:
-    return {**{name: np.full(count, middle) for name, (_, middle, _) in RANGES.items()}, "total": np.zeros(count, bool)}
+    return {
+        **{name: np.full(count, middle) for name, (_, middle, _) in RANGES.items()},
+        "total": np.zeros(count, bool),
+    }
 
 
 def wavenumber(half: np.ndarray, draws: Draws) -> np.ndarray:
@@ -104,7 +111,9 @@ def stress(draws: Draws) -> tuple[np.ndarray, np.ndarray]:
     smooth = (before[..., None] + half * (density @ (primitive @ fit).T)).reshape(factor.shape)
     share = erf((PRESSURE / draws["hardness"])[:, None] / (2 * np.sqrt(smooth)))
     gamma, hardness_drawn = draws["gamma"][:, None], draws["hardness"][:, None]
-    weighted = 2 * hardness_drawn**2 * factor * share * (gamma + (1 - gamma) * share**2) * 2 * y * weight
+    weighted = (
+        2 * hardness_drawn**2 * factor * share * (gamma + (1 - gamma) * share**2) * 2 * y * weight
+    )
     return wavenumber(y**2 * hardness_drawn**2 * 4 / (pi * MODULUS**2), draws), weighted
 
 
@@ -112,7 +121,11 @@ def flash_temperature(draws: Draws) -> np.ndarray:
     """T_flash with the share of each draw, K."""
     q, s = stress(draws)
     diffusivity = draws["conductivity"] / HEAT_CAPACITY
-    moving = (s / q * flash.angular_integrals(SPEED / (diffusivity[:, None] * q))[0]).sum(axis=1) * 2 / pi
+    moving = (
+        (s / q * flash.angular_integrals(SPEED / (diffusivity[:, None] * q))[0]).sum(axis=1)
+        * 2
+        / pi
+    )
     resting = (s / q).sum(axis=1)
     depth = np.sqrt(diffusivity * draws["duration"])
     background = 2 * PRESSURE**2 * depth / sqrt(pi)
@@ -128,7 +141,9 @@ def exact(draws: Draws, index: int) -> float:
     one = {name: float(values[index]) for name, values in draws.items()}
     face = rs.SelfAffineSpectrum.from_rms_height(one["rms_height"], q_min=one["q_min"], **SHAPE)
     load = {"effective_modulus": MODULUS, "nominal_pressure": PRESSURE}
-    smooth = plasticity.smoothed_spectrum(face.scaled(2.0), penetration_hardness=one["hardness"], **load)
+    smooth = plasticity.smoothed_spectrum(
+        face.scaled(2.0), penetration_hardness=one["hardness"], **load
+    )
     body = {"conductivity": one["conductivity"], "diffusivity": one["conductivity"] / HEAT_CAPACITY}
     rule = {"rule": "total", "duration": one["duration"]} if one["total"] else {}
     share = partition.moving_share(SPEED, smooth, **load, **body, gamma=one["gamma"], **rule)
@@ -149,33 +164,50 @@ def tornado() -> list[tuple[str, float, float, float]]:
     return sorted(((n, a, b, abs(b - a)) for n, a, b in bars), key=lambda bar: bar[3])
 
 
-def chart(folder: Path, sample: Draws, rise: np.ndarray, bars: list[tuple[str, float, float, float]]) -> None:
+def chart(
+    folder: Path, sample: Draws, rise: np.ndarray, bars: list[tuple[str, float, float, float]]
+) -> None:
     """Draw the distribution of T_flash, and below it how much each input changes it."""
     with new_figure(folder / "uncertainty.png", 4.9) as figure:
         upper, lower = figure.subplots(2, 1, height_ratios=[1, 1.5], sharex=True)
         bins = np.linspace(0, np.quantile(rise, 0.998), 60)
         for rule, colour in ((False, BLUE), (True, AMBER)):
-            look = {"histtype": "stepfilled", "fc": mpl.colors.to_rgba(colour, 0.25), "ec": colour, "lw": 1.2}
+            look = {
+                "histtype": "stepfilled",
+                "fc": mpl.colors.to_rgba(colour, 0.25),
+                "ec": colour,
+                "lw": 1.2,
+            }
             name = f'heat share by "{"total" if rule else "mean"}"'
             upper.hist(rise[sample["total"] == rule], bins=bins, label=name, **look)
         upper.set(title="random inputs", ylabel="draws", yticks=[])
         upper.spines["left"].set_visible(False)
         middle = float(flash_temperature(central(1))[0])
         for row, (name, low, high, _) in enumerate(bars):
-            lower.barh(row, high - low, left=low, height=0.62, color=AMBER if name == "rule" else SKY)
+            lower.barh(
+                row, high - low, left=low, height=0.62, color=AMBER if name == "rule" else SKY
+            )
             words = '"mean"', '"total"'
             if name != "rule":
                 words = tuple(f"{RANGES[name][k] * UNITS.get(name, 1):.3g}" for k in (0, 2))
             for value, text in zip((low, high), words, strict=True):
                 side = -1 if value == min(low, high) else 1
-                place = {"xytext": (4 * side, 0), "textcoords": "offset points", "va": "center", "fontsize": 8.5}
+                place = {
+                    "xytext": (4 * side, 0),
+                    "textcoords": "offset points",
+                    "va": "center",
+                    "fontsize": 8.5,
+                }
                 place["bbox"] = {"color": "w", "pad": 0.6}
                 lower.annotate(text, (value, row), ha="right" if side < 0 else "left", **place)
         for axes in (upper, lower):
             axes.axvline(MEASURED, color=BLACK, ls="--", label="measured, about 200 K")
             axes.axvline(middle, color="0.4", label=f"the paper's values, {middle:.0f} K")
             axes.grid(visible=False)
-        lower.set(yticks=range(len(bars)), yticklabels=[NAMES.get(name, "rule of the heat share") for name, *_ in bars])
+        lower.set(
+            yticks=range(len(bars)),
+            yticklabels=[NAMES.get(name, "rule of the heat share") for name, *_ in bars],
+        )
         lower.set(title="one input at a time", xlabel="$T_{flash}$ (K)")
         lower.tick_params(left=False)
         figure.legend(*upper.get_legend_handles_labels(), loc="outside lower center", ncols=2)
@@ -188,7 +220,10 @@ def hot_hardness() -> tuple[float, float]:
     def rise(value: float) -> float:
         return float(flash_temperature({**one, "hardness": np.array([value])})[0])
 
-    above, table = [0.0, 200.0, 400.0, 600.0, 800.0, 1000.0], [1.2e9, 1.1e9, 0.95e9, 0.6e9, 0.35e9, 0.2e9]
+    above, table = (
+        [0.0, 200.0, 400.0, 600.0, 800.0, 1000.0],
+        [1.2e9, 1.1e9, 0.95e9, 0.6e9, 0.35e9, 0.2e9],
+    )
     return hardness.self_consistent(rise, above, table, background=0.0)
 
 
@@ -203,9 +238,15 @@ def main() -> None:
     taken = time.perf_counter() - start
     checks = [rise[i] / exact(sample, i) - 1 for i in range(10)]
     off = np.abs(checks).max()
-    print(f"{rise.size} draws in {taken:.2f} s; ten of them differ from theory.flash by at most {off:.1e}")
+    print(
+        f"{rise.size} draws in {taken:.2f} s; ten of them differ from theory.flash by at most {off:.1e}"
+    )
     numbers = {}
-    for name, chosen in (("mean", ~sample["total"]), ("total", sample["total"]), ("both", np.full(rise.size, True))):
+    for name, chosen in (
+        ("mean", ~sample["total"]),
+        ("total", sample["total"]),
+        ("both", np.full(rise.size, True)),
+    ):
         low, median, high = np.quantile(rise[chosen], [0.05, 0.5, 0.95])
         numbers |= {f"{name}_5": low, f"{name}_50": median, f"{name}_95": high}
         below = (rise[chosen] < MEASURED).mean()
@@ -216,11 +257,15 @@ def main() -> None:
     for name, low, high, _ in reversed(bars):
         print(f"  {NAMES.get(name, 'rule mean -> total'):30} {low:6.1f} ... {high:6.1f}")
     softened, hot = hot_hardness()
-    print(f"with an assumed hot hardness (1.2 GPa cold): sigma_P = {softened / 1e9:.2f} GPa at T_flash = {hot:.0f} K")
+    print(
+        f"with an assumed hot hardness (1.2 GPa cold): sigma_P = {softened / 1e9:.2f} GPa at T_flash = {hot:.0f} K"
+    )
     chart(options.output, sample, rise, bars)
     if options.evidence:
         show_on_pages(options.output / "uncertainty.png")
-        write_evidence("uncertainty", "python experiments/uncertainty.py --evidence", numbers=numbers)
+        write_evidence(
+            "uncertainty", "python experiments/uncertainty.py --evidence", numbers=numbers
+        )
 
 
 if __name__ == "__main__":

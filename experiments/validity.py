@@ -39,14 +39,18 @@ Contact = dict[str, Any]
 
 def elastic_spectrum(contact: Contact) -> Any:
     """Return C(q) of a contact that does not yield."""
-    return spectrum_of(contact["hurst"], contact["plateau"], contact["bandwidth"], contact["low_exponent"])
+    return spectrum_of(
+        contact["hurst"], contact["plateau"], contact["bandwidth"], contact["low_exponent"]
+    )
 
 
 def by_theory(contact: Contact) -> dict[str, Any]:
     """Return the quantities of an elastic contact by the theory, γ = 0.45: (Péclet numbers,) or one number."""
     psd = elastic_spectrum(contact)
     solid = {"effective_modulus": 1.0, "nominal_pressure": contact["load"]}
-    found = {name: heat(contact["load"], name, spectrum=psd, effective_modulus=1.0) for name in PER_SPEED}
+    found = {
+        name: heat(contact["load"], name, spectrum=psd, effective_modulus=1.0) for name in PER_SPEED
+    }
     found["pressure_variance"] = persson.pressure_correlation(0.0, psd, **solid)
     found["contact_fraction"] = persson.contact_probability(contact["bandwidth"], psd, **solid)
     return found
@@ -76,10 +80,19 @@ def capped_over_theory(contacts: list[Contact]) -> Any:
     """Return T_flash of capped contact without an end of C(q) over the theory on C_sm, (contacts, Péclet numbers)."""
     ratios = []
     for contact in contacts:
-        far = spectrum_of(contact["hurst"], contact["plateau"], ENDLESS * contact["yields"], contact["low_exponent"])
+        far = spectrum_of(
+            contact["hurst"],
+            contact["plateau"],
+            ENDLESS * contact["yields"],
+            contact["low_exponent"],
+        )
         psd = far.scaled(contact["level"] / float(far(np.array(1.0))))
         load = contact["share"] * contact["hardness"]
-        solid = {"nominal_pressure": load, "penetration_hardness": contact["hardness"], "effective_modulus": 1.0}
+        solid = {
+            "nominal_pressure": load,
+            "penetration_hardness": contact["hardness"],
+            "effective_modulus": 1.0,
+        }
         smoothed = plasticity.smoothed_spectrum(psd, **solid)
         theory = heat(load, spectrum=smoothed, effective_modulus=1.0)
         ratios.append(np.array(contact["flash_temperature"]["value"]) / theory)
@@ -96,7 +109,9 @@ def elastic_numbers(grid: list[Contact], theory: dict[str, Any]) -> dict[str, fl
     loads = np.array([contact["load"] for contact in grid])
     slow, _, fast = 100 * (theory["flash_temperature"].T - 1)
     heavy, light = loads == loads.max(), loads == loads.min()
-    area, variance = (100 * (1 / theory[name] - 1) for name in ("contact_fraction", "pressure_variance"))
+    area, variance = (
+        100 * (1 / theory[name] - 1) for name in ("contact_fraction", "pressure_variance")
+    )
     return {
         **limits("slow_heavy", slow[heavy]),
         **limits("slow_light", slow[light]),
@@ -116,7 +131,9 @@ def elastic_numbers(grid: list[Contact], theory: dict[str, Any]) -> dict[str, fl
 
 def capped_numbers(capped: list[Contact]) -> dict[str, float]:
     """Return the range of capped contacts, and T_flash without an end of C(q) over the theory."""
-    slow, _, fast = capped_over_theory([contact for contact in capped if contact["depth"] is None]).T
+    slow, _, fast = capped_over_theory(
+        [contact for contact in capped if contact["depth"] is None]
+    ).T
     found = {**limits("capped_slow", slow), **limits("capped_fast", fast)}
     found |= limits("share", [contact["share"] for contact in capped])
     return found | limits("depth", [contact["depth"] for contact in capped if contact["depth"]])
@@ -136,16 +153,29 @@ def law_table(law: dict[str, Any]) -> list[list[str]]:
 def end_table(capped: list[Contact]) -> list[list[str]]:
     """Return the table of the excess of T_flash where C(q) ends over its limit without end, %."""
     endless = {
-        place(contact): np.array(contact["flash_temperature"]["value"]) for contact in capped if at_no_end(contact)
+        place(contact): np.array(contact["flash_temperature"]["value"])
+        for contact in capped
+        if at_no_end(contact)
     }
-    grid = [contact for contact in capped if contact["plateau"] == PLATEAU and not at_no_end(contact)]
+    grid = [
+        contact for contact in capped if contact["plateau"] == PLATEAU and not at_no_end(contact)
+    ]
     depths = sorted({contact["depth"] for contact in grid})
     rows = [["q_max/q_y", *(f"{depth:g}" for depth in depths)]]
     for hurst in sorted({contact["hurst"] for contact in grid}):
         row = [f"H = {hurst:g}"]
         for depth in depths:
-            there = (contact for contact in grid if (contact["hurst"], contact["depth"]) == (hurst, depth))
-            row.append(span(contact["flash_temperature"]["value"] / endless[place(contact)] for contact in there))
+            there = (
+                contact
+                for contact in grid
+                if (contact["hurst"], contact["depth"]) == (hurst, depth)
+            )
+            row.append(
+                span(
+                    contact["flash_temperature"]["value"] / endless[place(contact)]
+                    for contact in there
+                )
+            )
         rows.append(row)
     return rows
 
@@ -172,7 +202,12 @@ def compared(every: int = 1) -> tuple[dict[str, float], dict[str, list[list[str]
     others = [contact for contact in elastic if contact["plateau"] != PLATEAU]
     theory, law = over_measured(grid, by_theory), over_measured(grid, by_law)
     other = 100 * np.log(over_measured(others, by_law)["flash_temperature"])
-    numbers = {"grid": len(grid), "others": len(others), "capped": len(capped), "others_off": np.abs(other).max()}
+    numbers = {
+        "grid": len(grid),
+        "others": len(others),
+        "capped": len(capped),
+        "others_off": np.abs(other).max(),
+    }
     numbers |= elastic_numbers(grid, theory) | capped_numbers(capped)
     numbers |= {f"{name}_band": 100 * band for name, band in ERROR_BANDS.items()}
     flash = {
@@ -189,7 +224,9 @@ def draw(flash: dict[str, Any], path: Path) -> None:
         panels = figure.subplots(1, 2, sharey=True)
         for axes, k, words in zip(panels, (0, -1), ("slow", "fast"), strict=True):
             for name in ("paper's theory", "calibrated law"):
-                axes.semilogx(flash["load"], flash[name][:, k], label=name, **(LOOKS[name] | {"ls": ""}))
+                axes.semilogx(
+                    flash["load"], flash[name][:, k], label=name, **(LOOKS[name] | {"ls": ""})
+                )
             axes.set(title=words, xlabel="load, p/(E*h′)")
         panels[0].set_ylabel("$T_{flash}$ over measured")
         legend_below(figure, list(panels), 2)
@@ -199,10 +236,16 @@ def main() -> None:
     options = Command(__file__, __doc__, "every tenth elastic contact").parse()
     numbers, tables, flash = compared(10 if options.toy else 1)
     print("\n".join(f"{name:24}{value:10.4g}" for name, value in numbers.items()))
-    print("\n".join("  ".join(f"{cell:>12}" for cell in row) for rows in tables.values() for row in rows))
+    print(
+        "\n".join(
+            "  ".join(f"{cell:>12}" for cell in row) for rows in tables.values() for row in rows
+        )
+    )
     draw(flash, options.output / "validity.png")
     if options.evidence:
-        write_evidence("validity", "python experiments/validity.py --evidence", numbers=numbers, tables=tables)
+        write_evidence(
+            "validity", "python experiments/validity.py --evidence", numbers=numbers, tables=tables
+        )
 
 
 if __name__ == "__main__":

@@ -33,7 +33,9 @@ sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 import contact as solvers
 
 TOLERANCE = 1e-6
-LONGEST = 20.0  # CPU seconds of one solve; a solver that takes longer is not asked with finer pixels
+LONGEST = (
+    20.0  # CPU seconds of one solve; a solver that takes longer is not asked with finer pixels
+)
 NOT_MADE = "one bound only"  # what a solver is not made for is no failure of it
 CONTACTS = Path(__file__).parent / "reference" / "contacts.json"
 BANDWIDTHS = (4.0, 8.0, 16.0, 32.0, 64.0)
@@ -47,28 +49,51 @@ SOLVERS = ("roughsim", "tamaas", "ContactMechanics", "NuMPI")
 def unit_problem(points, load, cap, *, hurst=0.8, waves=(4, 16), seed=0):
     """E* = 1, h′ = 1 in the unit cell, `waves` per side at the roll-off and at the end of the roughness."""
     spectrum = rs.SelfAffineSpectrum.from_rms_slope(
-        1.0, hurst=hurst, q_min=2 * np.pi, q_roll_off=2 * np.pi * waves[0], q_max=2 * np.pi * waves[1]
+        1.0,
+        hurst=hurst,
+        q_min=2 * np.pi,
+        q_roll_off=2 * np.pi * waves[0],
+        q_max=2 * np.pi * waves[1],
     )
     grid = rs.Grid((points, points), (1.0, 1.0))
-    return solvers.Problem(points, load, cap, rs.synthesize(spectrum, grid, np.random.default_rng(seed)))
+    return solvers.Problem(
+        points, load, cap, rs.synthesize(spectrum, grid, np.random.default_rng(seed))
+    )
 
 
 def ours(task, tolerance=TOLERANCE):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # the rounding floor: its residual is in the row
+        warnings.simplefilter(
+            "ignore", RuntimeWarning
+        )  # the rounding floor: its residual is in the row
         return rs.solve_contact(
-            task.heights, task.grid, rs.Solid(1.0, task.cap), nominal_pressure=task.load, tolerance=tolerance
+            task.heights,
+            task.grid,
+            rs.Solid(1.0, task.cap),
+            nominal_pressure=task.load,
+            tolerance=tolerance,
         )
 
 
 def solved(name, task):
     """A row: error against our solution at 1e-10, CPU seconds, what the solver says of itself, or why it failed."""
-    row = {"solver": name, "error": nan, "seconds": nan, "transforms": nan, "iterations": nan, "residual": nan}
+    row = {
+        "solver": name,
+        "error": nan,
+        "seconds": nan,
+        "transforms": nan,
+        "iterations": nan,
+        "residual": nan,
+    }
     try:
         if name == "roughsim":
             found, seconds = timed(lambda: ours(task))
             pressure = found.pressure
-            row |= {"transforms": found.transforms, "iterations": float(found.iterations), "residual": found.residual}
+            row |= {
+                "transforms": found.transforms,
+                "iterations": float(found.iterations),
+                "residual": found.residual,
+            }
         else:
             pressure, seconds = timed(lambda: solvers.PEERS[name][1](task, TOLERANCE))
         exact = ours(task, 1e-10).pressure
@@ -93,12 +118,20 @@ def complaint(row):
     if row["why"]:
         return "" if row["why"] == NOT_MADE else row["why"]
     if "solver" in row:
-        return f"a thousand times its tolerance of {TOLERANCE:g}" if row["error"] > 1e3 * TOLERANCE else ""
+        return (
+            f"a thousand times its tolerance of {TOLERANCE:g}"
+            if row["error"] > 1e3 * TOLERANCE
+            else ""
+        )
     return "more than twice too hot" if row["error"] > 1.0 else ""
 
 
 def there():
-    return [n for n in SOLVERS if n == "roughsim" or importlib.util.find_spec(solvers.PEERS[n][0]) is not None]
+    return [
+        n
+        for n in SOLVERS
+        if n == "roughsim" or importlib.util.find_spec(solvers.PEERS[n][0]) is not None
+    ]
 
 
 def load_map(rows, folder, toy):
@@ -112,7 +145,11 @@ def load_map(rows, folder, toy):
     for name, load, ratio in product(names, loads, ratios):
         task = unit_problem(points, load, load * ratio, waves=(2, points // 8))
         key = f"{name} load {load:g} hardness {ratio:g} loads"
-        rows.once("load", key, lambda n=name, t=task, x=load, y=ratio: {"load": x, "ratio": y} | solved(n, t))
+        rows.once(
+            "load",
+            key,
+            lambda n=name, t=task, x=load, y=ratio: {"load": x, "ratio": y} | solved(n, t),
+        )
     figures.limits_of_solvers(list(rows["load"].values()), folder / "limits_of_solvers.png")
     told("load", rows["load"].values())
 
@@ -142,7 +179,12 @@ def rough(name, hurst, band, pixel, finest):
     """A row of the map: two roll-off waves per side, load 0.05; for ours the error of the pixel too."""
     waves = (2, 2 * band)
     task = unit_problem(2 * band * pixel, 0.05, inf, hurst=hurst, waves=waves)
-    row = {"hurst": hurst, "bandwidth": float(band), "pixels": float(pixel), "pixel_error": nan} | solved(name, task)
+    row = {
+        "hurst": hurst,
+        "bandwidth": float(band),
+        "pixels": float(pixel),
+        "pixel_error": nan,
+    } | solved(name, task)
     if name != "roughsim":
         return row
     fine = unit_problem(2 * band * finest, 0.05, inf, hurst=hurst, waves=waves)
@@ -152,7 +194,13 @@ def rough(name, hurst, band, pixel, finest):
 
 def too_long(name, hurst, band, pixel, _):
     """The row of a solver that took too long with larger pixels."""
-    row = {"solver": name, "hurst": hurst, "bandwidth": float(band), "pixels": float(pixel), "pixel_error": nan}
+    row = {
+        "solver": name,
+        "hurst": hurst,
+        "bandwidth": float(band),
+        "pixels": float(pixel),
+        "pixel_error": nan,
+    }
     row |= {"error": nan, "seconds": nan, "transforms": nan, "iterations": nan, "residual": nan}
     return row | {"why": f"not asked: over {LONGEST:g} s with larger pixels"}
 
@@ -172,7 +220,9 @@ def steady(flux, grid, speed):
 def from_rest(flux, grid, speed):
     """Half the cell, with the uniform term."""
     slid = grid.lengths[0] / 2 / speed
-    return rs.sliding_temperature(flux, grid, speed=speed, **UNIT) + uniform_temperature(flux.mean(), slid, **UNIT)
+    return rs.sliding_temperature(flux, grid, speed=speed, **UNIT) + uniform_temperature(
+        flux.mean(), slid, **UNIT
+    )
 
 
 def free(flux, grid, speed):
@@ -197,8 +247,16 @@ def heated(name, peclet, side, pixels):
     start = time.process_time()
     temperature = KERNELS[name](flux, grid, peclet)
     seconds = time.process_time() - start
-    value = float((temperature * flux).sum() / flux.sum()) / float(hertz.flash_temperature(peclet)) - 1
-    row = {"kernel": name, "peclet": peclet, "side": float(side), "excess": value, "error": abs(value)}
+    value = (
+        float((temperature * flux).sum() / flux.sum()) / float(hertz.flash_temperature(peclet)) - 1
+    )
+    row = {
+        "kernel": name,
+        "peclet": peclet,
+        "side": float(side),
+        "excess": value,
+        "error": abs(value),
+    }
     return row | {"seconds": seconds, "why": ""}
 
 
@@ -219,15 +277,27 @@ def theory_map(rows, folder, toy):
     """T_flash by the paper's theory and by the calibrated law over that of elastic contacts, the worst of all H."""
     peclets = (0.001, 1.0, 1000.0)
     contacts = [row for row in json.loads(CONTACTS.read_text())["elastic"] if row["plateau"] == 2.0]
-    contacts = [row for row in contacts if row["bandwidth"] in BANDWIDTHS and row["low_exponent"] == 0.0]
+    contacts = [
+        row for row in contacts if row["bandwidth"] in BANDWIDTHS and row["low_exponent"] == 0.0
+    ]
     worst: dict[str, dict] = {}
     for contact in contacts[:: 20 if toy else 1]:
         for formula, values in by_formula(contact, peclets).items():
             excess = 100 * (values / np.array(contact["flash_temperature"]["value"]) - 1)
             for peclet, value in zip(peclets, excess, strict=True):
-                place = {"load": contact["load"], "bandwidth": contact["bandwidth"], "peclet": peclet}
+                place = {
+                    "load": contact["load"],
+                    "bandwidth": contact["bandwidth"],
+                    "peclet": peclet,
+                }
                 key = f"{formula} load {contact['load']:g} bandwidth {contact['bandwidth']:g} Pe {peclet:g}"
-                row = {"formula": formula, **place, "excess": float(value), "error": abs(float(value)) / 100, "why": ""}
+                row = {
+                    "formula": formula,
+                    **place,
+                    "excess": float(value),
+                    "error": abs(float(value)) / 100,
+                    "why": "",
+                }
                 worst[key] = max(row, worst.get(key, row), key=lambda one: one["error"])
     rows.extend("theory", worst)
     figures.limits_of_theory(list(rows["theory"].values()), folder / "limits_of_theory.png")
@@ -236,12 +306,21 @@ def theory_map(rows, folder, toy):
 
 def by_formula(contact, peclets):
     """T_flash of a contact of the file by both formulas, in its units."""
-    spectrum = spectrum_of(contact["hurst"], contact["plateau"], contact["bandwidth"], contact["low_exponent"])
+    spectrum = spectrum_of(
+        contact["hurst"], contact["plateau"], contact["bandwidth"], contact["low_exponent"]
+    )
     load = contact["load"]
     law = persson.calibrated_spectrum(spectrum, effective_modulus=1.0, nominal_pressure=load)
-    unit = {"conductivity": 1.0, "diffusivity": 1.0, "friction_coefficient": load, "nominal_pressure": load}
+    unit = {
+        "conductivity": 1.0,
+        "diffusivity": 1.0,
+        "friction_coefficient": load,
+        "nominal_pressure": load,
+    }
     return {
-        "paper's theory": flash.flash_temperature(np.array(peclets), spectrum=spectrum, effective_modulus=1.0, **unit),
+        "paper's theory": flash.flash_temperature(
+            np.array(peclets), spectrum=spectrum, effective_modulus=1.0, **unit
+        ),
         "calibrated law": flash.flash_temperature(np.array(peclets), stress_spectrum=law, **unit),
     }
 
@@ -252,7 +331,9 @@ def told(name, found):
     print(f"{name}: {len(list(found))} points, {len(failed)} failed")
     for row in failed:
         where = " ".join(
-            f"{key} {row[key]}" for key in ("solver", "kernel", "load", "ratio", "peclet", "side") if key in row
+            f"{key} {row[key]}"
+            for key in ("solver", "kernel", "load", "ratio", "peclet", "side")
+            if key in row
         )
         print(f"    {where}: {complaint(row)[:90]} (error {row['error']:.1e})")
 
@@ -262,8 +343,12 @@ MAPS = {"load": load_map, "roughness": roughness_map, "heat": heat_map, "theory"
 
 def main() -> None:
     command = Command(__file__, __doc__)
-    command.add_argument("maps", nargs="*", metavar="MAP", help=f"{', '.join(MAPS)}; all if left out")
-    command.add_argument("--resume", action="store_true", help="keep the rows that are already in data.json")
+    command.add_argument(
+        "maps", nargs="*", metavar="MAP", help=f"{', '.join(MAPS)}; all if left out"
+    )
+    command.add_argument(
+        "--resume", action="store_true", help="keep the rows that are already in data.json"
+    )
     options = command.parse()
     if unknown := set(options.maps) - set(MAPS):
         command.error(f"{', '.join(unknown)}: choose from {', '.join(MAPS)}")
@@ -274,7 +359,10 @@ def main() -> None:
     if options.evidence:
         measured = [row for name in chosen for row in rows[name].values()]
         # without CPU times, which no map shows, and what is not known of a failure
-        known = [{key: value for key, value in row.items() if key != "seconds" and is_known(value)} for row in measured]
+        known = [
+            {key: value for key, value in row.items() if key != "seconds" and is_known(value)}
+            for row in measured
+        ]
         command_line = "python experiments/where_methods_fail.py --resume --evidence"
         write_evidence("limits", command_line, rows=known, numbers=numbers_of_page(measured))
 

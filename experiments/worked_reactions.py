@@ -24,10 +24,19 @@ MOLE = 96.485  # kJ/mol in an eV
 BOLTZMANN, ELECTRONVOLT = 8.617333262e-5, 1.602176634e-19  # eV/K, J
 OXIDATION, ADDITIVE = ("oxidation, hot", "oxidation, cold"), ("ZDDP",)
 ENERGIES = {"oxidation, hot": 96 / MOLE, "oxidation, cold": 208 / MOLE, "ZDDP": 0.8}  # eV
-HEADS = ["reaction", "E, eV", "T₀, K", "T₀ + T_flash, K", "T_act, K", "rate over the rate at T₀ + T_flash"]
+HEADS = [
+    "reaction",
+    "E, eV",
+    "T₀, K",
+    "T₀ + T_flash, K",
+    "T_act, K",
+    "rate over the rate at T₀ + T_flash",
+]
 
 
-def computed(folder: Path, names: tuple[str, ...], background: float, *, toy: bool, **reaction: Any) -> rs.Run:
+def computed(
+    folder: Path, names: tuple[str, ...], background: float, *, toy: bool, **reaction: Any
+) -> rs.Run:
     """Return the run of reactions at a background, K."""
     changes: dict[str, Any] = {
         "sliding.speed": [SPEED],
@@ -45,15 +54,32 @@ def rows_of(run: rs.Run, names: tuple[str, ...]) -> list[list[str]]:
     background = run.scene.sliding.background_temperature or 0.0
     warm = background + float(run.estimate("flash_temperature").mean[0])
     asked = {(found.estimate.observable, found.energy): found.estimate for found in run.reactions()}
-    eased = (run.scene.reaction.activation_volume or 0.0) * run.scene.penetration_hardness / ELECTRONVOLT
+    eased = (
+        (run.scene.reaction.activation_volume or 0.0)
+        * run.scene.penetration_hardness
+        / ELECTRONVOLT
+    )
     energies = sorted({energy for _, energy in asked if energy is not None})
     rows = []
     for name, energy in zip(sorted(names, key=ENERGIES.__getitem__), energies, strict=True):
-        felt, rate = (asked[observable, energy] for observable in ("activation_temperature", "reaction_rate"))
+        felt, rate = (
+            asked[observable, energy] for observable in ("activation_temperature", "reaction_rate")
+        )
         area = float(run.estimate("contact_fraction").mean[0])
         even = area * PREFACTOR * np.exp((eased - energy) / (BOLTZMANN * warm))
-        cells = [Number(felt.mean[0], "K", felt.total_error[0]), Number(float(rate.mean[0]) / even, "1", digits=2)]
-        rows.append([name, f"{energy:.2f}", f"{background:.0f}", f"{warm:.0f}", *(str(cell) for cell in cells)])
+        cells = [
+            Number(felt.mean[0], "K", felt.total_error[0]),
+            Number(float(rate.mean[0]) / even, "1", digits=2),
+        ]
+        rows.append(
+            [
+                name,
+                f"{energy:.2f}",
+                f"{background:.0f}",
+                f"{warm:.0f}",
+                *(str(cell) for cell in cells),
+            ]
+        )
     return rows
 
 
@@ -61,7 +87,13 @@ def main() -> None:
     command = Command(__file__, __doc__, "to a total error of 10 %")
     options = command.parse()
     hot = computed(options.output / "oxidation", OXIDATION, 700.0, toy=options.toy)
-    cold = computed(options.output / "additive", ADDITIVE, 373.0, toy=options.toy, activation_volume="3.8 angstrom^3")
+    cold = computed(
+        options.output / "additive",
+        ADDITIVE,
+        373.0,
+        toy=options.toy,
+        activation_volume="3.8 angstrom^3",
+    )
     table = [HEADS, *rows_of(hot, OXIDATION), *rows_of(cold, ADDITIVE)]
     for row in table:
         print("  ".join(f"{cell:>16}" for cell in row))
@@ -69,9 +101,14 @@ def main() -> None:
     print(f"share of the heat above {WEAK:g} K: {weak}")
     rs.plot(hot, "reaction", options.output / "worked_reactions.png")
     if options.evidence:
-        numbers = {"weak": 100 * float(weak.mean[0]), "weak_error": 100 * float(weak.total_error[0])}
+        numbers = {
+            "weak": 100 * float(weak.mean[0]),
+            "weak_error": 100 * float(weak.total_error[0]),
+        }
         command_line = "python experiments/worked_reactions.py --evidence"
-        write_evidence("worked_reactions", command_line, tables={"reactions": table}, numbers=numbers)
+        write_evidence(
+            "worked_reactions", command_line, tables={"reactions": table}, numbers=numbers
+        )
 
 
 if __name__ == "__main__":

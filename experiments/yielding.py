@@ -64,7 +64,11 @@ class Case:
     @property
     def solid(self) -> dict[str, float]:
         """What theory.plasticity asks for."""
-        return {"effective_modulus": 1.0, "nominal_pressure": self.load, "penetration_hardness": self.hardness}
+        return {
+            "effective_modulus": 1.0,
+            "nominal_pressure": self.load,
+            "penetration_hardness": self.hardness,
+        }
 
 
 def of_grid(every: int = 1) -> list[Case]:
@@ -79,7 +83,18 @@ def of_grid(every: int = 1) -> list[Case]:
         value, error = np.array(measured["value"]), np.array(measured["error"])
         group = "grid, q_max → ∞" if endless else "grid, q_max finite"
         name = f"{row['share']:g} {row['yields']:.2g} {row['hurst']:g}"
-        cases.append(Case(name, group, spectrum, row["share"] * row["hardness"], row["hardness"], value, error, {}))
+        cases.append(
+            Case(
+                name,
+                group,
+                spectrum,
+                row["share"] * row["hardness"],
+                row["hardness"],
+                value,
+                error,
+                {},
+            )
+        )
     return cases
 
 
@@ -88,7 +103,9 @@ def elastic_report(every: int = 1) -> str:
     departures: dict[str, list[Any]] = {}
     for row in json.loads(ON_GRID.read_text())["elastic"][::every]:
         spectrum = spectrum_of(row["hurst"], row["plateau"], row["bandwidth"], row["low_exponent"])
-        stress = persson.calibrated_spectrum(spectrum, effective_modulus=1.0, nominal_pressure=row["load"])
+        stress = persson.calibrated_spectrum(
+            spectrum, effective_modulus=1.0, nominal_pressure=row["load"]
+        )
         predicted = {name: heat(row["load"], name, stress_spectrum=stress) for name in PER_SPEED}
         predicted["pressure_variance"] = persson.pressure_correlation(0.0, stress_spectrum=stress)
         predicted["correlation_radius_50"] = persson.correlation_radius(0.5, stress_spectrum=stress)
@@ -117,13 +134,20 @@ def of_points() -> list[Case]:
         value, error = (np.array(measured[key])[at] for key in ("value", "error"))
         group = "points seen before the law was final" if seen(name) else "points not seen before"
         spectrum = contact.spectrum(FAR if contact.kind == "A" else contact.q_max)
-        cases.append(Case(name, group, spectrum, contact.load, contact.hardness, value, error, record))
+        cases.append(
+            Case(name, group, spectrum, contact.load, contact.hardness, value, error, record)
+        )
     return cases
 
 
 def heat(load: float, name: str = "flash_temperature", **spectrum: Any) -> Any:
     """Return ⟨Tσ⟩, or another quantity of `theory.flash`, at SHOWN."""
-    unit = {"conductivity": 1.0, "diffusivity": 1.0, "friction_coefficient": load, "nominal_pressure": load}
+    unit = {
+        "conductivity": 1.0,
+        "diffusivity": 1.0,
+        "friction_coefficient": load,
+        "nominal_pressure": load,
+    }
     return getattr(flash, name)(np.array(SHOWN), **unit, **spectrum)
 
 
@@ -141,14 +165,19 @@ class Walls:
     def __call__(self, q: Any) -> Any:
         """Return |σ_q|² at wavenumbers q."""
         share = self.case.load / self.case.hardness
-        half = persson.half_variance(q, self.case.spectrum, effective_modulus=1.0) / self.case.hardness**2
+        half = (
+            persson.half_variance(q, self.case.spectrum, effective_modulus=1.0)
+            / self.case.hardness**2
+        )
         elastic = between(min(share, 1 - share), np.ravel(half)).reshape(np.shape(half))
         return (np.asarray(q) / 2) ** 2 * self.case.spectrum(q) * elastic
 
 
 FORMS: dict[str, Callable[[Case], Any]] = {
     "paper": lambda case: heat(
-        case.load, spectrum=plasticity.smoothed_spectrum(case.spectrum, **case.solid), effective_modulus=1.0
+        case.load,
+        spectrum=plasticity.smoothed_spectrum(case.spectrum, **case.solid),
+        effective_modulus=1.0,
     ),
     "walls": lambda case: heat(case.load, stress_spectrum=Walls(case)),
     "bearing": lambda case: heat(
@@ -165,10 +194,16 @@ def law(case: Case) -> YieldingSpectrum:
 
 def departures(cases: list[Case]) -> dict[str, Any]:
     """Return ln(predicted/measured) of T_flash by form, shape (cases, SHOWN)."""
-    return {name: np.log([form(case) / case.temperature for case in cases]) for name, form in FORMS.items()}
+    return {
+        name: np.log([form(case) / case.temperature for case in cases])
+        for name, form in FORMS.items()
+    }
 
 
-SERIES = {"points seen before the law was final": "seen", "points not seen before": "**unseen**"}  # on the page
+SERIES = {
+    "points seen before the law was final": "seen",
+    "points not seen before": "**unseen**",
+}  # on the page
 
 
 def rms(values: Any) -> Any:
@@ -176,30 +211,43 @@ def rms(values: Any) -> Any:
     return np.sqrt((np.array(values) ** 2).mean(axis=0))
 
 
-def tables(cases: list[Case], errors: dict[str, Any], others: dict[str, list[float]]) -> dict[str, list[list[str]]]:
+def tables(
+    cases: list[Case], errors: dict[str, Any], others: dict[str, list[float]]
+) -> dict[str, list[list[str]]]:
     """Return the tables of docs/yielding.md: T_flash by series and form, and the other quantities by series."""
     flash = [["series", "paper, rms", "bearing limit, rms", "law, rms", "law, worst"]]
     rest = [["series", "g_σ(0)", "g_σ(r)", "contact area", "yielded area"]]
     for group in dict.fromkeys(case.group for case in cases):
         rows = [k for k, case in enumerate(cases) if case.group == group]
         paper, bearing, own = (errors[name][rows].ravel() for name in ("paper", "bearing", "law"))
-        numbers = f"{rms(paper):.2f}", f"{rms(bearing):.2f}", f"{rms(own):.3f}", f"{np.abs(own).max():.3f}"
+        numbers = (
+            f"{rms(paper):.2f}",
+            f"{rms(bearing):.2f}",
+            f"{rms(own):.3f}",
+            f"{np.abs(own).max():.3f}",
+        )
         flash.append([SERIES.get(group, group), *numbers])
         points = [others[cases[k].name] for k in rows if cases[k].name in others]
         if points:
             columns = np.array(points)[:, [0, 2, 3, 4]]
             pairs = zip(rms(columns), np.abs(columns).max(axis=0), strict=True)
-            rest.append([SERIES.get(group, group), *(f"{mean:.1f}, {worst:.2g}" for mean, worst in pairs)])
+            rest.append(
+                [SERIES.get(group, group), *(f"{mean:.1f}, {worst:.2g}" for mean, worst in pairs)]
+            )
     return {"flash": flash, "others": rest}
 
 
 def report(cases: list[Case], errors: dict[str, Any], others: dict[str, list[float]]) -> str:
     """Return rms and largest departure by group and form, and a line for each point; `others` are by `besides`."""
     groups = list(dict.fromkeys(case.group for case in cases))
-    lines = [f"{'ln of predicted over measured T_flash':40}" + "".join(f"{name:>16}" for name in FORMS)]
+    lines = [
+        f"{'ln of predicted over measured T_flash':40}" + "".join(f"{name:>16}" for name in FORMS)
+    ]
     for group in groups:
         rows = [k for k, case in enumerate(cases) if case.group == group]
-        pairs = [(float(rms(e[rows].ravel())), float(np.abs(e[rows]).max())) for e in errors.values()]
+        pairs = [
+            (float(rms(e[rows].ravel())), float(np.abs(e[rows]).max())) for e in errors.values()
+        ]
         label = f"{group} ({len(rows)})"
         lines.append(f"{label:40}" + "".join(f"{rms:8.3f}{worst:8.3f}" for rms, worst in pairs))
     lines += ["", "rms and largest of all three Péclet numbers. In percent, by point:", POINT_HEAD]
@@ -218,7 +266,9 @@ def report(cases: list[Case], errors: dict[str, Any], others: dict[str, list[flo
     for group, rows in rest.items():
         if rows:
             mean = rms(rows)
-            means = f"g(0) {mean[0]:.1f}, g(r) {mean[1]:.1f}, area {mean[2]:.1f}, yielded {mean[3]:.1f}"
+            means = (
+                f"g(0) {mean[0]:.1f}, g(r) {mean[1]:.1f}, area {mean[2]:.1f}, yielded {mean[3]:.1f}"
+            )
             lines.append(f"rms, {group}: {means}")
     return "\n".join(lines)
 
@@ -236,7 +286,10 @@ def besides(case: Case) -> list[float]:
     table = {key: np.array(column) for key, column in record["correlation"].items()}
     radius, curve, doubt = (table[key] for key in ("r", "value", "error"))
     if case.name[0] == "A":  # as far as the finest grid goes
-        curve, doubt = curve * (1 + table["bias"]), np.hypot(1.96 * table["standard_error"], table["size"])
+        curve, doubt = (
+            curve * (1 + table["bias"]),
+            np.hypot(1.96 * table["standard_error"], table["size"]),
+        )
         ended = case.spectrum.truncated(q_max=record["rungs"][-1]["q_max"])
         stress = YieldingSpectrum(ended, 1.0, case.load, case.hardness)
     kept = (curve >= 0.1 * variance["value"]) & (doubt < CERTAIN)
@@ -261,7 +314,9 @@ def counted(cases: list[Case]) -> dict[str, float]:
     changes = []
     for case in cases:
         fine = YieldingSpectrum(case.spectrum, 1.0, case.load, case.hardness, step=STEP / 2)
-        changes.append(heat(case.load, stress_spectrum=law(case)) / heat(case.load, stress_spectrum=fine) - 1)
+        changes.append(
+            heat(case.load, stress_spectrum=law(case)) / heat(case.load, stress_spectrum=fine) - 1
+        )
     return numbers | {"half_step": 100 * np.abs(changes).max()}
 
 
@@ -276,10 +331,15 @@ def draw(cases: list[Case], errors: dict[str, Any], folder: Path) -> None:
     shares = np.array([cases[k].load / cases[k].hardness for k in order])
     for name, (color, mark) in MARKS.items():
         ratio = np.exp(errors[name][order, 1])
-        left.plot(shares, ratio, mark, color=color, markersize=3.5, alpha=0.75, linewidth=0, label=name)
+        left.plot(
+            shares, ratio, mark, color=color, markersize=3.5, alpha=0.75, linewidth=0, label=name
+        )
     left.axhline(1.0, color="0.4", linewidth=0.8)
     left.set(
-        xscale="log", yscale="log", xlabel=r"$\sigma_0/\sigma_P$", ylabel=r"theory over measured $T_{flash}$, Pe = 1"
+        xscale="log",
+        yscale="log",
+        xlabel=r"$\sigma_0/\sigma_P$",
+        ylabel=r"theory over measured $T_{flash}$, Pe = 1",
     )
     left.set_yticks([0.5, 1, 2, 5], ["0.5", "1", "2", "5"])
     left.yaxis.minorticks_off()
@@ -304,7 +364,11 @@ def draw(cases: list[Case], errors: dict[str, Any], folder: Path) -> None:
     right.set_xticks(range(len(fresh)), [cases[k].name for k in fresh], rotation=90, fontsize=5.5)
     right.set(ylabel="law less measured $T_{flash}$, %", xlim=(-0.7, len(fresh) - 0.3))
     right.legend(
-        frameon=False, fontsize=8, ncols=3, title="filled: not seen before the law was final", title_fontsize=8
+        frameon=False,
+        fontsize=8,
+        ncols=3,
+        title="filled: not seen before the law was final",
+        title_fontsize=8,
     )
     figure.savefig(folder / "yielding.png", dpi=150)
 
@@ -324,7 +388,9 @@ def main() -> None:
     draw(cases, errors, options.output)
     if options.evidence:
         shown, numbers = tables(cases, errors, others), counted(cases)
-        write_evidence("yielding", "python experiments/yielding.py --evidence", tables=shown, numbers=numbers)
+        write_evidence(
+            "yielding", "python experiments/yielding.py --evidence", tables=shown, numbers=numbers
+        )
         (EVIDENCE.parent / "reference" / "yielding.txt").write_text(text + "\n")
     print(f"figure and text are in {options.output}")
 

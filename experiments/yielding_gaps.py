@@ -89,7 +89,11 @@ class Contact(yielding_points.Contact):
     @property
     def solid(self) -> dict[str, float]:
         """What theory.plasticity asks for."""
-        return {"effective_modulus": 1.0, "nominal_pressure": self.load, "penetration_hardness": self.hardness}
+        return {
+            "effective_modulus": 1.0,
+            "nominal_pressure": self.load,
+            "penetration_hardness": self.hardness,
+        }
 
     def spectrum(self, q_max: float | None = None) -> Any:
         """Return C(q), which always ends at its own q_max."""
@@ -111,7 +115,9 @@ def with_hardness(contact: Contact) -> Contact:
         return float(plastic / (still + plastic)) - contact.yielded
 
     g = exp(brentq(excess, log(1e-7), log(10.0)))
-    return dataclasses.replace(contact, hardness=float((half_square(contact.spectrum()) / g) ** 0.5))
+    return dataclasses.replace(
+        contact, hardness=float((half_square(contact.spectrum()) / g) ** 0.5)
+    )
 
 
 def drawn(seed: int) -> list[Contact]:
@@ -124,17 +130,48 @@ def drawn(seed: int) -> list[Contact]:
     contacts = []
     for middle, about, light in product(GAPS, FILLS, (True, False)):
         gap, fill = middle * between(0.75, 1.4), about * between(0.4, 1.5)
-        low, above = between(1.15, (WAVES / gap) ** 0.5), between(1.15, min((WAVES / gap) ** 0.5, 4.0))
+        low, above = (
+            between(1.15, (WAVES / gap) ** 0.5),
+            between(1.15, min((WAVES / gap) ** 0.5, 4.0)),
+        )
         share, hurst = between(0.005, 0.03) if light else between(0.03, 0.4), between(0.3, 1.0)
         contacts.append(
-            Contact("G", hurst, share, 1.0, low * gap * above, nan, between(0.3, 0.97), nan, low, low * gap, fill)
+            Contact(
+                "G",
+                hurst,
+                share,
+                1.0,
+                low * gap * above,
+                nan,
+                between(0.3, 0.97),
+                nan,
+                low,
+                low * gap,
+                fill,
+            )
         )
     for hurst, plateau, depth in product((0.3, 0.6), (2.0, 4.0, 16.0), (1.5, 3.0)):
-        contacts.append(Contact("P", hurst, between(0.005, 0.1), plateau, depth, nan, between(0.8, 0.995), nan))
+        contacts.append(
+            Contact("P", hurst, between(0.005, 0.1), plateau, depth, nan, between(0.8, 0.995), nan)
+        )
     for _ in range(8):
         share, depth = between(0.005, 0.2), between(3.0, 8.0)
-        contacts.append(Contact("L", between(0.3, 1.0), share, between(1.0, 8.0), depth, nan, between(0.06, 0.45), nan))
-    named = [dataclasses.replace(contact, name=f"{contact.name}{k:02d}") for k, contact in enumerate(contacts)]
+        contacts.append(
+            Contact(
+                "L",
+                between(0.3, 1.0),
+                share,
+                between(1.0, 8.0),
+                depth,
+                nan,
+                between(0.06, 0.45),
+                nan,
+            )
+        )
+    named = [
+        dataclasses.replace(contact, name=f"{contact.name}{k:02d}")
+        for k, contact in enumerate(contacts)
+    ]
     return [with_hardness(contact) for contact in named]
 
 
@@ -158,7 +195,9 @@ def row(contact: Contact, record: dict[str, Any]) -> dict[str, Any]:
     unit = {"conductivity": 1.0, "diffusivity": 1.0, "friction_coefficient": contact.load}
     measured = record["flash_temperature"]
     speeds = np.array(measured["peclet"])[list(SHOWN)]
-    flashes = flash.flash_temperature(speeds, nominal_pressure=contact.load, stress_spectrum=stress, **unit)
+    flashes = flash.flash_temperature(
+        speeds, nominal_pressure=contact.load, stress_spectrum=stress, **unit
+    )
     variance = record["pressure_variance"]["value"]
     table = {key: np.array(column) for key, column in record["correlation"].items()}
     mine = persson.pressure_correlation(table["r"], stress_spectrum=stress)
@@ -167,7 +206,9 @@ def row(contact: Contact, record: dict[str, Any]) -> dict[str, Any]:
     return {
         "flash": np.log(flashes / np.array(measured["value"])[list(SHOWN)]),
         "error": np.array(measured["error"])[list(SHOWN)],
-        "variance": log(float(persson.pressure_correlation(0.0, stress_spectrum=stress)) / variance),
+        "variance": log(
+            float(persson.pressure_correlation(0.0, stress_spectrum=stress)) / variance
+        ),
         "curve": float(np.abs(mine - table["value"])[known].max(initial=0.0) / variance),
         "curve_error": float(table["error"][known].max(initial=0.0)),
         "contact": log(areas["contact"] / record["contact_fraction"]["value"]),
@@ -203,11 +244,23 @@ def refused(contact: Contact) -> str:
 def of_page(rows: list[tuple[Contact, Any]]) -> dict[str, float]:
     """Return how far the law is off in each kind, and in gaps that it refuses, least and most, %."""
     numbers: dict[str, float] = {}
-    for name, kind, taken in (("P", "P", True), ("L", "L", True), ("G", "G", True), ("refused", "G", False)):
-        chosen = [found for contact, found in rows if contact.kind == kind and (not refused(contact)) == taken]
+    for name, kind, taken in (
+        ("P", "P", True),
+        ("L", "L", True),
+        ("G", "G", True),
+        ("refused", "G", False),
+    ):
+        chosen = [
+            found
+            for contact, found in rows
+            if contact.kind == kind and (not refused(contact)) == taken
+        ]
         for quantity in ("flash", "variance", "curve", "contact", "yielded"):
             off = 100 * np.concatenate([np.atleast_1d(found[quantity]) for found in chosen])
-            numbers |= {f"{name}_{quantity}_least": float(off.min()), f"{name}_{quantity}_most": float(off.max())}
+            numbers |= {
+                f"{name}_{quantity}_least": float(off.min()),
+                f"{name}_{quantity}_most": float(off.max()),
+            }
     return numbers
 
 
@@ -219,35 +272,55 @@ def draw(rows: list[tuple[Contact, Any]], path: Path) -> None:
         spectrum = contact.spectrum()
         q = np.geomspace(spectrum.breaks[0], spectrum.breaks[-1], 2001)
         gaps = octaves_of_gaps(q, q**4 * spectrum(q), FAINT)
-        axes.plot([gaps] * 3, 100 * found["flash"], "o-", color="C0" if contact.share < 0.03 else "C1", markersize=3)
+        axes.plot(
+            [gaps] * 3,
+            100 * found["flash"],
+            "o-",
+            color="C0" if contact.share < 0.03 else "C1",
+            markersize=3,
+        )
     axes.axvline(GAPS_ALLOWED[1], color="0.4", linewidth=0.8)
-    axes.set(xlabel="octaves of gaps in C(q)", ylabel=r"law less measured $T_{flash}$, %", title="blue: light load")
+    axes.set(
+        xlabel="octaves of gaps in C(q)",
+        ylabel=r"law less measured $T_{flash}$, %",
+        title="blue: light load",
+    )
     figure.savefig(path, dpi=130)
 
 
 def main() -> None:
     command = Command(__file__, __doc__, "solve three small contacts with few members")
-    command.add_argument("--solve", action="store_true", help="solve the contacts that have no file yet")
+    command.add_argument(
+        "--solve", action="store_true", help="solve the contacts that have no file yet"
+    )
     options = command.parse()
     folder = options.output if options.toy else MEASURED
     folder.mkdir(parents=True, exist_ok=True)
     rows = []
     for seed in (FRESH,) if options.toy else (TUNED, FRESH):
-        print(f"seed {seed}: name, H, share, gap, fill, T_flash, g(0), g(r), contact, yielded, A_pl/A")
+        print(
+            f"seed {seed}: name, H, share, gap, fill, T_flash, g(0), g(r), contact, yielded, A_pl/A"
+        )
         contacts = drawn(seed)
         for contact in contacts[:: 15 if options.toy else 1]:
             path = folder / f"{seed}-{contact.name}.json"
             if not path.exists():
                 if not (options.solve or options.toy):
                     continue
-                record = solve(contact, seed, *((1e4, 1024) if options.toy else (effort(contact), SIDE)))
-                path.write_text(json.dumps(yielding_points.short(record), separators=(",", ":")) + "\n")
+                record = solve(
+                    contact, seed, *((1e4, 1024) if options.toy else (effort(contact), SIDE))
+                )
+                path.write_text(
+                    json.dumps(yielding_points.short(record), separators=(",", ":")) + "\n"
+                )
             record = json.loads(path.read_text())
             print(line(contact, record), flush=True)
             rows.append((contact, row(contact, record)))
     draw(rows, options.output / "yielding_gaps.png")
     if options.evidence:
-        write_evidence("yielding_gaps", "python experiments/yielding_gaps.py --evidence", numbers=of_page(rows))
+        write_evidence(
+            "yielding_gaps", "python experiments/yielding_gaps.py --evidence", numbers=of_page(rows)
+        )
 
 
 if __name__ == "__main__":

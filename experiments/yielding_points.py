@@ -54,11 +54,24 @@ LISTS = {  # contacts of each kind by seed
 }
 KINDS = "ABC"
 HURST, SHARE, PLATEAU = (0.3, 1.0), (0.005, 0.6), (1.0, 16.0)
-YIELDS, DEPTH, END = (0.25, 8.0), (1.0, 10.0), (1.0, 32.0)  # q_y/q_r of A and B, q_max/q_y of B, q_max/q_r of C
-YIELDED, SOONER = (0.08, 0.97), 7.0  # A_pl/A of C aimed at; A_pl/A_el is so much larger by the theory (pilots of C)
+YIELDS, DEPTH, END = (
+    (0.25, 8.0),
+    (1.0, 10.0),
+    (1.0, 32.0),
+)  # q_y/q_r of A and B, q_max/q_y of B, q_max/q_r of C
+YIELDED, SOONER = (
+    (0.08, 0.97),
+    7.0,
+)  # A_pl/A of C aimed at; A_pl/A_el is so much larger by the theory (pilots of C)
 ELASTIC = 0.01  # A_el/A at q_y
-ROOM = {"A": 64.0, "B": 256.0, "C": 256.0}  # the most waves along a side: of q_y for A, of q_max for B and C
-TARGET = 0.015  # of the error of T_flash: there are more members, once, if they scatter too much for it
+ROOM = {
+    "A": 64.0,
+    "B": 256.0,
+    "C": 256.0,
+}  # the most waves along a side: of q_y for A, of q_max for B and C
+TARGET = (
+    0.015  # of the error of T_flash: there are more members, once, if they scatter too much for it
+)
 WIDTH = 2.0  # the least q_y/q_min of A and B, and q_max/q_min of C
 
 
@@ -113,7 +126,9 @@ def hardness_at(share: float, elastic: float, spectrum: rs.SelfAffineSpectrum) -
         return float(still / (still + plastic)) - elastic
 
     g = exp(brentq(excess, log(1e-6), log(10.0)))
-    return sqrt(spectrum.moment(2.0) / 8.0 / g)  # G = (π/4) E*² ∫ q³ C dq, an eighth of the square of the slope
+    return sqrt(
+        spectrum.moment(2.0) / 8.0 / g
+    )  # G = (π/4) E*² ∫ q³ C dq, an eighth of the square of the slope
 
 
 def drawn() -> list[Contact]:
@@ -152,7 +167,16 @@ def _drawn(kind: str, count: int, seed: int, number: int) -> list[Contact]:
         hardness = hardness_at(share, 1.0 - yielded, roughness(hurst, plateau, seen))
         yields = float("nan") if kind == "C" else seen
         contacts.append(
-            Contact(f"{kind}{k + number:02d}", hurst, share, plateau, q_max, yields, yielded, _rounded(hardness, 7))
+            Contact(
+                f"{kind}{k + number:02d}",
+                hurst,
+                share,
+                plateau,
+                q_max,
+                yields,
+                yielded,
+                _rounded(hardness, 7),
+            )
         )
     return contacts
 
@@ -164,7 +188,12 @@ def _rounded(value: float, digits: int = 4) -> float:
 def write(contacts: list[Contact], path: Path) -> None:
     """Write the list as JSON, null for what is infinite or not there."""
     rows = [
-        json.dumps({key: x if isinstance(x, str) or np.isfinite(x) else None for key, x in asdict(contact).items()})
+        json.dumps(
+            {
+                key: x if isinstance(x, str) or np.isfinite(x) else None
+                for key, x in asdict(contact).items()
+            }
+        )
         for contact in contacts
     ]
     path.write_text("[\n" + ",\n".join(rows) + "\n]\n")
@@ -174,7 +203,12 @@ def points() -> list[Contact]:
     """Return the committed list."""
     rows = json.loads(LIST.read_text())
     return [
-        Contact(**{key: (inf if key == "q_max" else float("nan")) if x is None else x for key, x in row.items()})
+        Contact(
+            **{
+                key: (inf if key == "q_max" else float("nan")) if x is None else x
+                for key, x in row.items()
+            }
+        )
         for row in rows
     ]
 
@@ -190,7 +224,12 @@ def draw(contacts: list[Contact], path: Path) -> None:
         seen = [contact.q_max if kind == "C" else contact.yields for contact in some]
         right.scatter(shares, seen, s=12, color=colour)
     left.set(xscale="log", xlabel=r"$\sigma_0/\sigma_P$", ylabel="H")
-    right.set(xscale="log", yscale="log", xlabel=r"$\sigma_0/\sigma_P$", ylabel=r"$q_y/q_r$, or $q_{max}/q_r$ of C")
+    right.set(
+        xscale="log",
+        yscale="log",
+        xlabel=r"$\sigma_0/\sigma_P$",
+        ylabel=r"$q_y/q_r$, or $q_{max}/q_r$ of C",
+    )
     figure.legend(loc="outside upper center", ncols=3)
     figure.savefig(path, dpi=130)
 
@@ -205,8 +244,14 @@ def in_turn(contacts: list[Contact]) -> list[Contact]:
     order = []
     for kind in KINDS:
         some = [contact for contact in contacts if contact.kind == kind]
-        some.sort(key=lambda contact: sum(rung.side**2 * rung.members for rung in ladder.ladder(contact)[1]))
-        order += [((rank + 0.5) / len(some), contact.name, contact) for rank, contact in enumerate(some)]
+        some.sort(
+            key=lambda contact: sum(
+                rung.side**2 * rung.members for rung in ladder.ladder(contact)[1]
+            )
+        )
+        order += [
+            ((rank + 0.5) / len(some), contact.name, contact) for rank, contact in enumerate(some)
+        ]
     return [contact for *_, contact in sorted(order)]
 
 
@@ -217,7 +262,9 @@ def solve(contact: Contact, folder: Path, *, toy: bool = False) -> dict[str, Any
     while True:
         large, rungs = ladder.ladder(contact, *((1e4, 1024) if toy else (effort,)))
         result = ladder.values(rungs, ladder.measure(contact, large, rungs, stream))
-        error, scatter = (np.array(result["flash_temperature"][key]) for key in ("error", "standard_error"))
+        error, scatter = (
+            np.array(result["flash_temperature"][key]) for key in ("error", "standard_error")
+        )
         if toy or effort > ladder.EFFORT or ((error <= TARGET) | (2 * scatter < 0.7 * error)).all():
             break
         effort *= 3.0
@@ -242,7 +289,9 @@ def short(entry: Any) -> Any:
 def main() -> None:
     command = Command(__file__, __doc__, "solve one small contact of each kind with few members")
     command.add_argument("--draw", action="store_true", help="write the list of contacts anew")
-    command.add_argument("--solve", action="store_true", help="solve the contacts that have no file yet")
+    command.add_argument(
+        "--solve", action="store_true", help="solve the contacts that have no file yet"
+    )
     options = command.parse()
     if options.draw:
         write(drawn(), LIST)
@@ -258,7 +307,9 @@ def main() -> None:
     for name, record in measured(folder).items():
         flash = record["flash_temperature"]
         errors = ", ".join(f"{100 * flash['error'][k]:.1f}" for k in (0, 3, 6))
-        print(f"{name}: T_flash at Pe 0.001, 1, 1000 to {errors} %; {record['seconds']:.0f} s of CPU")
+        print(
+            f"{name}: T_flash at Pe 0.001, 1, 1000 to {errors} %; {record['seconds']:.0f} s of CPU"
+        )
     draw(contacts, options.output / "yielding_points.png")
 
 

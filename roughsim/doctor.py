@@ -15,7 +15,12 @@ from typing import Any
 
 import roughsim as rs
 
-_DEVELOPERS = {"test", "dev", "docs", "peers"}  # extras for developers: not reported when they are missing
+_DEVELOPERS = {
+    "test",
+    "dev",
+    "docs",
+    "peers",
+}  # extras for developers: not reported when they are missing
 _REPLACEABLE = {"pyfftw"}  # without it scipy.fft computes the transforms, slower
 POINTS = 64  # per side of the exact cases
 
@@ -38,7 +43,9 @@ def examine(folder: Path) -> dict[str, Any]:
             missing = extras.setdefault(extra, {"missing": [], "install": ""})["missing"]
             if not package["sound"]:
                 missing.append(package["needed"])
-                extras[extra]["install"] = "pip install " + " ".join(f"'{needed}'" for needed in missing)
+                extras[extra]["install"] = "pip install " + " ".join(
+                    f"'{needed}'" for needed in missing
+                )
     checks = [checked(name, check) for name, check in CHECKS.items()]
     machine = import_module("roughsim.machine")
     cores, memory = machine.usable_cores(), machine.available_memory()
@@ -72,17 +79,26 @@ def lines(report: dict[str, Any]) -> list[str]:
     result = [
         f"roughsim {report['roughsim']} in {report['place']}",
         f"Python {report['python']} on {report['system']}",
-        "packages: " + ", ".join(f"{name} {package['version']}" for name, package in report["packages"].items()),
+        "packages: "
+        + ", ".join(f"{name} {package['version']}" for name, package in report["packages"].items()),
         f"transforms: {report['fft']}",
         f"cores: {report['cores']} ({report['cores_limit']}); threads of libraries: {threads or 'unknown'}",
         f"memory: {memory} ({report['memory_limit']}); free disk here: {disk}",
     ]
-    unsound = {name: package for name, package in report["packages"].items() if not package["sound"]}
-    result += [f"{name} is needed as {package['needed']}: {package['install']}" for name, package in unsound.items()]
+    unsound = {
+        name: package for name, package in report["packages"].items() if not package["sound"]
+    }
+    result += [
+        f"{name} is needed as {package['needed']}: {package['install']}"
+        for name, package in unsound.items()
+    ]
     runs = [f"run: {claim['folder']} {claim['says']}" for claim in report["claims"]]
     result += runs or ["runs at work: none below here"]
     result += [_line_of_extra(name, extra) for name, extra in report["extras"].items()]
-    result += [f"check {check['name']}: {check['says']}, {check['seconds']:.2g} s" for check in report["checks"]]
+    result += [
+        f"check {check['name']}: {check['says']}, {check['seconds']:.2g} s"
+        for check in report["checks"]
+    ]
     result.append("all is well" if report["sound"] else "something is wrong: see the lines above")
     return result
 
@@ -112,15 +128,25 @@ def _required_packages() -> Iterator[tuple[str, str, dict[str, Any]]]:
     for text in _none_if_broken(lambda: metadata.requires("roughsim")) or ():
         name, least, extra = (
             match[1] if (match := re.search(pattern, text)) else ""
-            for pattern in (r"^([A-Za-z0-9._-]+)", r">=\s*([0-9.]+)", r"extra\s*==\s*['\"]([^'\"]+)")
+            for pattern in (
+                r"^([A-Za-z0-9._-]+)",
+                r">=\s*([0-9.]+)",
+                r"extra\s*==\s*['\"]([^'\"]+)",
+            )
         )
         try:
             version = metadata.version(name)
         except metadata.PackageNotFoundError:
             version = "missing"
-        present, enough = ([int(part) for part in re.findall(r"\d+", v)[:3]] for v in (version, least))
+        present, enough = (
+            [int(part) for part in re.findall(r"\d+", v)[:3]] for v in (version, least)
+        )
         needed = f"{name}>={least}" if least else name
-        state = {"version": version, "needed": needed, "sound": version != "missing" and present >= enough}
+        state = {
+            "version": version,
+            "needed": needed,
+            "sound": version != "missing" and present >= enough,
+        }
         yield extra, name, state | {"install": f"pip install '{needed}'"}
 
 
@@ -136,7 +162,9 @@ def _claims_below(folder: Path) -> Iterator[dict[str, Any]]:
     """Yield the runs and studies, up to two folders down, that processes work on or left unfinished."""
     from roughsim.store.claims import writer
 
-    for path in sorted({*folder.glob("claims"), *folder.glob("*/claims"), *folder.glob("*/*/claims")}):
+    for path in sorted(
+        {*folder.glob("claims"), *folder.glob("*/claims"), *folder.glob("*/*/claims")}
+    ):
         if any((path.parent / name).exists() for name in ("run.json", "study.json")):
             owner = writer(path.parent)
             gone = "was left unfinished by processes that have ended; run the scene again to go on"
@@ -151,7 +179,9 @@ def _contact_error() -> tuple[str, float, float]:
     grid = rs.Grid((POINTS, POINTS), (1e-3, 1e-3))
     heights = 1e-6 * np.cos(2 * pi * np.arange(POINTS) / POINTS)[:, None] * np.ones(POINTS)
     full = pi * 1e11 * 1e-6 / 1e-3  # p*: at a quarter of it p_max = 2 √(p*/4 p*) = p*
-    contact = rs.solve_contact(heights, grid, rs.Solid(1e11), nominal_pressure=0.25 * full, tolerance=1e-8)
+    contact = rs.solve_contact(
+        heights, grid, rs.Solid(1e11), nominal_pressure=0.25 * full, tolerance=1e-8
+    )
     return "peak pressure of a pressed wave", float(contact.pressure.max()) / full - 1, 0.005
 
 
@@ -163,11 +193,18 @@ def _heat_error() -> tuple[str, float, float]:
     flux = 1e9 * np.cos(2 * pi * 3 * np.arange(POINTS) / POINTS)[:, None] * np.ones(POINTS)
     heat: dict[str, Any] = {"speed": 0.0, "conductivity": 30.0, "diffusivity": 7.6e-6}
     temperature = rs.sliding_temperature(flux, grid, **heat)
-    return "temperature of a resting wave", float(temperature.max()) / (1e9 / (30.0 * 2 * pi * 3 / 1e-3)) - 1, 1e-9
+    return (
+        "temperature of a resting wave",
+        float(temperature.max()) / (1e9 / (30.0 * 2 * pi * 3 / 1e-3)) - 1,
+        1e-9,
+    )
 
 
 # each returns the quantity, its relative error, and the largest error that is right
-CHECKS: dict[str, Callable[[], tuple[str, float, float]]] = {"contact": _contact_error, "heat": _heat_error}
+CHECKS: dict[str, Callable[[], tuple[str, float, float]]] = {
+    "contact": _contact_error,
+    "heat": _heat_error,
+}
 
 
 def checked(name: str, check: Callable[[], tuple[str, float, float]]) -> dict[str, Any]:
@@ -180,4 +217,10 @@ def checked(name: str, check: Callable[[], tuple[str, float, float]]) -> dict[st
         says = f"{verdict}, {error:+.1e} off the exact value (limit {limit:g})"
     except Exception as failure:  # any failure is a finding
         sound, says = False, f"failed, {type(failure).__name__}: {' '.join(str(failure).split())}"
-    return {"name": name, "error": error, "sound": sound, "says": says, "seconds": time.perf_counter() - start}
+    return {
+        "name": name,
+        "error": error,
+        "sound": sound,
+        "says": says,
+        "seconds": time.perf_counter() - start,
+    }

@@ -41,7 +41,14 @@ from roughsim.surface.synthesis import synthesize
 SEED = 21  # any number but the seed of the run: the bench has surfaces of its own
 _FINEST = 4  # points per side, over the plan's, of the grid that counts as exact
 _REACH = 4.0  # over the lowest cut-off: the highest one whose levels are solved
-_GOALS = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002)  # relative standard errors that members are shared out for
+_GOALS = (
+    0.1,
+    0.05,
+    0.02,
+    0.01,
+    0.005,
+    0.002,
+)  # relative standard errors that members are shared out for
 # title of a chart → observable
 _OBSERVABLES = {
     "T_flash, fastest": "flash_temperature",
@@ -72,12 +79,19 @@ def cpu_seconds(work: Callable[[], Any]) -> float:
 def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
     """Yield the errors of pressure and T_flash of one contact over tolerance and precision, then over the pixel."""
     problem = base_problem(scene, numerics)
-    workers_that_fit(1, _FINEST**2 * problem.memory, f"a grid {_FINEST} times as fine as planned", available_memory())
+    workers_that_fit(
+        1,
+        _FINEST**2 * problem.memory,
+        f"a grid {_FINEST} times as fine as planned",
+        available_memory(),
+    )
     solve_surface = _solver(problem)
     exact = solve_surface(tolerance=1e-10)
     for precision in ("double", "single"):
         method = f"{precision} precision"
-        for tolerance in sorted({numerics.tolerance, *(float(f"1e-{k}") for k in range(1, 9))}, reverse=True):
+        for tolerance in sorted(
+            {numerics.tolerance, *(float(f"1e-{k}") for k in range(1, 9))}, reverse=True
+        ):
             solve = partial(solve_surface, tolerance=tolerance, precision=precision)
             chosen = (precision, tolerance) == (numerics.precision, numerics.tolerance)
             setting = f"tolerance {tolerance:.0e}"
@@ -87,7 +101,9 @@ def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poi
                 yield Point("contact", "pressure", method, f"{setting}: failed", nan, nan, chosen)
                 continue
             setting += f", {solved.transforms / 2:.0f} pairs"
-            error = float(np.linalg.norm(solved.pressure - exact.pressure) / np.linalg.norm(exact.pressure))
+            error = float(
+                np.linalg.norm(solved.pressure - exact.pressure) / np.linalg.norm(exact.pressure)
+            )
             yield Point("contact", "pressure", method, setting, error, cost, chosen)
             error = abs(flash(problem, solved) / flash(problem, exact) - 1.0)
             yield Point("contact", "T_flash of these pixels", method, setting, error, cost, chosen)
@@ -108,15 +124,28 @@ def _pixels(problem: Problem) -> Iterator[Point]:
     exact = values.pop(_FINEST)[0]
     for factor, (value, cost) in values.items():
         setting = f"{factor * planned:.2g} pixels per shortest wave"
-        yield Point("contact", "T_flash, any pixel", "one grid", setting, abs(value / exact - 1.0), cost, factor == 1.0)
+        yield Point(
+            "contact",
+            "T_flash, any pixel",
+            "one grid",
+            setting,
+            abs(value / exact - 1.0),
+            cost,
+            factor == 1.0,
+        )
 
 
 def base_problem(scene: Scene, numerics: Numerics) -> Problem:
     """Return the contact problem of the coarsest capped (or elastic) level, sliding at the highest speed alone."""
     level = numerics.of_column(numerics.columns[-1])[0]
     speeds = [max(scene.speeds)]
-    (friction,), (bodies,) = prediction.friction_coefficient(scene, speeds), prediction.conduction(scene, speeds).each
-    sliding = HeatSource(speeds, float(friction), bodies.conductivity, bodies.diffusivity, **bodies.layers._asdict())
+    (friction,), (bodies,) = (
+        prediction.friction_coefficient(scene, speeds),
+        prediction.conduction(scene, speeds).each,
+    )
+    sliding = HeatSource(
+        speeds, float(friction), bodies.conductivity, bodies.diffusivity, **bodies.layers._asdict()
+    )
     return replace(level_problem(scene, numerics, level), sliding=sliding, seed=SEED, stream=0)
 
 
@@ -143,7 +172,9 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
     everything = next(way.pairs for way in ways if way.chosen)
     for title, name in _OBSERVABLES.items():
         speed = _place_of_speed(scene, title)
-        if speed is None or (name == "pressure_variance" and not scene.elastic):  # that is fixed by force balance
+        if speed is None or (
+            name == "pressure_variance" and not scene.elastic
+        ):  # that is fixed by force balance
             continue
         reference = values_of(scene, column, name, everything)
         truth = float(reference.mean[speed])
@@ -153,8 +184,12 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
             values = values_of(scene, column, name, way.pairs)
             bias = float(values.mean[speed]) / truth - 1.0
             # relative variance by one member; none of a partner whose place a higher one takes
-            variances = {stream: float(part[speed]) for stream, part in values.scattered.variance.items()}
-            scatter = [variances.get(pair.stream, 0.0) * realizations / truth**2 for pair in way.pairs]
+            variances = {
+                stream: float(part[speed]) for stream, part in values.scattered.variance.items()
+            }
+            scatter = [
+                variances.get(pair.stream, 0.0) * realizations / truth**2 for pair in way.pairs
+            ]
             yield from _curve(scene, title, way, scatter, bias, doubt)
 
 
@@ -168,9 +203,15 @@ def _place_of_speed(scene: Scene, title: str) -> int | None:
     return 0
 
 
-def _curve(scene: Scene, title: str, way: _Way, scatter: list[float], bias: float, doubt: float) -> Iterator[Point]:
+def _curve(
+    scene: Scene, title: str, way: _Way, scatter: list[float], bias: float, doubt: float
+) -> Iterator[Point]:
     """Yield the points of one choice of levels, with members shared out for smaller and smaller scatter."""
-    aim = dict(scene.ensemble.until or TARGET).get("flash_temperature", TARGET["flash_temperature"]) * sqrt(0.5) / 1.96
+    aim = (
+        dict(scene.ensemble.until or TARGET).get("flash_temperature", TARGET["flash_temperature"])
+        * sqrt(0.5)
+        / 1.96
+    )
     planned = shared_out(scatter, way.seconds, aim) if way.chosen else ()
     goals = sorted({*_GOALS, aim}, reverse=True)
     for counts in dict.fromkeys(shared_out(scatter, way.seconds, goal) for goal in goals):
@@ -178,7 +219,9 @@ def _curve(scene: Scene, title: str, way: _Way, scatter: list[float], bias: floa
         cost = sum(part * n for part, n in zip(way.seconds, counts, strict=True))
         setting = f"{' + '.join(map(str, counts))} members"
         error = hypot(bias, sqrt(variance), doubt)
-        yield Point("chain", title, way.method, setting, error, cost, counts == planned, doubt=doubt)
+        yield Point(
+            "chain", title, way.method, setting, error, cost, counts == planned, doubt=doubt
+        )
 
 
 def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[_Way]:
@@ -205,7 +248,9 @@ def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[_Way]:
     return ways
 
 
-def solve_level(scene: Scene, numerics: Numerics, level: int, realizations: int) -> tuple[Pair, list[float]]:
+def solve_level(
+    scene: Scene, numerics: Numerics, level: int, realizations: int
+) -> tuple[Pair, list[float]]:
     """Solve realizations of a level, and of the level below on the same surfaces.
 
     Return their numbers, and the median CPU time of a solve of each from scratch, s (a run begins each level from the
@@ -214,7 +259,10 @@ def solve_level(scene: Scene, numerics: Numerics, level: int, realizations: int)
     """
     above, below = level_problem(scene, numerics, level), below_problem(scene, numerics, level)
     # a grid alone has the control variate of a lowest level, too
-    problems = [replace(above, with_peaks=numerics.levels[level].cell is None), *([] if below is None else [below])]
+    problems = [
+        replace(above, with_peaks=numerics.levels[level].cell is None),
+        *([] if below is None else [below]),
+    ]
     samples, medians = [], []
     for problem in problems:
         numbers = defaultdict[str, list[Array]](list)
@@ -251,11 +299,17 @@ def shared_out(scatter: Sequence[float], seconds: Sequence[float], goal: float) 
     those of a first round.
     """
     total = sum(sqrt(part * cost) for part, cost in zip(scatter, seconds, strict=True))
-    counts = [ceil(sqrt(part / cost) * total / goal**2) for part, cost in zip(scatter, seconds, strict=True)]
+    counts = [
+        ceil(sqrt(part / cost) * total / goal**2)
+        for part, cost in zip(scatter, seconds, strict=True)
+    ]
     return tuple(max(count, FIRST if k == 0 else FIRST_STEP) for k, count in enumerate(counts))
 
 
-STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {"contact": contact, "chain": chain}
+STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {
+    "contact": contact,
+    "chain": chain,
+}
 
 
 def bench(
@@ -279,12 +333,18 @@ def bench(
         if name not in STAGES:
             raise ValueError(f"stage = {name!r} is unknown; choose one of {', '.join(STAGES)}")
     if max(scene.speeds) <= 0.0:
-        raise ValueError("speed = 0 m/s is the highest of the scene, so nothing heats; add a speed above zero")
+        raise ValueError(
+            "speed = 0 m/s is the highest of the scene, so nothing heats; add a speed above zero"
+        )
     if isinstance(realizations, bool) or int(realizations) != realizations or realizations < 4:
-        raise ValueError(f"realizations = {realizations!r} must be a whole number ≥ 4, to measure scatter and bias")
+        raise ValueError(
+            f"realizations = {realizations!r} must be a whole number ≥ 4, to measure scatter and bias"
+        )
     numerics = numerics_of(scene) if numerics is None else numerics
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # they warn of errors that are measured here
+        warnings.simplefilter(
+            "ignore", RuntimeWarning
+        )  # they warn of errors that are measured here
         with shown(progress, "measuring") as bar:
             points = list[Point]()
             for number, name in enumerate(stages):
@@ -331,5 +391,7 @@ def bench_tables(points: list[Point]) -> list[Table]:
             if point in best or point.chosen or isnan(point.error)
         ]
         columns = [Column(name, number=True) for name in ("error", "CPU s", "FFT pairs")]
-        tables.append(Table([*columns, Column("method"), Column("setting"), Column("")], rows, title))
+        tables.append(
+            Table([*columns, Column("method"), Column("setting"), Column("")], rows, title)
+        )
     return tables

@@ -11,7 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughsim.show.text import plain
 
-_SIZES = (1e-100, 1e100)  # of numbers in SI units: products of three are in the range of double precision
+_SIZES = (
+    1e-100,
+    1e100,
+)  # of numbers in SI units: products of three are in the range of double precision
 
 
 class RoughsimError(Exception):
@@ -34,7 +37,13 @@ class ConvergenceError(RoughsimError, RuntimeError):
         The pressure at the last iteration, Pa: for inspection, not for use.
     """
 
-    def __init__(self, message: str, residual: float, iterations: int, pressure: NDArray[np.float64] | None = None):
+    def __init__(
+        self,
+        message: str,
+        residual: float,
+        iterations: int,
+        pressure: NDArray[np.float64] | None = None,
+    ):
         super().__init__(message)
         self.residual = residual
         self.iterations = iterations
@@ -68,7 +77,9 @@ def number(name: str, value: Any, unit: str = "") -> float:
     except OverflowError:  # a whole number of hundreds of digits
         result = math.inf
     except (TypeError, ValueError):
-        raise TypeError(f"{name} = {value!r} must be one real number" + (f" in {unit}" if unit else "")) from None
+        raise TypeError(
+            f"{name} = {value!r} must be one real number" + (f" in {unit}" if unit else "")
+        ) from None
     if not math.isfinite(result):
         raise ValueError(f"{name} = {result} {unit}".rstrip() + " must be finite")
     return result
@@ -97,7 +108,9 @@ def sized(name: str, value: Any, unit: str = "") -> float:
 def need_computed(name: str, values: NDArray[Any], unit: str, causes: str) -> None:
     """Refuse with a ValueError a result that has left double precision; `causes` names the arguments it came from."""
     if not np.isfinite(values).all():
-        raise ValueError(f"{name} exceeds 1.8e+308 {unit}, the range of double precision; check the sizes of {causes}")
+        raise ValueError(
+            f"{name} exceeds 1.8e+308 {unit}, the range of double precision; check the sizes of {causes}"
+        )
 
 
 def not_negative(name: str, value: Any, unit: str = "") -> float:
@@ -122,7 +135,9 @@ def real_field(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None
 def need_finite(name: str, array: NDArray[Any]) -> None:
     """Refuse NaN and infinity with a ValueError."""
     if not np.isfinite(array).all():
-        raise ValueError(f"{name} holds {int((~np.isfinite(array)).sum())} values that are NaN or infinite")
+        raise ValueError(
+            f"{name} holds {int((~np.isfinite(array)).sum())} values that are NaN or infinite"
+        )
 
 
 def real_plane(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None) -> NDArray[Any]:
@@ -133,7 +148,9 @@ def real_plane(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None
     if array.dtype.kind not in "buif":
         raise TypeError(f"{name} has dtype {array.dtype}; a real numeric array is needed")
     if array.ndim != 2 or array.size == 0:
-        raise ValueError(f"{name} has shape {array.shape}; a 2-D array with at least one point is needed")
+        raise ValueError(
+            f"{name} has shape {array.shape}; a 2-D array with at least one point is needed"
+        )
     if shape is not None and array.shape != shape:
         raise ValueError(f"{name} has shape {array.shape}, but the grid has shape {shape}")
     single = array.dtype.kind == "f" and array.dtype.itemsize == 4

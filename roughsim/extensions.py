@@ -20,7 +20,9 @@ def extensions(kind: str) -> dict[str, EntryPoint]:
 
     Nothing is imported: listing the names loads no compiled code.
     """
-    return {entry.name: entry for entry in (*sorted(entry_points(group=_group(kind))), *_ours(kind))}
+    return {
+        entry.name: entry for entry in (*sorted(entry_points(group=_group(kind))), *_ours(kind))
+    }
 
 
 def loaded(kind: str, name: str) -> Any:

@@ -37,9 +37,13 @@ class Grid:
         try:
             shape, lengths = tuple(self.shape), tuple(self.lengths)
         except TypeError:
-            raise TypeError(f"shape = {self.shape!r} and lengths = {self.lengths!r} must be pairs (x, y)") from None
+            raise TypeError(
+                f"shape = {self.shape!r} and lengths = {self.lengths!r} must be pairs (x, y)"
+            ) from None
         if len(shape) != 2 or len(lengths) != 2:
-            raise ValueError(f"shape = {shape} and lengths = {lengths} need two entries each, along x and y")
+            raise ValueError(
+                f"shape = {shape} and lengths = {lengths} need two entries each, along x and y"
+            )
         try:
             counts = tuple(operator.index(n) for n in shape)
         except TypeError:
@@ -47,7 +51,9 @@ class Grid:
         if min(counts) < 1:
             raise ValueError(f"shape = {shape} must hold numbers of points ≥ 1")
         object.__setattr__(self, "shape", counts)
-        object.__setattr__(self, "lengths", tuple(sized("lengths", length, "m") for length in lengths))
+        object.__setattr__(
+            self, "lengths", tuple(sized("lengths", length, "m") for length in lengths)
+        )
         ratio = max(self.lengths) / min(self.lengths)
         if ratio > LONGEST:
             raise ValueError(
@@ -73,7 +79,9 @@ class Grid:
     @property
     def nyquist(self) -> float:
         """Highest wavenumber that every direction resolves, rad/m; an axis of one point does not count."""
-        limits = [pi * n / length for n, length in zip(self.shape, self.lengths, strict=True) if n > 1]
+        limits = [
+            pi * n / length for n, length in zip(self.shape, self.lengths, strict=True) if n > 1
+        ]
         return min(limits, default=inf)
 
     @property
@@ -117,7 +125,11 @@ class Modes(NamedTuple):
 
 def modes_where(grid: Grid, chosen: NDArray[np.bool_]) -> Modes:
     """Return the modes where `chosen`, shape `half_shape`, is true."""
-    return Modes(chosen, grid.wavenumbers[chosen], np.broadcast_to(grid.multiplicity, grid.half_shape)[chosen])
+    return Modes(
+        chosen,
+        grid.wavenumbers[chosen],
+        np.broadcast_to(grid.multiplicity, grid.half_shape)[chosen],
+    )
 
 
 def modes_between(grid: Grid, low: float = 0.0, high: float = inf) -> Modes:

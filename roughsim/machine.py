@@ -81,7 +81,10 @@ def _machine_memory(root: Path = _ROOT) -> Limit:
         if line.startswith("MemAvailable:"):
             return Limit(1024.0 * float(line.split()[1]), "free on this machine")
     with suppress(ValueError, OSError, AttributeError):
-        return Limit(float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")), "the memory of this machine")
+        return Limit(
+            float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")),
+            "the memory of this machine",
+        )
     return Limit(inf, "unknown")
 
 
@@ -89,12 +92,18 @@ def _group_memory(root: Path = _ROOT) -> Iterator[Limit]:
     """Yield the memory left by each control group of this process, bytes: its limit less memory that stays in use."""
     for folder, version in _control_groups("memory", root):
         limits, use, files = _MEMORY_FILES[version]
-        freed = sum(float(line.split()[1]) for line in _lines_of(folder / "memory.stat") if line.split()[:1] == [files])
+        freed = sum(
+            float(line.split()[1])
+            for line in _lines_of(folder / "memory.stat")
+            if line.split()[:1] == [files]
+        )
         used = max(_number_in(folder / use, 0.0) - freed, 0.0)
         for name in limits:
             limit = _number_in(folder / name)
             if limit < inf:
-                yield Limit(max(limit - used, 0.0), f"limit {limit / 1e9:.3g} GB of the control group")
+                yield Limit(
+                    max(limit - used, 0.0), f"limit {limit / 1e9:.3g} GB of the control group"
+                )
 
 
 def _own_limits(root: Path = _ROOT) -> Iterator[Limit]:
@@ -128,9 +137,15 @@ def _group_cores(root: Path = _ROOT) -> Iterator[Limit]:
             words = [word for line in _lines_of(folder / "cpu.max") for word in line.split()]
             quota, period = (_as_number(word) for word in words) if len(words) == 2 else (inf, 1.0)
         else:
-            quota, period = _number_in(folder / "cpu.cfs_quota_us"), _number_in(folder / "cpu.cfs_period_us")
+            quota, period = (
+                _number_in(folder / "cpu.cfs_quota_us"),
+                _number_in(folder / "cpu.cfs_period_us"),
+            )
         if 0.0 < quota < inf and 0.0 < period < inf:  # version 1 has the quota −1 for none
-            yield Limit(max(int(quota / period), 1), f"limit {quota / period:.3g} cores of the control group")
+            yield Limit(
+                max(int(quota / period), 1),
+                f"limit {quota / period:.3g} cores of the control group",
+            )
 
 
 def _control_groups(controller: str, root: Path = _ROOT) -> Iterator[tuple[Path, int]]:

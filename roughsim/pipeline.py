@@ -53,7 +53,9 @@ class Problem:
     index: int = 0  # of the realization
     threads: int = 1  # of the linear algebra: the last bits of its sums depend on it
     with_peaks: bool = False  # whether the peak volume of the surface is computed
-    distribution: Slide | None = None  # after which the distribution of the temperature is taken; None: it is not
+    distribution: Slide | None = (
+        None  # after which the distribution of the temperature is taken; None: it is not
+    )
 
     @property
     def memory(self) -> float:
@@ -77,7 +79,10 @@ Solved = tuple[Problem, Solution]
 
 
 def solve_problem(
-    problem: Problem, before: Solved | None = None, heights: Field | None = None, start: Contact | None = None
+    problem: Problem,
+    before: Solved | None = None,
+    heights: Field | None = None,
+    start: Contact | None = None,
 ) -> Solution:
     """Draw the surface, solve its contact and measure it; ConvergenceError if the contact misses the tolerance.
 
@@ -96,7 +101,10 @@ def solve_problem(
                 heights = synthesize(problem.spectrum, problem.grid, generator(problem))
             if problem.with_peaks:
                 modulus = problem.solid.effective_modulus
-                ratios = problem.nominal_pressure / modulus, problem.solid.penetration_hardness / modulus
+                ratios = (
+                    problem.nominal_pressure / modulus,
+                    problem.solid.penetration_hardness / modulus,
+                )
                 peaks = peak_volume(problem.spectrum, problem.grid, heights, *ratios)
         drawn = time.perf_counter()
         if before is not None and _same_but(problem, before[0], _HEAT_KEYS):
@@ -116,7 +124,11 @@ def solve_problem(
         distribution = None
         if problem.distribution is not None:
             distribution = temperature_distribution(
-                contact.pressure, problem.grid, problem.sliding, moments.flash_temperature, problem.distribution
+                contact.pressure,
+                problem.grid,
+                problem.sliding,
+                moments.flash_temperature,
+                problem.distribution,
             )
         measured = time.perf_counter()
     return Solution(
@@ -126,7 +138,11 @@ def solve_problem(
         observables=moments,
         peak_volume=peaks,
         distribution=distribution,
-        seconds={"surface": drawn - began, "contact": solved - drawn, "observables": measured - solved},
+        seconds={
+            "surface": drawn - began,
+            "contact": solved - drawn,
+            "observables": measured - solved,
+        },
     )
 
 

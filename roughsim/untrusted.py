@@ -35,9 +35,15 @@ from roughsim.show.text import plain
 
 _GZIP = b"\x1f\x8b"
 _PICKLED_ARRAY = re.compile(rb"'descr'\s*:\s*[^,}]*\|?O")  # in the header of a .npy
-_CRASHES = tuple(-getattr(signal, name) for name in ("SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE") if hasattr(signal, name))
+_CRASHES = tuple(
+    -getattr(signal, name)
+    for name in ("SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE")
+    if hasattr(signal, name)
+)
 _TIMED_OUT = -getattr(signal, "SIGPROF", -1)  # without SIGPROF, faulthandler ends the child with 1
-_children: dict[int, Popen[bytes]] = {}  # by the pid of the parent: after a fork the copy must start its own
+_children: dict[
+    int, Popen[bytes]
+] = {}  # by the pid of the parent: after a fork the copy must start its own
 _lock = Lock()
 _OPENER = "the process that opens files from elsewhere"
 
@@ -64,11 +70,19 @@ def _check_hdf5(file: Any, path: Path) -> None:
     for name, dataset in _datasets(file, path):
         properties = dataset.get_create_plist()
         if properties.get_external_count():
-            raise RecordError(f"{path}: {name} is an external dataset, stored in another file; nothing was read")
+            raise RecordError(
+                f"{path}: {name} is an external dataset, stored in another file; nothing was read"
+            )
         if properties.get_layout() == h5d.VIRTUAL:
-            raise RecordError(f"{path}: {name} is a virtual dataset, made of other files; nothing was read")
+            raise RecordError(
+                f"{path}: {name} is a virtual dataset, made of other files; nothing was read"
+            )
         # many datasets that fit one by one may not fit together; an empty dataset has no shape, a scalar the shape ()
-        declared += 0.0 if dataset.shape is None else float(prod(dataset.shape)) * float(dataset.get_type().get_size())
+        declared += (
+            0.0
+            if dataset.shape is None
+            else float(prod(dataset.shape)) * float(dataset.get_type().get_size())
+        )
         if exceeds(declared, 0.5):
             raise RecordError(
                 f"{path}: {name} declares the shape {dataset.shape}; with it the file would need "
@@ -90,7 +104,11 @@ def _datasets(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
                 continue  # the object that it leads to in this file has a hard link too
             if link != h5l.TYPE_HARD:
                 elsewhere = link == h5l.TYPE_EXTERNAL
-                kind = "an external link, which leads to another file" if elsewhere else "a link of an unknown kind"
+                kind = (
+                    "an external link, which leads to another file"
+                    if elsewhere
+                    else "a link of an unknown kind"
+                )
                 raise RecordError(f"{path}: {name} is {kind}; nothing was read")
             address = h5o.get_info(group, key).addr
             if address in visited:  # hard links may form a cycle
@@ -137,7 +155,9 @@ def _unpack(path: Path, copy: Path, limit: float) -> None:
                     )
                 target.write(block)
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise RecordError(f"{path} is packed by gzip and cut short or damaged ({error}); copy it again") from None
+        raise RecordError(
+            f"{path} is packed by gzip and cut short or damaged ({error}); copy it again"
+        ) from None
 
 
 def check_measured_file(file: Path, path: Path | None = None) -> None:
@@ -150,24 +170,36 @@ def check_measured_file(file: Path, path: Path | None = None) -> None:
     path = path or file
     size = regular_file(file).stat().st_size
     if exceeds(size, 0.125):
-        raise RecordError(f"{path} has {size / 1e9:.3g} GB, above an eighth of the available memory; crop it first")
+        raise RecordError(
+            f"{path} has {size / 1e9:.3g} GB, above an eighth of the available memory; crop it first"
+        )
     with open(file, "rb") as stream:
         start = stream.read(4096)
     if start.startswith(b"\x89HDF\r\n\x1a\n"):
         try:
             call_in_child(_read_all, file, path, seconds=5.0 + path.stat().st_size / 1e7)
         except ChildEndedError as error:
-            raise RecordError(f"{path} cannot be read: {error}; it is damaged, save it again") from error
+            raise RecordError(
+                f"{path} cannot be read: {error}; it is damaged, save it again"
+            ) from error
     elif start.startswith(b"PK"):
         try:
             with zipfile.ZipFile(file) as archive:
                 entries = sum(entry.file_size for entry in archive.infolist())
         except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
-            raise RecordError(f"{path} is a zip that is cut short or damaged ({error}); copy it again") from None
+            raise RecordError(
+                f"{path} is a zip that is cut short or damaged ({error}); copy it again"
+            ) from None
         if exceeds(entries, 0.5):
-            raise RecordError(f"{path} unpacks to {entries / 1e9:.3g} GB, above half of the available memory")
-    elif start.startswith(b"\x80") or (start.startswith(b"\x93NUMPY") and _PICKLED_ARRAY.search(start)):
-        raise RecordError(f"{path} holds pickled Python objects, which run code when they are read; nothing was read")
+            raise RecordError(
+                f"{path} unpacks to {entries / 1e9:.3g} GB, above half of the available memory"
+            )
+    elif start.startswith(b"\x80") or (
+        start.startswith(b"\x93NUMPY") and _PICKLED_ARRAY.search(start)
+    ):
+        raise RecordError(
+            f"{path} holds pickled Python objects, which run code when they are read; nothing was read"
+        )
 
 
 def _read_all(source: Path, path: Path) -> None:
@@ -207,11 +239,15 @@ def call_in_child(function: Callable[..., Any], *arguments: Any, seconds: float)
         except (EOFError, BrokenPipeError):
             code = _wait(child)
             if code == _TIMED_OUT:
-                raise ChildEndedError(f"the library did not come back in {seconds:.0f} s of computing") from None
+                raise ChildEndedError(
+                    f"the library did not come back in {seconds:.0f} s of computing"
+                ) from None
             if code in _CRASHES:
                 raise ChildEndedError(f"the library crashed, signal {-code}") from None
             raise OSError(f"{_OPENER} was ended from outside ({code}); try again") from None
-        except BaseException:  # after an interrupt, the next call would take this answer for its own
+        except (
+            BaseException
+        ):  # after an interrupt, the next call would take this answer for its own
             child.kill()
             _wait(child)
             raise
@@ -223,7 +259,9 @@ def call_in_child(function: Callable[..., Any], *arguments: Any, seconds: float)
 def _started() -> Popen[bytes]:
     """Start a child, and wait until it is ready."""
     code = f"import sys; sys.path[:] = {sys.path!r}; from roughsim.untrusted import serve; serve()"
-    child = _children[os.getpid()] = Popen([sys.executable, "-c", code], stdin=PIPE, stdout=PIPE, stderr=DEVNULL)
+    child = _children[os.getpid()] = Popen(
+        [sys.executable, "-c", code], stdin=PIPE, stdout=PIPE, stderr=DEVNULL
+    )
     assert child.stdout is not None
     if not child.stdout.read(1):
         raise OSError(f"{_OPENER} did not start; {sys.executable}: {_wait(child)}")
@@ -248,7 +286,9 @@ def end_child() -> None:
 
 def serve() -> None:
     """Answer calls on the standard streams until they are closed. Runs in the child."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent too, and it ends the child
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # Ctrl-C reaches the parent too, and it ends the child
     # output of functions goes to the error stream, apart from the answers
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

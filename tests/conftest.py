@@ -80,7 +80,9 @@ def sliding_run(tmp_path_factory):
 def quick(capped_scene):
     """The smallest scene that runs: one level of 32 × 32."""
     numerics = replace(
-        capped_scene.numerics, levels=({"column": "capped", "shape": [32, 32], "q_max": 4e4},), keep_fields=1
+        capped_scene.numerics,
+        levels=({"column": "capped", "shape": [32, 32], "q_max": 4e4},),
+        keep_fields=1,
     )
     return replace(capped_scene, numerics=numerics)
 
@@ -158,7 +160,9 @@ def memory(monkeypatch):
             "results.folder",
         ):
             module = importlib.import_module(f"roughsim.{name}")
-            monkeypatch.setattr(module, "available_memory", lambda: Limit(amount, "limit of the test"))
+            monkeypatch.setattr(
+                module, "available_memory", lambda: Limit(amount, "limit of the test")
+            )
 
     return limited
 

@@ -61,4 +61,6 @@ def q_plane(grid):
 
 
 def press(heights=WAVE, grid=UNIT, solid=None, **options):
-    return rs.solve_contact(heights, grid, solid or rs.Solid(1.0), **{"nominal_pressure": 0.01, **options})
+    return rs.solve_contact(
+        heights, grid, solid or rs.Solid(1.0), **{"nominal_pressure": 0.01, **options}
+    )

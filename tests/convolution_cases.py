@@ -2,7 +2,12 @@
 
 import numpy as np
 
-SHAPES = [((5, 4), (9, 8)), ((3, 20), (5, 40)), ((1, 1), (1, 1)), ((7, 1), (15, 1))]  # of the field, and padded
+SHAPES = [
+    ((5, 4), (9, 8)),
+    ((3, 20), (5, 40)),
+    ((1, 1), (1, 1)),
+    ((7, 1), (15, 1)),
+]  # of the field, and padded
 
 
 def field_and_kernel(shape, padded):
@@ -14,5 +19,7 @@ def sum_over_the_field(field, kernel):
     expected = np.zeros(field.shape)
     for i, j in np.ndindex(field.shape):
         for k, m in np.ndindex(field.shape):
-            expected[i, j] += field[k, m] * kernel[(i - k) % kernel.shape[0], (j - m) % kernel.shape[1]]
+            expected[i, j] += (
+                field[k, m] * kernel[(i - k) % kernel.shape[0], (j - m) % kernel.shape[1]]
+            )
     return expected

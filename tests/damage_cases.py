@@ -35,7 +35,11 @@ def member(index=42, *, fields=True, below=True):
         1,
         index,
         moments=(moments(8), moments(5)) if below else (moments(8),),
-        fields={name: rng.random((24, 20)).astype(np.float32) for name in ("heights", "pressure") if fields},
+        fields={
+            name: rng.random((24, 20)).astype(np.float32)
+            for name in ("heights", "pressure")
+            if fields
+        },
         lengths=(2.0, 1.5),
         speeds=(0.0, 0.5, 3.0),
         provenance={"seed": 7, "text": "ünïcode"},

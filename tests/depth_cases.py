@@ -14,10 +14,16 @@ def decaying_modes(q, layers, deep, nodes):
     """
     d, k, ratio, h = layers
     below = d + deep * np.linspace(0.0, 1.0, nodes) ** 2
-    z = below if d == 0.0 else np.concatenate((np.linspace(0.0, d, nodes // 2, endpoint=False), below))
+    z = (
+        below
+        if d == 0.0
+        else np.concatenate((np.linspace(0.0, d, nodes // 2, endpoint=False), below))
+    )
     middle, half = (z[1:] + z[:-1]) / 2, np.diff(z) / 2
     conduction = np.where(middle < d, k, 1.0)
-    capacity = conduction * np.where(middle < d, ratio, 1.0)  # ρc of the layer over that of the half-space
+    capacity = conduction * np.where(
+        middle < d, ratio, 1.0
+    )  # ρc of the layer over that of the half-space
 
     def lumped(values):
         return np.append(values, 0.0) + np.append(0.0, values)

@@ -8,4 +8,10 @@ UNITS = BOTH | {
     "flash_temperature_total_error": "K", "members/pressure_L2": "Pa", "members/heights_L0": "m",
     "members/x_L1": "m", "members/temperature_L2": "K", "members/flash_temperature": "K",
 }  # fmt: skip
-FLAT_UNITS = BOTH | {"q_max": "1/m", "pressure_L2": "Pa", "heights_L0": "m", "x_L1": "m", "temperature_L2": "K"}
+FLAT_UNITS = BOTH | {
+    "q_max": "1/m",
+    "pressure_L2": "Pa",
+    "heights_L0": "m",
+    "x_L1": "m",
+    "temperature_L2": "K",
+}

@@ -16,7 +16,9 @@ STEEL = {"conductivity": 30.0, "diffusivity": 7.6e-6}
 
 
 def points(grid):
-    return np.meshgrid(*(np.arange(n) * d for n, d in zip(grid.shape, grid.spacing, strict=True)), indexing="ij")
+    return np.meshgrid(
+        *(np.arange(n) * d for n, d in zip(grid.shape, grid.spacing, strict=True)), indexing="ij"
+    )
 
 
 def steady(*args, **kwargs):

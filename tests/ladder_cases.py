@@ -51,15 +51,27 @@ def ladder(means, cut_offs, *, n=6, scatter=0.0, seed=0, **names):
             pairs.append(lowest(factor * np.atleast_1d(mean), q_max, **names))
         else:
             below = factor * np.atleast_1d(means[k - 1])
-            pairs.append(step(k, factor * np.atleast_1d(mean), below, (cut_offs[k - 1], q_max), **names))
+            pairs.append(
+                step(k, factor * np.atleast_1d(mean), below, (cut_offs[k - 1], q_max), **names)
+            )
     return pairs
 
 
 def part_of(sample, chosen):
     """A sample of some of its realizations."""
     numbers = {name: values[chosen] for name, values in sample.numbers.items()}
-    bins = None if sample.bins is None else type(sample.bins)(*(values[chosen] for values in sample.bins))
-    return replace(sample, rows=sample.rows[chosen], numbers=numbers, spectrum=sample.spectrum[chosen], bins=bins)
+    bins = (
+        None
+        if sample.bins is None
+        else type(sample.bins)(*(values[chosen] for values in sample.bins))
+    )
+    return replace(
+        sample,
+        rows=sample.rows[chosen],
+        numbers=numbers,
+        spectrum=sample.spectrum[chosen],
+        bins=bins,
+    )
 
 
 def at_speeds(*means, speeds=SPEEDS):

@@ -35,5 +35,11 @@ DIFFUSIVITY = 30 / (7900 * 500)
 
 
 def scene(load=0.05, hurst=0.7, bandwidth=10.0, gamma=0.45, slope=0.01):
-    text = SCENE.format(slope=slope, hurst=hurst, q_max=2e4 * bandwidth, pressure=load * MODULUS * slope, gamma=gamma)
+    text = SCENE.format(
+        slope=slope,
+        hurst=hurst,
+        q_max=2e4 * bandwidth,
+        pressure=load * MODULUS * slope,
+        gamma=gamma,
+    )
     return parse_scene(text)

@@ -15,8 +15,12 @@ def waves(count, seed, rms=1e-6):
     """A few waves, the same on every grid."""
     rng = np.random.default_rng(seed)
     x = np.arange(count) / count * 2 * pi
-    pairs = [(i, j) for i in range(-HIGHEST, HIGHEST + 1) for j in range(HIGHEST + 1) if j > 0 or i > 0]
-    heights = sum(np.cos(i * x[:, None] + j * x + rng.uniform(0, 2 * pi)) / (i * i + j * j) for i, j in pairs)
+    pairs = [
+        (i, j) for i in range(-HIGHEST, HIGHEST + 1) for j in range(HIGHEST + 1) if j > 0 or i > 0
+    ]
+    heights = sum(
+        np.cos(i * x[:, None] + j * x + rng.uniform(0, 2 * pi)) / (i * i + j * j) for i, j in pairs
+    )
     return rms * heights / heights.std()
 
 
@@ -37,7 +41,9 @@ def response(body, square, drift):
     at = d * (1 + z) / 2
     surface = (inner + outer * lag) / (inner * (outer + inner * lag))
     for depth, weight in zip(at, weights * d / 2 * np.exp(-at / h) / h, strict=True):
-        total = total + weight * (surface * np.cosh(within * depth) - np.sinh(within * depth) / inner)
+        total = total + weight * (
+            surface * np.cosh(within * depth) - np.sinh(within * depth) / inner
+        )
     there = surface * np.cosh(within * d) - np.sinh(within * d) / inner
     return total + there * np.exp(-d / h) / (1 + below * h)
 

@@ -12,7 +12,12 @@ from roughsim import Grid
 ANGULAR = json.loads((Path(__file__).parent / "reference" / "heat.json").read_text())["angular"]
 BODY = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": 7.6e-6}
 UNIT = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": 1.0}
-CELLS = [Grid((16, 16), (1.0, 1.0)), Grid((15, 13), (1.0, 1.0)), Grid((14, 17), (1.0, 1.7)), Grid((12, 10), (2.0, 0.6))]
+CELLS = [
+    Grid((16, 16), (1.0, 1.0)),
+    Grid((15, 13), (1.0, 1.0)),
+    Grid((14, 17), (1.0, 1.7)),
+    Grid((12, 10), (2.0, 0.6)),
+]
 
 
 @dataclass
@@ -25,7 +30,9 @@ class Pressed:
 
 
 def points(grid):
-    return np.meshgrid(*(np.arange(n) * d for n, d in zip(grid.shape, grid.spacing, strict=True)), indexing="ij")
+    return np.meshgrid(
+        *(np.arange(n) * d for n, d in zip(grid.shape, grid.spacing, strict=True)), indexing="ij"
+    )
 
 
 def patches(grid, seed=1):

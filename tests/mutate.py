@@ -39,12 +39,35 @@ LEFT_OUT = {
 CLOSEST = 60  # tests that are tried first
 # what looks at the clock or starts processes may fail for reasons of its own
 UNSTEADY = ("interrupt", "process", "threads", "work_hardly_grows", "two_solves")
-SWAPS = {"+": "-", "-": "+", "*": "/", "/": "*", "<": ">", ">": "<", "<=": "<", ">=": ">", "**": "*"}
-SWAPS |= {"+=": "-=", "-=": "+=", "*=": "/=", "/=": "*=", "==": "!=", "!=": "==", "and": "or", "or": "and", "not": ""}
+SWAPS = {
+    "+": "-",
+    "-": "+",
+    "*": "/",
+    "/": "*",
+    "<": ">",
+    ">": "<",
+    "<=": "<",
+    ">=": ">",
+    "**": "*",
+}
+SWAPS |= {
+    "+=": "-=",
+    "-=": "+=",
+    "*=": "/=",
+    "/=": "*=",
+    "==": "!=",
+    "!=": "==",
+    "and": "or",
+    "or": "and",
+    "not": "",
+}
 # lines whose numbers may change without changing a result: sizes of blocks and caches, starts of iterations, limits of
 # what is worth while; errors there cost time, or guard against what no input reaches
 EQUAL: tuple[tuple[str, str], ...] = (
-    ("theory/background.py", "quad(flux, low, high, epsabs=0.0, epsrel=_ACCURACY / 10, limit=500, full_output=1)"),
+    (
+        "theory/background.py",
+        "quad(flux, low, high, epsabs=0.0, epsrel=_ACCURACY / 10, limit=500, full_output=1)",
+    ),
     # what is left of a way is rounding
     ("theory/clipped/two_faces.py", "while left > 1e-6 * shortest:"),
     # a tolerance below rounding stops at rounding
@@ -94,7 +117,11 @@ def changed(token: tokenize.TokenInfo) -> str | None:
         place = next((i for i, c in enumerate(token.string) if c in "123456789"), None)
         if place is None:
             return token.string.replace("0", "1", 1)
-        return token.string[:place] + str((int(token.string[place]) + 1) % 10) + token.string[place + 1 :]
+        return (
+            token.string[:place]
+            + str((int(token.string[place]) + 1) % 10)
+            + token.string[place + 1 :]
+        )
     return None
 
 
@@ -115,9 +142,27 @@ def mutants(file: str) -> Iterator[Mutant]:
 
 
 def _is_no_formula(line: str, token: tokenize.TokenInfo) -> bool:
-    words = ("raise ", "def ", "->", "import ", 'f"', "warn(", "__", "lru_cache", "axis=", "range(", "shape")
+    words = (
+        "raise ",
+        "def ",
+        "->",
+        "import ",
+        'f"',
+        "warn(",
+        "__",
+        "lru_cache",
+        "axis=",
+        "range(",
+        "shape",
+    )
     column = token.start[1]
-    unpacks = token.string in ("*", "**") and line[:column].rstrip()[-1:] in ("(", ",", "[", "{", "")
+    unpacks = token.string in ("*", "**") and line[:column].rstrip()[-1:] in (
+        "(",
+        ",",
+        "[",
+        "{",
+        "",
+    )
     annotates = token.string == "=" or ": float = " in line or ": int = " in line
     return unpacks or annotates or any(word in line for word in words)
 
@@ -125,7 +170,9 @@ def _is_no_formula(line: str, token: tokenize.TokenInfo) -> bool:
 def modules() -> list[str]:
     """All modules of both packages that are not left out."""
     paths = [
-        path.relative_to(ROOT).as_posix() for room in ("roughsim", "theory") for path in (ROOT / room).rglob("*.py")
+        path.relative_to(ROOT).as_posix()
+        for room in ("roughsim", "theory")
+        for path in (ROOT / room).rglob("*.py")
     ]
     return sorted(path for path in paths if not path.startswith(tuple(LEFT_OUT)))
 
@@ -165,7 +212,9 @@ class LineTests:
         lines = self._data.contexts_by_lineno(str(ROOT / file))
         found = {_test_of(context) for context in lines.get(line, [])} - {""}
         if not found:
-            found = {_test_of(context) for contexts in lines.values() for context in contexts} - {""}
+            found = {_test_of(context) for contexts in lines.values() for context in contexts} - {
+                ""
+            }
         steady = [test for test in found if not any(word in test for word in UNSTEADY)]
         return sorted(steady, key=lambda test: (self._sizes[test], test))
 
@@ -178,7 +227,9 @@ def _test_of(context: str) -> str:
 
 def up_to_date(coverage_file: Path) -> Path:
     """Return the coverage file, made again if a source or a test is newer."""
-    sources = [path for room in ("roughsim", "theory", "tests") for path in (ROOT / room).rglob("*.py")]
+    sources = [
+        path for room in ("roughsim", "theory", "tests") for path in (ROOT / room).rglob("*.py")
+    ]
     changed_at = max(path.stat().st_mtime for path in sources)
     if not coverage_file.exists() or coverage_file.stat().st_mtime < changed_at:
         print(f"which tests run which lines: some minutes, into {coverage_file}", flush=True)
@@ -220,27 +271,47 @@ class Copy:
     def _failed(self, tests: list[str], cache: str) -> str | None:
         """The first test that fails, "timeout" if none ends; None if all pass."""
         words = ["-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-rfE", "--no-header"]
-        environment = {**os.environ, "PYTHONPATH": str(self._root), "NUMBA_CACHE_DIR": str(self._caches / cache)}
+        environment = {
+            **os.environ,
+            "PYTHONPATH": str(self._root),
+            "NUMBA_CACHE_DIR": str(self._caches / cache),
+        }
         environment |= {"OMP_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
         command = [sys.executable, *words, *tests]
         try:
             done = subprocess.run(
-                command, cwd=self._root, env=environment, capture_output=True, text=True, timeout=600, check=False
+                command,
+                cwd=self._root,
+                env=environment,
+                capture_output=True,
+                text=True,
+                timeout=600,
+                check=False,
             )
         except subprocess.TimeoutExpired:
             return "timeout"  # an error that makes a solve endless is noticed
         if done.returncode in (0, 5):  # 5: a whole file has slow tests only
             return None
-        lines = [line for line in done.stdout.splitlines() if line.startswith(("FAILED ", "ERROR "))]
+        lines = [
+            line for line in done.stdout.splitlines() if line.startswith(("FAILED ", "ERROR "))
+        ]
         if not lines:
-            raise RuntimeError(f"the tests {tests} could not be run: {done.stdout[-2000:]}{done.stderr[-2000:]}")
+            raise RuntimeError(
+                f"the tests {tests} could not be run: {done.stdout[-2000:]}{done.stderr[-2000:]}"
+            )
         return lines[0].partition(" ")[2].partition(" - ")[0]
 
 
 def main() -> int:
     """Plant, run, report; exit code 1 below nine in ten."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--only", nargs="+", default=[""], metavar="WORD", help="files whose path holds one of these")
+    options.add_argument(
+        "--only",
+        nargs="+",
+        default=[""],
+        metavar="WORD",
+        help="files whose path holds one of these",
+    )
     options.add_argument("--seed", type=int, default=1, help="another draw")
     options.add_argument("--each", type=int, default=1, help="errors per file")
     options.add_argument("--list", action="store_true", help="show what would be planted")

@@ -92,10 +92,15 @@ def least_work(numerics, counts, goal, scatter=SCATTER):
 
 def half_width(counts, scatter=SCATTER):
     used = [level for level in scatter if counts[level]]
-    return quantile_of(scatter, counts) * np.sqrt(sum(scatter[level] ** 2 / counts[level] for level in used))
+    return quantile_of(scatter, counts) * np.sqrt(
+        sum(scatter[level] ** 2 / counts[level] for level in used)
+    )
 
 
 def run(numerics, until, most, totals, available=10**9):
     return replay(
-        numerics, most, (available,) * len(numerics.levels), lambda c: judge(numerics, until, most, c, totals)
+        numerics,
+        most,
+        (available,) * len(numerics.levels),
+        lambda c: judge(numerics, until, most, c, totals),
     )

@@ -2,4 +2,7 @@
 
 from roughsim.scene.schema import SECTIONS
 
-KEYS = {"title", *(key for section, record in SECTIONS.items() if section for key in record.known_keys())}
+KEYS = {
+    "title",
+    *(key for section, record in SECTIONS.items() if section for key in record.known_keys()),
+}

@@ -9,7 +9,9 @@ LEVELS = """levels = [
   { column = "sliding", shape = [32, 32], q_max = 2.5e4, first = 2 },
 ]
 """
-SLIDING = CAPPED[: CAPPED.index("levels = [")].replace("speed = [0, 0.1, 35]", "speed = [1, 35]") + LEVELS
+SLIDING = (
+    CAPPED[: CAPPED.index("levels = [")].replace("speed = [0, 0.1, 35]", "speed = [1, 35]") + LEVELS
+)
 SLIDING = SLIDING.replace("max_realizations = 6", "max_realizations = 4")
 MILLIMETRE = 'history = "sliding"\nslid_distance = "1 mm"'
 

@@ -26,7 +26,9 @@ def panels(edges):
 
 def cell_integral(spectrum, k, steps):
     """∫ C d²q over the cell of mode k in Cartesian coordinates, panels cut where a break's circle crosses."""
-    (x0, x1), (y0, y1) = (((n - 0.5) * step, (n + 0.5) * step) for n, step in zip(k, steps, strict=True))
+    (x0, x1), (y0, y1) = (
+        ((n - 0.5) * step, (n + 0.5) * step) for n, step in zip(k, steps, strict=True)
+    )
     circles = np.array(spectrum.breaks)
     ends = [x0, x1, 0.0, *circles, *-circles]
     for y in (y0, y1):
@@ -36,7 +38,11 @@ def cell_integral(spectrum, k, steps):
     x, weight = x.ravel(), weight.ravel()
     roots = np.sqrt(np.maximum(circles[:, None] ** 2 - x**2, 0.0))
     zero = np.zeros((1, x.size))
-    y, inner = panels(np.sort(np.clip(np.concatenate([zero + y0, zero, zero + y1, roots, -roots]), y0, y1), axis=0))
+    y, inner = panels(
+        np.sort(
+            np.clip(np.concatenate([zero + y0, zero, zero + y1, roots, -roots]), y0, y1), axis=0
+        )
+    )
     return float(weight @ (spectrum(np.hypot(x[:, None], y)) * inner).sum(axis=(0, 2)))
 
 
@@ -60,7 +66,9 @@ def modes_of(heights):
 
 def draws(spectrum, grid, amplitudes, count, seed=1):
     rng = np.random.default_rng(seed)
-    return np.stack([modes_of(synthesize(spectrum, grid, rng, amplitudes=amplitudes)) for _ in range(count)])
+    return np.stack(
+        [modes_of(synthesize(spectrum, grid, rng, amplitudes=amplitudes)) for _ in range(count)]
+    )
 
 
 # --- variance of a mode ---------------------------------------------------------------------------------------------

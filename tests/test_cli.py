@@ -18,7 +18,11 @@ ROOT = Path(__file__).parents[1]
 def call(*words, expect=0):
     """Run the command in a process of its own; return what it printed and complained."""
     done = subprocess.run(
-        [sys.executable, "-m", "roughsim.cli", *map(str, words)], capture_output=True, text=True, cwd=ROOT, check=False
+        [sys.executable, "-m", "roughsim.cli", *map(str, words)],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        check=False,
     )
     assert done.returncode == expect, done.stderr
     assert "Traceback" not in done.stderr
@@ -75,7 +79,9 @@ def test_theory_and_plan_print_tables(capsys):
     assert "to q_c = 1.08e+06 rad/m" in out
     assert "C(q) goes on to 4.15e+07 rad/m" in " ".join(out.split())
     code, out, _ = inside(capsys, "plan", "steel-1.2GPa", "--json")
-    cut_offs = [level["q_max"] for level in json.loads(out)["levels"] if level["column"] == "capped"]
+    cut_offs = [
+        level["q_max"] for level in json.loads(out)["levels"] if level["column"] == "capped"
+    ]
     assert max(cut_offs) >= 4 * min(cut_offs)
 
 
@@ -103,13 +109,33 @@ def test_run_and_compare_a_scene_of_ones_own(capsys, tmp_path, capped_scene):
     assert "capped/smoothed at" in out
     assert (folder / "chart.png").exists()
     code, _, err = inside(
-        capsys, "run", path, "-o", folder, "--workers", 1, "--max", 3, "--until", "flash_temperature=1%"
+        capsys,
+        "run",
+        path,
+        "-o",
+        folder,
+        "--workers",
+        1,
+        "--max",
+        3,
+        "--until",
+        "flash_temperature=1%",
     )
     assert "target not reached" in err
     assert "the target of" not in err
     assert code == 0
     code, _, err = inside(
-        capsys, "run", path, "-o", folder, "--workers", 1, "--max", 3, "--until", "flash_temperature=90%"
+        capsys,
+        "run",
+        path,
+        "-o",
+        folder,
+        "--workers",
+        1,
+        "--max",
+        3,
+        "--until",
+        "flash_temperature=90%",
     )
     assert "the target of flash_temperature was 1 %, and is 90 % now" in err
     assert "--until flash_temperature=1% takes them in again" in err
@@ -162,7 +188,9 @@ def test_errors_are_one_line(capsys, tmp_path, name):
     code, out, err = inside(capsys, *(str(word).format(tmp=tmp_path) for word in words))
     assert code == 1
     assert out == ""
-    lines = [line for line in err.strip().splitlines() if " × " not in line]  # the plan may have been shown
+    lines = [
+        line for line in err.strip().splitlines() if " × " not in line
+    ]  # the plan may have been shown
     assert len(lines) == 1
     assert lines[0].startswith("roughsim: ")
     assert message in lines[0]
@@ -235,9 +263,18 @@ def test_an_interrupt_says_that_nothing_is_lost(capsys, tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_the_shell_completes_verbs_and_scenes(typed, offered):
     code = "import sys; sys.argv = ['roughsim']; from roughsim.cli import main; main()"
-    asked = {"_ROUGHSIM_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(typed.count(" "))}
+    asked = {
+        "_ROUGHSIM_COMPLETE": "complete_bash",
+        "COMP_WORDS": typed,
+        "COMP_CWORD": str(typed.count(" ")),
+    }
     done = subprocess.run(
-        [sys.executable, "-c", code], env={**os.environ, **asked}, capture_output=True, text=True, cwd=ROOT, check=False
+        [sys.executable, "-c", code],
+        env={**os.environ, **asked},
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        check=False,
     )
     assert done.stdout.split() == offered
     assert done.stderr == ""
@@ -251,7 +288,9 @@ def test_help_loads_nothing_heavy():
         "heavy = {'numpy', 'scipy', 'numba', 'h5py', 'matplotlib', 'pydantic', 'pint', 'pyfftw', 'rich'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    found = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
+    )
     assert found.stdout.splitlines()[-1] == "[]"
 
 
@@ -277,7 +316,9 @@ def test_too_little_memory_is_said_in_one_line(capsys, theory_table):
     theory_table(greedy)
     code, out, err = inside(capsys, "theory", "demo")
     assert (code, out) == (1, "")
-    assert err.startswith("roughsim: out of memory (Unable to allocate 512. TiB); lower numerics.levels")
+    assert err.startswith(
+        "roughsim: out of memory (Unable to allocate 512. TiB); lower numerics.levels"
+    )
     assert err.count("\n") == 1
 
 

@@ -20,7 +20,9 @@ UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
 def unit_spectrum(waves, hurst=0.8):
     """h′ = 1, `waves` per unit length at the roll-off and at the end."""
     q = 2 * pi * np.array(waves)
-    return rs.SelfAffineSpectrum.from_rms_slope(1.0, hurst=hurst, q_min=2 * pi, q_roll_off=q[0], q_max=q[1])
+    return rs.SelfAffineSpectrum.from_rms_slope(
+        1.0, hurst=hurst, q_min=2 * pi, q_roll_off=q[0], q_max=q[1]
+    )
 
 
 def unit_surface(points, waves=(4, 16), hurst=0.8, seed=0):
@@ -40,10 +42,18 @@ def steady_excess(laps, points=128, directions=8):
     exact = rs.measure(contact, grid, rs.HeatSource([speed], 1.0, 1.0, 1.0)).flash_temperature[0]
     turns = [k * pi / directions for k in range(directions)]
     steady = [
-        np.mean(flux * rs.sliding_temperature(flux, grid, speed=speed, slid_distance=inf, direction=turn, **UNIT))
+        np.mean(
+            flux
+            * rs.sliding_temperature(
+                flux, grid, speed=speed, slid_distance=inf, direction=turn, **UNIT
+            )
+        )
         for turn in turns
     ]
-    rested = [np.mean(flux * rs.sliding_temperature(flux, grid, speed=speed, direction=turn, **UNIT)) for turn in turns]
+    rested = [
+        np.mean(flux * rs.sliding_temperature(flux, grid, speed=speed, direction=turn, **UNIT))
+        for turn in turns
+    ]
     scale = speed / flux.mean() / exact
     return float(scale * np.mean(steady) - 1), float(scale * np.mean(rested) - 1)
 
@@ -80,7 +90,9 @@ def steady(flux, grid, speed):
 
 def from_rest(flux, grid, speed):
     slid = grid.lengths[0] / 2 / speed
-    return rs.sliding_temperature(flux, grid, speed=speed, **UNIT) + uniform_temperature(flux.mean(), slid, **UNIT)
+    return rs.sliding_temperature(flux, grid, speed=speed, **UNIT) + uniform_temperature(
+        flux.mean(), slid, **UNIT
+    )
 
 
 def free(flux, grid, speed):
@@ -89,7 +101,9 @@ def free(flux, grid, speed):
 
 def test_a_slow_contact_is_spoilt_by_its_box_and_not_by_the_free_half_space():
     assert hertz_excess(steady, 0.01, 4) < -0.4  # it cools through its neighbours' mean
-    assert hertz_excess(steady, 0.01, 16) == pytest.approx(hertz_excess(steady, 0.01, 4) / 4, rel=0.15)  # as R/L
+    assert hertz_excess(steady, 0.01, 16) == pytest.approx(
+        hertz_excess(steady, 0.01, 4) / 4, rel=0.15
+    )  # as R/L
     assert hertz_excess(from_rest, 0.01, 8) > 0.5  # so long a slide warms the whole box
     assert abs(hertz_excess(free, 0.01, 4)) < 0.01
 
@@ -138,13 +152,17 @@ def test_both_ends_of_the_hurst_exponent_are_solved_and_beyond_them_is_refused(h
         unit_spectrum((4, 16), hurst=hurst + (1e-9 if hurst else -1e-9))
 
 
-@pytest.mark.parametrize(("pixels", "least", "most"), [(2, 0.10, 0.40), (4, 0.005, 0.06), (8, 0.0, 0.006)])
+@pytest.mark.parametrize(
+    ("pixels", "least", "most"), [(2, 0.10, 0.40), (4, 0.005, 0.06), (8, 0.0, 0.006)]
+)
 def test_two_pixels_of_the_shortest_wave_are_too_few_and_four_will_do(pixels, least, most):
     flash = []
     for count in (4 * pixels, 4 * 32):  # 32 pixels stand for none
         heights, grid = unit_surface(count, (2, 4))
         contact = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.05)
-        flash.append(rs.measure(contact, grid, rs.HeatSource([1e4], 1.0, 1.0, 1.0)).flash_temperature[0])
+        flash.append(
+            rs.measure(contact, grid, rs.HeatSource([1e4], 1.0, 1.0, 1.0)).flash_temperature[0]
+        )
     assert least <= abs(flash[0] / flash[1] - 1) < most
 
 
@@ -154,7 +172,9 @@ def test_two_pixels_of_the_shortest_wave_are_too_few_and_four_will_do(pixels, le
 def test_a_hardness_just_above_the_load_is_solved_at_the_load_is_uniform_and_below_is_refused():
     heights, grid = unit_surface(64)
     load = 0.1
-    solved = rs.solve_contact(heights, grid, rs.Solid(1.0, load * (1 + 1e-6)), nominal_pressure=load)
+    solved = rs.solve_contact(
+        heights, grid, rs.Solid(1.0, load * (1 + 1e-6)), nominal_pressure=load
+    )
     assert solved.residual <= 1e-6
     assert solved.pressure.mean() == pytest.approx(load, rel=1e-12)
     assert 0.99 < solved.plastic_fraction <= solved.contact_fraction <= 1.0
@@ -185,7 +205,9 @@ def test_a_tolerance_above_the_rounding_floor_is_met_and_below_it_the_solve_stop
         met = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.05, tolerance=1e-11)
     assert met.residual <= 1e-11
     with pytest.warns(RuntimeWarning, match="below the rounding floor"):
-        floor = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.05, tolerance=1e-20)
+        floor = rs.solve_contact(
+            heights, grid, rs.Solid(1.0), nominal_pressure=0.05, tolerance=1e-20
+        )
     assert 1e-20 < floor.residual < 1e-11
 
 
@@ -234,7 +256,10 @@ def test_rungs_from_four_yield_wavenumbers_extrapolate_and_lower_ones_miss():
     values = []
     for n in points:  # each alone, so that all draw the same surfaces
         numerics = rs.Numerics((rs.Level("capped", (n, n), pi * n / side / 2),), (side, side))
-        members = [rs.realize(scene, numerics, seed=2, index=i).observables.flash_temperature for i in range(3)]
+        members = [
+            rs.realize(scene, numerics, seed=2, index=i).observables.flash_temperature
+            for i in range(3)
+        ]
         values.append(np.mean(members, axis=0))
     limits = [2 * fine - coarse for coarse, fine in pairwise(values)]
     from_one, from_two, from_four = (np.abs(limit / limits[-1] - 1) for limit in limits[:-1])

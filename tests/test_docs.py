@@ -29,9 +29,26 @@ from roughsim import cli
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
-BLOCK = re.compile(r"(?:^<!-- ([^\n]*) -->\n+)?^```(python|console|text|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-OPTIONAL = ("xarray", "h5netcdf", "netCDF4", "nexusformat", "dask", "mpi4py", "SurfaceTopography", "bokeh", "tamaas")
-WORDS = {"errors.md": 2000, "yielding.md": 1800, "accuracy.md": 1500, "validity.md": 1500}  # at most; others 1200
+BLOCK = re.compile(
+    r"(?:^<!-- ([^\n]*) -->\n+)?^```(python|console|text|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL
+)
+OPTIONAL = (
+    "xarray",
+    "h5netcdf",
+    "netCDF4",
+    "nexusformat",
+    "dask",
+    "mpi4py",
+    "SurfaceTopography",
+    "bokeh",
+    "tamaas",
+)
+WORDS = {
+    "errors.md": 2000,
+    "yielding.md": 1800,
+    "accuracy.md": 1500,
+    "validity.md": 1500,
+}  # at most; others 1200
 WRITTEN = re.compile(r"<!-- \w+: written by docs/flow\.py -->.*?<!-- end -->", re.DOTALL)
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 LARGE = re.compile(r"\bsteel-\d\.\dGPa(?![\w.])")
@@ -99,8 +116,14 @@ def close(shown, found):
     """Whether two words are the same but for one unit of the last digit of their numbers, and 2 % at most."""
     if NUMBER.sub("#", shown) != NUMBER.sub("#", found):
         return False
-    pairs = zip(*([n.replace("−", "-") for n in NUMBER.findall(word)] for word in (shown, found)), strict=True)
-    return all(abs(float(a) - float(b)) <= min(1.001 * last_digit(a), 0.02 * abs(float(a))) for a, b in pairs)
+    pairs = zip(
+        *([n.replace("−", "-") for n in NUMBER.findall(word)] for word in (shown, found)),
+        strict=True,
+    )
+    return all(
+        abs(float(a) - float(b)) <= min(1.001 * last_digit(a), 0.02 * abs(float(a)))
+        for a, b in pairs
+    )
 
 
 def last_digit(number):
@@ -147,7 +170,9 @@ def run_page(page, capped_run):
         pytest.skip(f"all but the examples with {', '.join(left_out)}, which is not installed")
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page) and not is_slow(page)], ids=name)
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if blocks(page) and not is_slow(page)], ids=name
+)
 def test_every_example_runs(page, in_tmp_path, capped_run):
     run_page(page, capped_run)
 
@@ -202,21 +227,35 @@ def test_the_page_of_the_scene_has_every_key_with_unit_limits_default_and_meanin
     assert cells["poisson_ratio"][1] == "> -1, ≤ 0.5"
     assert cells["history"][1:3] == ['`"frozen"`, `"sliding"`', '`"frozen"`']
     assert cells["gamma"][2] == "`0.45`"
-    assert (cells["lengths"][2], cells["q_roll_off"][2], cells["tolerance"][2]) == ("planned", "left out", "`0.003`")
+    assert (cells["lengths"][2], cells["q_roll_off"][2], cells["tolerance"][2]) == (
+        "planned",
+        "left out",
+        "`0.003`",
+    )
 
 
 def test_the_page_of_the_commands_has_the_help_of_every_verb():
     page = script("lists").commands()
     verbs = [info.name or info.callback.__name__ for info in cli.app.registered_commands]
     assert re.findall(r"(?m)^## (.*)$", page) == verbs
-    assert [re.search(rf"Usage: roughsim {verb} \[OPTIONS\]", page) for verb in verbs].count(None) == 0
+    assert [re.search(rf"Usage: roughsim {verb} \[OPTIONS\]", page) for verb in verbs].count(
+        None
+    ) == 0
     assert page.count("-h, --help") == len(verbs)
 
 
 def test_the_reference_has_every_public_name():
-    listed = set(re.findall(r"\.\. auto\w+:: roughsim::(\w+)", (DOCS / "reference" / "roughsim.md").read_text()))
+    listed = set(
+        re.findall(
+            r"\.\. auto\w+:: roughsim::(\w+)", (DOCS / "reference" / "roughsim.md").read_text()
+        )
+    )
     assert listed == set(roughsim.__all__) - {"__version__"}
-    listed = set(re.findall(r"\.\. automodule:: theory\.(\w+)", (DOCS / "reference" / "theory.md").read_text()))
+    listed = set(
+        re.findall(
+            r"\.\. automodule:: theory\.(\w+)", (DOCS / "reference" / "theory.md").read_text()
+        )
+    )
     assert listed == set(theory.__all__)
 
 
@@ -238,20 +277,29 @@ def test_every_local_link_leads_somewhere():
 
 def test_pages_are_short_alone_and_together():
     # as `wc -w` counts them, but for comments, which no page shows, and the two lists of modules that a script writes
-    words = {page: len(COMMENT.sub("", WRITTEN.sub("", page.read_text())).split()) for page in PAGES}
-    assert {name(page): count for page, count in words.items() if count > WORDS.get(page.name, 1200)} == {}
+    words = {
+        page: len(COMMENT.sub("", WRITTEN.sub("", page.read_text())).split()) for page in PAGES
+    }
+    assert {
+        name(page): count for page, count in words.items() if count > WORDS.get(page.name, 1200)
+    } == {}
     assert sum(words.values()) <= 20_000
 
 
 def test_every_figure_is_on_a_page():
     text = "".join(page.read_text() for page in PAGES)
-    assert [path.name for path in sorted((DOCS / "figures").iterdir()) if path.name not in text] == []
+    assert [
+        path.name for path in sorted((DOCS / "figures").iterdir()) if path.name not in text
+    ] == []
 
 
-@pytest.mark.parametrize("page", [ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *PAGES], ids=name)
+@pytest.mark.parametrize(
+    "page", [ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *PAGES], ids=name
+)
 def test_every_file_that_a_page_names_exists(page):
     named = re.findall(
-        r"(?<![\w/.-])((?:roughsim|theory|tests|docs|experiments|benchmarks)/[\w/]+\.\w+)", page.read_text()
+        r"(?<![\w/.-])((?:roughsim|theory|tests|docs|experiments|benchmarks)/[\w/]+\.\w+)",
+        page.read_text(),
     )
     files = {path for path in named if "NAME" not in path}
     assert len(files) > (15 if page.name == "CONTRIBUTING.md" else -1)

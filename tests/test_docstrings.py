@@ -26,7 +26,9 @@ def interface():
         yield from whole(f"roughsim.{name}", getattr(rs, name))
     for part in FORMULAS:
         module = importlib.import_module(f"theory.{part}")
-        names = getattr(module, "__all__", None) or [n for n in vars(module) if not n.startswith("_")]
+        names = getattr(module, "__all__", None) or [
+            n for n in vars(module) if not n.startswith("_")
+        ]
         for name in names:
             if name in INSIDE.get(part, ()):
                 continue
@@ -44,7 +46,9 @@ def whole(name, found):
     if inspect.isclass(found):
         yield name, found
         for part, member in vars(found).items():
-            if not part.startswith("_") and (inspect.isfunction(member) or isinstance(member, (classmethod, property))):
+            if not part.startswith("_") and (
+                inspect.isfunction(member) or isinstance(member, (classmethod, property))
+            ):
                 yield f"{name}.{part}", getattr(member, "__func__", member)
     elif inspect.isfunction(found):
         yield name, found
@@ -55,12 +59,18 @@ INTERFACE = dict(interface())
 
 def text_of(name, found):
     """The docstring, and those it refers to, which may refer further."""
-    home = importlib.import_module(found.fget.__module__ if isinstance(found, property) else found.__module__)
+    home = importlib.import_module(
+        found.fget.__module__ if isinstance(found, property) else found.__module__
+    )
     beside, doc, seen = name.rsplit(".", 1)[0], inspect.getdoc(found) or "", set()
     while more := set(REFERS.findall(doc)) - seen:
         seen |= more
         for other in more:
-            target = getattr(home, other, None) or INTERFACE.get(f"{beside}.{other}") or getattr(rs, other, None)
+            target = (
+                getattr(home, other, None)
+                or INTERFACE.get(f"{beside}.{other}")
+                or getattr(rs, other, None)
+            )
             doc += "\n" + ((inspect.getdoc(target) or "") if target is not None else "")
     return doc
 
@@ -68,7 +78,9 @@ def text_of(name, found):
 def arguments(found):
     if inspect.isclass(found) and not is_dataclass(found):
         return []
-    return [p for p in inspect.signature(found).parameters if p not in ("self", "cls", "args", "kwargs")]
+    return [
+        p for p in inspect.signature(found).parameters if p not in ("self", "cls", "args", "kwargs")
+    ]
 
 
 @pytest.mark.parametrize("name", INTERFACE)
@@ -86,17 +98,23 @@ def test_every_argument_and_result_is_described(name):
             assert re.search(r"Returns|Return |Yields|, m\b|K\b|[A-Za-z]+\.|share", doc), name
 
 
-@pytest.mark.parametrize("name", [n for n, f in INTERFACE.items() if inspect.isfunction(f) and n.count(".") < 3])
+@pytest.mark.parametrize(
+    "name", [n for n, f in INTERFACE.items() if inspect.isfunction(f) and n.count(".") < 3]
+)
 def test_functions_that_check_their_arguments_say_what_they_raise(name):
     source = inspect.getsource(INTERFACE[name])
     if re.search(r"\braise \w*Error|= (real_array|positive|not_negative)\(", source):
         assert re.search(r"Raises|errors: as|[Ee]rror", text_of(name, INTERFACE[name])), name
 
 
-@pytest.mark.parametrize("part", [part for part in FORMULAS if part != "hardness"])  # whose equation defines it
+@pytest.mark.parametrize(
+    "part", [part for part in FORMULAS if part != "hardness"]
+)  # whose equation defines it
 def test_formulas_say_which_equation_or_source_they_are(part):
     folder = Path(theory.__file__).parent
-    texts = [path.read_text() for path in [*folder.glob(f"{part}.py"), *folder.glob(f"{part}/*.py")]]
+    texts = [
+        path.read_text() for path in [*folder.glob(f"{part}.py"), *folder.glob(f"{part}/*.py")]
+    ]
     assert any(re.search(r"Eqs?\. \(|Sec\. |Source: ", text) for text in texts)
 
 

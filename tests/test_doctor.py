@@ -29,7 +29,10 @@ def found(tmp_path_factory):
 def test_a_sound_installation_computes_two_exact_cases(found):
     assert found["sound"]
     assert [check["name"] for check in found["checks"]] == ["contact", "heat"]
-    assert all(abs(check["error"]) < limit for check, limit in zip(found["checks"], (5e-3, 1e-9), strict=True))
+    assert all(
+        abs(check["error"]) < limit
+        for check, limit in zip(found["checks"], (5e-3, 1e-9), strict=True)
+    )
     assert found["packages"]["numpy"]["version"] == np.__version__
     assert found["fft"] == rs.fourier.backend()
     assert found["cores"] >= 1
@@ -58,11 +61,18 @@ def test_a_solver_that_is_off_by_a_percent_is_found_out(monkeypatch, capsys):
 def test_what_breaks_altogether_is_told_in_one_line(tmp_path):
     # a package that cannot be imported stands before the sound one
     (tmp_path / "scipy").mkdir()
-    (tmp_path / "scipy" / "__init__.py").write_text('raise ImportError("libopenblas.so.0:\\ncannot open")')
+    (tmp_path / "scipy" / "__init__.py").write_text(
+        'raise ImportError("libopenblas.so.0:\\ncannot open")'
+    )
     places = os.pathsep.join([str(tmp_path), str(Path(rs.__file__).parents[1])])
     words = [sys.executable, "-m", "roughsim.cli", "doctor", "--json"]
     ended = subprocess.run(
-        words, env={**os.environ, "PYTHONPATH": places}, cwd=tmp_path, capture_output=True, text=True, check=False
+        words,
+        env={**os.environ, "PYTHONPATH": places},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     found = json.loads(ended.stdout)
     assert ended.returncode == 1
@@ -72,14 +82,23 @@ def test_what_breaks_altogether_is_told_in_one_line(tmp_path):
 
 
 def test_missing_and_old_packages_come_with_the_line_that_installs_them(install, tmp_path):
-    needs = ("numpy>=999", "no-such-package>=1.2", "rich", 'also-none>=3; extra == "sky"', 'rich>=1; extra == "earth"')
+    needs = (
+        "numpy>=999",
+        "no-such-package>=1.2",
+        "rich",
+        'also-none>=3; extra == "sky"',
+        'rich>=1; extra == "earth"',
+    )
     install("roughsim", (*needs, 'pytest>=8; extra == "test"'))
     found = doctor.examine(tmp_path)
     lines = doctor.lines(found)
     assert not found["sound"]
     assert f"packages: numpy {np.__version__}, no-such-package missing" in lines[2]
     assert "numpy is needed as numpy>=999: pip install 'numpy>=999'" in lines
-    assert "no-such-package is needed as no-such-package>=1.2: pip install 'no-such-package>=1.2'" in lines
+    assert (
+        "no-such-package is needed as no-such-package>=1.2: pip install 'no-such-package>=1.2'"
+        in lines
+    )
     assert "extra sky: lacks also-none>=3: pip install 'also-none>=3'" in lines
     assert "extra earth: complete" in lines
     assert set(found["extras"]) == {"sky", "earth"}  # what only developers need is not missed
@@ -97,7 +116,9 @@ def test_runs_below_are_named_with_who_computes_them_or_who_is_gone(soon, tmp_pa
         (tmp_path / name / "claims").mkdir(parents=True)
         if name != "other":
             (tmp_path / name / "run.json").write_text("{}")
-    (tmp_path / "deep" / "two" / "claims" / "process-here-1").write_text(f"0\nhere {2**22 + 1} {process_space()}\n")
+    (tmp_path / "deep" / "two" / "claims" / "process-here-1").write_text(
+        f"0\nhere {2**22 + 1} {process_space()}\n"
+    )
     with Claims(tmp_path / "one"):
         found = {os.path.basename(one["folder"]): one for one in doctor.examine(tmp_path)["claims"]}
     assert set(found) == {"one", "two"}

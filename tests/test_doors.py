@@ -59,7 +59,9 @@ def test_scenes_printed_in_ascii_are_the_same_scenes(in_ascii):
 @pytest.mark.parametrize("environment", [ASCII, {"PYTHONIOENCODING": "latin-1"}])
 def test_no_language_of_the_machine_ends_in_a_traceback(environment, tmp_path, capped_run):
     scene = tmp_path / "größe.toml"
-    scene.write_text(scene_text("demo").replace('title = "', 'title = "Größe ± 漢字 ∇ '), encoding="utf-8")
+    scene.write_text(
+        scene_text("demo").replace('title = "', 'title = "Größe ± 漢字 ∇ '), encoding="utf-8"
+    )
     for words in (("theory", scene), ("status", capped_run.folder)):
         done = started(*words, environment=environment, capture_output=True)
         assert done.returncode == 0, done.stderr
@@ -72,7 +74,9 @@ def test_a_reader_that_leaves_or_a_full_disk_is_no_traceback(capped_run):
     environment = os.environ | {"PYTHONUNBUFFERED": ""}  # what buffers hold is written at the end
     for tail in ("| head -1", ">&-", "2>&-", "> /dev/full", "2> /dev/full"):
         shell = ["sh", "-c", f"{words} {tail}"]
-        done = subprocess.run(shell, capture_output=True, text=True, cwd=ROOT, env=environment, check=False)
+        done = subprocess.run(
+            shell, capture_output=True, text=True, cwd=ROOT, env=environment, check=False
+        )
         assert "Traceback" not in done.stderr, tail
         assert "Exception ignored" not in done.stderr, tail
         assert done.stderr.count("\n") <= 1

@@ -20,7 +20,9 @@ FILE = {
 @pytest.fixture
 def evidence(tmp_path, monkeypatch):
     """The script, with one file named `steel` in a folder of its own."""
-    specification = importlib.util.spec_from_file_location("evidence", ROOT / "docs" / "evidence.py")
+    specification = importlib.util.spec_from_file_location(
+        "evidence", ROOT / "docs" / "evidence.py"
+    )
     module = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(module)
     monkeypatch.setattr(module, "FOLDER", tmp_path)
@@ -40,15 +42,23 @@ def differences(evidence, text):
 
 def test_all_pages_and_figures_are_those_of_the_files():
     done = subprocess.run(
-        [sys.executable, ROOT / "docs" / "evidence.py", "--check"], capture_output=True, text=True, check=False
+        [sys.executable, ROOT / "docs" / "evidence.py", "--check"],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
 
 
 def test_make_evidence_runs_the_command_of_every_file():
     recipe = (ROOT / "Makefile").read_text()
-    commands = [json.loads(path.read_text())["command"] for path in sorted((ROOT / "docs" / "evidence").iterdir())]
-    assert [command for command in commands if f"{command.removeprefix('python ')}\n" not in recipe] == []
+    commands = [
+        json.loads(path.read_text())["command"]
+        for path in sorted((ROOT / "docs" / "evidence").iterdir())
+    ]
+    assert [
+        command for command in commands if f"{command.removeprefix('python ')}\n" not in recipe
+    ] == []
 
 
 @pytest.mark.parametrize(
@@ -65,7 +75,9 @@ def test_make_evidence_runs_the_command_of_every_file():
     ],
 )
 def test_a_number_is_compared_to_its_last_digit(evidence, shown, key, right):
-    found = differences(evidence, f"# Page\n\nSteel has {shown} K.\n<!-- numbers steel: {shown} = {key} -->\n")
+    found = differences(
+        evidence, f"# Page\n\nSteel has {shown} K.\n<!-- numbers steel: {shown} = {key} -->\n"
+    )
     expected = f"docs/page.md: {shown} should be {right}: {key} of docs/evidence/steel.json"
     assert found == ([] if right is None else [expected])
 
@@ -85,9 +97,13 @@ def test_a_mark_needs_its_number_in_the_paragraph_above_it_and_its_name_in_the_f
 
 def test_a_table_is_written_between_its_marks_and_nothing_else_changes(evidence):
     text = "before\n\n<!-- table steel.flash -->\n| old |\n<!-- end of table -->\n\nafter\n"
-    assert differences(evidence, text) == ["docs/page.md: a table is not that of its file; run python docs/evidence.py"]
+    assert differences(evidence, text) == [
+        "docs/page.md: a table is not that of its file; run python docs/evidence.py"
+    ]
     written = evidence.with_tables(text)
-    assert written == text.replace("| old |\n", "\n| scene | K |\n|---|---|\n| steel | 389.6 ± 4.7 |\n\n")
+    assert written == text.replace(
+        "| old |\n", "\n| scene | K |\n|---|---|\n| steel | 389.6 ± 4.7 |\n\n"
+    )
     assert differences(evidence, written) == []
     assert differences(evidence, written.replace("389.6", "389.7")) != []
 

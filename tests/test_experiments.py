@@ -15,7 +15,9 @@ import roughsim as rs
 from roughsim.prediction import yield_wavenumber
 
 ROOT = Path(__file__).parents[1]
-SCRIPTS = sorted(path for path in (ROOT / "experiments").glob("*.py") if path.stem != "script")  # what they share
+SCRIPTS = sorted(
+    path for path in (ROOT / "experiments").glob("*.py") if path.stem != "script"
+)  # what they share
 QUICK = ("uncertainty",)  # the toys of the others take seconds
 
 
@@ -29,7 +31,12 @@ def test_the_toy_runs(script, tmp_path):
         pytest.importorskip("SurfaceTopography", exc_type=ImportError)
     words = [sys.executable, script, "--toy", "-o", tmp_path]
     done = subprocess.run(
-        words, capture_output=True, text=True, check=False, env={"PYTHONPATH": str(ROOT), "PATH": ""}, timeout=300
+        words,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PYTHONPATH": str(ROOT), "PATH": ""},
+        timeout=300,
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout
@@ -41,7 +48,9 @@ def test_means_of_two_rough_steels_are_over_the_last_half_of_their_slide(tmp_pat
     # half of the heat warms each body as 2q√(Dt/π)/κ, and the mean of √s from 8 to 16 mm is √16 mm · 2/3 (2 − 2^(−1/2))
     script = ROOT / "experiments" / "two_bodies.py"
     words, env = [sys.executable, script, "-o", tmp_path], {"PYTHONPATH": str(ROOT), "PATH": ""}
-    text = subprocess.run(words, capture_output=True, text=True, check=True, env=env, timeout=300).stdout
+    text = subprocess.run(
+        words, capture_output=True, text=True, check=True, env=env, timeout=300
+    ).stdout
     table = text[text.index("1.2GPa-f0.5-q1e+05-256-16mm") :]
     for speed in (1.0, 35.0):
         printed = re.search(rf"\n +{speed:g} m/s .*background ([0-9.]+) K", table)
@@ -55,7 +64,9 @@ def script(monkeypatch):
 
     def load(path):
         monkeypatch.syspath_prepend(str((ROOT / path).parent))
-        specification = importlib.util.spec_from_file_location(f"script_{Path(path).stem}", ROOT / path)
+        specification = importlib.util.spec_from_file_location(
+            f"script_{Path(path).stem}", ROOT / path
+        )
         module = importlib.util.module_from_spec(specification)
         specification.loader.exec_module(module)
         return module
@@ -76,7 +87,10 @@ def test_two_sliding_faces_with_skins_are_as_hot_as_their_theory(script):
 def test_an_interval_is_counted_if_it_reaches_the_reference_within_both_errors(script):
     coverage = script("experiments/coverage.py")
     truth = np.array([10.0]), np.array([0.01])
-    rows = [{"flash_temperature": [[10.0 * (1 + off)], [0.2], [0.1]], "seconds": 1.0} for off in (0.0, 0.027, -0.029)]
+    rows = [
+        {"flash_temperature": [[10.0 * (1 + off)], [0.2], [0.1]], "seconds": 1.0}
+        for off in (0.0, 0.027, -0.029)
+    ]
     off, stated, standard, held = coverage.judged(rows, "flash_temperature", truth)
     assert held.ravel().tolist() == [True, True, False]  # √(.02² + (1.96 · .01)²) = .028
     np.testing.assert_allclose(off.ravel(), [0.0, 0.027, -0.029], atol=1e-12)
@@ -86,7 +100,12 @@ def test_an_interval_is_counted_if_it_reaches_the_reference_within_both_errors(s
     # at the second speed none holds
     worse = [{"flash_temperature": [[10.0, 11.0], [0.2, 0.2], [0.1, 0.1]]} for _ in rows]
     both = {"steel": (None, 0.01, rows, {"flash_temperature": truth})}
-    both["worse"] = None, 0.01, worse, {"flash_temperature": (np.array([10.0, 10.0]), np.array([0.01, 0.01]))}
+    both["worse"] = (
+        None,
+        0.01,
+        worse,
+        {"flash_temperature": (np.array([10.0, 10.0]), np.array([0.01, 0.01]))},
+    )
     assert coverage.summary(both)[2] == ["worse, 1 %", "3", "0 (+5.00)", "–", "–", "–"]
     lower = [{"flash_temperature": [[10.1, 9.0], [0.2, 0.2], [0.1, 0.1]]} for _ in rows]
     below = {"lower": (None, 0.01, lower, both["worse"][3])}
@@ -104,7 +123,9 @@ def test_scenes_that_cost_much_get_fewer_seeds_but_eight(script, monkeypatch, tm
         assert len(coverage.runs("demo", case, 0.01, 40, rows, seconds)) == number
 
 
-def test_references_share_the_heat_of_like_bodies_evenly_at_rest_and_of_unlike_ones_by_their_conductivity(script):
+def test_references_share_the_heat_of_like_bodies_evenly_at_rest_and_of_unlike_ones_by_their_conductivity(
+    script,
+):
     coverage = script("experiments/coverage.py")
     cases, deep = coverage.make_deep.cases(), coverage.Rows(coverage.make_deep.FILE, resume=True)
     found = {name: coverage.references(case, deep[name]) for name, case in cases.items()}
@@ -113,7 +134,9 @@ def test_references_share_the_heat_of_like_bodies_evenly_at_rest_and_of_unlike_o
     # 110 W/(m K) below 30: at rest the moving body would take 30/140; it moves slowly, and takes little more
     assert 30 / 140 < found["unlike faces"]["heat_partition"][0][0] < 1.2 * 30 / 140
     # force balance where all yields: g_σ(0) = σ₀σ_P − σ₀², and the area is σ₀/σ_P
-    assert found["steel-1.2GPa"]["pressure_variance"][0][0] == pytest.approx(90e6 * (1.2e9 - 90e6), rel=3e-3)
+    assert found["steel-1.2GPa"]["pressure_variance"][0][0] == pytest.approx(
+        90e6 * (1.2e9 - 90e6), rel=3e-3
+    )
     assert found["steel-1.2GPa"]["contact_fraction"][0][0] == pytest.approx(90e6 / 1.2e9, rel=3e-3)
 
 
@@ -148,13 +171,18 @@ def test_a_reference_is_continued_to_the_end_of_the_spectrum_and_to_a_vanishing_
     end, entries = scene.spectrum.breaks[-1], 2 * len(scene.speeds) + 2
     # 0.9: a step of −10 % from top/2 to top; by c/q_c as much again follows up to q_c = ∞
     names = {"lowest": 10.0, "q_c = 2": 0.9, "8 pixels": 0.96, "16 pixels": 0.98}
-    factors = {name: {"factor": [factor] * entries, "variance": [0.0] * entries} for name, factor in names.items()}
+    factors = {
+        name: {"factor": [factor] * entries, "variance": [0.0] * entries}
+        for name, factor in names.items()
+    }
     for part, step in {1.0: 0.0, 0.5: -0.05, 0.25: -0.075}.items():
         case = deep.Case(scene, 4, 1, part * end / 2, part * end, (1, 1, 1))
         found = deep.assembled(case, factors)
         for name, order in {"flash_temperature": 1.4, "contact_fraction_corrected": 0.9}.items():
             pixel = -0.02 / (2**order - 1)  # −.02 (2^−p + 2^−2p + …)
-            np.testing.assert_allclose(found[name]["value"], 9.0 * 0.96 * 0.98 * (1 + step) * (1 + pixel))
+            np.testing.assert_allclose(
+                found[name]["value"], 9.0 * 0.96 * 0.98 * (1 + step) * (1 + pixel)
+            )
             np.testing.assert_allclose(found[name]["error"], np.hypot(step, pixel) / 2)
 
 
@@ -169,7 +197,9 @@ def test_a_reference_lies_within_the_bounds_of_the_balance_of_forces(script, tim
     end = scene.spectrum.breaks[-1]
     found = deep.assembled(deep.Case(scene, 4, 1, end / 2, end, (1, 1, 1)), factors)
     assert found["contact_fraction_corrected"]["value"] == pytest.approx([area * load / hardness])
-    assert found["pressure_variance"]["value"] == pytest.approx([variance * load * (hardness - load)])
+    assert found["pressure_variance"]["value"] == pytest.approx(
+        [variance * load * (hardness - load)]
+    )
     assert found["flash_temperature"]["value"] == speeds
 
 
@@ -182,7 +212,10 @@ def test_an_elastic_reference_goes_on_with_the_ratio_of_its_last_two_steps(scrip
     for before, times in {1.21: 0.75, 1.1: 2.0, 1.05: 2.0, 1 / 1.1: 2.0, 1.0: 2.0}.items():
         rest = 1.1**times - 1.0
         factors = {
-            name: {"factor": [before if name == "q_c = 1" else factor] * count, "variance": [0.0] * count}
+            name: {
+                "factor": [before if name == "q_c = 1" else factor] * count,
+                "variance": [0.0] * count,
+            }
             for name, factor in steps.items()
         }
         found = deep.assembled(deep.Case(scene, 4, 1, end / 16, end / 4, (1, 1, 1)), factors)
@@ -197,15 +230,24 @@ def test_drawn_scenes_are_what_they_were_drawn_to_be(script):
     sections = drawn.drawn_scenes()
     scenes = {name: rs.load_scene(each) for name, each in sections.items()}
     yielding = [scene for scene in scenes.values() if not scene.elastic]
-    loads = np.sort([scene.sliding.nominal_pressure / scene.penetration_hardness for scene in yielding])
+    loads = np.sort(
+        [scene.sliding.nominal_pressure / scene.penetration_hardness for scene in yielding]
+    )
     times = np.sort([yield_wavenumber(scene) / scene.surface.q_min for scene in yielding])
     assert (len(scenes), len(yielding)) == (10, 8)
-    assert sum(scene.counterface is not None and scene.counterface.like is None for scene in yielding) == 2
+    assert (
+        sum(scene.counterface is not None and scene.counterface.like is None for scene in yielding)
+        == 2
+    )
     # one in each eighth of the range, evenly in its logarithm; three digits of what was drawn
     for found, low, high in ((loads, 0.003, 0.4), (times, 1.0, 30.0)):
-        np.testing.assert_array_equal(np.floor(8 * np.log(found / low) / np.log(high / low)), range(8))
+        np.testing.assert_array_equal(
+            np.floor(8 * np.log(found / low) / np.log(high / low)), range(8)
+        )
     assert drawn.drawn_scenes(1) != sections
-    no_room = drawn.drawn_scenes(40009)["unlike 2"]["counterface"]  # drawn with a roll-off above its q_max
+    no_room = drawn.drawn_scenes(40009)["unlike 2"][
+        "counterface"
+    ]  # drawn with a roll-off above its q_max
     assert "q_roll_off" not in no_room
     assert "roll_off_exponent" not in no_room
 
@@ -214,13 +256,19 @@ def test_earlier_versions_are_asked_for_what_their_plan_leaves_of_the_target(scr
     chain = script("benchmarks/chain.py")
     assert chain.asked_of_run(SimpleNamespace(), 0.01) == 0.01
     forecast = SimpleNamespace(bandwidth=0.004, pixel=np.nan, size=0.003)
-    assert chain.asked_of_run(SimpleNamespace(forecast=forecast), 0.01) == pytest.approx(0.01 * sqrt(0.75))
-    assert chain.asked_of_run(SimpleNamespace(forecast=forecast), 0.004) == pytest.approx(0.004 * sqrt(0.1))
+    assert chain.asked_of_run(SimpleNamespace(forecast=forecast), 0.01) == pytest.approx(
+        0.01 * sqrt(0.75)
+    )
+    assert chain.asked_of_run(SimpleNamespace(forecast=forecast), 0.004) == pytest.approx(
+        0.004 * sqrt(0.1)
+    )
 
 
 def test_the_page_of_the_theory_shows_the_numbers_of_the_paper_as_computed(script):
     shown = (ROOT / "docs" / "reference" / "paper.txt").read_text()
-    assert shown == script("experiments/paper.py").table(), "run python experiments/paper.py; copy runs/paper/paper.txt"
+    assert shown == script("experiments/paper.py").table(), (
+        "run python experiments/paper.py; copy runs/paper/paper.txt"
+    )
 
 
 @pytest.mark.slow
@@ -230,15 +278,22 @@ def test_the_linked_tables_are_those_of_their_scripts(name, tmp_path):
         [sys.executable, ROOT / "experiments" / f"{name}.py", "-o", tmp_path],
         {"PYTHONPATH": str(ROOT), "PATH": ""},
     )
-    printed = subprocess.run(words, capture_output=True, text=True, check=True, env=env, timeout=600).stdout
+    printed = subprocess.run(
+        words, capture_output=True, text=True, check=True, env=env, timeout=600
+    ).stdout
     shown = (ROOT / "docs" / "reference" / f"{name}.txt").read_text()
-    assert printed.startswith(shown), f"copy what experiments/{name}.py prints to docs/reference/{name}.txt"
+    assert printed.startswith(shown), (
+        f"copy what experiments/{name}.py prints to docs/reference/{name}.txt"
+    )
 
 
 def test_the_least_time_to_an_error_is_that_of_any_tolerance_which_meets_it(script):
     solvers = script("experiments/contact_solvers.py")
     same = {"solver": "tamaas", "problem": "load 0.1", "points": 512}
-    rows = [same | {"error": error, "seconds": t} for error, t in ((1e-2, 1.0), (1e-4, 3.0), (5e-4, 4.0), (None, 0.1))]
+    rows = [
+        same | {"error": error, "seconds": t}
+        for error, t in ((1e-2, 1.0), (1e-4, 3.0), (5e-4, 4.0), (None, 0.1))
+    ]
     rows.append(same | {"points": 256, "error": 1e-9, "seconds": 0.2})
     assert solvers.cheapest(rows, "tamaas", "load 0.1", 512, 1e-3) == 3.0
     assert solvers.cheapest(rows, "tamaas", "load 0.1", 512, 1e-5) is None

@@ -20,7 +20,9 @@ BODY = "rs.Body(conductivity, diffusivity, speed), rs.Body(20.0, 1e-5)"
 LOAD = {"modulus": 1e11, "pressure": 1e8}
 WHOLE = "effective_modulus=modulus, nominal_pressure=pressure"
 YIELDS = WHOLE + ", penetration_hardness=hardness"
-FLASH = WHOLE + ", friction_coefficient=friction, conductivity=conductivity, diffusivity=diffusivity"
+FLASH = (
+    WHOLE + ", friction_coefficient=friction, conductivity=conductivity, diffusivity=diffusivity"
+)
 RUBBED = "rs.HeatSource([speed], friction, conductivity, diffusivity"
 # what is computed, and its numbers; `flux`, `heights`, `cell`, `spectrum` are those of PREAMBLE
 CASES = {
@@ -38,7 +40,10 @@ CASES = {
         "rs.half_space_temperature(flux, cell, time=time, depth=depth, **heat)",
         HEAT | {"time": 1e-3, "depth": 1e-5},
     ),
-    "source": ("astuple(source_temperature(flux, cell, time=time, **heat))[:3]", HEAT | {"time": 1e-3}),
+    "source": (
+        "astuple(source_temperature(flux, cell, time=time, **heat))[:3]",
+        HEAT | {"time": 1e-3},
+    ),
     "uniform": (
         "uniform_temperature(mean, time, conductivity=conductivity, diffusivity=diffusivity, depth=depth)",
         {"mean": 1e6, "conductivity": 30.0, "diffusivity": 1e-5, "time": 1e-3, "depth": 1e-5},
@@ -91,11 +96,26 @@ CASES = {
         "slid_distance=slid, steps=3).flash_temperature",
         HEAT | {"level": 1e-6, "friction": 0.1, "slid": 2e-4},
     ),
-    "theory": (f"flash.flash_temperature(speed, spectrum, {FLASH})", LOAD | HEAT | {"friction": 0.1}),
-    "theory, gradient": (f"flash.flash_gradient(speed, spectrum, {FLASH})", LOAD | HEAT | {"friction": 0.1}),
-    "theory, Laplacian": (f"flash.flash_laplacian(speed, spectrum, {FLASH})", LOAD | HEAT | {"friction": 0.1}),
-    "smoothed": (f"plasticity.smoothed_spectrum(spectrum, {YIELDS})(1e4)", LOAD | {"hardness": 1e9}),
-    "law of yielding": (f"plasticity.stress_spectrum(spectrum, {YIELDS})(1e4)", LOAD | {"hardness": 1e9}),
+    "theory": (
+        f"flash.flash_temperature(speed, spectrum, {FLASH})",
+        LOAD | HEAT | {"friction": 0.1},
+    ),
+    "theory, gradient": (
+        f"flash.flash_gradient(speed, spectrum, {FLASH})",
+        LOAD | HEAT | {"friction": 0.1},
+    ),
+    "theory, Laplacian": (
+        f"flash.flash_laplacian(speed, spectrum, {FLASH})",
+        LOAD | HEAT | {"friction": 0.1},
+    ),
+    "smoothed": (
+        f"plasticity.smoothed_spectrum(spectrum, {YIELDS})(1e4)",
+        LOAD | {"hardness": 1e9},
+    ),
+    "law of yielding": (
+        f"plasticity.stress_spectrum(spectrum, {YIELDS})(1e4)",
+        LOAD | {"hardness": 1e9},
+    ),
     "elastic law": (f"persson.calibrated_spectrum(spectrum, {WHOLE})(1e4)", LOAD),
     "correlation": (f"persson.pressure_correlation(r, spectrum, {WHOLE})", LOAD | {"r": 1e-5}),
     "contact fraction": (f"persson.contact_probability(2e4, spectrum, {WHOLE})", LOAD),
@@ -178,7 +198,11 @@ def test_a_number_of_any_size_gives_a_finite_result_or_is_refused_by_name(answer
     assert list(answers[name]) == [(key, size) for other, key, size in TRIES if other == name]
     assert answers[name][None, 0.0] == "finite"
     for (key, size), answer in answers[name].items():
-        assert answer == "finite" or (answer.startswith("refused") and NAMED.search(answer)), (key, size, answer)
+        assert answer == "finite" or (answer.startswith("refused") and NAMED.search(answer)), (
+            key,
+            size,
+            answer,
+        )
 
 
 def test_the_highest_peclet_number_is_computed_and_falls_as_the_fast_limit():
@@ -186,11 +210,13 @@ def test_the_highest_peclet_number_is_computed_and_falls_as_the_fast_limit():
     grid, flux = rs.Grid((16, 16), (1e-3, 1e-3)), np.zeros((16, 16))
     flux[4:8, 4:8] = 1e9
     hot = [
-        rs.half_space_temperature(flux, grid, speed=v, conductivity=30.0, diffusivity=1e-5).max() for v in (1e16, 1e18)
+        rs.half_space_temperature(flux, grid, speed=v, conductivity=30.0, diffusivity=1e-5).max()
+        for v in (1e16, 1e18)
     ]
     assert hot[0] / hot[1] == pytest.approx(10.0, rel=1e-3)
     with pytest.raises(
-        ValueError, match=r"speed = 1e\+19 m/s .* the Péclet number v L/D = 1e\+21 of a cell of 0\.001 m"
+        ValueError,
+        match=r"speed = 1e\+19 m/s .* the Péclet number v L/D = 1e\+21 of a cell of 0\.001 m",
     ):
         rs.half_space_temperature(flux, grid, speed=1e19, conductivity=30.0, diffusivity=1e-5)
 
@@ -199,5 +225,7 @@ def test_heights_beyond_double_precision_are_refused_and_not_pressed_flat():
     grid = rs.Grid((16, 16), (1e-3, 1e-3))
     heights = np.random.default_rng(0).standard_normal(grid.shape)
     for level in (1e297, 1e300, 1e307):
-        with pytest.raises(ValueError, match="nominal_pressure = 1e\\+08 Pa is .* check the units of the heights"):
+        with pytest.raises(
+            ValueError, match="nominal_pressure = 1e\\+08 Pa is .* check the units of the heights"
+        ):
             rs.solve_contact(heights * level, grid, rs.Solid(1e11, 1e9), nominal_pressure=1e8)

@@ -42,7 +42,9 @@ def words_of(figure):
     return [[text.get_text() for text in axes.texts] for axes in figure.axes]
 
 
-def test_a_map_of_solvers_has_the_error_or_a_cross_where_it_failed_or_a_dash_where_there_is_no_solver(drawn, tmp_path):
+def test_a_map_of_solvers_has_the_error_or_a_cross_where_it_failed_or_a_dash_where_there_is_no_solver(
+    drawn, tmp_path
+):
     figures, draw = drawn
     row = {"solver": "tamaas", "load": 0.1, "ratio": inf, "why": ""}
     rows = [
@@ -52,15 +54,27 @@ def test_a_map_of_solvers_has_the_error_or_a_cross_where_it_failed_or_a_dash_whe
         row | {"load": 1.0, "ratio": 3.0, "why": "one bound only"},
         {"kernel": "free half-space", "peclet": 1.0},  # a row of another map
     ]
-    assert words_of(draw(figures.limits_of_solvers, [rows], tmp_path / "map.png"))[0] == ["3e-7", "0", "✗", "–"]
+    assert words_of(draw(figures.limits_of_solvers, [rows], tmp_path / "map.png"))[0] == [
+        "3e-7",
+        "0",
+        "✗",
+        "–",
+    ]
 
 
 def test_a_map_of_the_pixel_has_per_cent_and_leaves_other_solvers_out(drawn, tmp_path):
     figures, draw = drawn
     row = {"solver": "roughsim", "hurst": 0.8, "bandwidth": 2.0}
-    rows = [row | {"pixels": float(n), "pixel_error": error} for n, error in ((2, 0.237), (4, 0.0289), (8, 0.0034))]
+    rows = [
+        row | {"pixels": float(n), "pixel_error": error}
+        for n, error in ((2, 0.237), (4, 0.0289), (8, 0.0034))
+    ]
     rows.append(row | {"solver": "tamaas", "pixels": 16.0})
-    assert words_of(draw(figures.limits_of_pixel, [rows], tmp_path / "map.png")) == [["24"], ["2.9"], ["0.3"]]
+    assert words_of(draw(figures.limits_of_pixel, [rows], tmp_path / "map.png")) == [
+        ["24"],
+        ["2.9"],
+        ["0.3"],
+    ]
 
 
 @pytest.mark.slow
@@ -70,7 +84,9 @@ def test_letters_can_be_read_on_a_telephone_and_no_legend_hides_data(drawn, monk
 
     _, draw = drawn
     for name, (files, function) in evidence.DRAWN.items():
-        figure = draw(function, [evidence.evidence(file)["rows"] for file in files], tmp_path / name)
+        figure = draw(
+            function, [evidence.evidence(file)["rows"] for file in files], tmp_path / name
+        )
         scale = NARROWEST / figure.get_figwidth() / 72  # pixels of a point
         for text in figure.findobj(Text):
             if text.get_text() and text.get_visible():
@@ -78,4 +94,8 @@ def test_letters_can_be_read_on_a_telephone_and_no_legend_hides_data(drawn, monk
         for legend in figure.findobj(Legend):
             assert not any(label.get_text().startswith("_") for label in legend.get_texts()), name
             place = legend.get_window_extent()
-            assert not any(place.overlaps(axes.get_window_extent()) for axes in figure.axes if axes.get_visible()), name
+            assert not any(
+                place.overlaps(axes.get_window_extent())
+                for axes in figure.axes
+                if axes.get_visible()
+            ), name

@@ -18,7 +18,9 @@ def test_wavevectors_are_those_of_numpys_transform(shape):
     qx, qy = grid.wavevectors
     expected = 2 * np.pi * np.fft.fftfreq(shape[0], 3e-3 / shape[0])
     np.testing.assert_allclose(qx[:, 0], expected, rtol=1e-14)
-    np.testing.assert_allclose(qy[0], 2 * np.pi * np.fft.rfftfreq(shape[1], 2e-3 / shape[1]), rtol=1e-14)
+    np.testing.assert_allclose(
+        qy[0], 2 * np.pi * np.fft.rfftfreq(shape[1], 2e-3 / shape[1]), rtol=1e-14
+    )
     assert qx.shape == (shape[0], 1)
     assert qy.shape == (1, shape[1] // 2 + 1)
     np.testing.assert_allclose(grid.wavenumbers**2, qx**2 + qy**2, rtol=1e-14)
@@ -28,17 +30,23 @@ def test_wavevectors_are_those_of_numpys_transform(shape):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_half_spectrum_counts_every_mode_of_the_plane_once(shape):
     grid = Grid(shape, (1.0, 1.0))
-    full = np.hypot(*np.meshgrid(np.fft.fftfreq(shape[0]) * shape[0], np.fft.fftfreq(shape[1]) * shape[1]))
+    full = np.hypot(
+        *np.meshgrid(np.fft.fftfreq(shape[0]) * shape[0], np.fft.fftfreq(shape[1]) * shape[1])
+    )
     counts = np.broadcast_to(grid.multiplicity, grid.half_shape)
     assert counts.sum() == grid.points == full.size
-    assert (counts * grid.wavenumbers**2).sum() == pytest.approx((2 * np.pi) ** 2 * (full**2).sum(), rel=1e-13)
+    assert (counts * grid.wavenumbers**2).sum() == pytest.approx(
+        (2 * np.pi) ** 2 * (full**2).sum(), rel=1e-13
+    )
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_multiplicity_gives_the_mean_square_of_a_field(shape):
     field = np.random.default_rng(3).standard_normal(shape)
     half = np.fft.rfft2(field) / field.size
-    assert (Grid(shape, (1.0, 2.0)).multiplicity * abs(half) ** 2).sum() == pytest.approx((field**2).mean(), rel=1e-13)
+    assert (Grid(shape, (1.0, 2.0)).multiplicity * abs(half) ** 2).sum() == pytest.approx(
+        (field**2).mean(), rel=1e-13
+    )
 
 
 def test_spacing_and_points():
@@ -128,7 +136,9 @@ def test_wavevectors_point_both_ways_along_x_and_forwards_along_y():
 FIELD = np.zeros((8, 8))
 CALLS = {
     "solve_contact": lambda grid, solid: rs.solve_contact(FIELD, grid, solid, nominal_pressure=1e6),
-    "follow_loads": lambda grid, solid: list(rs.follow_loads(FIELD, grid, solid, nominal_pressures=[1e6])),
+    "follow_loads": lambda grid, solid: list(
+        rs.follow_loads(FIELD, grid, solid, nominal_pressures=[1e6])
+    ),
     "plastic_deformation": lambda grid, solid: rs.plastic_deformation(None, FIELD, grid, solid),
     "contact_patches": lambda grid, _: rs.contact_patches(FIELD > 0, grid),
     "corrected_area": lambda grid, _: rs.corrected_area(FIELD > 0, grid),
@@ -162,7 +172,9 @@ def test_what_is_no_solid_is_refused_by_name(name):
         lambda big: Grid((8, 8), (big, 1.0)),
         rs.Solid,
         lambda big: rs.SelfAffineSpectrum.from_rms_height(big, hurst=0.8, q_min=1, q_max=2),
-        lambda big: rs.HeatSource(speeds=[big], friction_coefficient=1, conductivity=1, diffusivity=1),
+        lambda big: rs.HeatSource(
+            speeds=[big], friction_coefficient=1, conductivity=1, diffusivity=1
+        ),
         lambda big: rs.realize("demo", rs.plan("demo"), seed=big),
     ],
 )

@@ -48,7 +48,9 @@ def many_cores(monkeypatch):
 def own_limits(monkeypatch):
     """The limits of this process, bytes, by their number: none but those that a test sets."""
     limits = {}
-    monkeypatch.setattr(resource, "getrlimit", lambda one: (limits.get(one, resource.RLIM_INFINITY), 0))
+    monkeypatch.setattr(
+        resource, "getrlimit", lambda one: (limits.get(one, resource.RLIM_INFINITY), 0)
+    )
     return limits
 
 
@@ -93,7 +95,9 @@ def test_a_group_of_version_2_leaves_its_limit_less_what_is_used_and_no_file(tmp
     root = tree(tmp_path, "0::/job\n", V2_MOUNT, files)
     assert available_memory(root) == (1600e6, "limit 2 GB of the control group")
     assert usable_cores(root) == (5, "limit 5 cores of the control group")
-    (root / "sys/fs/cgroup/job/memory.high").write_text("1000000000\n")  # where the system slows a group down
+    (root / "sys/fs/cgroup/job/memory.high").write_text(
+        "1000000000\n"
+    )  # where the system slows a group down
     assert available_memory(root) == (600e6, "limit 1 GB of the control group")
 
 
@@ -123,7 +127,9 @@ def test_in_a_container_the_group_is_where_its_part_of_the_tree_is_mounted(tmp_p
         "cpu,cpuacct/cpu.cfs_period_us": "100000\n",
     }
     top = "/docker/abc" if own == "/docker/abc" else "/"
-    root = tree(tmp_path, f"5:memory:{own}\n4:cpu,cpuacct:{own}\n", V1_MOUNTS.format(top=top), files)
+    root = tree(
+        tmp_path, f"5:memory:{own}\n4:cpu,cpuacct:{own}\n", V1_MOUNTS.format(top=top), files
+    )
     assert available_memory(root).amount == 600e6
     assert usable_cores(root).amount == 1
 
@@ -136,13 +142,17 @@ def test_groups_without_limits_or_files_limit_nothing(tmp_path):
         "cpu,cpuacct/cpu.cfs_period_us": "100000\n",
         "unified/cgroup.procs": "1\n",
     }
-    mounts = V1_MOUNTS.format(top="/") + V2_MOUNT.replace("/sys/fs/cgroup", "/sys/fs/cgroup/unified")
+    mounts = V1_MOUNTS.format(top="/") + V2_MOUNT.replace(
+        "/sys/fs/cgroup", "/sys/fs/cgroup/unified"
+    )
     root = tree(tmp_path, "5:memory:/\n4:cpu,cpuacct:/absent\n0::/absent\n", mounts, files)
     assert available_memory(root) == (8.192e9, "free on this machine")
     assert usable_cores(root).amount == 64
 
 
-def test_a_group_of_less_than_one_core_still_has_one_worker_and_one_that_is_full_has_no_memory(tmp_path):
+def test_a_group_of_less_than_one_core_still_has_one_worker_and_one_that_is_full_has_no_memory(
+    tmp_path,
+):
     files = {"cpu.max": "50000 100000\n", "memory.max": "1000\n", "memory.current": "5000\n"}
     root = tree(tmp_path, "0::/\n", V2_MOUNT, files)
     assert usable_cores(root).amount == 1
@@ -160,14 +170,24 @@ def test_the_own_limits_count_less_what_this_process_uses(tmp_path, own_limits, 
 # members of a worker, GB; memory, GB; processes take 0.25 GB each beside their member
 @pytest.mark.parametrize(
     ("member", "memory", "workers"),
-    [(18.0, 25.3, 1), (9.7, 25.3, 2), (9.95, 25.3, 1), (0.001, 25.3, 8), (0.1, 0.4, 1), (1.0, 12.5, 8), (1.0, 12.4, 7)],
+    [
+        (18.0, 25.3, 1),
+        (9.7, 25.3, 2),
+        (9.95, 25.3, 1),
+        (0.001, 25.3, 8),
+        (0.1, 0.4, 1),
+        (1.0, 12.5, 8),
+        (1.0, 12.4, 7),
+    ],
 )
 def test_all_members_together_take_four_fifths_of_the_memory(member, memory, workers):
     assert workers_that_fit(8, member * 1e9, "largest grid", Limit(memory * 1e9, "here")) == workers
 
 
 def test_a_member_that_does_not_fit_is_refused_with_numbers():
-    with pytest.raises(rs.ResolutionError, match=r"^memory = 0.9 GB \(largest grid\) exceeds 80 % of the 1 GB "):
+    with pytest.raises(
+        rs.ResolutionError, match=r"^memory = 0.9 GB \(largest grid\) exceeds 80 % of the 1 GB "
+    ):
         workers_that_fit(1, 0.9e9, "largest grid", Limit(1e9, "here"))
 
 
@@ -176,7 +196,9 @@ CODE = "from roughsim.machine import *; print(usable_cores().amount, *available_
 
 def asked(*before, **options):
     words = [*before, sys.executable, "-c", CODE]
-    found = subprocess.run(words, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1], **options)
+    found = subprocess.run(
+        words, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1], **options
+    )
     cores, memory, source = found.stdout.split(maxsplit=2)
     return float(cores), float(memory), source.strip()
 
@@ -196,7 +218,18 @@ def test_a_limited_address_space_is_seen():
 
 @pytest.mark.skipif(shutil.which("taskset") is None, reason="no taskset")
 def test_the_plan_of_one_core_has_one_worker():
-    words = ["taskset", "-c", str(min(os.sched_getaffinity(0))), sys.executable, "-m", "roughsim.cli", "plan", "demo"]
-    said = subprocess.run(words, capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "200"})
+    words = [
+        "taskset",
+        "-c",
+        str(min(os.sched_getaffinity(0))),
+        sys.executable,
+        "-m",
+        "roughsim.cli",
+        "plan",
+        "demo",
+    ]
+    said = subprocess.run(
+        words, capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "200"}
+    )
     line = next(line for line in said.stdout.splitlines() if line.startswith("workers"))
     assert line.split()[1] == "1"

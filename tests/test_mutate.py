@@ -12,9 +12,16 @@ WITHOUT_FORMULAS = {
 
 
 def test_every_module_of_both_packages_is_drawn_from_or_named():
-    every = {path.relative_to(ROOT).as_posix() for room in ("roughsim", "theory") for path in (ROOT / room).rglob("*")}
+    every = {
+        path.relative_to(ROOT).as_posix()
+        for room in ("roughsim", "theory")
+        for path in (ROOT / room).rglob("*")
+    }
     left_out = {name for name in every if name.endswith(".py")} - set(modules())
-    assert all(reason and any(name.startswith(start) for name in left_out) for start, reason in LEFT_OUT.items())
+    assert all(
+        reason and any(name.startswith(start) for name in left_out)
+        for start, reason in LEFT_OUT.items()
+    )
     assert all(name.startswith(tuple(LEFT_OUT)) for name in left_out)
     without = set(modules()) - {mutant.file for mutant in drawn(1, 1, [""])}
     assert {name for name in without if not name.endswith("__init__.py")} == WITHOUT_FORMULAS
@@ -27,14 +34,21 @@ def test_tests_of_a_line_are_those_that_run_it_the_closest_first(tmp_path):
         "": [1, 9],  # the import
         "tests/test_a.py::test_long[a|b]|run": [1, 2, 3],
         "tests/test_a.py::test_short|run": [2],
-        "tests/test_b.py::test_with_a_fixture|setup": [4],  # its result may serve other tests of the file
+        "tests/test_b.py::test_with_a_fixture|setup": [
+            4
+        ],  # its result may serve other tests of the file
         "tests/test_c.py::test_an_interrupt|run": [2],  # looks at the clock
     }.items():
         made.set_context(context)
         made.add_lines({str(ROOT / "theory/flash.py"): lines})
     made.write()
     tests = LineTests(tmp_path / "coverage")
-    assert tests.of("theory/flash.py", 2) == ["tests/test_a.py::test_short", "tests/test_a.py::test_long[a|b]"]
+    assert tests.of("theory/flash.py", 2) == [
+        "tests/test_a.py::test_short",
+        "tests/test_a.py::test_long[a|b]",
+    ]
     assert tests.of("theory/flash.py", 4) == ["tests/test_b.py"]
-    assert len(tests.of("theory/flash.py", 9)) == 3  # of the module: the process of the tests does not run the line
+    assert (
+        len(tests.of("theory/flash.py", 9)) == 3
+    )  # of the module: the process of the tests does not run the line
     assert tests.of("theory/skin.py", 1) == []

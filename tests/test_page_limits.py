@@ -13,7 +13,11 @@ DOCS = Path(__file__).parents[1] / "docs"
 # and the factor from its unit to the page's
 STATED = [
     ("clusters", "is taken over after {} s", ["roughsim.store.claims:LEASE"]),
-    ("clusters", "once more than {} s of computing are left", ["roughsim.ensemble.executors:_WORTH_PROCESSES"]),
+    (
+        "clusters",
+        "once more than {} s of computing are left",
+        ["roughsim.ensemble.executors:_WORTH_PROCESSES"],
+    ),
     (
         "clusters",
         "with {} GB for each process, take {} % of the memory",
@@ -34,7 +38,11 @@ STATED = [
     (
         "errors",
         "from {} to {} members, where V_l is taken as {} times",
-        ["roughsim.estimate.rounds:_LEAST", "roughsim.estimate.rounds:FIRST_STEP", "roughsim.estimate.rounds:_FALL"],
+        [
+            "roughsim.estimate.rounds:_LEAST",
+            "roughsim.estimate.rounds:FIRST_STEP",
+            "roughsim.estimate.rounds:_FALL",
+        ],
     ),
     (
         "errors",
@@ -45,20 +53,39 @@ STATED = [
     ("errors", "| 50 % | {0} % | {0} % |", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
     ("errors", "| 100 % | 50 % | {} % | With", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
     ("errors", "drawn to 1, and known to {}", ["roughsim.estimate.limit:_USUAL_SCATTER"]),
-    ("errors", "the exponent of C(q) grows by more than {} further on", ["roughsim.prediction.cut_offs:_ALIKE"]),
+    (
+        "errors",
+        "the exponent of C(q) grows by more than {} further on",
+        ["roughsim.prediction.cut_offs:_ALIKE"],
+    ),
     (
         "errors",
         "taken to fall as q_c^(−{}), in elastic contact as q_c^(−{})",
-        ["roughsim.estimate.levels:PIXEL_FALL[capped]", "roughsim.estimate.levels:PIXEL_FALL[elastic]"],
+        [
+            "roughsim.estimate.levels:PIXEL_FALL[capped]",
+            "roughsim.estimate.levels:PIXEL_FALL[elastic]",
+        ],
     ),
-    ("errors", "and {} times the last change counts as error", ["roughsim.estimate.ladder:_TURNING"]),
+    (
+        "errors",
+        "and {} times the last change counts as error",
+        ["roughsim.estimate.ladder:_TURNING"],
+    ),
     (
         "errors",
         "e = ({}/A + {})/N",
         ["roughsim.estimate.cell_size:_FEW_HILLS", "roughsim.estimate.cell_size:_ALL_HILLS"],
     ),
-    ("errors", "where less than {} % of the contact yields", ["roughsim.prediction.cut_offs:_ELASTIC * 100"]),
-    ("errors", "where {} % has yielded at the last two", ["roughsim.prediction.cut_offs:_YIELDED * 100"]),
+    (
+        "errors",
+        "where less than {} % of the contact yields",
+        ["roughsim.prediction.cut_offs:_ELASTIC * 100"],
+    ),
+    (
+        "errors",
+        "where {} % has yielded at the last two",
+        ["roughsim.prediction.cut_offs:_YIELDED * 100"],
+    ),
     ("errors", "({} times it in elastic contact", ["roughsim.estimate.cell_size:_ELASTIC"]),
     (
         "errors",
@@ -70,10 +97,26 @@ STATED = [
     ("explore", "at up to {} positions", ["roughsim.sliding.member:FRAMES"]),
     ("files", "than version {} are refused", ["roughsim.store.member_files:FORMAT"]),
     ("files", "in {} bins per decade", ["roughsim.surface.topography.measured:BINS_PER_DECADE"]),
-    ("how-to/topography", "Up to {} % are filled", ["roughsim.surface.topography.reading:_MOST_UNDEFINED * 100"]),
-    ("how-to/topography", "more than {} % of the load is on overshoot", ["roughsim.results.pressed:SOME_LOAD * 100"]),
-    ("how-to/topography", "in cells above {} points per side", ["roughsim.ensemble.press:MOST_SIDE"]),
-    ("how-to/topography", "{} times the scatter of the four quarters", ["roughsim.results.pressed:_SHARED"]),
+    (
+        "how-to/topography",
+        "Up to {} % are filled",
+        ["roughsim.surface.topography.reading:_MOST_UNDEFINED * 100"],
+    ),
+    (
+        "how-to/topography",
+        "more than {} % of the load is on overshoot",
+        ["roughsim.results.pressed:SOME_LOAD * 100"],
+    ),
+    (
+        "how-to/topography",
+        "in cells above {} points per side",
+        ["roughsim.ensemble.press:MOST_SIDE"],
+    ),
+    (
+        "how-to/topography",
+        "{} times the scatter of the four quarters",
+        ["roughsim.results.pressed:_SHARED"],
+    ),
     ("limits", "rms slope of both faces above {};", ["roughsim.prediction.facts:STEEP"]),
     ("limits", "above {} E*;", ["roughsim.planning.limits:_STRAIN"]),
     ("limits", "stiffer than {} GPa", ["roughsim.planning.limits:_STIFF * 1e-9"]),
@@ -86,7 +129,11 @@ STATED = [
     ("limits", "enters a spot by less than {} nm", ["roughsim.planning.limits:_FREE_PATH * 1e9"]),
     ("limits", "({} K if left out)", ["roughsim.prediction.facts:_ROOM"]),
     ("reactions", "and {} % of T more", ["roughsim.estimate.sliding:DOUBT_OF_DISTRIBUTION * 100"]),
-    ("sliding", "The rest of the cut-off counts {} %", ["roughsim.estimate.sliding:_DOUBT_OF_CUT_OFF * 100"]),
+    (
+        "sliding",
+        "The rest of the cut-off counts {} %",
+        ["roughsim.estimate.sliding:_DOUBT_OF_CUT_OFF * 100"],
+    ),
     ("sliding", "{} % counts as error", ["roughsim.prediction.sliding:CONTINUED * 100"]),
     ("stability", "the number of its format, now {},", ["roughsim.store.member_files:FORMAT"]),
     ("yielding", "ANSWER is 1; {} is fitted", ["theory.scattering:ANSWER"]),
@@ -102,7 +149,11 @@ STATED = [
         "yielding",
         "σ₀/σ_P from {} to {}, q_r/q_min from {} to {}, H from {} to {}, q_max/q_min from {}, and",
         [
-            *(f"theory.yielding:{name}[{k}]" for name in ("_SHARE", "_PLATEAU", "_HURST") for k in (0, 1)),
+            *(
+                f"theory.yielding:{name}[{k}]"
+                for name in ("_SHARE", "_PLATEAU", "_HURST")
+                for k in (0, 1)
+            ),
             "theory.yielding:_BAND[0]",
         ],
     ),
@@ -114,21 +165,29 @@ STATED = [
     (
         "yielding",
         "σ₀/(E*h′) from {}, H to 1, q_max/q_min from {}, q_max/q_r up to {}.",
-        ["theory.yielding:_ELASTIC_LOAD[0]", "theory.yielding:_ELASTIC_BAND[0]", "theory.yielding:_ELASTIC_END[1]"],
+        [
+            "theory.yielding:_ELASTIC_LOAD[0]",
+            "theory.yielding:_ELASTIC_BAND[0]",
+            "theory.yielding:_ELASTIC_END[1]",
+        ],
     ),
 ]
 
 
 def number(place):
     """A constant of the code as a page writes it."""
-    module, name, index, factor = re.fullmatch(r"([\w.]+):(\w+)(?:\[(-?\d|\w+)\])?(?: \* ([\de.-]+))?", place).groups()
+    module, name, index, factor = re.fullmatch(
+        r"([\w.]+):(\w+)(?:\[(-?\d|\w+)\])?(?: \* ([\de.-]+))?", place
+    ).groups()
     value = getattr(import_module(module), name)
     if index is not None:
         value = value[index if isinstance(value, dict) else int(index)]
     return f"{value * float(factor or 1):.10g}"
 
 
-@pytest.mark.parametrize(("page", "words", "places"), STATED, ids=[f"{page}: {words}" for page, words, _ in STATED])
+@pytest.mark.parametrize(
+    ("page", "words", "places"), STATED, ids=[f"{page}: {words}" for page, words, _ in STATED]
+)
 def test_a_page_states_the_number_of_the_code(page, words, places):
     text = " ".join((DOCS / f"{page}.md").read_text(encoding="utf-8").split())
     assert words.format(*map(number, places)) in text
@@ -155,8 +214,6 @@ def test_the_page_of_errors_states_the_orders_of_convergence():
     text = " ".join((DOCS / "errors.md").read_text(encoding="utf-8").split())
     elastic, capped = OBSERVABLES["flash_temperature"].pixel_orders
     areas = OBSERVABLES["contact_fraction"].pixel_orders
-    words = (
-        f"{capped:g} for T_flash of capped contact, {areas[1]:g} for its areas, {elastic:g} for both in elastic contact"
-    )
+    words = f"{capped:g} for T_flash of capped contact, {areas[1]:g} for its areas, {elastic:g} for both in elastic contact"
     assert areas[0] == elastic
     assert words in text

@@ -18,7 +18,9 @@ def contact():
     return rs.solve_contact(heights, grid, rs.Solid(1e11, 1e9), nominal_pressure=1e7)
 
 
-SOURCE = rs.HeatSource(speeds=[1.0, 35.0], friction_coefficient=0.1, conductivity=30.0, diffusivity=7.6e-6)
+SOURCE = rs.HeatSource(
+    speeds=[1.0, 35.0], friction_coefficient=0.1, conductivity=30.0, diffusivity=7.6e-6
+)
 
 
 def test_a_contact_knows_its_grid_and_solid(contact):
@@ -30,12 +32,16 @@ def test_a_contact_is_measured_on_its_own_grid(contact):
     short = rs.measure(contact, SOURCE)
     # a cell of twice the side has waves of twice the length: T ∝ 1/q at rest
     longer = rs.measure(contact, rs.Grid((32, 32), (2e-3, 2e-3)), SOURCE)
-    assert short.resting_flash_temperature == pytest.approx(longer.resting_flash_temperature / 2, rel=1e-12)
+    assert short.resting_flash_temperature == pytest.approx(
+        longer.resting_flash_temperature / 2, rel=1e-12
+    )
 
 
 def test_a_contact_without_grid_needs_one(contact):
     bare = replace(contact, grid=None, solid=None)
-    with pytest.raises(TypeError, match=r"contact has no grid; write measure\(contact, grid, heat_source\)"):
+    with pytest.raises(
+        TypeError, match=r"contact has no grid; write measure\(contact, grid, heat_source\)"
+    ):
         rs.measure(bare, SOURCE)
     with pytest.raises(TypeError, match="measure needs a HeatSource"):
         rs.measure(contact, contact.grid)
@@ -44,14 +50,21 @@ def test_a_contact_without_grid_needs_one(contact):
 def test_records_show_themselves_in_one_line(contact):
     assert repr(contact).startswith("<Contact on 32 × 32 points: contact_fraction 0.")
     moments = rs.measure(contact, SOURCE)
-    assert f"T_flash {moments.flash_temperature[0]:.4g}, {moments.flash_temperature[1]:.4g} K" in repr(moments)
+    assert (
+        f"T_flash {moments.flash_temperature[0]:.4g}, {moments.flash_temperature[1]:.4g} K"
+        in repr(moments)
+    )
     assert "\n" not in repr(contact) + repr(moments)
 
 
 def test_verbs_take_a_name_a_path_or_a_record(capped_run, tmp_path):
-    assert rs.theory("steel-1.2GPa").flash_temperature[5] == pytest.approx(258.9, abs=0.05)  # 35 m/s
+    assert rs.theory("steel-1.2GPa").flash_temperature[5] == pytest.approx(
+        258.9, abs=0.05
+    )  # 35 m/s
     hot = rs.theory("steel-1.2GPa", changes={"sliding.friction_coefficient": 0.22})
-    assert hot.flash_temperature == pytest.approx(2 * rs.theory("steel-1.2GPa").flash_temperature, rel=1e-12)
+    assert hot.flash_temperature == pytest.approx(
+        2 * rs.theory("steel-1.2GPa").flash_temperature, rel=1e-12
+    )
     scene = rs.load_scene("steel-1.2GPa")
     hot = rs.theory(scene, changes={"sliding.friction_coefficient": 0.22})
     assert hot.flash_temperature == pytest.approx(2 * rs.theory(scene).flash_temperature, rel=1e-12)
@@ -71,7 +84,19 @@ def test_verbs_take_a_name_a_path_or_a_record(capped_run, tmp_path):
 
 def test_every_verb_stays_a_function(capped_run):
     # modules of the same name would take its place once they are imported
-    for name in ("theory", "plan", "run", "press", "study", "status", "compare", "plot", "report", "export", "bench"):
+    for name in (
+        "theory",
+        "plan",
+        "run",
+        "press",
+        "study",
+        "status",
+        "compare",
+        "plot",
+        "report",
+        "export",
+        "bench",
+    ):
         for _ in range(2):
             assert callable(getattr(rs, name))
 
@@ -92,7 +117,15 @@ def test_the_exported_table_has_each_mean_with_its_error(capped_run, tmp_path):
         estimate = capped_run.estimate(name, "capped")
         found = [row for row in rows if (row["observable"], row["column"]) == (name, "capped")]
         assert [row["value"] for row in found] == pytest.approx(estimate.mean, rel=1e-12)
-        assert [row["total_error"] for row in found] == pytest.approx(estimate.total_error, rel=1e-12)
-    for path, options in (("a.csv", {"bits": 8}), ("a.h5", {"bits": 8, "surface": 0}), ("a.txt", {})):
-        with pytest.raises(ValueError, match=r"bits is for fields|bits does not go with|must end in"):
+        assert [row["total_error"] for row in found] == pytest.approx(
+            estimate.total_error, rel=1e-12
+        )
+    for path, options in (
+        ("a.csv", {"bits": 8}),
+        ("a.h5", {"bits": 8, "surface": 0}),
+        ("a.txt", {}),
+    ):
+        with pytest.raises(
+            ValueError, match=r"bits is for fields|bits does not go with|must end in"
+        ):
             rs.export(capped_run, tmp_path / path, **options)

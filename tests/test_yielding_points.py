@@ -15,7 +15,13 @@ from theory import flash, persson, plasticity
 from theory.yielding import YieldingSpectrum
 
 MEASURED = yielding_points.measured()
-QUANTITIES = ("flash_temperature", "contact_fraction", "yielded_fraction", "pressure_variance", "correlation")
+QUANTITIES = (
+    "flash_temperature",
+    "contact_fraction",
+    "yielded_fraction",
+    "pressure_variance",
+    "correlation",
+)
 
 
 def test_the_committed_list_is_what_the_seed_draws(tmp_path):
@@ -32,7 +38,9 @@ def test_the_kinds_cover_what_they_are_for():
     assert all(c.q_max == inf and 0.25 <= c.yields <= 8 for c in kinds["A"])
     assert all(1 <= c.q_max / c.yields <= 10 for c in kinds["B"])
     assert all(1 <= c.q_max <= 32 and 0.1 <= c.yielded < 1 for c in kinds["C"])
-    assert all(0.3 <= c.hurst <= 1 and 0.005 <= c.share <= 0.6 and 1 <= c.plateau <= 16 for c in contacts)
+    assert all(
+        0.3 <= c.hurst <= 1 and 0.005 <= c.share <= 0.6 and 1 <= c.plateau <= 16 for c in contacts
+    )
 
 
 @pytest.mark.parametrize("contact", yielding_points.points(), ids=lambda contact: contact.name)
@@ -46,7 +54,11 @@ def test_the_hardness_gives_the_yielded_share_of_the_theory(contact):
 
 @pytest.mark.parametrize("contact", yielding_points.points(), ids=lambda contact: contact.name)
 def test_the_law_takes_every_contact_that_it_was_compared_with(contact):
-    solid = {"effective_modulus": 1.0, "nominal_pressure": contact.load, "penetration_hardness": contact.hardness}
+    solid = {
+        "effective_modulus": 1.0,
+        "nominal_pressure": contact.load,
+        "penetration_hardness": contact.hardness,
+    }
     far = 1e5 if contact.kind == "A" else contact.q_max
     if contact.name == "C28":  # has yielded at 9 q_r, beyond the range of q_y
         with pytest.raises(ValueError, match=r"q_y/q_roll_off = 9\.01"):
@@ -62,22 +74,32 @@ def test_full_contact_is_exact():
     for rung in [large, rungs[1]]:
         values = dict(zip(ladder.COLUMNS, ladder.members_of(contact, rung, [1]).T, strict=False))
         q = rung.grid.wavenumbers
-        stress = mode_variance(contact.spectrum(), rung.grid) * (q / 2) ** 2 * rung.grid.multiplicity
+        stress = (
+            mode_variance(contact.spectrum(), rung.grid) * (q / 2) ** 2 * rung.grid.multiplicity
+        )
         waves = q > 0
         even, _ = flash.angular_integrals(1.0 / q[waves])
         assert values["pressure_variance"] == pytest.approx(stress.sum(), rel=1e-3)
         # T at Pe 1, by bins of |q| an eighth of the mode spacing wide
-        assert values["flash_temperature-1"] == pytest.approx(2 / pi * (stress[waves] / q[waves]) @ even, rel=1e-3)
+        assert values["flash_temperature-1"] == pytest.approx(
+            2 / pi * (stress[waves] / q[waves]) @ even, rel=1e-3
+        )
         assert values["contact_fraction"] == pytest.approx(1.0)
         assert values["yielded_fraction"] == pytest.approx(0.0)
-        correlation = ladder.members_of(contact, rung, [1])[0, len(ladder.COLUMNS) + 20]  # r = 0.48/q_r
+        correlation = ladder.members_of(contact, rung, [1])[
+            0, len(ladder.COLUMNS) + 20
+        ]  # r = 0.48/q_r
         assert correlation == pytest.approx((stress * j0(q * ladder.DISTANCES[20])).sum(), rel=2e-3)
     levels = [ladder.members_of(contact, rung, [1]) for rung in rungs[:2]]
     spectrum = ladder.finest_spectrum(ladder.Solved(rungs[:2], levels, levels[0]))
     q, density = np.array(spectrum["q"]), np.array(spectrum["value"])
-    inner = (q > 1.2) & (q < 2.4)  # away from the kink and the end of C(q); bands are a third of an octave wide
+    inner = (q > 1.2) & (
+        q < 2.4
+    )  # away from the kink and the end of C(q); bands are a third of an octave wide
     assert inner.sum() >= 3
-    np.testing.assert_allclose(density[inner], (q[inner] / 2) ** 2 * contact.spectrum()(q[inner]), rtol=0.03)
+    np.testing.assert_allclose(
+        density[inner], (q[inner] / 2) ** 2 * contact.spectrum()(q[inner]), rtol=0.03
+    )
 
 
 def test_a_ladder_ends_at_its_limit_and_takes_over_what_a_large_cell_changes():
@@ -89,7 +111,9 @@ def test_a_ladder_ends_at_its_limit_and_takes_over_what_a_large_cell_changes():
     rungs = [ladder.Rung(3.0, 2**k, 8.0, level.size) for k, level in enumerate(levels)]
     result = ladder.Solved(rungs, levels, large).value(0)
     assert result["value"] == pytest.approx(1.1, rel=result["error"])
-    assert result["standard_error"] == pytest.approx(0.01 / sqrt(64), rel=0.3)  # the large cell is all that scatters
+    assert result["standard_error"] == pytest.approx(
+        0.01 / sqrt(64), rel=0.3
+    )  # the large cell is all that scatters
     assert result["error"] < 0.05
     assert result["bias"] == pytest.approx(0.5**4, rel=0.01)
     assert result["size"] == pytest.approx(ladder.SIZE_DOUBT * np.log(1.1), rel=0.1)
@@ -98,14 +122,20 @@ def test_a_ladder_ends_at_its_limit_and_takes_over_what_a_large_cell_changes():
 def test_what_is_measured_covers_the_kinds_and_is_small():
     contacts = {contact.name: contact for contact in yielding_points.points()}
     assert set(MEASURED) <= set(contacts)
-    assert all(sum(name[0] == kind for name in MEASURED) >= least for kind, least in (("B", 6), ("C", 10)))
+    assert all(
+        sum(name[0] == kind for name in MEASURED) >= least for kind, least in (("B", 6), ("C", 10))
+    )
     assert len(MEASURED) >= 24
     for record in MEASURED.values():
-        numbers = [np.asarray(record[name][key]) for name in QUANTITIES for key in ("value", "error")]
+        numbers = [
+            np.asarray(record[name][key]) for name in QUANTITIES for key in ("value", "error")
+        ]
         assert all(np.isfinite(some).all() and (some > 0).all() for some in numbers)
         error = record["flash_temperature"]["error"]
         assert max(error[0], error[3]) < (0.035 if record["name"] in ("A23", "C24") else 0.02)
-        assert error[6] < 0.07  # H = 0.31 without end falls slowly with the cut-off under fast sliding
+        assert (
+            error[6] < 0.07
+        )  # H = 0.31 without end falls slowly with the cut-off under fast sliding
         assert len(record["correlation"]["r"]) >= 10
     assert sum(path.stat().st_size for path in yielding_points.MEASURED.iterdir()) < 400_000
 
@@ -120,7 +150,9 @@ def test_what_has_yielded_altogether_obeys_the_balance_of_forces(name):
         "pressure_variance": contact.share * (1 - contact.share) * contact.hardness**2,
     }
     for quantity, value in known.items():
-        assert MEASURED[name][quantity]["value"] == pytest.approx(value, rel=2 * MEASURED[name][quantity]["error"])
+        assert MEASURED[name][quantity]["value"] == pytest.approx(
+            value, rel=2 * MEASURED[name][quantity]["error"]
+        )
 
 
 def test_in_contact_that_yields_in_part_the_law_has_the_variance_that_was_measured():
@@ -140,7 +172,9 @@ def test_where_roughness_ends_soon_the_law_has_the_correlation_that_was_measured
     # EDGE of 0.3 for 0.4 misses five of them
     contact = next(contact for contact in yielding_points.points() if contact.name == name)
     whole = MEASURED[name]["pressure_variance"]["value"]
-    r, value, error = (np.array(MEASURED[name]["correlation"][key]) for key in ("r", "value", "error"))
+    r, value, error = (
+        np.array(MEASURED[name]["correlation"][key]) for key in ("r", "value", "error")
+    )
     known = (value > 0.1 * whole) & (error < 0.03)
     law = YieldingSpectrum(contact.spectrum(), 1.0, contact.load, contact.hardness)
     found = persson.pressure_correlation(r[known], stress_spectrum=law)

@@ -15,7 +15,10 @@ R = TypeVar("R")
 Which = NDArray[np.bool_] | NDArray[np.intp]  # a mask or positions
 
 
-SIZES = (1e-100, 1e100)  # of numbers in SI units: products of three are in the range of double precision
+SIZES = (
+    1e-100,
+    1e100,
+)  # of numbers in SI units: products of three are in the range of double precision
 
 
 class Spectrum(Protocol):
@@ -36,7 +39,9 @@ def real_array(name: str, value: ArrayLike, unit: str) -> Array:
         raise TypeError(f"{name} = {value!r} must be real numbers in {unit}")
     result = array.astype(np.float64)
     if not np.isfinite(result).all():
-        raise ValueError(f"{name} holds values that are NaN or infinite; give finite numbers in {unit}")
+        raise ValueError(
+            f"{name} holds values that are NaN or infinite; give finite numbers in {unit}"
+        )
     return result
 
 
@@ -116,14 +121,20 @@ def breaks_of(spectrum: Spectrum) -> Array:
         raise TypeError(f"spectrum = {spectrum!r} must be a callable C(q) with an attribute breaks")
     breaks = real_array("breaks", spectrum.breaks, "rad/m")
     if breaks.ndim != 1 or breaks.size < 2 or breaks[0] <= 0.0 or (np.diff(breaks) < 0.0).any():
-        raise ValueError(f"breaks = {spectrum.breaks!r} rad/m must be two or more positive wavenumbers, ascending")
+        raise ValueError(
+            f"breaks = {spectrum.breaks!r} rad/m must be two or more positive wavenumbers, ascending"
+        )
     distinct = np.unique(breaks)
     if distinct.size < 2:
-        raise ValueError(f"breaks = {spectrum.breaks!r} rad/m enclose no wavenumbers; q_max must exceed q_min")
+        raise ValueError(
+            f"breaks = {spectrum.breaks!r} rad/m enclose no wavenumbers; q_max must exceed q_min"
+        )
     return distinct
 
 
-def density(spectrum: Spectrum, wavenumber: Array, place: tuple[Array, Array] | None = None) -> Array:
+def density(
+    spectrum: Spectrum, wavenumber: Array, place: tuple[Array, Array] | None = None
+) -> Array:
     """Return `spectrum` at `wavenumber`; ValueError when it is not finite, negative, or of another shape.
 
     `place` is a break q_k at or below each wavenumber, and ln(q/q_k). It is handed to a spectrum with a method `above`:
@@ -133,7 +144,9 @@ def density(spectrum: Spectrum, wavenumber: Array, place: tuple[Array, Array] | 
     result = spectrum(wavenumber) if place is None or above is None else above(wavenumber, *place)
     values = np.asarray(result, dtype=np.float64)
     if values.shape != wavenumber.shape:
-        raise ValueError(f"spectrum returned shape {values.shape} for wavenumbers of shape {wavenumber.shape}")
+        raise ValueError(
+            f"spectrum returned shape {values.shape} for wavenumbers of shape {wavenumber.shape}"
+        )
     good = np.isfinite(values) & (values >= 0.0)
     if not good.all():
         raise ValueError(

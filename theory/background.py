@@ -60,13 +60,20 @@ def temperature(
         If the integral over q̇(t′) does not reach its accuracy, 1e-10: name its breaks.
     """
     time = not_negative_array("t", t, "s")
-    kappa, diffusion = positive("conductivity", conductivity, "W/(m K)"), positive("diffusivity", diffusivity, "m²/s")
+    kappa, diffusion = (
+        positive("conductivity", conductivity, "W/(m K)"),
+        positive("diffusivity", diffusivity, "m²/s"),
+    )
     layers = layers_of(skin, heat_depth, kappa, diffusion)
     if callable(heat_flux):
         if layers is not None:
-            raise ValueError("skin and heat_depth go with a constant heat_flux; give one number in W/m²")
+            raise ValueError(
+                "skin and heat_depth go with a constant heat_flux; give one number in W/m²"
+            )
         turns = not_negative_array("breaks", np.asarray(breaks, dtype=np.float64), "s")
-        half = np.array([_accumulated(heat_flux, float(end), turns) for end in time.ravel()]).reshape(time.shape)
+        half = np.array(
+            [_accumulated(heat_flux, float(end), turns) for end in time.ravel()]
+        ).reshape(time.shape)
     else:
         half = positive("heat_flux", heat_flux, "W/m²") * np.sqrt(time)
     rise = 2 / kappa * sqrt(diffusion / pi) * half

@@ -14,7 +14,11 @@ from theory.arguments import Array, float_if_scalar, real_array
 from theory.hertz.limits import DISC_FAST, DISC_STATIC, FAST, SQUARE_FAST, SQUARE_STATIC, STATIC
 
 _SLOW, _QUICK = 0.1, 5.0  # L, bounds of the regimes of Jaeger and Archard
-_TIAN_KENNEDY = {"disc": (2.0, 1.273, 1.0), "square": (2.0, 1.011, 1.0), "hertz": (2.32, 1.234, 2 / 3)}
+_TIAN_KENNEDY = {
+    "disc": (2.0, 1.273, 1.0),
+    "square": (2.0, 1.011, 1.0),
+    "hertz": (2.32, 1.234, 2 / 3),
+}
 _LIMITS = {
     ("hertz", "flash"): (STATIC.flash_temperature, FAST.flash_temperature),
     ("hertz", "max"): (STATIC.max_temperature, FAST.max_temperature),
@@ -71,13 +75,17 @@ def archard(peclet: ArrayLike) -> Array | float:
         In q̇R/κ, the shape of `peclet`.
     """
     magnitude = np.abs(real_array("peclet", peclet, "1"))
-    middle = np.interp(np.log(np.clip(magnitude / 2, _SLOW, _QUICK)), np.log([_SLOW, _QUICK]), [0.85, 0.35])
+    middle = np.interp(
+        np.log(np.clip(magnitude / 2, _SLOW, _QUICK)), np.log([_SLOW, _QUICK]), [0.85, 0.35]
+    )
     fast = 0.31 * pi / np.sqrt(np.maximum(magnitude, 2 * _QUICK))
     slower = np.where(magnitude < 2 * _SLOW, pi / 4, pi / 4 * middle)
     return float_if_scalar(np.where(magnitude > 2 * _QUICK, fast, slower))
 
 
-def greenwood(peclet: ArrayLike, *, source: str = "hertz", quantity: str = "flash") -> Array | float:
+def greenwood(
+    peclet: ArrayLike, *, source: str = "hertz", quantity: str = "flash"
+) -> Array | float:
     """Interpolation between the exact limits, T^(−2) = T_static^(−2) + T_fast^(−2).
 
     Errors: Hertz −4.7 % (flash), −1.1 % (max), −4.6 % (mean); disc +2.3 % (max), −3.8 % (mean);
@@ -105,7 +113,9 @@ def greenwood(peclet: ArrayLike, *, source: str = "hertz", quantity: str = "flas
         If `peclet` is not real and finite, or the source and the quantity are none of these.
     """
     if (source, quantity) not in _LIMITS:
-        raise ValueError(f"source = {source!r}, quantity = {quantity!r} must be one of {sorted(_LIMITS)}")
+        raise ValueError(
+            f"source = {source!r}, quantity = {quantity!r} must be one of {sorted(_LIMITS)}"
+        )
     static, fast = _LIMITS[source, quantity]
     magnitude = np.abs(real_array("peclet", peclet, "1"))
     return float_if_scalar(1 / np.sqrt(static**-2 + magnitude / fast**2))

@@ -14,7 +14,9 @@ _DEGREE = 24  # K − D has its singularity at m = 1, far from 0 ≤ m ≤ 1/2: 
 def _k_less_d() -> Array:
     """Return the coefficients of K(m) − D(m) in powers of 4m − 1: R_D costs ten times as much at each node."""
     interpolant = Chebyshev.interpolate(
-        lambda m: scipy.special.ellipk(m) - scipy.special.elliprd(0.0, 1 - m, 1.0) / 3, _DEGREE, domain=[0.0, 0.5]
+        lambda m: scipy.special.ellipk(m) - scipy.special.elliprd(0.0, 1 - m, 1.0) / 3,
+        _DEGREE,
+        domain=[0.0, 0.5],
     )
     return np.asarray(cheb2poly(interpolant.coef))
 
@@ -64,7 +66,9 @@ def square_integral(a: Array) -> Array:
     """Return ∫₀^{π/2} (1 + a² cos²φ)^(−1/2) dφ = K(−a²) of checked ratios a = v/Dq: π/2 at rest, then ln(4|a|)/|a|."""
     h = np.hypot(1.0, a)
     # K(−a²) = K(1 − 1/h²)/h; for large h, before h² overflows, K(1 − 1/h²) is ln 4h to rounding
-    return np.asarray(np.where(h < 1e9, scipy.special.ellipkm1(np.minimum(h, 1e9) ** -2.0), np.log(4.0 * h)) / h)
+    return np.asarray(
+        np.where(h < 1e9, scipy.special.ellipkm1(np.minimum(h, 1e9) ** -2.0), np.log(4.0 * h)) / h
+    )
 
 
 def _parameter(a: Array, h: Array) -> Array:

@@ -15,11 +15,27 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, Spectrum, float_if_scalar, not_negative_array, positive, real_array
+from theory.arguments import (
+    Array,
+    Spectrum,
+    float_if_scalar,
+    not_negative_array,
+    positive,
+    real_array,
+)
 from theory.directions import angular_integrals, even_integral, odd_integral, square_integral
 from theory.hankel import hankel_transform
 from theory.persson import StressDensity, Weight, stress_density
-from theory.skin import Layers, Part, Skin, direction_mean, even_part, layers_of, odd_part, square_part
+from theory.skin import (
+    Layers,
+    Part,
+    Skin,
+    direction_mean,
+    even_part,
+    layers_of,
+    odd_part,
+    square_part,
+)
 
 __all__ = [
     "angular_integrals",
@@ -82,9 +98,13 @@ def _heat_source(
     velocity = real_array("speed", speed, "m/s")
     friction = positive("friction_coefficient", friction_coefficient, "1")
     kappa = positive("conductivity", conductivity, "W/(m K)")
-    heating = np.asarray(friction * np.abs(velocity) / (kappa * positive("nominal_pressure", nominal_pressure, "Pa")))
+    heating = np.asarray(
+        friction * np.abs(velocity) / (kappa * positive("nominal_pressure", nominal_pressure, "Pa"))
+    )
     diffusion = positive("diffusivity", diffusivity, "m²/s")
-    return _HeatSource(stress, velocity, heating, diffusion, layers_of(skin, heat_depth, kappa, diffusion))
+    return _HeatSource(
+        stress, velocity, heating, diffusion, layers_of(skin, heat_depth, kappa, diffusion)
+    )
 
 
 def flash_temperature(  # noqa: PLR0913  (load, body, skin and depth of the heat)
@@ -311,7 +331,12 @@ def temperature_correlation(  # noqa: PLR0913  (load, body, skin and depth of th
 
 
 def bracket(
-    velocity: Array, diffusivity: float, stress: StressDensity, kernel: Kernel, power: int, layers: Layers | None = None
+    velocity: Array,
+    diffusivity: float,
+    stress: StressDensity,
+    kernel: Kernel,
+    power: int,
+    layers: Layers | None = None,
 ) -> Array:
     """Return (2/π) ∫ s(q) q^power kernel(v/Dq) dq at each checked velocity, Pa² m^(−power)."""
     q = stress.wavenumber()

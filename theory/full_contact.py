@@ -6,7 +6,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from theory import quadrature
-from theory.arguments import Array, Spectrum, breaks_of, density, kept_for_values, not_negative_array, positive
+from theory.arguments import (
+    Array,
+    Spectrum,
+    breaks_of,
+    density,
+    kept_for_values,
+    not_negative_array,
+    positive,
+)
 
 
 def half_variance(q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float) -> Array:
@@ -41,4 +49,6 @@ def half_variance(q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float)
 @kept_for_values  # .005 s each, asked for a dozen times in a comparison
 def half_variance_table(spectrum: Spectrum) -> quadrature.Primitive:
     """Return ∫ q³ C dq from the first break, dimensionless, as a function of q."""
-    return quadrature.primitive(lambda q, place: q**3 * density(spectrum, q, place), breaks_of(spectrum))
+    return quadrature.primitive(
+        lambda q, place: q**3 * density(spectrum, q, place), breaks_of(spectrum)
+    )

@@ -14,9 +14,21 @@ import numpy as np
 import scipy
 
 from theory.arguments import Array
-from theory.quadrature import DERIVATIVE, ENDS, HALVES, NODES, TOLERANCE, WEIGHTS, Panels, QuadratureError
+from theory.quadrature import (
+    DERIVATIVE,
+    ENDS,
+    HALVES,
+    NODES,
+    TOLERANCE,
+    WEIGHTS,
+    Panels,
+    QuadratureError,
+)
 
-_SLOW, _FAST = 8.0, 40.0  # phase over a panel, rad: below, Gauss nodes suffice; above, Levin's p has settled
+_SLOW, _FAST = (
+    8.0,
+    40.0,
+)  # phase over a panel, rad: below, Gauss nodes suffice; above, Levin's p has settled
 
 
 def hankel_transform(panels: Panels, values: Array, distance: Array) -> Array:
@@ -55,13 +67,17 @@ def first_crossing(panels: Panels, values: Array, fraction: float) -> float:
     q = panels.nodes()[0]
     whole = float((values @ WEIGHTS).sum())
     if whole == 0.0:
-        raise ValueError("the correlation vanishes at every distance, so no fraction of it is reached anywhere")
+        raise ValueError(
+            "the correlation vanishes at every distance, so no fraction of it is reached anywhere"
+        )
     roughness = float(((values * (q / q.max()) ** 2) @ WEIGHTS).sum()) * q.max() ** 2
 
     def excess(r: float) -> float:
         return _transform(panels, values, r) / whole - fraction
 
-    r = float(2 * np.sqrt((1 - fraction) * whole / roughness)) * (1 - 1e-9)  # 1 − J₀(x) ≤ x²/4: no crossing before
+    r = float(2 * np.sqrt((1 - fraction) * whole / roughness)) * (
+        1 - 1e-9
+    )  # 1 − J₀(x) ≤ x²/4: no crossing before
     waves, moments = q.ravel(), (values * q * WEIGHTS).ravel() / whole
 
     def steepest(r: float) -> float:
@@ -81,7 +97,9 @@ def first_crossing(panels: Panels, values: Array, fraction: float) -> float:
     raise ValueError(f"the correlation stays above fraction = {fraction:.6g} of its value at r = 0")
 
 
-def _bracket(excess: Callable[[float], float], trail: list[tuple[float, float]]) -> tuple[float, float] | None:
+def _bracket(
+    excess: Callable[[float], float], trail: list[tuple[float, float]]
+) -> tuple[float, float] | None:
     """Return an interval that holds the first root, if the last steps passed or, between them, touched it."""
     (before, _), (now, value) = trail[-2:]
     if value <= 0.0:
@@ -100,7 +118,9 @@ def _transform(panels: Panels, values: Array, r: float) -> float:
         bounds = panels.ends()
         phase = r * (bounds[:, 1] - bounds[:, 0])
         slow = phase <= _SLOW
-        fast = (phase >= _FAST) & (panels.start > panels.stop / 2)  # p varies with 1/y: at a break it is not smooth
+        fast = (phase >= _FAST) & (
+            panels.start > panels.stop / 2
+        )  # p varies with 1/y: at a break it is not smooth
         for chosen, found in ((slow, slowly), (fast, quickly)):
             if chosen.any():
                 found.append((panels.take(chosen), values[chosen]))

@@ -50,7 +50,9 @@ def self_consistent(
 
     def excess(contact: float) -> float:
         """Return T₀ + T_flash at the hardness of the temperature `contact`, less that temperature."""
-        return start + flash_temperature(float(np.interp(contact, temperatures, hardness))) - contact
+        return (
+            start + flash_temperature(float(np.interp(contact, temperatures, hardness))) - contact
+        )
 
     if excess(float(temperatures[-1])) > 0.0:
         raise ValueError(
@@ -58,7 +60,9 @@ def self_consistent(
             "the table"
         )
     accuracy = 1e-12 * max(abs(start), 1.0)
-    contact = scipy.optimize.brentq(excess, start, float(temperatures[-1]), xtol=accuracy, rtol=1e-14)
+    contact = scipy.optimize.brentq(
+        excess, start, float(temperatures[-1]), xtol=accuracy, rtol=1e-14
+    )
     return float(np.interp(contact, temperatures, hardness)), contact - start
 
 
@@ -76,5 +80,7 @@ def _table(temperature: ArrayLike, penetration_hardness: ArrayLike) -> tuple[Arr
             "give one hardness for each of two or more rising temperatures"
         )
     if (hardness <= 0.0).any() or (np.diff(hardness) > 0.0).any():
-        raise ValueError("penetration_hardness must be positive and must not rise with the temperature")
+        raise ValueError(
+            "penetration_hardness must be positive and must not rise with the temperature"
+        )
     return temperatures, hardness

@@ -53,14 +53,20 @@ class Diffusion:
     stiffness: Array  # κ, Pa/m, (n, m)
     probability: Array  # of each pressure, (n, m); rows sum to 1, their mean is σ₀
     growth: Array  # ∫ κ² dv from each wavenumber to the next, Pa², (n − 1, m)
-    rates: tuple[Array, Array]  # per κ² dv, to the next higher and to the next lower pressure, 1/Pa², (m,) each
+    rates: tuple[
+        Array, Array
+    ]  # per κ² dv, to the next higher and to the next lower pressure, 1/Pa², (m,) each
 
 
-def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float, *, step: float = STEP) -> Diffusion:
+def diffuse(
+    spectrum: Spectrum, modulus: float, pressure: float, hardness: float, *, step: float = STEP
+) -> Diffusion:
     """Solve both equations for checked numbers: C(q) in m⁴, E*, σ₀ and σ_P in Pa; σ_P = ∞ is elastic contact."""
     wavenumber, variance, spread = _shells(spectrum, modulus, step)
     if isinf(hardness):
-        pressure = min(pressure, UNREACHED * spread)  # contact is full: more load changes no stress but the mean
+        pressure = min(
+            pressure, UNREACHED * spread
+        )  # contact is full: more load changes no stress but the mean
     highest = min(hardness, pressure + UNREACHED * spread)
     start = float(scipy.special.ndtri(pressure / highest))
     below, above = ceil((start + _FURTHEST) / _SPACING), ceil((_FURTHEST - start) / _SPACING)
@@ -73,7 +79,9 @@ def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float
     rates = _rates(z, highest)
     growth = between_shells(stiffness**2, variance)
     probability = _spread(growth, rates, below)
-    return Diffusion(wavenumber, variance, highest * scipy.special.ndtr(z), stiffness, probability, growth, rates)
+    return Diffusion(
+        wavenumber, variance, highest * scipy.special.ndtr(z), stiffness, probability, growth, rates
+    )
 
 
 def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Array, float]:
@@ -84,7 +92,9 @@ def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Arr
     logs = np.log(np.unique(np.concatenate(pieces)))
     width = np.diff(logs)
     inner = np.exp(logs[:-1, None] + width[:, None] * (1 + share) / 2)
-    power = 2 * pi * inner**2 * density(spectrum, inner) @ weights / 2 * width  # 2π ∫ q C dq of each interval
+    power = (
+        2 * pi * inner**2 * density(spectrum, inner) @ weights / 2 * width
+    )  # 2π ∫ q C dq of each interval
     square = np.exp(2 * (logs[:-1] + width / 2))  # q² at its middle
     spread = sqrt(modulus**2 / 4 * float(np.sum(power * square)))
     end = np.array(breaks[-1:])  # and not exp(ln q_max): rounding may put it beyond C(q), at C = 0
@@ -188,7 +198,9 @@ def _rosenbrock(law: Array, step: float, z: Array, series: Array, spacing: float
 
 def _rates(z: Array, hardness: float) -> tuple[Array, Array]:
     """Return the rates to both neighbours that keep the mean and let the variance grow by κ² dv."""
-    gap = hardness * np.where(z[:-1] < 0, np.diff(scipy.special.ndtr(z)), -np.diff(scipy.special.ndtr(-z)))
+    gap = hardness * np.where(
+        z[:-1] < 0, np.diff(scipy.special.ndtr(z)), -np.diff(scipy.special.ndtr(-z))
+    )
     up, down = np.zeros(z.size), np.zeros(z.size)
     up[1:-1] = 1 / (gap[1:] * (gap[1:] + gap[:-1]))
     down[1:-1] = 1 / (gap[:-1] * (gap[1:] + gap[:-1]))

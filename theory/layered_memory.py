@@ -19,13 +19,20 @@ from theory.arguments import Array
 from theory.skin import Complex, Layers, surface_response
 
 _RATIO = 0.5  # of the logarithms of neighbouring c_j, at most
-_LEAST, _MOST = 1e-3, 25.0  # q² τ times the fastest c_j, from which the terms are fitted, and the slowest, up to which
+_LEAST, _MOST = (
+    1e-3,
+    25.0,
+)  # q² τ times the fastest c_j, from which the terms are fitted, and the slowest, up to which
 _WAVES_PER_E_FOLD = 4  # at which they are fitted
 _CUT = 1e-10  # of the singular values
 _POINTS = 24  # of the contour: errors of 1e-13
 _THETA = (2 * np.arange(_POINTS // 2) + 1) * pi / _POINTS
 _P = _POINTS * (0.5017 * _THETA / np.tan(0.6407 * _THETA) - 0.6122 + 0.2645j * _THETA)
-_SLOPE = 0.5017 / np.tan(0.6407 * _THETA) - 0.5017 * 0.6407 * _THETA / np.sin(0.6407 * _THETA) ** 2 + 0.2645j
+_SLOPE = (
+    0.5017 / np.tan(0.6407 * _THETA)
+    - 0.5017 * 0.6407 * _THETA / np.sin(0.6407 * _THETA) ** 2
+    + 0.2645j
+)
 _WEIGHT = -2j * _SLOPE * np.exp(_P)
 _LONG = 1e-9  # q over 1/√(Dτ) of the mean
 
@@ -48,11 +55,15 @@ def pulses(layers: Layers, diffusivity: float, times: Array) -> tuple[Array, Arr
 
 def uniform_rise(layers: Layers, diffusivity: float, times: Array) -> Array:
     """Return κT/q̇, m, of a uniform flux at times (n,), s, after it began."""
-    rise: Array = _inverse_of(_LONG**2 / (diffusivity * times[None]), layers, diffusivity, times, 1)[0]
+    rise: Array = _inverse_of(
+        _LONG**2 / (diffusivity * times[None]), layers, diffusivity, times, 1
+    )[0]
     return rise
 
 
-def _inverse_of(square: Array, layers: Layers, diffusivity: float, times: Array, order: int) -> Array:
+def _inverse_of(
+    square: Array, layers: Layers, diffusivity: float, times: Array, order: int
+) -> Array:
     """Return the function of time with the Laplace transform κT/(q̇ p^order), of waves q² (waves, n) at times (n,)."""
     p: Complex = np.asarray(_P / times[:, None])
     q = np.sqrt(square)[..., None]

@@ -23,7 +23,9 @@ from theory.arguments import Array, Spectrum, breaks_of, kept_for_values
 from theory.clipped import PAIRS, ClippedField, Correlations, clipped_field, directed_correlations
 
 _TURNS = np.array([1.0, 0.0, -1.0])  # cos φ, at which functions a₀ + a₁ cos φ + a₂ cos 2φ are found
-_ORDERS = np.array([[0.25, 0.5, 0.25], [0.5, 0.0, -0.5], [0.25, -0.5, 0.25]])  # a₀, a₁, a₂ from their values there
+_ORDERS = np.array(
+    [[0.25, 0.5, 0.25], [0.5, 0.0, -0.5], [0.25, -0.5, 0.25]]
+)  # a₀, a₁, a₂ from their values there
 _PER_E_FOLD = 9  # distances, of the part that depends on both bodies
 _NEAR = 0.03  # rad: θ at the least of them
 _FINEST, _FAR = 0.7, 25.0  # over q_min: the widest interval of distances, and the last
@@ -77,10 +79,15 @@ class Memory:
             way = v * times[:, None]
             ahead, behind = (self.radius - way) / reach, (self.radius + way) / reach
             with np.errstate(under="ignore"):
-                begun = scipy.special.erfc(ahead) + scipy.special.erfcx(behind) * np.exp(-(ahead**2))
+                begun = scipy.special.erfc(ahead) + scipy.special.erfcx(behind) * np.exp(
+                    -(ahead**2)
+                )
             # SciPy's scaled I_k is NaN above 2e9; from 1e8 on all orders are I₀ to 1e-8
             z = v * self.radius / (2 * diffusivity)
-            orders = [np.where(z < 1e8, scipy.special.ive(k, z), scipy.special.i0e(z)) for k in range(len(_ORDERS))]
+            orders = [
+                np.where(z < 1e8, scipy.special.ive(k, z), scipy.special.i0e(z))
+                for k in range(len(_ORDERS))
+            ]
             passing = np.einsum("kir,kr->ri", body.other, np.array(orders) / 2)
             terms = still @ body.own.T + begun @ passing + self._joint(body, v, times, diffusivity)
             # as much of all as of the pressure with the g_σ of the law
@@ -89,7 +96,9 @@ class Memory:
 
     def _joint(self, body: SeenPairs, speed: float, times: Array, diffusivity: float) -> Array:
         """Return the part of the summits of both bodies together, ∫ds √(D/πvs) of the mean over r of `both`."""
-        spread = np.sqrt(4 * diffusivity * self.distance[1:] / speed)  # √2 times the standard deviation of r
+        spread = np.sqrt(
+            4 * diffusivity * self.distance[1:] / speed
+        )  # √2 times the standard deviation of r
         ratio = self.place[:, None] / spread
         # `both` is linear between places: ∫ of r/w² e^(−r²/2w²) over each interval, and its share of the upper end
         with np.errstate(under="ignore"):
@@ -104,7 +113,9 @@ class Memory:
         mean = np.einsum("kij,ij->kj", body.both[:, :, 1:], weight)
         mean = np.concatenate([body.both[:, :1, 0], mean], axis=1)
         return np.asarray(
-            sqrt(diffusivity / (pi * speed)) * _root_weights(self.distance, speed * times[:, None]) @ mean.T
+            sqrt(diffusivity / (pi * speed))
+            * _root_weights(self.distance, speed * times[:, None])
+            @ mean.T
         )
 
 
@@ -122,7 +133,11 @@ def _root_weights(s: Array, last: Array) -> Array:
 
 @kept_for_values  # .4 s, the same at all speeds and slid distances
 def memory_of(
-    spectrum: Spectrum, effective_modulus: float, nominal_pressure: float, penetration_hardness: float | None, f: float
+    spectrum: Spectrum,
+    effective_modulus: float,
+    nominal_pressure: float,
+    penetration_hardness: float | None,
+    f: float,
 ) -> Memory:
     """Return the memory of a contact; errors as `clipped_field`. `f` is the part of C(q) on the moving body."""
     field = clipped_field(
@@ -138,13 +153,19 @@ def memory_of(
     place = np.concatenate([[0.0], near[:-1], np.arange(middle, _FAR * longest, _FINEST * longest)])
     nearer = first * np.geomspace(1e-5, 1.0, 40)[:-1]
     distance = np.concatenate([[0.0], nearer, place[1:]])
-    count = np.flatnonzero((field.distance > _LEAST * first) & (field.distance < 2 * _LAST * longest))
+    count = np.flatnonzero(
+        (field.distance > _LEAST * first) & (field.distance < 2 * _LAST * longest)
+    )
     matters = count[: count.size // _TOGETHER * _TOGETHER]
     r = field.distance[matters]
     radius = np.exp(np.log(r).reshape(-1, _TOGETHER).mean(axis=1))
     weight = r * np.log(r[1] / r[0]) * np.exp(-((r / (_LAST * longest)) ** 4))  # dr, and waves fade
     furthest = _LAST * longest
-    transforms = field.possible_correlation(furthest), *field.riesz(furthest), *field.half_potential(furthest)
+    transforms = (
+        field.possible_correlation(furthest),
+        *field.riesz(furthest),
+        *field.half_potential(furthest),
+    )
     bodies = {}
     for part in {f, 1 - f}:
         seen = seen_pairs(field, transforms, part, place, nearer)
@@ -187,7 +208,9 @@ def seen_pairs(
         with np.errstate(divide="ignore"):
             index = np.clip((np.log(r) - log_first) / step, 0.0, values.shape[-1] - 1.001)
         left = index.astype(np.intp)
-        return np.asarray(values[..., left] + (index - left) * (values[..., left + 1] - values[..., left]))
+        return np.asarray(
+            values[..., left] + (index - left) * (values[..., left + 1] - values[..., left])
+        )
 
     def means(own: Correlations, other: Correlations) -> Array:
         return field.products.shared(own, other, part, alike)
@@ -202,7 +225,9 @@ def seen_pairs(
     both = np.empty((len(PAIRS) + 1, place.size, place.size))
     for n, s in enumerate(place):
         apart = np.sqrt(place[:, None] ** 2 + s**2 + 2 * s * place[:, None] * cosine)
-        turned = np.clip((s + place[:, None] * cosine) / np.maximum(apart, 1e-3 * nearer[0]), -1.0, 1.0)
+        turned = np.clip(
+            (s + place[:, None] * cosine) / np.maximum(apart, 1e-3 * nearer[0]), -1.0, 1.0
+        )
         order = at(other, apart)
         passing = order[0] + order[1] * turned + order[2] * (2 * turned**2 - 1)
         joint = means(here, directed_correlations(at(known, apart), turned)) - passing

@@ -74,7 +74,10 @@ def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
     """
     velocity = real_array("speed", speed, "m/s")
     time = _sliding_time(rule, duration)
-    kappa, diffusion = positive("conductivity", conductivity, "W/(m K)"), positive("diffusivity", diffusivity, "m²/s")
+    kappa, diffusion = (
+        positive("conductivity", conductivity, "W/(m K)"),
+        positive("diffusivity", diffusivity, "m²/s"),
+    )
     still_kappa, still_diffusion = kappa, diffusion
     if resting_conductivity is not None:
         still_kappa = positive("resting_conductivity", resting_conductivity, "W/(m K)")
@@ -84,7 +87,9 @@ def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, pressure, gamma)
     layers = layers_of(skin, heat_depth, kappa, diffusion)
     still = layers_of(resting_skin, resting_heat_depth, still_kappa, still_diffusion)
-    hot = bracket(velocity, diffusion, stress, EVEN, -1, layers) + _background(diffusion, pressure, time, layers)
+    hot = bracket(velocity, diffusion, stress, EVEN, -1, layers) + _background(
+        diffusion, pressure, time, layers
+    )
     cold = _resting_bracket(stress, still_diffusion, time, still)
     cold += _background(still_diffusion, pressure, time, still)
     share = np.asarray(cold / still_kappa / (cold / still_kappa + hot / kappa))
@@ -103,7 +108,9 @@ def _sliding_time(rule: str, duration: float | None) -> float | None:
     return None
 
 
-def _background(diffusivity: float, pressure: float, time: float | None, layers: Layers | None) -> float:
+def _background(
+    diffusivity: float, pressure: float, time: float | None, layers: Layers | None
+) -> float:
     """Return σ₀ κ T₀(t)/μv, Pa² m; 0 in the rule without background."""
     if time is None:
         return 0.0
@@ -111,7 +118,9 @@ def _background(diffusivity: float, pressure: float, time: float | None, layers:
     return bare if layers is None else bare + pressure**2 * steady_rise(layers, diffusivity * time)
 
 
-def _resting_bracket(stress: StressDensity, diffusivity: float, time: float | None, layers: Layers | None) -> float:
+def _resting_bracket(
+    stress: StressDensity, diffusivity: float, time: float | None, layers: Layers | None
+) -> float:
     """Return the integral of Eq. (4) at v = 0, Pa² m, steady or `time` after the heat was switched on."""
     q = stress.wavenumber()
     grown = np.ones_like(q) if time is None else scipy.special.erf(q * np.sqrt(diffusivity * time))

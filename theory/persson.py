@@ -73,7 +73,9 @@ def effective_modulus(youngs_modulus: ArrayLike, poisson_ratio: ArrayLike) -> fl
         raise ValueError(f"youngs_modulus = {modulus.min():.6g} Pa must be positive")
     possible = (ratio > -1.0) & (ratio <= 0.5)
     if not possible.all():
-        raise ValueError(f"poisson_ratio = {ratio[~possible].flat[0]:.6g} must lie above −1 and be at most 0.5")
+        raise ValueError(
+            f"poisson_ratio = {ratio[~possible].flat[0]:.6g} must lie above −1 and be at most 0.5"
+        )
     return float(np.sum((1 - ratio**2) / modulus) ** -1.0)
 
 
@@ -89,14 +91,21 @@ def contact_probability(
 
 
 def stress_weight(
-    q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float, gamma: Weight = 0.45
+    q: ArrayLike,
+    spectrum: Spectrum,
+    *,
+    effective_modulus: float,
+    nominal_pressure: float,
+    gamma: Weight = 0.45,
 ) -> Array:
     """Share of the full-contact stress spectrum that is left at `q`: W = P[γ + (1 − γ)P²], the shape of `q`.
 
     Parameters, errors: as `contact_probability`, `effective_modulus` and `nominal_pressure` in Pa; `gamma` is a number
     from 0 to 1 (1: W = P) or a callable W(P, q).
     """
-    share = contact_probability(q, spectrum, effective_modulus=effective_modulus, nominal_pressure=nominal_pressure)
+    share = contact_probability(
+        q, spectrum, effective_modulus=effective_modulus, nominal_pressure=nominal_pressure
+    )
     return weight(share, np.asarray(q, dtype=np.float64), gamma)
 
 
@@ -181,7 +190,9 @@ def correlation_radius(
     return first_crossing(stress.panels, stress.values, level)
 
 
-def calibrated_spectrum(spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float) -> "YieldingSpectrum":
+def calibrated_spectrum(
+    spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float
+) -> "YieldingSpectrum":
     """Stress spectrum of elastic contact, calibrated to boundary-element contacts, as an alternative to the paper's W.
 
     It is the law of `plasticity.stress_spectrum` in the limit σ_P → ∞.
@@ -296,7 +307,10 @@ def _stress_itself(stress_spectrum: Spectrum) -> tuple[quadrature.Panels, _Stres
 
 
 def _stress_of(
-    spectrum: Spectrum, effective_modulus: float | None, nominal_pressure: float | None, gamma: Weight
+    spectrum: Spectrum,
+    effective_modulus: float | None,
+    nominal_pressure: float | None,
+    gamma: Weight,
 ) -> tuple[quadrature.Panels, _Stress]:
     """Return s of Eq. (2), and panels fine enough for the thin layer of wavenumbers in which contact is lost."""
     modulus = positive("effective_modulus", effective_modulus, "Pa")

@@ -37,7 +37,15 @@ __all__ = [
     "yield_wavenumber",
 ]
 
-_MILESTONES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 70.0)  # g, bends of the smoothing: breaks that help piecewise rules
+_MILESTONES = (
+    0.03,
+    0.1,
+    0.3,
+    1.0,
+    3.0,
+    10.0,
+    70.0,
+)  # g, bends of the smoothing: breaks that help piecewise rules
 _BLOCK = 65536  # wavenumbers at a time: stays in the cache
 
 
@@ -72,14 +80,18 @@ def stress_distribution(
     s, rest, hardness = shares(nominal_pressure, penetration_hardness)
     g = positive("half_variance", half_variance, "Pa²") / hardness**2
     if (pressure > hardness).any():
-        raise ValueError(f"stress = {pressure.max():.6g} Pa exceeds the penetration_hardness {hardness:.6g} Pa")
+        raise ValueError(
+            f"stress = {pressure.max():.6g} Pa exceeds the penetration_hardness {hardness:.6g} Pa"
+        )
     t = pressure / hardness
     if g < SWITCH:
         density_of_t = sum(_image_pair(t, s, 2.0 * k, g) for k in range(-3, 4))
     else:
         small, sign = (s, 1) if s <= rest else (rest, -1)
         modes = range(1, 2 * MODES)
-        density_of_t = 2 * sum(_mode(n, small, sign, t) * np.exp(-((n * pi) ** 2) * g) for n in modes)
+        density_of_t = 2 * sum(
+            _mode(n, small, sign, t) * np.exp(-((n * pi) ** 2) * g) for n in modes
+        )
     return np.asarray(density_of_t / hardness)
 
 
@@ -139,7 +151,10 @@ class SmoothedSpectrum:
 
         `start` lies within the breaks, and no break of the unsmoothed spectrum between it and q.
         """
-        return np.asarray(density(self.spectrum, q, (start, rise)) * self._remaining(self._table.above(start, rise)))
+        return np.asarray(
+            density(self.spectrum, q, (start, rise))
+            * self._remaining(self._table.above(start, rise))
+        )
 
     def _remaining(self, integral: Array) -> Array:
         """Return the factor of Eq. (27) at ∫ q³ C dq = `integral`."""
@@ -152,7 +167,11 @@ class SmoothedSpectrum:
 
 
 def smoothed_spectrum(
-    spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float, penetration_hardness: float
+    spectrum: Spectrum,
+    *,
+    effective_modulus: float,
+    nominal_pressure: float,
+    penetration_hardness: float,
 ) -> SmoothedSpectrum:
     """Spectrum of the plastically smoothed surface, whose elastic contact area is the elastoplastic one of `spectrum`.
 

@@ -78,7 +78,9 @@ class Panels:
 
     def coordinates(self) -> Array:
         """Return y at the Gauss nodes, shape (panels, NODES)."""
-        return np.asarray(self.start[:, None] + ((self.stop - self.start) / 2)[:, None] * (1 + POINTS))
+        return np.asarray(
+            self.start[:, None] + ((self.stop - self.start) / 2)[:, None] * (1 + POINTS)
+        )
 
     def place(self) -> tuple[Array, Array]:
         """Return the lower bound of the piece and the exact ln(q/lower) at the Gauss nodes, shape (panels, NODES)."""
@@ -96,7 +98,13 @@ class Panels:
 
     def take(self, which: Which) -> "Panels":
         """Return the panels selected by an index or a mask."""
-        return Panels(self.piece[which], self.lower[which], self.upper[which], self.start[which], self.stop[which])
+        return Panels(
+            self.piece[which],
+            self.lower[which],
+            self.upper[which],
+            self.start[which],
+            self.stop[which],
+        )
 
     def halves(self) -> "Panels":
         """Return twice as many panels, each cut in two, in order."""
@@ -130,7 +138,9 @@ def graded(panels: Panels, layers: list[tuple[float, float]]) -> Panels:
         repeats[at] += steps
         start, stop = np.repeat(panels.start, repeats), np.repeat(panels.stop, repeats)
         start[at + 1 : at + 1 + steps], stop[at : at + steps] = cuts, cuts
-        piece_of, lower, upper = (np.repeat(bound, repeats) for bound in (panels.piece, panels.lower, panels.upper))
+        piece_of, lower, upper = (
+            np.repeat(bound, repeats) for bound in (panels.piece, panels.lower, panels.upper)
+        )
         panels = Panels(piece_of, lower, upper, start, stop)
     return panels
 
@@ -138,7 +148,9 @@ def graded(panels: Panels, layers: list[tuple[float, float]]) -> Panels:
 Integrands = Callable[[Panels], Array]
 
 
-def refine(integrands: Integrands, panels: Panels, *, running: bool = False) -> tuple[Panels, Array]:
+def refine(
+    integrands: Integrands, panels: Panels, *, running: bool = False
+) -> tuple[Panels, Array]:
     """Cut panels in two until the polynomial through the nodes of each panel agrees with the values on its halves.
 
     Parameters
@@ -169,8 +181,12 @@ def refine(integrands: Integrands, panels: Panels, *, running: bool = False) -> 
         error[:, untested] = _departure(values[:, untested], finer)
         bad = (error > _PER_PANEL * _scale(values, running)).any(axis=0)
         split = bad & untested
-        panels, values, error = _replace(panels, values, error, split, halves, finer, split[untested])
-        error[:, np.repeat(bad & ~untested, 1 + split)] = np.inf  # the scale has shrunk since: test again
+        panels, values, error = _replace(
+            panels, values, error, split, halves, finer, split[untested]
+        )
+        error[:, np.repeat(bad & ~untested, 1 + split)] = (
+            np.inf
+        )  # the scale has shrunk since: test again
         if panels.start.size > _MOST_PANELS:
             raise QuadratureError(
                 f"an integral over wavenumber needs more than {_MOST_PANELS} panels; name the kinks of the spectrum "
@@ -194,7 +210,13 @@ def _scale(values: Array, running: bool) -> Array:
 
 
 def _replace(
-    panels: Panels, values: Array, error: Array, split: Which, halves: Panels, finer: Array, chosen: Which
+    panels: Panels,
+    values: Array,
+    error: Array,
+    split: Which,
+    halves: Panels,
+    finer: Array,
+    chosen: Which,
 ) -> tuple[Panels, Array, Array]:
     """Put the `chosen` pairs of halves in the places of the panels that `split` marks."""
     origin = np.repeat(np.arange(split.size), 1 + split)
@@ -241,7 +263,9 @@ class Primitive:
 
     def above(self, start: Array, rise: Array) -> Array:
         """Return the integral up to start·e^rise, for `start` within the breaks and the `rise` ≥ 0 of one piece."""
-        piece = np.clip(np.searchsorted(self.breaks, start, side="right") - 1, 0, self.breaks.size - 2)
+        piece = np.clip(
+            np.searchsorted(self.breaks, start, side="right") - 1, 0, self.breaks.size - 2
+        )
         lower = self.breaks[piece]
         share = (_extents(lower, start) + rise) / _extents(lower, self.breaks[piece + 1])
         return self.at(piece, np.sqrt(np.minimum(share, 1.0)))
@@ -249,13 +273,17 @@ class Primitive:
     def at(self, piece: Array | Which, y: Array) -> Array:
         """Return the integral at the coordinate `y` of each `piece`."""
         keys = self.panels.piece + self.panels.start
-        last = np.searchsorted(self.panels.piece, piece, side="right") - 1  # at y = 1 the sum reaches the next piece
+        last = (
+            np.searchsorted(self.panels.piece, piece, side="right") - 1
+        )  # at y = 1 the sum reaches the next piece
         return self._within(np.minimum(np.searchsorted(keys, piece + y, side="right") - 1, last), y)
 
     def _within(self, index: Which, y: Array) -> Array:
         start, stop = self.panels.start[index], self.panels.stop[index]
         rise = 2 * (y - start) / (stop - start)
-        return np.asarray(self.before[index] + rise ** self.power[index] * self._polynomial(index, rise - 1))
+        return np.asarray(
+            self.before[index] + rise ** self.power[index] * self._polynomial(index, rise - 1)
+        )
 
     def _polynomial(self, index: Which, t: Array) -> Array:
         """Sum the Legendre series of the panels `index` at `t` by the recurrence of the P_k."""
@@ -280,7 +308,9 @@ class Primitive:
         fraction = 1.0
         if excess(1.0) > 0.0:
             fraction = scipy.optimize.brentq(excess, 0.0, 1.0, xtol=1e-15, rtol=1e-15)
-        return float(self.panels.take(index).at((start + fraction * (stop - start))[:, None])[0][0, 0])
+        return float(
+            self.panels.take(index).at((start + fraction * (stop - start))[:, None])[0][0, 0]
+        )
 
     def layers(self, value: float) -> list[tuple[float, float]]:
         """Return (piece, y) above each break at which the integral reaches `value`, or doubles, if within a panel.

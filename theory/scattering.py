@@ -54,10 +54,14 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     mean_pressure = diffusion.pressure @ diffusion.probability[0]
     total = diffusion.probability @ (diffusion.pressure - mean_pressure) ** 2
     grown = np.diff(total)  # by which each shell raises the variance of the pressure
-    full = between_shells((modulus * diffusion.wavenumber / 2) ** 2, diffusion.variance)  # the same in full contact
+    full = between_shells(
+        (modulus * diffusion.wavenumber / 2) ** 2, diffusion.variance
+    )  # the same in full contact
     mean = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness))
     square = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness**2))
-    uneven = np.diff(stiffness_variance(diffusion, x, logs), axis=1)  # V(q, k), k in the same shells
+    uneven = np.diff(
+        stiffness_variance(diffusion, x, logs), axis=1
+    )  # V(q, k), k in the same shells
     whole = mean**2 + uneven.sum(axis=1)
     own = mean**2 / whole  # before the response g, coherent part and sidebands add up to the growth
     grid = np.arange(x[0] - _BELOW, x[-1] + _ABOVE, BIN)
@@ -114,7 +118,11 @@ def sums_of_waves(count: int) -> Array:
     """Return the chance of ln |q + k| in bins from ln q, by ln k in bins from ln q: both from −count to count − 1."""
     apart = np.arange(-count, count)
     steep = np.exp(BIN * apart)[:, None]
-    at = np.log(1 + steep**2 + 2 * steep * np.cos((np.arange(_ANGLES) + 0.5) * pi / _ANGLES)) / (2 * BIN) + count
+    at = (
+        np.log(1 + steep**2 + 2 * steep * np.cos((np.arange(_ANGLES) + 0.5) * pi / _ANGLES))
+        / (2 * BIN)
+        + count
+    )
     low = np.clip(at.astype(np.intp), 0, 2 * count - 2)
     part = np.clip(at - low, 0.0, 1.0)
     result = np.zeros((2 * count, 2 * count))
@@ -133,18 +141,24 @@ def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
     logs = np.log(diffusion.wavenumber)
     place = np.minimum(np.searchsorted(logs, x, side="right") - 1, logs.size - 2)
     share = ((x - logs[place]) / (logs[place + 1] - logs[place]))[:, None]
-    carried = np.asfortranarray(((1 - share) * diffusion.stiffness[place] + share * diffusion.stiffness[place + 1]).T)
+    carried = np.asfortranarray(
+        ((1 - share) * diffusion.stiffness[place] + share * diffusion.stiffness[place + 1]).T
+    )
     there = (1 - share) * diffusion.probability[place] + share * diffusion.probability[place + 1]
     carried_there = carried.copy()
     square_there = np.einsum("ij,ji->i", there, carried**2)
     for m, i in enumerate(place):  # from x down to the shell's lower end
-        carried[:, m] = _carried_back(carried[:, m], share[m] * diffusion.growth[i], diffusion.rates)
+        carried[:, m] = _carried_back(
+            carried[:, m], share[m] * diffusion.growth[i], diffusion.rates
+        )
     grown = np.empty((x.size, logs.size))
     for i in range(logs.size - 1, -1, -1):
         since = int(np.searchsorted(place, i))  # the columns from here on have been reached
         grown[:, i] = diffusion.probability[i] @ carried**2
         if i and since < x.size:
-            carried[:, since:] = _carried_back(carried[:, since:], diffusion.growth[i - 1], diffusion.rates)
+            carried[:, since:] = _carried_back(
+                carried[:, since:], diffusion.growth[i - 1], diffusion.rates
+            )
     result = np.array([np.interp(edges, logs, row) for row in grown])
     for m, row in enumerate(result):
         row[m + 1 :] = square_there[m]

@@ -44,7 +44,9 @@ class Layers(NamedTuple):
     heat_depth: float  # h, m
 
 
-def layers_of(skin: Skin | None, heat_depth: float, conductivity: float, diffusivity: float) -> Layers | None:
+def layers_of(
+    skin: Skin | None, heat_depth: float, conductivity: float, diffusivity: float
+) -> Layers | None:
     """Return the layers of a body with checked κ, W/(m K), and D, m²/s; None of a bare one that is heated in its plane.
 
     `skin` is None, or d, κ_s and D_s in this order; TypeError or ValueError otherwise, and for a negative `heat_depth`.
@@ -56,11 +58,16 @@ def layers_of(skin: Skin | None, heat_depth: float, conductivity: float, diffusi
     if skin is None:
         return Layers(0.0, 1.0, 1.0, depth) if depth else None
     if not isinstance(skin, (tuple, list)) or len(skin) != 3:
-        raise TypeError(f"skin = {skin!r} must be thickness, conductivity and diffusivity, in this order")
+        raise TypeError(
+            f"skin = {skin!r} must be thickness, conductivity and diffusivity, in this order"
+        )
     thickness = positive("thickness of the skin", skin[0], "m")
     kappa = positive("conductivity of the skin", skin[1], "W/(m K)")
     return Layers(
-        thickness, kappa / conductivity, diffusivity / positive("diffusivity of the skin", skin[2], "m²/s"), depth
+        thickness,
+        kappa / conductivity,
+        diffusivity / positive("diffusivity of the skin", skin[2], "m²/s"),
+        depth,
     )
 
 
@@ -130,12 +137,16 @@ def direction_mean(q: Array, drift: float, layers: Layers, part: Part) -> Array:
     width, nodes = extent / panels, chebyshev.chebpts1(_NODES)
     panel = np.minimum(((log_q - low) / width).astype(int), panels - 1)
     starts = low + width * np.arange(panels)[:, None]
-    values = _mean_at(np.exp(starts + width * (1 + nodes) / 2).ravel(), drift, layers, part).reshape(panels, _NODES)
+    values = _mean_at(
+        np.exp(starts + width * (1 + nodes) / 2).ravel(), drift, layers, part
+    ).reshape(panels, _NODES)
     coefficients = chebyshev.chebfit(nodes, values.T, _NODES - 1)
     means = np.empty(q.size)
     for k in range(panels):
         inside = panel == k
-        means[inside] = chebyshev.chebval(2 * (log_q[inside] - starts[k]) / width - 1, coefficients[:, k])
+        means[inside] = chebyshev.chebval(
+            2 * (log_q[inside] - starts[k]) / width - 1, coefficients[:, k]
+        )
     return means
 
 

@@ -138,12 +138,17 @@ def sliding_temperatures(  # noqa: PLR0913  (two bodies)
     )
     for name, values, unit in (("speed", velocity, "m/s"), ("slid_distance", distance, "m")):
         if not (values > 0.0).all():
-            raise ValueError(f"{name} = {values.min():.6g} {unit} must be positive: heat is kept over the way slid")
+            raise ValueError(
+                f"{name} = {values.min():.6g} {unit} must be positive: heat is kept over the way slid"
+            )
     part = float(real_array("moving_roughness", moving_roughness, "1"))
     if not 0.0 <= part <= 1.0:
         raise ValueError(f"moving_roughness = {part:.6g} must lie from 0 to 1")
     heating = positive("friction_coefficient", friction_coefficient, "1") * velocity.ravel()
-    moving = positive("conductivity", conductivity, "W/(m K)"), positive("diffusivity", diffusivity, "m²/s")
+    moving = (
+        positive("conductivity", conductivity, "W/(m K)"),
+        positive("diffusivity", diffusivity, "m²/s"),
+    )
     resting_kappa, resting_diffusion = moving
     if resting_conductivity is not None:
         resting_kappa = positive("resting_conductivity", resting_conductivity, "W/(m K)")
@@ -195,7 +200,9 @@ def _layered_means(
     return result[:, _EARLIER.size :]
 
 
-def _shared(hot: Array, cold: Array, hot_background: Array, cold_background: Array, shape: Any) -> SlidingTemperatures:
+def _shared(
+    hot: Array, cold: Array, hot_background: Array, cold_background: Array, shape: Any
+) -> SlidingTemperatures:
     """Share the heat by Galerkin's equations at each age; `hot` and `cold` are M_ij of both bodies, K."""
     moving = hot.copy()
     moving[..., 0, 0] += hot_background
@@ -206,7 +213,9 @@ def _shared(hot: Array, cold: Array, hot_background: Array, cold_background: Arr
     into_resting = np.zeros((len(hot), last, _SHARES))
     for n in range(1, last + 1):
         heated = _pulses(system, n)
-        known = moving[:, n, :, 0] - np.einsum("snij,snj->si", heated[:, :-1], into_resting[:, : n - 1])
+        known = moving[:, n, :, 0] - np.einsum(
+            "snij,snj->si", heated[:, :-1], into_resting[:, : n - 1]
+        )
         into_resting[:, n - 1] = np.linalg.solve(heated[:, -1], known[..., None])[..., 0]
     resting_flash = np.einsum("snj,snj->s", _pulses(cold, last)[:, :, 0], into_resting)
     flash = hot[:, -1, 0, 0] - np.einsum("snj,snj->s", _pulses(hot, last)[:, :, 0], into_resting)
@@ -225,7 +234,9 @@ def _pulses(values: Array, n: int) -> Array:
         index = np.log(passed / ages[0]) / np.log(ages[1] / ages[0])
     left = np.clip(index, 0, ages.size - 2).astype(np.intp)
     tail = (1,) * (values.ndim - 2)
-    between, root = (x.reshape(-1, *tail) for x in (np.clip(index - left, 0.0, 1.0), np.sqrt(passed)))
+    between, root = (
+        x.reshape(-1, *tail) for x in (np.clip(index - left, 0.0, 1.0), np.sqrt(passed))
+    )
     # over √age they change slowly with ln age, and are constant at first
     scaled = values[:, 1:] / np.sqrt(ages).reshape(-1, *tail)
     seen = root * (scaled[:, left] + between * (scaled[:, left + 1] - scaled[:, left]))

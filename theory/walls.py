@@ -21,7 +21,15 @@ import scipy
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, Spectrum, breaks_of, kept_for_values, not_negative_array, positive, real_array
+from theory.arguments import (
+    Array,
+    Spectrum,
+    breaks_of,
+    kept_for_values,
+    not_negative_array,
+    positive,
+    real_array,
+)
 from theory.full_contact import half_variance_table
 
 SWITCH = 0.2  # g: below, images; above, modes: four of the former and five of the latter reach rounding on either side
@@ -130,7 +138,11 @@ def between(s: float, g: Array) -> Array:
     result[early] = first_wall(s, g[early])
     for j in range(1, IMAGES + 1):
         result[early] += (-1) ** j * erfc_drop(j - s, s, g[early])
-    result[~early] = 4 * s * sum(np.sinc(n * s) * np.exp(-((n * pi) ** 2) * g[~early]) for n in range(1, MODES, 2))
+    result[~early] = (
+        4
+        * s
+        * sum(np.sinc(n * s) * np.exp(-((n * pi) ** 2) * g[~early]) for n in range(1, MODES, 2))
+    )
     return result
 
 
@@ -173,4 +185,6 @@ def erfc_drop(near_side: float, s: float, g: Array) -> Array:
 def _erfc_ratio(distance: float, g: Array) -> Array:
     """Return erfc(distance/2√g), rounding the exponent once: erfc(x) itself errs by x² ε on each step to x."""
     with np.errstate(divide="ignore", under="ignore"):
-        return np.asarray(scipy.special.erfcx(distance / (2 * np.sqrt(g))) * np.exp(-(distance**2) / (4 * g)))
+        return np.asarray(
+            scipy.special.erfcx(distance / (2 * np.sqrt(g))) * np.exp(-(distance**2) / (4 * g))
+        )

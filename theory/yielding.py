@@ -18,7 +18,15 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, Spectrum, breaks_of, density, octaves_of_gaps, positive, real_array
+from theory.arguments import (
+    Array,
+    Spectrum,
+    breaks_of,
+    density,
+    octaves_of_gaps,
+    positive,
+    real_array,
+)
 from theory.full_contact import half_variance
 from theory.interface import STEP, UNREACHED, diffuse
 from theory.quadrature import WEIGHTS, panels_between
@@ -37,16 +45,23 @@ _DEGREE = 5  # of the splines, whose knots are an e-fold apart
 _SHARE = (0.005, 0.6)  # σ₀/σ_P
 _BAND = (2.0, inf)  # q_max/q_min
 _PLATEAU = (1.0, 16.0)  # q_r/q_min
-_ROLLED = 2.05  # power of q, times which C is largest at q_r: above 2, so that a flat q²C ends at q_r
+_ROLLED = (
+    2.05  # power of q, times which C is largest at q_r: above 2, so that a flat q²C ends at q_r
+)
 _ROUNDING = 1e-6  # of the largest: of several that are equal but for it, q_r is the last
 # H of C ~ q^(−2−2H), the mean from q_r to q_max, or fitted up to _FITTED q_y; of 33 contacts with H above 1, or with a
 # tail or a floor after a power law, T_flash was at most 7.5 % off, with 1 to 8 % of scatter
 _HURST = (0.3, 2.0)
 _FITTED = 2.0
-_LAST = 0.01  # of the largest part of an octave in G: the last wave with as much ends C(q) for the law
+_LAST = (
+    0.01  # of the largest part of an octave in G: the last wave with as much ends C(q) for the law
+)
 _YIELDED = (0.25, 8.0)  # q_y/q_r if all has yielded at q_max
 _YIELDING = (1.0, 32.0)  # q_max/q_r if not
-GAPS = (0.0, 1.5)  # octaves of waves whose part of G is below FAINT of the part of waves on both sides
+GAPS = (
+    0.0,
+    1.5,
+)  # octaves of waves whose part of G is below FAINT of the part of waves on both sides
 FAINT = 0.1
 # the range of the elastic contacts
 _ELASTIC_HURST = (0.3, 1.0)
@@ -62,7 +77,12 @@ RIM = 7.0  # D/σ_P² at which 1/e of the variance missing from full yield is tr
 # the worst over 91 drawn contacts and 200 on a grid is 4.5 % of T_flash and 2.9 % of g_σ(0), over contacts with gaps in
 # C(q) 4.1 % and 5.8 %. The contact area was up to 12 % too small, the yielded area from half to 1.4 times as large
 # where little has yielded, A_pl/A ≤ .1; of other quantities no band is known
-ERROR_BANDS = {"flash_temperature": 0.07, "pressure_variance": 0.09, "contact_fraction": 0.13, "plastic_fraction": 0.5}
+ERROR_BANDS = {
+    "flash_temperature": 0.07,
+    "pressure_variance": 0.09,
+    "contact_fraction": 0.13,
+    "plastic_fraction": 0.5,
+}
 # the worst over 168 elastic contacts is 4.3, 5.2, 12.4, 5.4, 3.0 and 10.0 %; D_flash was always too small
 ELASTIC_BANDS = {
     "flash_temperature": 0.05,
@@ -124,7 +144,9 @@ def stress_spectrum(
     return YieldingSpectrum(spectrum, modulus, pressure, hardness, width)
 
 
-def elastic_spectrum(spectrum: Spectrum, effective_modulus: float, nominal_pressure: float) -> YieldingSpectrum:
+def elastic_spectrum(
+    spectrum: Spectrum, effective_modulus: float, nominal_pressure: float
+) -> YieldingSpectrum:
     """Return the stress spectrum of elastic contact; see `persson.calibrated_spectrum`."""
     modulus = positive("effective_modulus", effective_modulus, "Pa")
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")
@@ -150,10 +172,16 @@ def _compared(spectrum: Spectrum, modulus: float, pressure: float, hardness: flo
     q_y = inf
     if elastic:
         variance = float(half_variance(end, spectrum, effective_modulus=modulus))
-        _inside("nominal_pressure/(E*h′)", pressure / sqrt(8 * variance), _ELASTIC_LOAD)  # G = (E*h′)²/8
+        _inside(
+            "nominal_pressure/(E*h′)", pressure / sqrt(8 * variance), _ELASTIC_LOAD
+        )  # G = (E*h′)²/8
     else:
         _inside("nominal_pressure/penetration_hardness", pressure / hardness, _SHARE)
-        solid = {"effective_modulus": modulus, "nominal_pressure": pressure, "penetration_hardness": hardness}
+        solid = {
+            "effective_modulus": modulus,
+            "nominal_pressure": pressure,
+            "penetration_hardness": hardness,
+        }
         q_y = yield_wavenumber(spectrum, elastic_share=_ELASTIC_SHARE, **solid)
     _inside("q_max/q_min", end / q[0], _ELASTIC_BAND if elastic else _BAND)
     if q_y <= end:
@@ -166,7 +194,9 @@ def _compared(spectrum: Spectrum, modulus: float, pressure: float, hardness: flo
     return spectrum
 
 
-def _check_slope(q: Array, level: Array, roll_off: float, few: float, compared: tuple[float, float]) -> None:
+def _check_slope(
+    q: Array, level: Array, roll_off: float, few: float, compared: tuple[float, float]
+) -> None:
     """Raise ValueError if H of C ~ q^(−2−2H) is outside the range from the roll-off to `few`, and to the end as well.
 
     Finer waves than a `few` q_y change yielded contact little, whether or not they follow the same power.
@@ -178,7 +208,11 @@ def _check_slope(q: Array, level: Array, roll_off: float, few: float, compared: 
     mean = (y[-1] - y[band][0]) / (x[-1] - x[band][0])
     exponents = [(-1 - slope / 2, to) for slope, to in ((fitted, few), (mean, q[-1]))]
     hurst, to = min(exponents, key=lambda one: abs(one[0] - sum(compared) / 2))
-    _inside(f"Hurst exponent by the slope of C(q) from {roll_off:.3g} to {to:.3g} rad/m", hurst, compared)
+    _inside(
+        f"Hurst exponent by the slope of C(q) from {roll_off:.3g} to {to:.3g} rad/m",
+        hurst,
+        compared,
+    )
 
 
 def _waves(spectrum: Spectrum) -> tuple[Array, Array]:
@@ -192,7 +226,9 @@ def _waves(spectrum: Spectrum) -> tuple[Array, Array]:
             "spectra without gaps; use the paper's weight for it"
         )
     rise = q**4 * level  # in proportion to the part of an octave in G
-    last = int(np.flatnonzero(rise >= _LAST * rise.max())[-1])  # C(q) of a filtered map goes on far below
+    last = int(
+        np.flatnonzero(rise >= _LAST * rise.max())[-1]
+    )  # C(q) of a filtered map goes on far below
     return q[: last + 1], level[: last + 1]
 
 
@@ -240,14 +276,20 @@ class YieldingSpectrum:
     penetration_hardness: float
     step: float = STEP
     breaks: tuple[float, ...] = field(init=False, compare=False)
-    _mean: float = field(init=False, repr=False, compare=False)  # σ₀, Pa, in elastic contact up to full contact
-    _highest: float = field(init=False, repr=False, compare=False)  # σ_P, or a pressure that no point reaches, Pa
+    _mean: float = field(
+        init=False, repr=False, compare=False
+    )  # σ₀, Pa, in elastic contact up to full contact
+    _highest: float = field(
+        init=False, repr=False, compare=False
+    )  # σ_P, or a pressure that no point reaches, Pa
     _variance: float = field(init=False, repr=False, compare=False)  # g_σ(0), Pa²
     _coherent: BSpline = field(init=False, repr=False, compare=False)
     _sidebands: BSpline = field(init=False, repr=False, compare=False)
     _scale: float = field(init=False, repr=False, compare=False)
     _rim: float = field(init=False, repr=False, compare=False)  # (E*h′/σ_P)²
-    _edge: float = field(init=False, repr=False, compare=False)  # |σ_q|² at q_max of the edges, were they steps
+    _edge: float = field(
+        init=False, repr=False, compare=False
+    )  # |σ_q|² at q_max of the edges, were they steps
 
     def __post_init__(self) -> None:
         solid = self.effective_modulus, self.nominal_pressure, self.penetration_hardness
@@ -256,13 +298,25 @@ class YieldingSpectrum:
         ends = breaks_of(self.spectrum)
         coherent, sidebands = (_smooth(table, log(ends[0])) for table in scattering)
         inner = np.concatenate([ends, np.exp(coherent.t), np.exp(sidebands.t)])
-        breaks = np.concatenate([ends[:1] / _DEPTH, inner, ends[-1:] * np.array([ONSET, 4.0, _REACH])])
+        breaks = np.concatenate(
+            [ends[:1] / _DEPTH, inner, ends[-1:] * np.array([ONSET, 4.0, _REACH])]
+        )
         mean, highest = self.nominal_pressure, self.penetration_hardness
         if isinf(highest):
             mean = float(diffusion.pressure @ diffusion.probability[0])
             highest = float(diffusion.pressure[-1])
-        values = {"_coherent": coherent, "_sidebands": sidebands, "_mean": mean, "_highest": highest}
-        values |= {"_scale": 1.0, "_rim": 1.0, "_edge": 0.0, "breaks": tuple(_distinct(breaks).tolist())}
+        values = {
+            "_coherent": coherent,
+            "_sidebands": sidebands,
+            "_mean": mean,
+            "_highest": highest,
+        }
+        values |= {
+            "_scale": 1.0,
+            "_rim": 1.0,
+            "_edge": 0.0,
+            "breaks": tuple(_distinct(breaks).tolist()),
+        }
         for name, value in values.items():
             object.__setattr__(self, name, value)
         self._balance()
@@ -275,7 +329,11 @@ class YieldingSpectrum:
         top = breaks_of(self.spectrum)[-1]
         moved = EDGE / (1 - EDGE) * float(variance[q[:, 0] > top].sum())
         own = float(variance.sum()) + moved
-        full = 2 * float(half_variance(top, self.spectrum, effective_modulus=self.effective_modulus)) / hardness**2
+        full = (
+            2
+            * float(half_variance(top, self.spectrum, effective_modulus=self.effective_modulus))
+            / hardness**2
+        )
         missing, scale = 0.0, 1.0
         if not isinf(hardness):
             most = mean * (hardness - mean)

@@ -24,12 +24,16 @@ def solve(
     """Return the contact; arguments and errors as `roughsim.solve_contact`."""
     q, hardness = grid.wavenumbers, solid.penetration_hardness
     compliance = np.divide(2.0, solid.effective_modulus * q, out=np.zeros(q.shape), where=q > 0)
-    slow = compliance.max() / compliance[q > 0].min()  # the last steps are so much smaller than the error
+    slow = (
+        compliance.max() / compliance[q > 0].min()
+    )  # the last steps are so much smaller than the error
     pressure = np.full(grid.shape, nominal_pressure)
     for iteration in range(1, LIMIT + 1):
         displacement = np.fft.irfft2(compliance * np.fft.rfft2(pressure), grid.shape)
         previous = pressure
-        pressure = loaded(previous - (displacement - heights) / compliance.max(), hardness, nominal_pressure)
+        pressure = loaded(
+            previous - (displacement - heights) / compliance.max(), hardness, nominal_pressure
+        )
         residual = slow * float(np.linalg.norm(pressure - previous) / np.linalg.norm(pressure))
         if residual <= tolerance:
             kind = np.float32 if precision == "single" else np.float64

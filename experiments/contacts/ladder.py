@@ -24,24 +24,33 @@ from contacts import members
 from contacts.limit import chain, half_width, ladder_end
 from contacts.members import PECLET
 
-LOWEST, PIXELS = 4.0, 2.0  # q_c/q_y of the first rung of roughness without end; pixels per shortest wave
+LOWEST, PIXELS = (
+    4.0,
+    2.0,
+)  # q_c/q_y of the first rung of roughness without end; pixels per shortest wave
 SIDE = 4096  # the most points along a side
-STEEP, ENOUGH = 0.65, 4  # from that H on, and on ladders of pixels, so many rungs end at half that side
+STEEP, ENOUGH = (
+    0.65,
+    4,
+)  # from that H on, and on ladders of pixels, so many rungs end at half that side
 FINEST = 32.0  # the most pixels per shortest wave
 EFFORT = 1e7  # pixels of all members of a rung
 FEWEST, MOST = 6, 256  # members of a rung
 WIDER = 4  # the large cell: its side over that of the others, or half of it where its grid would pass half of SIDE
 FADED = 0.5  # of what the large cell changes is taken on a ladder of cut-offs, and as much doubted
-SIZE_DOUBT = (
-    0.3  # of what it changes on a ladder of pixels: a third or less is left if it falls as the area of the cell
-)
+SIZE_DOUBT = 0.3  # of what it changes on a ladder of pixels: a third or less is left if it falls as the area of the cell
 PIXEL_DOUBT = 0.004  # of T_flash without end: its limit with two pixels per shortest wave against that with four
 DISTANCES = 0.05 * 1.12 ** np.arange(64)  # of g_sigma(r), in 1/q_r
 KEPT, END = 20, 0.1  # of them are reported, up to g_sigma(r)/g_sigma(0) = END
 EDGES = 2.0 ** (np.arange(-18, 43) / 3)  # bands of q/q_r: three an octave
 SEEN = 0.6  # of the Nyquist wavenumber: above, the grid distorts the stress
 SPEEDS = [f"flash_temperature-{pe:g}" for pe in PECLET]
-COLUMNS = ["contact_fraction", "yielded_fraction", *SPEEDS, "pressure_variance"]  # then g_sigma(r), then the bands
+COLUMNS = [
+    "contact_fraction",
+    "yielded_fraction",
+    *SPEEDS,
+    "pressure_variance",
+]  # then g_sigma(r), then the bands
 
 
 @dataclass(frozen=True)
@@ -83,7 +92,9 @@ def ladder(contact: Any, effort: float = EFFORT, most: int = SIDE) -> tuple[Rung
 
 def _fast(least: float) -> int:
     """Return the next number of points that is 2, 3 or 5 times a power of two, and has members enough."""
-    return min(factor * 2**k for factor in (1, 3, 5) for k in range(3, 13) if factor * 2**k >= least)
+    return min(
+        factor * 2**k for factor in (1, 3, 5) for k in range(3, 13) if factor * 2**k >= least
+    )
 
 
 def _count(side: int, effort: float) -> int:
@@ -97,7 +108,9 @@ def members_of(contact: Any, rung: Rung, stream: list[int]) -> Any:
     rows = []
     for index in range(rung.members):
         heights = rs.synthesize(spectrum, rung.grid, np.random.default_rng([*stream, index]))
-        solved = rs.solve_contact(heights, rung.grid, solid, nominal_pressure=contact.load, tolerance=1e-4)
+        solved = rs.solve_contact(
+            heights, rung.grid, solid, nominal_pressure=contact.load, tolerance=1e-4
+        )
         stress = members.stress_table(solved.pressure, rung.grid)
         areas = rs.corrected_fractions(solved.pressure, contact.hardness)
         bands = np.bincount(place, stress, minlength=EDGES.size + 1)[1:-1]
@@ -115,7 +128,9 @@ def _kernels(grid: rs.Grid) -> Any:
 def measure(contact: Any, large: Rung, rungs: list[Rung], stream: list[int]) -> dict[str, Any]:
     """Solve the members of all rungs, which share their streams, and those of the large cell."""
     result = {"large": members_of(contact, large, [*stream, 1])}
-    return result | {f"rung{k}": members_of(contact, rung, [*stream, 0]) for k, rung in enumerate(rungs)}
+    return result | {
+        f"rung{k}": members_of(contact, rung, [*stream, 0]) for k, rung in enumerate(rungs)
+    }
 
 
 @dataclass(frozen=True)
@@ -133,7 +148,10 @@ class Solved:
 
     def value(self, column: int, peclet: float | None = None, start: int = 0) -> dict[str, float]:
         """Return the limit of one column with its errors. The ladder begins at rung `start`; `peclet`: of T_flash."""
-        logs, wide = [_spread(level[:, column]) for level in self.levels], _spread(self.large[:, column])
+        logs, wide = (
+            [_spread(level[:, column]) for level in self.levels],
+            _spread(self.large[:, column]),
+        )
         slow, place, pixel = None, 0.0, 0.0
         if peclet is not None and self.endless:
             slow = [_spread(level[:, COLUMNS.index(SPEEDS[0])]) for level in self.levels]
@@ -143,7 +161,9 @@ class Solved:
         change = float(wide.mean() - logs[0].mean())
         causes = [*end.scatter, taken * half_width(wide)]
         if start == 0:
-            causes[0] -= taken * half_width(logs[0])  # so far the mean of the first rung is that of the large cell
+            causes[0] -= taken * half_width(
+                logs[0]
+            )  # so far the mean of the first rung is that of the large cell
         else:
             causes.append(taken * half_width(logs[0]))
         scatter, size = float(np.linalg.norm(causes)), doubted * abs(change)
@@ -160,7 +180,9 @@ class Solved:
 def values(rungs: list[Rung], raw: dict[str, Any]) -> dict[str, Any]:
     """Return all that is reported of a contact. Errors are relative; "error" is the total one, 95 %."""
     solved = Solved(rungs, [raw[f"rung{k}"] for k in range(len(rungs))], raw["large"])
-    speeds = [solved.value(COLUMNS.index(name), pe) for name, pe in zip(SPEEDS, PECLET, strict=True)]
+    speeds = [
+        solved.value(COLUMNS.index(name), pe) for name, pe in zip(SPEEDS, PECLET, strict=True)
+    ]
     result = {"flash_temperature": {"peclet": PECLET.tolist()} | _joined(speeds)}
     result |= {name: solved.value(COLUMNS.index(name)) for name in COLUMNS if name not in SPEEDS}
     return result | {"correlation": _correlation(solved), "spectrum": finest_spectrum(solved)}

@@ -13,7 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-LONGEST, SHORTEST = 0.2, 0.8  # bounds of a step of the ladder over the one before: exponents 2.3 ... 0.3
+LONGEST, SHORTEST = (
+    0.2,
+    0.8,
+)  # bounds of a step of the ladder over the one before: exponents 2.3 ... 0.3
 REST_DOUBT = 0.1  # of what lies beyond the ladder, beside what its last rung changed of the limit
 CROSSED = 5.0  # q_c/q_r over the Péclet number at which the share of a step is halfway to that of slow sliding
 OCTAVES = 80  # that are followed
@@ -34,7 +37,15 @@ def ladder_end(levels: list[Any], slow: list[Any] | None = None, place: float = 
     first, steps, scatter = chain(levels)
     resting = steps if slow is None else chain(slow)[1]
     value = _end(steps, resting, place)
-    slopes = np.array([_end(steps + unit, resting + unit, place) - value for unit in 1e-5 * np.eye(steps.size)]) / 1e-5
+    slopes = (
+        np.array(
+            [
+                _end(steps + unit, resting + unit, place) - value
+                for unit in 1e-5 * np.eye(steps.size)
+            ]
+        )
+        / 1e-5
+    )
     total = scatter[0] + slopes @ np.diff(scatter, axis=0)
     rest = value - steps.sum()
     doubt = UNTRIED * rest
@@ -58,9 +69,15 @@ def chain(levels: list[Any]) -> tuple[float, Any, Any]:
 def _step(coarse: Any, fine: Any, level: float) -> tuple[float, float, float]:
     """Return the step between rungs where the coarse one is `level`, how it goes with it, and its own 95 % error."""
     change, n = fine - coarse, fine.size
-    slope = float(np.cov(change, coarse)[0, 1] / coarse.var(ddof=1)) if coarse.std() > 1e-12 else 0.0
+    slope = (
+        float(np.cov(change, coarse)[0, 1] / coarse.var(ddof=1)) if coarse.std() > 1e-12 else 0.0
+    )
     rest = change - slope * (coarse - level)
-    return float(rest.mean()), slope, float(student.ppf(0.975, n - 2) * rest.std(ddof=2) / np.sqrt(n))
+    return (
+        float(rest.mean()),
+        slope,
+        float(student.ppf(0.975, n - 2) * rest.std(ddof=2) / np.sqrt(n)),
+    )
 
 
 def _end(steps: Any, slow: Any, place: float) -> float:
@@ -78,7 +95,9 @@ def _last(steps: Any) -> tuple[float, float]:
     """Return the last step of Q itself, and its share of the one before."""
     q = np.exp(np.concatenate([[0.0], np.cumsum(steps)]))
     last, before = q[-1] - q[-2], q[-2] - q[-3]
-    return float(last), float(np.clip(last / before, LONGEST, SHORTEST)) if before != 0.0 else LONGEST
+    return float(last), float(
+        np.clip(last / before, LONGEST, SHORTEST)
+    ) if before != 0.0 else LONGEST
 
 
 def half_width(members: Any) -> float:

@@ -21,10 +21,17 @@ PECLET = np.logspace(-3, 3, 7)
 _FINE = 8  # bins per mode spacing: the mean |q| of a bin stands for its modes
 
 
-def spectrum_of(hurst: float, plateau: float, q_max: float, low_exponent: float) -> rs.SelfAffineSpectrum:
+def spectrum_of(
+    hurst: float, plateau: float, q_max: float, low_exponent: float
+) -> rs.SelfAffineSpectrum:
     """C(q) with rms slope 1 and q_r = 1."""
     return rs.SelfAffineSpectrum.from_rms_slope(
-        1.0, hurst=hurst, q_min=1.0 / plateau, q_roll_off=1.0, q_max=q_max, roll_off_exponent=low_exponent
+        1.0,
+        hurst=hurst,
+        q_min=1.0 / plateau,
+        q_roll_off=1.0,
+        q_max=q_max,
+        roll_off_exponent=low_exponent,
     )
 
 

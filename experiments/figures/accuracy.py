@@ -10,7 +10,15 @@ from roughsim.charts.style import plain_ticks
 from .style import BLUE, GREEN, LOOKS, ORANGE, PINK, SKY, decades, new_figure
 
 Row = dict[str, Any]
-OTHERS = BLUE, GREEN, PINK, SKY, "0.45", "#882255", "#999933"  # methods without a colour of their own
+OTHERS = (
+    BLUE,
+    GREEN,
+    PINK,
+    SKY,
+    "0.45",
+    "#882255",
+    "#999933",
+)  # methods without a colour of their own
 MARKERS = "s^Dv<>P"
 TITLES = {
     "T_flash of these pixels": "$T_{flash}$ of one grid, by tolerance",
@@ -25,19 +33,37 @@ def one_contact(rows: list[Row], path: Path, source: str = "") -> None:
     with new_figure(path, 2.0 * len(panels), source) as figure:
         for axes, (stage, observable) in zip(figure.subplots(len(panels), 1), panels, strict=True):
             here = [
-                row for row in rows if (row["stage"], row["observable"]) == (stage, observable) and row["error"] > 0
+                row
+                for row in rows
+                if (row["stage"], row["observable"]) == (stage, observable) and row["error"] > 0
             ]
             methods = list(dict.fromkeys(row["method"] for row in here))
             for method, colour, marker in zip(methods, OTHERS, MARKERS, strict=False):
-                line = sorted((row for row in here if row["method"] == method), key=lambda row: row["seconds"])
+                line = sorted(
+                    (row for row in here if row["method"] == method), key=lambda row: row["seconds"]
+                )
                 look = LOOKS.get(method, {"color": colour, "marker": marker})
                 axes.loglog(
-                    [1e3 * row["seconds"] for row in line], [row["error"] for row in line], label=method, **look
+                    [1e3 * row["seconds"] for row in line],
+                    [row["error"] for row in line],
+                    label=method,
+                    **look,
                 )
             chosen = [row for row in here if row["chosen"]]
-            star = {"ls": "", "marker": "*", "ms": 12, "mfc": "none", "mec": ORANGE, "label": "in runs"}
-            axes.plot([1e3 * row["seconds"] for row in chosen], [row["error"] for row in chosen], **star)
-            axes.set(title=TITLES.get(observable, f"{stage}: {observable}"), ylabel="relative error")
+            star = {
+                "ls": "",
+                "marker": "*",
+                "ms": 12,
+                "mfc": "none",
+                "mec": ORANGE,
+                "label": "in runs",
+            }
+            axes.plot(
+                [1e3 * row["seconds"] for row in chosen], [row["error"] for row in chosen], **star
+            )
+            axes.set(
+                title=TITLES.get(observable, f"{stage}: {observable}"), ylabel="relative error"
+            )
             decades(axes)
             plain_ticks(axes.xaxis)
             axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5))

@@ -27,10 +27,15 @@ def chain(runs: list[Row], ways: list[Row], path: Path, source: str = "") -> Non
         panels = list(grid.flat)
         for axes, scene in zip(panels, scenes, strict=False):
             done = sorted(
-                (row for row in runs if row["scene"] == scene and "error" in row), key=lambda row: row["target"]
+                (row for row in runs if row["scene"] == scene and "error" in row),
+                key=lambda row: row["target"],
             )
-            reached = [(row["seconds"], 100 * np.nanmax(row["error"])) for row in done if row["met"]]
-            missed = [(row["seconds"], 100 * np.nanmax(row["error"])) for row in done if not row["met"]]
+            reached = [
+                (row["seconds"], 100 * np.nanmax(row["error"])) for row in done if row["met"]
+            ]
+            missed = [
+                (row["seconds"], 100 * np.nanmax(row["error"])) for row in done if not row["met"]
+            ]
             if reached:
                 axes.loglog(*np.transpose(reached), label="roughsim", **LOOKS["roughsim"])
             if missed:
@@ -53,7 +58,9 @@ def draw_way(axes: Any, row: Row) -> None:
     name, bias = row["way"], np.abs(row["bias"])
     if name in FORMULAS:
         if np.isfinite(bias).all():
-            axes.loglog(row["seconds"], 100 * bias.max(), label=name, ls="", **{**LOOKS[name], "ms": 7})
+            axes.loglog(
+                row["seconds"], 100 * bias.max(), label=name, ls="", **{**LOOKS[name], "ms": 7}
+            )
         return
     scatter = np.array(row["scatter"])
     members = np.geomspace(2, 1000, 25)
@@ -63,6 +70,8 @@ def draw_way(axes: Any, row: Row) -> None:
     x, y = members[: last + 1] * row["seconds"], 100 * error[: last + 1]
     look = {**LOOKS[name], "marker": ""}
     axes.loglog(x, y, label=name, **look)
-    known = bias.max() > 1.96 * scatter.max() / np.sqrt(row["members"])  # else the scatter hides where it ends
+    known = bias.max() > 1.96 * scatter.max() / np.sqrt(
+        row["members"]
+    )  # else the scatter hides where it ends
     if known and last < len(members):
         axes.plot(x[-1], y[-1], "x", ms=6, mew=1.6, color=look["color"])

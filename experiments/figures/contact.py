@@ -18,25 +18,47 @@ Row = dict[str, Any]
 def contact_error(rows: list[Row], path: Path, source: str = "", points: int = 512) -> None:
     """Draw the error of the pressure over the CPU time of a solve, a panel for each problem, at one size."""
     problems = list(dict.fromkeys(row["problem"] for row in rows))
-    points = points if any(row["points"] == points for row in rows) else max(row["points"] for row in rows)
+    points = (
+        points
+        if any(row["points"] == points for row in rows)
+        else max(row["points"] for row in rows)
+    )
     with new_figure(path, 5.6, source) as figure:
         grid = figure.subplots(2, 2, sharex=True, sharey=True)
         panels = grid.ravel()
         for axes, problem in zip(panels, problems, strict=False):
             for name in SOLVERS:
-                line = [r for r in rows if (r["solver"], r["problem"], r["points"]) == (name, problem, points)]
+                line = [
+                    r
+                    for r in rows
+                    if (r["solver"], r["problem"], r["points"]) == (name, problem, points)
+                ]
                 done = [r for r in line if r["error"] is not None]
                 if done:
-                    axes.loglog([r["seconds"] for r in done], [r["error"] for r in done], label=name, **LOOKS[name])
+                    axes.loglog(
+                        [r["seconds"] for r in done],
+                        [r["error"] for r in done],
+                        label=name,
+                        **LOOKS[name],
+                    )
                 failed = [r for r in line if r["why"] and r["why"] != ONE_BOUND]
                 if failed and done:  # a cross where the next tolerance was not met
-                    axes.plot(done[-1]["seconds"], done[-1]["error"], "x", ms=9, mew=1.5, color=LOOKS[name]["color"])
+                    axes.plot(
+                        done[-1]["seconds"],
+                        done[-1]["error"],
+                        "x",
+                        ms=9,
+                        mew=1.5,
+                        color=LOOKS[name]["color"],
+                    )
             axes.set_title(problem)
             decades(axes, y=(1e-9, 1))
         for axes in grid[-1]:
             axes.set_xlabel("CPU time of one solve (s)")
         figure.supylabel("relative error of the pressure", fontsize=9)
-        figure.suptitle(f"Contact of {points}² points, one thread; tolerances from 1e-2 to 1e-8", fontsize=9)
+        figure.suptitle(
+            f"Contact of {points}² points, one thread; tolerances from 1e-2 to 1e-8", fontsize=9
+        )
         legend_below(figure, list(panels), 3)
 
 
@@ -64,7 +86,9 @@ def contact_cost(rows: list[Row], path: Path, source: str = "", goal: float = 1e
         for axes in grid[-1]:
             axes.set_xlabel("points of the grid")
         figure.supylabel(f"CPU time to an error of {goal:g} (s)", fontsize=9)
-        figure.suptitle("CPU time over points; numbers are exponents of the number of points", fontsize=9)
+        figure.suptitle(
+            "CPU time over points; numbers are exponents of the number of points", fontsize=9
+        )
         legend_below(figure, list(panels), 3)
 
 
@@ -81,6 +105,10 @@ def least_times(rows: list[Row], name: str, problem: str, goal: float) -> dict[i
     """Return the least CPU seconds of a solver to an error, by points per side."""
     found: dict[int, float] = {}
     for row in rows:
-        if (row["solver"], row["problem"]) == (name, problem) and row["error"] is not None and row["error"] <= goal:
+        if (
+            (row["solver"], row["problem"]) == (name, problem)
+            and row["error"] is not None
+            and row["error"] <= goal
+        ):
             found[row["points"]] = min(found.get(row["points"], np.inf), row["seconds"])
     return found

@@ -43,7 +43,9 @@ def coverage(rows: list[dict[str, Any]], path: Path, source: str = "") -> None:
 
 def label(row: dict[str, Any]) -> str:
     """Return the observable and its speed."""
-    return NAMES[row["observable"]] + (f", {row['speed']:g} m/s" if row["speed"] is not None else "")
+    return NAMES[row["observable"]] + (
+        f", {row['speed']:g} m/s" if row["speed"] is not None else ""
+    )
 
 
 def off_over_error(groups: dict[str, tuple[Any, Any]], path: Path) -> None:

@@ -21,10 +21,15 @@ def heat(rows: list[dict[str, Any]], path: Path, source: str = "") -> None:
             for axes, what in zip(line, ("Hertz", "rough"), strict=True):
                 for method in METHODS:
                     here = {"source": what, "method": method, "peclet": peclet}.items()
-                    known = (r for r in rows if here <= r.items() and r["error"] > ROUNDING)  # not the reference
+                    known = (
+                        r for r in rows if here <= r.items() and r["error"] > ROUNDING
+                    )  # not the reference
                     found = sorted(known, key=lambda r: r["pixels"])
                     if found:
-                        x, y = [1e3 * r["seconds"] for r in found], [100 * r["error"] for r in found]
+                        x, y = (
+                            [1e3 * r["seconds"] for r in found],
+                            [100 * r["error"] for r in found],
+                        )
                         axes.loglog(x, y, label=method, **LOOKS[method])
                 number = "vR/D" if what == "Hertz" else "$v/(Dq_r)$"
                 axes.set_title(f"{what} contact, {number} = {peclet:g}")

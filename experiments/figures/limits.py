@@ -15,7 +15,13 @@ from matplotlib.patches import Patch
 from .style import new_figure
 
 Row = dict[str, Any]
-COLOURS = "#1B7837", "#A6DBA0", "#FEE08B", "#F46D43", "#7F0000"  # as dark as they are light in grey: ends differ
+COLOURS = (
+    "#1B7837",
+    "#A6DBA0",
+    "#FEE08B",
+    "#F46D43",
+    "#7F0000",
+)  # as dark as they are light in grey: ends differ
 ONE_BOUND = "one bound only"
 
 
@@ -60,7 +66,9 @@ def limits_of_solvers(rows: list[Row], path: Path, source: str = "") -> None:
             axes.set_xlabel("load $\\sigma_0/(E^* h')$")
         for axes in grid[:, 0]:
             axes.set_ylabel("hardness $\\sigma_P/\\sigma_0$")
-        figure.suptitle("Relative error of the pressure at a tolerance of 1e-6; –: no such solver", fontsize=9)
+        figure.suptitle(
+            "Relative error of the pressure at a tolerance of 1e-6; –: no such solver", fontsize=9
+        )
         colour_key(figure, bounds, unit)
 
 
@@ -76,10 +84,18 @@ def limits_of_pixel(rows: list[Row], path: Path, source: str = "") -> None:
     with new_figure(path, 2.8, source) as figure:
         panels = figure.subplots(1, len(pixels), sharex=True, sharey=True, squeeze=False)[0]
         for axes, pixel in zip(panels, pixels, strict=True):
-            draw_map(axes, [row for row in found if row["pixels"] == pixel], ("bandwidth", "hurst"), bounds, cell)
+            draw_map(
+                axes,
+                [row for row in found if row["pixels"] == pixel],
+                ("bandwidth", "hurst"),
+                bounds,
+                cell,
+            )
             axes.set(title=f"{pixel:g} pixels", xlabel="bandwidth $q_1/q_r$")
         panels[0].set_ylabel("Hurst exponent H")
-        figure.suptitle("Error of $T_{flash}$ by the pixel (%), by pixels per shortest wave", fontsize=9)
+        figure.suptitle(
+            "Error of $T_{flash}$ by the pixel (%), by pixels per shortest wave", fontsize=9
+        )
         colour_key(figure, bounds, "%", "more")
 
 
@@ -95,14 +111,21 @@ def limits_of_theory(rows: list[Row], path: Path, source: str = "") -> None:
         grid = figure.subplots(len(peclets), 2, sharex=True, sharey=True, squeeze=False)
         for line, peclet in zip(grid, peclets, strict=True):
             for axes, formula in zip(line, formulas, strict=True):
-                found = [row for row in rows if (row.get("formula"), row.get("peclet")) == (formula, peclet)]
+                found = [
+                    row
+                    for row in rows
+                    if (row.get("formula"), row.get("peclet")) == (formula, peclet)
+                ]
                 draw_map(axes, found, ("load", "bandwidth"), bounds, cell)
                 axes.set_title(f"{formula}, $v/(Dq_r)$ = {peclet:g}")
         for axes in grid[-1]:
             axes.set_xlabel("load $\\sigma_0/(E^* h')$")
         for axes in grid[:, 0]:
             axes.set_ylabel("bandwidth $q_1/q_r$")
-        figure.suptitle("Error of $T_{flash}$ of elastic contact (%), the largest for H from 0.3 to 1", fontsize=9)
+        figure.suptitle(
+            "Error of $T_{flash}$ of elastic contact (%), the largest for H from 0.3 to 1",
+            fontsize=9,
+        )
         colour_key(figure, bounds, "%")
 
 
@@ -122,16 +145,24 @@ def draw_map(
         table[i, j] = nan if isnan(size) else np.searchsorted(bounds, size)  # of the colour
         dark = not isnan(size) and (size > bounds[-1] or size <= bounds[0])
         axes.text(j, i, words, ha="center", va="center", fontsize=8, color="w" if dark else "k")
-    axes.imshow(table, vmin=0, vmax=len(bounds), cmap=ListedColormap(COLOURS), origin="lower", aspect="auto")
+    axes.imshow(
+        table, vmin=0, vmax=len(bounds), cmap=ListedColormap(COLOURS), origin="lower", aspect="auto"
+    )
     axes.set_xticks(range(len(x)), [f"{value:g}" for value in x], fontsize=7.5)
     axes.set_yticks(range(len(y)), ["∞" if value == inf else f"{value:g}" for value in y])
     axes.grid(visible=False)
 
 
-def colour_key(figure: Any, bounds: tuple[float, ...], unit: str, last: str = "more, or failed") -> None:
+def colour_key(
+    figure: Any, bounds: tuple[float, ...], unit: str, last: str = "more, or failed"
+) -> None:
     """Put the meaning of the colours below the maps."""
     space = f" {unit}" if unit else ""
-    numbers = (f"{bound:g}" if bound > 1e-3 else f"{bound:.0e}".replace("e-0", "e-") for bound in bounds)
+    numbers = (
+        f"{bound:g}" if bound > 1e-3 else f"{bound:.0e}".replace("e-0", "e-") for bound in bounds
+    )
     words = [*(f"≤ {number}{space}" for number in numbers), last]
     handles = [Patch(color=colour, label=word) for colour, word in zip(COLOURS, words, strict=True)]
-    figure.legend(handles=handles, loc="outside lower center", ncols=5, columnspacing=0.9, handlelength=1.0)
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=5, columnspacing=0.9, handlelength=1.0
+    )

@@ -76,15 +76,25 @@ def new_figure(path: Path, height: float, source: str = "") -> Iterator[Figure]:
 def legend_below(figure: Figure, axes: list[Axes], columns: int) -> None:
     """Put one legend of all panels below them, in the order of `LOOKS`."""
     handles = {
-        label: handle for panel in axes for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
+        label: handle
+        for panel in axes
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
     }
-    names = sorted(handles, key=lambda name: list(LOOKS).index(name) if name in LOOKS else len(LOOKS))
+    names = sorted(
+        handles, key=lambda name: list(LOOKS).index(name) if name in LOOKS else len(LOOKS)
+    )
     figure.legend(
-        [handles[name] for name in names], names, loc="outside lower center", ncols=columns, columnspacing=1.4
+        [handles[name] for name in names],
+        names,
+        loc="outside lower center",
+        ncols=columns,
+        columnspacing=1.4,
     )
 
 
-def decades(axes: Axes, *, x: tuple[float, float] | None = None, y: tuple[float, float] | None = None) -> None:
+def decades(
+    axes: Axes, *, x: tuple[float, float] | None = None, y: tuple[float, float] | None = None
+) -> None:
     """Set limits of logarithmic axes, with a tick for each decade, or each second one of many."""
     for axis, limits in ((axes.xaxis, x), (axes.yaxis, y)):
         if limits is not None:

@@ -46,10 +46,17 @@ STEEL = {
 }
 SLIDING = {"friction_coefficient": 0.11, "speed": [0.1, 3.0, 100.0]}
 FACE = {"rms_height": "1 um", "hurst": 0.8, "q_min": 6350.0}
-MEASURED = ("flash_temperature", "contact_fraction_corrected", "pressure_variance", "resting_flash_temperature")
+MEASURED = (
+    "flash_temperature",
+    "contact_fraction_corrected",
+    "pressure_variance",
+    "resting_flash_temperature",
+)
 
 
-def scene_of(surface: dict[str, Any], nominal_pressure: str, counterface: dict[str, Any] | None = None) -> rs.Scene:
+def scene_of(
+    surface: dict[str, Any], nominal_pressure: str, counterface: dict[str, Any] | None = None
+) -> rs.Scene:
     """Return a scene of steel against a smooth insulating flat, or a counterface."""
     sections: dict[str, Any] = {"surface": FACE | surface, "body": STEEL}
     sections["sliding"] = SLIDING | {"nominal_pressure": nominal_pressure}
@@ -108,12 +115,19 @@ class Case:
 def cases() -> dict[str, Case]:
     """Return the six scenes."""
     light = {"rms_height": "2.13 um", "q_max": 96 * 6350.0}  # q_y = 3 q_min
-    rough = {"rms_height": "1.16 um", "hurst": 0.4, "q_roll_off": 12700.0, "q_max": 210 * 6350.0}  # q_y = 7 q_min
+    rough = {
+        "rms_height": "1.16 um",
+        "hurst": 0.4,
+        "q_roll_off": 12700.0,
+        "q_max": 210 * 6350.0,
+    }  # q_y = 7 q_min
     unlike = {"rms_height": "1.2 um", "q_roll_off": 25400.0, "roll_off_exponent": 1.0, "q_max": 2e6}
     return {
         "demo": Case(rs.load_scene("demo"), 8, 2, 1e5, 2e5, (1500, 200, 24)),
         "steel-1.2GPa": Case(rs.load_scene("steel-1.2GPa"), 8, 4, 2.04e5, 1.3056e7, (1200, 150, 8)),
-        "light load": Case(scene_of(light, "6 MPa"), 16, 2, 6 * 6350.0, 96 * 6350.0, (1500, 200, 16)),
+        "light load": Case(
+            scene_of(light, "6 MPa"), 16, 2, 6 * 6350.0, 96 * 6350.0, (1500, 200, 16)
+        ),
         "low H": Case(scene_of(rough, "120 MPa"), 8, 4, 26.25 * 6350.0, 210 * 6350.0, (400, 60, 8)),
         "unlike faces": Case(scene_of(unlike, "50 MPa", UNLIKE), 8, 4, 1.25e5, 2e6, (600, 100, 8)),
         "elastic": Case(elastic_scene(), 8, 2, 16 * 6350.0, 256 * 6350.0, (1600, 300, 12)),
@@ -143,9 +157,13 @@ def case_of(scene: rs.Scene) -> Case:
 
 def moments(case: Case, level: rs.Level, length: float, index: int, seed: int) -> Array:
     """Return what is measured of one member of a level in a cell, one row; equal seed and index are one surface."""
-    numerics = rs.Numerics((level,), (length, length))  # one level each: all of them have the same stream
+    numerics = rs.Numerics(
+        (level,), (length, length)
+    )  # one level each: all of them have the same stream
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)  # steps leave out long waves
+        warnings.filterwarnings(
+            "ignore", message="q_min = ", category=RuntimeWarning
+        )  # steps leave out long waves
         found = rs.realize(case.scene, numerics, seed=seed, index=index).observables
     return np.concatenate([np.atleast_1d(getattr(found, name)) for name in MEASURED])
 
@@ -162,7 +180,11 @@ def steps(case: Case, length: float) -> Iterator[tuple[str, float, tuple[rs.Leve
     for pair in zip(case.cut_offs, case.cut_offs[1:], strict=False):
         while side(pair[1], length) > case.most_side:  # of the shortest waves alone
             length /= 2
-        yield f"q_c = {pair[1]:.4g}", length, tuple(rs.Level(column, (side(q, length),) * 2, q) for q in pair)
+        yield (
+            f"q_c = {pair[1]:.4g}",
+            length,
+            tuple(rs.Level(column, (side(q, length),) * 2, q) for q in pair),
+        )
     pixels = 2 * PIXELS
     while side(case.top, length, pixels) > case.most_side:  # of the shortest waves alone
         length /= 2
@@ -193,9 +215,17 @@ def reference(name: str, case: Case, rows: Rows) -> None:
         members, seed = max(least, of_step >> (2 * number)), SEED + 1 + number
 
         def ratio(
-            part: float = part, both: tuple[rs.Level, ...] = both, members: int = members, seed: int = seed
+            part: float = part,
+            both: tuple[rs.Level, ...] = both,
+            members: int = members,
+            seed: int = seed,
         ) -> dict[str, Any]:
-            pairs = np.stack([[moments(case, each, part, index, seed) for each in both] for index in range(members)])
+            pairs = np.stack(
+                [
+                    [moments(case, each, part, index, seed) for each in both]
+                    for index in range(members)
+                ]
+            )
             below, above = pairs.mean(axis=0)
             change = pairs[:, 1] / above - pairs[:, 0] / below
             variance = change.var(axis=0, ddof=1) / members
@@ -214,7 +244,10 @@ def orders(case: Case) -> Array:
     """Return the order of convergence in the pixel of each number of `MEASURED`."""
     of_area = ORDER if case.scene.elastic else ORDER_OF_AREA
     return np.concatenate(
-        [np.full(entries(case, name), ORDER if "temperature" in name else of_area) for name in MEASURED]
+        [
+            np.full(entries(case, name), ORDER if "temperature" in name else of_area)
+            for name in MEASURED
+        ]
     )
 
 
@@ -255,13 +288,20 @@ def assembled(case: Case, factors: dict[str, dict[str, Any]]) -> dict[str, Any]:
         start += count
     if not case.scene.elastic:
         load, hardness = case.scene.sliding.nominal_pressure, case.scene.penetration_hardness
-        area, of_pressure = (result[name]["value"] for name in ("contact_fraction_corrected", "pressure_variance"))
-        area[0], of_pressure[0] = max(area[0], load / hardness), min(of_pressure[0], load * (hardness - load))
+        area, of_pressure = (
+            result[name]["value"] for name in ("contact_fraction_corrected", "pressure_variance")
+        )
+        area[0], of_pressure[0] = (
+            max(area[0], load / hardness),
+            min(of_pressure[0], load * (hardness - load)),
+        )
     return result
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     options.add_argument("--only", nargs="*", help="names of scenes")
     chosen = options.parse_args().only
     rows = Rows(FILE, resume=True)

@@ -35,16 +35,33 @@ class Part:
     distance: tuple[float, float] = DISTANCE
 
 
-FIRST = Part(20261126, {"A": range(1, 13), "B": range(1, 9), "E": range(1, 7)}, 256, {"A": 16.0, "B": 12.0, "E": 8.0})
-SECOND = Part(20261127, {"A": range(13, 23), "B": range(9, 17), "E": range(7, 13)}, 144, {"A": 9.0, "B": 9.0, "E": 8.0})
+FIRST = Part(
+    20261126,
+    {"A": range(1, 13), "B": range(1, 9), "E": range(1, 7)},
+    256,
+    {"A": 16.0, "B": 12.0, "E": 8.0},
+)
+SECOND = Part(
+    20261127,
+    {"A": range(13, 23), "B": range(9, 17), "E": range(7, 13)},
+    144,
+    {"A": 9.0, "B": 9.0, "E": 8.0},
+)
 # the first seed with a rough body that slides under a smooth one for more than 5 mm
 FRESH = Part(
-    20261130, {"A": range(23, 33), "B": range(17, 25), "E": range(13, 21)}, 160, {"A": 9.0, "B": 9.0, "E": 8.0}
+    20261130,
+    {"A": range(23, 33), "B": range(17, 25), "E": range(13, 21)},
+    160,
+    {"A": 9.0, "B": 9.0, "E": 8.0},
 )
 PARTS = {"first": FIRST, "second": SECOND, "fresh": FRESH}
 # of experiments/sliding_distance.py, with a list of its own
 FAR = Part(
-    20261202, {"A": range(41, 47), "B": range(41, 46), "E": range(41, 46)}, 144, {"A": 9.0, "B": 9.0, "E": 8.0}, FURTHER
+    20261202,
+    {"A": range(41, 47), "B": range(41, 46), "E": range(41, 46)},
+    144,
+    {"A": 9.0, "B": 9.0, "E": 8.0},
+    FURTHER,
 )
 
 
@@ -67,7 +84,9 @@ class Bodies:
     def spectrum_to(self, end: float) -> rs.SelfAffineSpectrum:
         """Return C(q) of both faces together, up to q_max/q_min."""
         q_min = 2 * pi * PERIODS / CELL
-        return rs.SelfAffineSpectrum(self.level, self.hurst, q_min, self.plateau * q_min, end * q_min)
+        return rs.SelfAffineSpectrum(
+            self.level, self.hurst, q_min, self.plateau * q_min, end * q_min
+        )
 
 
 @dataclass(frozen=True)
@@ -82,7 +101,9 @@ class Pair(Bodies):
     @property
     def drawn(self) -> Part:
         """The part of the list to which it belongs."""
-        return next(part for part in (*PARTS.values(), FAR) if int(self.name[1:]) in part.numbers[self.kind])
+        return next(
+            part for part in (*PARTS.values(), FAR) if int(self.name[1:]) in part.numbers[self.kind]
+        )
 
     @property
     def spectrum(self) -> rs.SelfAffineSpectrum:
@@ -142,9 +163,14 @@ def _pair(several: Part, kind: str, number: int, distance: float, rng: np.random
         level = (pressure / (MODULUS * load * unit.rms_slope)) ** 2  # σ₀ = load E* h′
     else:
         pressure, hardness_or_none = share * hardness, hardness
-        elastic, seen = (0.01, end / between(1.5, 5.0)) if kind == "A" else (rng.uniform(0.2, 0.8), end)
+        elastic, seen = (
+            (0.01, end / between(1.5, 5.0)) if kind == "A" else (rng.uniform(0.2, 0.8), end)
+        )
         level = level_at(share, hardness, elastic, unit.truncated(q_max=seen * q_min))
-    moving, resting = (between(3.0, 100.0), between(1e-6, 4e-5)), (between(3.0, 100.0), between(1e-6, 4e-5))
+    moving, resting = (
+        (between(3.0, 100.0), between(1e-6, 4e-5)),
+        (between(3.0, 100.0), between(1e-6, 4e-5)),
+    )
     speeds, part = (between(0.5, 7.0), between(7.0, 100.0)), rounded(rng.uniform(0.05, 0.95))
     return Pair(
         f"{kind}{number:02d}",
@@ -179,9 +205,14 @@ def rounded(value: float, digits: int = 4) -> float:
 def points(path: Path) -> list[Pair]:
     """Return a committed list."""
     rows = json.loads(path.read_text("utf-8"))
-    return [Pair(**{key: tuple(x) if isinstance(x, list) else x for key, x in row.items()}) for row in rows]
+    return [
+        Pair(**{key: tuple(x) if isinstance(x, list) else x for key, x in row.items()})
+        for row in rows
+    ]
 
 
 def write(pairs: list[Pair], path: Path) -> None:
     """Write a list as JSON."""
-    path.write_text("[\n" + ",\n".join(json.dumps(asdict(pair)) for pair in pairs) + "\n]\n", "utf-8")
+    path.write_text(
+        "[\n" + ",\n".join(json.dumps(asdict(pair)) for pair in pairs) + "\n]\n", "utf-8"
+    )

@@ -13,7 +13,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 REORDER = frozenset({"reassoc", "contract", "nsz"})
 
 
-def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Callable[[Function], Function]:
+def kernel(
+    fastmath: frozenset[str] = frozenset(), inline: bool = False
+) -> Callable[[Function], Function]:
     """Return the decorator that all kernels share: compiled once, cached on disk, without the GIL.
 
     The compiler builds a kernel into the kernels that call it, but not if it loads these from the disk. The last bits
@@ -22,12 +24,21 @@ def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Call
     """
 
     def decorate(function: Function) -> Function:
-        options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": set(fastmath)}
+        options: dict[str, Any] = {
+            "cache": True,
+            "nogil": True,
+            "error_model": "numpy",
+            "fastmath": set(fastmath),
+        }
         options["inline"] = "always" if inline else "never"
         try:
             return cast(Function, njit(**options)(function))
-        except RuntimeError:  # neither the package's folder nor the user's cache folder can be written
-            if multiprocessing.current_process().name == "MainProcess":  # that of a worker has warned
+        except (
+            RuntimeError
+        ):  # neither the package's folder nor the user's cache folder can be written
+            if (
+                multiprocessing.current_process().name == "MainProcess"
+            ):  # that of a worker has warned
                 warnings.warn(
                     "compiled code cannot be kept: each process compiles again, which takes seconds; set "
                     "NUMBA_CACHE_DIR to a folder that takes files",
@@ -47,4 +58,8 @@ def is_loaded(function: Callable[..., Any]) -> bool:
 def was_compiled(function: Callable[..., Any]) -> bool:
     """Whether this process compiled a kernel and keeps it for later ones; False if it came from the cache."""
     statistics = getattr(function, "stats", None)  # there are none with NUMBA_DISABLE_JIT=1
-    return statistics is not None and statistics.cache_path is not None and bool(statistics.cache_misses)
+    return (
+        statistics is not None
+        and statistics.cache_path is not None
+        and bool(statistics.cache_misses)
+    )

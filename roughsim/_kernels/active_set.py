@@ -67,7 +67,9 @@ def clipped_sum(p: Any, gap: Any, law: Any) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def classify(p: Any, gap: Any, free: Any, rest: Any, law: Any, reach: float, unit: float, limit: float) -> Any:
+def classify(
+    p: Any, gap: Any, free: Any, rest: Any, law: Any, reach: float, unit: float, limit: float
+) -> Any:
     """Fill the active set, and gap − d on the free points (zero elsewhere).
 
     A point is free if 0 < p − reach κ (gap − d) < cap. With x = clip(p − κ(gap − d), 0, cap) and m = p − x, return Σ x,
@@ -106,7 +108,16 @@ def classify(p: Any, gap: Any, free: Any, rest: Any, law: Any, reach: float, uni
 
 @kernel(fastmath=REORDER)
 def propose(
-    p: Any, gap: Any, free: Any, z: Any, step: Any, change: Any, load: Any, inner: Any, mix: Any, law: Any
+    p: Any,
+    gap: Any,
+    free: Any,
+    z: Any,
+    step: Any,
+    change: Any,
+    load: Any,
+    inner: Any,
+    mix: Any,
+    law: Any,
 ) -> Any:
     """Write the trial change: β step − α z on the free points, to the nearest bound elsewhere; `mix` holds α and β.
 
@@ -141,7 +152,9 @@ def propose(
 
 
 @kernel(fastmath=REORDER)
-def shifted_step(p: Any, gap: Any, free: Any, change: Any, step: Any, offset: float, shift: float, cap: float) -> Any:
+def shifted_step(
+    p: Any, gap: Any, free: Any, change: Any, step: Any, offset: float, shift: float, cap: float
+) -> Any:
     """Write the step clip(p + change + shift on the free points, 0, cap) − p.
 
     Return Σ of the clipped, how many free points stay between the bounds, and ⟨step, gap − d⟩.
@@ -222,7 +235,9 @@ def curvature(step: Any, response: Any) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def advance(p: Any, gap: Any, step: Any, response: Any, length: float, slack: float, law: Any) -> Any:
+def advance(
+    p: Any, gap: Any, step: Any, response: Any, length: float, slack: float, law: Any
+) -> Any:
     """Add τ step to the pressure and τ S·step to the gap; return the sums of `clipped_sum` there.
 
     Points within the rounding of the step (a share `slack` of it) go onto the bound, and no others, since the gap does

@@ -30,7 +30,9 @@ def _plane(flat: Any, levels: Any, i: int) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def extend(stages: int, rows: Any, _: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid: Any) -> None:
+def extend(
+    stages: int, rows: Any, _: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid: Any
+) -> None:
     """Extend a field from the free points, in place: push, the levels above, pull."""
     weight, value, inverse = parents
     levels, weights, inverses, values = pyramid
@@ -99,7 +101,9 @@ def transpose(
 
 
 @kernel(inline=True)
-def _push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value: Any, inverse: Any) -> None:
+def _push_finest(
+    start: int, stop: int, free: Any, field: Any, weight: Any, value: Any, inverse: Any
+) -> None:
     """Fill the parent rows of the rows start … stop − 1 (start even): weight, mean, 1/Σ weights."""
     columns = field.shape[1]
     one, third, zero = field.dtype.type(1.0), field.dtype.type(1.0 / 3.0), field.dtype.type(0.0)
@@ -128,7 +132,13 @@ def _push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, valu
 
 @kernel(inline=True)
 def push(
-    weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent_inverse: Any, totals: Any, sums: Any
+    weight: Any,
+    value: Any,
+    parent_weight: Any,
+    parent_value: Any,
+    parent_inverse: Any,
+    totals: Any,
+    sums: Any,
 ) -> None:
     """Fill the parents: weight, weighted mean, 1/Σ weights; `totals` and `sums` are buffers for one row."""
     rows, columns = weight.shape
@@ -161,7 +171,9 @@ def push(
 
 
 @kernel(inline=True)
-def pull(start: int, stop: int, weight: Any, parent: Any, value: Any, line: Any, doubled: Any) -> None:
+def pull(
+    start: int, stop: int, weight: Any, parent: Any, value: Any, line: Any, doubled: Any
+) -> None:
     """Write w v + (1 − w)·(interpolation of the parents) in the rows start … stop − 1."""
     columns, (height, width) = weight.shape[1], parent.shape
     kind, high, wide = parent.dtype.type, weight.shape[0] > height, columns > width
@@ -205,7 +217,9 @@ def gather(start: int, stop: int, weight: Any, source: Any, parent: Any, line: A
         line[0], line[2 * width + 1] = line[2 * width], line[1]
         for j in range(width):
             if wide:
-                parent[i, j] = big * (line[2 * j + 1] + line[2 * j + 2]) + small * (line[2 * j] + line[2 * j + 3])
+                parent[i, j] = big * (line[2 * j + 1] + line[2 * j + 2]) + small * (
+                    line[2 * j] + line[2 * j + 3]
+                )
             else:
                 parent[i, j] = line[j + 1]
 
@@ -226,7 +240,15 @@ def scatter(i: int, weight: Any, parent: Any, inverse: Any, source: Any, line: A
 
 @kernel(fastmath=REORDER)
 def scatter_load(
-    start: int, stop: int, line: Any, free: Any, parent: Any, inverse: Any, p: Any, cap: float, change: Any
+    start: int,
+    stop: int,
+    line: Any,
+    free: Any,
+    parent: Any,
+    inverse: Any,
+    p: Any,
+    cap: float,
+    change: Any,
 ) -> Any:
     """Subtract the result at the free points from their change; `line` is a buffer for one row.
 

@@ -12,7 +12,15 @@ _FORGOTTEN = 40.0  # decays in a step from which on the memory is empty: e^-40 =
 
 @kernel(fastmath=REORDER)
 def remember(
-    along: Any, across: Any, rates: Any, weights: Any, new: Any, old: Any, latest: Any, memory: Any, result: Any
+    along: Any,
+    across: Any,
+    rates: Any,
+    weights: Any,
+    new: Any,
+    old: Any,
+    latest: Any,
+    memory: Any,
+    result: Any,
 ) -> None:
     """Add one step to the memory, and write the temperature that it gives at the end of the next step.
 
@@ -34,7 +42,12 @@ def remember(
             fall = falls_along[i] * falls_across[j]
             real, imag = memory[i, j, 0], memory[i, j, 1]
             weight = weights[min(i, last_i), min(j, last_j)]
-            new_real, new_imag, old_real, old_imag = new[i, j].real, new[i, j].imag, old[i, j].real, old[i, j].imag
+            new_real, new_imag, old_real, old_imag = (
+                new[i, j].real,
+                new[i, j].imag,
+                old[i, j].real,
+                old[i, j].imag,
+            )
             total_real, total_imag = direct * new_real, direct * new_imag
             for k in range(count):
                 y = rates[k] + decay

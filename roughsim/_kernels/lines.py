@@ -18,7 +18,9 @@ COMPLY, STIFFEN, THERE, BACKWARD = range(4)  # operation on the columns
 
 
 @kernel()
-def product(stages: int, task: int, execute: Any, source: Any, target: Any, rows: Any, columns: Any) -> None:
+def product(
+    stages: int, task: int, execute: Any, source: Any, target: Any, rows: Any, columns: Any
+) -> None:
     """Multiply a field by q/2 or by 2/q, or do one stage of the product on some of the lines.
 
     `stages` is a sum of `ROWS`, `COLUMNS` and `BACK`. `task` is the work on the columns: `COMPLY`, `STIFFEN`, or their
@@ -27,21 +29,53 @@ def product(stages: int, task: int, execute: Any, source: Any, target: Any, rows
     first, last, row_group, row_plans, row_source, row_result, spectrum = rows
     start, stop, column_group, column_plans, whole, column_result, weights = columns
     if stages & ROWS:
-        _rows_forward(execute, source, first, last, row_group, row_plans, row_source, row_result, spectrum)
+        _rows_forward(
+            execute, source, first, last, row_group, row_plans, row_source, row_result, spectrum
+        )
     if stages & COLUMNS:
         if task >= THERE:
             there = task == THERE
-            _columns_alone(there, execute, start, stop, column_group, column_plans, whole, column_result, weights)
+            _columns_alone(
+                there,
+                execute,
+                start,
+                stop,
+                column_group,
+                column_plans,
+                whole,
+                column_result,
+                weights,
+            )
         else:
             stiff = task == STIFFEN
-            _columns_product(stiff, execute, start, stop, column_group, column_plans, whole, column_result, weights)
+            _columns_product(
+                stiff,
+                execute,
+                start,
+                stop,
+                column_group,
+                column_plans,
+                whole,
+                column_result,
+                weights,
+            )
     if stages & BACK:
-        _rows_backward(execute, target, first, last, row_group, row_plans, row_source, row_result, spectrum)
+        _rows_backward(
+            execute, target, first, last, row_group, row_plans, row_source, row_result, spectrum
+        )
 
 
 @kernel(inline=True)
 def _rows_forward(
-    execute: Any, field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
+    execute: Any,
+    field: Any,
+    start: int,
+    stop: int,
+    group: int,
+    plans: Any,
+    source: Any,
+    result: Any,
+    spectrum: Any,
 ) -> None:
     """Transform pairs of rows to the columns of twice the half spectrum, transposed."""
     rows, columns = field.shape
@@ -59,7 +93,12 @@ def _rows_forward(
             a, b = 2 * k, 2 * (columns - k if k else 0)
             for r in range(min(group, stop - first)):
                 c = 4 * (first + r)
-                real, imaginary, other, conjugate = result[r, a], result[r, a + 1], result[r, b], result[r, b + 1]
+                real, imaginary, other, conjugate = (
+                    result[r, a],
+                    result[r, a + 1],
+                    result[r, b],
+                    result[r, b + 1],
+                )
                 spectrum[k, c] = real + other
                 spectrum[k, c + 1] = imaginary - conjugate
                 spectrum[k, c + 2] = imaginary + conjugate
@@ -68,7 +107,15 @@ def _rows_forward(
 
 @kernel(inline=True)
 def _rows_backward(
-    execute: Any, field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
+    execute: Any,
+    field: Any,
+    start: int,
+    stop: int,
+    group: int,
+    plans: Any,
+    source: Any,
+    result: Any,
+    spectrum: Any,
 ) -> None:
     """Undo `_rows_forward` but for factors."""
     rows, columns = field.shape
@@ -79,7 +126,12 @@ def _rows_backward(
             share = zero if k == 0 or a == columns else one  # k = −k: both spectra are real there
             for r in range(min(group, stop - first)):
                 c = 4 * (first + r)
-                x, y, u, v = spectrum[k, c], share * spectrum[k, c + 1], spectrum[k, c + 2], share * spectrum[k, c + 3]
+                x, y, u, v = (
+                    spectrum[k, c],
+                    share * spectrum[k, c + 1],
+                    spectrum[k, c + 2],
+                    share * spectrum[k, c + 3],
+                )
                 # −k first, which is behind the line for k = 0
                 result[r, b] = x + v
                 result[r, b + 1] = u - y
@@ -115,7 +167,9 @@ def _columns_product(
         execute(plans[0], line, result.ctypes.data)
         for r in range(min(group, stop - first)):
             other = across[first + r]
-            for i in range(1 if other == 0 else 0, along.size):  # q = 0 is left out: 2/q has no limit there
+            for i in range(
+                1 if other == 0 else 0, along.size
+            ):  # q = 0 is left out: 2/q has no limit there
                 q = np.sqrt(along[i] + other)
                 weight = half * q if stiff else twice / q
                 result[r, 2 * i] *= weight

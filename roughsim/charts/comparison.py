@@ -69,10 +69,25 @@ def comparison_chart(run: Run, rows: Sequence[_Row], path: Path | None, look: Lo
         draw_psd(psd, run.scene, 1.4)
         if not run.scene.elastic:
             note = r"$C(q)$ solid" + "\n" + r"$C_\mathrm{sm}(q)$ dashed"
-            box = {"facecolor": psd.get_facecolor(), "edgecolor": "none", "pad": 1.0}  # over the lines of the cut-offs
-            psd.text(0.97, 0.96, note, transform=psd.transAxes, fontsize=8, ha="right", va="top", bbox=box)
+            box = {
+                "facecolor": psd.get_facecolor(),
+                "edgecolor": "none",
+                "pad": 1.0,
+            }  # over the lines of the cut-offs
+            psd.text(
+                0.97,
+                0.96,
+                note,
+                transform=psd.transAxes,
+                fontsize=8,
+                ha="right",
+                va="top",
+                bbox=box,
+            )
         r = distances(run.scene)
-        correlation.plot(r * 1e6, prediction.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
+        correlation.plot(
+            r * 1e6, prediction.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4
+        )
         law = prediction.calibrated_correlation(run.scene, r) * 1e-18
         correlation.plot(r * 1e6, law, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
         for column in run.numerics.columns:
@@ -80,7 +95,12 @@ def comparison_chart(run: Run, rows: Sequence[_Row], path: Path | None, look: Lo
         draw_cut_offs(psd, run)
         psd.set(xlabel="$q$, rad/m", ylabel="$C$, m⁴", title=r"Roughness; dotted: cut-offs $q_c$")
         correlation.axhline(0.0, color="0.7", lw=0.6, zorder=0)
-        correlation.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, r[-1] * 1e6))
+        correlation.set(
+            xlabel="$r$, µm",
+            ylabel=r"$g_\sigma$, GPa²",
+            title="Stress correlation",
+            xlim=(0, r[-1] * 1e6),
+        )
         for axes, observable in zip(over_speed, _DRAWN, strict=True):
             draw_over_speed(axes, run, rows, observable)
         _draw_legend(words, run, [row for row in rows if row.observable in _DRAWN and row.speed])
@@ -97,7 +117,9 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[_Row], observable: str)
     unit, factor = shown(si)
     _draw_theory(axes, run.scene, observable, factor)
     if any(row.cut for row in rows):
-        axes.plot(speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--")
+        axes.plot(
+            speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--"
+        )
     for column in rows[0].columns:
         _draw_measured(axes, rows, column, factor)
     if any(row.note == AT_CUT_OFF for row in rows):
@@ -147,18 +169,31 @@ def _draw_legend(axes: Axes, run: Run, drawn: Sequence[_Row]) -> None:
         handles.append(Line2D([], [], label=meanings[column], **style))
     axes.legend(handles=handles, loc="upper left", borderaxespad=0)
     text = _text_of_run(run, drawn)
-    axes.text(0, 0.6, text, transform=axes.transAxes, va="top", fontsize=8, linespacing=1.4, parse_math=False)
+    axes.text(
+        0,
+        0.6,
+        text,
+        transform=axes.transAxes,
+        va="top",
+        fontsize=8,
+        linespacing=1.4,
+        parse_math=False,
+    )
 
 
 def _text_of_run(run: Run, drawn: Sequence[_Row]) -> str:
     """Return lines on the run, the bands and the heat share."""
-    unknown = dict.fromkeys(part for row in drawn for cell in row.columns.values() for part in cell.unknown)
+    unknown = dict.fromkeys(
+        part for row in drawn for cell in row.columns.values() for part in cell.unknown
+    )
     unknown.pop("bandwidth", None)  # in the titles as "at q_c"
     lines = [
         plain(run.scene.title),
         run.extent,
         "bands: total error, 95 %; of the stress correlation: statistical, 95 %",
-        f"at least, as these parts of the error are unknown: {', '.join(unknown)}" if unknown else "",
+        f"at least, as these parts of the error are unknown: {', '.join(unknown)}"
+        if unknown
+        else "",
         f"heat share in the body: {run.share_text()}",
     ]
     return "\n".join(fill(line, 50) for line in lines if line)

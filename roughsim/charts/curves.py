@@ -85,7 +85,11 @@ class Entry(NamedTuple):
 
 
 def curves_chart(
-    path: Path | None, entries: Sequence[Entry], quantities: Sequence[str] = ALL, title: str = "", look: Look = USUAL
+    path: Path | None,
+    entries: Sequence[Entry],
+    quantities: Sequence[str] = ALL,
+    title: str = "",
+    look: Look = USUAL,
 ) -> None:
     """Draw each quantity in a panel: PSD, CORRELATION, or an observable over the speed, of all entries.
 
@@ -93,10 +97,16 @@ def curves_chart(
     lines and markers. ValueError if a quantity has no curve for these entries.
     """
     for quantity in quantities:
-        if quantity not in (PSD, CORRELATION) and any(_speeds(entry.scene).size == 0 for entry in entries):
-            raise ValueError(f"{quantity} is over the speed, and no speed is above 0 m/s; add one to sliding.speed")
+        if quantity not in (PSD, CORRELATION) and any(
+            _speeds(entry.scene).size == 0 for entry in entries
+        ):
+            raise ValueError(
+                f"{quantity} is over the speed, and no speed is above 0 m/s; add one to sliding.speed"
+            )
     several = len(quantities) > 1
-    with new_figure(path, _MANY if several else _ONE, plain(title).replace("$", r"\$"), look) as figure:
+    with new_figure(
+        path, _MANY if several else _ONE, plain(title).replace("$", r"\$"), look
+    ) as figure:
         panels: list[Axes] = list(figure.subplots(2, 3).ravel()) if several else [figure.subplots()]
         colours = _colours(entries)
         for axes, quantity in zip(panels, quantities, strict=False):
@@ -159,7 +169,11 @@ def _line(axes: Axes, x: Array, y: Array, entry: Entry, source: str, colour: Any
         return
     calibrated = source == "calibrated"
     usual = CALIBRATED if calibrated else THEORY
-    style: dict[str, Any] = {"ls": DASHES if calibrated else "-", "lw": 1.2, "zorder": 3 if calibrated else 2}
+    style: dict[str, Any] = {
+        "ls": DASHES if calibrated else "-",
+        "lw": 1.2,
+        "zorder": 3 if calibrated else 2,
+    }
     (line,) = axes.plot(x, y, color=usual if colour is None else colour, **style)
     line.set_gid(f"{entry.label}: {source}")  # names the curve in the file of the numbers
 
@@ -181,7 +195,9 @@ def _draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: Any) -> 
         of_column = COLOURS[column] if colour is None else colour
         band(axes, speed, mean, error, of_column, f"{entry.label}: {column}")
         face = "white" if colour is not None and column == "smoothed" else of_column
-        axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=of_column, mfc=face, gid=MARKS)
+        axes.plot(
+            speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=of_column, mfc=face, gid=MARKS
+        )
 
 
 def theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
@@ -196,12 +212,21 @@ def theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
         speed = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
         both = prediction.over_speed(scene, speed), prediction.calibrated_over_speed(scene, speed)
         theory, law = (by[observable] for by in both)
-        shares = [share(scene, speed) for share in (prediction.heat_partition, prediction.calibrated_share)]
+        shares = [
+            share(scene, speed)
+            for share in (prediction.heat_partition, prediction.calibrated_share)
+        ]
     else:
         moving = np.array(scene.speeds) > 0.0
-        theory, law = prediction.predictions(scene)[observable], prediction.calibrated_predictions(scene)[observable]
+        theory, law = (
+            prediction.predictions(scene)[observable],
+            prediction.calibrated_predictions(scene)[observable],
+        )
         theory, law = theory[moving], law[moving]
-        shares = [share(scene)[moving] for share in (prediction.heat_partition, prediction.calibrated_share)]
+        shares = [
+            share(scene)[moving]
+            for share in (prediction.heat_partition, prediction.calibrated_share)
+        ]
     if OBSERVABLES[observable].heated:
         theory, law = theory * shares[0], law * shares[1]
     return speed, {"theory": theory, "calibrated": law}
@@ -215,15 +240,22 @@ def _sign(observable: str) -> float:
 def _name_axes(axes: Axes, entries: Sequence[Entry], quantity: str) -> None:
     """Set titles, labels and scales of a panel."""
     if quantity == PSD:
-        axes.set(xlabel="$q$, rad/m", ylabel="$C$, m⁴", title=r"$C(q)$ solid, $C_\mathrm{sm}(q)$ dashed")
+        axes.set(
+            xlabel="$q$, rad/m", ylabel="$C$, m⁴", title=r"$C(q)$ solid, $C_\mathrm{sm}(q)$ dashed"
+        )
         if any(entry.run is not None for entry in entries):
             axes.set_title(axes.get_title("left") + ", $q_c$ dotted")
         return
     if quantity == CORRELATION:
         axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
-        axes.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, None))
+        axes.set(
+            xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, None)
+        )
         return
-    words, unit = _WORDS.get(quantity, quantity.replace("_", " ")), shown(OBSERVABLES[quantity].unit)[0]
+    words, unit = (
+        _WORDS.get(quantity, quantity.replace("_", " ")),
+        shown(OBSERVABLES[quantity].unit)[0],
+    )
     symbol = ("−" if _sign(quantity) < 0.0 else "") + _SYMBOLS.get(quantity, words)
     axes.set(xscale="log", xlabel="$v$, m/s", ylabel=f"{symbol}, {unit}" if unit else symbol)
     cut = dict.fromkeys(_column_at_cut_off(entry, quantity) for entry in entries)
@@ -244,13 +276,18 @@ def _column_at_cut_off(entry: Entry, observable: str) -> str:
 
 
 def _handles(
-    panels: Sequence[Axes], entries: Sequence[Entry], colours: Sequence[Any], quantities: Sequence[str]
+    panels: Sequence[Axes],
+    entries: Sequence[Entry],
+    colours: Sequence[Any],
+    quantities: Sequence[str],
 ) -> list[Any]:
     """Return the entries of the legend: scenes by colour, then sources by line and marker."""
     handles: list[Any] = []
     if colours[0] is not None:
         for entry, colour in zip(entries, colours, strict=True):
-            handles.append(Line2D([], [], color=colour, lw=3.0, label=fill(plain(entry.label), _LETTERS)))
+            handles.append(
+                Line2D([], [], color=colour, lw=3.0, label=fill(plain(entry.label), _LETTERS))
+            )
     if tuple(quantities) == (PSD,):
         return handles
     gammas = {f"{entry.scene.theory.gamma:g}" for entry in entries}
@@ -258,11 +295,21 @@ def _handles(
     handles.append(Line2D([], [], color=THEORY, lw=1.2, label=label))
     if any(str(line.get_gid()).endswith(": calibrated") for axes in panels for line in axes.lines):
         colour = CALIBRATED if colours[0] is None else THEORY
-        handles.append(Line2D([], [], color=colour, lw=1.2, ls=DASHES, label="calibrated stress spectrum"))
-    columns = dict.fromkeys(name for entry in entries if entry.rows for name in entry.rows[0].columns)
+        handles.append(
+            Line2D([], [], color=colour, lw=1.2, ls=DASHES, label="calibrated stress spectrum")
+        )
+    columns = dict.fromkeys(
+        name for entry in entries if entry.rows for name in entry.rows[0].columns
+    )
     for name in columns:
         colour = COLOURS[name] if colours[0] is None else THEORY
         face = "white" if colours[0] is not None and name == "smoothed" else colour
-        style: dict[str, Any] = {"color": colour, "marker": MARKERS[name], "ms": 4, "lw": 1.0, "mfc": face}
+        style: dict[str, Any] = {
+            "color": colour,
+            "marker": MARKERS[name],
+            "ms": 4,
+            "lw": 1.0,
+            "mfc": face,
+        }
         handles.append(Line2D([], [], label=f"{name}, ± total error, 95 %", **style))
     return handles

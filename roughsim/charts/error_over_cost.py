@@ -89,17 +89,33 @@ def _draw_panel(axis: Axes, points: Sequence[Point]) -> None:
     axis.set(xscale="log", yscale="log")
     axis.set_xlim(*_at_least_a_decade(*axis.get_xlim()))
     axis.set_ylim(*_at_least_a_decade(*axis.get_ylim()))
-    axis.xaxis.set_minor_formatter(NullFormatter())  # narrow panels have room for powers of ten alone
+    axis.xaxis.set_minor_formatter(
+        NullFormatter()
+    )  # narrow panels have room for powers of ten alone
     if points[0].doubt > 0.0:
-        axis.axhline(points[0].doubt, color="0.6", lw=0.8, ls="--", zorder=-1, label="doubt about the limit itself")
+        axis.axhline(
+            points[0].doubt,
+            color="0.6",
+            lw=0.8,
+            ls="--",
+            zorder=-1,
+            label="doubt about the limit itself",
+        )
     _add_seconds(axis, points)
 
 
 def _draw_methods(axis: Axes, drawn: Sequence[Point], methods: Sequence[str]) -> None:
     """Draw a line for each method, with a colour and a marker of its own."""
     for k, method in enumerate(methods):
-        line = sorted((point for point in drawn if point.method == method), key=lambda point: point.pairs)
-        style: dict[str, Any] = {"color": _HUES[k % 12], "marker": _SHAPES[k % 12], "ms": 3.5, "lw": 0.9}
+        line = sorted(
+            (point for point in drawn if point.method == method), key=lambda point: point.pairs
+        )
+        style: dict[str, Any] = {
+            "color": _HUES[k % 12],
+            "marker": _SHAPES[k % 12],
+            "ms": 3.5,
+            "lw": 0.9,
+        }
         axis.plot(*_costs_and_errors(line), label=method, **style)
 
 

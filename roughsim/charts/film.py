@@ -10,21 +10,25 @@ from roughsim.grid import Array
 from roughsim.results.film import read_film
 
 _SHOWN = 4  # positions
-_MARKS = {"resting": ("^", "#3fae2a"), "moving": ("o", "#00b7c7")}  # of the highest summits of either face
+_MARKS = {
+    "resting": ("^", "#3fae2a"),
+    "moving": ("o", "#00b7c7"),
+}  # of the highest summits of either face
 
 
 def film_chart(subject: Subject, path: Path) -> None:
     """Draw a quarter of the cell at the first and the last position and between, with the summits of both faces."""
-    film, k = read_film(subject.run, subject.index or 0), subject.run.scene.speeds.index(subject.speed or 0.0)
+    film, k = (
+        read_film(subject.run, subject.index or 0),
+        subject.run.scene.speeds.index(subject.speed or 0.0),
+    )
     places = np.rint(np.linspace(0, film.positions(k) - 1, _SHOWN)).astype(int)
     x, y = ((points + 1) // 2 for points in film.grid.shape)
     window = slice(0, x), slice(0, y)
     ends = (np.array([x, y]) - 0.5) * film.grid.spacing
     metres = scaled(float(ends.max()), "m")[0]  # of the axes
     rows = {"pressure": film.maps.pressure, "temperature": film.maps.temperature[k]}
-    words = (
-        "Both faces slide. Triangles: highest summits of the face at rest; circles: of the face that moves to the left"
-    )
+    words = "Both faces slide. Triangles: highest summits of the face at rest; circles: of the face that moves to the left"
     with new_figure(path, (11.6, 6.0), subject.title(words), subject.look) as figure:
         panels = figure.subplots(2, _SHOWN, sharex=True, sharey=True)
         for line, (name, maps) in zip(panels, rows.items(), strict=True):
@@ -34,13 +38,18 @@ def film_chart(subject: Subject, path: Path) -> None:
             shown *= factor
             for axes, field, place in zip(line, shown, places, strict=True):
                 image = draw_field(axes, field, film.grid, window, colour_range(name, shown))
-                for face, summits in (("resting", film.resting_summits), ("moving", film.moving_summits[place])):
+                for face, summits in (
+                    ("resting", film.resting_summits),
+                    ("moving", film.moving_summits[place]),
+                ):
                     marker, colour = _MARKS[face]
                     inside = summits[(summits < ends).all(axis=1)] * metres
                     axes.plot(*inside.T, marker, ms=5, mfc="none", mec=colour, mew=1.2)
                 if name == "pressure":
                     slid, slid_unit = scaled(float(film.maps.distance[place]), "m")
-                    axes.set_title(f"after {slid * float(film.maps.distance[place]):.3g} {slid_unit}")
+                    axes.set_title(
+                        f"after {slid * float(film.maps.distance[place]):.3g} {slid_unit}"
+                    )
             above = " above the background" if name == "temperature" else ""
             colour_bar(figure, image, list(line), f"{symbol}{above}, {prefixed}", "right")
         for axes in panels.ravel():

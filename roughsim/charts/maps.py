@@ -38,21 +38,33 @@ def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None)
     field, pressure, grid = subject.field(name), subject.field("pressure"), subject.grid
     window, hot = _window_of(grid, zoom), name == "temperature"
     narrow = subject.look.size is not None and subject.look.size[0] < _TWO_PANELS
-    enlarged = None if narrow or zoom is not None else busiest_part(field if hot else averaged(pressure))
+    enlarged = (
+        None if narrow or zoom is not None else busiest_part(field if hot else averaged(pressure))
+    )
     title, symbol, si_unit = FIELDS[name]
     factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
     field *= factor
     hard = _share_in_grey(subject, name, pressure)
-    colours, windows = colour_range(name, field[window], hard), [window] if enlarged is None else [window, enlarged]
-    outlined = pressure if hot and not (narrow and zoom is None) else None  # it would hide a small map
+    colours, windows = (
+        colour_range(name, field[window], hard),
+        [window] if enlarged is None else [window, enlarged],
+    )
+    outlined = (
+        pressure if hot and not (narrow and zoom is None) else None
+    )  # it would hide a small map
     if hard:
-        title, symbol = f"{title}; grey: {100 * hard:.3g} % of it, at the hardness", f"{symbol} below the hardness"
+        title, symbol = (
+            f"{title}; grey: {100 * hard:.3g} % of it, at the hardness",
+            f"{symbol} below the hardness",
+        )
     size = 4.6 * len(windows) + 0.6, 3.9 * _height_over_width(grid, window) + 1.25
     with new_figure(path, size, subject.title(title), subject.look) as figure:
         panels = list(figure.subplots(1, len(windows), squeeze=False)[0])
         for axes, part in zip(panels, windows, strict=True):
             # the contact is outlined on the most enlarged map
-            image = draw_field(axes, field, grid, part, colours, outlined if part is windows[-1] else None)
+            image = draw_field(
+                axes, field, grid, part, colours, outlined if part is windows[-1] else None
+            )
         if enlarged is not None:
             _draw_frame(panels[0], grid, enlarged, "1.0" if hot else "0.2")
             panels[1].set_title(PART, fontsize=8, color="0.3")
@@ -82,7 +94,10 @@ def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | No
             # on a whole cell the outlines would hide the spots
             outlined = pressure if name != "pressure" and zoom is not None else None
             hard = _share_in_grey(subject, name, pressure)
-            colours, edge = colour_range(name, field[window], hard), "0.0" if name == "heights" else _OUTLINE
+            colours, edge = (
+                colour_range(name, field[window], hard),
+                "0.0" if name == "heights" else _OUTLINE,
+            )
             symbol += " below the hardness" if hard else ""
             image = draw_field(axes, field, grid, window, colours, outlined, edge)
             colour_bar(figure, image, axes, f"{symbol}, {unit}", "bottom")
@@ -119,7 +134,10 @@ def busiest_part(field: Array) -> _Window | None:
     if min(field.shape) < 2 * ENLARGED:
         return None
     peak = np.unravel_index(int(field.argmax()), field.shape)
-    x, y = (int(np.clip(at - ENLARGED // 2, 0, n - ENLARGED)) for at, n in zip(peak, field.shape, strict=True))
+    x, y = (
+        int(np.clip(at - ENLARGED // 2, 0, n - ENLARGED))
+        for at, n in zip(peak, field.shape, strict=True)
+    )
     return slice(x, x + ENLARGED), slice(y, y + ENLARGED)
 
 
@@ -147,10 +165,14 @@ def draw_field(
 ) -> AxesImage:
     """Draw a field with a scale bar, and, if `pressure` is given, the edges of the contact."""
     # points are centred on their coordinates; axis 0 of the field is x
-    ends = [((s.start - 0.5) * d, (s.stop - 0.5) * d) for s, d in zip(window, grid.spacing, strict=True)]
+    ends = [
+        ((s.start - 0.5) * d, (s.stop - 0.5) * d) for s, d in zip(window, grid.spacing, strict=True)
+    ]
     factor, unit = scaled(max(abs(end) for pair in ends for end in pair), "m")
     left, right, bottom, top = (end * factor for pair in ends for end in pair)
-    image = axes.imshow(field[window].T, origin="lower", extent=(left, right, bottom, top), **colours)
+    image = axes.imshow(
+        field[window].T, origin="lower", extent=(left, right, bottom, top), **colours
+    )
     for side in axes.spines.values():
         side.set_visible(True)
         side.set_linewidth(0.5)
@@ -159,7 +181,10 @@ def draw_field(
     if pressure is not None:
         contact = (pressure[window] > 0.0).astype(float)
         if contact.min() < contact.max():
-            x, y = (np.arange(s.start, s.stop) * d * factor for s, d in zip(window, grid.spacing, strict=True))
+            x, y = (
+                np.arange(s.start, s.stop) * d * factor
+                for s, d in zip(window, grid.spacing, strict=True)
+            )
             axes.contour(x, y, contact.T, levels=[0.5], colors=edge, linewidths=0.5)
     scale_bar(axes, unit)
     return image
@@ -175,7 +200,9 @@ def scale_bar(axes: Axes, unit: str) -> None:
     thick = 0.008 * (top - bottom)
     style: Any = {"pad": 0.35, "borderpad": 0.5, "sep": 3, "size_vertical": thick, "color": "black"}
     words = FontProperties(size=8)
-    bar = AnchoredSizeBar(axes.transData, length, f"{length:g} {unit}", "lower left", fontproperties=words, **style)
+    bar = AnchoredSizeBar(
+        axes.transData, length, f"{length:g} {unit}", "lower left", fontproperties=words, **style
+    )
     bar.patch.set(alpha=0.85, lw=0.0)  # a plate, so that it can be read over any map
     axes.add_artist(bar)
 
@@ -186,7 +213,9 @@ def _sliding_arrow(axes: Axes, speed: float | None) -> None:
         return
     tip, tail = ((0.16, 1.03), (0.02, 1.03)) if speed > 0 else ((0.02, 1.03), (0.16, 1.03))
     style: Any = {"arrowstyle": "->", "lw": 1.0}
-    axes.annotate("", tip, tail, xycoords="axes fraction", textcoords="axes fraction", arrowprops=style)
+    axes.annotate(
+        "", tip, tail, xycoords="axes fraction", textcoords="axes fraction", arrowprops=style
+    )
     words = "sliding" if speed > 0 else "sliding (−x)"
     axes.text(0.18, 1.03, words, transform=axes.transAxes, va="center", fontsize=8)
 
@@ -194,7 +223,9 @@ def _sliding_arrow(axes: Axes, speed: float | None) -> None:
 def colour_bar(figure: Figure, image: Any, axes: Any, label: str, side: str) -> None:
     """Draw the colour bar beside axes, or below them."""
     extend: Any = "max" if np.max(image.get_array()) > image.norm.vmax else "neither"
-    bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=30, fraction=0.05, location=side, extend=extend)
+    bar = figure.colorbar(
+        image, ax=axes, pad=0.01, aspect=30, fraction=0.05, location=side, extend=extend
+    )
     bar.set_label(label)
     bar.outline.set_linewidth(0.5)
 
@@ -220,7 +251,9 @@ def colour_range(name: str, field: Array, hard: float = 0.0) -> dict[str, Any]:
     """
     limit = float(np.abs(field).max())
     if hard:
-        shades = LinearSegmentedColormap.from_list("elastic", _colour_map(name)(np.linspace(0.22, 0.66, 256)))
+        shades = LinearSegmentedColormap.from_list(
+            "elastic", _colour_map(name)(np.linspace(0.22, 0.66, 256))
+        )
         smallest = limit * _AT_HARDNESS  # below there is no contact
         colours = shades.with_extremes(under="white", over=HARD)
         return {"cmap": colours, "vmin": smallest, "vmax": limit * (1.0 - 2 * _AT_HARDNESS)}

@@ -40,11 +40,22 @@ def write_numbers(figure: Figure, path: Path) -> None:
 
 def _rows_of_map(axes: Axes) -> Iterator[list[Any]]:
     """Yield a line of words, one of y, and for each x a line with the values; axis 0 of the field is x."""
-    image, everywhere = axes.images[0], [image for other in axes.figure.axes for image in other.images]
-    alike = (other for other in everywhere if (other.cmap, other.get_clim()) == (image.cmap, image.get_clim()))
-    bar = next(other.colorbar.ax for other in alike if other.colorbar is not None)  # panels share one
+    image, everywhere = (
+        axes.images[0],
+        [image for other in axes.figure.axes for image in other.images],
+    )
+    alike = (
+        other
+        for other in everywhere
+        if (other.cmap, other.get_clim()) == (image.cmap, image.get_clim())
+    )
+    bar = next(
+        other.colorbar.ax for other in alike if other.colorbar is not None
+    )  # panels share one
     label = bare(bar.get_ylabel() or bar.get_xlabel())
-    yield [f"# {label}; {bare(axes.get_xlabel())} in the first column; {bare(axes.get_ylabel())} in the first line"]
+    yield [
+        f"# {label}; {bare(axes.get_xlabel())} in the first column; {bare(axes.get_ylabel())} in the first line"
+    ]
     values = np.asarray(image.get_array()).T
     left, right, bottom, top = image.get_extent()
     x, y = (
@@ -59,14 +70,21 @@ def _rows_of_map(axes: Axes) -> Iterator[list[Any]]:
 def _rows_of_curves(axes: Axes) -> Iterator[list[Any]]:
     """Yield a line for each point of each curve and each bin of a histogram (its lower edge)."""
     place = [bare(axes.get_title("left") or axes.get_ylabel())]
-    below = (other.get_xlabel() for other in axes.get_shared_x_axes().get_siblings(axes))  # one names x for all
+    below = (
+        other.get_xlabel() for other in axes.get_shared_x_axes().get_siblings(axes)
+    )  # one names x for all
     labels = [bare(axes.get_xlabel() or next(filter(None, below), "")), bare(axes.get_ylabel())]
     for number, (curve, x, y) in enumerate(_curves_of(axes)):
         label = str(curve.get_label())
         name = curve.get_gid() or (f"curve {number}" if label.startswith("_") else bare(label))
         error = np.broadcast_to(getattr(curve, "half_width", np.nan), np.shape(x))
         for point in zip(np.asarray(x, float), np.asarray(y, float), error, strict=True):
-            yield [*place, name, *labels, *("" if np.isnan(value) else f"{value:.7g}" for value in point)]
+            yield [
+                *place,
+                name,
+                *labels,
+                *("" if np.isnan(value) else f"{value:.7g}" for value in point),
+            ]
 
 
 def _curves_of(axes: Axes) -> Iterator[tuple[Any, Any, Any]]:

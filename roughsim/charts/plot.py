@@ -50,7 +50,9 @@ def _choose_realization(run: Run, level: int, quantity: str, realization: int | 
     """Return the realization to draw: the given one, or the first one with kept fields; None: all of them."""
     if quantity in _OF_ALL:
         if realization is not None:
-            raise ValueError(f"realization = {realization}: {quantity} is a mean over all of them; leave it out")
+            raise ValueError(
+                f"realization = {realization}: {quantity} is a mean over all of them; leave it out"
+            )
         return None
     indices = run.kept(level)
     if not indices or (realization is not None and realization not in indices):
@@ -64,7 +66,9 @@ def _choose_speed(run: Run, quantity: str, speed: float | None) -> float | None:
     """Return the speed to draw, m/s: the given one, or the highest; None if the quantity does not depend on it."""
     if quantity not in _NEEDS_SPEED:
         if speed is not None:
-            raise ValueError(f"speed = {speed:g} m/s: {quantity} does not depend on it; leave it out")
+            raise ValueError(
+                f"speed = {speed:g} m/s: {quantity} does not depend on it; leave it out"
+            )
         return None
     chosen = max(run.scene.speeds) if speed is None else number("speed", speed, "m/s")
     if chosen == 0.0:
@@ -72,7 +76,9 @@ def _choose_speed(run: Run, quantity: str, speed: float | None) -> float | None:
     return chosen
 
 
-def _choose_film(run: Run, realization: int | None, speed: float | None, column: str | None) -> Subject:
+def _choose_film(
+    run: Run, realization: int | None, speed: float | None, column: str | None
+) -> Subject:
     """Return the data of a film; ValueError if it was not kept, or the slide does not follow that speed."""
     if column is not None:
         raise ValueError(f"column = {column!r}: a film has a column of its own; leave it out")
@@ -82,11 +88,21 @@ def _choose_film(run: Run, realization: int | None, speed: float | None, column:
     speed = max(run.scene.speeds) if speed is None else number("speed", speed, "m/s")
     if speed not in run.scene.speeds:
         followed = ", ".join(f"{v:g}" for v in run.scene.speeds)
-        raise ValueError(f"speed = {speed:g} m/s: the slide has followed {followed} m/s; choose one of them")
-    return Subject(run, SLIDING, run.numerics.slide or 0, indices[0] if realization is None else realization, speed)
+        raise ValueError(
+            f"speed = {speed:g} m/s: the slide has followed {followed} m/s; choose one of them"
+        )
+    return Subject(
+        run,
+        SLIDING,
+        run.numerics.slide or 0,
+        indices[0] if realization is None else realization,
+        speed,
+    )
 
 
-def _path_beside(run: Run, quantity: str, realization: int | None, speed: float | None, column: str | None) -> Path:
+def _path_beside(
+    run: Run, quantity: str, realization: int | None, speed: float | None, column: str | None
+) -> Path:
     """Return a .png beside the run folder, named after the choice."""
     parts = [quantity]
     if column:
@@ -127,10 +143,14 @@ def plot_run(
     unknown or does not fit the quantity, or if the field was not kept.
     """
     if quantity not in QUANTITIES:
-        raise ValueError(f"quantity = {quantity!r} cannot be drawn; choose one of {', '.join(QUANTITIES)}")
+        raise ValueError(
+            f"quantity = {quantity!r} cannot be drawn; choose one of {', '.join(QUANTITIES)}"
+        )
     if quantity not in FIELDS and (zoom is not None or side_by_side):
         maps = ", ".join(FIELDS)
-        raise ValueError(f"zoom and side_by_side are for maps, and {quantity} is not a map; choose one of {maps}")
+        raise ValueError(
+            f"zoom and side_by_side are for maps, and {quantity} is not a map; choose one of {maps}"
+        )
     path = _path_beside(run, quantity, realization, speed, column) if path is None else Path(path)
     check_ending(path)
     if side_by_side:

@@ -17,7 +17,15 @@ from roughsim.charts.reaction_lines import (
     theory_of,
 )
 from roughsim.charts.sliding import speed_colours
-from roughsim.charts.style import CALIBRATED, COLOURS, Subject, band, legend_below, new_figure, row_of_panels
+from roughsim.charts.style import (
+    CALIBRATED,
+    COLOURS,
+    Subject,
+    band,
+    legend_below,
+    new_figure,
+    row_of_panels,
+)
 from roughsim.observables.catalogue import UNITS
 from roughsim.results.reactions import ABOUT, RATE, not_asked
 from roughsim.scene.numerics import SLIDING
@@ -38,13 +46,20 @@ def reaction_chart(subject: Subject, path: Path) -> None:
         raise not_asked(run, "distribution of the temperature")
     fast = _moving(subject)
     reacts = run.scene.reaction is not None
-    with new_figure(path, (_WIDTH * (3 if reacts else 1), 3.9), _title(subject), subject.look) as figure:
+    with new_figure(
+        path, (_WIDTH * (3 if reacts else 1), 3.9), _title(subject), subject.look
+    ) as figure:
         panels = row_of_panels(figure, 3 if reacts else 1)
         _draw_hotter(panels[0], subject, int(fast[-1]))
         if reacts:
             found, theory = run.reactions(subject.column), theory_of(run, subject.column)
             _draw_temperatures(panels[1], activation_lines(run, found, theory))
-            _draw_over_speed(panels[2], RATE, lines_over_speed(run, RATE, found, theory), with_theory=bool(theory))
+            _draw_over_speed(
+                panels[2],
+                RATE,
+                lines_over_speed(run, RATE, found, theory),
+                with_theory=bool(theory),
+            )
             panels[2].set_title("Rate per nominal area")
 
 
@@ -68,14 +83,18 @@ def _moving(subject: Subject) -> NDArray[np.intp]:
     """Return the places of the speeds above zero, slowest first; ValueError if there is none."""
     places = moving_places(subject.run)
     if not places.size:
-        raise ValueError("speed = 0 m/s makes no heat to draw; give the scene a speed, for example 1")
+        raise ValueError(
+            "speed = 0 m/s makes no heat to draw; give the scene a speed, for example 1"
+        )
     return places
 
 
 def _title(subject: Subject) -> str:
     scene = plain(subject.run.scene.title).replace("$", r"\$")
     dashed = "" if subject.column == SLIDING else "; dashed: calibrated theory"
-    return "\n".join(line for line in (scene, f"{subject.column} contact, total errors 95 %{dashed}") if line)
+    return "\n".join(
+        line for line in (scene, f"{subject.column} contact, total errors 95 %{dashed}") if line
+    )
 
 
 def _draw_hotter(axes: Axes, subject: Subject, fastest: int) -> None:
@@ -83,7 +102,9 @@ def _draw_hotter(axes: Axes, subject: Subject, fastest: int) -> None:
     lines = quantile_lines(subject.run, subject.column, fastest)
     if subject.column != SLIDING:
         label = "of the heat, calibrated theory"
-        axes.plot(lines[0].theory, lines[0].place, color=CALIBRATED, lw=1.0, ls=_DASHES, label=label)
+        axes.plot(
+            lines[0].theory, lines[0].place, color=CALIBRATED, lw=1.0, ls=_DASHES, label=label
+        )
     for line, colour in zip(lines, (COLOURS[subject.column], "0.5"), strict=True):
         style: dict[str, Any] = {"color": colour, "lw": 1.2, "marker": "o", "ms": 3, "capsize": 2}
         axes.errorbar(line.mean, line.place, xerr=line.error, label=line.label, **style)
@@ -104,7 +125,9 @@ def _draw_temperatures(axes: Axes, lines: list[ReactionLine]) -> None:
     legend_below(axes, title="$v$", columns=2)
 
 
-def _draw_over_speed(axes: Axes, name: str, lines: list[ReactionLine], *, with_theory: bool) -> None:
+def _draw_over_speed(
+    axes: Axes, name: str, lines: list[ReactionLine], *, with_theory: bool
+) -> None:
     """Draw estimates of one observable over the speed, a line for each energy or temperature."""
     for line, colour in zip(lines, speed_colours(len(lines)), strict=True):
         band(axes, line.place, line.mean, line.error, colour, line.label)

@@ -14,7 +14,9 @@ from roughsim.results.reactions import ACTIVATION, Asked
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
-Theory = Mapping[tuple[str, float | None, float | None], Array]  # values over speed, by the key of an estimate
+Theory = Mapping[
+    tuple[str, float | None, float | None], Array
+]  # values over speed, by the key of an estimate
 
 
 class ReactionLine(NamedTuple):
@@ -61,9 +63,15 @@ def quantile_lines(run: Run, column: str, place: int) -> list[ReactionLine]:
     for of, label in (("", "of the heat"), ("area_", "of the area")):
         names = [f"temperature_quantile_{of}{name}" for name in LEVELS]
         found = [run.estimate(name, column) for name in names]
-        mean, error = (np.array([values[place] for values in rows]) for rows in _of_estimates(found))
+        mean, error = (
+            np.array([values[place] for values in rows]) for rows in _of_estimates(found)
+        )
         drawn = np.array([theory[name][place] for name in names]) if theory else nothing
-        lines.append(ReactionLine(label, hotter, mean, error, prediction.calibrated_share(run.scene)[place] * drawn))
+        lines.append(
+            ReactionLine(
+                label, hotter, mean, error, prediction.calibrated_share(run.scene)[place] * drawn
+            )
+        )
     return lines
 
 
@@ -73,10 +81,15 @@ def activation_lines(run: Run, found: list[Asked], theory: Theory) -> list[React
     energies = np.array([one.energy for one in warm])
     order = np.argsort(energies)
     nothing = np.full(len(run.scene.speeds), np.nan)
-    rows = (*_of_estimates([one.estimate for one in warm]), [theory.get(one.key, nothing) for one in warm])
+    rows = (
+        *_of_estimates([one.estimate for one in warm]),
+        [theory.get(one.key, nothing) for one in warm],
+    )
     mean, error, drawn = (np.array(values)[order] for values in rows)
     return [
-        ReactionLine(speed_label(run.scene.speeds[k]), energies[order], mean[:, k], error[:, k], drawn[:, k])
+        ReactionLine(
+            speed_label(run.scene.speeds[k]), energies[order], mean[:, k], error[:, k], drawn[:, k]
+        )
         for k in moving_places(run)
     ]
 

@@ -16,13 +16,24 @@ from roughsim.show.text import plain
 
 # title, label, and the curves drawn: solid, and dashed
 _PANELS = (
-    ("Flash temperature; dashed: frozen, all heat", r"$T_\mathrm{flash}$, K", ("flash", "frozen_flash")),
-    ("Contact, background included", r"$\langle T\sigma\rangle/\langle\sigma\rangle$, K", ("contact",)),
+    (
+        "Flash temperature; dashed: frozen, all heat",
+        r"$T_\mathrm{flash}$, K",
+        ("flash", "frozen_flash"),
+    ),
+    (
+        "Contact, background included",
+        r"$\langle T\sigma\rangle/\langle\sigma\rangle$, K",
+        ("contact",),
+    ),
     ("Background, moving body; dashed: resting", "$T$, K", ("background", "resting_background")),
     ("Share of the heat into the moving body", "share", ("moving_share",)),
 )
 _DASHES = ("-", (0, (4, 2)))
-_DARKEST, _BRIGHTEST = 0.0, 0.85  # of the colours of the speeds; the end of the scale is too pale for paper
+_DARKEST, _BRIGHTEST = (
+    0.0,
+    0.85,
+)  # of the colours of the speeds; the end of the scale is too pale for paper
 
 
 def sliding_chart(subject: Subject, path: Path) -> None:
@@ -47,11 +58,22 @@ def sliding_chart(subject: Subject, path: Path) -> None:
         panels = figure.subplots(2, 3, sharex=True)
         for axes, (words, label, names) in zip(panels[:, :2].ravel(), _PANELS, strict=True):
             for name, dashes in zip(names, _DASHES, strict=False):
-                rows = curves[f"slide_{name}"] if f"slide_{name}" in curves else curves[f"slide_{name}_temperature"]
+                rows = (
+                    curves[f"slide_{name}"]
+                    if f"slide_{name}" in curves
+                    else curves[f"slide_{name}_temperature"]
+                )
                 for k, colour in enumerate(colours):
                     # whole steps are a little longer or shorter
                     slid = (distance <= ends[k] * (1 + 1e-2)) & np.isfinite(rows[:, k]).all(axis=0)
-                    _draw_mean(axes, distance[slid], rows[:, k, slid], colour, dashes, f"{name}, {speeds[k]:g} m/s")
+                    _draw_mean(
+                        axes,
+                        distance[slid],
+                        rows[:, k, slid],
+                        colour,
+                        dashes,
+                        f"{name}, {speeds[k]:g} m/s",
+                    )
             axes.set(xscale="log", ylabel=label, title=words)
             if label == "share":
                 axes.set_ylim(0.0, 1.0)
@@ -64,8 +86,13 @@ def sliding_chart(subject: Subject, path: Path) -> None:
         for axes in (*panels[1, :2], panels[0, 2]):
             axes.set_xlabel(f"slid distance, {unit}")
             axes.tick_params(labelbottom=True)
-        handles = [Line2D([], [], color=colour, label=f"{v:g} m/s") for colour, v in zip(colours, speeds, strict=True)]
-        panels[1, 2].legend(handles=handles, loc="upper left", title="$v$", ncols=1 + len(handles) // 10)
+        handles = [
+            Line2D([], [], color=colour, label=f"{v:g} m/s")
+            for colour, v in zip(colours, speeds, strict=True)
+        ]
+        panels[1, 2].legend(
+            handles=handles, loc="upper left", title="$v$", ncols=1 + len(handles) // 10
+        )
 
 
 def _draw_turnover(axes: Axes, distance: Array, curves: dict[str, Array]) -> None:
@@ -74,19 +101,28 @@ def _draw_turnover(axes: Axes, distance: Array, curves: dict[str, Array]) -> Non
         rows = curves[f"slide_{name}"]
         known = np.isfinite(rows).all(axis=0)
         _draw_mean(axes, distance[known], rows[:, known], "0.2", dashes, name)
-    axes.set(title="Spots that live on; dashed: stress correlation", ylabel="share", ylim=(-0.02, 1.02))
+    axes.set(
+        title="Spots that live on; dashed: stress correlation", ylabel="share", ylim=(-0.02, 1.02)
+    )
     axes.margins(x=0.0)
 
 
 def speed_colours(count: int) -> list[str]:
     """Return a colour for each speed as "#rrggbb"."""
-    return [to_hex(colour) for colour in mpl.colormaps["viridis"](np.linspace(_DARKEST, _BRIGHTEST, count))]
+    return [
+        to_hex(colour)
+        for colour in mpl.colormaps["viridis"](np.linspace(_DARKEST, _BRIGHTEST, count))
+    ]
 
 
-def _draw_mean(axes: Axes, distance: Array, rows: Array, colour: str, dashes: object, name: str) -> None:
+def _draw_mean(
+    axes: Axes, distance: Array, rows: Array, colour: str, dashes: object, name: str
+) -> None:
     """Draw the mean of rows over the distance; of several rows as solid lines with the 95 % interval."""
     mean = rows.mean(axis=0)
-    (line,) = axes.plot(distance, mean, color=colour, lw=1.3 if dashes == "-" else 0.9, ls=dashes, label=name)
+    (line,) = axes.plot(
+        distance, mean, color=colour, lw=1.3 if dashes == "-" else 0.9, ls=dashes, label=name
+    )
     if len(rows) > 1 and dashes == "-":
         half = half_width(*spread(rows))
         line.half_width = half  # type: ignore[attr-defined]  # for the file of the numbers

@@ -28,7 +28,9 @@ def spectrum_chart(subject: Subject, path: Path) -> None:
         cut, colour = subject.run.numerics.levels[subject.level].q_max, COLOURS[subject.column]
         for axes in (left, right):  # the cut-off of the level
             axes.axvline(cut, color=colour, lw=0.8, ls=":")
-            axes.text(cut, 0.98, " $q_c$", transform=axes.get_xaxis_transform(), va="top", color=colour)
+            axes.text(
+                cut, 0.98, " $q_c$", transform=axes.get_xaxis_transform(), va="top", color=colour
+            )
         left.legend(loc="lower left")
         right.legend(loc="upper left")
 
@@ -55,7 +57,9 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     run, colour = subject.run, COLOURS[subject.column]
     q = _drawn_wavenumbers(2 * np.pi / max(subject.grid.lengths), subject.grid.nyquist)
     sample = next(pair.sample for pair in run.pairs(subject.column) if pair.level == subject.level)
-    spectra = sample.spectrum if subject.index is None else sample.spectrum[sample.rows == subject.index]
+    spectra = (
+        sample.spectrum if subject.index is None else sample.spectrum[sample.rows == subject.index]
+    )
     # the variance of the modes near each q over their area in the plane of wavevectors
     rows = spectra @ _weights(q, sample.wavenumber).T / _mode_area(subject.grid, q, (0.0, np.inf))
     density = 2 * np.pi * q**2 * 1e-18
@@ -63,13 +67,19 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     error = half_width(*spread(rows)) * density if len(rows) > 1 else 0.0 * q
     dense = np.geomspace(run.scene.spectrum.breaks[0], run.scene.spectrum.breaks[-1], 400)
     theory = 2 * np.pi * dense**2 * prediction.stress_spectrum(run.scene, dense) * 1e-18
-    axes.loglog(dense, theory, color=THEORY, lw=1.3, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}")
+    axes.loglog(
+        dense, theory, color=THEORY, lw=1.3, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}"
+    )
     band(axes, q, mean, error, colour)
     one = "one realization" if subject.index is None else f"realization {subject.index}"
     count = f"{len(rows)} realizations,\nband: statistical, 95 %" if len(rows) > 1 else one
     axes.plot([], [], color=colour, label=f"measured, {count}")
     top = max(float(theory.max()), float(mean.max()))
-    axes.set(xlabel="$q$, rad/m", ylabel=r"$2\pi q^2 |\sigma_q|^2$, GPa² per $\ln q$", ylim=(1e-5 * top, 30 * top))
+    axes.set(
+        xlabel="$q$, rad/m",
+        ylabel=r"$2\pi q^2 |\sigma_q|^2$, GPa² per $\ln q$",
+        ylim=(1e-5 * top, 30 * top),
+    )
     axes.set(title="Stress: its variance by wavenumber", xlim=(0.8 * q[0], 2 * q[-1]))
 
 
@@ -77,7 +87,9 @@ def draw_cut_offs(axes: Axes, run: Run, colour: Any = None) -> None:
     """Draw the cut-offs q_c of all levels of a run, in the colours of their columns if no colour is given."""
     for column in run.numerics.columns:
         for cut_off in {pair.sample.q_max for pair in run.pairs(column)}:
-            axes.axvline(cut_off, color=COLOURS[column] if colour is None else colour, lw=1.0, ls=":")
+            axes.axvline(
+                cut_off, color=COLOURS[column] if colour is None else colour, lw=1.0, ls=":"
+            )
 
 
 def draw_psd(axes: Axes, scene: Scene, width: float, colour: Any = THEORY) -> None:
@@ -88,10 +100,14 @@ def draw_psd(axes: Axes, scene: Scene, width: float, colour: Any = THEORY) -> No
     if not scene.elastic:
         smoothed = prediction.smoothed_spectrum(scene)(q)
         drawn = np.where(smoothed > 0.1 * float(spectrum(q[-1])), smoothed, np.nan)
-        axes.loglog(q, drawn, color=colour, lw=width - 0.2, ls="--", label=r"$C_\mathrm{sm}(q)$, theory")
+        axes.loglog(
+            q, drawn, color=colour, lw=width - 0.2, ls="--", label=r"$C_\mathrm{sm}(q)$, theory"
+        )
 
 
-def draw_correlation(axes: Axes, run: Run, column: str, r: Array, colour: Any = None, name: str = "measured") -> None:
+def draw_correlation(
+    axes: Axes, run: Run, column: str, r: Array, colour: Any = None, name: str = "measured"
+) -> None:
     """Draw the measured g_σ(r), r in m, with its 95 % interval; `name` as of `band`."""
     mean, error, freedom = correlation_of(run.pairs(column), r)
     drawn = COLOURS[column] if colour is None else colour
@@ -150,12 +166,16 @@ def correlation_chart(subject: Subject, path: Path) -> None:
         left, right = row_of_panels(figure, 2)
         for axes, r in ((left, near), (right, far)):
             label = rf"theory, $\gamma$ = {scene.theory.gamma:g}"
-            axes.plot(r * 1e6, prediction.correlation(scene, r) * 1e-18, color=THEORY, lw=1.3, label=label)
+            axes.plot(
+                r * 1e6, prediction.correlation(scene, r) * 1e-18, color=THEORY, lw=1.3, label=label
+            )
             draw_correlation(axes, run, subject.column, r)
             axes.plot([], [], color=COLOURS[subject.column], label=f"{subject.column} contact")
             axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
             axes.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²")
-        left.set(xscale="log", title="From the smallest distances", xlim=(near[0] * 1e6, near[-1] * 1e6))
+        left.set(
+            xscale="log", title="From the smallest distances", xlim=(near[0] * 1e6, near[-1] * 1e6)
+        )
         values = np.concatenate([line.get_ydata() for line in right.lines[:2]])
         right.set(title="Long distances: negative part", xlim=(0, far[-1] * 1e6))
         right.set_ylim(1.2 * values.min(), 0.1 * values.max())

@@ -17,9 +17,24 @@ from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
 
-_DARKEST, _BRIGHTEST = 0.0, 0.85  # of the colours of curves; the end of the scale is too pale for paper
+_DARKEST, _BRIGHTEST = (
+    0.0,
+    0.85,
+)  # of the colours of curves; the end of the scale is too pale for paper
 _MOST_CURVES = 8  # of one panel: more cannot be distinguished
-_DEVIATIONS = (-50.0, -30.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)  # %, of the theory
+_DEVIATIONS = (
+    -50.0,
+    -30.0,
+    -20.0,
+    -10.0,
+    -5.0,
+    5.0,
+    10.0,
+    20.0,
+    30.0,
+    50.0,
+    100.0,
+)  # %, of the theory
 _HOLLOW = "hollow: at $q_c$, or\na part of ± unknown"
 _Rows = Sequence[Mapping[str, Any]]
 
@@ -83,7 +98,9 @@ def study_chart(
             _draw_map(panels[1], rows, x, y, column, observable)
 
 
-def _draw_curves(axes: Axes, curves: Mapping[str, _Rows], x: Along, column: str, observable: str, legend: str) -> None:
+def _draw_curves(
+    axes: Axes, curves: Mapping[str, _Rows], x: Along, column: str, observable: str, legend: str
+) -> None:
     """Draw each curve: simulation with its error, slide, and both theories. Hollow points have no line."""
     labels = list(curves)
     if len(labels) > _MOST_CURVES:
@@ -99,14 +116,26 @@ def _draw_curves(axes: Axes, curves: Mapping[str, _Rows], x: Along, column: str,
         measured = _points(rows, x, column, observable)
         _draw_points(axes, measured, "o", colour)
         _draw_points(axes, _points(rows, x, SLIDING, observable), "D", colour)
-        band(axes, measured.x, np.where(measured.whole, measured.value, np.nan), measured.error, colour)
+        band(
+            axes,
+            measured.x,
+            np.where(measured.whole, measured.value, np.nan),
+            measured.error,
+            colour,
+        )
         if label:
             handles.insert(0, Line2D([], [], color=colour, marker="o", ms=3.5, label=label))
     rows = [row for each in curves.values() for row in each]
     _set_scales(axes, rows, x, column)
     axes.set(xlabel=x.title, ylabel=with_unit(observable.replace("_", " "), UNITS[observable]))
     handles += _common_handles(rows, column)
-    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), title=legend, title_fontsize=8)
+    axes.legend(
+        handles=handles,
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+        title=legend,
+        title_fontsize=8,
+    )
 
 
 def _set_scales(axes: Axes, rows: _Rows, x: Along, column: str) -> None:
@@ -132,7 +161,15 @@ def _draw_points(axes: Axes, points: _Points, marker: str, colour: Any) -> None:
     """Draw points with their errors; points at q_c or with unknown parts of the error are hollow."""
     for whole, face in ((True, colour), (False, "white")):
         drawn = points.whole == whole
-        style = {"ls": "", "marker": marker, "ms": 3.5, "mfc": face, "color": colour, "elinewidth": 0.9, "zorder": 3}
+        style = {
+            "ls": "",
+            "marker": marker,
+            "ms": 3.5,
+            "mfc": face,
+            "color": colour,
+            "elinewidth": 0.9,
+            "zorder": 3,
+        }
         axes.errorbar(points.x[drawn], points.value[drawn], points.error[drawn], **style)
 
 
@@ -140,7 +177,9 @@ def _common_handles(rows: _Rows, column: str) -> list[Line2D]:
     """Return the entries of the legend that hold for all curves."""
     point: Any = {"color": THEORY, "ls": "", "ms": 3.5}
     drawn = {row["column"] for row in rows}
-    handles = [Line2D([], [], marker="o", label=f"simulated ({column}),\n± total error, 95 %", **point)]
+    handles = [
+        Line2D([], [], marker="o", label=f"simulated ({column}),\n± total error, 95 %", **point)
+    ]
     for name, dashes in (("theory", "-"), ("calibrated", DASHES)):
         if name in drawn:
             handles.append(Line2D([], [], color=THEORY, lw=0.9, ls=dashes, label=name))
@@ -167,7 +206,9 @@ def _points(rows: _Rows, x: Along, column: str, observable: str) -> _Points:
     error = np.array([np.mean([row["total_error"] for row in group]) for group in groups])
     whole = np.array([all(_is_whole(row) for row in group) for group in groups], bool)
     factor = shown(UNITS[observable])[1]
-    return _Points(np.array(sorted(places)) * x.factor, value * factor, np.nan_to_num(error) * factor, whole)
+    return _Points(
+        np.array(sorted(places)) * x.factor, value * factor, np.nan_to_num(error) * factor, whole
+    )
 
 
 def _draw_map(axes: Axes, rows: _Rows, x: Along, y: Along, column: str, observable: str) -> None:
@@ -183,15 +224,21 @@ def _draw_map(axes: Axes, rows: _Rows, x: Along, y: Along, column: str, observab
     deviation = 100.0 * (_over_two(rows, x, y, at_x, at_y, "theory") / simulated - 1.0)
     known = deviation[np.isfinite(deviation)]  # reactions have no theory of the simple kind
     if known.size and known.min() < _DEVIATIONS[-1] and known.max() > _DEVIATIONS[0]:
-        dashed = axes.contour(*plane, deviation, _DEVIATIONS, colors="#56B4E9", linestyles="--", linewidths=1.1)
+        dashed = axes.contour(
+            *plane, deviation, _DEVIATIONS, colors="#56B4E9", linestyles="--", linewidths=1.1
+        )
         axes.clabel(dashed, fmt="%+g %%", fontsize=7)
-    axes.figure.colorbar(filled, ax=axes, label=with_unit(observable.replace("_", " "), UNITS[observable]))
+    axes.figure.colorbar(
+        filled, ax=axes, label=with_unit(observable.replace("_", " "), UNITS[observable])
+    )
     title = "Simulated; dashed: deviation of the theory"
     marked = [row for row in rows if row["column"] == column and not _is_whole(row)]
     if marked:
         marked_x = [row[x.name] * x.factor for row in marked]
         marked_y = [row[y.name] * y.factor for row in marked]
-        axes.plot(marked_x, marked_y, ls="", marker="o", ms=3.5, mfc="white", color=THEORY, clip_on=False)
+        axes.plot(
+            marked_x, marked_y, ls="", marker="o", ms=3.5, mfc="white", color=THEORY, clip_on=False
+        )
         title += "\ncircles: at $q_c$, or a part of ± unknown"
     axes.set(xlabel=x.title, ylabel=y.title, title=title)
     if _spans_decades(at_x[0], at_x[-1]):
@@ -207,5 +254,7 @@ def _over_two(rows: _Rows, x: Along, y: Along, at_x: Array, at_y: Array, column:
     result = np.full((len(at_y), len(at_x)), np.nan)
     for row in rows:
         if row["column"] == column:
-            result[np.searchsorted(at_y, row[y.name]), np.searchsorted(at_x, row[x.name])] = row["value"]
+            result[np.searchsorted(at_y, row[y.name]), np.searchsorted(at_x, row[x.name])] = row[
+                "value"
+            ]
     return result

@@ -77,7 +77,9 @@ class Look:
     def __post_init__(self) -> None:
         if self.size is not None and not all(_SMALLEST <= side <= _LARGEST for side in self.size):
             words = " × ".join(f"{side:g}" for side in self.size)
-            raise ValueError(f"size = {words} inches: each side must be {_SMALLEST:g} to {_LARGEST:g} inches")
+            raise ValueError(
+                f"size = {words} inches: each side must be {_SMALLEST:g} to {_LARGEST:g} inches"
+            )
         if not _FEWEST <= self.dpi <= _MOST:
             raise ValueError(f"dpi = {self.dpi} must be {_FEWEST} to {_MOST} pixels per inch")
         if self.csv is not None and self.csv.suffix.lower() != ".csv":
@@ -114,12 +116,16 @@ class Subject:
     def title(self, what: str) -> str:
         """Return scene, quantity, column, realization and speed in at most three lines."""
         mantissa, _, exponent = f"{self.run.numerics.levels[self.level].q_max:.2e}".partition("e")
-        which = [rf"{self.column} contact, $q_c$ = {mantissa}$\times$10$^{{{int(exponent)}}}$ rad/m"]
+        which = [
+            rf"{self.column} contact, $q_c$ = {mantissa}$\times$10$^{{{int(exponent)}}}$ rad/m"
+        ]
         if self.index is not None:
             which.append(_surface_of(self.run, self.index))
         if self.speed is not None:
             which.append(f"$v$ = {self.speed:g} m/s")
-        scene = plain(shorten(self.run.scene.title, 90, placeholder=" …")).replace("$", r"\$")  # a title is no formula
+        scene = plain(shorten(self.run.scene.title, 90, placeholder=" …")).replace(
+            "$", r"\$"
+        )  # a title is no formula
         return "\n".join(line for line in (scene, what, ", ".join(which)) if line)
 
 
@@ -148,7 +154,9 @@ def check_ending(path: Path) -> None:
 
 
 @contextmanager
-def new_figure(path: Path | None, size: tuple[float, float], title: str = "", look: Look = USUAL) -> Iterator[Figure]:
+def new_figure(
+    path: Path | None, size: tuple[float, float], title: str = "", look: Look = USUAL
+) -> Iterator[Figure]:
     """Yield an empty figure of a size in inches, in the common style; at the end it is written to `path`, if any."""
     if path is not None:
         check_ending(path)
@@ -194,15 +202,25 @@ def save(figure: Figure, path: Path) -> None:
     """Write a figure; letters that its font lacks are named in one warning."""
     path.parent.mkdir(parents=True, exist_ok=True)
     font = get_font(findfont(FontProperties()))
-    letters = {letter for text in figure.findobj(Text) for letter in text.get_text() if letter.isprintable()}
+    letters = {
+        letter
+        for text in figure.findobj(Text)
+        for letter in text.get_text()
+        if letter.isprintable()
+    }
     if lacking := sorted(letter for letter in letters if not font.get_char_index(ord(letter))):
-        warnings.warn(f"the font of the pictures has no {' '.join(lacking)}: boxes are drawn instead", stacklevel=2)
+        warnings.warn(
+            f"the font of the pictures has no {' '.join(lacking)}: boxes are drawn instead",
+            stacklevel=2,
+        )
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
         figure.savefig(path, dpi="figure")
 
 
-def band(axes: Axes, x: Array, mean: Array, error: Array, colour: Any, name: str = "measured") -> None:
+def band(
+    axes: Axes, x: Array, mean: Array, error: Array, colour: Any, name: str = "measured"
+) -> None:
     """Draw a mean with the half-width of its 95 % interval; `name` is its name in the file of the numbers."""
     axes.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0)
     (line,) = axes.plot(x, mean, color=colour, lw=1.0)
@@ -213,8 +231,14 @@ def band(axes: Axes, x: Array, mean: Array, error: Array, colour: Any, name: str
 def legend_below(axes: Axes, *, title: str | None = None, columns: int = 1) -> None:
     """Put the legend of a panel below its axis, where it hides no data."""
     below = axes.transAxes + ScaledTranslation(0.0, -_BELOW, axes.figure.dpi_scale_trans)
-    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "bbox_transform": below}
-    axes.legend(title=title, ncols=columns, columnspacing=1.2, alignment="left", borderaxespad=0.0, **place)
+    place: dict[str, Any] = {
+        "loc": "upper left",
+        "bbox_to_anchor": (0.0, 0.0),
+        "bbox_transform": below,
+    }
+    axes.legend(
+        title=title, ncols=columns, columnspacing=1.2, alignment="left", borderaxespad=0.0, **place
+    )
 
 
 def plain_ticks(axis: Axis) -> None:

@@ -5,9 +5,22 @@ from pathlib import Path
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from roughsim.charts.style import COLOURS, FIELDS, THEORY, Subject, new_figure, row_of_panels, scaled
+from roughsim.charts.style import (
+    COLOURS,
+    FIELDS,
+    THEORY,
+    Subject,
+    new_figure,
+    row_of_panels,
+    scaled,
+)
 from roughsim.grid import Array
-from roughsim.heat.statistics import ContactTemperature, contact_temperature, hottest_pixel, joint_distribution
+from roughsim.heat.statistics import (
+    ContactTemperature,
+    contact_temperature,
+    hottest_pixel,
+    joint_distribution,
+)
 
 _BINS = 80
 _POINTS = 2000  # of a line; a contact has up to millions
@@ -34,7 +47,9 @@ def distribution_chart(subject: Subject, path: Path) -> None:
     """
     pressure = subject.field("pressure")
     if not pressure.any():
-        raise ValueError(f"realization {subject.index} has no contact; there is no temperature of it to draw")
+        raise ValueError(
+            f"realization {subject.index} has no contact; there is no temperature of it to draw"
+        )
     contact = contact_temperature(subject.field("temperature"), pressure)
     temperatures, colour = contact.temperatures, COLOURS[subject.column]
     title = subject.title(
@@ -53,17 +68,35 @@ def distribution_chart(subject: Subject, path: Path) -> None:
         density.legend(loc="upper right")
         # temperatures are in ascending order: point k has a share (k + 1)/n of the area at or below it
         points = np.unique(np.linspace(0, temperatures.size - 1, _POINTS).astype(np.intp))
-        hotter.plot(temperatures[points], 100.0 * (1.0 - (points + 1) / temperatures.size), color="0.5", lw=1.2)
-        hotter.plot(temperatures[points], 100.0 * (1.0 - contact.cooler[points]), color=colour, lw=1.2)
+        hotter.plot(
+            temperatures[points],
+            100.0 * (1.0 - (points + 1) / temperatures.size),
+            color="0.5",
+            lw=1.2,
+        )
+        hotter.plot(
+            temperatures[points], 100.0 * (1.0 - contact.cooler[points]), color=colour, lw=1.2
+        )
         hotter.axvline(contact.flash_temperature, color=colour, lw=1.0, ls="--")
-        hotter.set(xlabel="$T$, K", ylabel="% hotter than $T$", title="Share that is hotter", ylim=(0.0, 100.0))
+        hotter.set(
+            xlabel="$T$, K",
+            ylabel="% hotter than $T$",
+            title="Share that is hotter",
+            ylim=(0.0, 100.0),
+        )
         joint = joint_distribution(subject.field("temperature"), pressure, bins=_BINS)
         percent = np.ma.masked_equal(100.0 * joint.share.T, 0.0)  # bins without contact stay empty
         factor, unit = scaled(float(joint.pressure[-1]), "Pa")
         colours = LogNorm(percent.min(), percent.max())
-        mesh = both.pcolormesh(joint.pressure * factor, joint.temperature, percent, cmap="viridis", norm=colours)
-        figure.colorbar(mesh, ax=both, label=f"% of the contact area\nin one of {_BINS} × {_BINS} bins")
-        both.set(xlabel=rf"$\sigma$, {unit}", ylabel="$T$, K", title="Pressure and temperature together")
+        mesh = both.pcolormesh(
+            joint.pressure * factor, joint.temperature, percent, cmap="viridis", norm=colours
+        )
+        figure.colorbar(
+            mesh, ax=both, label=f"% of the contact area\nin one of {_BINS} × {_BINS} bins"
+        )
+        both.set(
+            xlabel=rf"$\sigma$, {unit}", ylabel="$T$, K", title="Pressure and temperature together"
+        )
 
 
 def profile_chart(subject: Subject, path: Path) -> None:
@@ -76,21 +109,33 @@ def profile_chart(subject: Subject, path: Path) -> None:
         parts.append(np.arange(hottest - _NEAR, hottest + _NEAR + 1))
     factor, unit = scaled(across * dy, "m")
     where = f"$y$ = {across * dy * factor:.4g} {unit}"
-    title = subject.title(f"Along the sliding direction through the hottest point, {where}; contact shaded")
+    title = subject.title(
+        f"Along the sliding direction through the hottest point, {where}; contact shaded"
+    )
     with new_figure(path, (9.6, 5.6), title, subject.look) as figure:
         panels = figure.subplots(3, len(parts), sharex="col", sharey="row", squeeze=False)
         for part, column in zip(parts, panels.T, strict=True):
             x = part * dx
             factor, unit = scaled(float(np.abs(x).max()), "m")
             x *= factor
-            contact = (lines["pressure"].take(part, mode="wrap") > 0.0).astype(float)  # the cell is periodic
+            contact = (lines["pressure"].take(part, mode="wrap") > 0.0).astype(
+                float
+            )  # the cell is periodic
             for axes, (name, colour) in zip(column, COLOUR_OF.items(), strict=True):
                 _, symbol, si_unit = FIELDS[name]
                 prefix, shown_unit = scaled(float(np.abs(lines[name]).max()), si_unit)
                 values = lines[name].take(part, mode="wrap") * prefix
-                axes.plot(x, values, color=colour, lw=0.9, ds="steps-mid" if name == "pressure" else "default")
+                axes.plot(
+                    x,
+                    values,
+                    color=colour,
+                    lw=0.9,
+                    ds="steps-mid" if name == "pressure" else "default",
+                )
                 whole_height = axes.get_xaxis_transform()
-                axes.fill_between(x, 0, contact, step="mid", color="0.87", lw=0, transform=whole_height, zorder=0)
+                axes.fill_between(
+                    x, 0, contact, step="mid", color="0.87", lw=0, transform=whole_height, zorder=0
+                )
                 axes.margins(x=0.0)
                 if part is parts[0]:
                     axes.set_ylabel(f"{symbol}, {shown_unit}")

@@ -12,7 +12,23 @@ from roughsim.show import text
 from roughsim.show.text import errors_in_one_line, print_in_any_language, say, show_warnings_once
 
 # as help lists them
-_VERBS = (demo, new, theory, plan, run, press, study, status, compare, plot, explore, report, export, bench, doctor)
+_VERBS = (
+    demo,
+    new,
+    theory,
+    plan,
+    run,
+    press,
+    study,
+    status,
+    compare,
+    plot,
+    explore,
+    report,
+    export,
+    bench,
+    doctor,
+)
 
 app = Typer(
     name="roughsim",
@@ -32,7 +48,9 @@ def _print_version(asked: bool) -> None:
 
 @app.callback()
 def options(
-    version: Annotated[bool, Option("--version", callback=_print_version, is_eager=True, help="The version.")] = False,
+    version: Annotated[
+        bool, Option("--version", callback=_print_version, is_eager=True, help="The version.")
+    ] = False,
 ) -> None:
     """Flash temperatures of rough sliding contacts: Monte Carlo simulation and analytic theory."""
 

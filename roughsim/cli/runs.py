@@ -34,13 +34,19 @@ def compare(
     runs: Annotated[list[Path], Argument(metavar="RUN...", help="Folders of runs, or of a study.")],
     chart: Chart = None,
     csv: Csv = None,
-    every: Annotated[bool, Option("--all", help="All observables, ratios and notes; the error of the theory.")] = False,
+    every: Annotated[
+        bool, Option("--all", help="All observables, ratios and notes; the error of the theory.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Compare a run with the theory: T_flash in each column. Several runs, or those of a study, are side by side."""
     check_figure(chart, csv)
     compared = rs.compare(*runs)
-    if (every or as_json) and isinstance(compared, rs.Comparison) and compared.run.scene.distribution:
+    if (
+        (every or as_json)
+        and isinstance(compared, rs.Comparison)
+        and compared.run.scene.distribution
+    ):
         note("drawing fields for the theory of the distribution of the temperature")
     if as_json:
         print_json(compared.to_dict())
@@ -66,19 +72,32 @@ def plot(  # noqa: PLR0913  (each is an option)
     quantity: Annotated[str, Argument(metavar="QUANTITY", help="A map or a curve, see above.")],
     output: Output = None,
     realization: Annotated[
-        int | None, Option("-r", "--realization", metavar="K", min=0, help="A realization with kept fields.")
+        int | None,
+        Option("-r", "--realization", metavar="K", min=0, help="A realization with kept fields."),
     ] = None,
     speed: Annotated[
-        str | None, Option(metavar="V", help="In m/s, or with a unit; left out: the scene's highest.")
+        str | None,
+        Option(metavar="V", help="In m/s, or with a unit; left out: the scene's highest."),
     ] = None,
     column: Annotated[
-        str | None, Option(metavar="COLUMN", help="smoothed, capped or elastic; of reactions also sliding.")
+        str | None,
+        Option(metavar="COLUMN", help="smoothed, capped or elastic; of reactions also sliding."),
     ] = None,
-    over: Annotated[str | None, Option(metavar="AXIS", help="Of a study: speed, or a varied number.")] = None,
-    zoom: Annotated[str | None, Option(metavar="X0:X1,Y0:Y1", help="Draw this part of a map; in m.")] = None,
-    side_by_side: Annotated[bool, Option("--side-by-side", help="Add heights and pressure to the map.")] = False,
-    title: Annotated[bool, Option("--title/--no-title", help="With the lines above the picture.")] = True,
-    size: Annotated[str | None, Option(metavar="WxH", help="Of one row of panels, inches, as 3.4x2.6.")] = None,
+    over: Annotated[
+        str | None, Option(metavar="AXIS", help="Of a study: speed, or a varied number.")
+    ] = None,
+    zoom: Annotated[
+        str | None, Option(metavar="X0:X1,Y0:Y1", help="Draw this part of a map; in m.")
+    ] = None,
+    side_by_side: Annotated[
+        bool, Option("--side-by-side", help="Add heights and pressure to the map.")
+    ] = False,
+    title: Annotated[
+        bool, Option("--title/--no-title", help="With the lines above the picture.")
+    ] = True,
+    size: Annotated[
+        str | None, Option(metavar="WxH", help="Of one row of panels, inches, as 3.4x2.6.")
+    ] = None,
     dpi: Annotated[int, Option(metavar="N", help="Pixels per inch of a .png.")] = 160,
     csv: Csv = None,
 ) -> None:
@@ -112,8 +131,12 @@ def plot(  # noqa: PLR0913  (each is an option)
 
 def explore(
     run: RunFolder,
-    port: Annotated[int | None, Option(metavar="N", min=1, max=65535, help="Left out: first free from 5006.")] = None,
-    browser: Annotated[bool, Option("--browser/--no-browser", help="Open the page in the web browser.")] = True,
+    port: Annotated[
+        int | None, Option(metavar="N", min=1, max=65535, help="Left out: first free from 5006.")
+    ] = None,
+    browser: Annotated[
+        bool, Option("--browser/--no-browser", help="Open the page in the web browser.")
+    ] = True,
 ) -> None:
     """Look at a run in the web browser: fields at any speed, curves. The run may still be going on.
 
@@ -136,8 +159,12 @@ def report(run: RunFolder, output: Output = None) -> None:
 def export(
     run: RunFolder,
     output: Annotated[Path, Option("-o", "--output", metavar="FILE", help="The file.")],
-    bits: Annotated[int | None, Option(metavar="N", min=1, max=23, help="Mantissa bits of fields, of 23.")] = None,
-    surface: Annotated[int | None, Option(metavar="K", min=0, help="Only heights of realization K: .nc, .npy.")] = None,
+    bits: Annotated[
+        int | None, Option(metavar="N", min=1, max=23, help="Mantissa bits of fields, of 23.")
+    ] = None,
+    surface: Annotated[
+        int | None, Option(metavar="K", min=0, help="Only heights of realization K: .nc, .npy.")
+    ] = None,
 ) -> None:
     """Write the numbers of a run or a study into one file.
 
@@ -173,7 +200,9 @@ def _parse_zoom(text: str | None) -> tuple[tuple[float, float], tuple[float, flo
         (x0, x1), (y0, y1) = (side.split(":") for side in text.split(","))
         return (float(x0), float(x1)), (float(y0), float(y1))
     except ValueError:
-        raise ValueError(f"--zoom {text}: write X0:X1,Y0:Y1 in m, for example 0:5e-4,2e-4:7e-4") from None
+        raise ValueError(
+            f"--zoom {text}: write X0:X1,Y0:Y1 in m, for example 0:5e-4,2e-4:7e-4"
+        ) from None
 
 
 def _parse_size(text: str | None) -> tuple[float, float] | None:
@@ -184,4 +213,6 @@ def _parse_size(text: str | None) -> tuple[float, float] | None:
         width, height = (float(side) for side in text.lower().replace("×", "x").split("x"))
         return width, height
     except ValueError:
-        raise ValueError(f"--size {text}: write width x height in inches, for example 3.4x2.6") from None
+        raise ValueError(
+            f"--size {text}: write width x height in inches, for example 3.4x2.6"
+        ) from None

@@ -33,7 +33,9 @@ _STOPPED = "stopped; all finished members are stored, and the same command conti
 
 
 def demo(
-    output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run.")] = Path("roughsim-demo"),
+    output: Annotated[
+        Path, Option("-o", "--output", metavar="RUN", help="Folder of the run.")
+    ] = Path("roughsim-demo"),
     workers: Workers = None,
 ) -> None:
     """Run a small scene, compare it with theory, and draw the picture. It takes less than a minute."""
@@ -43,7 +45,8 @@ def demo(
 
 def new(
     name: Annotated[
-        str | None, Argument(metavar="NAME", help="Left out: list all.", autocompletion=complete_form)
+        str | None,
+        Argument(metavar="NAME", help="Left out: list all.", autocompletion=complete_form),
     ] = None,
 ) -> None:
     """List the bundled scenes, or print one to start your own from. `blank` is a form with every key.
@@ -55,13 +58,18 @@ def new(
 
 def theory(
     scenes: Annotated[
-        list[str], Argument(metavar="SCENE...", help="Files or bundled scenes.", autocompletion=complete_scene)
+        list[str],
+        Argument(
+            metavar="SCENE...", help="Files or bundled scenes.", autocompletion=complete_scene
+        ),
     ],
     changes: Set = None,
     chart: Chart = None,
     csv: Csv = None,
     as_json: Json = False,
-    trust: Annotated[bool, Option("--trust", help="Print the error of the theory for this scene.")] = False,
+    trust: Annotated[
+        bool, Option("--trust", help="Print the error of the theory for this scene.")
+    ] = False,
 ) -> None:
     """Print the results of the analytic theory for a scene. A figure holds several scenes.
 
@@ -75,12 +83,17 @@ def theory(
     check_figure(chart, csv)
     theories = [rs.theory(open_scene(scene, changes)) for scene in scenes]
     if as_json:
-        values = [one.to_dict() | ({"trust": look_up(one.scene).to_dict()} if trust else {}) for one in theories]
+        values = [
+            one.to_dict() | ({"trust": look_up(one.scene).to_dict()} if trust else {})
+            for one in theories
+        ]
         print_json(values[0] if len(values) == 1 else {"scenes": values})
     else:
         for one in theories:
             judged = judge(one.scene)
-            print_parts(one.table(), *([trust_table(look_up(one.scene))] if trust else []), judged.table())
+            print_parts(
+                one.table(), *([trust_table(look_up(one.scene))] if trust else []), judged.table()
+            )
             for line in judged.warnings:
                 warn(line)
     draw_figure(partial(theory_chart, dict(zip(scenes, theories, strict=True))), chart, csv)
@@ -95,7 +108,11 @@ def plan(
     """Show how a scene would be computed, and why so."""
     from roughsim.scene.ensemble import TARGET
 
-    target = None if target_error is None else {"flash_temperature": TARGET(target_error, "--target-error")}
+    target = (
+        None
+        if target_error is None
+        else {"flash_temperature": TARGET(target_error, "--target-error")}
+    )
     loaded = open_scene(scene, changes, {"ensemble.until": target})
     if not as_json:
         note(f"planning {scene}")  # before slow imports
@@ -115,19 +132,29 @@ def plan(
 
 def run(
     scene: SceneName,
-    output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")],
+    output: Annotated[
+        Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")
+    ],
     changes: Set = None,
     target_error: TargetError = None,
     until: Annotated[
-        list[str] | None, Option(metavar="NAME=X", help="The same of any observable. May be repeated.")
+        list[str] | None,
+        Option(metavar="NAME=X", help="The same of any observable. May be repeated."),
     ] = None,
-    most: Annotated[int | None, Option("--max", metavar="N", min=1, help="Stop at N of the lowest level.")] = None,
+    most: Annotated[
+        int | None, Option("--max", metavar="N", min=1, help="Stop at N of the lowest level.")
+    ] = None,
     members: Annotated[
-        int | None, Option(metavar="N", min=1, help="Compute N of the lowest level, in place of a target.")
+        int | None,
+        Option(metavar="N", min=1, help="Compute N of the lowest level, in place of a target."),
     ] = None,
     workers: Workers = None,
-    threads: Annotated[int | None, Option(metavar="N", min=1, help="Threads of each process.")] = None,
-    keep_fields: Annotated[int | None, Option(metavar="K", min=0, help="Store fields of the first K members.")] = None,
+    threads: Annotated[
+        int | None, Option(metavar="N", min=1, help="Threads of each process.")
+    ] = None,
+    keep_fields: Annotated[
+        int | None, Option(metavar="K", min=0, help="Store fields of the first K members.")
+    ] = None,
 ) -> None:
     """Compute realizations of a scene. The same command resumes an interrupted run.
 
@@ -138,8 +165,14 @@ def run(
     began = time.monotonic()
     if target_error is not None:
         until = [*(until or []), f"flash_temperature={target_error}"]
-    targets = {name.strip(): value for name, _, value in (word.partition("=") for word in until or ())} or None
-    ensemble = {"ensemble.until": targets, "ensemble.max_realizations": most, "ensemble.realizations": members}
+    targets = {
+        name.strip(): value for name, _, value in (word.partition("=") for word in until or ())
+    } or None
+    ensemble = {
+        "ensemble.until": targets,
+        "ensemble.max_realizations": most,
+        "ensemble.realizations": members,
+    }
     options = ensemble | {"numerics.threads": threads, "numerics.keep_fields": keep_fields}
     loaded = open_scene(scene, changes, options)
     check_ends(loaded.ensemble, {"--until": until, "--max": most})
@@ -160,7 +193,9 @@ def run(
             result = rs.run(loaded, output, workers=workers, observer=progress.update)
     except KeyboardInterrupt:  # caught here: typer would end without a message
         fail(_STOPPED, 130)
-    tell(f"{result.extent} in {result.folder}, {clock(time.monotonic() - began)}; {outcome(result)}")
+    tell(
+        f"{result.extent} in {result.folder}, {clock(time.monotonic() - began)}; {outcome(result)}"
+    )
     for line in losses(result):
         tell(line)
     if result.failed > 0.01 * result.realizations:
@@ -188,16 +223,22 @@ def _show_plan(scene: "rs.Scene", numerics: "rs.Numerics") -> None:
             tell(reason.value)
     if numerics.slide is not None:
         steps = slide_problem(scene, numerics).steps
-        tell(f"sliding: {steps} contacts in turn for each member; one that is interrupted begins again")
+        tell(
+            f"sliding: {steps} contacts in turn for each member; one that is interrupted begins again"
+        )
     for line in warnings_of(scene, numerics):
         warn(line)
 
 
 def press(
     scene: SceneName,
-    output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")],
+    output: Annotated[
+        Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")
+    ],
     changes: Set = None,
-    edges: Annotated[str | None, Option(metavar="EDGES", help="mirror or tile; left out: mirror, see above.")] = None,
+    edges: Annotated[
+        str | None, Option(metavar="EDGES", help="mirror or tile; left out: mirror, see above.")
+    ] = None,
 ) -> None:
     """Press the measured map itself; its quarters give the scatter.
 
@@ -211,8 +252,12 @@ def press(
 
 
 def study(
-    study: Annotated[Path, Argument(metavar="STUDY", help="A file with a scene and a table [vary].")],
-    output: Annotated[Path, Option("-o", "--output", metavar="FOLDER", help="Folder of the study, new or begun.")],
+    study: Annotated[
+        Path, Argument(metavar="STUDY", help="A file with a scene and a table [vary].")
+    ],
+    output: Annotated[
+        Path, Option("-o", "--output", metavar="FOLDER", help="Folder of the study, new or begun.")
+    ],
     workers: Workers = None,
     as_json: Json = False,
 ) -> None:
@@ -228,7 +273,9 @@ def study(
     content = study_file(study)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("always", rs.SceneWarning)  # before hours of work, not below the table alone
+            warnings.simplefilter(
+                "always", rs.SceneWarning
+            )  # before hours of work, not below the table alone
             result = rs.study(
                 content["scene"],
                 vary=content["vary"],
@@ -249,8 +296,12 @@ def study(
 def bench(
     scene: SceneName,
     changes: Set = None,
-    stage: Annotated[list[str] | None, Option(metavar="STAGE", help="May be repeated; left out: all.")] = None,
-    realizations: Annotated[int, Option(metavar="N", min=4, help="Members to measure scatter and bias with.")] = 8,
+    stage: Annotated[
+        list[str] | None, Option(metavar="STAGE", help="May be repeated; left out: all.")
+    ] = None,
+    realizations: Annotated[
+        int, Option(metavar="N", min=4, help="Members to measure scatter and bias with.")
+    ] = 8,
     chart: Chart = None,
     as_json: Json = False,
 ) -> None:

@@ -26,26 +26,45 @@ def complete_scene(incomplete: str) -> list[str]:
 
 def complete_form(incomplete: str) -> list[str]:
     """Return the bundled scenes and the blank form that a word may become, for completion in the shell."""
-    return [*complete_scene(incomplete), *(name for name in ("blank",) if name.startswith(incomplete))]
+    return [
+        *complete_scene(incomplete),
+        *(name for name in ("blank",) if name.startswith(incomplete)),
+    ]
 
 
-SceneName = Annotated[str, Argument(metavar="SCENE", help="A file or a bundled scene.", autocompletion=complete_scene)]
+SceneName = Annotated[
+    str, Argument(metavar="SCENE", help="A file or a bundled scene.", autocompletion=complete_scene)
+]
 Set = Annotated[
     list[str] | None,
-    Option("--set", metavar="KEY=VALUE", help="Another value of a key, as sliding.speed=35m/s. May be repeated."),
+    Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Another value of a key, as sliding.speed=35m/s. May be repeated.",
+    ),
 ]
 TargetError = Annotated[
-    str | None, Option("--target-error", metavar="X", help="Total 95 % error of T_flash to reach: 1% or 0.01.")
+    str | None,
+    Option("--target-error", metavar="X", help="Total 95 % error of T_flash to reach: 1% or 0.01."),
 ]
 RunFolder = Annotated[Path, Argument(metavar="RUN", help="The folder of a run, or of a study.")]
 Json = Annotated[bool, Option("--json", help="Print JSON (SI units) for programs.")]
 Chart = Annotated[Path | None, Option(metavar="FILE", help="Draw the figure: .png, .pdf or .svg.")]
-Csv = Annotated[Path | None, Option(metavar="FILE", help="Write the numbers that are drawn, too: .csv.")]
-Output = Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Left out: a file beside RUN.")]
-Workers = Annotated[int | None, Option(metavar="N", min=1, help="Processes; left out: as many as fit for long runs.")]
+Csv = Annotated[
+    Path | None, Option(metavar="FILE", help="Write the numbers that are drawn, too: .csv.")
+]
+Output = Annotated[
+    Path | None, Option("-o", "--output", metavar="FILE", help="Left out: a file beside RUN.")
+]
+Workers = Annotated[
+    int | None,
+    Option(metavar="N", min=1, help="Processes; left out: as many as fit for long runs."),
+]
 
 
-def open_scene(name: str, words: list[str] | None, options: dict[str, Any] | None = None) -> "Scene":
+def open_scene(
+    name: str, words: list[str] | None, options: dict[str, Any] | None = None
+) -> "Scene":
     """Return a scene with the changes that were written as KEY=VALUE, and those by other options that are not None."""
     from roughsim.scene.changes import read_changes
 

@@ -15,7 +15,15 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.comparison.row import NOTICED, Row
-from roughsim.comparison.rows import CONTACT_TEMPERATURE, FLASH, Slope, finest, rows_of, stress_slope, theories_of
+from roughsim.comparison.rows import (
+    CONTACT_TEMPERATURE,
+    FLASH,
+    Slope,
+    finest,
+    rows_of,
+    stress_slope,
+    theories_of,
+)
 from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.prediction.sliding import CONTINUED
 from roughsim.prediction.statements import statements
@@ -101,7 +109,11 @@ class Comparison:
         def apart(row: Row) -> float:
             return float(abs(getattr(row, name) / getattr(row, other) - 1.0))
 
-        rows = [row for row in self.rows if row.observable == "flash_temperature" and getattr(row, other)]
+        rows = [
+            row
+            for row in self.rows
+            if row.observable == "flash_temperature" and getattr(row, other)
+        ]
         row = max(rows, key=apart, default=None)
         if row is None or not apart(row) > NOTICED:
             return ""
@@ -130,7 +142,9 @@ class Comparison:
         """Return the table that `compare` prints: T_flash, or all of a pressed map, with its directions of sliding."""
         if isinstance(self.run, Pressed):
             return self.table()
-        return summary_table(self, list(rows_of(self.run, (FLASH,), self.theories)))  # others take ten times as long
+        return summary_table(
+            self, list(rows_of(self.run, (FLASH,), self.theories))
+        )  # others take ten times as long
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
@@ -187,7 +201,9 @@ def compare(run: Run | str | Path) -> Comparison:
         run = open_run(run)
     sound = run.independent
     if sound < 2:
-        raise ValueError(f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on")
+        raise ValueError(
+            f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on"
+        )
     return Comparison(run, theories_of(run))
 
 
@@ -203,7 +219,10 @@ def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
 def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
     """Return the rows of T_flash by its columns, with the ratios at the highest speed below."""
     run = comparison.run
-    columns = [Column(name, number=True) for name in ("speed, m/s", "theory", "calibrated", *rows[0].columns)]
+    columns = [
+        Column(name, number=True)
+        for name in ("speed, m/s", "theory", "calibrated", *rows[0].columns)
+    ]
     cells: list[Cells] = [
         (
             f"{row.speed:g}",
@@ -218,8 +237,14 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
         for name, ratio in fastest.ratios.items()
         if isfinite(ratio.value)
     ]
-    unknown = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
-    modes = f" {_SAME_MODES}" if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios) else ""
+    unknown = dict.fromkeys(
+        part for row in rows for cell in row.columns.values() for part in cell.unknown
+    )
+    modes = (
+        f" {_SAME_MODES}"
+        if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios)
+        else ""
+    )
     notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}."]
     notes += [*map(str, statements(run.scene)), *marked(run.warnings)]
     notes += [*answers.meanings(list(unknown), {row.note for row in rows}), *left_out(run)]
@@ -244,27 +269,38 @@ def comparison_table(comparison: Comparison) -> Table:
             "" if row.speed is None else f"{row.speed:g}",
             *numbers_of(row, row.columns),
             *(Number(row.sliding_calibrated, row.unit) for _ in beside),
-            *(Number(ratio.value, "1", ratio.total_error, ratio.unknown) for ratio in row.ratios.values()),
+            *(
+                Number(ratio.value, "1", ratio.total_error, ratio.unknown)
+                for ratio in row.ratios.values()
+            ),
             row.note,
         )
         for row in comparison.rows
     ]
     title = f"{title}: {_count(run)}" if title else _count(run)
-    return Table([*columns, Column("note")], rows, title, [*meanings(comparison), *comparison.notes()])
+    return Table(
+        [*columns, Column("note")], rows, title, [*meanings(comparison), *comparison.notes()]
+    )
 
 
 def _meanings_of_directions(run: Pressed) -> Iterator[str]:
     """Yield notes on the cell of a map, and on its rows by the direction of sliding and over its Gaussian twin."""
-    yield from (f"cell: {value}, {reason}." for choice, value, reason in run.reasons if choice == "surface")
+    yield from (
+        f"cell: {value}, {reason}." for choice, value, reason in run.reasons if choice == "surface"
+    )
     if run.angles:
-        angles = ", ".join(f"{FLASH}_{name} at {degrees(angle) % 360:.0f}°" for name, angle in run.angles.items())
+        angles = ", ".join(
+            f"{FLASH}_{name} at {degrees(angle) % 360:.0f}°" for name, angle in run.angles.items()
+        )
         yield (
             f"{FLASH}: the mean over all directions of sliding. {angles} from x towards y; along is the lay of the "
             "map. Each is the mean times its ratio at q_c, half the length of the map after the start from rest."
         )
     yield from (f"{line}." for line in run.needed_size())
     if run.over_twin is not None:
-        ratios = ", ".join(f"{x:.2f} at {v:g} m/s" for x, v in zip(run.over_twin, run.scene.speeds, strict=True))
+        ratios = ", ".join(
+            f"{x:.2f} at {v:g} m/s" for x, v in zip(run.over_twin, run.scene.speeds, strict=True)
+        )
         yield (
             f"map over Gaussian twin: {ratios}; T_flash of the map over T_flash of one map of the same |h(q)| with "
             "random phases. For Gaussian maps of four longest waves it scatters by 0.1, with grooves 5:1 by 0.2."
@@ -295,7 +331,11 @@ def meanings(comparison: Comparison) -> Iterator[str]:
         yield (
             f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, above its temperature when "
             "sliding began. T₀ is from the theory of heat, not simulated"
-            + (", but in the column sliding from the slide." if comparison.run.numerics.slide is not None else ".")
+            + (
+                ", but in the column sliding from the slide."
+                if comparison.run.numerics.slide is not None
+                else "."
+            )
         )
 
 

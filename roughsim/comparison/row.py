@@ -76,7 +76,11 @@ class Row:
         """The observable, with the energy, eV, or the temperature, K, of a row that has one."""
         if self.energy is not None:
             return f"{self.observable}, {self.energy:.3g} eV"
-        return self.observable if self.temperature is None else f"{self.observable} {self.temperature:g} K"
+        return (
+            self.observable
+            if self.temperature is None
+            else f"{self.observable} {self.temperature:g} K"
+        )
 
     @property
     def cut(self) -> bool:
@@ -102,10 +106,19 @@ class Row:
         """
         names = ("observable", "unit", "speed", "theory", "theory_same_modes", "calibrated")
         result: dict[str, Any] = {name: getattr(self, name) for name in names} | self.about
-        values = {name: (cell.mean, cell.total_error, cell.unknown) for name, cell in self.columns.items()}
-        values |= {name: (ratio.value, ratio.total_error, ratio.unknown) for name, ratio in self.ratios.items()}
+        values = {
+            name: (cell.mean, cell.total_error, cell.unknown) for name, cell in self.columns.items()
+        }
+        values |= {
+            name: (ratio.value, ratio.total_error, ratio.unknown)
+            for name, ratio in self.ratios.items()
+        }
         if SLIDING in self.columns:
             result["sliding_calibrated"] = self.sliding_calibrated
         for name, (value, error, unknown) in values.items():
-            result |= {name: value, f"{name}_total_error": error, f"{name}_unknown": ", ".join(unknown)}
+            result |= {
+                name: value,
+                f"{name}_total_error": error,
+                f"{name}_unknown": ", ".join(unknown),
+            }
         return result | {"note": self.note}

@@ -21,9 +21,15 @@ from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
 
-FLASH, _OVER_TWIN = "flash_temperature", "map_over_gaussian_twin"  # of the rows of a map that is pressed
+FLASH, _OVER_TWIN = (
+    "flash_temperature",
+    "map_over_gaussian_twin",
+)  # of the rows of a map that is pressed
 CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
-_BIN_WIDTH, _LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; least number of bins for a slope
+_BIN_WIDTH, _LEAST_BINS = (
+    0.12,
+    12,
+)  # of the stress spectrum, in ln q; least number of bins for a slope
 
 
 class Slope(NamedTuple):
@@ -49,15 +55,22 @@ def rows_of(
     names = run.observables if observables is None else observables
     asks = slid is not None and any(OBSERVABLES[name].asked for name in names)
     fields = prediction.sliding_distributions(run.scene) if asks else ()
-    quantiles = {name: estimate.value for name, estimate in prediction.quantiles_of(run.scene, fields).items()}
+    quantiles = {
+        name: estimate.value
+        for name, estimate in prediction.quantiles_of(run.scene, fields).items()
+    }
     for observable in names:
         predicted = {name: values[observable] for name, values in theories.items()}
         estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
         if run.numerics.slide is not None and observable in run.slid_observables:
             estimates[SLIDING] = run.estimate(observable, SLIDING)
-        ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"])
+        ratios = ratios_of(
+            run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"]
+        )
         sliding = _theory_of_sliding(slid, observable, predicted["calibrated"])
-        yield from _rows_of_one(run, observable, predicted, estimates, ratios, quantiles.get(observable, sliding))
+        yield from _rows_of_one(
+            run, observable, predicted, estimates, ratios, quantiles.get(observable, sliding)
+        )
     if observables is not None:
         return
     if run.scene.sliding.duration is not None:
@@ -86,13 +99,19 @@ def theories_of(run: Run) -> dict[str, Predicted]:
     }
 
 
-def _rows_of_contact_temperature(run: Run, flash: dict[str, Array], slid: SlidingPrediction | None) -> Iterator[Row]:
+def _rows_of_contact_temperature(
+    run: Run, flash: dict[str, Array], slid: SlidingPrediction | None
+) -> Iterator[Row]:
     """Yield T₀ + T_flash at each speed from T_flash of the theories."""
     background = prediction.background(run.scene)
     predicted = {name: values + background for name, values in flash.items()}
-    columns = run.numerics.columns if run.numerics.slide is None else (*run.numerics.columns, SLIDING)
+    columns = (
+        run.numerics.columns if run.numerics.slide is None else (*run.numerics.columns, SLIDING)
+    )
     estimates = {name: run.contact_temperature(name, background) for name in columns}
-    ratios = ratios_of(run, FLASH, predicted["theory_same_modes"], predicted["theory_at_cut_off"], background)
+    ratios = ratios_of(
+        run, FLASH, predicted["theory_same_modes"], predicted["theory_at_cut_off"], background
+    )
     sliding = _theory_of_sliding(slid, CONTACT_TEMPERATURE, predicted["calibrated"])
     yield from _rows_of_one(run, CONTACT_TEMPERATURE, predicted, estimates, ratios, sliding)
 
@@ -109,14 +128,20 @@ def _rows_that_are_asked(run: Run, fields: prediction.Parts) -> Iterator[Row]:
         asked.key: asked.estimate.value
         for asked in prediction.asked_predictions(run.scene, prediction.calibrated_share(run.scene))
     }
-    slid = {asked.key: asked.estimate.value for asked in prediction.sliding_asked_predictions(run.scene, fields)}
+    slid = {
+        asked.key: asked.estimate.value
+        for asked in prediction.sliding_asked_predictions(run.scene, fields)
+    }
     nothing = np.full(len(run.scene.speeds), nan)
     columns = run.reacting_columns
     for together in zip(*(run.reactions(column) for column in columns), strict=True):
         first = together[0].estimate
         calibrated, sliding = (values.get(together[0].key, nothing) for values in (predicted, slid))
         for k, speed in enumerate(run.scene.speeds):
-            cells = {column: _cell_of(asked.estimate, k) for column, asked in zip(columns, together, strict=True)}
+            cells = {
+                column: _cell_of(asked.estimate, k)
+                for column, asked in zip(columns, together, strict=True)
+            }
             if run.numerics.slide is not None:
                 cells.setdefault(SLIDING, NOTHING)
             yield Row(
@@ -126,7 +151,9 @@ def _rows_that_are_asked(run: Run, fields: prediction.Parts) -> Iterator[Row]:
                 *(nan, nan, nan, float(calibrated[k])),
                 columns=cells,
                 ratios=ratios,
-                note=AT_CUT_OFF if any("bandwidth" in cell.unknown for cell in cells.values()) else "",
+                note=AT_CUT_OFF
+                if any("bandwidth" in cell.unknown for cell in cells.values())
+                else "",
                 sliding_calibrated=float(sliding[k]),
                 energy=together[0].energy,
                 temperature=together[0].temperature,
@@ -148,7 +175,9 @@ def _rows_of_directions(run: Pressed) -> Iterator[Row]:
     if run.over_twin is not None:
         for speed, ratio in zip(run.scene.speeds, run.over_twin.tolist(), strict=False):
             cells = {column: Cell(ratio, nan, nan)}
-            yield Row(_OVER_TWIN, "1", speed, nan, nan, nan, nan, columns=cells, ratios=without, note="")
+            yield Row(
+                _OVER_TWIN, "1", speed, nan, nan, nan, nan, columns=cells, ratios=without, note=""
+            )
 
 
 def _rows_of_one(
@@ -165,7 +194,9 @@ def _rows_of_one(
     `sliding` the theory of the column sliding.
     """
     record = OBSERVABLES[FLASH if observable == CONTACT_TEMPERATURE else observable]
-    shares = dict.fromkeys(predicted, run.heat_partition) | {"calibrated": prediction.calibrated_share(run.scene)}
+    shares = dict.fromkeys(predicted, run.heat_partition) | {
+        "calibrated": prediction.calibrated_share(run.scene)
+    }
     if not record.heated:
         shares = dict.fromkeys(predicted, np.ones(len(run.scene.speeds)))
     notes = [notes_of(run, name, estimates[name]) for name in run.numerics.columns]
@@ -206,7 +237,9 @@ def _cell_of(estimate: Estimate, k: int) -> Cell:
 
 def _ratio_of(quotient: Uncertain, k: int) -> Ratio:
     """Return entry k of a quotient of two columns."""
-    value, error, total = (float(x[k]) for x in (quotient.mean, quotient.standard_error, quotient.total_error))
+    value, error, total = (
+        float(x[k]) for x in (quotient.mean, quotient.standard_error, quotient.total_error)
+    )
     return Ratio(value, error, total, quotient.unknown_at(k))
 
 
@@ -216,7 +249,9 @@ def finest(run: Run) -> tuple[Grid, float]:
     Levels without sound members are ignored.
     """
     level = run.numerics.levels[run.pairs(run.numerics.columns[0])[-1].level]
-    return Grid((level.parts * level.shape[0], level.parts * level.shape[1]), run.numerics.lengths), level.q_max
+    return Grid(
+        (level.parts * level.shape[0], level.parts * level.shape[1]), run.numerics.lengths
+    ), level.q_max
 
 
 def ratios_of(
@@ -232,7 +267,9 @@ def ratios_of(
     with np.errstate(all="ignore"):  # 0/0 at rest
         apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
     # the theory uses the C(q) of the scans, also if the map itself is pressed
-    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=apart, scanned=run.scene.scanned)}
+    result = {
+        f"{columns[0]}_over_theory": quotient(first, summed, size=apart, scanned=run.scene.scanned)
+    }
     if len(columns) > 1:
         below, above = (_values_of(run, observable, column, background) for column in columns)
         result[f"{columns[1]}_over_{columns[0]}"] = quotient(above, below, scanned=run.scanned)
@@ -270,7 +307,9 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     grid = run.numerics.grid(pair.level)
     modes = modes_between(grid)
     log_q, many = np.log(modes.wavenumber), modes.multiplicity
-    count, sums = (np.histogram(log_q, bins, band, weights=weights)[0] for weights in (many, many * log_q))
+    count, sums = (
+        np.histogram(log_q, bins, band, weights=weights)[0] for weights in (many, many * log_q)
+    )
     filled = count > 0.0
     center = sums[filled] / count[filled]
     # least squares of ln|σ_q|² over ln q: the slope is a weighted sum; to first order so is its scatter
@@ -284,4 +323,6 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     error, freedom = spread((rows / mean @ weights)[:, None])
     predicted = np.log(prediction.stress_spectrum(scene, np.exp(center)))
     half_width = float(error[0] * quantile(freedom[0]))
-    return Slope(name, low, high, float(weights @ np.log(mean)), half_width, float(weights @ predicted))
+    return Slope(
+        name, low, high, float(weights @ np.log(mean)), half_width, float(weights @ predicted)
+    )

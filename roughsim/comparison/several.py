@@ -55,7 +55,9 @@ class Comparisons:
         all_rows = [row for one in self.comparisons for row in one.rows]
         shown = [row for row in all_rows if observables is None or row.observable in observables]
         chosen = list(dict.fromkeys(row.title for row in shown))
-        columns = list(dict.fromkeys(name for one in self.comparisons for name in one.rows[0].columns))
+        columns = list(
+            dict.fromkeys(name for one in self.comparisons for name in one.rows[0].columns)
+        )
         titles = [Column("observable", name=True)] if len(chosen) > 1 else []
         titles += [Column("speed, m/s", name=True), Column("run", name=True)]
         titles += [Column(title, number=True) for title in ("theory", "calibrated", *columns)]
@@ -78,12 +80,19 @@ class Comparisons:
 
     def _notes(self, rows: Sequence[Row]) -> list[str]:
         """Return the sentences below the table of some rows."""
-        unknown = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
-        notes = ["± total error, 95 %; each with the heat share of its run.", *meanings(list(unknown), set())]
+        unknown = dict.fromkeys(
+            part for row in rows for cell in row.columns.values() for part in cell.unknown
+        )
+        notes = [
+            "± total error, 95 %; each with the heat share of its run.",
+            *meanings(list(unknown), set()),
+        ]
         for label, one in zip(self.labels, self.comparisons, strict=True):
             notes += [f"{label}: {line}" for line in left_out(one.run)]
         runs = (one.run for one in self.comparisons)
-        return notes + marked(of_several({label: run.warnings for label, run in zip(self.labels, runs, strict=True)}))
+        return notes + marked(
+            of_several({label: run.warnings for label, run in zip(self.labels, runs, strict=True)})
+        )
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import

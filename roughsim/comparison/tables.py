@@ -27,23 +27,31 @@ OF_SLIDING = "sliding, calibrated"  # the theory of the column sliding
 def theory_values(scene: Scene) -> dict[str, Any]:
     """Return the theory over the whole spectrum: arrays over speed, temperatures with the share used, and areas."""
     values, share = prediction.predictions(scene), prediction.heat_partition(scene)
-    result: dict[str, Any] = {"speed": scene.speeds} | {name: values[name] * share for name in _HEATED}
+    result: dict[str, Any] = {"speed": scene.speeds} | {
+        name: values[name] * share for name in _HEATED
+    }
     result |= {name: values[name] for name in _WIDTHS}
     if "friction_coefficient" in scene.tables:
         result["friction_coefficient"] = prediction.friction_coefficient(scene)
     result |= {"conductivity": prediction.conduction(scene).conductivity, "heat_partition": share}
     result["heat_partition_theory"] = values["heat_partition"]
     if scene.sliding.duration is not None:
-        result[CONTACT_TEMPERATURE] = result["flash_temperature"] + share * prediction.background(scene)
+        result[CONTACT_TEMPERATURE] = result["flash_temperature"] + share * prediction.background(
+            scene
+        )
     law = prediction.calibrated_over_speed(scene, np.array(scene.speeds))
     result["calibrated"] = law["flash_temperature"] * prediction.calibrated_share(scene)
-    return result | {name: float(values[name][0]) for name in ("contact_fraction", "plastic_fraction")}
+    return result | {
+        name: float(values[name][0]) for name in ("contact_fraction", "plastic_fraction")
+    }
 
 
 def theory_dict(scene: Scene) -> dict[str, Any]:
     """Return the theory over the whole spectrum as JSON values, with g_σ(r) at 0 and up to half the longest wave."""
     longest = 2 * np.pi / scene.spectrum.breaks[0]
-    distance = np.concatenate([[0.0], np.geomspace(1e-3 * longest, 0.5 * longest, _CORRELATION_POINTS - 1)])
+    distance = np.concatenate(
+        [[0.0], np.geomspace(1e-3 * longest, 0.5 * longest, _CORRELATION_POINTS - 1)]
+    )
     correlation = {"r": distance, "value": prediction.correlation(scene, distance)}
     values, law = theory_values(scene), prediction.calibrated(scene)
     temperature = values["calibrated"] if law.stress_spectrum is not None else None
@@ -61,7 +69,10 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
         values["calibrated"]["sliding"] = (
             None if slid is None else asdict(slid) | {"error": prediction.sliding_error(scene)}
         )
-    return {key: json_value(value) for key, value in (values | {"pressure_correlation": correlation}).items()}
+    return {
+        key: json_value(value)
+        for key, value in (values | {"pressure_correlation": correlation}).items()
+    }
 
 
 def _distribution_values(scene: Scene) -> dict[str, Any]:
@@ -80,10 +91,16 @@ def theory_table(scene: Scene) -> Table:
     """Return the theory of a scene, a row per speed."""
     values = theory_values(scene)
     units = UNITS | dict.fromkeys(("calibrated", CONTACT_TEMPERATURE), UNITS["flash_temperature"])
-    columns = {name: with_unit(name, units[name]) for name in (_HEATED[0], "calibrated", *_HEATED[1:], *_WIDTHS)}
+    columns = {
+        name: with_unit(name, units[name])
+        for name in (_HEATED[0], "calibrated", *_HEATED[1:], *_WIDTHS)
+    }
     if CONTACT_TEMPERATURE in values:
         columns[CONTACT_TEMPERATURE] = with_unit("T₀ + T_flash", units[CONTACT_TEMPERATURE])
-    titles_of_tables = {"friction_coefficient": "μ", "conductivity": "κ, W/(m K)"}  # they differ from speed to speed
+    titles_of_tables = {
+        "friction_coefficient": "μ",
+        "conductivity": "κ, W/(m K)",
+    }  # they differ from speed to speed
     columns |= {name: title for name, title in titles_of_tables.items() if name in scene.tables}
     columns |= {"heat_partition": "share used", "heat_partition_theory": "share in theory"}
     own = prediction.calibrated_share(scene)
@@ -96,15 +113,25 @@ def theory_table(scene: Scene) -> Table:
         columns |= {_HOTTEST: "99 % of the heat below, K"}
     slid = prediction.sliding_prediction(scene) if scene.sliding.history == SLIDING else None
     if slid is not None:
-        values |= {"sliding_flash_temperature": slid.flash_temperature, "sliding_share": slid.heat_partition}
+        values |= {
+            "sliding_flash_temperature": slid.flash_temperature,
+            "sliding_share": slid.heat_partition,
+        }
         units |= {"sliding_flash_temperature": "K"}
-        columns |= {"sliding_flash_temperature": "T_flash sliding, K", "sliding_share": "share sliding"}
+        columns |= {
+            "sliding_flash_temperature": "T_flash sliding, K",
+            "sliding_share": "share sliding",
+        }
     errors = {} if hottest is None else {_HOTTEST: hottest.error * own}
     rows: list[Row] = [
         (
             f"{speed:g}",
             *(
-                Number(float(values[name][k]), units.get(name, "1"), float(errors[name][k]) if name in errors else 0.0)
+                Number(
+                    float(values[name][k]),
+                    units.get(name, "1"),
+                    float(errors[name][k]) if name in errors else 0.0,
+                )
                 for name in columns
             ),
         )
@@ -112,7 +139,11 @@ def theory_table(scene: Scene) -> Table:
     ]
     areas = (f"{name} {values[name]:.4g}" for name in ("contact_fraction", "plastic_fraction"))
     titles = ("speed, m/s", *columns.values())
-    notes = [", ".join(areas), calibrated_note(scene), *([sliding_note(scene)] if slid is not None else [])]
+    notes = [
+        ", ".join(areas),
+        calibrated_note(scene),
+        *([sliding_note(scene)] if slid is not None else []),
+    ]
     return Table([Column(title, number=True) for title in titles], rows, scene.title, notes)
 
 
@@ -162,7 +193,11 @@ def trust_table(known: Trust) -> Table:
 
 def _errors_at(known: Trust, name: str, places: Sequence[float | None]) -> list[str]:
     """Return the error of an observable at each speed; in the first place alone if it does not depend on the speed."""
-    errors = {judgement.speed: str(judgement) for judgement in known.judgements if judgement.observable == name}
+    errors = {
+        judgement.speed: str(judgement)
+        for judgement in known.judgements
+        if judgement.observable == name
+    }
     if errors and not OBSERVABLES[name].per_speed:
         return [errors[None], *("" for _ in places[1:])]
     return [errors.get(place, "not known") for place in places]
@@ -174,13 +209,17 @@ def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> 
     `speeds` are places in the scene's list of speeds; all if left out. The run needs a sound realization.
     """
     estimates = [run.estimate(name, column) for name in run.observables]
-    parts = list(dict.fromkeys(part for part in SOURCES for estimate in estimates if part in estimate.budget))
+    parts = list(
+        dict.fromkeys(part for part in SOURCES for estimate in estimates if part in estimate.budget)
+    )
     titles = ("speed, m/s", "mean ± total error", *parts, "finest − mean")
     rows: list[Row] = []
     for estimate in estimates:
         name = with_unit(estimate.observable, estimate.unit)
         per_speed = OBSERVABLES[estimate.observable].per_speed
-        for k in (range(len(run.scene.speeds)) if speeds is None else speeds) if per_speed else (0,):
+        for k in (
+            (range(len(run.scene.speeds)) if speeds is None else speeds) if per_speed else (0,)
+        ):
             speed = f"{run.scene.speeds[k]:g}" if per_speed else ""
             rows.append([name, speed, estimate.number(k), *estimate.parts(k, parts)])
     notes = [

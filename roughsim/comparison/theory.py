@@ -116,7 +116,9 @@ def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> The
     return Theory(loaded, np.array(loaded.speeds), **{name: values[name] for name in names})
 
 
-def theory_chart(theories: Mapping[str, Theory], path: str | Path | None, *, csv: str | Path | None = None) -> None:
+def theory_chart(
+    theories: Mapping[str, Theory], path: str | Path | None, *, csv: str | Path | None = None
+) -> None:
     """Draw one or several theories, by their labels, into one figure; other arguments as of `Theory.chart`."""
     from roughsim.charts.curves import Entry, curves_chart  # matplotlib is slow to import
     from roughsim.charts.style import Look, as_path

@@ -40,13 +40,21 @@ class Trust:
     where: str  # the number of the scene outside the range; empty inside
     against: str = ""  # reference of `percent`
     judgements: tuple[Judgement, ...] = ()  # one per observable and speed with a known error band
-    off: tuple[tuple[float, str], ...] = ()  # speeds, m/s, at which the law was not compared, each with its reason
+    off: tuple[
+        tuple[float, str], ...
+    ] = ()  # speeds, m/s, at which the law was not compared, each with its reason
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON values."""
         off = [{"speed": speed, "where": reason} for speed, reason in self.off]
         rows = [judgement._asdict() for judgement in self.judgements]
-        return {"source": self.source, "where": self.where, "against": self.against, "rows": rows, "off": off}
+        return {
+            "source": self.source,
+            "where": self.where,
+            "against": self.against,
+            "rows": rows,
+            "off": off,
+        }
 
 
 def trust(scene: Scene) -> Trust:
@@ -82,5 +90,7 @@ def _peclet_numbers(scene: Scene) -> list[float]:
     q = np.geomspace(spectrum.breaks[0], spectrum.breaks[-1], 2001)
     first, second = (np.trapezoid(q**n * spectrum(q), np.log(q)) for n in (1, 2))
     mean = float(second / first)
-    numbers: list[float] = (np.abs(scene.speeds) / (prediction.conduction(scene).diffusivity * mean)).tolist()
+    numbers: list[float] = (
+        np.abs(scene.speeds) / (prediction.conduction(scene).diffusivity * mean)
+    ).tolist()
     return numbers

@@ -71,7 +71,9 @@ def solve_contact(
     load = checked_load("nominal_pressure", nominal_pressure, solid)
     if not 0.0 < number("tolerance", tolerance) < 1.0:
         raise ValueError(f"tolerance = {tolerance:.6g} must lie between 0 and 1")
-    if max_iterations is not None and (number("max_iterations", max_iterations) < 1 or max_iterations % 1):
+    if max_iterations is not None and (
+        number("max_iterations", max_iterations) < 1 or max_iterations % 1
+    ):
         raise ValueError(f"max_iterations = {max_iterations} must be a whole number ≥ 1")
     if precision not in ("double", "single"):
         raise ValueError(f'precision = {precision!r} must be "double" or "single"')
@@ -135,10 +137,14 @@ def note_compilation() -> None:
 def _start_pressure(start: Contact) -> Field:
     """Return the pressure of an earlier contact as float64; refuse one that no solve can begin from."""
     if not isinstance(start, Contact):
-        raise TypeError(f"start is a {type(start).__name__}; give the Contact of an earlier solve, or leave it out")
+        raise TypeError(
+            f"start is a {type(start).__name__}; give the Contact of an earlier solve, or leave it out"
+        )
     pressure = real_field("start.pressure", start.pressure).astype(np.float64, copy=False)
     if not pressure.max() > 0.0:
-        raise ValueError("start.pressure = 0 Pa everywhere: no solve can begin from it; leave start out")
+        raise ValueError(
+            "start.pressure = 0 Pa everywhere: no solve can begin from it; leave start out"
+        )
     return pressure
 
 

@@ -71,14 +71,20 @@ class Patches:
     @property
     def unresolved_share(self) -> float:
         """Share of the area that lies in patches below 4 pixels; NaN if there is none."""
-        return float(self.pixels[self.pixels < RESOLVED].sum() / self.pixels.sum()) if self.count else math.nan
+        return (
+            float(self.pixels[self.pixels < RESOLVED].sum() / self.pixels.sum())
+            if self.count
+            else math.nan
+        )
 
     def size_distribution(self) -> SizeDistribution:
         """Return numbers and areas of the patches in bins of size."""
         powers = 2 ** np.arange(int(self.pixels.max(initial=0)).bit_length() + 1)
         counts, _ = np.histogram(self.pixels, powers)
         pixels, _ = np.histogram(self.pixels, powers, weights=self.pixels)
-        return SizeDistribution(self.pixel_area * powers.astype(float), counts, self.pixel_area * pixels.astype(float))
+        return SizeDistribution(
+            self.pixel_area * powers.astype(float), counts, self.pixel_area * pixels.astype(float)
+        )
 
 
 def contact_patches(mask: ArrayLike, grid: Grid) -> Patches:
@@ -108,7 +114,9 @@ def corrected_area(mask: ArrayLike, grid: Grid) -> float:
     return (touching - _EDGE_SHARE * outer) * math.prod(grid.spacing)
 
 
-def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.inf) -> tuple[float, float]:
+def corrected_fractions(
+    pressure: ArrayLike, penetration_hardness: float = math.inf
+) -> tuple[float, float]:
     """Return contact and plastic fraction, both corrected for the pixels along the edges.
 
     Along an edge of elastic contact with no contact the pixels add a tenth of a pixel per side; along its edge with
@@ -126,7 +134,9 @@ def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.
 def edge_corrected(field: Field, hardness: Any) -> tuple[float, float]:
     """Return `corrected_fractions` of a pressure within its bounds (not checked again)."""
     touching, yielded, outer, inner = _counts(field, hardness)
-    return (touching - _EDGE_SHARE * outer) / field.size, (yielded + _EDGE_SHARE * inner) / field.size
+    return (touching - _EDGE_SHARE * outer) / field.size, (
+        yielded + _EDGE_SHARE * inner
+    ) / field.size
 
 
 def yielded_points(pressure: Field, penetration_hardness: float) -> _Mask:
@@ -163,9 +173,14 @@ def labelled_patches(mask: _Mask, *, periodic: bool = True) -> tuple[NDArray[np.
     labels, count = ndimage.label(mask)
     if periodic and count:
         # parts that meet over a side of the cell are one region
-        first, last = np.concatenate((labels[0], labels[:, 0])), np.concatenate((labels[-1], labels[:, -1]))
+        first, last = (
+            np.concatenate((labels[0], labels[:, 0])),
+            np.concatenate((labels[-1], labels[:, -1])),
+        )
         both = (first > 0) & (last > 0)
-        joins = coo_array((np.ones(int(both.sum())), (first[both] - 1, last[both] - 1)), shape=(count, count))
+        joins = coo_array(
+            (np.ones(int(both.sum())), (first[both] - 1, last[both] - 1)), shape=(count, count)
+        )
         count, joined = connected_components(joins, directed=False)
         labels = np.concatenate([[0], joined + 1])[labels]
     return labels.astype(np.int64, copy=False), int(count)
@@ -205,7 +220,9 @@ def _counts(field: Field, hardness: Any) -> tuple[float, ...]:
 def _pixels(mask: ArrayLike, grid: Grid) -> _Mask:
     pixels = np.asarray(mask)
     if pixels.dtype != np.bool_:
-        raise TypeError(f"mask has dtype {pixels.dtype}; give true or false for each pixel, for example pressure > 0")
+        raise TypeError(
+            f"mask has dtype {pixels.dtype}; give true or false for each pixel, for example pressure > 0"
+        )
     if pixels.shape != grid.shape:
         raise ValueError(f"mask has shape {pixels.shape}, but the grid has shape {grid.shape}")
     return pixels

@@ -40,7 +40,9 @@ class LoadStep(NamedTuple):
     deformation: PlasticDeformation
 
 
-def plastic_deformation(contact: Contact, heights: ArrayLike, grid: Grid, solid: Solid) -> PlasticDeformation:
+def plastic_deformation(
+    contact: Contact, heights: ArrayLike, grid: Grid, solid: Solid
+) -> PlasticDeformation:
     """Return the permanent deformation by a solved contact; zero if it is elastic.
 
     `heights`, shape `grid.shape`, m, `grid` and `solid` are those that `solve_contact` got. The displacement is known
@@ -66,7 +68,11 @@ def plastic_deformation(contact: Contact, heights: ArrayLike, grid: Grid, solid:
         # the residual bounds the errors of the gap: κ‖gap − d‖ ≤ residual ‖p‖ over the elastic contact, κ ≥ πE*/L
         stiffness, largest = pi * solid.effective_modulus / max(grid.lengths), float(pressure.max())
         norm = largest * sqrt(float(np.square(pressure / largest).sum()))
-        rounding = 4 * float(np.finfo(contact.displacement.dtype).eps) * float(np.ptp(contact.displacement))
+        rounding = (
+            4
+            * float(np.finfo(contact.displacement.dtype).eps)
+            * float(np.ptp(contact.displacement))
+        )
         rounding += 64 * float(np.finfo(np.float64).eps) * float(np.abs(surface).max())
         limit = 4 * contact.residual * norm / stiffness + rounding * sqrt(free.size)
         error = float(np.abs(free - offset).max())
@@ -101,7 +107,9 @@ def follow_loads(
 
     def steps(surface: Field) -> Iterator[LoadStep]:
         for load in loads:
-            contact = solve_contact(surface, grid, solid, nominal_pressure=load, tolerance=tolerance)
+            contact = solve_contact(
+                surface, grid, solid, nominal_pressure=load, tolerance=tolerance
+            )
             deformation = plastic_deformation(contact, surface, grid, solid)
             surface = deformation.heights
             yield LoadStep(contact, deformation)

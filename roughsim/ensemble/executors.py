@@ -13,7 +13,14 @@ from types import FrameType
 from typing import Any, Self
 
 from roughsim.contact.active_set import note_compilation
-from roughsim.machine import PROCESS, SHARE, available_memory, in_words, usable_cores, workers_that_fit
+from roughsim.machine import (
+    PROCESS,
+    SHARE,
+    available_memory,
+    in_words,
+    usable_cores,
+    workers_that_fit,
+)
 from roughsim.show import text
 
 # s of computing above which processes are started, if their number is not given: each takes 1.3 s of CPU time to
@@ -25,7 +32,9 @@ SUITABLE = "give a concurrent.futures.Executor; that of a client of dask is clie
 class SerialExecutor(Executor):
     """An executor that computes each call in this process, before `submit` returns."""
 
-    def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
+    def submit(
+        self, function: Callable[..., Any], /, *arguments: Any, **options: Any
+    ) -> Future[Any]:
         """Compute ``function(*arguments, **options)`` and return a future that is done."""
         future: Future[Any] = Future()
         try:
@@ -108,7 +117,10 @@ class Workers:
             return SerialExecutor()
         note_compilation()  # here, as one line: all workers compile the same kernels
         context = get_context("spawn")  # a fork after threaded transforms hangs
-        for tries_left in (1, 0):  # a worker may be killed while it starts; a script without a guard fails again
+        for tries_left in (
+            1,
+            0,
+        ):  # a worker may be killed while it starts; a script without a guard fails again
             receiver, self._lifeline = context.Pipe(duplex=False)
             pool = self._pool = ProcessPoolExecutor(
                 self.count, context, _begin_worker, (receiver, text.notes_are_shown)
@@ -152,8 +164,14 @@ class Workers:
     def __enter__(self) -> Self:
         for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGXCPU"):
             number = getattr(signal, name, None)
-            main = threading.current_thread() is threading.main_thread()  # others can set no handlers
-            if main and number and signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+            main = (
+                threading.current_thread() is threading.main_thread()
+            )  # others can set no handlers
+            if (
+                main
+                and number
+                and signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler)
+            ):
                 self._handlers[number] = signal.signal(number, self._interrupt)
         return self
 

@@ -110,16 +110,29 @@ def press(
     resolution = resolution_of(loaded, whole.grid)
     digest = hashlib.sha256(topography.heights.tobytes()).hexdigest()
     folder = Path(folder)
-    parts = [(MAP, folder, [whole], edges), (QUARTERS, folder / QUARTERS, quarters(topography), "mirror")]
+    parts = [
+        (MAP, folder, [whole], edges),
+        (QUARTERS, folder / QUARTERS, quarters(topography), "mirror"),
+    ]
     begun = []
     for kind, home, cells, joined in parts:
         own = replace(loaded, ensemble=replace(loaded.ensemble, realizations=len(cells)))
         numerics = _numerics(own, cells[0].grid, resolution, joined)
         if len(maps) > 1:
-            numerics = replace(numerics, reasons=(*numerics.reasons, Reason("map", "of both faces", topography.taken)))
+            numerics = replace(
+                numerics,
+                reasons=(*numerics.reasons, Reason("map", "of both faces", topography.taken)),
+            )
         allowed.fit(*largest_member(own, numerics), numerics.threads)
         numerics = _begin(own, home, numerics, {"of": kind, "edges": joined, "heights": digest})
-        source = MapSource(kind, topography, tuple(cells), joined, loaded.sliding.direction, len(numerics.levels) - 1)
+        source = MapSource(
+            kind,
+            topography,
+            tuple(cells),
+            joined,
+            loaded.sliding.direction,
+            len(numerics.levels) - 1,
+        )
         begun.append(((own, numerics, home), source))
     with allowed, shown(progress, "pressing") as bar:
         for one, source in reversed(begun):  # the quarters first: they give the errors of the map
@@ -157,9 +170,13 @@ def _refuse(scene: Scene, maps: int, grid: Grid, edges: str | None) -> None:
             'like = "body" and without keys of roughness, or a map of its own as topography'
         )
     if scene.sliding.history == SLIDING:
-        raise SceneError('sliding.history = "sliding" does not go with a map that is pressed; write "frozen"')
+        raise SceneError(
+            'sliding.history = "sliding" does not go with a map that is pressed; write "frozen"'
+        )
     if min(grid.shape) < _LEAST_SIDE:
-        raise ResolutionError(f"the map has {grid.shape} points; to press it takes {_LEAST_SIDE} along each side")
+        raise ResolutionError(
+            f"the map has {grid.shape} points; to press it takes {_LEAST_SIDE} along each side"
+        )
     needed = 4 * _BYTES_PER_POINT * grid.points
     if exceeds(needed, 0.5):
         raise ResolutionError(
@@ -205,20 +222,27 @@ def resolution_of(scene: Scene, grid: Grid) -> Resolution:
         return Resolution(all_waves, _PIXELS, whole=True)
     most = pi * MOST_SIDE / longest
     # a mode at the Nyquist wavenumber of a coarser grid would lose half of itself
-    return Resolution(min(all_waves, most * (1 - 1e-6)), _PIXELS / 2, whole=all_waves <= most * (1 + 1e-9))
+    return Resolution(
+        min(all_waves, most * (1 - 1e-6)), _PIXELS / 2, whole=all_waves <= most * (1 + 1e-9)
+    )
 
 
 def _numerics(scene: Scene, grid: Grid, resolution: Resolution, edges: str) -> Numerics:
     """Return the levels of a map: the cut-off on two grids, and half of it on two more if waves are left out."""
     column: Column = "elastic" if scene.elastic else "capped"
     q_max, pixels, whole = resolution
-    factor = pixels * q_max * max(grid.spacing) / (2 * pi)  # points of the level per point of the map
+    factor = (
+        pixels * q_max * max(grid.spacing) / (2 * pi)
+    )  # points of the level per point of the map
     x, y = (4 * ceil(n * factor / 4 - 1e-4) for n in grid.shape)
     levels = [Level(column, (x, y), q_max), Level(column, (2 * x, 2 * y), q_max)]
     if not whole:
         lower = [Level(column, (x // 2, y // 2), q_max / 2), Level(column, (x, y), q_max / 2)]
         levels = [*lower, *levels]
-    given = {key: getattr(scene.numerics, key) for key in ("tolerance", "precision", "threads", "keep_fields")}
+    given = {
+        key: getattr(scene.numerics, key)
+        for key in ("tolerance", "precision", "threads", "keep_fields")
+    }
     chosen: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     waves = "all waves of the map; none are added beyond"
     if not whole:
@@ -226,8 +250,16 @@ def _numerics(scene: Scene, grid: Grid, resolution: Resolution, edges: str) -> N
     reasons = (
         Reason("surface", f"{grid.shape[0]} × {grid.shape[1]} points", _EDGES[edges]),
         Reason("cut-off", f"{q_max:.3g} rad/m", waves),
-        Reason("pixels", f"{pixels:g} and {2 * pixels:g} per shortest wave", "their difference gives the pixel error"),
-        Reason("realizations", "1", "the map itself; its four quarters, pressed alike, give the scatter"),
+        Reason(
+            "pixels",
+            f"{pixels:g} and {2 * pixels:g} per shortest wave",
+            "their difference gives the pixel error",
+        ),
+        Reason(
+            "realizations",
+            "1",
+            "the map itself; its four quarters, pressed alike, give the scatter",
+        ),
     )
     return Numerics(levels=tuple(levels), lengths=grid.lengths, **chosen, reasons=reasons)
 
@@ -246,7 +278,9 @@ class MapSource:
     def heights(self, problem: Problem) -> Array:
         """Return a cell with the waves of the level, m, on its grid."""
         cell = self.cells[problem.index]
-        return band_limited(cell.heights, cell.grid, problem.grid.shape, float(problem.spectrum.breaks[-1]))
+        return band_limited(
+            cell.heights, cell.grid, problem.grid.shape, float(problem.spectrum.breaks[-1])
+        )
 
     def about(self, level: int, problem: Problem, solution: Solution) -> dict[str, Any]:
         """Return the additions of the last level: T_flash by direction, and the share of the load beside spikes."""
@@ -256,16 +290,23 @@ class MapSource:
         angles = {"along": lay, "across": (lay + 0.5 * pi) % pi}
         if self.direction is not None:
             angles["asked"] = self.direction
-        ratios: dict[str, Any] = {"angles": angles, "over_mean": over_mean(problem, solution, angles, self.edges)}
+        ratios: dict[str, Any] = {
+            "angles": angles,
+            "over_mean": over_mean(problem, solution, angles, self.edges),
+        }
         if self.kind == MAP:
             note("the map and its Gaussian twin")
             ratios["over_twin"] = _over_twin(problem, self.topography)
         cell, pressure = self.cells[problem.index], solution.contact.pressure
-        beside = overshoots(solution.heights, cell.heights, cell.grid, float(problem.spectrum.breaks[-1]))
+        beside = overshoots(
+            solution.heights, cell.heights, cell.grid, float(problem.spectrum.breaks[-1])
+        )
         return {DIRECTIONS: ratios, OVERSHOOT: float(pressure[beside].sum() / pressure.sum())}
 
 
-def over_mean(problem: Problem, solution: Solution, angles: dict[str, float], edges: str) -> dict[str, list[float]]:
+def over_mean(
+    problem: Problem, solution: Solution, angles: dict[str, float], edges: str
+) -> dict[str, list[float]]:
     """Return T_flash in each direction over the mean over all directions, at each speed, of one contact.
 
     Mirror images turn an oblique lay to the other side. So of a mirrored cell the pressure on the map itself is
@@ -278,7 +319,9 @@ def over_mean(problem: Problem, solution: Solution, angles: dict[str, float], ed
         x, y = (side / 2 for side in grid.lengths)
         pressure = pressure[:nx, :ny].copy()
         grid = Grid((nx, ny), (x, y))
-    mean = measure(replace(solution.contact, pressure=pressure), grid, problem.sliding).flash_temperature
+    mean = measure(
+        replace(solution.contact, pressure=pressure), grid, problem.sliding
+    ).flash_temperature
     result = {}
     for name, angle in angles.items():
         with np.errstate(invalid="ignore", divide="ignore"):  # 0/0 at rest
@@ -302,7 +345,9 @@ def _over_twin(problem: Problem, topography: Topography) -> list[float]:
     q_max = float(problem.spectrum.breaks[-1])
     temperatures = []
     for surface in (heights, gaussian_twin(heights, rng)):
-        solved = solve_problem(replace(problem, grid=grid), heights=band_limited(surface, own, grid.shape, q_max))
+        solved = solve_problem(
+            replace(problem, grid=grid), heights=band_limited(surface, own, grid.shape, q_max)
+        )
         temperatures.append(solved.observables.flash_temperature)
     ratio: list[float] = (temperatures[0] / temperatures[1]).tolist()
     return ratio

@@ -29,8 +29,13 @@ class Progress(AbstractContextManager["Progress"]):
 
     def __init__(self, text: str):
         console = _Console(stderr=True)
-        columns = bars.TextColumn("{task.description}", markup=False), bars.BarColumn(bar_width=None)
-        self._bar = bars.Progress(*columns, console=console, expand=True, disable=not console.is_terminal)
+        columns = (
+            bars.TextColumn("{task.description}", markup=False),
+            bars.BarColumn(bar_width=None),
+        )
+        self._bar = bars.Progress(
+            *columns, console=console, expand=True, disable=not console.is_terminal
+        )
         self._task = self._bar.add_task(text, total=None)
         self._text, self._stage = text, 0
         self._began = self._told = time.monotonic()
@@ -47,7 +52,9 @@ class Progress(AbstractContextManager["Progress"]):
 
     def __exit__(self, *_: object) -> None:
         self._ended.set()
-        if not self._bar.disable:  # older versions of rich end one that is disabled with an empty line
+        if (
+            not self._bar.disable
+        ):  # older versions of rich end one that is disabled with an empty line
             with suppress(OSError):
                 self._bar.stop()
 

@@ -117,7 +117,9 @@ def run(  # noqa: PLR0913  (each is an option)
     allowed = Workers(workers, executor)
     if target_error is not None:
         if until is not None:
-            raise ValueError(f"target_error = {target_error} and until = {until} are both given; give one of them")
+            raise ValueError(
+                f"target_error = {target_error} and until = {until} are both given; give one of them"
+            )
         until = {"flash_temperature": TARGET(target_error, "target_error")}
     scene = as_scene(scene, changes)
     ends = {"until": until, "max_realizations": max_realizations}
@@ -176,7 +178,11 @@ def complete(
 
 
 def begin(
-    scene: Scene, folder: Path, numerics: Numerics | None = None, *, press: Mapping[str, str] | None = None
+    scene: Scene,
+    folder: Path,
+    numerics: Numerics | None = None,
+    *,
+    press: Mapping[str, str] | None = None,
 ) -> Numerics:
     """Begin a run in a folder, or check the scene of an existing run; return the numerics of the run.
 

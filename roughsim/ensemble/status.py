@@ -14,7 +14,9 @@ def losses(run: Run) -> list[str]:
     lines = [f"{run.failed} did not converge and are left out of the means"] if run.failed else []
     slide = run.numerics.slide
     if slide is not None and (failed := len(run.members.failed(slide))):
-        lines.append(f"{failed} members that slide did not converge and are left out of the column sliding")
+        lines.append(
+            f"{failed} members that slide did not converge and are left out of the column sliding"
+        )
     return lines + left_out(run)
 
 
@@ -26,7 +28,11 @@ def state_line(run: Run) -> str:
     there = sum(min(run.members.available[level], count) for level, count in enumerate(wanted))
     current = f"round {run.rounds.number + 1}: {there} of {sum(wanted)} members{_errors_text(run)}"
     seconds = seconds_left(run)
-    left = "time left not known yet" if seconds is None else f"about {clock(seconds)} of computing left"
+    left = (
+        "time left not known yet"
+        if seconds is None
+        else f"about {clock(seconds)} of computing left"
+    )
     return f"{run.extent}, {current}; {at_work(writer(run.folder))}, {left}"
 
 
@@ -38,7 +44,11 @@ def at_work(process: str | None) -> str:
 def outcome(run: Run) -> str:
     """Return the reason of the end of a run, with the errors and their targets."""
     why = run.rounds.verdict.why if run.rounds.verdict else ""
-    return ("target not reached: " if run.until and not run.target_met else "") + why + _errors_text(run)
+    return (
+        ("target not reached: " if run.until and not run.target_met else "")
+        + why
+        + _errors_text(run)
+    )
 
 
 def _errors_text(run: Run) -> str:
@@ -81,5 +91,8 @@ def expected_seconds(run: Run) -> float:
         return measured
     if run.numerics.slide is not None:
         return inf
-    left = [max(count - there, 0) for count, there in zip(run.rounds.wanted, run.members.available, strict=True)]
+    left = [
+        max(count - there, 0)
+        for count, there in zip(run.rounds.wanted, run.members.available, strict=True)
+    ]
     return WORK_SECONDS * sum(count * work(run.numerics, level) for level, count in enumerate(left))

@@ -7,7 +7,14 @@ then computes a member of each run that needs it, so that surfaces and contacts 
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    wait,
+)
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,7 +23,12 @@ from roughsim.ensemble.executors import SUITABLE, Workers
 from roughsim.ensemble.status import expected_seconds
 from roughsim.ensemble.workers import Job, Source, store_members
 from roughsim.errors import RecordError, ResolutionError
-from roughsim.planning.realization import below_problem, largest_member, level_problem, slide_problem
+from roughsim.planning.realization import (
+    below_problem,
+    largest_member,
+    level_problem,
+    slide_problem,
+)
 from roughsim.results.run import Run
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import MEMBER_NAME, member_name, member_path
@@ -46,7 +58,9 @@ def job_of(run: Run, level: int, source: Source | None = None) -> Job:
     scene, numerics = run.scene, run.numerics
     return Job(
         level,
-        slide_problem(scene, numerics) if level == numerics.slide else level_problem(scene, numerics, level),
+        slide_problem(scene, numerics)
+        if level == numerics.slide
+        else level_problem(scene, numerics, level),
         below_problem(scene, numerics, level),
         speeds=scene.speeds,
         keep_fields=numerics.keep_fields,
@@ -65,7 +79,9 @@ class Tasks:
     observer: Callable[[Run], None] | None = None
     source: Source | None = None  # None: random surfaces
     _fitted: frozenset[int] = frozenset()  # levels for which the workers have the memory
-    _jobs: dict[tuple[Path, int], Job] = field(default_factory=dict)  # by run and level: 1 ms each, a tenth of a member
+    _jobs: dict[tuple[Path, int], Job] = field(
+        default_factory=dict
+    )  # by run and level: 1 ms each, a tenth of a member
 
     @property
     def unfinished(self) -> list[Run]:
@@ -95,10 +111,14 @@ class Tasks:
         pending: dict[Future[str], Assignment] = {}
         try:
             while self.unfinished:
-                if workers.interrupted:  # Python has dropped the exception, as in the callback of a weak reference
+                if (
+                    workers.interrupted
+                ):  # Python has dropped the exception, as in the callback of a weak reference
                     raise KeyboardInterrupt
                 fits = self._fit(workers, busy=bool(pending))
-                executor = workers.executor(lambda: sum(expected_seconds(run) for run in self.unfinished))
+                executor = workers.executor(
+                    lambda: sum(expected_seconds(run) for run in self.unfinished)
+                )
                 while fits and len(pending) < workers.in_flight:
                     assignment = self._next(idle=len(pending) < workers.count)
                     if assignment is None:
@@ -106,7 +126,9 @@ class Tasks:
                     jobs = [self._job(run, assignment.level) for run in assignment.runs]
                     pending[_submit(executor, jobs, assignment.index)] = assignment
                 wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
-                done = [future for future in pending if future.done()]  # `wait` may omit cancelled ones
+                done = [
+                    future for future in pending if future.done()
+                ]  # `wait` may omit cancelled ones
                 for future in done:
                     host = future.result()
                     self._count(pending.pop(future), host)
@@ -114,7 +136,9 @@ class Tasks:
                     time.sleep(0.0 if pending else PAUSE)
                     self._refresh(self.runs)  # members of other processes
             if workers.given is None:
-                wait([future for future in pending if not future.cancel()])  # members ahead that have begun
+                wait(
+                    [future for future in pending if not future.cancel()]
+                )  # members ahead that have begun
         finally:
             for future in pending:
                 future.cancel()
@@ -134,11 +158,17 @@ class Tasks:
         if lacking <= self._fitted:
             return True
         levels = self._fitted | lacking
-        member, part = max(largest_member(run.scene, run.numerics, levels) for run in self.unfinished)
+        member, part = max(
+            largest_member(run.scene, run.numerics, levels) for run in self.unfinished
+        )
         try:
-            fits = workers.fit(member, part, max(run.numerics.threads for run in self.unfinished), busy=busy)
+            fits = workers.fit(
+                member, part, max(run.numerics.threads for run in self.unfinished), busy=busy
+            )
         except ResolutionError as error:
-            raise ResolutionError(f"{error}; stored members stay, and the same call continues from them") from None
+            raise ResolutionError(
+                f"{error}; stored members stay, and the same call continues from them"
+            ) from None
         self._fitted = levels if fits else self._fitted
         return fits
 
@@ -169,7 +199,11 @@ class Tasks:
             sizes[level] = len(spans[level]) if ahead else about.shape[0] * about.shape[1]
         for level in sorted(self._fitted & spans.keys(), key=sizes.__getitem__, reverse=True):
             for index in spans[level]:
-                runs = [run for run, counts in wanted if index < counts[level] and (level, index) not in run.members]
+                runs = [
+                    run
+                    for run, counts in wanted
+                    if index < counts[level] and (level, index) not in run.members
+                ]
                 if runs:
                     yield Assignment(level, index, runs)
 
@@ -219,7 +253,9 @@ def _submit(executor: Executor, jobs: list[Job], index: int) -> Future[str]:
         raise BrokenExecutor(f"{type(error).__name__}: {error}") from error
     if not isinstance(future, Future):
         kind = f"{type(future).__module__}.{type(future).__qualname__}"
-        raise TypeError(f"executor.submit returned a {kind}, not a concurrent.futures.Future; {SUITABLE}")
+        raise TypeError(
+            f"executor.submit returned a {kind}, not a concurrent.futures.Future; {SUITABLE}"
+        )
     return future
 
 
@@ -228,4 +264,6 @@ def remove_unfinished(folder: Path, claims: Claims) -> None:
     for path in (*folder.iterdir(), *(folder / "realizations").iterdir()):
         unfinished = _UNFINISHED.fullmatch(path.name)
         if unfinished and not (unfinished[1] and claims.claimed(unfinished[1])):
-            path.unlink(missing_ok=True)  # a process without a claim, if there is one, writes it again
+            path.unlink(
+                missing_ok=True
+            )  # a process without a claim, if there is one, writes it again

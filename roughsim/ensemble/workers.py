@@ -81,16 +81,22 @@ def store_members(jobs: list[Job], index: int) -> str:
             "versions": versions(),  # of this worker
             "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
         }
-        write_member(job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance))
+        write_member(
+            job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance)
+        )
     return host
 
 
-def _contact_member(job: Job, problem: Problem, before: list[Solved]) -> tuple[Member, list[Solved]]:
+def _contact_member(
+    job: Job, problem: Problem, before: list[Solved]
+) -> tuple[Member, list[Solved]]:
     """Solve a level, after the level below it on the same surface; return the member and the contacts.
 
     Equal contacts solved `before` are reused.
     """
-    problems = [problem] if job.below is None else [replace(job.below, index=problem.index), problem]
+    problems = (
+        [problem] if job.below is None else [replace(job.below, index=problem.index), problem]
+    )
     solved: list[Solved] = []
     moments = []
     accuracy = []
@@ -101,16 +107,26 @@ def _contact_member(job: Job, problem: Problem, before: list[Solved]) -> tuple[M
         solved.append((one, solution))
         spectrum, distribution = solution.observables.stress_spectrum, solution.distribution
         bins = None if distribution is None else distribution.bins
-        moments.append(Moments(stored_numbers(solution), spectrum.wavenumber, spectrum.variance, bins))
-        accuracy.append({"residual": solution.contact.residual, "iterations": solution.contact.iterations})
+        moments.append(
+            Moments(stored_numbers(solution), spectrum.wavenumber, spectrum.variance, bins)
+        )
+        accuracy.append(
+            {"residual": solution.contact.residual, "iterations": solution.contact.iterations}
+        )
     main = solved[-1][1]
     provenance: dict[str, Any] = {**accuracy[-1]}
     if job.below is not None:
         provenance["below"] = accuracy[0]
     if job.source is not None:
         provenance |= job.source.about(job.level, problem, main)
-    provenance["seconds"] = {stage: sum(one.seconds[stage] for _, one in solved) for stage in main.seconds}
-    kept = {"heights": main.heights, "pressure": main.contact.pressure} if problem.index < job.keep_fields else {}
+    provenance["seconds"] = {
+        stage: sum(one.seconds[stage] for _, one in solved) for stage in main.seconds
+    }
+    kept = (
+        {"heights": main.heights, "pressure": main.contact.pressure}
+        if problem.index < job.keep_fields
+        else {}
+    )
     member = Member(
         job.level,
         problem.index,
@@ -134,5 +150,9 @@ def _slide_member(job: Job, problem: "SlideProblem") -> Member:
         curves=solution.curves,
         fields=solution.film.fields() if solution.film else {},
         speeds=job.speeds,
-        provenance={"residual": solution.residual, "iterations": solution.steps, "seconds": solution.seconds},
+        provenance={
+            "residual": solution.residual,
+            "iterations": solution.steps,
+            "seconds": solution.seconds,
+        },
     )

@@ -28,11 +28,15 @@ _PART_ERROR = 0.05
 # scenes with .2, six took 1.2 to 3.4 times as long, and one 0.6 times
 SIZE_SHARE = 0.1
 SYSTEMATIC = 0.5  # of it, for errors by levels before one is added; of elastic contact, for size and cut-off together
-_WAVES = range(4, 33, 2)  # per side of a cell: pictures and g_σ(r) need four, and grids hold no more than 32
+_WAVES = range(
+    4, 33, 2
+)  # per side of a cell: pictures and g_σ(r) need four, and grids hold no more than 32
 
 
 def choose_lengths(
-    scene: Scene, target: float = inf, expected: Callable[[tuple[float, float], int], float] | None = None
+    scene: Scene,
+    target: float = inf,
+    expected: Callable[[tuple[float, float], int], float] | None = None,
 ) -> tuple[tuple[float, float], str]:
     """Return the sides of the cell, m, given in the scene or the shortest that suffice, and the reason.
 
@@ -45,14 +49,22 @@ def choose_lengths(
         return scene.numerics.lengths, "given in the scene"
     flat = _plateau_end(scene)
     wave = 2 * pi / (flat or scene.spectrum.breaks[0])
-    kind = "roll-off waves (2π/q_roll_off), as C(q) is flat below q_roll_off," if flat else "longest waves (2π/q_min)"
+    kind = (
+        "roll-off waves (2π/q_roll_off), as C(q) is flat below q_roll_off,"
+        if flat
+        else "longest waves (2π/q_min)"
+    )
     least = min(8.0, 4.0 * flat / scene.spectrum.breaks[0]) if flat else 4.0
     choices = [n for n in _WAVES if n >= 0.99 * least]
     hill = _effective_hill(scene, choices[0] * wave)
     errors = {n: _relative(hill / (n * wave) ** 2) for n in choices}
     waves = first_within(sqrt(SIZE_SHARE) * target, errors)
-    if expected is not None:  # without 1 part: on the same grid half of a larger cell took half of the time
-        together = {n: min(expected((n * wave, n * wave), parts) for parts in (4, 2)) for n in choices}
+    if (
+        expected is not None
+    ):  # without 1 part: on the same grid half of a larger cell took half of the time
+        together = {
+            n: min(expected((n * wave, n * wave), parts) for parts in (4, 2)) for n in choices
+        }
         waves = first_within(sqrt(SYSTEMATIC) * target, together)
     why = ", as in fewer too few hills carry the load" if waves > choices[0] else ""
     reason = f"{waves} {kind} per side{why}; a larger cell changes T_flash by {100 * errors[waves]:.1g} %"
@@ -65,18 +77,26 @@ def first_within(most: float, errors: dict[int, float]) -> int:
     return next((choice for choice, error in errors.items() if error <= most), least)
 
 
-def parts_of(scene: Scene, lengths: tuple[float, float], target: float = inf, column: str = "") -> int:
+def parts_of(
+    scene: Scene, lengths: tuple[float, float], target: float = inf, column: str = ""
+) -> int:
     """Return the ratio of these sides, m, to the sides of a smaller cell for corrections: 4, 2, or 1 for no such cell.
 
     The relative error of T_flash in the smaller cell is at most `target` in smoothed contact, else `_PART_ERROR`.
     """
     most = target if column == "smoothed" else _PART_ERROR
     hill = _effective_hill(scene, min(lengths), column)
-    return next((parts for parts in (4, 2) if _relative(hill * (parts / min(lengths)) ** 2) <= most), 1)
+    return next(
+        (parts for parts in (4, 2) if _relative(hill * (parts / min(lengths)) ** 2) <= most), 1
+    )
 
 
 def size_error(
-    scene: Scene, lengths: tuple[float, float], observable: str = "", column: str = "", parts: int = 1
+    scene: Scene,
+    lengths: tuple[float, float],
+    observable: str = "",
+    column: str = "",
+    parts: int = 1,
 ) -> float:
     """Return the relative error by the finite cell of a mean, with corrections from a cell of 1/`parts` of the sides.
 
@@ -115,7 +135,10 @@ def _relative(excess: float) -> float:
 def _plateau_end(scene: Scene) -> float | None:
     """Return q_roll_off if each rough face is flat (m < 1) below it, else None."""
     ends = []
-    for face in (scene.surface, scene.counterface if scene.counterface and scene.counterface.rough else None):
+    for face in (
+        scene.surface,
+        scene.counterface if scene.counterface and scene.counterface.rough else None,
+    ):
         if face is None:
             continue
         kink, flat = face.q_roll_off, (face.roll_off_exponent or 0.0) < 1.0

@@ -51,7 +51,9 @@ class Uncertain:
     @property
     def total_error(self) -> Array:
         """Root of the sum of squares of the known parts of `budget`; NaN for an undefined mean."""
-        total = np.sqrt(sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in self.budget.values()))
+        total = np.sqrt(
+            sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in self.budget.values())
+        )
         return np.where(np.isnan(self.mean), np.nan, total)
 
     def unknown_at(self, k: int) -> tuple[str, ...]:
@@ -108,14 +110,19 @@ class Estimate(Uncertain):
 
     def number(self, k: int) -> Number:
         """Return entry k as it is shown, with its total error."""
-        return Number(float(self.mean[k]), self.unit, float(self.total_error[k]), self.unknown_at(k))
+        return Number(
+            float(self.mean[k]), self.unit, float(self.total_error[k]), self.unknown_at(k)
+        )
 
     def parts(self, k: int, names: Iterable[str] | None = None) -> list[Number]:
         """Return the parts of the error of entry k, and the value at the finest level minus the mean, for tables.
 
         `names` are the columns of the table; a part that `budget` lacks is zero. Default: the names of `budget`.
         """
-        errors = [float(self.budget[name][k]) if name in self.budget else 0.0 for name in names or self.budget]
+        errors = [
+            float(self.budget[name][k]) if name in self.budget else 0.0
+            for name in names or self.budget
+        ]
         return [Number(error, self.unit, digits=2) for error in (*errors, float(self.bias[k]))]
 
     def table(self) -> Table:
@@ -127,7 +134,12 @@ class Estimate(Uncertain):
             rows = [[f"{speed:g}", *row] for speed, row in zip(self.speeds, rows, strict=True)]
         columns = [Column(title, number=True) for title in titles]
         title = f"{with_unit(self.observable, self.unit)}: {self.n} realizations"
-        return Table(columns, rows, title, (*self.notes, *(f"{name}: {self.sources[name]}" for name in self.budget)))
+        return Table(
+            columns,
+            rows,
+            title,
+            (*self.notes, *(f"{name}: {self.sources[name]}" for name in self.budget)),
+        )
 
     def __repr__(self) -> str:
         means = ", ".join(str(self.number(k)) for k in range(len(self.mean)))
@@ -141,18 +153,27 @@ class Estimate(Uncertain):
         """Explain the source of each part of the error."""
         lines, (unit, factor) = [], shown(self.unit)
         for k in range(len(self.mean)):
-            known = {name: part[k] * factor for name, part in self.budget.items() if np.isfinite(part[k])}
+            known = {
+                name: part[k] * factor for name, part in self.budget.items() if np.isfinite(part[k])
+            }
             parts = ", ".join(f"{name} {part:.2g}" for name, part in known.items())
             lines.append(
-                f"{self.number(k)} {unit}".rstrip() + f": {parts}; n = {self.n} realizations of the lowest "
+                f"{self.number(k)} {unit}".rstrip()
+                + f": {parts}; n = {self.n} realizations of the lowest "
                 f"level; interval with {self.effective_n[k] - 1:.3g} degrees of freedom; value at the finest level "
                 f"{self.bias[k] * factor:+.2g}"
             )
-        sources = [f"{name}: {self.sources[name]}" for name in self.budget if name not in self.unknown]
+        sources = [
+            f"{name}: {self.sources[name]}" for name in self.budget if name not in self.unknown
+        ]
         why = dict.fromkeys(self.unknown, "no level of the run shows it")
         if "bandwidth" in why and "last step" in self.budget:
-            why["bandwidth"] = "the waves above the highest q_c may change more than the last step to it did"
-        missing = [f"{name}: unknown: {reason}; not in these figures" for name, reason in why.items()]
+            why["bandwidth"] = (
+                "the waves above the highest q_c may change more than the last step to it did"
+            )
+        missing = [
+            f"{name}: unknown: {reason}; not in these figures" for name, reason in why.items()
+        ]
         return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
 
 
@@ -160,11 +181,15 @@ def estimate(observable: str, values: Values, notes: tuple[str, ...] = ()) -> Es
     """Return mean, errors and bias of an observable from its values."""
     mean = values.mean
     error, freedom = spread_of(values.scattered)
-    with np.errstate(invalid="ignore"):  # slope_length is infinite at rest: its errors are undefined
+    with np.errstate(
+        invalid="ignore"
+    ):  # slope_length is infinite at rest: its errors are undefined
         bias = values.finest - mean
     budget = _budget(half_width(error, freedom), values.errors)
     n = len(next(iter(values.scatter.values())))
-    return Estimate(mean, error, budget, observable, UNITS[observable], bias, n, freedom + 1.0, notes)
+    return Estimate(
+        mean, error, budget, observable, UNITS[observable], bias, n, freedom + 1.0, notes
+    )
 
 
 def _budget(statistical: Array, errors: dict[str, Array]) -> dict[str, Array]:
@@ -192,7 +217,9 @@ def quotient(
         with np.errstate(all="ignore"):
             ratio = above.scattered.times(1.0 / np.broadcast_to(below, above.mean.shape))
         nothing = np.zeros_like(above.mean)
-        columns = [above._replace(errors=above.errors | {"bandwidth": nothing, "last step": nothing})]
+        columns = [
+            above._replace(errors=above.errors | {"bandwidth": nothing, "last step": nothing})
+        ]
     value = ratio.value
     error, freedom = spread_of(ratio)
     if not np.any(above.mean):  # elastic contact has no plastic area: the ratio is undefined

@@ -48,26 +48,38 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
 
     A step is the ratio of the means if all values have the same sign, else their difference.
     """
-    rows = [(of_level(pair.sample), None if pair.below is None else of_level(pair.below)) for pair in pairs]
+    rows = [
+        (of_level(pair.sample), None if pair.below is None else of_level(pair.below))
+        for pair in pairs
+    ]
     values = np.concatenate([level for both in rows for level in both if level is not None])
     with np.errstate(invalid="ignore"):  # infinite at rest
         with_ratio = np.all(np.isfinite(values) & (values * values[0] > 0.0), axis=0)
     rungs: list[Rung] = []
     for pair, (fine, coarse) in zip(pairs, rows, strict=True):
         if coarse is None or pair.below is None:
-            rungs.append(Rung(pair.sample.q_max, mean_of(pair.stream, at_mean_peak_volume(fine, pair.sample.numbers))))
+            rungs.append(
+                Rung(
+                    pair.sample.q_max,
+                    mean_of(pair.stream, at_mean_peak_volume(fine, pair.sample.numbers)),
+                )
+            )
             continue
         upper, lower = mean_of(pair.stream, fine), mean_of(pair.stream, coarse)
         with np.errstate(invalid="ignore"):  # infinite at rest
             ratio, difference = upper.over(lower), upper.plus(lower.times(-1.0))
-        low = next(k for k, rung in enumerate(rungs) if abs(rung.q_max / pair.below.q_max - 1) <= SAME)
+        low = next(
+            k for k, rung in enumerate(rungs) if abs(rung.q_max / pair.below.q_max - 1) <= SAME
+        )
         rung = rungs[low]
         if pair.is_partner:
             with np.errstate(all="ignore"):
                 relative = difference.times(1.0 / rung.mean.value)
             relative = ratio._replace(value=ratio.value - 1.0).where(with_ratio, relative)
             finer = relative if rung.finer is None else rung.finer.plus(relative)
-            rungs[low] = rung._replace(finer=finer, last=relative, refined=pair.sample.side / pair.below.side)
+            rungs[low] = rung._replace(
+                finer=finer, last=relative, refined=pair.sample.side / pair.below.side
+            )
         else:
             with np.errstate(invalid="ignore"):  # infinite at rest, or 0/0 where nothing yields
                 mean = rung.mean.by(ratio).where(with_ratio, rung.mean.plus(difference))
@@ -87,7 +99,10 @@ def change_by_pixel(
     comes with `slow`, the rungs of T_flash of slow contact: at high speeds its change may first grow, or turn, so the
     largest at any of these speeds counts as error at each, and falls more slowly. All are of shape (speeds,) or (1,).
     """
-    shown, shape = next((rung for rung in reversed(rungs) if rung.finer is not None), None), rungs[-1].mean.value.shape
+    shown, shape = (
+        next((rung for rung in reversed(rungs) if rung.finer is not None), None),
+        rungs[-1].mean.value.shape,
+    )
     nothing = Mean(np.zeros(shape), {})
     if shown is None or shown.finer is None or shown.last is None:
         return nothing, np.full(shape, np.nan)
@@ -102,5 +117,8 @@ def change_by_pixel(
         moved = np.abs(change.value) * carried
     else:
         of_slow, _ = change_by_pixel(slow, order, fall)
-        moved = np.full(shape, max(np.abs(one.value).max() for one in (change, of_slow)) * carried**_LARGEST_FALL)
+        moved = np.full(
+            shape,
+            max(np.abs(one.value).max() for one in (change, of_slow)) * carried**_LARGEST_FALL,
+        )
     return change.times(carried), np.where(known, np.hypot(carried * unseen.value, moved), 0.0)

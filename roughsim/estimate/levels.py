@@ -26,7 +26,11 @@ PIXEL_FALL = {"capped": 0.75, "smoothed": 0.3, "elastic": 0.3}
 FLASH = "flash_temperature"
 RESTING = "resting_flash_temperature"
 # side of its exact bound on which an observable by force balance lies in capped contact
-_TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum, "pressure_variance": np.minimum}
+_TOWARDS_BOUND = {
+    "contact_fraction": np.maximum,
+    "plastic_fraction": np.minimum,
+    "pressure_variance": np.minimum,
+}
 
 
 class Values(NamedTuple):
@@ -95,12 +99,18 @@ def _continued_to_the_end(
     end = scene.spectrum.breaks[-1] if extrapolated else q_c
     if q_c < end * (1 - SAME):
         limit = limit._replace(error=np.full_like(nothing, np.nan))
-        limit = continuation(scene, column, observable, rungs, limit) if continued and has_limit else limit
+        limit = (
+            continuation(scene, column, observable, rungs, limit)
+            if continued and has_limit
+            else limit
+        )
     # the continued ladder has the same pixels per shortest wave: their effect at its end is corrected
     end = end if limit.way else q_c
     with np.errstate(all="ignore"):  # infinite at rest
         finest = top.value if finer is None else top.value * (1.0 + finer.value)
-        change, error = change_by_pixel(rungs, record.pixel_orders[capped], PIXEL_FALL[column], end, slow)
+        change, error = change_by_pixel(
+            rungs, record.pixel_orders[capped], PIXEL_FALL[column], end, slow
+        )
         mean = top.plus(limit.rest)
         pixel = np.abs(mean.value) * error
         if has_limit:
@@ -112,7 +122,9 @@ def _continued_to_the_end(
         if capped and record.by_force_balance:
             mean, nearest = _bounded(scene, observable, mean, limit.rest.value)
             # on a map that is cut off they may lie further from the bound, but not if nothing yields
-            bandwidth = np.where(continued | (mean.value == 0.0), np.fmin(bandwidth, nearest), bandwidth)
+            bandwidth = np.where(
+                continued | (mean.value == 0.0), np.fmin(bandwidth, nearest), bandwidth
+            )
         step = np.abs(top.value - rungs[-2].mean.value) if len(rungs) > 1 else nothing
         last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
     errors = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
@@ -122,7 +134,10 @@ def _continued_to_the_end(
 def with_errors(values: Values, **relative: Array | float) -> Values:
     """Return values with further parts of the error, relative to the mean; what is exactly zero has none of them."""
     with np.errstate(invalid="ignore"):  # infinite at rest
-        parts = {name: np.where(values.mean == 0.0, 0.0, np.abs(values.mean) * part) for name, part in relative.items()}
+        parts = {
+            name: np.where(values.mean == 0.0, 0.0, np.abs(values.mean) * part)
+            for name, part in relative.items()
+        }
     return values._replace(errors=values.errors | parts)
 
 
@@ -131,7 +146,9 @@ def number(sample: Sample, name: str) -> Array:
     return sample.numbers[name]
 
 
-def _share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: bool, continued: bool) -> Values:
+def _share_of(
+    scene: Scene, column: str, pairs: list[Pair], *, extrapolated: bool, continued: bool
+) -> Values:
     """Return the share of the heat that the moving body takes up; arguments as of `values_of`.
 
     It is 1/(1 + T/T'), T of the moving and T' of the resting body, each with all the heat, continued by itself: T' as
@@ -147,24 +164,33 @@ def _share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: boo
     moving, slow = (climb(partial(number, name=name), balanced) for name in (FLASH, RESTING))
     temperatures = [
         _continued_to_the_end(of_body, column, FLASH, rungs, slow, extrapolated, continued)
-        for of_body, rungs in ((prediction.in_motion(scene), moving), (prediction.slow(scene), slow))
+        for of_body, rungs in (
+            (prediction.in_motion(scene), moving),
+            (prediction.slow(scene), slow),
+        )
     ]
     backgrounds = prediction.backgrounds(scene, pairs[0].sample)
     with np.errstate(all="ignore"):  # a body that does not conduct
-        body, resting = (v._replace(mean=v.mean + b) for v, b in zip(temperatures, backgrounds, strict=True))
+        body, resting = (
+            v._replace(mean=v.mean + b) for v, b in zip(temperatures, backgrounds, strict=True)
+        )
         ratio = body.scattered.over(resting.scattered)
         share = 1.0 / (1.0 + ratio.value)
         both = [v.finest + b for v, b in zip(temperatures, backgrounds, strict=True)]
         finest = both[1] / (both[0] + both[1])
         errors = {
-            name: ratio.value * share**2 * np.hypot(part / body.mean, resting.errors[name] / resting.mean)
+            name: ratio.value
+            * share**2
+            * np.hypot(part / body.mean, resting.errors[name] / resting.mean)
             for name, part in body.errors.items()
         }
         scatter = ratio.times(-(share**2)).scatter
     return body._replace(mean=share, finest=finest, scatter=scatter, errors=errors)
 
 
-def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], unknown: Limit) -> Limit:
+def continuation(
+    scene: Scene, column: str, observable: str, rungs: list[Rung], unknown: Limit
+) -> Limit:
     """Return the rest beyond the highest cut-off; `unknown` if no rule holds.
 
     Contact that does not yield rises with the shape of the theory. Contact that has yielded follows its law in its
@@ -191,7 +217,9 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
         limit = by_bound(rungs, end, _bound(scene, observable))
     else:
         limit = by_power(rungs, end, prediction.usual_exponent(scene, q[-1]))
-    return limit if alike else limit._replace(error=np.maximum(limit.error, np.abs(limit.rest.value)))
+    return (
+        limit if alike else limit._replace(error=np.maximum(limit.error, np.abs(limit.rest.value)))
+    )
 
 
 def _bound(scene: Scene, observable: str) -> float:
@@ -240,23 +268,37 @@ def scaled(values: Values, factor: Array) -> Values:
     """Return values times an exact number at each speed."""
     mean = values.scattered.times(factor)
     errors = {name: part * factor for name, part in values.errors.items()}
-    return values._replace(mean=mean.value, finest=values.finest * factor, scatter=mean.scatter, errors=errors)
+    return values._replace(
+        mean=mean.value, finest=values.finest * factor, scatter=mean.scatter, errors=errors
+    )
 
 
-def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, values: Values) -> tuple[str, ...]:
+def notes_of(
+    scene: Scene, numerics: Numerics, column: str, observable: str, values: Values
+) -> tuple[str, ...]:
     """Return notes on values: their levels, the way they were continued to the end of C(q), and the speeds."""
     grids = ", ".join(
         f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g} rad/m" + level.where
-        for level in (numerics.levels[i] for i in numerics.of_column(column) if numerics.stream(i) in values.scatter)
+        for level in (
+            numerics.levels[i]
+            for i in numerics.of_column(column)
+            if numerics.stream(i) in values.scatter
+        )
     )
-    notes = [f"{column} contact, levels with members: {grids}; solver tolerance {numerics.tolerance:.1g}"]
+    notes = [
+        f"{column} contact, levels with members: {grids}; solver tolerance {numerics.tolerance:.1g}"
+    ]
     if values.way:
         notes.append(f"continued beyond the highest cut-off {values.way}")
     if column == "capped" and not OBSERVABLES[observable].limit:
-        notes.append("does not converge with the grid: the value of the finest level, not extrapolated")
+        notes.append(
+            "does not converge with the grid: the value of the finest level, not extrapolated"
+        )
     elif np.any(np.isnan(values.errors["bandwidth"])):
         last = (
-            ", and the change by the last step to it is part of the error" if np.any(values.errors["last step"]) else ""
+            ", and the change by the last step to it is part of the error"
+            if np.any(values.errors["last step"])
+            else ""
         )
         notes.append(f"the bandwidth error is unknown: value of the highest q_c{last}")
     if OBSERVABLES[observable].as_flash and np.any(np.isnan(values.mean)):

@@ -17,7 +17,10 @@ from roughsim.grid import Array
 # share of the rest that is in doubt, as measured: by the law for contact that yields, and at least by steps
 _OF_LAW, _OF_STEPS = 0.1, 0.25
 _MOST_BY_STEPS = 0.5  # of the value: a larger rest with the theory's shape was not tried
-_USUAL_SCATTER, _LEAST_EXPONENT = 0.3, 0.2  # how far exponents lie from the usual one, and the least of them
+_USUAL_SCATTER, _LEAST_EXPONENT = (
+    0.3,
+    0.2,
+)  # how far exponents lie from the usual one, and the least of them
 
 
 class Limit(NamedTuple):
@@ -71,7 +74,11 @@ def by_steps(rungs: list[Rung], law: Array) -> Limit:
     alike = _in_proportion(rungs, law)
     rest = _by_steps(rungs, law) if len(rungs) > 1 else alike
     size = np.abs(rest.value)
-    error = np.clip(np.abs(rest.value - alike.value), _OF_STEPS * size, size) if len(rungs) > 1 else size
+    error = (
+        np.clip(np.abs(rest.value - alike.value), _OF_STEPS * size, size)
+        if len(rungs) > 1
+        else size
+    )
     return Limit(rest, error, "by steps of the law of T_flash for contact that yields")
 
 
@@ -108,7 +115,9 @@ def by_bound(rungs: list[Rung], end: float, bound: float) -> Limit:
     p is the mean of 1 and the exponent of the last two distances, weighted by their inverse variances, and not below
     0. The error is by an exponent that is `_USUAL_SCATTER` off.
     """
-    low, high = (rung.mean.plus(Mean(np.full(rung.mean.value.shape, -bound), {})) for rung in rungs[-2:])
+    low, high = (
+        rung.mean.plus(Mean(np.full(rung.mean.value.shape, -bound), {})) for rung in rungs[-2:]
+    )
     with np.errstate(all="ignore"):
         quotient = low.over(high)
     exponent, _ = _exponent(quotient, rungs[-1].q_max / rungs[-2].q_max, 1.0, -np.inf)
@@ -116,10 +125,16 @@ def by_bound(rungs: list[Rung], end: float, bound: float) -> Limit:
     off = np.maximum(exponent + np.array([[0.0], [-_USUAL_SCATTER], [_USUAL_SCATTER]]), 0.0)
     left, slower, faster = (rungs[-1].q_max / end) ** off
     error = np.abs(high.value) * np.maximum(slower - left, left - faster)
-    return Limit(high.times(left - 1.0), error, f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}")
+    return Limit(
+        high.times(left - 1.0),
+        error,
+        f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}",
+    )
 
 
-def _exponent(quotient: Mean, ratio: Array | float, usual: float, least: float) -> tuple[Array, Array]:
+def _exponent(
+    quotient: Mean, ratio: Array | float, usual: float, least: float
+) -> tuple[Array, Array]:
     """Return p ≥ `least` of a quotient `ratio`^p, drawn to the usual one by its scatter, and its weight."""
     with np.errstate(all="ignore"):
         shown = np.maximum(quotient.value, ratio**least)

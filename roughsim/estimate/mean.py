@@ -22,7 +22,10 @@ class Mean(NamedTuple):
 
     def times(self, factor: Array | float) -> Self:
         """Return the mean times an exact number."""
-        return self._replace(value=self.value * factor, scatter={s: rows * factor for s, rows in self.scatter.items()})
+        return self._replace(
+            value=self.value * factor,
+            scatter={s: rows * factor for s, rows in self.scatter.items()},
+        )
 
     def plus(self, other: "Mean") -> "Mean":
         """Return the sum of two means."""
@@ -33,13 +36,21 @@ class Mean(NamedTuple):
 
     def by(self, other: "Mean") -> "Mean":
         """Return the product of two means, to first order in their scatter."""
-        return self.times(other.value).plus(other.times(self.value))._replace(value=self.value * other.value)
+        return (
+            self.times(other.value)
+            .plus(other.times(self.value))
+            ._replace(value=self.value * other.value)
+        )
 
     def over(self, other: "Mean") -> "Mean":
         """Return the ratio of two means, to first order; not finite if the other one is zero."""
         with np.errstate(all="ignore"):
             ratio = self.value / other.value
-            return self.times(1.0 / other.value).plus(other.times(-ratio / other.value))._replace(value=ratio)
+            return (
+                self.times(1.0 / other.value)
+                .plus(other.times(-ratio / other.value))
+                ._replace(value=ratio)
+            )
 
     def where(self, chosen: NDArray[np.bool_], other: "Mean") -> "Mean":
         """Return this mean at the chosen speeds, the other one elsewhere; both are finite or discarded whole."""
@@ -55,7 +66,9 @@ class Mean(NamedTuple):
         parts = {}
         for stream, rows in self.scatter.items():
             n = len(rows)
-            parts[stream] = (rows**2).sum(axis=0) * n / (n - 1) if n > 1 else np.full(rows.shape[1:], np.inf)
+            parts[stream] = (
+                (rows**2).sum(axis=0) * n / (n - 1) if n > 1 else np.full(rows.shape[1:], np.inf)
+            )
         return parts
 
 
@@ -69,6 +82,8 @@ def mean_of(stream: int, rows: Array) -> Mean:
 def _together(first: Array, second: Array) -> Array:
     """Return the sum of the scatter of two means over the same surfaces, of which one may have more than the other."""
     longer, shorter = (first, second) if len(first) >= len(second) else (second, first)
-    result = np.array(np.broadcast_to(longer, np.broadcast_shapes(longer.shape, (1, *shorter.shape[1:]))))
+    result = np.array(
+        np.broadcast_to(longer, np.broadcast_shapes(longer.shape, (1, *shorter.shape[1:])))
+    )
     result[: len(shorter)] += shorter
     return result

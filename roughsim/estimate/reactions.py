@@ -31,8 +31,12 @@ _COLDEST = 1e-3  # K, absolute: colder bins, of a field below its mean, do not r
 _ROUNDING = 1e-6  # of the temperature, relative, of bins within one pixel
 _STEP = 1e-3  # of ln T_flash, for slopes
 _ITERATIONS = 50  # of Newton's method for a uniform temperature; a few suffice
-OverBins = Callable[[Bins, Array], Array]  # bins and the factor of their temperatures → values of bins
-OfMean = Callable[[Bins, Array], tuple[Array, Array, Array]]  # bins and their mean → as of `uniform_temperature`
+OverBins = Callable[
+    [Bins, Array], Array
+]  # bins and the factor of their temperatures → values of bins
+OfMean = Callable[
+    [Bins, Array], tuple[Array, Array, Array]
+]  # bins and their mean → as of `uniform_temperature`
 
 
 class Activation(NamedTuple):
@@ -83,14 +87,20 @@ def heat_above(bins: Bins, factor: Array, excess: Array) -> Array:
     """
     temperature = factor[:, None] * bins.temperature
     heat = BIN_AREAS * bins.pressure
-    hotter = (np.cumsum(heat[..., ::-1], axis=-1)[..., ::-1] - 0.5 * heat) / heat.sum(axis=-1, keepdims=True)
+    hotter = (np.cumsum(heat[..., ::-1], axis=-1)[..., ::-1] - 0.5 * heat) / heat.sum(
+        axis=-1, keepdims=True
+    )
     result = np.empty(temperature.shape[:-1])
     for place in np.ndindex(result.shape):
-        result[place] = np.interp(excess[place[-1]], temperature[place], hotter[place], left=1.0, right=0.0)
+        result[place] = np.interp(
+            excess[place[-1]], temperature[place], hotter[place], left=1.0, right=0.0
+        )
     return result
 
 
-def uniform_temperature(bins: Bins, mean: Array, activation: Activation, scale: Array) -> tuple[Array, Array, Array]:
+def uniform_temperature(
+    bins: Bins, mean: Array, activation: Activation, scale: Array
+) -> tuple[Array, Array, Array]:
     """Return the absolute temperature, K, at which all bins together have a mean of `rates`, (speeds,).
 
     Beside it are its slope over the mean, (speeds,), and the mean of each member at this temperature, (n, speeds).
@@ -105,7 +115,9 @@ def uniform_temperature(bins: Bins, mean: Array, activation: Activation, scale: 
         inverse = log_mean / (areas * energies).mean(axis=1).sum(axis=(0, 2))
         for _ in range(_ITERATIONS if activation.volume else 1):
             largest = (inverse[:, None] * energies).max(axis=(0, 1, 3))
-            terms = areas * np.exp(inverse[:, None] * energies - largest[:, None]) / energies.shape[1]
+            terms = (
+                areas * np.exp(inverse[:, None] * energies - largest[:, None]) / energies.shape[1]
+            )
             total = terms.sum(axis=(0, 1, 3))
             barrier = -(terms * energies).sum(axis=(0, 1, 3)) / total
             inverse = inverse + (np.log(total) + largest - log_mean) / barrier
@@ -114,7 +126,9 @@ def uniform_temperature(bins: Bins, mean: Array, activation: Activation, scale: 
         return temperature, BOLTZMANN * temperature**2 / (barrier * mean), members
 
 
-def of_uniform_temperature(warm: Values, sample: Sample, activation: Activation, scale: Array) -> Values:
+def of_uniform_temperature(
+    warm: Values, sample: Sample, activation: Activation, scale: Array
+) -> Values:
     """Return the mean of `rates` at an activation temperature.
 
     Along the levels T_act follows T_flash nearly in a straight line, and the rate does not: so T_act is continued, and
@@ -142,7 +156,9 @@ class ContactMean:
     of_bins: OverBins
     flash: Values  # reported T_flash, to which the bins of each level are scaled
     of_mean: OfMean | None = None
-    by_contact: bool = False  # whether `of_bins` gives the mean of each contact, (n, speeds), not of each bin
+    by_contact: bool = (
+        False  # whether `of_bins` gives the mean of each contact, (n, speeds), not of each bin
+    )
 
     def scaled(self, sample: Sample, step: float = 0.0) -> Array:
         """Return the function of the bins of a sample, T_flash (1 + step) times the continued one."""
@@ -171,7 +187,9 @@ class ContactMean:
     def derivative(self, sample: Sample) -> Array:
         """Return the derivative of the function of the mean, (speeds,); 1 without one."""
         mean = self.mean(sample).mean(axis=0)
-        return np.ones_like(mean) if self.of_mean is None else self.of_mean(bins_of(sample), mean)[1]
+        return (
+            np.ones_like(mean) if self.of_mean is None else self.of_mean(bins_of(sample), mean)[1]
+        )
 
     def tail(self, sample: Sample) -> Array:
         """Return the share of the mean from bins within the hottest pixel of each contact, (speeds,)."""
@@ -184,7 +202,9 @@ class ContactMean:
         return share
 
 
-def mean_over_contact(scene: Scene, column: str, pairs: list[Pair], of_level: ContactMean, end: float) -> OverContact:
+def mean_over_contact(
+    scene: Scene, column: str, pairs: list[Pair], of_level: ContactMean, end: float
+) -> OverContact:
     """Return a mean over the contact from the levels of a column, continued to the end of C(q), rad/m, and its errors.
 
     What of it changes with the cut-off at one T_flash follows the law of T_flash by steps. All of this rest counts as
@@ -195,7 +215,10 @@ def mean_over_contact(scene: Scene, column: str, pairs: list[Pair], of_level: Co
     rest, unknown = _rest(scene, column, rungs, end)
     change, pixel = change_by_pixel(rungs, np.nan, PIXEL_FALL[column], end)
     mean = rungs[-1].mean.plus(rest).by(change._replace(value=1.0 + change.value))
-    own = {"bandwidth": np.where(unknown, np.nan, np.abs(rest.value)), "pixel": np.abs(mean.value) * pixel}
+    own = {
+        "bandwidth": np.where(unknown, np.nan, np.abs(rest.value)),
+        "pixel": np.abs(mean.value) * pixel,
+    }
     return _over_contact(mean, rungs[-1].mean.value, own, of_level, top, pairs[0].sample)
 
 
@@ -214,7 +237,12 @@ def mean_over_slides(drawn: Pair, stretch: Array, of_level: ContactMean) -> Over
 
 
 def _over_contact(
-    mean: Mean, finest: Array, own: dict[str, Array], of_level: ContactMean, top: Sample, lowest: Sample
+    mean: Mean,
+    finest: Array,
+    own: dict[str, Array],
+    of_level: ContactMean,
+    top: Sample,
+    lowest: Sample,
 ) -> OverContact:
     """Return a mean over the contact with its `own` errors and those that it has by T_flash."""
     flash = of_level.flash
@@ -223,9 +251,13 @@ def _over_contact(
     with np.errstate(all="ignore"):  # T_flash is zero at rest
         by_flash = np.nan_to_num(slope / flash.mean, posinf=0.0, neginf=0.0)
     scatter = {stream: rows * by_flash for stream, rows in flash.scatter.items()}
-    errors = {name: np.hypot(own.get(name, 0.0), by_flash * part) for name, part in flash.errors.items()}
+    errors = {
+        name: np.hypot(own.get(name, 0.0), by_flash * part) for name, part in flash.errors.items()
+    }
     tail = of_level.tail(top)
-    errors["tail"] = np.where(tail > _MOST_OF_TAIL, np.nan, np.abs(derivative) * tail * of_level.mean(top).mean(axis=0))
+    errors["tail"] = np.where(
+        tail > _MOST_OF_TAIL, np.nan, np.abs(derivative) * tail * of_level.mean(top).mean(axis=0)
+    )
     rows = of_level.mean(lowest)
     with np.errstate(invalid="ignore"):  # 0/0 of a share that no member has
         members = rows.sum(axis=0) ** 2 / (rows**2).sum(axis=0)
@@ -242,7 +274,9 @@ def _over_contact(
 def bins_of(sample: Sample) -> Bins:
     """Return the bins of a sample; ValueError if its members have none."""
     if sample.bins is None:
-        raise ValueError("the members of this run have not stored the distribution of the temperature; run it again")
+        raise ValueError(
+            "the members of this run have not stored the distribution of the temperature; run it again"
+        )
     return sample.bins
 
 

@@ -13,7 +13,9 @@ import numpy as np
 from roughsim.grid import Array
 
 CONTROL = "peak_volume"  # a number of each member whose mean over surfaces is zero
-LEAST_FITTED = 10  # realizations: of fewer, the uncertain slope adds a fifth to the variance that is left
+LEAST_FITTED = (
+    10  # realizations: of fewer, the uncertain slope adds a fifth to the variance that is left
+)
 
 
 def at_mean_peak_volume(values: Array, numbers: Mapping[str, Array]) -> Array:

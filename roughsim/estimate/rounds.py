@@ -38,8 +38,12 @@ class Verdict(NamedTuple):
     next: Counts | None  # the next round; None: the run has ended
     needed: Counts  # estimated members of each level at the end of the run
     why: str  # reason of the end, or the largest part of the error
-    errors: dict[str, float]  # relative total error, 95 %, of each target at the worst speed, of the known parts
-    unknown: tuple[tuple[str, str], ...] = ()  # targets with unknown parts of their errors, and these parts
+    errors: dict[
+        str, float
+    ]  # relative total error, 95 %, of each target at the worst speed, of the known parts
+    unknown: tuple[
+        tuple[str, str], ...
+    ] = ()  # targets with unknown parts of their errors, and these parts
 
 
 class Rounds(NamedTuple):
@@ -61,7 +65,9 @@ class Rounds(NamedTuple):
         return self.verdict is not None and self.verdict.met
 
 
-def replay(numerics: Numerics, most: int, available: Sequence[int], judged: Callable[[Counts], Verdict]) -> Rounds:
+def replay(
+    numerics: Numerics, most: int, available: Sequence[int], judged: Callable[[Counts], Verdict]
+) -> Rounds:
     """Replay the rounds whose members exist; `available` counts the members of each level without a gap."""
     wanted, number = first_counts(numerics, most), 0
     counts, verdict = tuple(min(pair) for pair in zip(wanted, available, strict=True)), None
@@ -90,7 +96,9 @@ def first_counts(numerics: Numerics, most: int) -> Counts:
     return tuple(counts)
 
 
-def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts, totals: Totals) -> Verdict:
+def judge(
+    numerics: Numerics, until: dict[str, float], most: int, counts: Counts, totals: Totals
+) -> Verdict:
     """Return whether the members of a round meet the targets, and the round that follows if not.
 
     Parameters
@@ -121,7 +129,10 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
             if not until:  # all levels grow until the lowest has `most`
                 lowest = numerics.rungs(column)[0]
                 times = most / max(wanted[lowest], 1)
-                wanted = {level: max(ceil(times * count), counts[level]) for level, count in wanted.items()}
+                wanted = {
+                    level: max(ceil(times * count), counts[level])
+                    for level, count in wanted.items()
+                }
                 wanted[lowest] = most  # also without scatter
             for level, count in wanted.items():
                 needed[level] = max(needed[level], min(count, most))
@@ -130,7 +141,9 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
                 first = min(_first_members(numerics, column, wanted, added), most)
                 needed[added] = following[added] = max(following[added], first)
     lowest_of_main = numerics.rungs(main)[0]
-    for column in numerics.columns[:-1]:  # its lowest level has at most as many surfaces as the main column's
+    for column in numerics.columns[
+        :-1
+    ]:  # its lowest level has at most as many surfaces as the main column's
         lowest = numerics.rungs(column)[0]
         following[lowest] = max(min(following[lowest], following[lowest_of_main]), counts[lowest])
     errors, largest, unknown = _standing(of_main, until)
@@ -138,7 +151,9 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
     if small and not unknown:
         return Verdict(True, None, counts, "the targets are met", errors)
     if (small and not level_follows) or tuple(following) == counts:
-        return Verdict(False, None, counts, _ended(until, most, counts, largest, unknown), errors, unknown)
+        return Verdict(
+            False, None, counts, _ended(until, most, counts, largest, unknown), errors, unknown
+        )
     return Verdict(False, tuple(following), tuple(needed), largest, errors, unknown)
 
 
@@ -150,7 +165,9 @@ def _standing(
     for name, goal in until.items():
         mean, parts = found[name].mean, _relative_parts(found[name])
         total = np.linalg.norm([*parts.values()], axis=0)
-        total = np.where(np.isfinite(mean), total, np.inf)  # a mean that is not finite meets no target
+        total = np.where(
+            np.isfinite(mean), total, np.inf
+        )  # a mean that is not finite meets no target
         errors[name] = float(total.max())
         if errors[name] > goal:
             worst = int(np.argmax(total))
@@ -164,13 +181,19 @@ def _wishes(
     """Return the members of each level that a relative total error `goal` wants, and a level to add, if any."""
     parts = _relative_parts(found)
     of_levels = np.linalg.norm([part for name, part in parts.items() if name in _OF_LEVELS], axis=0)
-    systematic = np.linalg.norm([part for name, part in parts.items() if name != "statistical"], axis=0)
+    systematic = np.linalg.norm(
+        [part for name, part in parts.items() if name != "statistical"], axis=0
+    )
     others = systematic**2 - of_levels**2
     # where the others put the goal out of reach, those by levels are lowered as far as it asks of them alone
     too_large = of_levels**2 > SYSTEMATIC * np.where(others < goal**2, goal**2 - others, goal**2)
     added = _next_level(numerics, column, counts, _relative_parts(found, unknown=np.inf), too_large)
-    left = goal**2 - (systematic**2 if added is None else others)  # the added level may end the errors by levels
-    left = np.maximum(left, SIZE_SHARE * np.maximum(systematic, goal) ** 2)  # as much as for the size
+    left = goal**2 - (
+        systematic**2 if added is None else others
+    )  # the added level may end the errors by levels
+    left = np.maximum(
+        left, SIZE_SHARE * np.maximum(systematic, goal) ** 2
+    )  # as much as for the size
     return _allocation(numerics, column, values, found, counts, np.sqrt(left)), added
 
 
@@ -180,7 +203,8 @@ def _relative_parts(found: Estimate, unknown: float = 0.0) -> dict[str, Array]:
     with np.errstate(all="ignore"):
         parts = {name: np.abs(part / found.mean) for name, part in found.budget.items()}
     return {
-        name: np.where(has_error, np.nan_to_num(part, nan=unknown, posinf=np.inf), 0.0) for name, part in parts.items()
+        name: np.where(has_error, np.nan_to_num(part, nan=unknown, posinf=np.inf), 0.0)
+        for name, part in parts.items()
     }
 
 
@@ -198,8 +222,12 @@ def _next_level(
     used = [level for level in rungs if counts[level]]
     next_rung = rungs[len(used)] if len(used) < len(rungs) else None
     highest = levels[used[-1]].q_max
-    partners = [i for i in numerics.of_column(column) if i not in rungs and levels[i].q_max <= highest]
-    shown = [i for i in partners if levels[i].q_max == levels[partners[-1]].q_max]  # the highest ones count
+    partners = [
+        i for i in numerics.of_column(column) if i not in rungs and levels[i].q_max <= highest
+    ]
+    shown = [
+        i for i in partners if levels[i].q_max == levels[partners[-1]].q_max
+    ]  # the highest ones count
     next_partner = next((level for level in shown if not counts[level]), None)
     bandwidth = np.hypot(parts["bandwidth"], parts.get("last step", 0.0))
     by_cut_off = np.max(bandwidth[too_large]) >= np.max(parts["pixel"][too_large])
@@ -215,7 +243,9 @@ def _allocation(
     N_l = √(V_l/C_l) Σ √(V_k C_k) z²/goal², at the speed with the largest N_l; V_l is the variance of a member, C_l its
     work. z is the quantile for the expected degrees of freedom; if it adds no member, for the present ones.
     """
-    levels = {numerics.stream(level): level for level in numerics.of_column(column) if counts[level]}
+    levels = {
+        numerics.stream(level): level for level in numerics.of_column(column) if counts[level]
+    }
     _, freedom = spread_of(values.scattered)
     with np.errstate(all="ignore"):
         variances = {
@@ -226,8 +256,13 @@ def _allocation(
             lower = _below_of_kind(numerics, column, level, variances)
             # by chance the scatter of few members may vanish: it counts as at least half of what is foretold
             if lower is not None and counts[level] < FIRST_STEP:
-                variances[level] = np.maximum(variance, 0.5 * _fall(numerics, lower, level) * variances[lower])
-        growth = np.maximum(np.nan_to_num(np.abs(found.half_width / found.mean) / goal, posinf=1.0), 1.0) ** 2
+                variances[level] = np.maximum(
+                    variance, 0.5 * _fall(numerics, lower, level) * variances[lower]
+                )
+        growth = (
+            np.maximum(np.nan_to_num(np.abs(found.half_width / found.mean) / goal, posinf=1.0), 1.0)
+            ** 2
+        )
     works = {level: work(numerics, level) for level in variances}
     total = sum(np.sqrt(variances[level] * works[level]) for level in variances)
     result = dict.fromkeys(variances, 0)
@@ -235,7 +270,9 @@ def _allocation(
         for level, variance in variances.items():
             with np.errstate(all="ignore"):
                 wanted = np.sqrt(variance / works[level]) * total * (z / goal) ** 2
-            wanted = np.where(found.mean == 0.0, 0.0, np.nan_to_num(wanted, nan=0.0, posinf=2.0 * counts[level]))
+            wanted = np.where(
+                found.mean == 0.0, 0.0, np.nan_to_num(wanted, nan=0.0, posinf=2.0 * counts[level])
+            )
             result[level] = min(ceil(float(wanted.max())), 10**9)
         if any(result[level] > counts[level] for level in result):
             break
@@ -247,11 +284,15 @@ def _first_members(numerics: Numerics, column: str, wanted: dict[int, int], adde
     lower = _below_of_kind(numerics, column, added, wanted)
     if lower is None:
         return FIRST_STEP
-    share = wanted[lower] * sqrt(_fall(numerics, lower, added) * work(numerics, lower) / work(numerics, added))
+    share = wanted[lower] * sqrt(
+        _fall(numerics, lower, added) * work(numerics, lower) / work(numerics, added)
+    )
     return min(max(ceil(share), _LEAST), FIRST_STEP)
 
 
-def _below_of_kind(numerics: Numerics, column: str, level: int, known: Collection[int]) -> int | None:
+def _below_of_kind(
+    numerics: Numerics, column: str, level: int, known: Collection[int]
+) -> int | None:
     """Return the next of the known levels below one that corrects the same, the cut-off or the pixel."""
     order, kind = numerics.of_column(column), numerics.is_partner(level)
     lower = order[1 : order.index(level)]
@@ -265,12 +306,19 @@ def _fall(numerics: Numerics, lower: int, level: int) -> float:
 
 def work(numerics: Numerics, level: int) -> float:
     """Return the modelled cost of a member: a constant, and for each solve points·√(points per side)."""
-    grids = [numerics.grid(level), *([] if numerics.below(level) is None else [numerics.grid_below(level)])]
+    grids = [
+        numerics.grid(level),
+        *([] if numerics.below(level) is None else [numerics.grid_below(level)]),
+    ]
     return MEMBER + sum(float(grid.points**1.25) for grid in grids)
 
 
 def _ended(
-    until: dict[str, float], most: int, counts: Counts, largest: str, unknown: tuple[tuple[str, str], ...]
+    until: dict[str, float],
+    most: int,
+    counts: Counts,
+    largest: str,
+    unknown: tuple[tuple[str, str], ...],
 ) -> str:
     """Return the reason of the end of a run that misses its targets."""
     if until and not largest:

@@ -28,7 +28,11 @@ _DOUBT_OF_CUT_OFF = 0.03
 # the quantiles of 5 to 99.9 % to .04 T_flash or 2 %
 HOT = "temperature_quantile_99"
 DOUBT_OF_DISTRIBUTION = 0.03
-_NO_LEVEL_SHOWS = "size", "solver", "scan"  # parts of the error that a slide has as single contacts have
+_NO_LEVEL_SHOWS = (
+    "size",
+    "solver",
+    "scan",
+)  # parts of the error that a slide has as single contacts have
 _UNIFORM = 0.01  # relative difference of that quantile from T_flash, below which there is no distribution to widen
 
 
@@ -66,9 +70,14 @@ def sliding_estimate(
     if observable == "contact_fraction":
         return single
     if observable == "heat_partition":
-        share, error, scatter, freedom = _mean_of(numbers["sliding_share"] * continued.heat_partition)
+        share, error, scatter, freedom = _mean_of(
+            numbers["sliding_share"] * continued.heat_partition
+        )
         count = len(numbers["sliding_share"])
-        own = {"statistical": scatter, "slide": np.hypot(_DOUBT_OF_CUT_OFF, continued.error) * share}
+        own = {
+            "statistical": scatter,
+            "slide": np.hypot(_DOUBT_OF_CUT_OFF, continued.error) * share,
+        }
         beyond = {name: part for name, part in _relative(single).items() if name in _NO_LEVEL_SHOWS}
         return replace(
             single,
@@ -78,7 +87,10 @@ def sliding_estimate(
             bias=np.zeros_like(share),
             n=count,
             effective_n=freedom + 1.0,
-            notes=(f"mean over the last half of the distance that {count} members slide", *_note_of(continued)),
+            notes=(
+                f"mean over the last half of the distance that {count} members slide",
+                *_note_of(continued),
+            ),
         )
     paired = _change(numbers, coarsening, continued)
     change, error, scatter, _ = _mean_of(paired.rows)
@@ -112,17 +124,26 @@ class _Change(NamedTuple):
     """The change of T_flash by the slide, over the frozen one."""
 
     rows: Array  # of each member, corrected for the pixel and continued to the whole distance, (members, speeds)
-    doubt: Array | float  # 95 %, by the cut-off, the rest of the pixel and the distance; NaN: unknown
+    doubt: (
+        Array | float
+    )  # 95 %, by the cut-off, the rest of the pixel and the distance; NaN: unknown
     pixel: str  # in words
 
 
-def _change(numbers: dict[str, Array], coarsening: float, continued: SlidingContinuation = WHOLE) -> _Change:
+def _change(
+    numbers: dict[str, Array], coarsening: float, continued: SlidingContinuation = WHOLE
+) -> _Change:
     """Return the change of T_flash from frozen to sliding contacts; arguments as of `sliding_estimate`."""
     rows = ratio(numbers["sliding_flash_temperature"], numbers["sliding_frozen_flash_temperature"])
-    correction, doubt, pixel = np.zeros_like(rows), np.nan, "not corrected for its pixel, as there is no coarser grid"
+    correction, doubt, pixel = (
+        np.zeros_like(rows),
+        np.nan,
+        "not corrected for its pixel, as there is no coarser grid",
+    )
     if coarsening > 1.0:
         coarser = ratio(
-            numbers["sliding_coarser_flash_temperature"], numbers["sliding_coarser_frozen_flash_temperature"]
+            numbers["sliding_coarser_flash_temperature"],
+            numbers["sliding_coarser_frozen_flash_temperature"],
         )
         # the error falls with the pixel to a power within ORDERS: of the difference from the coarser slide either
         # 1/(coarsening^p − 1) is left; their mean corrects, and half of their difference is doubt
@@ -136,7 +157,9 @@ def _change(numbers: dict[str, Array], coarsening: float, continued: SlidingCont
     return _Change((rows + correction) * continued.flash_temperature, doubt, pixel)
 
 
-def sliding_flash(single: Values, numbers: dict[str, Array], coarsening: float, stream: int) -> Values:
+def sliding_flash(
+    single: Values, numbers: dict[str, Array], coarsening: float, stream: int
+) -> Values:
     """Return T_flash of the moving body above its background, K, with the scatter of each surface.
 
     `single` are the values of single contacts with all the heat in the moving body; the slides have a `stream` of
@@ -151,7 +174,9 @@ def sliding_flash(single: Values, numbers: dict[str, Array], coarsening: float, 
     return Values(mean.value, single.finest * change.value, mean.scatter, errors, single.way)
 
 
-def sliding_quantile(flash: Values, name: str, numbers: dict[str, Array], stream: int, stretch: Array) -> Values:
+def sliding_quantile(
+    flash: Values, name: str, numbers: dict[str, Array], stream: int, stretch: Array
+) -> Values:
     """Return a quantile of the temperature over the contact of sliding bodies, K.
 
     It is `flash`, `sliding_flash` of the same slides, times the quantile over T_flash of each slide. From the cut-off
@@ -171,7 +196,9 @@ def sliding_quantile(flash: Values, name: str, numbers: dict[str, Array], stream
 def stretched(sample: Sample, stretch: Array) -> Sample:
     """Return the sample of slides with the differences of its bins from T_flash times a factor, (speeds,)."""
     if sample.bins is None:
-        raise ValueError("the slides of this run have not stored the distribution of the temperature; run it again")
+        raise ValueError(
+            "the slides of this run have not stored the distribution of the temperature; run it again"
+        )
     flash = sample.numbers[FLASH][..., None]
     temperature = flash + stretch[:, None] * (sample.bins.temperature - flash)
     return replace(sample, bins=sample.bins._replace(temperature=temperature))
@@ -205,7 +232,9 @@ def _relative(found: Estimate) -> dict[str, Array]:
     return {name: np.where(defined, part / found.mean, 0.0) for name, part in found.budget.items()}
 
 
-def with_background(flash: Estimate, rows: Array, share: Estimate, continued: SlidingContinuation = WHOLE) -> Estimate:
+def with_background(
+    flash: Estimate, rows: Array, share: Estimate, continued: SlidingContinuation = WHOLE
+) -> Estimate:
     """Return T₀ + T_flash of the moving body: `rows`, (members, speeds), are T₀ at the end of each slide, K.
 
     T₀ depends on the slide only by the `share` of the heat, and has its relative error. A larger share warms both
@@ -219,7 +248,10 @@ def with_background(flash: Estimate, rows: Array, share: Estimate, continued: Sl
         mean=flash.mean + warm,
         standard_error=np.hypot(flash.standard_error, error),
         budget=budget,
-        notes=(*flash.notes, f"with the background after the duration, a mean of {len(rows)} members that slide"),
+        notes=(
+            *flash.notes,
+            f"with the background after the duration, a mean of {len(rows)} members that slide",
+        ),
     )
 
 

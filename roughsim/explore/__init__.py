@@ -12,7 +12,11 @@ from tempfile import TemporaryDirectory
 
 
 def explore(
-    folder: str | Path, *, port: int | None = None, browser: bool = True, announce: Callable[[str], None] = print
+    folder: str | Path,
+    *,
+    port: int | None = None,
+    browser: bool = True,
+    announce: Callable[[str], None] = print,
 ) -> None:
     """Serve a page to explore a run, on this computer only, until interrupted. The folder is only read.
 
@@ -20,7 +24,9 @@ def explore(
     called with its address. ImportError without Bokeh, RecordError if it is no run, OSError for a port in use.
     """
     if find_spec("bokeh") is None:
-        raise ImportError("the page needs Bokeh, which is not installed: pip install 'roughsim[explore]'")
+        raise ImportError(
+            "the page needs Bokeh, which is not installed: pip install 'roughsim[explore]'"
+        )
     from roughsim.explore import server
 
     started, address = server.start(folder, server.PORTS if port is None else (port,))
@@ -29,6 +35,8 @@ def explore(
         if browser:
             # all users can see the arguments of a program, so the secret address goes to the browser in a private file
             redirect = Path(private, "page.html")
-            redirect.write_text(f'<meta http-equiv="refresh" content="0; url={address}">\n', encoding="utf-8")
+            redirect.write_text(
+                f'<meta http-equiv="refresh" content="0; url={address}">\n', encoding="utf-8"
+            )
             started.io_loop.add_callback(webbrowser.open, redirect.as_uri())
         started.run_until_shutdown()

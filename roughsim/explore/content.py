@@ -86,7 +86,9 @@ class WatchedRun:
         with self._lock:
             before, latest = self._latest
             if self.deleted:  # show the last summary
-                line = f"{self.run.folder} was deleted or moved; the last results remain on the page"
+                line = (
+                    f"{self.run.folder} was deleted or moved; the last results remain on the page"
+                )
                 if before != "deleted":
                     self._latest = "deleted", latest._replace(problems=[line])
                 return self._latest[1]
@@ -101,13 +103,17 @@ class WatchedRun:
 
 def _summarized(run: Run) -> Summary:
     """Return the summary of a run at this moment."""
-    problems = [f"{text}. The other realizations are shown." for text in run.damaged.values()] + gap(run)
+    problems = [
+        f"{text}. The other realizations are shown." for text in run.damaged.values()
+    ] + gap(run)
     if run.failed:
         problems.append(f"{run.failed} realizations did not converge and are left out of the means")
     none_yet = "No realization yet, so there are no errors to show."
     levels = run.numerics.single
     sound = {level: run.members.sound(level) for level in levels}
-    begun = {column: bool(sound[run.numerics.of_column(column)[0]]) for column in run.numerics.columns}
+    begun = {
+        column: bool(sound[run.numerics.of_column(column)[0]]) for column in run.numerics.columns
+    }
     return Summary(
         problems,
         {c: table_text(budget_table(run, c)) if there else none_yet for c, there in begun.items()},
@@ -122,7 +128,11 @@ def _summarized(run: Run) -> Summary:
 def scene_text(run: Run) -> str:
     """Return the scene file, the cell and the grids of a run."""
     sides = " × ".join(f"{1e3 * length:.4g}" for length in run.numerics.lengths)
-    lines = [with_short_tables(run.scene.to_toml()).strip(), "", f"# cell {sides} mm, seed {run.seed}"]
+    lines = [
+        with_short_tables(run.scene.to_toml()).strip(),
+        "",
+        f"# cell {sides} mm, seed {run.seed}",
+    ]
     for number, level in enumerate(run.numerics.levels):
         points = f"{level.shape[0]} × {level.shape[1]} points"
         where = level.where.replace(" in", ", in")
@@ -136,7 +146,9 @@ def speed_range(scene: Scene) -> tuple[float, float]:
     With a table over temperature, the highest speed of the scene is the limit.
     """
     moving = [speed for speed in scene.speeds if speed > 0.0] or [1.0]
-    highest = 10.0 ** (ceil(log10(max(moving))) + 1) if isinf(scene.temperature_range[1]) else max(moving)
+    highest = (
+        10.0 ** (ceil(log10(max(moving))) + 1) if isinf(scene.temperature_range[1]) else max(moving)
+    )
     return 10.0 ** (floor(log10(min(moving))) - 1), highest
 
 
@@ -153,7 +165,10 @@ def theory_curves(run: Run) -> dict[str, tuple[Field, Field]]:
     # of all the heat; a temperature of the moving body is in proportion to the share that it takes
     values = prediction.over_speed(scene, speeds)
     share = prediction.heat_partition(scene, speeds)
-    lines = {name: (speeds, values[name] * (share if OBSERVABLES[name].heated else 1.0)) for name in OVER_SPEED}
+    lines = {
+        name: (speeds, values[name] * (share if OBSERVABLES[name].heated else 1.0))
+        for name in OVER_SPEED
+    }
     return {CORRELATION: (r, prediction.correlation(scene, r)), **lines}
 
 
@@ -209,7 +224,9 @@ class MemberFields:
         `scene` is that of the run if left out; it may have other layers on its bodies, which do not change the contact.
         """
         scene = self.run.scene if scene is None else scene
-        pressure, grid = (self.preview_pressure, self.preview_grid) if preview else (self.pressure, self.grid)
+        pressure, grid = (
+            (self.preview_pressure, self.preview_grid) if preview else (self.pressure, self.grid)
+        )
         field = self.run.temperature(pressure, grid, speed, direction, self.column, scene)
         # the heat that a pixel sets free is in proportion to its pressure
         contact = None if preview else contact_temperature(field, pressure)
@@ -225,18 +242,25 @@ def load_fields(run: Run, level: int, index: int, preview: int = PREVIEW) -> Mem
     grid = run.numerics.grid(level)
     if index in run.kept(level):
         heights, pressure = (run.field(level, index, name) for name in ("heights", "pressure"))
-    elif (level, index) in run.damaged or not run.drawn:  # `realize` draws a surface: a map would be another one
+    elif (
+        level,
+        index,
+    ) in run.damaged or not run.drawn:  # `realize` draws a surface: a map would be another one
         raise run.not_kept(level, index)
     else:
         solved = realize(run.scene, run.numerics, seed=run.seed, level=level, index=index)
-        heights, pressure = (field.astype(np.float32) for field in (solved.heights, solved.contact.pressure))
+        heights, pressure = (
+            field.astype(np.float32) for field in (solved.heights, solved.contact.pressure)
+        )
     # the temperature is linear in the heat, wave by wave: the long waves of the pressure give the long waves of it
     coarse = Grid((min(grid.shape[0], preview), min(grid.shape[1], preview)), grid.lengths)
     waves = pressure
     for axis in (0, 1):
         if coarse.shape[axis] < grid.shape[axis]:
             waves = scipy.signal.resample(waves, coarse.shape[axis], axis=axis)
-    return MemberFields(run, grid, heights, pressure, coarse, waves, run.numerics.levels[level].column)
+    return MemberFields(
+        run, grid, heights, pressure, coarse, waves, run.numerics.levels[level].column
+    )
 
 
 def usual_seconds(run: Run, level: int) -> float:
@@ -254,7 +278,9 @@ class Image(NamedTuple):
     step: tuple[int, int]
 
 
-def image_of(field: Field, grid: Grid, view: tuple[Ends, Ends], limits: Ends | None, pixels: int = PIXELS) -> Image:
+def image_of(
+    field: Field, grid: Grid, view: tuple[Ends, Ends], limits: Ends | None, pixels: int = PIXELS
+) -> Image:
     """Return the image of the part of a field that meets a view (ends along x and y, m); limits None: its own.
 
     The point of index i covers (i ± ½)·spacing. At most `pixels` blocks of points lie along a side; each is shown as
@@ -263,7 +289,9 @@ def image_of(field: Field, grid: Grid, view: tuple[Ends, Ends], limits: Ends | N
     """
     means, sides = field, []  # along x and y: begin, end and number of points of each block
     for count, spacing, ends in zip(grid.shape, grid.spacing, view, strict=True):
-        first, last = (int(np.clip(np.floor(end / spacing + 0.5), 0, count - 1)) for end in sorted(ends))
+        first, last = (
+            int(np.clip(np.floor(end / spacing + 0.5), 0, count - 1)) for end in sorted(ends)
+        )
         step = 1
         while last // step - first // step >= pixels:
             step += 1
@@ -272,7 +300,9 @@ def image_of(field: Field, grid: Grid, view: tuple[Ends, Ends], limits: Ends | N
         sides.append(((start - 0.5) * spacing, (stop - start) * spacing, step))
     (left, width, x_step), (bottom, height, y_step) = sides
     low, high = limits or (float(means.min()), float(means.max()))
-    return Image(as_bytes(means, (low, high)), (left, bottom, width, height), (low, high), (x_step, y_step))
+    return Image(
+        as_bytes(means, (low, high)), (left, bottom, width, height), (low, high), (x_step, y_step)
+    )
 
 
 def block_means(rows: Field, step: int) -> Field:
@@ -289,7 +319,9 @@ def as_bytes(field: Field, limits: Ends) -> NDArray[np.uint8]:
     """Return 0…255 for values from the lower to the upper limit, shape (y, x) as screens draw; flat fields are 0."""
     low, high = limits
     scale = 255.0 / (high - low) if high > low else 0.0
-    return np.ascontiguousarray(np.rint(np.clip((field.T - low) * scale, 0.0, 255.0)).astype(np.uint8))
+    return np.ascontiguousarray(
+        np.rint(np.clip((field.T - low) * scale, 0.0, 255.0)).astype(np.uint8)
+    )
 
 
 class Line(NamedTuple):
@@ -302,7 +334,10 @@ class Line(NamedTuple):
 
 def nearest_point(grid: Grid, x: float, y: float) -> tuple[int, int]:
     """Return the indices of the point of the cell that is next to (x, y), m."""
-    i, j = (int(np.clip(round(at / d), 0, n - 1)) for at, d, n in zip((x, y), grid.spacing, grid.shape, strict=True))
+    i, j = (
+        int(np.clip(round(at / d), 0, n - 1))
+        for at, d, n in zip((x, y), grid.spacing, grid.shape, strict=True)
+    )
     return i, j
 
 

@@ -34,7 +34,12 @@ class FilmView:
     `ask` runs a first function in a thread and shows its result by a second one.
     """
 
-    def __init__(self, run: Run, document: Document, ask: Callable[[Callable[[], Any], Callable[[Any], None]], None]):
+    def __init__(
+        self,
+        run: Run,
+        document: Document,
+        ask: Callable[[Callable[[], Any], Callable[[Any], None]], None],
+    ):
         self.run, self.document, self.ask = run, document, ask
         self.film: MemberFilm | None = None
         self.playing: Any = None  # the callback that turns to the next position
@@ -56,9 +61,15 @@ class FilmView:
         """Make the controls: realization, speed, slid distance, and a button that plays the film."""
         speeds = [(str(k), f"{v:g} m/s") for k, v in enumerate(self.run.scene.speeds)]
         fastest = str(int(np.argmax(self.run.scene.speeds)))
-        self.member = models.Select(title="film of realization", value="", width=140, disabled=True, name="film_member")
-        self.speed = models.Select(title="at", options=speeds, value=fastest, width=100, name="film_speed")
-        self.slider = models.Slider(title="slid distance", start=0, end=1, step=1, value=0, width=240)
+        self.member = models.Select(
+            title="film of realization", value="", width=140, disabled=True, name="film_member"
+        )
+        self.speed = models.Select(
+            title="at", options=speeds, value=fastest, width=100, name="film_speed"
+        )
+        self.slider = models.Slider(
+            title="slid distance", start=0, end=1, step=1, value=0, width=240
+        )
         self.slider.update(name="film_position", disabled=True)
         self.play = models.Toggle(label="▶ play", width=70, align="end", name="film_play")
         self.member.on_change("value", lambda attr, old, new: self.choose_member())
@@ -71,27 +82,43 @@ class FilmView:
         lengths = self.run.numerics.lengths
         # the first view is half the cell: in a smaller one spots appear and vanish
         view: dict[str, Any] = {
-            f"{axis}_range": models.Range1d(0, length * self.factor / 2, reset_end=length * self.factor)
+            f"{axis}_range": models.Range1d(
+                0, length * self.factor / 2, reset_end=length * self.factor
+            )
             for axis, length in zip("xy", lengths, strict=True)
         }
         view |= {f"{axis}_axis_label": f"{axis}, {self.unit}" for axis in "xy"}
         for side, length in zip(("frame_width", "frame_height"), lengths, strict=True):
             view[side] = max(int(_SIDE * length / max(lengths)), 90)
-        self.maps = {name: MapPanel(name, f"film_{name}", **view) for name in ("pressure", "temperature")}
+        self.maps = {
+            name: MapPanel(name, f"film_{name}", **view) for name in ("pressure", "temperature")
+        }
         self.at_rest, self.riding = empty_source("x", "y"), empty_source("x", "y")
         marks: dict[str, Any] = {"fill_alpha": 0.0, "line_width": 2, "size": 9}
         for panel in self.maps.values():
-            panel.figure.scatter("x", "y", source=self.at_rest, marker="triangle", line_color=_AT_REST, **marks)
-            panel.figure.scatter("x", "y", source=self.riding, marker="circle", line_color=_RIDING, **marks)
+            panel.figure.scatter(
+                "x", "y", source=self.at_rest, marker="triangle", line_color=_AT_REST, **marks
+            )
+            panel.figure.scatter(
+                "x", "y", source=self.riding, marker="circle", line_color=_RIDING, **marks
+            )
 
     def _add_curves(self) -> None:
         """Make the panel of T_flash over the distance, a line for each speed, with a cursor."""
-        scales = {"x_axis_type": "log", "y_axis_type": "log", "x_axis_label": f"slid distance, {self.unit}"}
-        self.curve = figure(name="film_curve", width=360, height=_SIDE + 60, tools="pan,wheel_zoom,reset", **scales)
+        scales = {
+            "x_axis_type": "log",
+            "y_axis_type": "log",
+            "x_axis_label": f"slid distance, {self.unit}",
+        }
+        self.curve = figure(
+            name="film_curve", width=360, height=_SIDE + 60, tools="pan,wheel_zoom,reset", **scales
+        )
         self.curve.visible = False  # until there is a film
         self.curve.yaxis.axis_label = "T_flash, K"
         self.lines = []
-        for speed, colour in zip(self.run.scene.speeds, speed_colours(len(self.run.scene.speeds)), strict=True):
+        for speed, colour in zip(
+            self.run.scene.speeds, speed_colours(len(self.run.scene.speeds)), strict=True
+        ):
             source = empty_source("x", "y", "frozen")
             style = {"source": source, "color": colour}
             self.curve.line("x", "y", line_width=2, legend_label=f"{speed:g} m/s", **style)
@@ -121,7 +148,10 @@ class FilmView:
         self.film = film
         distance = film.curves[AXIS] * self.factor
         for k, source in enumerate(self.lines):
-            values = film.curves["slide_flash_temperature"][k], film.curves["slide_frozen_flash_temperature"][k]
+            values = (
+                film.curves["slide_flash_temperature"][k],
+                film.curves["slide_frozen_flash_temperature"][k],
+            )
             slid = np.isfinite(values[0])
             source.data = {"x": distance[slid], "y": values[0][slid], "frozen": values[1][slid]}
         self.curve.visible = True
@@ -134,10 +164,14 @@ class FilmView:
         if self.film is None:
             return
         last = self.film.positions(int(self.speed.value)) - 1
-        texts = [f"{distance * self.factor:.3g} {self.unit}" for distance in self.film.maps.distance]
+        texts = [
+            f"{distance * self.factor:.3g} {self.unit}" for distance in self.film.maps.distance
+        ]
         label = models.CustomJSTickFormatter(args={"texts": texts}, code="return texts[tick]")
         place = last if self.slider.disabled else min(self.slider.value, last)
-        self.slider.format = label  # first: the page writes it beside the slider when the value changes
+        self.slider.format = (
+            label  # first: the page writes it beside the slider when the value changes
+        )
         self.slider.update(end=max(last, 1), value=place, disabled=last < 1)
         self.draw()
 
@@ -161,9 +195,12 @@ class FilmView:
 
     def words(self, film: MemberFilm, k: int, slid: float) -> str:
         """Return a line of the temperatures, heat share and contact area at a position."""
-        at = int(np.abs(film.curves[AXIS] - slid).argmin())  # films have some positions of the curves
+        at = int(
+            np.abs(film.curves[AXIS] - slid).argmin()
+        )  # films have some positions of the curves
         flash, background, share = (
-            film.curves[f"slide_{name}"][k, at] for name in ("flash_temperature", "background", "moving_share")
+            film.curves[f"slide_{name}"][k, at]
+            for name in ("flash_temperature", "background", "moving_share")
         )
         return (
             f"After {slid * self.factor:.3g} {self.unit} at {self.run.scene.speeds[k]:g} m/s: T_flash = {flash:.4g} K "

@@ -20,12 +20,15 @@ from roughsim.heat.statistics import ContactTemperature
 from roughsim.results.run import Run
 from roughsim.show.table import shown
 
-_SIDE = (
-    300  # screen pixels along the longer side of a map: one fits on a telephone, three beside each other on a screen
-)
+_SIDE = 300  # screen pixels along the longer side of a map: one fits on a telephone, three beside each other on a screen
 _WIDE: Any = {"sizing_mode": "stretch_width"}  # takes the room that there is
 _PAGE = "calc(100vw - 24px)"  # the width of the page within its margins
-_REST = {"flex": "1 1 600px", "min-width": "0", "max-width": _PAGE, "overflow-x": "auto"}  # of a line; may be scrolled
+_REST = {
+    "flex": "1 1 600px",
+    "min-width": "0",
+    "max-width": _PAGE,
+    "overflow-x": "auto",
+}  # of a line; may be scrolled
 _WRAPPED = {"flex-wrap": "wrap"}  # a line that is too long is broken
 _STEPS = 40  # of the slider in a decade of speed
 _SPEED_LABEL = "return Number(Math.pow(10, tick).toPrecision(3)) + ' m/s'"  # JavaScript: the slider is over log10 v
@@ -95,18 +98,28 @@ class _Controls:
             if k in run.numerics.single
         ]
         finest = str(run.picture() if run.independent else run.numerics.picture(run.column(None)))
-        self.level = models.Select(title="contact", options=levels, value=finest, width=240, name="level")
-        self.member = models.Select(title="realization", options=[], value="", width=150, disabled=True, name="member")
+        self.level = models.Select(
+            title="contact", options=levels, value=finest, width=240, name="level"
+        )
+        self.member = models.Select(
+            title="realization", options=[], value="", width=150, disabled=True, name="member"
+        )
         low, high = (round(log10(end)) for end in speed_range(run.scene))
-        self.slider = models.Slider(start=low, end=high, step=1 / _STEPS, value=log10(speed), title="speed", width=300)
+        self.slider = models.Slider(
+            start=low, end=high, step=1 / _STEPS, value=log10(speed), title="speed", width=300
+        )
         self.slider.update(format=models.CustomJSTickFormatter(code=_SPEED_LABEL), name="speed")
-        self.speed = models.TextInput(title="v, m/s", value=f"{speed:.4g}", width=80, name="speed_box")
+        self.speed = models.TextInput(
+            title="v, m/s", value=f"{speed:.4g}", width=80, name="speed_box"
+        )
         angles = {"start": -180, "end": 180, "step": 1, "value": 0}
         self.angle = models.Slider(title="sliding direction, °", width=200, name="angle", **angles)
         labels = ["colours of the cell", "of the view"]
         self.colours_of = models.RadioButtonGroup(labels=labels, active=0, name="colours")
         colours = column(plain_text("", "colours"), self.colours_of)
-        self.row = row(self.level, self.member, self.slider, self.speed, self.angle, colours, styles=_WRAPPED)
+        self.row = row(
+            self.level, self.member, self.slider, self.speed, self.angle, colours, styles=_WRAPPED
+        )
 
 
 class MapPanel:
@@ -115,22 +128,33 @@ class MapPanel:
     def __init__(self, quantity: str, name: str, **options: Any):
         self.title, _, self.unit = FIELDS[quantity]
         tools = {"tools": "pan,wheel_zoom,box_zoom,tap,reset", "active_scroll": "wheel_zoom"}
-        self.figure = figure(title=self.title, name=name, visible=False, **tools, **options)  # until there is a field
+        self.figure = figure(
+            title=self.title, name=name, visible=False, **tools, **options
+        )  # until there is a field
         self.figure.grid.visible = False
         self.image = empty_source("image", "x", "y", "dw", "dh")
         colours = palette(quantity)
         self.mapper = models.LinearColorMapper(palette=colours, low=0, high=255, high_color=HARD)
-        columns = {key: key for key in self.image.data}  # bytes 0…255 are sent; the bar has the real limits
+        columns = {
+            key: key for key in self.image.data
+        }  # bytes 0…255 are sent; the bar has the real limits
         self.figure.image(**columns, source=self.image, color_mapper=self.mapper, level="underlay")
         self.scale = models.LinearColorMapper(palette=colours, low=0, high=1)
-        bar = models.ColorBar(color_mapper=self.scale, height=10, padding=2, title=None, name=f"{name}_bar")
+        bar = models.ColorBar(
+            color_mapper=self.scale, height=10, padding=2, title=None, name=f"{name}_bar"
+        )
         self.figure.add_layout(bar, "below")
 
     def show(self, image: Image, factor: float, note: str, *, hard: bool = False) -> None:
         """Show an image by one replacement of its data; the factor turns m into the unit of the axes."""
-        self.mapper.high = 254 if hard else 255  # contact at the hardness has the highest value, and is grey
+        self.mapper.high = (
+            254 if hard else 255
+        )  # contact at the hardness has the highest value, and is grey
         box = zip(("x", "y", "dw", "dh"), image.box, strict=True)
-        self.image.data = {"image": [image.pixels], **{key: [length * factor] for key, length in box}}
+        self.image.data = {
+            "image": [image.pixels],
+            **{key: [length * factor] for key, length in box},
+        }
         low, high = image.limits
         prefix, unit = scaled(max(abs(low), abs(high)), self.unit)
         self.scale.update(low=low * prefix, high=max(high * prefix, low * prefix + 1e-9))
@@ -148,11 +172,23 @@ class _LinePanels:
         for name in FIELDS:
             last = name == "temperature"
             options = {"x_range": self.figures[0].x_range} if self.figures else {}
-            options |= _WIDE | {"max_width": 690, "height": 150 if last else 112, "tools": "xpan,xwheel_zoom,reset"}
+            options |= _WIDE | {
+                "max_width": 690,
+                "height": 150 if last else 112,
+                "tools": "xpan,xwheel_zoom,reset",
+            }
             plot = figure(name=f"profile_{name}", visible=False, **options)  # until there is a line
             plot.extra_y_ranges = {"share": models.Range1d(0, 1)}
             # bars, since a stepped area without points hangs BokehJS 3.9
-            plot.vbar("distance", "width", "contact", 0, source=self.source, y_range_name="share", color="#dddddd")
+            plot.vbar(
+                "distance",
+                "width",
+                "contact",
+                0,
+                source=self.source,
+                y_range_name="share",
+                color="#dddddd",
+            )
             glyph = {"x": "distance", "y": name, "source": self.source, "color": COLOUR_OF[name]}
             if name == "pressure":
                 plot.step(**glyph, mode="center")
@@ -174,7 +210,10 @@ class _LinePanels:
             plot.visible = True
             plot.yaxis.axis_label = f"{letter}, {unit}"
             texts.append(f"{letter} = {data[name][middle]:.5g} {unit}")
-        data |= {"contact": (values["pressure"] > 0.0).astype(float), "width": np.full(len(distance), width)}
+        data |= {
+            "contact": (values["pressure"] > 0.0).astype(float),
+            "width": np.full(len(distance), width),
+        }
         self.source.data = data
         return texts
 
@@ -185,13 +224,22 @@ class _DistributionPanel:
     def __init__(self) -> None:
         tools = "xpan,xwheel_zoom,reset"
         options = _WIDE | {"max_width": 560, "height": 374, "tools": tools}
-        self.figure = figure(x_axis_label=_formula("T", "K"), name="distribution", visible=False, **options)
+        self.figure = figure(
+            x_axis_label=_formula("T", "K"), name="distribution", visible=False, **options
+        )
         self.bins = empty_source("left", "right", "area", "middle", "heat")
         self.flash = upright(None, _HEAT, line_dash="dashed", line_width=2)
         self.figure.add_layout(self.flash)
         grey = {"color": "#bbbbbb", "line_color": None, "legend_label": "of the contact area"}
         self.figure.quad("left", "right", "area", 0, source=self.bins, **grey)
-        self.figure.line("middle", "heat", source=self.bins, color=_HEAT, line_width=2, legend_label="of the heat")
+        self.figure.line(
+            "middle",
+            "heat",
+            source=self.bins,
+            color=_HEAT,
+            line_width=2,
+            legend_label="of the heat",
+        )
         self.figure.yaxis.axis_label = "% per K"
         self.figure.y_range.start = 0
 
@@ -199,7 +247,13 @@ class _DistributionPanel:
         """Show the densities, and ⟨Tσ⟩/⟨σ⟩ as a dashed line."""
         edges, area, heat = densities(contact)
         middle = 0.5 * (edges[1:] + edges[:-1])
-        self.bins.data = {"left": edges[:-1], "right": edges[1:], "area": area, "middle": middle, "heat": heat}
+        self.bins.data = {
+            "left": edges[:-1],
+            "right": edges[1:],
+            "area": area,
+            "middle": middle,
+            "heat": heat,
+        }
         self.flash.location = contact.flash_temperature
         self.figure.title.text = (
             f"This field, at its q_c: ⟨Tσ⟩/⟨σ⟩ = {contact.flash_temperature:.4g} K (dashed),\n"
@@ -218,7 +272,9 @@ class _CurvePanel:
         kind = "log" if self.over_speed else "linear"
         axes = {"x_axis_label": _formula(x, x_si), "y_axis_label": _formula(y, y_si)}
         axes |= {"x_axis_type": kind, "y_axis_type": kind}
-        self.figure = figure(title=title, width=312, height=270, tools="pan,wheel_zoom,box_zoom,reset", **axes)
+        self.figure = figure(
+            title=title, width=312, height=270, tools="pan,wheel_zoom,box_zoom,reset", **axes
+        )
         self.sources = {"theory": empty_source("x", "y")}
         line = {"color": THEORY, "line_width": 1.5, "legend_label": "theory"}
         self.figure.line("x", "y", source=self.sources["theory"], **line)
@@ -253,7 +309,10 @@ class Layout:
 
     def __init__(self, run: Run, speed: float):
         self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
-        columns, lengths = run.numerics.columns, [length * self.factor for length in run.numerics.lengths]
+        columns, lengths = (
+            run.numerics.columns,
+            [length * self.factor for length in run.numerics.lengths],
+        )
         self.controls = _Controls(run, speed)
         self.skin = SkinControls(run)
 
@@ -261,13 +320,26 @@ class Layout:
         self.x_range, self.y_range = models.Range1d(), models.Range1d()
         self.show_cell(run.numerics.lengths)
         width, height = (max(int(_SIDE * side / max(lengths)), 90) for side in lengths)
-        view = {"x_range": self.x_range, "y_range": self.y_range, "frame_width": width, "frame_height": height}
+        view = {
+            "x_range": self.x_range,
+            "y_range": self.y_range,
+            "frame_width": width,
+            "frame_height": height,
+        }
         view |= {f"{axis}_axis_label": f"{axis}, {self.unit}" for axis in "xy"}
         self.maps = {name: MapPanel(name, name, **view) for name in FIELDS}
         self.point, self.line_ends = empty_source("x", "y"), empty_source("x", "y")
         for panel in self.maps.values():
-            panel.figure.line("x", "y", source=self.line_ends, color=MARK, line_width=2, line_dash="dashed")
-            cross = {"marker": "circle_cross", "size": 13, "color": MARK, "fill_alpha": 0, "line_width": 2}
+            panel.figure.line(
+                "x", "y", source=self.line_ends, color=MARK, line_width=2, line_dash="dashed"
+            )
+            cross = {
+                "marker": "circle_cross",
+                "size": 13,
+                "color": MARK,
+                "fill_alpha": 0,
+                "line_width": 2,
+            }
             panel.figure.scatter("x", "y", source=self.point, **cross)
 
         # the other panels
@@ -285,7 +357,10 @@ class Layout:
         heading = plain_text("heading", run.scene.title or str(run.folder), **large)
         scene = _small_text("scene", scene_text(run))
         scene.styles = scene.styles | {"overflow-x": "auto", "max-width": f"min(560px, {_PAGE})"}
-        tabs = [models.TabPanel(child=text, title=f"error budget, {name}") for name, text in self.budgets.items()]
+        tabs = [
+            models.TabPanel(child=text, title=f"error budget, {name}")
+            for name, text in self.budgets.items()
+        ]
         self.root = column(
             row(heading, self.state, self.busy, spacing=16, styles=_WRAPPED),
             self.problems,
@@ -294,8 +369,14 @@ class Layout:
             row(*(panel.figure for panel in self.maps.values()), styles=_WRAPPED),
             self.values,
             row(
-                column(*self.line.figures, styles={"flex": "1 1 340px", "max-width": "690px"}, **_WIDE),
-                column(self.distribution.figure, styles={"flex": "1 1 340px", "max-width": "560px"}, **_WIDE),
+                column(
+                    *self.line.figures, styles={"flex": "1 1 340px", "max-width": "690px"}, **_WIDE
+                ),
+                column(
+                    self.distribution.figure,
+                    styles={"flex": "1 1 340px", "max-width": "560px"},
+                    **_WIDE,
+                ),
                 styles=_WRAPPED,
                 **_WIDE,
             ),
@@ -309,14 +390,30 @@ class Layout:
         """Let the view be a cell of these sides, m; a part of it that is in view stays."""
         for axis, length in zip((self.x_range, self.y_range), lengths, strict=True):
             if axis.reset_end != (end := length * self.factor):
-                axis.update(bounds=(-0.02 * end, 1.02 * end), start=0.0, end=end, reset_start=0.0, reset_end=end)
+                axis.update(
+                    bounds=(-0.02 * end, 1.02 * end),
+                    start=0.0,
+                    end=end,
+                    reset_start=0.0,
+                    reset_end=end,
+                )
 
     def clear(self) -> None:
         """Empty and hide the maps, and the panels with values taken from them."""
         images = (panel.image for panel in self.maps.values())
-        for source in (*images, self.point, self.line_ends, self.line.source, self.distribution.bins):
+        for source in (
+            *images,
+            self.point,
+            self.line_ends,
+            self.line.source,
+            self.distribution.bins,
+        ):
             source.data = {name: [] for name in source.data}
-        for hidden in (*(panel.figure for panel in self.maps.values()), *self.line.figures, self.distribution.figure):
+        for hidden in (
+            *(panel.figure for panel in self.maps.values()),
+            *self.line.figures,
+            self.distribution.figure,
+        ):
             hidden.visible = False
         self.distribution.flash.location = None
         self.distribution.figure.title.text = self.values.text = ""
@@ -335,14 +432,17 @@ class Layout:
         for panel in self.curves.values():
             panel.chosen_speed.location = speed
 
-    def show_line(self, grid: Grid, point: tuple[int, int], line: Line, fields: dict[str, Field]) -> None:
+    def show_line(
+        self, grid: Grid, point: tuple[int, int], line: Line, fields: dict[str, Field]
+    ) -> None:
         """Show the marked point, the line through it on all maps, and fields along it."""
         x, y = (index * d * self.factor for index, d in zip(point, grid.spacing, strict=True))
         self.point.data = {"x": [x], "y": [y]}
-        ends = ((name, indices[[0, -1]], d) for name, indices, d in zip("xy", line[1:], grid.spacing, strict=True))
+        ends = (
+            (name, indices[[0, -1]], d)
+            for name, indices, d in zip("xy", line[1:], grid.spacing, strict=True)
+        )
         self.line_ends.data = {name: indices * d * self.factor for name, indices, d in ends}
         texts = self.line.show(line.distance * self.factor, fields, min(grid.spacing) * self.factor)
         position = f"x = {x:.5g} {self.unit}, y = {y:.5g} {self.unit}"
-        self.values.text = (
-            f"Marked point ({position}), values of the full field: {', '.join(texts)}. Click a map to move it."
-        )
+        self.values.text = f"Marked point ({position}), values of the full field: {', '.join(texts)}. Click a map to move it."

@@ -79,18 +79,26 @@ class LatestTask:
 class Page:
     """The page of a run in an empty document of Bokeh; `tasks` runs its slow work."""
 
-    def __init__(self, watched: WatchedRun, document: Document, tasks: type[LatestTask] = LatestTask):
+    def __init__(
+        self, watched: WatchedRun, document: Document, tasks: type[LatestTask] = LatestTask
+    ):
         self.watched = watched
         scene = watched.run.scene
         self.speed, self.direction = max(scene.speeds) or 1.0, 0.0
-        self.scene = scene  # of the shown temperature: the skin and the depth of the heat may be chosen
+        self.scene = (
+            scene  # of the shown temperature: the skin and the depth of the heat may be chosen
+        )
         self.member: MemberFields | None = None
         self.temperature: Temperature | None = None
         self.point: tuple[int, int] | None = None  # that is marked
-        self.maps: dict[str, tuple[Field, Grid, Ends]] = {}  # by name: a field, its grid, its lowest and highest value
+        self.maps: dict[
+            str, tuple[Field, Grid, Ends]
+        ] = {}  # by name: a field, its grid, its lowest and highest value
         self.hard = 0.0  # share of the contact at the hardness
         self.summary: Summary | None = None
-        self.began: float | None = None  # when fields that were not kept began to be computed, by `time.monotonic`
+        self.began: float | None = (
+            None  # when fields that were not kept began to be computed, by `time.monotonic`
+        )
         self.usual = 0.0  # s that this takes
         self._setting_controls = False
         self.layout = Layout(watched.run, self.speed)
@@ -123,10 +131,26 @@ class Page:
         def when(model: Any, name: str, act: Callable[[], None]) -> None:
             model.on_change(name, lambda attr, old, new: None if self._setting_controls else act())
 
-        when(controls.slider, "value", lambda: self.choose(10.0**controls.slider.value, self.direction, moving=True))
-        when(controls.slider, "value_throttled", lambda: self.choose(10.0**controls.slider.value, self.direction))
-        when(controls.angle, "value", lambda: self.choose(self.speed, radians(controls.angle.value), moving=True))
-        when(controls.angle, "value_throttled", lambda: self.choose(self.speed, radians(controls.angle.value)))
+        when(
+            controls.slider,
+            "value",
+            lambda: self.choose(10.0**controls.slider.value, self.direction, moving=True),
+        )
+        when(
+            controls.slider,
+            "value_throttled",
+            lambda: self.choose(10.0**controls.slider.value, self.direction),
+        )
+        when(
+            controls.angle,
+            "value",
+            lambda: self.choose(self.speed, radians(controls.angle.value), moving=True),
+        )
+        when(
+            controls.angle,
+            "value_throttled",
+            lambda: self.choose(self.speed, radians(controls.angle.value)),
+        )
         when(controls.speed, "value", lambda: self.type_speed(controls.speed.value))
         when(controls.level, "value", self.choose_level)
         when(controls.member, "value", self.choose_member)
@@ -144,7 +168,9 @@ class Page:
     def say(self, problem: Exception | str) -> None:
         """Show the problem that ended a task above the problems of the run; an empty text removes it."""
         lines = [str(problem)] if str(problem) else []
-        self.layout.problems.text = "\n".join([*lines, *(self.summary.problems if self.summary else [])])
+        self.layout.problems.text = "\n".join(
+            [*lines, *(self.summary.problems if self.summary else [])]
+        )
         if lines:
             self.began, self.layout.busy.text = None, ""
 
@@ -178,9 +204,15 @@ class Page:
         if self.summary is None:
             return
         level = int(self.layout.controls.level.value)
-        sound, kept, member = self.summary.sound[level], self.summary.kept[level], self.layout.controls.member
+        sound, kept, member = (
+            self.summary.sound[level],
+            self.summary.kept[level],
+            self.layout.controls.member,
+        )
         with_fields = set(kept)
-        member.options = [(str(i), str(i) if i in with_fields else f"{i} (computed again)") for i in sound]
+        member.options = [
+            (str(i), str(i) if i in with_fields else f"{i} (computed again)") for i in sound
+        ]
         member.disabled = not sound
         if sound and member.value not in map(str, sound):
             member.value = str((kept or sound)[0])
@@ -206,7 +238,10 @@ class Page:
         self.turn_bar()
 
         def show(member: MemberFields) -> None:
-            if (str(level), str(index)) == (self.layout.controls.level.value, self.layout.controls.member.value):
+            if (str(level), str(index)) == (
+                self.layout.controls.level.value,
+                self.layout.controls.member.value,
+            ):
                 self.show_member(member)  # and no other was chosen meanwhile
 
         self.readings.ask(lambda: load_fields(self.watched.run, level, index), show)
@@ -218,7 +253,11 @@ class Page:
         elapsed = time.monotonic() - self.began
         done = min(elapsed / max(self.usual, 1e-9), 0.99)
         bar = "█" * round(_BAR * done) + "░" * (_BAR - round(_BAR * done))
-        left = f"about {clock(self.usual - elapsed)} left" if elapsed < self.usual else "any moment now"
+        left = (
+            f"about {clock(self.usual - elapsed)} left"
+            if elapsed < self.usual
+            else "any moment now"
+        )
         self.layout.busy.text = f"{bar} these fields were not kept and are computed again, {left}"
 
     def show_member(self, member: MemberFields) -> None:
@@ -244,7 +283,9 @@ class Page:
             speed = positive("speed", float(text), "m/s")
         except ValueError as error:
             self.say(
-                error if "speed" in str(error) else f"speed = {text!r} is no number; type one in m/s, for example 35"
+                error
+                if "speed" in str(error)
+                else f"speed = {text!r} is no number; type one in m/s, for example 35"
             )
             return
         self.say("")
@@ -296,7 +337,10 @@ class Page:
     def image_in_view(self, name: str) -> Callable[[], Image]:
         """Return a function that makes the image of a map as it is in view now; any thread may call it."""
         (field, grid, limits), factor = self.maps[name], self.layout.factor
-        x, y = ((axis.start / factor, axis.end / factor) for axis in (self.layout.x_range, self.layout.y_range))
+        x, y = (
+            (axis.start / factor, axis.end / factor)
+            for axis in (self.layout.x_range, self.layout.y_range)
+        )
         of_cell = self.layout.controls.colours_of.active == 0
         return lambda: image_of(field, grid, (x, y), limits if of_cell else None)
 
@@ -306,7 +350,9 @@ class Page:
 
         def show(drawn: dict[str, Image]) -> None:
             for name, image in drawn.items():
-                if self.maps.get(name) is maps[name]:  # a field that has been replaced meanwhile is left out
+                if (
+                    self.maps.get(name) is maps[name]
+                ):  # a field that has been replaced meanwhile is left out
                     self.show_image(name, image)
 
         self.images.ask(lambda: {name: draw() for name, draw in images.items()}, show)
@@ -316,14 +362,18 @@ class Page:
         note, lengths = "", self.maps[name][1].lengths
         if name == "temperature" and self.temperature is not None:
             # a new title makes the browser lay out the page again, so a preview does not name its speed
-            note = ", preview" if self.temperature.preview else f", {self.temperature.speed:.3g} m/s"
+            note = (
+                ", preview" if self.temperature.preview else f", {self.temperature.speed:.3g} m/s"
+            )
             if not self.temperature.preview and self.temperature.scene != self.watched.run.scene:
                 note += f", {layers_text(self.temperature.scene)}"
         if lengths != self.watched.run.numerics.lengths:
             where = self.watched.run.numerics.levels[int(self.layout.controls.level.value)].where
             sides = " × ".join(f"{length * self.layout.factor:.4g}" for length in lengths)
             note += f",{where.removeprefix(' in')}: {sides} {self.layout.unit}"
-        hard = name == "pressure" and self.hard > 0.0 and self.layout.controls.colours_of.active == 0
+        hard = (
+            name == "pressure" and self.hard > 0.0 and self.layout.controls.colours_of.active == 0
+        )
         if hard:
             note += f", grey: {100 * self.hard:.3g} % at σ_P"
         self.layout.maps[name].show(image, self.layout.factor, note, hard=hard)
@@ -331,7 +381,9 @@ class Page:
     def mark(self, x: float, y: float) -> None:
         """Mark a point, in the unit of the axes, and show the values there and along the line through it."""
         if self.member is not None:
-            self.point = nearest_point(self.member.grid, x / self.layout.factor, y / self.layout.factor)
+            self.point = nearest_point(
+                self.member.grid, x / self.layout.factor, y / self.layout.factor
+            )
             self.draw_line()
 
     def draw_line(self) -> None:

@@ -24,7 +24,9 @@ def labels(run: Run) -> dict[str, list[str]]:
     result = {HOTTER: ["of the heat", "of the area"]}
     if run.scene.reaction is not None:
         result[WARM] = [speed_label(run.scene.speeds[k]) for k in moving_places(run)]
-        result[RATES] = [energy_label(energy / ELECTRONVOLT) for energy in run.scene.reaction.activation_energy]
+        result[RATES] = [
+            energy_label(energy / ELECTRONVOLT) for energy in run.scene.reaction.activation_energy
+        ]
     return result
 
 

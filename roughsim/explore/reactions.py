@@ -17,9 +17,27 @@ from roughsim.results.run import Run
 
 # title, and labels and kinds of the axes
 _PANELS = {
-    HOTTER: ("Share of the contact that is hotter, highest speed", "T, K", "% hotter than T", "linear", "log"),
-    WARM: ("Activation temperature; dashed: calibrated theory", "E, eV", "T_act, K", "linear", "linear"),
-    RATES: ("Rate per nominal area; dashed: calibrated theory", "v, m/s", "rate, 1/s", "log", "log"),
+    HOTTER: (
+        "Share of the contact that is hotter, highest speed",
+        "T, K",
+        "% hotter than T",
+        "linear",
+        "log",
+    ),
+    WARM: (
+        "Activation temperature; dashed: calibrated theory",
+        "E, eV",
+        "T_act, K",
+        "linear",
+        "linear",
+    ),
+    RATES: (
+        "Rate per nominal area; dashed: calibrated theory",
+        "v, m/s",
+        "rate, 1/s",
+        "log",
+        "log",
+    ),
 }
 
 
@@ -28,15 +46,28 @@ class ReactionView:
 
     def __init__(self, run: Run):
         self.sources: dict[str, list[models.ColumnDataSource]] = {}
-        self.figures = {panel: self._figure(run, panel, names) for panel, names in labels(run).items()}
-        self.root = row(*self.figures.values(), name="reactions", visible=False, styles={"flex-wrap": "wrap"})
+        self.figures = {
+            panel: self._figure(run, panel, names) for panel, names in labels(run).items()
+        }
+        self.root = row(
+            *self.figures.values(), name="reactions", visible=False, styles={"flex-wrap": "wrap"}
+        )
 
     def _figure(self, run: Run, panel: str, names: list[str]) -> Any:
         """Make a figure with a line, its errors and its theory for each name."""
         title, x, y, x_kind, y_kind = _PANELS[panel]
-        options: dict[str, Any] = {"x_axis_label": x, "y_axis_label": y, "x_axis_type": x_kind, "y_axis_type": y_kind}
-        plot = figure(title=title, name=panel, width=400, height=300, tools="pan,wheel_zoom,reset", **options)
-        colours = [COLOURS[run.column(None)], "#808080"] if panel == HOTTER else speed_colours(len(names))
+        options: dict[str, Any] = {
+            "x_axis_label": x,
+            "y_axis_label": y,
+            "x_axis_type": x_kind,
+            "y_axis_type": y_kind,
+        }
+        plot = figure(
+            title=title, name=panel, width=400, height=300, tools="pan,wheel_zoom,reset", **options
+        )
+        colours = (
+            [COLOURS[run.column(None)], "#808080"] if panel == HOTTER else speed_colours(len(names))
+        )
         self.sources[panel] = []
         for name, colour in zip(names, colours, strict=True):
             source = empty_source("x", "y", "low", "high", "theory")
@@ -46,7 +77,11 @@ class ReactionView:
             plot.segment(*ends, **style)
             plot.line("x", "y", line_width=1.5, legend_label=name, **style)
             plot.scatter("x", "y", size=5, **style)
-            dashed = {"source": source, "color": CALIBRATED if panel == HOTTER else colour, "line_dash": "dashed"}
+            dashed = {
+                "source": source,
+                "color": CALIBRATED if panel == HOTTER else colour,
+                "line_dash": "dashed",
+            }
             plot.line(*at, **dashed)
             self.sources[panel].append(source)
         plot.legend.update(**LEGEND, ncols=4, padding=2)

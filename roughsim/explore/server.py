@@ -38,7 +38,9 @@ SESSIONS = {  # ms
     "keep_alive_milliseconds": 5_000,
 }
 _ALIVE = 30  # s after which a tab that does not answer is dropped
-_YEAR = 365 * 86_400  # s: a reload hands out the token of the session again, which must not have expired
+_YEAR = (
+    365 * 86_400
+)  # s: a reload hands out the token of the session again, which must not have expired
 
 
 def start(folder: str | Path, ports: Sequence[int] = PORTS) -> tuple[BaseServer, str]:
@@ -51,7 +53,9 @@ def start(folder: str | Path, ports: Sequence[int] = PORTS) -> tuple[BaseServer,
     def open_page(document: Any) -> None:
         try:
             page(document)
-        except Exception as error:  # a session that fails to open would keep every later visit waiting
+        except (
+            Exception
+        ) as error:  # a session that fails to open would keep every later visit waiting
             document.clear()
             document.add_root(plain_text("problems", f"This run cannot be shown: {error}"))
 
@@ -118,9 +122,13 @@ class _GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no t
         """Return the handler of a request: a refusal, or Bokeh's, always in the one session."""
         hosts, origins = (request.headers.get_list(name) for name in ("Host", "Origin"))
         own_host = len(hosts) == 1 and hosts[0].lower() in self.hosts
-        own_origin = all(origin.lower() in {f"http://{host}" for host in self.hosts} for origin in origins)
+        own_origin = all(
+            origin.lower() in {f"http://{host}" for host in self.hosts} for origin in origins
+        )
         _, token, path = (*request.path.split("/", 2), "", "")[:3]
-        right_token = compare_digest(token.encode(), self.token.encode())  # takes the same time for every wrong token
+        right_token = compare_digest(
+            token.encode(), self.token.encode()
+        )  # takes the same time for every wrong token
         if not (own_host and own_origin and right_token):
             status = 403
         elif request.method not in ("GET", "HEAD"):
@@ -157,7 +165,9 @@ class _PrivateHeaders(OutputTransform):  # type: ignore[misc]
         self, status_code: int, headers: HTTPHeaders, chunk: bytes, finishing: bool
     ) -> tuple[int, HTTPHeaders, bytes]:
         """Change the headers of an answer."""
-        for name in [name for name in headers if name.startswith("Access-Control-") or name == "Server"]:
+        for name in [
+            name for name in headers if name.startswith("Access-Control-") or name == "Server"
+        ]:
             del headers[name]
         for name, value in self.headers.items():
             headers[name] = value

@@ -30,23 +30,39 @@ class SkinControls:
         kappa = heating(self.own, max(self.own.speeds)).bodies.conductivity
         # of an iron oxide, and of a worked layer; left out, density and heat capacity are those of the body
         self.skins = {
-            _OXIDE: SkinSection(thickness=_THINNEST, conductivity=3.0, density=5200.0, heat_capacity=650.0),
+            _OXIDE: SkinSection(
+                thickness=_THINNEST, conductivity=3.0, density=5200.0, heat_capacity=650.0
+            ),
             _WORKED: SkinSection(thickness=_THINNEST, conductivity=0.5 * kappa),
         }
         names = {_OXIDE: "oxide", _WORKED: "half the κ"}
         if body.skin is not None:
             self.skins = {_SCENE: body.skin, **self.skins}
             names = {_SCENE: "of the scene", **names}
-        options = [(key, f"{names[key]}, {skin.conductivity:.3g} W/(m K)") for key, skin in self.skins.items()]
-        self.material = models.Select(title="skin", options=options, value=options[0][0], width=180, name="skin")
+        options = [
+            (key, f"{names[key]}, {skin.conductivity:.3g} W/(m K)")
+            for key, skin in self.skins.items()
+        ]
+        self.material = models.Select(
+            title="skin", options=options, value=options[0][0], width=180, name="skin"
+        )
         thickness, depth = (body.skin.thickness if body.skin else 0.0), body.heat_depth or 0.0
         lowest = min([_THINNEST, *(length for length in (thickness, depth) if length)])
         highest = max(0.1 * min(run.numerics.lengths), thickness, depth, 10 * lowest)
         low, high = log10(lowest * _UM), log10(highest * _UM)
         label = f"return tick < {low - 0.5 / _STEPS} ? 'none' : Number(Math.pow(10, tick).toPrecision(3)) + ' µm'"
-        range_: dict[str, Any] = {"start": low - 1 / _STEPS, "end": high, "step": 1 / _STEPS, "width": 230}
-        self.thickness = models.Slider(title="its thickness d", value=0.0, name="skin_thickness", **range_)
-        self.heat_depth = models.Slider(title="depth of the heat h", value=0.0, name="heat_depth", **range_)
+        range_: dict[str, Any] = {
+            "start": low - 1 / _STEPS,
+            "end": high,
+            "step": 1 / _STEPS,
+            "width": 230,
+        }
+        self.thickness = models.Slider(
+            title="its thickness d", value=0.0, name="skin_thickness", **range_
+        )
+        self.heat_depth = models.Slider(
+            title="depth of the heat h", value=0.0, name="heat_depth", **range_
+        )
         for slider, length in ((self.thickness, thickness), (self.heat_depth, depth)):
             slider.value = log10(length * _UM) if length else slider.start
             slider.format = models.CustomJSTickFormatter(code=label)
@@ -69,7 +85,11 @@ def _length(slider: models.Slider) -> float | None:
 def layers_text(scene: Scene) -> str:
     """Return the skin and the depth of the heat of a scene in a few words."""
     skin, depth = scene.body.skin, scene.body.heat_depth
-    words = [f"skin {skin.thickness * _UM:.3g} µm, {skin.conductivity:.3g} W/(m K)"] if skin else ["no skin"]
+    words = (
+        [f"skin {skin.thickness * _UM:.3g} µm, {skin.conductivity:.3g} W/(m K)"]
+        if skin
+        else ["no skin"]
+    )
     if depth:
         words.append(f"heat {depth * _UM:.3g} µm deep")
     return ", ".join(words)

@@ -33,12 +33,16 @@ class StudyPage:
         self._tasks = LatestTask(document, self.show_problem)
         self.state = plain_text("state")
         self.problems = plain_text("problems", color="#b00020")
-        self.figure = models.Div(name="figure", sizing_mode="stretch_width", styles={"max-width": _WIDTH})
+        self.figure = models.Div(
+            name="figure", sizing_mode="stretch_width", styles={"max-width": _WIDTH}
+        )
         self.selects = self._make_controls()
         controls = row(*self.selects.values(), name="controls", styles={"flex-wrap": "wrap"})
         title = plain(self.study.scene.title or folder.name)
         head = plain_text("title", title, **{"font-size": "20px", "font-weight": "600"})
-        root = column(head, self.state, controls, self.figure, self.problems, sizing_mode="stretch_width")
+        root = column(
+            head, self.state, controls, self.figure, self.problems, sizing_mode="stretch_width"
+        )
         document.add_root(root)
         document.title = f"roughsim: {title}"
         document.template, document.theme = HEAD, THEME
@@ -53,17 +57,26 @@ class StudyPage:
         about = list(dict.fromkeys(ABOUT[name] for name in asked))
         numeric = [*(self.study.keys[key] for key in self.study.numeric_keys), SPEED, *about]
         families = [SPEED, *self.names, *about, NONE]
-        speeds = sorted({each["speed"] for each in self.rows if each["speed"] is not None}, reverse=True)
-        speed_options = [(_HIGHEST, "highest"), *((str(speed), f"{speed:g} m/s") for speed in speeds)]
+        speeds = sorted(
+            {each["speed"] for each in self.rows if each["speed"] is not None}, reverse=True
+        )
+        speed_options = [
+            (_HIGHEST, "highest"),
+            *((str(speed), f"{speed:g} m/s") for speed in speeds),
+        ]
         selects = {
-            "observable": models.Select(title="observable", value=usual.observable, options=observables),
+            "observable": models.Select(
+                title="observable", value=usual.observable, options=observables
+            ),
             "x": models.Select(title="along x", value=usual.x, options=numeric),
             "family": models.Select(title="a curve for each", value=usual.family, options=families),
             SPEED: models.Select(title="speed", value=_HIGHEST, options=speed_options),
         }
         for name, key in self.names.items():
             options = self._options(key)
-            selects[f"key {name}"] = models.Select(title=words_of(key)[0], value=options[0][0], options=options)
+            selects[f"key {name}"] = models.Select(
+                title=words_of(key)[0], value=options[0][0], options=options
+            )
         for name, select in selects.items():
             select.update(name=name.removeprefix("key "), width=190)
             select.on_change("value", lambda attr, old, new: self.draw())
@@ -80,7 +93,9 @@ class StudyPage:
     def choice(self) -> Choice:
         """Return the choice of the controls."""
         selected = {name: str(select.value) for name, select in self.selects.items()}
-        fixed = {name: self._values(key)[selected[f"key {name}"]] for name, key in self.names.items()}
+        fixed = {
+            name: self._values(key)[selected[f"key {name}"]] for name, key in self.names.items()
+        }
         speed = None if selected[SPEED] == _HIGHEST else float(selected[SPEED])
         return Choice(selected["observable"], selected["x"], selected["family"], fixed, speed)
 

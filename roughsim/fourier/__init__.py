@@ -4,6 +4,24 @@
 shares the work on one array among threads.
 """
 
-from roughsim.fourier.plans import Transform, backend, direct, forward, get_threads, inverse, set_threads, transformed
+from roughsim.fourier.plans import (
+    Transform,
+    backend,
+    direct,
+    forward,
+    get_threads,
+    inverse,
+    set_threads,
+    transformed,
+)
 
-__all__ = ["Transform", "backend", "direct", "forward", "get_threads", "inverse", "set_threads", "transformed"]
+__all__ = [
+    "Transform",
+    "backend",
+    "direct",
+    "forward",
+    "get_threads",
+    "inverse",
+    "set_threads",
+    "transformed",
+]

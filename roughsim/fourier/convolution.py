@@ -12,7 +12,9 @@ _ROWS = 64  # rows at a time, of an influence
 _BLOCK = 256  # bytes of a row of columns taken at a time: they stay in the cache
 
 
-def convolve(field: NDArray[Any], response: NDArray[Any], shape: tuple[int, int], factor: float = 1.0) -> NDArray[Any]:
+def convolve(
+    field: NDArray[Any], response: NDArray[Any], shape: tuple[int, int], factor: float = 1.0
+) -> NDArray[Any]:
     """Return the part over `field` of its convolution, padded with zeros to `shape`, times `factor`.
 
     `field` is real, of shape (n_x, n_y); `shape` = (m_x, m_y) is not smaller, and the same for a periodic convolution.
@@ -21,12 +23,17 @@ def convolve(field: NDArray[Any], response: NDArray[Any], shape: tuple[int, int]
     rows = transformed_rows(field, shape)
     for part, block in transformed_columns(rows.spectrum, shape):
         _multiply_columns(block, block.result, response, part, rows.spectrum)
-    result: NDArray[Any] = np.multiply(rows.inverse()[:, : field.shape[1]], field.dtype.type(factor))
+    result: NDArray[Any] = np.multiply(
+        rows.inverse()[:, : field.shape[1]], field.dtype.type(factor)
+    )
     return result
 
 
 def convolutions(
-    field: NDArray[Any], responses: Iterable[NDArray[Any]], shape: tuple[int, int], factor: float = 1.0
+    field: NDArray[Any],
+    responses: Iterable[NDArray[Any]],
+    shape: tuple[int, int],
+    factor: float = 1.0,
 ) -> Iterator[NDArray[Any]]:
     """Yield `convolve` of the field with each response; the field is transformed only once."""
     rows = transformed_rows(field, shape)
@@ -68,9 +75,16 @@ def influence_spectrum(
         width = columns.stop - columns.start
         kernels.gather(spectrum[nx - 1 :], columns.start, width, block.source)
         block.source[:width, nx : shape[0] - nx + 1] = 0.0
-        kernels.gather(spectrum[: nx - 1], columns.start, width, block.source[:, shape[0] - nx + 1 :])
+        kernels.gather(
+            spectrum[: nx - 1], columns.start, width, block.source[:, shape[0] - nx + 1 :]
+        )
         block.forward()
-        np.multiply(block.result[:width], 1 / (shape[0] * shape[1]), out=result[columns], casting="same_kind")
+        np.multiply(
+            block.result[:width],
+            1 / (shape[0] * shape[1]),
+            out=result[columns],
+            casting="same_kind",
+        )
     return result
 
 
@@ -90,7 +104,9 @@ def transformed_rows(field: NDArray[Any], shape: tuple[int, int]) -> Transform:
     return rows
 
 
-def transformed_columns(spectrum: NDArray[Any], shape: tuple[int, int]) -> Iterator[tuple[slice, Lines]]:
+def transformed_columns(
+    spectrum: NDArray[Any], shape: tuple[int, int]
+) -> Iterator[tuple[slice, Lines]]:
     """Yield each block of columns, padded with zeros and transformed, in `result`."""
     from roughsim._kernels import lines as kernels  # not at the top: numba is slow to import
 

@@ -24,7 +24,9 @@ try:
     import pyfftw
 except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do without it
     pyfftw = None
-    warnings.warn("pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
+    warnings.warn(
+        "pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2
+    )
 
 ALIGNMENT = 64  # bytes, of memory passed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache
@@ -41,8 +43,12 @@ _SIGNATURES: dict[str, tuple[list[Any], Any]] = {
 state = threading.local()  # plans and buffers of each Python thread
 _threads = 1
 _threaded = False  # whether FFTW has started threads of its own
-_orphaned = False  # whether a fork has lost these threads: a transform that needs them would never end
-planning = threading.RLock()  # FFTW's planner, and its number of threads for the next plan, are process-wide
+_orphaned = (
+    False  # whether a fork has lost these threads: a transform that needs them would never end
+)
+planning = (
+    threading.RLock()
+)  # FFTW's planner, and its number of threads for the next plan, are process-wide
 
 
 def set_threads(count: int) -> None:
@@ -97,7 +103,9 @@ if hasattr(os, "register_at_fork"):  # there is no fork elsewhere
 def backend() -> str:
     """Name the library that computes the transforms, with its version."""
     if pyfftw is not None:
-        return f"pyfftw {pyfftw.__version__}" + ("" if direct() else ", out of reach of compiled code")
+        return f"pyfftw {pyfftw.__version__}" + (
+            "" if direct() else ", out of reach of compiled code"
+        )
     return f"scipy.fft {scipy.__version__}"
 
 
@@ -179,7 +187,13 @@ class Transform:
     direction is scaled, and each destroys its input. It does not survive a fork: its threads are gone there.
     """
 
-    def __init__(self, shape: tuple[int, int], dtype: DTypeLike = np.float64, *, axes: tuple[int, ...] = (0, 1)):
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        dtype: DTypeLike = np.float64,
+        *,
+        axes: tuple[int, ...] = (0, 1),
+    ):
         real = np.dtype(dtype)
         if real not in (np.dtype(np.float64), np.dtype(np.float32)):
             raise TypeError(f"dtype = {real} is not supported; use float32 or float64")
@@ -219,7 +233,9 @@ class Transform:
         return self.field
 
 
-def transform(shape: tuple[int, int], dtype: DTypeLike, axes: tuple[int, ...] = (0, 1)) -> Transform:
+def transform(
+    shape: tuple[int, int], dtype: DTypeLike, axes: tuple[int, ...] = (0, 1)
+) -> Transform:
     """Return a `Transform` that belongs to this Python thread; its buffers are large, so few are kept."""
     key = shape, np.dtype(dtype).char, get_threads()
     most = 4 if axes == (0, 1) else 2
@@ -242,7 +258,9 @@ class LinePlans:
     def __init__(self, count: int, points: int, distances: tuple[int, int], dtype: Any):
         kind = np.result_type(dtype, np.complex64)
         source, result = (aligned((count, distance), kind) for distance in distances)
-        near, far = ((a.ctypes.data, None, 1, d) for a, d in zip((source, result), distances, strict=True))
+        near, far = (
+            (a.ctypes.data, None, 1, d) for a, d in zip((source, result), distances, strict=True)
+        )
         prefix = "fftwf" if kind == np.complex64 else "fftw"
         fftw = FUNCTIONS
         make, destroy = fftw[f"{prefix}_plan_many_dft"], fftw[f"{prefix}_destroy_plan"]
@@ -254,7 +272,9 @@ class LinePlans:
         self.execute = fftw[f"{prefix}_execute_dft"]
         weakref.finalize(self, _destroy_plans, destroy, self.forward, self.backward).atexit = False
         if not (self.forward and self.backward):
-            raise MemoryError(f"FFTW has no plan for {count} lines of {points} points: not enough memory")
+            raise MemoryError(
+                f"FFTW has no plan for {count} lines of {points} points: not enough memory"
+            )
 
 
 def _destroy_plans(destroy: Callable[[int | None], None], *plans: int | None) -> None:
@@ -277,7 +297,9 @@ class Lines:
         complex_type = np.result_type(dtype, np.complex64)
         padded = [aligned((count, points + PADDING), complex_type) for _ in range(2)]
         self.source, self.result = (buffer[:, :points] for buffer in padded)
-        self.source_pairs, self.result_pairs = (buffer.view(dtype) for buffer in padded)  # contiguous, for kernels
+        self.source_pairs, self.result_pairs = (
+            buffer.view(dtype) for buffer in padded
+        )  # contiguous, for kernels
         self._ends = self.source.ctypes.data, self.result.ctypes.data
         distances = points + PADDING, points + PADDING
         self.plans = LinePlans(count, points, distances, np.dtype(dtype)) if direct() else None
@@ -299,7 +321,9 @@ class Lines:
 
 def lines(count: int, points: int, dtype: DTypeLike) -> Lines:
     """Return `Lines` that belong to this Python thread; their buffers are small and kept for the next call."""
-    result: Lines = thread_cache("lines", (count, points, dtype), lambda: Lines(count, points, dtype), most=64)
+    result: Lines = thread_cache(
+        "lines", (count, points, dtype), lambda: Lines(count, points, dtype), most=64
+    )
     return result
 
 
@@ -319,7 +343,9 @@ def inverse(spectrum: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
     """Return the real field f(x) = Σ_q f(q) exp(+iq·x) of `shape` from its half spectrum; ValueError if of another."""
     half = (shape[0], shape[1] // 2 + 1)
     if spectrum.shape != half:  # numpy would broadcast it silently
-        raise ValueError(f"spectrum has shape {spectrum.shape}, but a field of shape {shape} needs {half}")
+        raise ValueError(
+            f"spectrum has shape {spectrum.shape}, but a field of shape {shape} needs {half}"
+        )
     buffers = transform(shape, spectrum.real.dtype)
     buffers.spectrum[...] = spectrum
     return buffers.inverse().copy()

@@ -9,7 +9,10 @@ from roughsim._kernels.gathering import gather_power
 
 
 def gathered_power(
-    amplitude: NDArray[np.complex128], multiplicity: NDArray[Any], slot: NDArray[np.intp], slots: int
+    amplitude: NDArray[np.complex128],
+    multiplicity: NDArray[Any],
+    slot: NDArray[np.intp],
+    slots: int,
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return Σ|f(q)|² over the four modes (±q_x, ±q_y), and its sums over the modes of each slot.
 

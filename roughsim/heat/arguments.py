@@ -31,5 +31,7 @@ def checked_flux(heat_flux: ArrayLike, shape: tuple[int, int]) -> Array:
     """`heat_flux` as a float64 field of `shape`, W/m², ≥ 0."""
     flux = real_field("heat_flux", heat_flux, shape).astype(np.float64)
     if flux.min() < 0.0:
-        raise ValueError(f"heat_flux = {flux.min():.6g} W/m² must not be negative: friction only heats")
+        raise ValueError(
+            f"heat_flux = {flux.min():.6g} W/m² must not be negative: friction only heats"
+        )
     return flux

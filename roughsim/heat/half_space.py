@@ -65,11 +65,18 @@ def half_space_temperature(
     conductivity = sized("conductivity", conductivity, "W/(m K)")
     layers = layering(skin, heat_depth, conductivity, diffusivity)
     depth, times = not_negative("depth", depth, "m"), checked_times(time)
-    arguments = (*axes(grid, drift, direction), depth / unit, flux.dtype.char, layers and layers.in_units(unit))
+    arguments = (
+        *axes(grid, drift, direction),
+        depth / unit,
+        flux.dtype.char,
+        layers and layers.in_units(unit),
+    )
     spreads = np.sqrt(diffusivity * times.ravel()) / unit
     # a series would only replace the responses that are kept
     response: Any = influence_response if spreads.size == 1 else influence_response.__wrapped__
-    fields = fields_over_time(flux, spreads, response, arguments, padded_shape(grid.shape), unit / conductivity)
+    fields = fields_over_time(
+        flux, spreads, response, arguments, padded_shape(grid.shape), unit / conductivity
+    )
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
     return fields.reshape(times.shape + grid.shape)
 
@@ -83,11 +90,17 @@ def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
 def axes(grid: Grid, drift: float, direction: float = 0.0) -> tuple[Axis, Axis]:
     """Return the axes in units of the pixel along x, for a drift v/D, 1/m, in a direction, rad."""
     (unit, side), (ux, uy) = grid.spacing, unit_vector(direction)
-    return Axis(grid.shape[0], 1.0, drift * ux * unit), Axis(grid.shape[1], side / unit, drift * uy * unit)
+    return Axis(grid.shape[0], 1.0, drift * ux * unit), Axis(
+        grid.shape[1], side / unit, drift * uy * unit
+    )
 
 
-@lru_cache(maxsize=4)  # a field takes 3 to 10 times as long if its response is not known, .2 s of 1024² points
-def influence_response(x: Axis, y: Axis, depth: float, precision: str, layers: Layering | None, spread: float) -> Field:
+@lru_cache(
+    maxsize=4
+)  # a field takes 3 to 10 times as long if its response is not known, .2 s of 1024² points
+def influence_response(
+    x: Axis, y: Axis, depth: float, precision: str, layers: Layering | None, spread: float
+) -> Field:
     """Return the response that makes T of q̇Δx/κ by `convolution.convolve`, Δx the pixel along x.
 
     `depth` is z and `spread` √(Dt), in units of Δx like the axes and the layers: so all cases with the same
@@ -97,7 +110,9 @@ def influence_response(x: Axis, y: Axis, depth: float, precision: str, layers: L
         influence = one_sided_influence(x, y, fading=buried(depth), end=spread)
     else:
         influence = layered_influence(x, y, depth=depth, end=spread, layers=layers)
-    response = convolution.influence_spectrum(influence, y.count, padded_shape((x.count, y.count)), precision)
+    response = convolution.influence_spectrum(
+        influence, y.count, padded_shape((x.count, y.count)), precision
+    )
     response.flags.writeable = False
     return response
 
@@ -106,9 +121,13 @@ def influence_response(x: Axis, y: Axis, depth: float, precision: str, layers: L
 class SourceTemperature:
     """Temperatures of a source, K above the temperature of the body far away."""
 
-    flash_temperature: float  # Σ T q̇/Σ q̇ with T the mean over each pixel: exact for heat constant over each pixel
+    flash_temperature: (
+        float  # Σ T q̇/Σ q̇ with T the mean over each pixel: exact for heat constant over each pixel
+    )
     mean_temperature: float  # mean over the contact area
-    max_temperature: float  # the highest of all points of the surface, not of the centres of pixels alone
+    max_temperature: (
+        float  # the highest of all points of the surface, not of the centres of pixels alone
+    )
     hottest_point: tuple[float, float]  # its position, m from the centre of the pixel (0, 0)
 
 
@@ -132,7 +151,9 @@ def source_temperature(
     argument of the wrong kind, not finite or out of its range.
     """
     flux = checked_flux(heat_flux, grid.shape)
-    weights = (flux > 0.0 if covered is None else real_field("covered", covered, grid.shape)).astype(np.float64)
+    weights = (
+        flux > 0.0 if covered is None else real_field("covered", covered, grid.shape)
+    ).astype(np.float64)
     if weights.min() < 0.0:
         raise ValueError(f"covered = {weights.min():.6g} must not be negative anywhere")
     speed, diffusivity = number("speed", speed, "m/s"), sized("diffusivity", diffusivity, "m²/s")
@@ -151,11 +172,15 @@ def source_temperature(
     # from one forward transform: the means over the pixels, then the temperatures at four points of each pixel. A pixel
     # that ends the source is hottest 2 to 5 D/v before its trailing edge
     inside = [min(0.25, 3 / axis.peclet) if axis.peclet > _SLOW else 0.0 for axis in pair]
-    trailing = [-math.copysign(0.5 - part, axis.drift) for part, axis in zip(inside, pair, strict=True)]
+    trailing = [
+        -math.copysign(0.5 - part, axis.drift) for part, axis in zip(inside, pair, strict=True)
+    ]
     shifts = list(product(*((0.0, shift) for shift in trailing)))
     averaged = replace(pair[0], averaged=True), replace(pair[1], averaged=True)
     shifted = [(replace(pair[0], shift=sx), replace(pair[1], shift=sy)) for sx, sy in shifts]
-    spectra = (influence_response.__wrapped__(x, y, below, "d", None, end) for x, y in (averaged, *shifted))
+    spectra = (
+        influence_response.__wrapped__(x, y, below, "d", None, end) for x, y in (averaged, *shifted)
+    )
     fields = convolution.convolutions(flux, spectra, padded_shape(grid.shape))
     mean, hottest = next(fields), (-math.inf, (0.0, 0.0))
     for field, (sx, sy) in zip(fields, shifts, strict=True):
@@ -195,7 +220,9 @@ def _hottest_along(
             index = min(max(math.floor(place_along + 0.5), 0), axis_along.count - 1)
             indices.append(index)
             shifted.append(replace(axis_along, shift=place_along - index))
-        value = temperature_at((indices[0], indices[1]), flux, shifted[0], shifted[1], fading=buried(depth), end=end)
+        value = temperature_at(
+            (indices[0], indices[1]), flux, shifted[0], shifted[1], fading=buried(depth), end=end
+        )
         return value, moved
 
     points = [point(float(halving)) for halving in halvings]

@@ -86,7 +86,9 @@ class Axis:
     def share(self, offsets: Array, u: Array) -> Array:
         """E(x, a): share of a pixel's heat over the point, or over the pixel, at each offset; shape (offsets, u)."""
         if self.averaged:
-            edges = np.concatenate((offsets[:1] - 1, offsets, offsets[-1:] + 1))[:, None] * self.size
+            edges = (
+                np.concatenate((offsets[:1] - 1, offsets, offsets[-1:] + 1))[:, None] * self.size
+            )
             scaled = (edges + self.drift * u**2) / (2 * u)
             tail = np.exp(-(scaled**2)) / math.sqrt(math.pi)
             integral = scaled * scipy.special.erf(scaled) + tail
@@ -135,7 +137,9 @@ def one_sided_influence(x: Axis, y: Axis, *, fading: Fading, end: float) -> Arra
     return np.concatenate((result[:0:-1], result)) if x.mirrored else result
 
 
-def temperature_at(pixel: tuple[int, int], flux: Array, x: Axis, y: Axis, *, fading: Fading, end: float) -> float:
+def temperature_at(
+    pixel: tuple[int, int], flux: Array, x: Axis, y: Axis, *, fading: Fading, end: float
+) -> float:
     """Return κT at the point of one pixel that the shifts of the axes name, for a flux on all pixels."""
     i, j = pixel
     rows = (i + 1 - x.count, i)
@@ -173,7 +177,9 @@ def _shares(
             yield first_row, first_column, along, across
 
 
-def _rules(x: Axis, y: Axis, fading: Fading, end: float) -> Iterator[tuple[Array, Array, tuple[float, float]]]:
+def _rules(
+    x: Axis, y: Axis, fading: Fading, end: float
+) -> Iterator[tuple[Array, Array, tuple[float, float]]]:
     """Yield nodes in u, weights, and the interval of u that they integrate over."""
 
     def faded(weights: Array, nodes: Array) -> Array:
@@ -221,7 +227,9 @@ def _oldest_heat(x: Axis, y: Axis, fading: Fading, end: float) -> float:
 
 def _slants(axis: Axis, before: int) -> Array:
     """e^(−p·x/2) at the offsets −before … n − 1."""
-    slants: Array = np.exp(-axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift))
+    slants: Array = np.exp(
+        -axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift)
+    )
     return slants
 
 
@@ -231,9 +239,14 @@ def _passages(axis: Axis) -> Callable[[float], float]:
     Edges of pixels at −ka pass over a heated line at u = √(ka/p), within a few 1/p.
     """
     # distances behind the source, in pixels, at which edges of pixels lie
-    first = 0.0 if axis.averaged else (0.5 - math.copysign(axis.shift, axis.shift * axis.drift)) % 1.0
+    first = (
+        0.0 if axis.averaged else (0.5 - math.copysign(axis.shift, axis.shift * axis.drift)) % 1.0
+    )
     width = 1 / abs(axis.drift)
-    margin, times = _REACH * 0.6 * width, np.sqrt(np.arange(first, axis.count + 1.0) * axis.size * width).tolist()
+    margin, times = (
+        _REACH * 0.6 * width,
+        np.sqrt(np.arange(first, axis.count + 1.0) * axis.size * width).tolist(),
+    )
 
     def panel_end(low: float) -> float:
         k = bisect_left(times, low - margin * (1 - 1e-9))

@@ -16,7 +16,11 @@ Complex = NDArray[np.complex128]
 _ACCURACY = 18.0  # −ln of the error of interpolation
 _POINTS = 24  # of the contour, half of them above the real axis: errors of 1e-13
 _THETA = (2 * np.arange(_POINTS // 2) + 1) * math.pi / _POINTS
-_SLOPE = 0.5017 / np.tan(0.6407 * _THETA) - 0.5017 * 0.6407 * _THETA / np.sin(0.6407 * _THETA) ** 2 + 0.2645j
+_SLOPE = (
+    0.5017 / np.tan(0.6407 * _THETA)
+    - 0.5017 * 0.6407 * _THETA / np.sin(0.6407 * _THETA) ** 2
+    + 0.2645j
+)
 NODES = _POINTS * (0.5017 * _THETA / np.tan(0.6407 * _THETA) - 0.6122 + 0.2645j * _THETA)  # p t
 WEIGHTS = -2j * _SLOPE * np.exp(NODES)
 
@@ -28,7 +32,9 @@ def inverse(transform: Callable[[Complex], Complex], time: Array) -> Array:
     return integral
 
 
-def interpolation(low: float, high: float) -> tuple[Array, Callable[[Array], Callable[[Array], Array]]]:
+def interpolation(
+    low: float, high: float
+) -> tuple[Array, Callable[[Array], Callable[[Array], Array]]]:
     """Return nodes from `low` to `high`, and a function that turns values at them, (nodes, columns), into a function.
 
     Functions of q² + p/D, and of time, are analytic within ±iπ/4 in the logarithm of q, or of √time.
@@ -45,7 +51,9 @@ def interpolation(low: float, high: float) -> tuple[Array, Callable[[Array], Cal
 
         def function(at: Array) -> Array:
             place = 1 - 2 * np.log(at / low) / extent
-            result: Array = np.cos(np.outer(np.arccos(np.clip(place, -1, 1)), orders)) @ coefficients
+            result: Array = (
+                np.cos(np.outer(np.arccos(np.clip(place, -1, 1)), orders)) @ coefficients
+            )
             return result
 
         return function

@@ -38,7 +38,9 @@ class LayeredKernel(NamedTuple):
     first_weights: Array  # for q = 0: of the flux at time 0 after n steps, (steps + 1,)
 
 
-def layered_kernel(grid: Grid, diffusivity: float, layers: Layering, step: float, steps: int) -> LayeredKernel:
+def layered_kernel(
+    grid: Grid, diffusivity: float, layers: Layering, step: float, steps: int
+) -> LayeredKernel:
     """Return the memory of a body with D, m²/s, over `steps` steps of `step`, s; ConvergenceError if no sum fits."""
     spread = diffusivity * step
     slowest = spread * min(1.0, 1.0 / layers.diffusion)
@@ -77,7 +79,9 @@ def _transform(square: Any, p: Complex, spread: float, layers: Layering) -> Comp
     return steady_response(square, 1j * p / spread, layers)
 
 
-def _exponentials(pulse: Callable[[Array], Array], steps: int, latest: float) -> tuple[Array, Array]:
+def _exponentials(
+    pulse: Callable[[Array], Array], steps: int, latest: float
+) -> tuple[Array, Array]:
     """Return rates (terms,) and weights (nodes, terms) of a kernel for times from 1 to `steps`.
 
     `latest` is the largest response to heat of the latest step: less than a part of it is nothing.
@@ -118,8 +122,12 @@ def _mean_weights(spread: float, layers: Layering, steps: int) -> tuple[Array, A
         far = np.arange(_NEAR + 1.0, steps + 1)
         nodes, interpolated = interpolation(_NEAR, 2.0 * steps)
         # a hat of two steps, and a ramp from 0 to 1 over the last step, in p times the step
-        hat = inverse(lambda p: _transform(0.0, p, spread, layers) * (2 * np.sinh(p / 2) / p) ** 2, nodes)
-        ramp = inverse(lambda p: _transform(0.0, p, spread, layers) * (p + np.expm1(-p)) / p**2, nodes)
+        hat = inverse(
+            lambda p: _transform(0.0, p, spread, layers) * (2 * np.sinh(p / 2) / p) ** 2, nodes
+        )
+        ramp = inverse(
+            lambda p: _transform(0.0, p, spread, layers) * (p + np.expm1(-p)) / p**2, nodes
+        )
         # over 1/√time they change slowly
         both = np.column_stack([hat, ramp]) * np.sqrt(nodes)[:, None]
         values = interpolated(both)(far) / np.sqrt(far)[:, None]

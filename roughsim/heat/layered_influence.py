@@ -21,11 +21,20 @@ from roughsim.heat.laplace import interpolation, inverse
 from roughsim.heat.skin import Layering, steady_response
 
 _RATIO = 0.4  # of the logarithms of neighbouring D_j, at most; with one D_j more on each side K errs by 3e-5
-_LEAST, _MOST = 1e-3, 25.0  # D_j q² τ of the fastest term, from which K is fitted, and of the slowest, up to which
+_LEAST, _MOST = (
+    1e-3,
+    25.0,
+)  # D_j q² τ of the fastest term, from which K is fitted, and of the slowest, up to which
 _WAVES_PER_E_FOLD = 4  # at which K is fitted
 _CUT = 1e-10  # of the singular values: ρ_j stay small
-_EARLY, _LATE = 1e-3, 1e4  # ρ_j is taken as constant before and after, in units of the first and last √(Dτ)
-_SHORTEST, _LONGEST = 1e-12, 1e15  # pixels: no layer matters that is thinner, or by how much it is thicker
+_EARLY, _LATE = (
+    1e-3,
+    1e4,
+)  # ρ_j is taken as constant before and after, in units of the first and last √(Dτ)
+_SHORTEST, _LONGEST = (
+    1e-12,
+    1e15,
+)  # pixels: no layer matters that is thinner, or by how much it is thicker
 
 
 def layered_influence(x: Axis, y: Axis, *, depth: float, end: float, layers: Layering) -> Array:
@@ -33,7 +42,9 @@ def layered_influence(x: Axis, y: Axis, *, depth: float, end: float, layers: Lay
     terms = []
     for ratio, strength in _ways(layers, depth):
         along, across = (replace(axis, drift=axis.drift / ratio) for axis in (x, y))
-        terms.append(one_sided_influence(along, across, fading=strength, end=math.sqrt(ratio) * end))
+        terms.append(
+            one_sided_influence(along, across, fading=strength, end=math.sqrt(ratio) * end)
+        )
     total: Array = np.sum(terms, axis=0)
     return total
 
@@ -50,19 +61,32 @@ def _ways(layers: Layering, depth: float) -> list[tuple[float, Fading]]:
     first, last = _ages(layers, depth)
     ages, interpolated = interpolation(_EARLY * first, _LATE * last)
     square = decays[:, None, None] / ages[:, None] ** 2
-    kernel = inverse(lambda p: steady_response(square, 1j * p, layers, depth), ages**2) * ages * math.sqrt(math.pi)
+    kernel = (
+        inverse(lambda p: steady_response(square, 1j * p, layers, depth), ages**2)
+        * ages
+        * math.sqrt(math.pi)
+    )
     strengths = np.linalg.lstsq(np.exp(-np.outer(decays, ratios)), kernel, rcond=_CUT)[0]
 
     def fading(root: float, strength: Array) -> Fading:
         function = interpolated(strength[:, None] / root)
-        return Fading(lambda u: function(np.clip(u / root, ages[0], ages[-1]))[:, 0], root * first, root * last)
+        return Fading(
+            lambda u: function(np.clip(u / root, ages[0], ages[-1]))[:, 0],
+            root * first,
+            root * last,
+        )
 
-    return [(float(ratio), fading(math.sqrt(ratio), row)) for ratio, row in zip(ratios, strengths, strict=True)]
+    return [
+        (float(ratio), fading(math.sqrt(ratio), row))
+        for ratio, row in zip(ratios, strengths, strict=True)
+    ]
 
 
 def _ages(layers: Layering, depth: float) -> tuple[float, float]:
     """Return √(Dτ) of heat that has not met another material, or the depth, and of heat far beyond all layers."""
     d, k, ratio, h = layers
-    first = min(length for length in (d, h, depth) if length) * min(1.0, math.sqrt(ratio)) / 13  # e^(−13²/4) = 4e-19
+    first = (
+        min(length for length in (d, h, depth) if length) * min(1.0, math.sqrt(ratio)) / 13
+    )  # e^(−13²/4) = 4e-19
     last = 4 * max(d, d * k, d * math.sqrt(ratio), d * k * ratio, h, depth)
     return min(max(first, _SHORTEST), _LONGEST), min(max(last, _SHORTEST), _LONGEST)

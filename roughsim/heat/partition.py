@@ -52,7 +52,9 @@ class Body:
     heat_depth: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "conductivity", sized("conductivity", self.conductivity, "W/(m K)"))
+        object.__setattr__(
+            self, "conductivity", sized("conductivity", self.conductivity, "W/(m K)")
+        )
         object.__setattr__(self, "diffusivity", sized("diffusivity", self.diffusivity, "m²/s"))
         object.__setattr__(self, "speed", number("speed", self.speed, "m/s"))
         object.__setattr__(self, "skin", checked_skin(self.skin))
@@ -80,7 +82,13 @@ class Partition:
 
 
 def partition_heat(
-    heat_flux: ArrayLike, grid: Grid, *, moving: Body, resting: Body, pointwise: bool = True, time: float = math.inf
+    heat_flux: ArrayLike,
+    grid: Grid,
+    *,
+    moving: Body,
+    resting: Body,
+    pointwise: bool = True,
+    time: float = math.inf,
 ) -> Partition:
     """Share the frictional heat between two bodies on the free half-space.
 
@@ -99,7 +107,9 @@ def partition_heat(
     flux, duration = checked_flux(heat_flux, grid.shape), checked_duration(time)
     if not flux.any():
         warnings.warn(
-            "heat_flux = 0 W/m² everywhere: there is no contact, and the share is NaN", RuntimeWarning, stacklevel=2
+            "heat_flux = 0 W/m² everywhere: there is no contact, and the share is NaN",
+            RuntimeWarning,
+            stacklevel=2,
         )
         nothing, nan = np.zeros(grid.shape), math.nan
         return Partition(nan, nothing, nothing.copy(), nan, nan, nan, nan, nan, 0)
@@ -121,9 +131,13 @@ def partition_heat(
     if pointwise:
         total = spectra[0] + spectra[1]
         scale = float(np.linalg.norm(full[0][contact]))
-        slower = min(abs(body.speed) / body.diffusivity for body in (resting, moving)) * grid.lengths[0]
+        slower = (
+            min(abs(body.speed) / body.diffusivity for body in (resting, moving)) * grid.lengths[0]
+        )
         inverse = _nearly_inverse(contact, grid, total, slower)
-        change, residual, applications = _close_the_jump(colder - warmer, contact, total, inverse, scale)
+        change, residual, applications = _close_the_jump(
+            colder - warmer, contact, total, inverse, scale
+        )
         entering = np.zeros(grid.shape)
         entering[contact] = share * flux[contact] + change
         temperature = convolution.convolve(entering, spectra[1], padded_shape(grid.shape))
@@ -148,7 +162,9 @@ def body_spectrum(body: Body, grid: Grid, time: float) -> Field:
     unit = grid.spacing[0]
     spread = math.sqrt(body.diffusivity * time) / unit
     layers = body.layers and body.layers.in_units(unit)
-    response = influence_response(*axes(grid, body.speed / body.diffusivity), 0.0, "d", layers, spread)
+    response = influence_response(
+        *axes(grid, body.speed / body.diffusivity), 0.0, "d", layers, spread
+    )
     spectrum: Field = response * (unit / body.conductivity)
     return spectrum
 
@@ -163,7 +179,11 @@ def on_contact(values: Field, contact: NDArray[np.bool_], spectrum: Field) -> Fi
 
 
 def _close_the_jump(
-    jump: Field, contact: NDArray[np.bool_], total: Field, inverse: Callable[[Field], Field], scale: float
+    jump: Field,
+    contact: NDArray[np.bool_],
+    total: Field,
+    inverse: Callable[[Field], Field],
+    scale: float,
 ) -> tuple[Field, float, int]:
     """Return the change of flux whose S₁ + S₂ (`total`) is the jump of temperature, its residual, and the work.
 
@@ -181,7 +201,15 @@ def _close_the_jump(
     shape = jump.size, jump.size
     operator = LinearOperator(shape, matvec=temperature_jump, dtype=np.float64)
     preconditioner = LinearOperator(shape, matvec=inverse, dtype=np.float64)
-    change, _ = gmres(operator, jump, rtol=0.0, atol=_TOLERANCE * scale, restart=_RESTART, maxiter=3, M=preconditioner)
+    change, _ = gmres(
+        operator,
+        jump,
+        rtol=0.0,
+        atol=_TOLERANCE * scale,
+        restart=_RESTART,
+        maxiter=3,
+        M=preconditioner,
+    )
     residual = float(np.linalg.norm(jump - on_contact(change, contact, total))) / scale
     if not residual <= _TOLERANCE:
         raise ConvergenceError(
@@ -193,7 +221,9 @@ def _close_the_jump(
     return change, residual, applications
 
 
-def _nearly_inverse(contact: NDArray[np.bool_], grid: Grid, spectrum: Field, slower: float) -> Callable[[Field], Field]:
+def _nearly_inverse(
+    contact: NDArray[np.bool_], grid: Grid, spectrum: Field, slower: float
+) -> Callable[[Field], Field]:
     """Return an approximate inverse of a convolution restricted to the contact: the preconditioner of GMRES.
 
     The exact one is the inverse on the whole plane between an extension off the contact and its transpose. The pyramid
@@ -203,7 +233,9 @@ def _nearly_inverse(contact: NDArray[np.bool_], grid: Grid, spectrum: Field, slo
     from roughsim.contact.solver.operators import Extension
 
     shape = padded_shape(grid.shape)
-    extension = Extension(Grid(shape, (shape[0] * grid.spacing[0], shape[1] * grid.spacing[1])), np.float64)
+    extension = Extension(
+        Grid(shape, (shape[0] * grid.spacing[0], shape[1] * grid.spacing[1])), np.float64
+    )
     response = np.ascontiguousarray((1 / spectrum).T)
     free, still = np.zeros(shape, np.int8), np.zeros(shape)
     free[: contact.shape[0], : contact.shape[1]] = contact

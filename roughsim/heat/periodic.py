@@ -97,8 +97,13 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     # a uniform flux has only q = 0: exactly nothing is left, whatever the transform rounds
     if flux[0, 0] == flux[-1, -1] and flux.min() == flux.max():
         return np.zeros((*durations.shape, *grid.shape), flux.dtype)
-    arguments, spreads = (grid, drift, depth, layers, flux.dtype.char), diffusivity * durations.ravel()
-    fields = fields_over_time(flux, spreads, turned_response, arguments, grid.shape, 1 / conductivity)
+    arguments, spreads = (
+        (grid, drift, depth, layers, flux.dtype.char),
+        diffusivity * durations.ravel(),
+    )
+    fields = fields_over_time(
+        flux, spreads, turned_response, arguments, grid.shape, 1 / conductivity
+    )
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
     laps = abs(speed) * chord / (2 * math.pi * diffusivity)
     if laps > 1.0 and np.isinf(durations).any():
@@ -137,7 +142,12 @@ def moving(
 
 
 def uniform_temperature(
-    mean_flux: float, time: ArrayLike, *, conductivity: float, diffusivity: float, depth: float = 0.0
+    mean_flux: float,
+    time: ArrayLike,
+    *,
+    conductivity: float,
+    diffusivity: float,
+    depth: float = 0.0,
 ) -> Any:
     """Return the q = 0 term: T₀(z, t) = 2 q̇ √(Dt)/κ ierfc(z/2√(Dt)) of a uniform flux into a half-space.
 
@@ -149,17 +159,26 @@ def uniform_temperature(
     conductivity = sized("conductivity", conductivity, "W/(m K)")
     instants = checked_times(time)
     if np.isinf(instants).any():
-        raise ValueError("time = inf s must be finite: a half-space under a uniform flux warms without limit")
+        raise ValueError(
+            "time = inf s must be finite: a half-space under a uniform flux warms without limit"
+        )
     reach = np.sqrt(sized("diffusivity", diffusivity, "m²/s") * instants)
     with np.errstate(divide="ignore", invalid="ignore"):
         scaled = np.where(reach > 0, not_negative("depth", depth, "m") / (2 * reach), np.inf)
-        ierfc = np.exp(-(scaled**2)) * (1 / math.sqrt(math.pi) - scaled * scipy.special.erfcx(scaled))
+        ierfc = np.exp(-(scaled**2)) * (
+            1 / math.sqrt(math.pi) - scaled * scipy.special.erfcx(scaled)
+        )
     result = 2 * flux / conductivity * reach * np.where(reach > 0, ierfc, 0.0)
     return result if instants.ndim else float(result)
 
 
 def turned_response(
-    grid: Grid, drift: tuple[float, float], depth: float, layers: Layering | None, precision: str, spread: float
+    grid: Grid,
+    drift: tuple[float, float],
+    depth: float,
+    layers: Layering | None,
+    precision: str,
+    spread: float,
 ) -> Field:
     """κT/q̇ of all modes, transposed as `convolution.convolve` takes it, shape (n_y//2 + 1, n_x)."""
     turned: Field = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
@@ -169,7 +188,9 @@ def turned_response(
     return turned
 
 
-def _durations(speed: float, chord: float, slid_distance: float | None, time: ArrayLike | None) -> Array:
+def _durations(
+    speed: float, chord: float, slid_distance: float | None, time: ArrayLike | None
+) -> Array:
     """Times since the start from rest, s, in the shape of the argument."""
     if time is not None:
         if slid_distance is not None:
@@ -314,10 +335,14 @@ def fields_over_time(
     """
     flowing = np.flatnonzero(spreads > 0.0)
     if spreads.size == flowing.size == 1:
-        return convolution.convolve(flux, response(*arguments, float(spreads[0])), shape, factor)[None]
+        return convolution.convolve(flux, response(*arguments, float(spreads[0])), shape, factor)[
+            None
+        ]
     fields = np.zeros((spreads.size, *flux.shape), flux.dtype)
     if flowing.size:
         series = (response(*arguments, float(spread)) for spread in spreads[flowing])
-        for index, field in zip(flowing, convolution.convolutions(flux, series, shape, factor), strict=True):
+        for index, field in zip(
+            flowing, convolution.convolutions(flux, series, shape, factor), strict=True
+        ):
             fields[index] = field
     return fields

@@ -69,7 +69,9 @@ def checked_skin(skin: SkinLike | None) -> Skin | None:
     )
 
 
-def layering(skin: SkinLike | None, heat_depth: float, conductivity: float, diffusivity: float) -> Layering | None:
+def layering(
+    skin: SkinLike | None, heat_depth: float, conductivity: float, diffusivity: float
+) -> Layering | None:
     """Return the layers of a body with κ, W/(m K), and D, m²/s; None of a bare one that is heated in its plane.
 
     TypeError or ValueError for a skin that is not three positive numbers, or a negative `heat_depth`, m.
@@ -78,10 +80,17 @@ def layering(skin: SkinLike | None, heat_depth: float, conductivity: float, diff
     depth = not_negative("heat_depth", heat_depth, "m")
     if checked is None or checked[1:] == (conductivity, diffusivity):  # or of the same material
         return Layering(0.0, 1.0, 1.0, depth) if depth else None
-    return Layering(checked.thickness, checked.conductivity / conductivity, diffusivity / checked.diffusivity, depth)
+    return Layering(
+        checked.thickness,
+        checked.conductivity / conductivity,
+        diffusivity / checked.diffusivity,
+        depth,
+    )
 
 
-def steady_response(square: Field, advection: Field | Complex, layers: Layering, depth: float = 0.0) -> Complex:
+def steady_response(
+    square: Field, advection: Field | Complex, layers: Layering, depth: float = 0.0
+) -> Complex:
     """Return κT/q̇, m, of waves with q² = `square` > 0 and q·v/D = `advection`, both 1/m², in the steady state.
 
     κ and D are those of the half-space. With ip/D in place of q·v/D it is the Laplace transform over time. `depth` is
@@ -142,11 +151,17 @@ def _depth_mean(x: Complex, y: float) -> Complex:
     mean: Complex = np.asarray((np.exp(-x) - math.exp(-y)) / np.where(close, 1.0, 1 - x / y))
     small = difference[close]
     equal = small == 0.0
-    mean[close] = np.exp(-x[close]) * y * np.where(equal, 1.0, -np.expm1(-small) / np.where(equal, 1.0, small))
+    mean[close] = (
+        np.exp(-x[close])
+        * y
+        * np.where(equal, 1.0, -np.expm1(-small) / np.where(equal, 1.0, small))
+    )
     return mean
 
 
-def _response_below(square: Field, advection: Field | Complex, layers: Layering, depth: float) -> Complex:
+def _response_below(
+    square: Field, advection: Field | Complex, layers: Layering, depth: float
+) -> Complex:
     """Return κT/q̇ at a depth z > 0.
 
     Above the interface T is that of a half-space of the skin and B cosh(λ_s z). Below it is that of a half-space whose
@@ -158,7 +173,9 @@ def _response_below(square: Field, advection: Field | Complex, layers: Layering,
     within: Complex = np.sqrt(square - 1j * (layers.diffusion * advection))  # λ_s
     inner = layers.conduction * within
     here, crossing = _uniform_body(within, layers.heat_depth, layers.thickness)
-    deep = math.exp(-layers.thickness / layers.heat_depth) if layers.heat_depth else 0.0  # share of the half-space
+    deep = (
+        math.exp(-layers.thickness / layers.heat_depth) if layers.heat_depth else 0.0
+    )  # share of the half-space
     own = deep / (below * (1 + below * layers.heat_depth))
     faded = np.exp(-2 * within * layers.thickness)
     # B cosh(λ_s d)
@@ -166,7 +183,9 @@ def _response_below(square: Field, advection: Field | Complex, layers: Layering,
     image = (own - here / layers.conduction + crossing / below) / (1 + inner * lag / below)
     response: Complex
     if depth <= layers.thickness:
-        rise = np.exp(within * (depth - layers.thickness)) + np.exp(-within * (depth + layers.thickness))
+        rise = np.exp(within * (depth - layers.thickness)) + np.exp(
+            -within * (depth + layers.thickness)
+        )
         skin = _uniform_body(within, layers.heat_depth, depth)[0] / layers.conduction
         response = skin + image * rise / (1 + faded)
         return response
@@ -203,7 +222,9 @@ def direction_means(wavenumber: Array, rate: float, layers: Layering) -> tuple[A
     if count >= wavenumber.size:
         return _quarter_turn(wavenumber, rate, layers)
     points = np.polynomial.chebyshev.chebpts1(count)
-    means = np.stack(_quarter_turn(np.exp(low + 0.5 * (high - low) * (1 + points)), rate, layers), axis=1)
+    means = np.stack(
+        _quarter_turn(np.exp(low + 0.5 * (high - low) * (1 + points)), rate, layers), axis=1
+    )
     coefficients = np.polynomial.chebyshev.chebfit(points, means, count - 1)
     place = 2 * (np.log(wavenumber) - low) / (high - low) - 1
     even, odd = np.polynomial.chebyshev.chebval(place, coefficients)

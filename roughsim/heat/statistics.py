@@ -50,13 +50,19 @@ def contact_temperature(temperature: ArrayLike, heat_flux: ArrayLike) -> Contact
 
 
 def share_above(
-    temperature: ArrayLike, heat_flux: ArrayLike, threshold: float, *, background_temperature: float = 0.0
+    temperature: ArrayLike,
+    heat_flux: ArrayLike,
+    threshold: float,
+    *,
+    background_temperature: float = 0.0,
 ) -> float:
     """Return the share of the contact area with T₀ + T above a threshold, K, such as a melting temperature.
 
     Fields as in `contact_temperature`; T₀ is the background temperature, K.
     """
-    excess = number("threshold", threshold, "K") - number("background_temperature", background_temperature, "K")
+    excess = number("threshold", threshold, "K") - number(
+        "background_temperature", background_temperature, "K"
+    )
     values, _ = _contact_pixels(temperature, heat_flux)
     return float((values > excess).mean()) if values.size else math.nan
 
@@ -70,7 +76,9 @@ class JointDistribution:
     temperature: Array  # the same, K above the background of the field
 
 
-def joint_distribution(temperature: ArrayLike, pressure: ArrayLike, *, bins: int = 64) -> JointDistribution:
+def joint_distribution(
+    temperature: ArrayLike, pressure: ArrayLike, *, bins: int = 64
+) -> JointDistribution:
     """Return the joint distribution of pressure and temperature over the contact area, `pressure` > 0.
 
     Both are fields of one shape, K and Pa, the pressure ≥ 0. A rate that stress and heat raise together, such as
@@ -111,12 +119,19 @@ def temperature_correlation(temperature: ArrayLike, grid: Grid, r: ArrayLike) ->
     amplitude = fourier.forward(field.astype(np.float64, copy=False))
     wavenumber, entry = distinct_wavenumbers(grid)
     _, power = gathered_power(amplitude, grid.multiplicity, entry, wavenumber.size)
-    values = [float(power[1:] @ scipy.special.j0(wavenumber[1:] * x)) for x in distance.ravel().tolist()]
+    values = [
+        float(power[1:] @ scipy.special.j0(wavenumber[1:] * x)) for x in distance.ravel().tolist()
+    ]
     return np.reshape(values, distance.shape)
 
 
 def wake_profile(
-    temperature: ArrayLike, heat_flux: ArrayLike, grid: Grid, distances: ArrayLike, *, periodic: bool = True
+    temperature: ArrayLike,
+    heat_flux: ArrayLike,
+    grid: Grid,
+    distances: ArrayLike,
+    *,
+    periodic: bool = True,
 ) -> Array:
     """Return the mean temperature of the tracks at distances behind the rim of the contact, K: how fast they cool.
 
@@ -149,9 +164,14 @@ def wake_profile(
     TypeError, ValueError
         If a field is not real, finite and of this shape, the flux is negative, or a distance is less than half a pixel.
     """
-    field, contact = real_field("temperature", temperature, grid.shape), checked_flux(heat_flux, grid.shape) > 0.0
+    field, contact = (
+        real_field("temperature", temperature, grid.shape),
+        checked_flux(heat_flux, grid.shape) > 0.0,
+    )
     behind = np.atleast_1d(np.asarray(distances, np.float64))
-    steps = behind / grid.spacing[0] + 0.5  # from the centre of the last pixel of the contact, in pixels
+    steps = (
+        behind / grid.spacing[0] + 0.5
+    )  # from the centre of the last pixel of the contact, in pixels
     if not (np.isfinite(steps) & (steps >= 1.0)).all():
         raise ValueError(
             f"distances = {behind.min():.6g} m must be finite and at least half a pixel, {0.5 * grid.spacing[0]:.6g} "
@@ -169,7 +189,9 @@ def wake_profile(
     return means
 
 
-def hot_spots(temperature: ArrayLike, grid: Grid, threshold: float, *, periodic: bool = True) -> Patches:
+def hot_spots(
+    temperature: ArrayLike, grid: Grid, threshold: float, *, periodic: bool = True
+) -> Patches:
     """Return the regions hotter than a threshold, K, largest first; pixels are joined by their sides.
 
     `periodic` also joins them over the sides of the cell; False is for fields of the free half-space.
@@ -178,7 +200,9 @@ def hot_spots(temperature: ArrayLike, grid: Grid, threshold: float, *, periodic:
     return Patches(patch_sizes(hot, periodic=periodic), math.prod(grid.spacing))
 
 
-def profiles(temperature: ArrayLike, grid: Grid, point: tuple[int, int] | None = None) -> tuple[Array, Array]:
+def profiles(
+    temperature: ArrayLike, grid: Grid, point: tuple[int, int] | None = None
+) -> tuple[Array, Array]:
     """Return the temperature along x and along y, K, through a pixel given by its indices; default: the hottest.
 
     For sliding in the x direction they run along and across it, shapes (n_x,) and (n_y,).
@@ -225,11 +249,15 @@ def effective_conductivity(
     def at(temperature: float) -> float:
         return positive("conductivity", conductivity(temperature), "W/(m K)")
 
-    hot = effective_temperature(lambda t: flash_temperature(at(t)), background_temperature=background_temperature)
+    hot = effective_temperature(
+        lambda t: flash_temperature(at(t)), background_temperature=background_temperature
+    )
     return at(hot)
 
 
-def effective_temperature(flash_temperature: Callable[[float], float], *, background_temperature: float = 0.0) -> float:
+def effective_temperature(
+    flash_temperature: Callable[[float], float], *, background_temperature: float = 0.0
+) -> float:
     """Return T = T₀ + 0.75 T_flash, with T_flash by the properties at T: the fixed point next above T₀.
 
     `flash_temperature` gives T_flash, K above the background T₀, for properties at a temperature on the scale of T₀ +

@@ -50,7 +50,11 @@ def _crossing(sample: Sample, fraction: float) -> Array:
     from roughsim.observables.stress_spectrum import StressSpectrum  # slow to import
 
     larger = min((other for other in _FRACTIONS if other > fraction), default=None)
-    start = 0.0 if larger is None else float(sample.values_of(f"r({larger})", lambda s: _crossing(s, larger))[0])
+    start = (
+        0.0
+        if larger is None
+        else float(sample.values_of(f"r({larger})", lambda s: _crossing(s, larger))[0])
+    )
     if not np.isfinite(start):
         return np.array([np.nan])
     mean = StressSpectrum(sample.wavenumber, sample.spectrum.mean(axis=0), sample.reach)
@@ -85,7 +89,10 @@ def quantile(name: str, weight: str) -> Observable:
         per_speed=True,
         heated=True,
         at_rest=0.0,
-        pixel_orders=(2.0, 1.75),  # as T_flash: from 4 to 8 pixels per wave they fall by .5 to 1 %, T_flash by 1 %
+        pixel_orders=(
+            2.0,
+            1.75,
+        ),  # as T_flash: from 4 to 8 pixels per wave they fall by .5 to 1 %, T_flash by 1 %
     )
 
 
@@ -111,7 +118,10 @@ TABLE: tuple[Observable, ...] = (
         per_speed=True,
         heated=True,
         at_rest=0.0,
-        pixel_orders=(2.0, 1.75),  # capped: from 8 to 16 pixels per wave .2 to .4 of the change from 4 to 8
+        pixel_orders=(
+            2.0,
+            1.75,
+        ),  # capped: from 8 to 16 pixels per wave .2 to .4 of the change from 4 to 8
         solver_share=0.3,
     ),
     Observable(
@@ -174,7 +184,10 @@ TABLE: tuple[Observable, ...] = (
         "1",
         stored="A/A0",
         values=lambda s: s.numbers["contact_fraction_corrected"],
-        pixel_orders=(2.0, 0.8),  # elastic: +1.2 and +.3 % at 3 and 6 pixels per wave, mean of 12 drawn scenes
+        pixel_orders=(
+            2.0,
+            0.8,
+        ),  # elastic: +1.2 and +.3 % at 3 and 6 pixels per wave, mean of 12 drawn scenes
         by_force_balance=True,
     ),
     Observable(
@@ -267,20 +280,32 @@ TABLE: tuple[Observable, ...] = (
     *(record for entry in extensions("observables").values() for record in entry.load()),
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
-NUMBERS = {record.name: record for record in TABLE if record.stored}  # stored in the file of each member
+NUMBERS = {
+    record.name: record for record in TABLE if record.stored
+}  # stored in the file of each member
 AXIS = "slid_distance"
 CURVES = {
     AXIS: Curve("m", False, "slid distance"),
-    "slide_flash_temperature": Curve("K", True, "<T sigma>/<sigma> of the moving body above its background"),
+    "slide_flash_temperature": Curve(
+        "K", True, "<T sigma>/<sigma> of the moving body above its background"
+    ),
     "slide_resting_flash_temperature": Curve("K", True, "the same of the resting body"),
     "slide_moving_share": Curve("1", True, "share of the heat that enters the moving body"),
     "slide_background": Curve("K", True, "mean temperature of the surface of the moving body"),
     "slide_resting_background": Curve("K", True, "the same of the resting body"),
-    "slide_contact_temperature": Curve("K", True, "<T sigma>/<sigma> of both bodies, background included"),
-    "slide_frozen_flash_temperature": Curve("K", True, "T_flash if the contact there slid on frozen, all heat moving"),
+    "slide_contact_temperature": Curve(
+        "K", True, "<T sigma>/<sigma> of both bodies, background included"
+    ),
+    "slide_frozen_flash_temperature": Curve(
+        "K", True, "T_flash if the contact there slid on frozen, all heat moving"
+    ),
     "slide_contact_fraction": Curve("1", False, "A/A0"),
-    "slide_stress_correlation": Curve("1", False, "of the stress with the stress at positions so much earlier"),
-    "slide_spot_survival": Curve("1", False, "share of the contact spots that live for longer than that"),
+    "slide_stress_correlation": Curve(
+        "1", False, "of the stress with the stress at positions so much earlier"
+    ),
+    "slide_spot_survival": Curve(
+        "1", False, "share of the contact spots that live for longer than that"
+    ),
 }
 UNITS = {name: record.unit for name, record in OBSERVABLES.items()} | {
     # of [reaction] and heat_above, a row for each energy or temperature (`roughsim.results.reactions`)
@@ -294,7 +319,9 @@ UNITS = {name: record.unit for name, record in OBSERVABLES.items()} | {
 def stored_numbers(measured: Measured) -> dict[str, Array]:
     """Return the numbers that a member of single contacts stores, (speeds,) or (1,)."""
     without = measured.distribution is None
-    stored = {name: one for name, one in NUMBERS.items() if not (one.of_slide or (one.asked and without))}
+    stored = {
+        name: one for name, one in NUMBERS.items() if not (one.of_slide or (one.asked and without))
+    }
     return {name: one.of_member(measured) for name, one in stored.items()}
 
 
@@ -309,9 +336,13 @@ def slid_quantiles(distribution: Distribution) -> dict[str, Array]:
 
 def observables_of(distribution: bool) -> dict[str, Observable]:
     """Return the observables of a scene, with or without the distribution of the temperature."""
-    return {name: record for name, record in OBSERVABLES.items() if distribution or not record.asked}
+    return {
+        name: record for name, record in OBSERVABLES.items() if distribution or not record.asked
+    }
 
 
 for name, count in Counter(record.name for record in TABLE).items():
     if count > 1:
-        raise ValueError(f"the observable {name!r} is defined twice; rename the one of your package")
+        raise ValueError(
+            f"the observable {name!r} is defined twice; rename the one of your package"
+        )

@@ -9,7 +9,11 @@ from roughsim.observables.moments import HeatSource
 
 
 def flash_temperature_along(
-    pressure: Array, grid: Grid, sliding: HeatSource, direction: float, slid_distance: float | None = None
+    pressure: Array,
+    grid: Grid,
+    sliding: HeatSource,
+    direction: float,
+    slid_distance: float | None = None,
 ) -> Array:
     """Return ⟨Tσ⟩/⟨σ⟩ in one direction of sliding, K, at each speed, without q = 0.
 

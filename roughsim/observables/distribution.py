@@ -12,11 +12,23 @@ import numpy as np
 
 from roughsim.grid import Array
 
-LEVELS = {"05": 0.05, "25": 0.25, "50": 0.5, "75": 0.75, "90": 0.9, "99": 0.99, "999": 0.999}  # of quantiles, by name
+LEVELS = {
+    "05": 0.05,
+    "25": 0.25,
+    "50": 0.5,
+    "75": 0.75,
+    "90": 0.9,
+    "99": 0.99,
+    "999": 0.999,
+}  # of quantiles, by name
 _HALVINGS = 13  # of the hotter half of the area
 _PER_HALVING = 3
 _HOTTER = np.concatenate(  # share of the contact area that is hotter than each edge of a bin, from the coldest one on
-    [np.linspace(1.0, 0.5, 9), 0.5 ** (1.0 + np.arange(1, _PER_HALVING * _HALVINGS + 1) / _PER_HALVING), [0.0]]
+    [
+        np.linspace(1.0, 0.5, 9),
+        0.5 ** (1.0 + np.arange(1, _PER_HALVING * _HALVINGS + 1) / _PER_HALVING),
+        [0.0],
+    ]
 )
 BIN_AREAS: Array = -np.diff(_HOTTER)  # share of the contact area in each bin
 _ROUNDING = 1e-5  # of the mean pressure: a smaller deviation within a bin is rounding
@@ -67,9 +79,9 @@ def binned(temperature: Array, pressure: Array) -> Bins:
     unit = float(pressure.mean())
     relative = pressure / unit
     squares = relative * relative
-    mean_temperature, mean, square, cube = _sums(np.stack([temperature, relative, squares, squares * relative])) / (
-        temperature.size * BIN_AREAS
-    )
+    mean_temperature, mean, square, cube = _sums(
+        np.stack([temperature, relative, squares, squares * relative])
+    ) / (temperature.size * BIN_AREAS)
     deviation = np.sqrt(np.maximum(square - mean**2, 0.0))
     deviation = np.where(deviation > _ROUNDING * mean, deviation, 0.0)
     third = cube - 3.0 * mean * square + 2.0 * mean**3
@@ -84,7 +96,9 @@ def _sums(rows: Array) -> Array:
     edges = _HOTTER[::-1] * pixels
     at_edge = np.minimum(edges.astype(np.intp), pixels - 1)
     part = rows[:, at_edge] * (edges - at_edge)  # of the pixel at each edge
-    whole = np.add.reduceat(rows, at_edge[:-1], axis=1)  # from the pixel at an edge up to that at the next one
+    whole = np.add.reduceat(
+        rows, at_edge[:-1], axis=1
+    )  # from the pixel at an edge up to that at the next one
     whole[:, -1] -= rows[:, -1]
     whole[:, at_edge[:-1] == at_edge[1:]] = 0.0  # both edges in one pixel
     sums: Array = (whole + np.diff(part, axis=1))[:, ::-1]
@@ -99,5 +113,7 @@ def two_pressures(bins: Bins) -> tuple[tuple[Array, Array], tuple[Array, Array]]
     half = 0.5 * bins.pressure_skewness
     root = np.sqrt(1.0 + half**2)
     upper = 0.5 * (1.0 - half / root)
-    low, high = (bins.pressure + bins.pressure_deviation * (half + sign * root) for sign in (-1.0, 1.0))
+    low, high = (
+        bins.pressure + bins.pressure_deviation * (half + sign * root) for sign in (-1.0, 1.0)
+    )
     return (low, 1.0 - upper), (high, upper)

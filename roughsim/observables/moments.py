@@ -31,7 +31,12 @@ from roughsim.grid import Array, Grid, need_grid
 from roughsim.heat.periodic import responses, unit_vector
 from roughsim.heat.precision import need_resolved
 from roughsim.heat.skin import Layering, SkinLike, checked_skin, direction_means, layering
-from roughsim.observables.stress_spectrum import Gathering, StressSpectrum, gathering, stress_spectrum
+from roughsim.observables.stress_spectrum import (
+    Gathering,
+    StressSpectrum,
+    gathering,
+    stress_spectrum,
+)
 
 # K = (π/2) Σ and D = (K−E)/m = (π/4) Σ in powers of the parameter: (½)ₙ²/(1)ₙ² and (½)ₙ(3/2)ₙ/((2)ₙ(1)ₙ)
 _K_SERIES = [math.comb(2 * n, n) ** 2 / 16**n for n in range(10)]
@@ -74,12 +79,20 @@ class HeatSource:
     heat_depth: float = 0.0
 
     def __post_init__(self) -> None:
-        if isinstance(self.speeds, (str, bytes)) or np.ndim(self.speeds) != 1 or len(self.speeds) == 0:
-            raise TypeError(f"speeds = {self.speeds!r} must be a sequence of at least one speed in m/s")
+        if (
+            isinstance(self.speeds, (str, bytes))
+            or np.ndim(self.speeds) != 1
+            or len(self.speeds) == 0
+        ):
+            raise TypeError(
+                f"speeds = {self.speeds!r} must be a sequence of at least one speed in m/s"
+            )
         checked: dict[str, Any] = {
             "speeds": tuple(number("speeds", speed, "m/s") for speed in self.speeds),
             "heat_partition": not_negative("heat_partition", self.heat_partition),
-            "direction": None if self.direction is None else number("direction", self.direction, "rad"),
+            "direction": None
+            if self.direction is None
+            else number("direction", self.direction, "rad"),
             "skin": checked_skin(self.skin),
             "heat_depth": not_negative("heat_depth", self.heat_depth, "m"),
         }
@@ -114,7 +127,9 @@ class HeatSource:
     def layers(self) -> tuple[Layering | None, ...]:
         """The skin and the depth of release in units of the body at each speed; None of a bare body."""
         pairs = np.broadcast(np.array(self.speeds), self.conductivity, self.diffusivity)
-        return tuple(layering(self.skin, self.heat_depth, float(kappa), float(d)) for _, kappa, d in pairs)
+        return tuple(
+            layering(self.skin, self.heat_depth, float(kappa), float(d)) for _, kappa, d in pairs
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -180,7 +195,9 @@ class Moments:
         return self.stress_spectrum.pressure_correlation(r)
 
 
-def measure(contact: Contact, grid: Grid | HeatSource, sliding: HeatSource | None = None) -> Moments:
+def measure(
+    contact: Contact, grid: Grid | HeatSource, sliding: HeatSource | None = None
+) -> Moments:
     """Measure the moments of one contact at all speeds from one forward transform.
 
     ``measure(contact, heat_source)`` takes the grid that the contact was solved on; ``measure(contact, grid,
@@ -207,7 +224,9 @@ def measure(contact: Contact, grid: Grid | HeatSource, sliding: HeatSource | Non
         )
     if mean == 0.0:
         warnings.warn(
-            "pressure = 0 Pa everywhere: without contact temperatures, width and length are NaN", RuntimeWarning, 2
+            "pressure = 0 Pa everywhere: without contact temperatures, width and length are NaN",
+            RuntimeWarning,
+            2,
         )
     if low == high:  # only q = 0, whatever the rounding of the transform
         amplitude[...] = 0.0
@@ -222,11 +241,20 @@ def measure(contact: Contact, grid: Grid | HeatSource, sliding: HeatSource | Non
     corrected = edge_corrected(np.maximum(pressure, 0.0) if low < 0.0 else pressure, hardness)
     # the factor of the sums, and their ratios; 0/0 without stress variance is NaN
     with np.errstate(divide="ignore", invalid="ignore"):
-        heating = sliding.heat_partition * np.asarray(sliding.friction_coefficient) * np.abs(sliding.speeds)
+        heating = (
+            sliding.heat_partition
+            * np.asarray(sliding.friction_coefficient)
+            * np.abs(sliding.speeds)
+        )
         factor = heating / (np.asarray(sliding.conductivity) * mean)
         ratios = sums[0] / (sums[1:] + 0.0)  # a sum of −0 would give −inf at rest
         if mean > 0.0:
-            need_computed("temperature", factor * sums, "K", "pressure, speeds, friction_coefficient and conductivity")
+            need_computed(
+                "temperature",
+                factor * sums,
+                "K",
+                "pressure, speeds, friction_coefficient and conductivity",
+            )
         return Moments(
             speeds=tuple(sliding.speeds),
             flash_temperature=factor * sums[0],
@@ -234,7 +262,8 @@ def measure(contact: Contact, grid: Grid | HeatSource, sliding: HeatSource | Non
             flash_laplacian=-factor * sums[2],
             flash_width=np.sqrt(ratios[1]),
             slope_length=ratios[0],
-            resting_flash_temperature=factor * float(np.sum(spectrum.variance / spectrum.wavenumber)),
+            resting_flash_temperature=factor
+            * float(np.sum(spectrum.variance / spectrum.wavenumber)),
             contact_fraction=contact.contact_fraction,
             plastic_fraction=contact.plastic_fraction,
             contact_fraction_corrected=corrected[0],
@@ -244,7 +273,9 @@ def measure(contact: Contact, grid: Grid | HeatSource, sliding: HeatSource | Non
         )
 
 
-def _grid_and_source(contact: Contact, grid: Grid | HeatSource, source: HeatSource | None) -> tuple[Grid, HeatSource]:
+def _grid_and_source(
+    contact: Contact, grid: Grid | HeatSource, source: HeatSource | None
+) -> tuple[Grid, HeatSource]:
     """Return the grid of a contact and the source from the arguments of `measure`."""
     if isinstance(grid, HeatSource):
         if contact.grid is None:
@@ -286,10 +317,17 @@ class GridResponses(NamedTuple):
     odd_at_nyquist: Array  # at the waves without a derivative along an axis
 
 
-def grid_responses(grid: Grid, rates: tuple[float, ...], layers: tuple[Layering | None, ...]) -> GridResponses:
+def grid_responses(
+    grid: Grid, rates: tuple[float, ...], layers: tuple[Layering | None, ...]
+) -> GridResponses:
     """Return the responses at the wavenumbers of a grid for v/D = `rates`, 1/m, of either sign."""
-    gathered, pairs = gathering(grid), [(abs(rate), layer) for rate, layer in zip(rates, layers, strict=True)]
-    even, odd = np.stack([means_over_directions(gathered.nodes.entries, *pair) for pair in pairs], axis=1)
+    gathered, pairs = (
+        gathering(grid),
+        [(abs(rate), layer) for rate, layer in zip(rates, layers, strict=True)],
+    )
+    even, odd = np.stack(
+        [means_over_directions(gathered.nodes.entries, *pair) for pair in pairs], axis=1
+    )
     at_nyquist = [means_over_directions(gathered.waves.wavenumber, *pair)[1] for pair in pairs]
     return GridResponses(gathered, even, odd, np.stack(at_nyquist))
 
@@ -298,7 +336,9 @@ def grid_responses(grid: Grid, rates: tuple[float, ...], layers: tuple[Layering 
 _remembered = lru_cache(maxsize=8)(grid_responses)
 
 
-def sums_over_directions(spectrum: StressSpectrum, unseen: Array, responses: GridResponses) -> Array:
+def sums_over_directions(
+    spectrum: StressSpectrum, unseen: Array, responses: GridResponses
+) -> Array:
     """Return Σ w Re F/|q|, −Σ w Re(i cosφ F), Σ w |q| Re F, averaged over all directions; shape (3, speeds)."""
     q, w = spectrum.wavenumber, spectrum.variance
 
@@ -319,7 +359,9 @@ def means_over_directions(q: Array, rate: float, layers: Layering | None) -> tup
     return angular_means(rate / q) if layers is None else direction_means(q, rate, layers)
 
 
-def _sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, sliding: HeatSource) -> Array:
+def _sums_of_one_direction(
+    amplitude: NDArray[np.complex128], grid: Grid, sliding: HeatSource
+) -> Array:
     """Return the same sums for sliding along `direction`: the moments of the steady periodic field, to rounding."""
     ux, uy = unit_vector(sliding.direction or 0.0)
     qx, qy = grid.wavevectors

@@ -40,7 +40,9 @@ class Theory:
     # body (NaN without a second one). Numbers: contact and plastic fraction of the area
     values: Mapping[str, ArrayLike]
     nominal_pressure: float  # σ₀, Pa
-    correlation_radius: Callable[[float], float]  # of a fraction: the smallest r, m, with g_σ(r) = fraction·g_σ(0)
+    correlation_radius: Callable[
+        [float], float
+    ]  # of a fraction: the smallest r, m, with g_σ(r) = fraction·g_σ(0)
     # of a function weight(q), smooth in ln q: its sum or integral over the variance of the pressure, Pa² × its unit
     total: Callable[[Callable[[Array], Array]], float]
 
@@ -60,7 +62,9 @@ class Sample:
     spectrum: Array  # (n, m), Pa²
     reach: float  # the distance up to which the spectra hold, m
     part: bool = False  # whether its cell is a part of the run's, with surfaces of its own
-    bins: Bins | None = None  # of the contact area of each realization, (n, speeds, bins); None: not stored
+    bins: Bins | None = (
+        None  # of the contact area of each realization, (n, speeds, bins); None: not stored
+    )
     # influence values by the name of the observable
     _known: dict[str, Array] = field(default_factory=dict, init=False, repr=False)
 
@@ -84,16 +88,24 @@ class Observable:
     values: Callable[[Sample], Array] | None = None
     # takes the theory to its value; None: its entry of this name, or NaN
     theory: Callable[[Theory], ArrayLike] | None = None
-    only_stored: bool = False  # other observables are made of it; by itself neither estimated nor compared
+    only_stored: bool = (
+        False  # other observables are made of it; by itself neither estimated nor compared
+    )
     of_slide: bool = False  # members of the column "sliding" store it, and no others
     asked: bool = False  # only scenes that ask for the distribution of the temperature have it
     # a temperature of the contact: over the cut-off it follows the law of T_flash by steps; its error by the pixel, too
     as_flash: bool = False
     per_speed: bool = False  # one for each speed of the scene
-    heated: bool = False  # proportional to the heat: reports multiply it by the share of the moving body
-    spectra: bool = False  # `values` needs the stress spectra of the sample, which are read from disk
+    heated: bool = (
+        False  # proportional to the heat: reports multiply it by the share of the moving body
+    )
+    spectra: bool = (
+        False  # `values` needs the stress spectra of the sample, which are read from disk
+    )
     at_rest: float | None = None  # the exact value at speed zero, for one measured at a tiny speed
-    limit: bool = True  # whether it has a limit in q_c in capped contact, so that it may be extrapolated
+    limit: bool = (
+        True  # whether it has a limit in q_c in capped contact, so that it may be extrapolated
+    )
     # orders of convergence in the pixel at fixed q_c, of elastic and of capped contact; all here were measured from 2
     # to 16 pixels per shortest wave. NaN if it converges non-monotonically with the pixel: then the value of the finest
     # grid stays, with 1.5 times the last change as its error
@@ -106,22 +118,34 @@ class Observable:
 
     def of_member(self, measured: Measured) -> Array:
         """Return the number to store of one member, (speeds,) or (1,)."""
-        value = getattr(measured.observables, self.name) if self.measure is None else self.measure(measured)
+        value = (
+            getattr(measured.observables, self.name)
+            if self.measure is None
+            else self.measure(measured)
+        )
         return np.atleast_1d(np.asarray(value, dtype=np.float64))
 
     def of_level(self, sample: Sample) -> Array:
         """Return the influence values at one level, (realizations, speeds) or (realizations, 1)."""
-        return sample.numbers[self.name] if self.values is None else sample.values_of(self.name, self.values)
+        return (
+            sample.numbers[self.name]
+            if self.values is None
+            else sample.values_of(self.name, self.values)
+        )
 
     def of_theory(self, theory: Theory, speeds: int) -> Array:
         """Return the value of the theory at so many speeds, (speeds,) or (1,); NaN without one."""
         nothing = np.full(speeds if self.per_speed else 1, np.nan)
-        return np.atleast_1d(theory.values.get(self.name, nothing) if self.theory is None else self.theory(theory))
+        return np.atleast_1d(
+            theory.values.get(self.name, nothing) if self.theory is None else self.theory(theory)
+        )
 
 
 def product(first: Array, second: Array) -> Array:
     """Return influence values of ⟨first⟩⟨second⟩ with the pairing of the rows kept; arrays (n, any)."""
-    values: Array = first * second.mean(axis=0) + first.mean(axis=0) * (second - second.mean(axis=0))
+    values: Array = first * second.mean(axis=0) + first.mean(axis=0) * (
+        second - second.mean(axis=0)
+    )
     return values
 
 

@@ -17,11 +17,17 @@ from numpy.typing import ArrayLike, NDArray
 from roughsim.errors import number
 from roughsim.grid import Array, Grid, distinct_wavenumbers
 
-_STENCIL = 24  # nodes that one mode is spread over; modes below as many node spacings are kept as they are
+_STENCIL = (
+    24  # nodes that one mode is spread over; modes below as many node spacings are kept as they are
+)
 # powers of the distance from the middle of a cell, as many as in `_kernels.gathering`: for the next one J₀ has
 # 0.3¹²/12! = 1e-15, responses less
 _POWERS = 12
-_NEARER = (1 / 8, 1 / 4, 1.0)  # shares of half the diagonal: within the smaller ones fewer nodes suffice
+_NEARER = (
+    1 / 8,
+    1 / 4,
+    1.0,
+)  # shares of half the diagonal: within the smaller ones fewer nodes suffice
 _FOURTH, _FALLING = 0.375, 6.0  # |J₀⁗(x)| ≤ 3/8 (1 + (x/6)²)^(−1/4) at any x
 _NODE_PHASE = 0.6  # node spacing times the half-diagonal; J₀ then errs by 7e-15; by 1.4e-13 at 0.7
 
@@ -61,7 +67,9 @@ class StressSpectrum:
                 f"r = {distance[outside].ravel()[0]:.6g} m must lie between 0 and half the diagonal of the cell, "
                 f"{self.reach:.6g} m; simulate a larger cell"
             )
-        values = [_ordered_sum(self.variance, j0(self.wavenumber * x)) for x in distance.ravel().tolist()]
+        values = [
+            _ordered_sum(self.variance, j0(self.wavenumber * x)) for x in distance.ravel().tolist()
+        ]
         return np.reshape(values, distance.shape)
 
     def correlation_radius(self, fraction: float, *, start: float = 0.0) -> float:
@@ -75,7 +83,9 @@ class StressSpectrum:
 
         fraction = number("fraction", fraction)
         if not 0.0 <= fraction < 1.0:
-            raise ValueError(f"fraction = {fraction:.6g} must be ≥ 0 and below 1, the value at r = 0")
+            raise ValueError(
+                f"fraction = {fraction:.6g} must be ≥ 0 and below 1, the value at r = 0"
+            )
         if not self.pressure_variance > 0.0:
             return math.nan
         r, bounded = start, -1.0
@@ -92,10 +102,17 @@ class StressSpectrum:
                 if excess <= 0.0:
                     return r
                 if r > 2.0 * bounded:  # the bound at a smaller r holds as well
-                    bound, bounded = _ordered_sum(np.abs(odd[1]) * q, _FOURTH / np.hypot(1.0, x / _FALLING) ** 0.5), r
+                    bound, bounded = (
+                        _ordered_sum(
+                            np.abs(odd[1]) * q, _FOURTH / np.hypot(1.0, x / _FALLING) ** 0.5
+                        ),
+                        r,
+                    )
                 second, third = further_derivatives(r, g1, g2, g3)
                 # a step that the falling terms alone allow: Newton's method for the s at which they use up the excess
-                falling = [max(0.0, term) for term in (g1, -0.5 * second, -third / 6.0, bound / 24.0)]
+                falling = [
+                    max(0.0, term) for term in (g1, -0.5 * second, -third / 6.0, bound / 24.0)
+                ]
                 step = first_root(excess, falling)
                 if step < 1e-14 * self.reach:
                     return r
@@ -111,7 +128,11 @@ class StressSpectrum:
         low = self.wavenumber < _STENCIL * spacing
         position = self.wavenumber[~low] / spacing - _STENCIL
         cell = np.minimum(position.astype(np.intp), cells - 1)
-        offset, power, moments = position - cell - 0.5, self.variance[~low], np.empty((_POWERS, cells))
+        offset, power, moments = (
+            position - cell - 0.5,
+            self.variance[~low],
+            np.empty((_POWERS, cells)),
+        )
         for row in moments:
             row[:] = np.bincount(cell, power, minlength=cells)
             power = power * offset
@@ -121,7 +142,9 @@ class StressSpectrum:
         nodes = spacing * (np.arange(variance.size) + _STENCIL // 2 + 1)
         wavenumber = np.concatenate((self.wavenumber[low], nodes))
         order = np.argsort(wavenumber, kind="stable")
-        return StressSpectrum(wavenumber[order], np.concatenate((self.variance[low], variance))[order], reach)
+        return StressSpectrum(
+            wavenumber[order], np.concatenate((self.variance[low], variance))[order], reach
+        )
 
 
 class Gathering(NamedTuple):
@@ -136,7 +159,9 @@ def gathering(grid: Grid) -> Gathering:
     return Gathering(uniform_nodes(grid), nyquist_waves(grid))
 
 
-def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid, gathered: Gathering) -> tuple[StressSpectrum, Array]:
+def stress_spectrum(
+    amplitude: NDArray[np.complex128], grid: Grid, gathered: Gathering
+) -> tuple[StressSpectrum, Array]:
     """Return the spectrum of the stress, and the part of it without a derivative along an axis, Pa².
 
     `amplitude` is σ(q), shape `grid.half_shape`, Pa. That part is given at each wavenumber of `nyquist_waves`.
@@ -195,9 +220,13 @@ def further_derivatives(r: float, g1: float, g2: float, g3: float) -> tuple[floa
 def first_root(excess: float, terms: list[float]) -> float:
     """Return the s > 0 at which the sum of terms·s, s², s³, s⁴ (each ≥ 0, the last > 0) reaches an excess > 0."""
     a, b, c, d = terms
-    s = math.sqrt(math.sqrt(excess / d))  # not below it: from there on Newton's method falls towards it
+    s = math.sqrt(
+        math.sqrt(excess / d)
+    )  # not below it: from there on Newton's method falls towards it
     for _ in range(60):
-        step = (s * (a + s * (b + s * (c + s * d))) - excess) / (a + s * (2.0 * b + s * (3.0 * c + 4.0 * s * d)))
+        step = (s * (a + s * (b + s * (c + s * d))) - excess) / (
+            a + s * (2.0 * b + s * (3.0 * c + 4.0 * s * d))
+        )
         s -= step
         if step <= 1e-9 * s:
             break
@@ -217,7 +246,9 @@ class _UniformNodes:
     by cells of one node spacing: entry (k, c) of a table is the k-th wavenumber in cell c.
     """
 
-    slot: NDArray[np.intp]  # of each mode of the quarter plane: q = 0, the kept wavenumbers, the flattened table
+    slot: NDArray[
+        np.intp
+    ]  # of each mode of the quarter plane: q = 0, the kept wavenumbers, the flattened table
     kept: int  # wavenumbers with entries of their own, q = 0 among them
     offset: Array  # from the middle of the cell, in node spacings: shape of the table
     order: NDArray[np.intp]  # of kept wavenumbers and nodes that sorts them
@@ -276,7 +307,9 @@ def uniform_nodes(grid: Grid) -> _UniformNodes:
 
 def _lagrange_coefficients() -> Array:
     """Coefficients, by powers of the distance from the middle, of the 24 Lagrange polynomials with nodes ±½, ±3/2 …"""
-    nodes = range(1 - _STENCIL, _STENCIL, 2)  # twice the distances: whole numbers, so that all is exact
+    nodes = range(
+        1 - _STENCIL, _STENCIL, 2
+    )  # twice the distances: whole numbers, so that all is exact
     product = [1]  # Π (y − node), its coefficients by falling powers
     for node in nodes:
         product = [a - node * b for a, b in zip((*product, 0), (0, *product), strict=True)]
@@ -286,7 +319,9 @@ def _lagrange_coefficients() -> Array:
         for coefficient in product[1:-1]:
             others.append(coefficient + own * others[-1])
         scale = math.prod(own - node for node in nodes if node != own)
-        rows.append([(coefficient << power) / scale for power, coefficient in enumerate(reversed(others))])
+        rows.append(
+            [(coefficient << power) / scale for power, coefficient in enumerate(reversed(others))]
+        )
     return np.array(rows)
 
 

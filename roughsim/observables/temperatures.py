@@ -55,21 +55,33 @@ def temperature_distribution(
     flux = (pressure / pressure.mean()).astype(np.float32)
     motions = []
     for speed, diffusivity, layers in zip(
-        sliding.speeds, np.broadcast_to(sliding.diffusivity, speeds).tolist(), sliding.layers, strict=True
+        sliding.speeds,
+        np.broadcast_to(sliding.diffusivity, speeds).tolist(),
+        sliding.layers,
+        strict=True,
     ):
         drift, durations, _ = moving(grid, speed, diffusivity, slide.direction, slide.slid_distance)
         motions.append(_Motion(drift, layers, diffusivity * float(durations)))
     if flux.min() == flux.max():  # only q = 0, which is left out
         fields = [np.zeros(grid.points, np.float32)] * speeds
     else:
-        fields = [field[contact] for field in convolutions(flux, _responses(grid, tuple(motions)), grid.shape)]
+        fields = [
+            field[contact]
+            for field in convolutions(flux, _responses(grid, tuple(motions)), grid.shape)
+        ]
     for field in fields:
         need_computed("temperature", field, "m of κT/q̇", "the size of the cell and the speed")
     heat = pressure[contact]
     own = np.array([field @ heat for field in fields]) / heat.sum()  # κ T_flash/q̇ of the fields, m
-    flux_of_mean = sliding.heat_partition * np.multiply(sliding.friction_coefficient, np.abs(sliding.speeds))
+    flux_of_mean = sliding.heat_partition * np.multiply(
+        sliding.friction_coefficient, np.abs(sliding.speeds)
+    )
     with np.errstate(all="ignore"):  # 0/0 at rest, and of a uniform pressure
-        factor = flash_temperature * np.asarray(sliding.conductivity) / (flux_of_mean * pressure.mean() * own)
+        factor = (
+            flash_temperature
+            * np.asarray(sliding.conductivity)
+            / (flux_of_mean * pressure.mean() * own)
+        )
     alike = np.isnan(factor) | ((factor > np.exp(-MOST_SCALED)) & (factor < np.exp(MOST_SCALED)))
     return distribution_of(fields, [heat] * speeds, np.where(alike, flash_temperature, np.nan))
 
@@ -89,7 +101,9 @@ def _responses(grid: Grid, motions: tuple[_Motion, ...]) -> Iterable[Field]:
     return (_response(grid, motion) for motion in motions)
 
 
-@lru_cache(maxsize=8)  # half of the time of a contact of 512² points; the grids of a run come in turn
+@lru_cache(
+    maxsize=8
+)  # half of the time of a contact of 512² points; the grids of a run come in turn
 def _kept_responses(grid: Grid, motions: tuple[_Motion, ...]) -> tuple[Field, ...]:
     return tuple(_response(grid, motion) for motion in motions)
 
@@ -117,5 +131,7 @@ def distribution_of(
         by_area.append(area_quantiles(values, levels))
         bins.append(binned(values, heat))
     return Distribution(
-        np.array(by_heat), np.array(by_area), Bins(*(np.array(rows) for rows in zip(*bins, strict=True)))
+        np.array(by_heat),
+        np.array(by_area),
+        Bins(*(np.array(rows) for rows in zip(*bins, strict=True))),
     )

@@ -50,7 +50,9 @@ def compare(run: Folder, *others: Folder) -> Comparison | Comparisons:
         if isinstance(record, Study):
             results = record.results
             if not results:
-                raise ValueError(f"{record.folder} has no point with two sound realizations yet; let it run on")
+                raise ValueError(
+                    f"{record.folder} has no point with two sound realizations yet; let it run on"
+                )
             runs += [run for _, run in results]
             labels += [_point_label(point.values) for point, _ in results]
         else:

@@ -20,7 +20,9 @@ from roughsim.studies.study import Study
 TABLES = (".csv", ".json", ".parquet")
 
 
-def export(run: Folder, path: str | Path, *, bits: int | None = None, surface: int | None = None) -> Path:
+def export(
+    run: Folder, path: str | Path, *, bits: int | None = None, surface: int | None = None
+) -> Path:
     """Write the results of a run or a study into one file, and return its path.
 
     Parameters
@@ -48,7 +50,9 @@ def export(run: Folder, path: str | Path, *, bits: int | None = None, surface: i
     path = Path(path)
     record = opened(run)
     if surface is not None and bits is not None:
-        raise ValueError("bits does not go with surface, which keeps all digits; leave one of them out")
+        raise ValueError(
+            "bits does not go with surface, which keeps all digits; leave one of them out"
+        )
     table = path.suffix.lower() in TABLES
     if (isinstance(record, Study) or table) and surface is None and bits is not None:
         raise ValueError(f"bits is for fields, and {path.name} holds none; leave it out")
@@ -79,7 +83,11 @@ def _save_table(run: Run, path: Path) -> Path:
     if ending == ".csv":
         content = csv_bytes(rows)
     elif ending == ".json":
-        about = {"title": run.scene.title, "folder": str(run.folder), "realizations": run.realizations}
+        about = {
+            "title": run.scene.title,
+            "folder": str(run.folder),
+            "realizations": run.realizations,
+        }
         values = about | {"failed": run.failed, "rows": [json_value(row) for row in rows]}
         content = (json.dumps(values, indent=1) + "\n").encode()
     else:

@@ -85,7 +85,9 @@ def plot(  # noqa: PLR0913  (each is an option)
                 f"{quantity} is one number, not a curve over the speed; `compare --all` prints it, and "
                 f"`plot STUDY {quantity}` draws it over the keys of a study"
             )
-        known = ", ".join((*QUANTITIES, PSD, *(name for name in OVER_SPEED if name in record.observables)))
+        known = ", ".join(
+            (*QUANTITIES, PSD, *(name for name in OVER_SPEED if name in record.observables))
+        )
         raise ValueError(f"quantity = {quantity!r} cannot be drawn; choose one of {known}")
     return plot_run(
         record,

@@ -45,7 +45,10 @@ PICTURES = {
     ),
     "pressure": (".png", "Contact pressure."),
     "heights": (".png", "Composite heights of both faces."),
-    "profile": (".svg", "Heights, pressure and temperature along the sliding direction through the hottest point."),
+    "profile": (
+        ".svg",
+        "Heights, pressure and temperature along the sliding direction through the hottest point.",
+    ),
     "spectrum": (".svg", "Power spectra of the kept heights and of the stress."),
 }
 _SLIDING_PICTURES = {
@@ -53,7 +56,10 @@ _SLIDING_PICTURES = {
         ".svg",
         "Both faces slide: temperatures, share of the heat and turnover of the contact over the slid distance.",
     ),
-    "film": (".png", "Pressure, and temperature of the moving body, at four slid distances of one member."),
+    "film": (
+        ".png",
+        "Pressure, and temperature of the moving body, at four slid distances of one member.",
+    ),
 }
 _REACTION_PICTURES = {
     "reaction": (
@@ -105,9 +111,13 @@ def page(run: Run) -> str:
         "Provenance": _provenance_section(run),
     }
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
-    bodies = (tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items())
+    bodies = (
+        tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items()
+    )
     body = joined(header(run), tag("nav", *links), *bodies)
-    template = Template((resources.files("roughsim.outputs") / "page.html").read_text(encoding="utf-8"))
+    template = Template(
+        (resources.files("roughsim.outputs") / "page.html").read_text(encoding="utf-8")
+    )
     return template.substitute(title=text(run.scene.title or run.folder.resolve().name), body=body)
 
 
@@ -136,11 +146,15 @@ def answer(comparison: Comparison) -> Html:
     values = {"theory": Number(row.theory, "K")}
     if isfinite(row.calibrated):
         values["calibrated"] = Number(row.calibrated, "K")
-    values |= {name: Number(x.mean, "K", x.total_error, x.unknown) for name, x in row.columns.items()}
+    values |= {
+        name: Number(x.mean, "K", x.total_error, x.unknown) for name, x in row.columns.items()
+    }
     boxes = []
     for name, value in values.items():
         label = tag("span", _COLUMNS[name], css="label")
-        boxes.append(tag("li", tag("span", digits(value), tag("small", " K"), css="value"), label, css=name))
+        boxes.append(
+            tag("li", tag("span", digits(value), tag("small", " K"), css="value"), label, css=name)
+        )
     tests = []
     for name, ratio in row.ratios.items():
         words = name.replace("_over_", " / ") + " of the same modes" * name.endswith("_over_theory")
@@ -164,8 +178,17 @@ def errors_section(run: Run) -> Html:
     """Return each mean at the highest speed with the parts of its error, and notes on the extrapolation."""
     if not run.independent:
         return tag("p", "There is no sound realization yet.", css="warning")
-    parts = [tag("p", "Means over all sound realizations, at the highest speed, with each source of error by itself:")]
-    parts.append(bullets(*(f"{name}: {x}" for name, x in run.sources.items() if name != "scan" or run.scanned)))
+    parts = [
+        tag(
+            "p",
+            "Means over all sound realizations, at the highest speed, with each source of error by itself:",
+        )
+    ]
+    parts.append(
+        bullets(
+            *(f"{name}: {x}" for name, x in run.sources.items() if name != "scan" or run.scanned)
+        )
+    )
     fastest = int(np.argmax(run.scene.speeds))
     for column in run.numerics.columns:
         # the notes of the estimates, each once, after the names of its observables if not all have it
@@ -197,7 +220,10 @@ def figures_section(run: Run) -> Html:
             parts.append(picture(partial(plot_run, run, quantity), ending, caption))
         except (ValueError, OSError) as error:  # not kept, at rest, or damaged
             reasons.setdefault(str(error), []).append(quantity)
-    lines = (f"Not shown: {', '.join(quantities)}. Reason: {reason}" for reason, quantities in reasons.items())
+    lines = (
+        f"Not shown: {', '.join(quantities)}. Reason: {reason}"
+        for reason, quantities in reasons.items()
+    )
     return joined(*parts, *(tag("p", line, css="warning") for line in lines))
 
 
@@ -228,14 +254,20 @@ def scene_section(run: Run) -> Html:
     ]
     titles = [Column("derived quantity"), Column("", number=True), Column("")]
     toml = with_short_tables(scene.to_toml())
-    parts = [html_table(Table(titles, follows)), html_table(judge(scene, run.numerics).table()), tag("pre", toml)]
+    parts = [
+        html_table(Table(titles, follows)),
+        html_table(judge(scene, run.numerics).table()),
+        tag("pre", toml),
+    ]
     return joined(*parts)
 
 
 def diffusivity_text(scene: Scene) -> str:
     """Return D of the moving body, mm²/s: one number, or its range over the speeds if κ depends on temperature."""
     values = prediction.conduction(scene).diffusivity * 1e6
-    return " … ".join(dict.fromkeys(str(Number(float(value))) for value in (values.max(), values.min())))
+    return " … ".join(
+        dict.fromkeys(str(Number(float(value))) for value in (values.max(), values.min()))
+    )
 
 
 def _provenance_section(run: Run) -> Html:
@@ -253,11 +285,11 @@ def _provenance_section(run: Run) -> Html:
     ]
     if failures:
         parts += [tag("p", "Left out of all means:"), bullets(*failures[:_FEW_FAILURES])]
-    again = (
-        "Saved as scene.toml, the scene above gives these numbers again, to the bit on one kind of CPU with the same"
-    )
+    again = "Saved as scene.toml, the scene above gives these numbers again, to the bit on one kind of CPU with the same"
     verb = "run" if run.drawn else "press"
-    return joined(*parts, tag("p", f"{again} versions:"), tag("pre", f"roughsim {verb} scene.toml -o {name}"))
+    return joined(
+        *parts, tag("p", f"{again} versions:"), tag("pre", f"roughsim {verb} scene.toml -o {name}")
+    )
 
 
 def _rows_of_members(run: Run) -> list[list[str]]:
@@ -271,6 +303,12 @@ def _rows_of_members(run: Run) -> list[list[str]]:
         stages.update(record.get("seconds", {}))
     cost = ", ".join(f"{stage} {clock(seconds)}" for stage, seconds in stages.items())
     worst = max(float(record.get("residual", np.nan)) for record in records)
-    rows = [["computed", f"{written[0]} to {written[-1]}"], ["time", cost], ["largest residual", f"{worst:.2g}"]]
-    texts = (", ".join(f"{k} {v}" for k, v in record.get("versions", {}).items()) for record in records)
+    rows = [
+        ["computed", f"{written[0]} to {written[-1]}"],
+        ["time", cost],
+        ["largest residual", f"{worst:.2g}"],
+    ]
+    texts = (
+        ", ".join(f"{k} {v}" for k, v in record.get("versions", {}).items()) for record in records
+    )
     return rows + [["versions", text] for text in dict.fromkeys(texts)]

@@ -41,13 +41,19 @@ def status(run: Folder) -> Status:
     if isinstance(record, Study):
         return Status("\n".join([str(record), *_at_work(record)]), record.to_dict())
     values = _values(record)
-    lines = [f"{record.folder}: {record.scene.title or 'untitled'}", state_line(record), *losses(record)]
+    lines = [
+        f"{record.folder}: {record.scene.title or 'untitled'}",
+        state_line(record),
+        *losses(record),
+    ]
     if record.independent:  # there is a sound member
         for name in dict.fromkeys((*record.until, "flash_temperature")):
             estimate = record.estimate(name)
             lines += estimate.explain().splitlines()
             parts = ("mean", "half_width", "total_error", "unknown", "bias")
-            values["estimates"][name] = {part: json_value(getattr(estimate, part)) for part in parts}
+            values["estimates"][name] = {
+                part: json_value(getattr(estimate, part)) for part in parts
+            }
         if isinstance(record, Pressed):
             lines += record.needed_size()
     return Status("\n".join(lines), values)

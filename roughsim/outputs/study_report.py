@@ -41,16 +41,26 @@ def page(study: Study) -> str:
     keys = ", ".join(key for axis in study.axes for key in axis.keys)
     state = f"A study over {keys}: {study.finished} of {len(study.points)} points finished."
     asked = asked_table(study)
-    charts = _DRAWN | {name: caption for name, caption in _OF_REACTIONS.items() if name in asked_names(study.scene)}
+    charts = _DRAWN | {
+        name: caption for name, caption in _OF_REACTIONS.items() if name in asked_names(study.scene)
+    }
     parts = {
-        "Result": joined(*(html_table(table) for table in (study_table(study), asked) if table is not None)),
+        "Result": joined(
+            *(html_table(table) for table in (study_table(study), asked) if table is not None)
+        ),
         "Charts": joined(*(chart(study, name, caption) for name, caption in charts.items())),
         "Scene": tag("pre", with_short_tables(study.scene.to_toml())),
     }
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
-    bodies = (tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items())
-    body = joined(tag("header", tag("h1", title), tag("p", state, css="state")), tag("nav", *links), *bodies)
-    template = Template((resources.files("roughsim.outputs") / "page.html").read_text(encoding="utf-8"))
+    bodies = (
+        tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items()
+    )
+    body = joined(
+        tag("header", tag("h1", title), tag("p", state, css="state")), tag("nav", *links), *bodies
+    )
+    template = Template(
+        (resources.files("roughsim.outputs") / "page.html").read_text(encoding="utf-8")
+    )
     return template.substitute(title=text(title), body=body)
 
 

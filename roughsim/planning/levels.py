@@ -15,7 +15,13 @@ from typing import Final, Literal, NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.cell_size import SYSTEMATIC, choose_lengths, first_within, parts_of, size_error
+from roughsim.estimate.cell_size import (
+    SYSTEMATIC,
+    choose_lengths,
+    first_within,
+    parts_of,
+    size_error,
+)
 from roughsim.estimate.rounds import TARGET
 from roughsim.machine import BYTES_PER_POINT, SHARE, available_memory, in_words
 from roughsim.scene import Scene
@@ -64,11 +70,16 @@ class _Grids(NamedTuple):
 
         Its points divide by the parts of all levels, as those above it are solved with its pixel, too.
         """
-        x, y = (self.parts * fast_size(pixels * q_max * side / (2 * pi) / self.parts) for side in self.lengths)
+        x, y = (
+            self.parts * fast_size(pixels * q_max * side / (2 * pi) / self.parts)
+            for side in self.lengths
+        )
         small = (n for n in (4, 2) if n <= self.parts and max(x, y) >= n * BASE_SIDE // 2)
         parts = 1 if lowest else next(small, 1)
         too_large = max(x, y) > parts * self.side
-        return None if too_large else Level(self.column, (x // parts, y // parts), q_max, _PART[parts])
+        return (
+            None if too_large else Level(self.column, (x // parts, y // parts), q_max, _PART[parts])
+        )
 
 
 def fast_size(points: float) -> int:
@@ -84,7 +95,9 @@ def target_of(scene: Scene) -> float:
 
 def cell_of(scene: Scene) -> tuple[Lengths, str]:
     """Return the sides of the cell that is planned for a scene as it is computed, m, and the reason."""
-    return choose_lengths(scene, target_of(scene), partial(elastic_error, scene) if scene.elastic else None)
+    return choose_lengths(
+        scene, target_of(scene), partial(elastic_error, scene) if scene.elastic else None
+    )
 
 
 def elastic_error(scene: Scene, lengths: Lengths, parts: int) -> float:
@@ -95,7 +108,9 @@ def elastic_error(scene: Scene, lengths: Lengths, parts: int) -> float:
     """
     top = min(_Grids("elastic", lengths, parts, SIDE).highest, scene.spectrum.breaks[-1])
     name, up_to_top = "flash_temperature", scene.spectrum.truncated(q_max=top)
-    below = prediction.over_speed(scene, np.array(scene.speeds), up_to_top, names=(name,))[name].max()
+    below = prediction.over_speed(scene, np.array(scene.speeds), up_to_top, names=(name,))[
+        name
+    ].max()
     whole = prediction.predictions(scene)[name].max()
     beyond = (whole - below) / (whole or 1.0)  # no heat at rest
     return hypot(size_error(scene, lengths, parts=parts), _LEFT * beyond)
@@ -105,7 +120,9 @@ def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[Rung]:
     """Return the levels of a scene in a cell of these sides, m, for a relative error, the smoothed column first."""
     end = scene.spectrum.breaks[-1]
     if scene.elastic:
-        parts = first_within(sqrt(SYSTEMATIC) * target, {n: elastic_error(scene, lengths, n) for n in (4, 2, 1)})
+        parts = first_within(
+            sqrt(SYSTEMATIC) * target, {n: elastic_error(scene, lengths, n) for n in (4, 2, 1)}
+        )
         return _climb(_Grids("elastic", lengths, parts, SIDE), end, end)
     q_yield = prediction.yield_wavenumber(scene)
     smoothed = _Grids("smoothed", lengths, 1, SIDE // 2)

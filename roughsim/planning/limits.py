@@ -14,20 +14,31 @@ from roughsim import prediction
 from roughsim.planning.levels import SIDE, cell_of
 from roughsim.prediction.facts import YIELDED, Facts, gentle_end
 from roughsim.prediction.scans import scan_of_hottest, unknown_by
-from roughsim.prediction.statements import UNEVEN, ByMean, Statement, cautions, equal_faces, statements
+from roughsim.prediction.statements import (
+    UNEVEN,
+    ByMean,
+    Statement,
+    cautions,
+    equal_faces,
+    statements,
+)
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.scene.slips import STEEP, slips, steepness
 from roughsim.show.table import Column, Table
 
 Lines = Iterator[str]
-_YIELDS = 1 / 3  # of the hardness, about the yield stress: above it bodies yield beneath their whole face
+_YIELDS = (
+    1 / 3
+)  # of the hardness, about the yield stress: above it bodies yield beneath their whole face
 _STRAIN = 0.1  # pressure over E*: linear elasticity
 _STIFF = 1e9  # Pa, E*: stiffer solids than rubber yield before such a strain
 _COMPLETE = 0.9  # contact area over nominal area: such faces adhere
 _LEAST_PIXELS = 16.0  # of contact in a cell
 _HOTTEST = 4200.0  # K: no material is solid above it
-_FREE_PATH = 10e-9  # m, free path of electrons and phonons: Fourier's law holds for longer distances
+_FREE_PATH = (
+    10e-9  # m, free path of electrons and phonons: Fourier's law holds for longer distances
+)
 _SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
 _THICK = 0.1  # of the side of the cell: thicker layers are bodies of their own
 
@@ -48,7 +59,11 @@ class Plausibility(NamedTuple):
         """Return "scene_facts", "scene_statements" and "scene_warnings" as JSON values."""
         assumptions = [statement._asdict() for statement in self.statements]
         sizes = self.facts and self.facts.to_dict()
-        return {"scene_facts": sizes, "scene_statements": assumptions, "scene_warnings": self.warnings}
+        return {
+            "scene_facts": sizes,
+            "scene_statements": assumptions,
+            "scene_warnings": self.warnings,
+        }
 
 
 def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
@@ -57,7 +72,11 @@ def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
 
 
 def warnings_of(
-    scene: Scene, numerics: Numerics | None = None, *, drawn: bool = True, measured: ByMean | None = None
+    scene: Scene,
+    numerics: Numerics | None = None,
+    *,
+    drawn: bool = True,
+    measured: ByMean | None = None,
 ) -> list[str]:
     """Return a warning for each number that the model is not meant for, and for each assumption that is easily missed.
 
@@ -75,13 +94,23 @@ def _examined(
     scanned = _scan_lines(scene) if drawn else ()
     plain = [*slips(scene), *scanned, *cautions(scene, drawn=drawn, measured=measured)]
     try:
-        known = Facts(scene, numerics.lengths if numerics else cell_of(prediction.computed(scene))[0])
+        known = Facts(
+            scene, numerics.lengths if numerics else cell_of(prediction.computed(scene))[0]
+        )
     except (ValueError, ArithmeticError, RuntimeError) as error:
         line = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
         lines = [*steepness(scene), *plain, " ".join(line.split())]
         return None, lines
-    lines = [*_slope_lines(scene, known.rms_slope_before_yield), *plain, *_load_lines(scene, known, numerics)]
-    lines += [*_heat_lines(scene, known), *_layer_lines(scene, min(known.cell)), *_share_lines(scene, known)]
+    lines = [
+        *_slope_lines(scene, known.rms_slope_before_yield),
+        *plain,
+        *_load_lines(scene, known, numerics),
+    ]
+    lines += [
+        *_heat_lines(scene, known),
+        *_layer_lines(scene, min(known.cell)),
+        *_share_lines(scene, known),
+    ]
     return known, lines
 
 
@@ -105,15 +134,23 @@ def _slope_lines(scene: Scene, before_yield: float) -> Lines:
     if scene.spectrum.rms_slope <= STEEP:
         return
     end = gentle_end(scene)
-    if before_yield <= STEEP:  # at 32 q_y T_flash is 10 to 40 % above its limit with H = 0.3, 2 to 9 % with 0.55
+    if (
+        before_yield <= STEEP
+    ):  # at 32 q_y T_flash is 10 to 40 % above its limit with H = 0.3, 2 to 9 % with 0.55
         rough = prediction.usual_exponent(scene, end) < _SLOWLY
-        changes = "makes T_flash higher: with so small an H it falls slowly" if rough else "changes little"
+        changes = (
+            "makes T_flash higher: with so small an H it falls slowly"
+            if rough
+            else "changes little"
+        )
         advice = (
             f"up to {YIELDED:g} q_y it is {before_yield:.3g}, and shorter waves touch at the hardness alone; check the "
             f"units of the roughness, or {_without_waves(scene, end)}, which {changes}"
         )
     else:
-        until = f", or {_without_waves(scene, end)}, up to which it is less" if isfinite(end) else ""
+        until = (
+            f", or {_without_waves(scene, end)}, up to which it is less" if isfinite(end) else ""
+        )
         advice = f"check the units of the roughness{until}"
     yield from steepness(scene, advice)
 
@@ -227,7 +264,9 @@ def _share_lines(scene: Scene, known: Facts) -> Lines:
     by_rule = scene.sliding.heat_partition in ("mean", "total")
     if not by_rule or abs(share - 0.5) <= UNEVEN or not equal_faces(scene):
         return
-    about = "about " if scene.tables else ""  # a table over temperature has another value at another share
+    about = (
+        "about " if scene.tables else ""
+    )  # a table over temperature has another value at another share
     yield (
         f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is not even, but the faces are; "
         f"heat_partition = 0.5 makes temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md"

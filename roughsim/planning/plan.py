@@ -30,7 +30,10 @@ _SCATTER = 0.012, 0.046
 
 
 def plan(
-    scene: SceneLike, target_error: float | str | None = None, *, changes: Mapping[str, Any] | None = None
+    scene: SceneLike,
+    target_error: float | str | None = None,
+    *,
+    changes: Mapping[str, Any] | None = None,
 ) -> Numerics:
     """Choose the numerics of a scene by rule; keys given in its [numerics] section are kept.
 
@@ -60,7 +63,9 @@ def plan(
     """
     scene = as_scene(scene, changes)
     if target_error is not None:
-        until = dict(scene.ensemble.until) | {"flash_temperature": TARGET(target_error, "target_error")}
+        until = dict(scene.ensemble.until) | {
+            "flash_temperature": TARGET(target_error, "target_error")
+        }
         scene = replace(scene, ensemble=replace(scene.ensemble, until=tuple(until.items())))
     numerics = numerics_of(scene)
     warn_of_scene(warnings_of(scene, numerics))
@@ -73,7 +78,9 @@ def numerics_of(scene: Scene) -> Numerics:
     reasons = []
     if scene != stated:
         why = "in theory next to nothing of the contact reaches it: the contact is elastic"
-        reasons.append(Reason("hardness", f"{stated.penetration_hardness / 1e9:.3g} GPa left out", why))
+        reasons.append(
+            Reason("hardness", f"{stated.penetration_hardness / 1e9:.3g} GPa left out", why)
+        )
     prediction.background(scene)  # refuses a duration that is too short for a skin
     target = target_of(scene)
     lengths, why = cell_of(scene)
@@ -84,13 +91,17 @@ def numerics_of(scene: Scene) -> Numerics:
     else:
         rungs = levels_of(scene, lengths, target)
         levels = tuple(rung.level for rung in rungs)
-        reasons += (Reason(rung.level.column, level_text((rung.level,)), rung.reason) for rung in rungs)
+        reasons += (
+            Reason(rung.level.column, level_text((rung.level,)), rung.reason) for rung in rungs
+        )
     keys = {key: getattr(scene.numerics, key) for key in DEFAULT_REASONS}
     keys = {key: value for key, value in keys.items() if value is not None}
     numerics = with_slide(scene, Numerics(levels, lengths, **keys))
     check_levels(numerics.levels, stated.faces, stated.sliding.history, stated.elastic)
     if not scene.elastic and "elastic" in numerics.columns:
-        raise ValueError('column = "elastic" does not fit a scene with a hardness; use "smoothed" or "capped"')
+        raise ValueError(
+            'column = "elastic" does not fit a scene with a hardness; use "smoothed" or "capped"'
+        )
     reasons += _heat_reasons(scene)
     for key, why in DEFAULT_REASONS.items():
         value = getattr(numerics, key)
@@ -104,7 +115,11 @@ def numerics_of(scene: Scene) -> Numerics:
             *slide_reasons(scene, numerics),
             _cost_reason(scene, numerics, target),
             workers_reason(numerics, largest_member(scene, numerics), member),
-            Reason("memory", f"{(member + PROCESS) / 1e9:.2g} GB per worker", f"{member / 1e9:.2g} GB for {why}"),
+            Reason(
+                "memory",
+                f"{(member + PROCESS) / 1e9:.2g} GB per worker",
+                f"{member / 1e9:.2g} GB for {why}",
+            ),
         ),
     )
 
@@ -122,7 +137,9 @@ def _heat_reasons(scene: Scene) -> Iterator[Reason]:
     scan = scan_of_hottest(scene)
     if scan is not None:
         text = "unknown" if isnan(scan) else f"{100 * scan:.2g} % of the highest T_flash"
-        yield Reason("scan", text, "the error of the scan that C(q) was measured on; no member lowers it")
+        yield Reason(
+            "scan", text, "the error of the scan that C(q) was measured on; no member lowers it"
+        )
 
 
 def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
@@ -136,13 +153,17 @@ def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
     area = prediction.area_fractions(scene, numerics.levels[main[0]].q_max)["contact_fraction"]
     waves = min(numerics.lengths) * scene.spectrum.breaks[0] / (2 * pi)
     works = [work(numerics, i) for i in numerics.single]
-    first = sum(n * each for n, each in zip(first_counts(numerics, most), works, strict=False))  # without the slide
+    first = sum(
+        n * each for n, each in zip(first_counts(numerics, most), works, strict=False)
+    )  # without the slide
     wanted, spent = [], []
     for scatter, rungs in zip(_SCATTER, (main[:2], main), strict=True):
         # levels have members in proportion to scatter/√work; each correction scatters half as much as the level below,
         # and more in a part of the cell
         falls = [numerics.levels[i].parts / 2.0**k for k, i in enumerate(rungs)]
-        total = sum(fall * sqrt(works[i] / works[main[0]]) for fall, i in zip(falls, rungs, strict=True))
+        total = sum(
+            fall * sqrt(works[i] / works[main[0]]) for fall, i in zip(falls, rungs, strict=True)
+        )
         wanted.append((2.0 / target * scatter / waves) ** 2 / area * total if area else inf)
         spent.append((most if fixed else min(wanted[-1], most)) * works[main[0]] * total)
     low, high = max(first, spent[0]), max(first, spent[1]) + FIRST_STEP * sum(works)

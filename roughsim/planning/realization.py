@@ -27,7 +27,9 @@ _LEAST_STEPS = 4  # of a slide: the last half has means
 _AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
-def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, index: int = 0) -> Solution:
+def realize(
+    scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, index: int = 0
+) -> Solution:
     """Compute one member of an ensemble.
 
     Parameters
@@ -55,9 +57,17 @@ def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, 
     """
     scene = as_scene(scene)
     check_levels(numerics.levels, scene.faces, scene.sliding.history, scene.elastic)
-    limits = {"seed": (seed, 2**63), "level": (level, len(numerics.levels)), "index": (index, 2**63)}
+    limits = {
+        "seed": (seed, 2**63),
+        "level": (level, len(numerics.levels)),
+        "index": (index, 2**63),
+    }
     for name, (value, limit) in limits.items():
-        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, (int, np.integer))
+            or not 0 <= value < limit
+        ):
             raise ValueError(f"{name} = {value!r} must be a whole number from 0 to below {limit:g}")
     if level == numerics.slide:
         raise ValueError(
@@ -68,7 +78,9 @@ def realize(scene: SceneLike, numerics: Numerics, *, seed: int, level: int = 0, 
     problem, below = level_problem(scene, numerics, level), below_problem(scene, numerics, level)
     start = None
     if below is not None and problem.takes_start:
-        start = solve_problem(replace(below, seed=seed, index=index)).contact  # as in a run: for the same bits
+        start = solve_problem(
+            replace(below, seed=seed, index=index)
+        ).contact  # as in a run: for the same bits
     return solve_problem(replace(problem, seed=seed, index=index), start=start)
 
 
@@ -77,14 +89,22 @@ def scene_of(scene: Scene, numerics: Numerics) -> Scene:
     return scene if {"smoothed", "capped"} & {*numerics.columns} else prediction.computed(scene)
 
 
-def largest_member(scene: Scene, numerics: Numerics, levels: Collection[int] | None = None) -> tuple[float, str]:
+def largest_member(
+    scene: Scene, numerics: Numerics, levels: Collection[int] | None = None
+) -> tuple[float, str]:
     """Return the memory of the largest member of some levels, by default of the first round, bytes, and its name."""
     if levels is None:
         levels = [level for level, count in enumerate(first_counts(numerics, 1)) if count]
-    memory = BYTES_PER_POINT * max(prod(numerics.levels[level].shape) for level in levels), "largest grid"
+    memory = (
+        BYTES_PER_POINT * max(prod(numerics.levels[level].shape) for level in levels),
+        "largest grid",
+    )
     if numerics.slide not in levels:
         return memory
-    slide = slide_problem(scene, numerics).memory, "the slide: both bodies remember their heat, at each speed"
+    slide = (
+        slide_problem(scene, numerics).memory,
+        "the slide: both bodies remember their heat, at each speed",
+    )
     return max(memory, slide)
 
 
@@ -93,7 +113,9 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
     number = numerics.slide or 0
     level, grid = numerics.levels[number], numerics.grid(number)
     prediction.check_continuation(scene, level.followed, grid.lengths[0])
-    distances = tuple(min(distance, level.followed or np.inf) for distance in scene.sliding.distances)
+    distances = tuple(
+        min(distance, level.followed or np.inf) for distance in scene.sliding.distances
+    )
     if min(distances) < _LEAST_STEPS * (step := pixel_of_path(grid)) * (1 - 1e-9):
         k = int(np.argmin(distances))
         if distances[k] == level.followed:
@@ -118,7 +140,9 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
         sliding=_sliding(scene),
         resting=tuple(
             Body(kappa, diffusivity, **scene.layers[1]._asdict())
-            for kappa, diffusivity in zip(bodies.counter_conductivity, bodies.counter_diffusivity, strict=True)
+            for kappa, diffusivity in zip(
+                bodies.counter_conductivity, bodies.counter_diffusivity, strict=True
+            )
         ),
         distances=distances,
         tolerance=numerics.tolerance,
@@ -139,7 +163,9 @@ def below_problem(scene: Scene, numerics: Numerics, level: int) -> Problem | Non
     below = numerics.below(level)
     if below is None:
         return None
-    return _problem(scene, numerics, level, numerics.levels[below].q_max, numerics.grid_below(level))
+    return _problem(
+        scene, numerics, level, numerics.levels[below].q_max, numerics.grid_below(level)
+    )
 
 
 def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: Grid) -> Problem:
@@ -147,7 +173,9 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
     with linear_algebra().limit(limits=numerics.threads):
         capped = numerics.levels[level].column == "capped"
         spectrum: Spectrum = scene.spectrum.truncated(q_max=q_max)
-        if numerics.levels[level].column == "smoothed":  # elastic contact of the surface that yielding leaves
+        if (
+            numerics.levels[level].column == "smoothed"
+        ):  # elastic contact of the surface that yielding leaves
             spectrum = TruncatedSpectrum(prediction.smoothed_spectrum(scene), q_max)
         return Problem(
             spectrum=spectrum,
@@ -162,7 +190,9 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
             stream=numerics.stream(level),
             threads=numerics.threads,
             with_peaks=numerics.below(level) is None,  # control variates of the lowest level alone
-            distribution=Slide(scene.sliding.direction or 0.0, numerics.slid_distance) if scene.distribution else None,
+            distribution=Slide(scene.sliding.direction or 0.0, numerics.slid_distance)
+            if scene.distribution
+            else None,
         )
 
 

@@ -23,7 +23,9 @@ def workers_reason(numerics: Numerics, first: tuple[float, str], largest: float)
     room, wanted = SHARE * memory.amount, max(int(cores.amount) // numerics.threads, 1)
     most = workers_that_fit(wanted, *first, memory)
     least = workers_that_fit(wanted, min(largest, room), "", memory)
-    reason = f"one per core ({cores.source})" + f", {numerics.threads} threads each" * (numerics.threads > 1)
+    reason = f"one per core ({cores.source})" + f", {numerics.threads} threads each" * (
+        numerics.threads > 1
+    )
     if least < wanted:
         reason = f"{wanted} would need more than {100 * SHARE:.0f} % of the {in_words(memory)}"
     if largest > room:
@@ -49,5 +51,7 @@ def at_speeds(values: Array) -> str:
 
 def span(seconds: float) -> str:
     """Return a rough time span in words: 12 s, 3.5 min, 2 h."""
-    unit, length = ("s", 1.0) if seconds < 120.0 else ("min", 60.0) if seconds < 7200.0 else ("h", 3600.0)
+    unit, length = (
+        ("s", 1.0) if seconds < 120.0 else ("min", 60.0) if seconds < 7200.0 else ("h", 3600.0)
+    )
     return f"{significant(seconds / length, 2)} {unit}"

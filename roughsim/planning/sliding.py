@@ -22,7 +22,10 @@ _PIXELS = 4  # per shortest wave: a slide shows its error of the pixel by a coar
 _LEAST_CUT_OFF = 4.0  # q_y
 _LEAST_CONTINUED = 1.5  # whole slid distance over the followed one: less saves little
 _MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
-STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
+STEP_SECONDS = (
+    2.5e-7,
+    2.1e-7,
+)  # s of CPU time of a step over its points: of the contact, and of each speed
 _OF_FROZEN = (
     'the contact slides on unchanged, as if the counterface alone were rough. With history = "sliding" both faces '
     "move, and T_flash is another, by the roughness and the conduction of each: `roughsim theory` of the scene with "
@@ -52,7 +55,9 @@ def slide_level(scene: Scene, numerics: Numerics) -> Level:
     usual, most = (2 * pi * side / (_PIXELS * max(numerics.lengths)) for side in (_SIDE, BASE_SIDE))
     q_max = min(lowest.q_max, max(usual, min(least, most)))
     x, y = (fast_size(_PIXELS * q_max * side / (2 * pi)) for side in numerics.lengths)
-    return Level(SLIDING, (x, y), q_max, first=_MEMBERS, followed=_followed([scene], numerics.lengths[0]))
+    return Level(
+        SLIDING, (x, y), q_max, first=_MEMBERS, followed=_followed([scene], numerics.lengths[0])
+    )
 
 
 def _followed(scenes: Sequence[Scene], length: float) -> float | None:
@@ -81,7 +86,9 @@ def with_common_slide(planned: Scene, numerics: Numerics, scenes: Iterable[Scene
         prediction.check_continuation(scene, level.followed, numerics.lengths[0])
     common = replace(numerics, levels=(*numerics.levels[: numerics.slide], level))
     new = {reason.choice: reason for reason in slide_reasons(planned, common)}
-    return replace(common, reasons=tuple(new.get(reason.choice, reason) for reason in numerics.reasons))
+    return replace(
+        common, reasons=tuple(new.get(reason.choice, reason) for reason in numerics.reasons)
+    )
 
 
 def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
@@ -98,7 +105,9 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     yield Reason(SLIDING, f"{x} × {y} to q_c = {level.q_max:.3g} rad/m", why)
     distances, step = np.array(problem.distances), pixel_of_path(problem.grid)
     steps = problem.steps
-    lengths = " … ".join(dict.fromkeys(f"{1e3 * end:.3g}" for end in (distances.min(), distances.max())))
+    lengths = " … ".join(
+        dict.fromkeys(f"{1e3 * end:.3g}" for end in (distances.min(), distances.max()))
+    )
     fresh = f"{distances.max() / problem.grid.lengths[0]:.2g} lengths of the cell"
     why = f"{fresh}, in {steps} steps of {1e6 * step:.3g} µm"
     whole = 1e3 * max(scene.sliding.distances)
@@ -112,7 +121,11 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     )
     cost = f"about {clock(seconds_of_slide(problem))} of CPU time each{pixels}"
     broken = "one that is broken off begins again"
-    yield Reason("slides", str(members), f"{cost}; {broken}; means are over the last half of the slid distance")
+    yield Reason(
+        "slides",
+        str(members),
+        f"{cost}; {broken}; means are over the last half of the slid distance",
+    )
     if filmed := min(numerics.keep_fields, members):
         sides = film_shape(problem.grid.shape)
         positions = len(filmed_steps(oblique_path(problem.grid, distances.max())))
@@ -125,5 +138,7 @@ def seconds_of_slide(problem: SlideProblem) -> float:
     """Return the approximate CPU time of a slide, s; each speed is computed over its own distance."""
     contact, heat = STEP_SECONDS
     followed = sum(problem.distances) / max(problem.distances)
-    both = 1.0 + COARSER**3 * (problem.coarser is not None)  # the slide on the coarser grid comes after it
+    both = 1.0 + COARSER**3 * (
+        problem.coarser is not None
+    )  # the slide on the coarser grid comes after it
     return problem.steps * both * problem.grid.points * (contact + heat * followed)

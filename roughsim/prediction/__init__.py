@@ -23,12 +23,26 @@ from roughsim.prediction.cut_offs import (
     usual_exponent,
     yielded_fall,
 )
-from roughsim.prediction.distribution import Banded, Parts, asked_predictions, quantile_predictions, quantiles_of
+from roughsim.prediction.distribution import (
+    Banded,
+    Parts,
+    asked_predictions,
+    quantile_predictions,
+    quantiles_of,
+)
 from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
-from roughsim.prediction.sliding import check_continuation, sliding_continuation, sliding_error, sliding_prediction
-from roughsim.prediction.sliding_distribution import sliding_asked_predictions, sliding_distributions
+from roughsim.prediction.sliding import (
+    check_continuation,
+    sliding_continuation,
+    sliding_error,
+    sliding_prediction,
+)
+from roughsim.prediction.sliding_distribution import (
+    sliding_asked_predictions,
+    sliding_distributions,
+)
 from roughsim.prediction.theories import (
     calibrated_correlation,
     calibrated_over_speed,

@@ -17,7 +17,9 @@ def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
     if scene.elastic:
         share = theory.persson.contact_probability(end, spectrum, **load)
         return {"contact_fraction": float(share), "plastic_fraction": 0.0}
-    variance = theory.persson.half_variance(end, spectrum, effective_modulus=scene.effective_modulus)
+    variance = theory.persson.half_variance(
+        end, spectrum, effective_modulus=scene.effective_modulus
+    )
     _, elastic, plastic = theory.plasticity.area_fractions(
         variance, scene.sliding.nominal_pressure, scene.penetration_hardness
     )
@@ -27,7 +29,9 @@ def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
 def yielded_share(scene: Scene, q_max: float = inf) -> float:
     """Return the yielded share of the theory's contact, with all roughness, or with waves up to q_max, rad/m."""
     areas = area_fractions(scene, q_max)
-    return areas["plastic_fraction"] / areas["contact_fraction"] if areas["plastic_fraction"] else 0.0
+    return (
+        areas["plastic_fraction"] / areas["contact_fraction"] if areas["plastic_fraction"] else 0.0
+    )
 
 
 def computed(scene: Scene) -> Scene:
@@ -42,7 +46,12 @@ def computed(scene: Scene) -> Scene:
     if counterface is not None:
         counterface = replace(counterface, penetration_hardness=None)  # type: ignore[call-arg]
     sliding = replace(scene.sliding, junction_growth=None)
-    return replace(scene, body=replace(body, penetration_hardness=None), counterface=counterface, sliding=sliding)
+    return replace(
+        scene,
+        body=replace(body, penetration_hardness=None),
+        counterface=counterface,
+        sliding=sliding,
+    )
 
 
 def yield_wavenumber(scene: Scene) -> float:

@@ -28,7 +28,8 @@ def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
         return 1.0 + layered, zero, zero
     square = scene.sliding.nominal_pressure**2
     moving, resting = (
-        np.array([_warming(time, square, *body) for body in bodies]) for bodies in zip(*map(_bodies, each), strict=True)
+        np.array([_warming(time, square, *body) for body in bodies])
+        for bodies in zip(*map(_bodies, each), strict=True)
     )
     grown = scipy.special.erf(q * np.sqrt(conduction(scene).counter_diffusivity * time)[:, None])
     return grown + layered, moving, resting
@@ -37,13 +38,22 @@ def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
 def _bodies(bodies: Conduction) -> tuple[tuple[float, float, Layers], tuple[float, float, Layers]]:
     """Return κ, D and layers of the moving and of the resting body; NaN of one that does not conduct."""
     kappa, diffusivity = bodies.counter_conductivity or nan, bodies.counter_diffusivity or nan
-    return (bodies.conductivity, bodies.diffusivity, bodies.layers), (kappa, diffusivity, bodies.counter_layers)
+    return (bodies.conductivity, bodies.diffusivity, bodies.layers), (
+        kappa,
+        diffusivity,
+        bodies.counter_layers,
+    )
 
 
 def _warming(time: float, flux: float, kappa: float, diffusivity: float, layers: Layers) -> float:
     """Return κT₀ of a body by a uniform flux, W/m, a time, s, after it began."""
     skin = None if layers.skin is None else (layers.skin[0], layers.skin[1] / kappa, layers.skin[2])
-    body = {"conductivity": 1.0, "diffusivity": diffusivity, "skin": skin, "heat_depth": layers.heat_depth}
+    body = {
+        "conductivity": 1.0,
+        "diffusivity": diffusivity,
+        "skin": skin,
+        "heat_depth": layers.heat_depth,
+    }
     return float(theory.background.temperature(time, heat_flux=flux, **body))
 
 

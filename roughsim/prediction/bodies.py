@@ -26,7 +26,10 @@ _STEPS = 64  # from the background to the end of the tables, in which the temper
 
 def load_arguments(scene: Scene) -> dict[str, float]:
     """Return E* and σ₀ as arguments of the theory."""
-    return {"effective_modulus": scene.effective_modulus, "nominal_pressure": scene.sliding.nominal_pressure}
+    return {
+        "effective_modulus": scene.effective_modulus,
+        "nominal_pressure": scene.sliding.nominal_pressure,
+    }
 
 
 def pressure_arguments(scene: Scene) -> dict[str, float]:
@@ -58,7 +61,9 @@ def smoothed_spectrum(scene: Scene) -> Spectrum:
     """Return C_sm of a capped scene (Eq. 27), or C(q) itself of an elastic one: a callable with `breaks`."""
     if scene.elastic:
         return scene.spectrum
-    smoothed: Spectrum = theory.plasticity.smoothed_spectrum(scene.spectrum, **pressure_arguments(scene))
+    smoothed: Spectrum = theory.plasticity.smoothed_spectrum(
+        scene.spectrum, **pressure_arguments(scene)
+    )
     return smoothed
 
 
@@ -90,7 +95,9 @@ def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
     """
     each = tuple(heating(scene, speed).bodies for speed in _speeds_of(scene, speeds))
     numbers = [bodies[:4] for bodies in each]
-    return Conductions(each, *np.array(list(zip(*numbers, strict=True)), dtype=np.float64))  # None becomes NaN
+    return Conductions(
+        each, *np.array(list(zip(*numbers, strict=True)), dtype=np.float64)
+    )  # None becomes NaN
 
 
 def friction_coefficient(scene: Scene, speeds: ArrayLike | None = None) -> Array:
@@ -99,7 +106,9 @@ def friction_coefficient(scene: Scene, speeds: ArrayLike | None = None) -> Array
     Where μ is a table it is its value at the background temperature + T₀(t) + s T_flash: friction acts where there is
     pressure, and T_flash is the mean temperature there. Speeds and errors: as `conduction`.
     """
-    return np.array([heating(scene, speed).friction_coefficient for speed in _speeds_of(scene, speeds)])
+    return np.array(
+        [heating(scene, speed).friction_coefficient for speed in _speeds_of(scene, speeds)]
+    )
 
 
 def heat_per_pressure(scene: Scene, speed: float) -> float:
@@ -190,7 +199,9 @@ def _marks(scene: Scene, speed: float) -> list[float]:
     part = (background + 0.75 * flash) / (background + flash) if flash else 1.0
     rows = [kelvin for tables in scene.tables.values() for table in tables for kelvin, _ in table]
     rows += [start + part * (kelvin - start) for kelvin in rows]
-    return sorted({*np.linspace(start, end, 1 + _STEPS).tolist(), *(k for k in rows if start <= k <= end)})
+    return sorted(
+        {*np.linspace(start, end, 1 + _STEPS).tolist(), *(k for k in rows if start <= k <= end)}
+    )
 
 
 def _end_of_friction(scene: Scene) -> float:
@@ -214,7 +225,9 @@ def _contact_with(scene: Scene, speed: float, temperature: float) -> tuple[Heati
 def _rises(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float]:
     """Return T₀(t) of the moving body and s T_flash, K, with μ = 1: both are in proportion to it."""
     stress, unit, spectrum = stress_arguments(scene), Heating(1.0, bodies), smoothed_spectrum(scene)
-    share = float(share_of(scene, scene.sliding.heat_partition, np.array([speed]), spectrum, bodies)[0])
+    share = float(
+        share_of(scene, scene.sliding.heat_partition, np.array([speed]), spectrum, bodies)[0]
+    )
     heat = heat_arguments(*unit) | layer_arguments(bodies)
     flash = float(theory.flash.flash_temperature(speed, spectrum, **stress, **heat))
     return share * _warming(scene, speed, unit), share * flash
@@ -226,12 +239,17 @@ def _warming(scene: Scene, speed: float, constants: Heating) -> float:
     flux = friction * scene.sliding.nominal_pressure * speed
     if scene.sliding.duration is None or flux == 0.0:
         return 0.0
-    body = {"conductivity": bodies.conductivity, "diffusivity": bodies.diffusivity} | layer_arguments(bodies)
+    body = {
+        "conductivity": bodies.conductivity,
+        "diffusivity": bodies.diffusivity,
+    } | layer_arguments(bodies)
     try:
         return float(theory.background.temperature(scene.sliding.duration, heat_flux=flux, **body))
     except ValueError as error:  # too soon for a layer to have warmed through
         reason = str(error).removeprefix("duration: ")
-        raise SceneError(f"sliding.duration = {scene.sliding.duration:.4g} s is too short: {reason}") from None
+        raise SceneError(
+            f"sliding.duration = {scene.sliding.duration:.4g} s is too short: {reason}"
+        ) from None
 
 
 def background(scene: Scene) -> Array:

@@ -34,7 +34,9 @@ _SLOW = 1e-12  # m/s: T_flash of so slow bodies is proportional to their speed
 _STEP = 0.1  # of the law for contact that yields: coarser ones move T_flash by .3 % from one cut-off to the next
 
 
-def continuation(scene: Scene, column: str, cut_offs: tuple[float, ...], observable: str) -> Array | None:
+def continuation(
+    scene: Scene, column: str, cut_offs: tuple[float, ...], observable: str
+) -> Array | None:
     """Return an observable of the theory up to each cut-off and over all of C(q), shape (cut-offs + 1, speeds).
 
     `cut_offs` belong to the levels of the column, rad/m, ascending. All NaN if it is unknown whether the column follows
@@ -49,7 +51,9 @@ def continuation(scene: Scene, column: str, cut_offs: tuple[float, ...], observa
     return values if follows else np.full_like(values, nan)
 
 
-def follows_theory(scene: Scene, column: str, cut_offs: tuple[float, ...], yielded: float = _YIELDED) -> bool | None:
+def follows_theory(
+    scene: Scene, column: str, cut_offs: tuple[float, ...], yielded: float = _YIELDED
+) -> bool | None:
     """Return whether a column follows the theory from the last of its cut-offs, rad/m, to the end of the spectrum.
 
     False if it falls as a power of the cut-off, as it does if the share `yielded` of contact has yielded at the last

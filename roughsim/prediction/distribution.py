@@ -24,7 +24,9 @@ QUANTILES = {
     for weight in ("heat", "area")
     for name, level in LEVELS.items()
 }
-Parts = tuple[tuple[list[int], TemperatureDistribution], ...]  # places of speeds, and the distribution at these
+Parts = tuple[
+    tuple[list[int], TemperatureDistribution], ...
+]  # places of speeds, and the distribution at these
 
 
 _NORMAL = 1.96  # standard errors of a 95 % interval
@@ -81,7 +83,9 @@ def temperature_distributions(scene: Scene) -> Parts:
         way = scene.numerics.slid_distance
         arguments["slid_distance"] = way if way is not None and np.isfinite(way) else None
         try:
-            fields = theory.clipped.temperature_distribution(speeds[indices], scene.spectrum, **arguments)
+            fields = theory.clipped.temperature_distribution(
+                speeds[indices], scene.spectrum, **arguments
+            )
         except ValueError:  # the law does not hold for C(q) up to the shortest wave of the fields
             return ()
         found.append((indices, fields))
@@ -120,8 +124,13 @@ def _banded(
     for together in zip(*doubted, strict=True):
         # as one field: without a standard error they take a ninth of the time
         ones = [replace(fields, field=np.zeros_like(fields.field)) for fields in together]
-        varied = compute(tuple((places, fields) for (places, _), fields in zip(parts, ones, strict=True)))
-        squares = {key: square + (varied[key].value - found[key].value) ** 2 for key, square in squares.items()}
+        varied = compute(
+            tuple((places, fields) for (places, _), fields in zip(parts, ones, strict=True))
+        )
+        squares = {
+            key: square + (varied[key].value - found[key].value) ** 2
+            for key, square in squares.items()
+        }
     return {key: Banded(*estimate, np.sqrt(squares[key])) for key, estimate in found.items()}
 
 
@@ -130,7 +139,9 @@ def _quantiles(scene: Scene, parts: Parts) -> _Found:
     for weight in ("heat", "area") if parts else ():
         names = [name for name, (_, by) in QUANTILES.items() if by == weight]
         levels = [QUANTILES[name][0] for name in names]
-        rows = _joined(scene, [(places, fields.quantiles(levels, by=weight)) for places, fields in parts])
+        rows = _joined(
+            scene, [(places, fields.quantiles(levels, by=weight)) for places, fields in parts]
+        )
         found |= {name: Estimate(*(values[k] for values in rows)) for k, name in enumerate(names)}
     return found
 
@@ -149,11 +160,15 @@ def asked_of(
     `start` is the absolute temperature of the background, K, and `share` the factor of the temperatures, (speeds,);
     `of_flash` as of `quantiles_of`.
     """
-    found = _banded(scene, parts, of_flash, lambda varied: dict(_asked(scene, varied, start, share)))
+    found = _banded(
+        scene, parts, of_flash, lambda varied: dict(_asked(scene, varied, start, share))
+    )
     return [AskedPrediction(name, banded, *about) for (name, *about), banded in found.items()]
 
 
-def _asked(scene: Scene, parts: Parts, start: Array, share: Array) -> Iterator[tuple[Any, Estimate]]:
+def _asked(
+    scene: Scene, parts: Parts, start: Array, share: Array
+) -> Iterator[tuple[Any, Estimate]]:
     """Yield observable, energy, eV, and temperature, K, of all that a scene asks for, with its value."""
     if parts and scene.reaction is not None:
         yield from _reactions(scene, parts, start, share)
@@ -161,11 +176,15 @@ def _asked(scene: Scene, parts: Parts, start: Array, share: Array) -> Iterator[t
     for limit in (limits or ()) if parts else ():
         with np.errstate(divide="ignore"):
             excess = np.nan_to_num((limit - start) / share)
-        above = _joined(scene, [(places, fields.share_above(excess[places])) for places, fields in parts])
+        above = _joined(
+            scene, [(places, fields.share_above(excess[places])) for places, fields in parts]
+        )
         yield ("heat_share_above", None, limit), above
 
 
-def _reactions(scene: Scene, parts: Parts, start: Array, share: Array) -> Iterator[tuple[Any, Estimate]]:
+def _reactions(
+    scene: Scene, parts: Parts, start: Array, share: Array
+) -> Iterator[tuple[Any, Estimate]]:
     """Yield rate, activation temperature and, if its length is given, conversion at each energy."""
     reaction = scene.reaction
     if reaction is None:
@@ -173,11 +192,19 @@ def _reactions(scene: Scene, parts: Parts, start: Array, share: Array) -> Iterat
     energies = np.array(reaction.activation_energy)
     rates, kelvins = [], []
     for places, fields in parts:
-        given: dict[str, Any] = {"background_temperature": start[places], "heat_partition": share[places]}
+        given: dict[str, Any] = {
+            "background_temperature": start[places],
+            "heat_partition": share[places],
+        }
         given["activation_volume"] = reaction.activation_volume
-        rates.append((places, fields.reaction_rate(energies, prefactor=reaction.prefactor, **given)))
+        rates.append(
+            (places, fields.reaction_rate(energies, prefactor=reaction.prefactor, **given))
+        )
         kelvins.append((places, fields.activation_temperature(energies, **given)))
-    values = {"reaction_rate": _joined(scene, rates), "activation_temperature": _joined(scene, kelvins)}
+    values = {
+        "reaction_rate": _joined(scene, rates),
+        "activation_temperature": _joined(scene, kelvins),
+    }
     if reaction.contact_length is not None:
         with np.errstate(divide="ignore"):
             time = reaction.contact_length / np.array(scene.speeds)

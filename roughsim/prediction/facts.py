@@ -30,19 +30,31 @@ class Facts:
         self.rms_height = spectrum.rms_height  # of both faces together, as all of the roughness
         self.rms_slope = spectrum.rms_slope
         yields = inf if scene.elastic else yield_wavenumber(scene)
-        gentle = spectrum if YIELDED * yields >= spectrum.breaks[-1] else spectrum.truncated(q_max=YIELDED * yields)
-        self.textures = {face: [texture._asdict() for texture in maps] for face, maps in textures(scene).items()}
-        self.rms_slope_before_yield = gentle.rms_slope  # of the waves up to 32 q_y; of all where q_y is inf
+        gentle = (
+            spectrum
+            if YIELDED * yields >= spectrum.breaks[-1]
+            else spectrum.truncated(q_max=YIELDED * yields)
+        )
+        self.textures = {
+            face: [texture._asdict() for texture in maps] for face, maps in textures(scene).items()
+        }
+        self.rms_slope_before_yield = (
+            gentle.rms_slope
+        )  # of the waves up to 32 q_y; of all where q_y is inf
         self.longest_wave = 2 * pi / spectrum.breaks[0]
         self.shortest_wave = 2 * pi / spectrum.breaks[-1]
-        self.pressure_over_hardness = load / scene.penetration_hardness  # σ₀/σ_P; 0 of elastic contact
+        self.pressure_over_hardness = (
+            load / scene.penetration_hardness
+        )  # σ₀/σ_P; 0 of elastic contact
         self.pressure_over_modulus = load / scene.effective_modulus  # σ₀/E*
         self.contact_fraction = contact = float(theory["contact_fraction"][0])  # A/A₀ of the theory
         self.contact_pressure = load / contact if contact > 0.0 else inf  # its mean, σ₀A₀/A
         self.yield_wavenumber = yields  # q_y; inf of elastic contact, or where C(q) ends before
         # the distance over which the correlation of the pressure falls to a half, in theory
         self.hot_spot_radius = radius = float(theory["correlation_radius_50"][0])
-        self.hot_spots = contact * lengths[0] * lengths[1] / (pi * radius**2)  # contact area of a cell over πr²
+        self.hot_spots = (
+            contact * lengths[0] * lengths[1] / (pi * radius**2)
+        )  # contact area of a cell over πr²
         self.cell = lengths  # its sides
         self.speed = np.array(scene.speeds)
         self.peclet_number = self.speed * radius / conduction(scene).diffusivity  # vr/D
@@ -50,7 +62,9 @@ class Facts:
         # of the theory with that share, K above the background
         self.flash_temperature = self.heat_partition * theory["flash_temperature"]
         self.background_temperature = scene.sliding.background_temperature or _ROOM  # absolute
-        self.melting_temperature = scene.melting_temperature  # absolute; inf if the scene gives none
+        self.melting_temperature = (
+            scene.melting_temperature
+        )  # absolute; inf if the scene gives none
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON values in SI; NaN and inf as None."""
@@ -58,10 +72,18 @@ class Facts:
 
     def rows(self) -> list[Statement]:
         """Return name, value and meaning of each for people."""
-        ratio = ("σ₀/σ_P", f"{self.pressure_over_hardness:.3g}", "nominal pressure over penetration hardness")
+        ratio = (
+            "σ₀/σ_P",
+            f"{self.pressure_over_hardness:.3g}",
+            "nominal pressure over penetration hardness",
+        )
         yields = "no q_y: less than 99 % yields"
         if self.pressure_over_hardness == 0.0:
-            ratio = ("σ₀/E*", f"{self.pressure_over_modulus:.3g}", "nominal pressure over effective modulus")
+            ratio = (
+                "σ₀/E*",
+                f"{self.pressure_over_modulus:.3g}",
+                "nominal pressure over effective modulus",
+            )
             yields = "no q_y: elastic"
         elif isfinite(self.yield_wavenumber):
             yields = f"q_y = {self.yield_wavenumber:.3g} rad/m"
@@ -72,7 +94,9 @@ class Facts:
         size = f"{1e3 * self.cell[0]:.3g} mm × {1e3 * self.cell[1]:.3g} mm"
         spots = f"of radius {1e6 * self.hot_spot_radius:.3g} µm in a cell of {size}"
         speeds = f"at {_range_text(self.speed)} m/s"
-        melting = "" if isinf(self.melting_temperature) else f", melts at {self.melting_temperature:g} K"
+        melting = (
+            "" if isinf(self.melting_temperature) else f", melts at {self.melting_temperature:g} K"
+        )
         background = f"above a background of {self.background_temperature:g} K{melting}"
         area = f"of the nominal area in theory, at {self.contact_pressure:.3g} Pa; {yields}"
         rows = [
@@ -82,14 +106,20 @@ class Facts:
             ("contact area", f"{self.contact_fraction:.3g}", area),
             ("hot spots", f"{self.hot_spots:.3g}", spots),
             ("Péclet number", _range_text(self.peclet_number), f"vr/D with that radius, {speeds}"),
-            ("T_flash", f"{_range_text(self.flash_temperature)} K", f"in theory, {speeds}, {background}"),
+            (
+                "T_flash",
+                f"{_range_text(self.flash_temperature)} K",
+                f"in theory, {speeds}, {background}",
+            ),
         ]
         return [Statement(*row) for row in rows]
 
 
 def _range_text(values: Array) -> str:
     """Return the least and the largest of some numbers, as "0.1 … 35"."""
-    return " … ".join(dict.fromkeys(f"{value:.3g}" for value in (float(values.min()), float(values.max()))))
+    return " … ".join(
+        dict.fromkeys(f"{value:.3g}" for value in (float(values.min()), float(values.max())))
+    )
 
 
 def gentle_end(scene: Scene) -> float:

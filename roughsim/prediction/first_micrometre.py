@@ -33,12 +33,17 @@ def skin_effects(scene: Scene) -> tuple[float, float] | None:
     if scene.layers[0] != Layers() or kappa < METAL or speed == 0.0:
         return None
     law = calibrated(scene).stress_spectrum
-    stress: dict[str, Any] = {"stress_spectrum": law, "nominal_pressure": scene.sliding.nominal_pressure}
+    stress: dict[str, Any] = {
+        "stress_spectrum": law,
+        "nominal_pressure": scene.sliding.nominal_pressure,
+    }
     if law is None:
         stress = {"spectrum": smoothed_spectrum(scene)} | stress_arguments(scene)
     skins = None, _OXIDE, (_WORKED, 0.5 * kappa, 0.5 * diffusivity)
     heat: dict[str, Any] = heat_arguments(*constants)
-    bare, oxide, worked = (float(theory.flash.flash_temperature(speed, skin=skin, **stress, **heat)) for skin in skins)
+    bare, oxide, worked = (
+        float(theory.flash.flash_temperature(speed, skin=skin, **stress, **heat)) for skin in skins
+    )
     return oxide / bare - 1.0, worked / bare - 1.0
 
 
@@ -55,13 +60,18 @@ def growth_effects(scene: Scene) -> str:
         return ""
     fastest = np.array([max(scene.speeds)])
     alphas = " and ".join(f"{alpha:g}" for alpha in _GROWTHS)
-    scenes = [replace(scene, sliding=replace(scene.sliding, junction_growth=alpha)) for alpha in (0.0, *_GROWTHS)]
+    scenes = [
+        replace(scene, sliding=replace(scene.sliding, junction_growth=alpha))
+        for alpha in (0.0, *_GROWTHS)
+    ]
     bare, *grown = (calibrated_over_speed(each, fastest)["flash_temperature"][0] for each in scenes)
     if bare and not isnan(sum(grown)):
         sizes = " and ".join(f"{100 * (each / bare - 1):.2g} %" for each in grown)
         return f"sliding.junction_growth = {alphas} would change T_flash at {fastest[0]:g} m/s by {sizes}"
     sizes = " and ".join(f"{sqrt(1 + alpha * friction**2):.2g}" for alpha in _GROWTHS)
-    return f"sliding.junction_growth = {alphas} would make the yielded contact {sizes} times as large"
+    return (
+        f"sliding.junction_growth = {alphas} would make the yielded contact {sizes} times as large"
+    )
 
 
 def effects(scene: Scene) -> Iterator[tuple[str, str, str]]:

@@ -31,5 +31,7 @@ def hill_area(scene: Scene, side: float) -> float:
     if variance == 0.0:  # all of it yields
         return 0.0
     second = np.trapezoid(psd**2 * q**2, np.log(q)) / variance
-    longer = spectrum(np.array(2 * pi / side * (1 - 1e-9)))  # a side as long as the longest wave has all waves
+    longer = spectrum(
+        np.array(2 * pi / side * (1 - 1e-9))
+    )  # a side as long as the longest wave has all waves
     return float(2 * pi * (longer + second) / variance)

@@ -98,4 +98,6 @@ def _by_calibrated_law(scene: Scene) -> float:
     if law.stress_spectrum is None:
         raise _OutsideError(law.range)
     speed = np.array(scene.speeds)
-    return float((calibrated_share(scene) * calibrated_over_speed(scene, speed)["flash_temperature"])[0])
+    return float(
+        (calibrated_share(scene) * calibrated_over_speed(scene, speed)["flash_temperature"])[0]
+    )

@@ -23,7 +23,9 @@ _OF_YIELDING = (
 class Calibrated:
     """The calibrated law of the stress spectrum for a scene, over the whole C(q)."""
 
-    stress_spectrum: YieldingSpectrum | None  # |σ_q|²(q), Pa² m²; None where the scene lies outside its range
+    stress_spectrum: (
+        YieldingSpectrum | None
+    )  # |σ_q|²(q), Pa² m²; None where the scene lies outside its range
     observables: tuple[str, ...]  # observables by the law
     errors: dict[str, float]  # relative error bands by observable; T_flash is the first
     range: str  # "inside", or the number of the scene that lies outside, with the range that was compared
@@ -38,7 +40,9 @@ def calibrated(scene: Scene) -> Calibrated:
             law = theory.persson.calibrated_spectrum(scene.spectrum, **load_arguments(scene))
         else:
             law = theory.plasticity.stress_spectrum(scene.spectrum, **pressure_arguments(scene))
-        theory.persson.stress_density(stress_spectrum=law)  # kept for all quantities; refuses integrals without limit
+        theory.persson.stress_density(
+            stress_spectrum=law
+        )  # kept for all quantities; refuses integrals without limit
     except (ValueError, theory.quadrature.QuadratureError) as error:
         return Calibrated(None, (), errors, str(error).split(";")[0])
     if isinf(law.penetration_hardness):

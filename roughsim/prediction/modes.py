@@ -56,19 +56,38 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> Theory:
     rate = friction_coefficient(scene) * speeds / (bodies.conductivity * sliding.nominal_pressure)
     with np.errstate(divide="ignore"):
         slope_length = temperature / np.abs(gradient)
-    flash = rate * temperature, rate * gradient, rate * laplacian, np.sqrt(-temperature / laplacian), slope_length
+    flash = (
+        rate * temperature,
+        rate * gradient,
+        rate * laplacian,
+        np.sqrt(-temperature / laplacian),
+        slope_length,
+    )
     share = np.full(speeds.shape, nan)
-    if scene.counterface_conducts:  # the balance of the two bodies, both as κT σ₀/μv of the moving one
+    if (
+        scene.counterface_conducts
+    ):  # the balance of the two bodies, both as κT σ₀/μv of the moving one
         growth, moving_background, resting_background = heat_history(scene, q)
         resting = growth @ (stress / q) + resting_background
         resting *= bodies.conductivity / bodies.counter_conductivity
         share = resting / (resting + temperature + moving_background)
-    area = float(theory.persson.contact_probability(float(spectrum.breaks[-1]), spectrum, **load_arguments(scene)))
+    area = float(
+        theory.persson.contact_probability(
+            float(spectrum.breaks[-1]), spectrum, **load_arguments(scene)
+        )
+    )
     temperatures = dict(zip(OVER_SPEED, flash, strict=True))
     return Theory(
-        {**temperatures, "heat_partition": share, **area_fractions(scene), "contact_fraction": area},
+        {
+            **temperatures,
+            "heat_partition": share,
+            **area_fractions(scene),
+            "contact_fraction": area,
+        },
         sliding.nominal_pressure,
-        correlation_radius=StressSpectrum(q, stress, 0.5 * float(np.hypot(*grid.lengths))).correlation_radius,
+        correlation_radius=StressSpectrum(
+            q, stress, 0.5 * float(np.hypot(*grid.lengths))
+        ).correlation_radius,
         total=lambda weight: float(stress @ weight(q)),
     )
 
@@ -76,7 +95,9 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> Theory:
 def _means_over_directions(speeds: Array, bodies: Conductions, q: Array) -> tuple[Array, Array]:
     """Return (2/π)A and (2/π)B of Eqs. (4) and (7) at each speed and wavenumber, with the layers of the body."""
     if bodies.each[0].layers == Layers():
-        even, odd = theory.flash.angular_integrals(speeds[:, None] / (bodies.diffusivity[:, None] * q))
+        even, odd = theory.flash.angular_integrals(
+            speeds[:, None] / (bodies.diffusivity[:, None] * q)
+        )
         return 2 / pi * even, 2 / pi * odd
     means = np.empty((2, speeds.size, q.size))
     for k, (speed, each) in enumerate(zip(speeds.tolist(), bodies.each, strict=True)):
@@ -99,7 +120,9 @@ def _mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, A
         return values
 
     check_resolved(spectrum, grid)
-    fine, coarse = (2 * pi / length for length in sorted(grid.lengths, reverse=True))  # spacings of modes
+    fine, coarse = (
+        2 * pi / length for length in sorted(grid.lengths, reverse=True)
+    )  # spacings of modes
     plane = min(grid.shape) > 1  # else the modes lie on a line
     dense, end = spectrum.breaks[0] + _DENSE * coarse if plane else inf, spectrum.breaks[-1]
     q, roughness = _roughness_of_modes(weight, TruncatedSpectrum(spectrum, dense), grid)
@@ -111,7 +134,9 @@ def _mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, A
     return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness
 
 
-def _roughness_of_modes(weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid) -> tuple[Array, Array]:
+def _roughness_of_modes(
+    weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid
+) -> tuple[Array, Array]:
     """Return the wavenumbers of the modes of a grid, rad/m, and their C in m², times W."""
     x, y = (  # a coarser grid holds all of these modes
         min(points, 2 * ceil(spectrum.breaks[-1] * length / (2 * pi) + 1))
@@ -125,7 +150,9 @@ def _roughness_of_modes(weight: Callable[[Array], Array], spectrum: Spectrum, gr
     weights = weight(q)[ring]
     near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
     weights[near[modes.chosen]] = mean_over_cells(weight, spectrum, grid, near & modes.chosen)
-    return q, np.bincount(ring, modes.multiplicity * (variance[modes.chosen] * weights)).astype(np.float64)
+    return q, np.bincount(ring, modes.multiplicity * (variance[modes.chosen] * weights)).astype(
+        np.float64
+    )
 
 
 def _roughness_of_rings(

@@ -33,7 +33,9 @@ _NORMAL = 1.959964  # standard errors of a 95 % interval
 _Changes = dict[str, Array]  # of the logarithm of every observable, over speeds or of one entry
 
 
-@lru_cache(maxsize=64)  # a theory for each row of the table of C(q): .1 s to seconds, for each mean of a run
+@lru_cache(
+    maxsize=64
+)  # a theory for each row of the table of C(q): .1 s to seconds, for each mean of a run
 def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
     """Return the relative 95 % error of every observable by the scans that C(q) was measured on.
 
@@ -61,7 +63,11 @@ def scan_of_hottest(scene: Scene) -> float | None:
 
 def unknown_by(scene: Scene) -> str:
     """Return in words why the error by the scans of C(q) is unknown, and what helps."""
-    scanned = {name: face for name in ("surface", "counterface") if (face := _scanned_face(scene, name)) is not None}
+    scanned = {
+        name: face
+        for name in ("surface", "counterface")
+        if (face := _scanned_face(scene, name)) is not None
+    }
     if any(face.psd is None or face.psd_error is None for face in scanned.values()):
         return "psd_error is missing; give it, or the scan itself as topography"
     if not all(_alike(scene, name) for name in scanned):
@@ -102,7 +108,9 @@ def _error_of_face(scene: Scene, name: str, face: SurfaceSection, only: str) -> 
         changed: dict[str, Any] = {name: replace(face, psd=rows, psd_error=None)}
         found = _expected(replace(scene, **changed), only)
         with np.errstate(all="ignore"):  # 0/0 at rest
-            return {key: np.where(own[key] == 0.0, 0.0, np.log(found[key] / own[key])) for key in own}
+            return {
+                key: np.where(own[key] == 0.0, 0.0, np.log(found[key] / own[key])) for key in own
+            }
 
     # the rows scatter one by one, by so much that only small steps show how much the value follows each
     each = [change(q, psd * np.exp(_STEP * row)) for row in np.eye(q.size)]
@@ -131,7 +139,9 @@ def _square_between(by_row: Array, by_scan: Array) -> Array:
     return np.asarray(np.where(shown, quantile**2 * (between - within), 0.0))
 
 
-def _missing_waves(change: Callable[[Array, Array], _Changes], q: Array, psd: Array, error: Array) -> _Changes:
+def _missing_waves(
+    change: Callable[[Array, Array], _Changes], q: Array, psd: Array, error: Array
+) -> _Changes:
     """Return the change of every observable by waves longer than the scans; NaN without a limit.
 
     There is a limit only if C(q) may also be steeper by the scatter of its rows: rows that scatter low would have one
@@ -140,7 +150,9 @@ def _missing_waves(change: Callable[[Array, Array], _Changes], q: Array, psd: Ar
     waves = long_waves(q, psd, error)
 
     def limits(exponent: float) -> _Changes:
-        one, two = (change(*_continued(q, psd, exponent, waves.begin, decades)) for decades in (1, 2))
+        one, two = (
+            change(*_continued(q, psd, exponent, waves.begin, decades)) for decades in (1, 2)
+        )
         return {key: _limit_of(one[key], two[key]) for key in one}
 
     missing, possible = limits(waves.exponent), limits(waves.exponent + waves.error)
@@ -165,20 +177,31 @@ def long_waves(q: Array, psd: Array, error: Array) -> LongWaves:
             rows = q <= q[1]
         weight, x = 1.0 / np.maximum(error[rows], 1e-6), np.log(q[rows])
         (slope, level), covariance = np.polyfit(x, np.log(psd[rows]), 1, w=weight, cov="unscaled")
-        return -float(slope), float(np.sqrt(covariance[0, 0])), float(np.exp(level + slope * np.log(q[0])))
+        return (
+            -float(slope),
+            float(np.sqrt(covariance[0, 0])),
+            float(np.exp(level + slope * np.log(q[0]))),
+        )
 
-    (exponent, scatter, law), (at_first, scatter_of_first, _) = power_law(*_ABOVE), power_law(*_FIRST)
+    (exponent, scatter, law), (at_first, scatter_of_first, _) = (
+        power_law(*_ABOVE),
+        power_law(*_FIRST),
+    )
     if at_first + _TAKEN < exponent:
         return LongWaves(at_first + _TAKEN, _FIRST_SCATTER * scatter_of_first, float(psd[0]))
     # the plane and the window have taken of the first row: the law of those above begins higher
     return LongWaves(exponent, scatter, max(float(psd[0]), law))
 
 
-def _continued(q: Array, psd: Array, exponent: float, begin: float, decades: int) -> tuple[Array, Array]:
+def _continued(
+    q: Array, psd: Array, exponent: float, begin: float, decades: int
+) -> tuple[Array, Array]:
     """Return a table with so many decades of longer waves, over which C(q) goes on as a power law from `begin`, m⁴."""
     factor = 10.0**decades
     rise = factor ** max(exponent, 0.0)
-    return np.concatenate([[q[0] / factor, q[0] * _BELOW], q]), np.concatenate([[begin * rise, begin], psd])
+    return np.concatenate([[q[0] / factor, q[0] * _BELOW], q]), np.concatenate(
+        [[begin * rise, begin], psd]
+    )
 
 
 def _limit_of(first: Array, second: Array) -> Array:

@@ -18,7 +18,10 @@ from roughsim.scene.model import Conduction
 from theory.arguments import density
 
 _USUAL_ERROR, _DENSE_ERROR = 0.08, 0.25  # of T_flash, as `sliding_error` has them
-_USUAL_PART, _USUAL_AREA = 0.5, 0.3  # of C(q) on the moving face, and in contact: up to either the usual error holds
+_USUAL_PART, _USUAL_AREA = (
+    0.5,
+    0.3,
+)  # of C(q) on the moving face, and in contact: up to either the usual error holds
 # ratio of κ, or of κ/√D, of the bodies, above which they are unlike: each wave shares the heat as κ₁q : κ₂λ₂, with
 # λ₂ = q at rest and √(qv/D₂) when fast. Beyond the area T_flash was up to 19 % too high, of like bodies up to 17 %
 _UNLIKE, _UNLIKE_AREA = 2.0, 0.6
@@ -69,7 +72,9 @@ class SlidingContinuation(NamedTuple):
 
 
 _SAME = np.ones(1)
-WHOLE = SlidingContinuation(_SAME, _SAME, _SAME, np.zeros(1))  # slides that are followed to their end
+WHOLE = SlidingContinuation(
+    _SAME, _SAME, _SAME, np.zeros(1)
+)  # slides that are followed to their end
 
 
 def sliding_continuation(scene: Scene, followed: float | None) -> SlidingContinuation:
@@ -80,12 +85,22 @@ def sliding_continuation(scene: Scene, followed: float | None) -> SlidingContinu
     distances = np.array(scene.sliding.distances)
     if followed is None or followed >= distances.max():
         return WHOLE
-    whole, part = sliding_prediction(scene), sliding_prediction(scene, np.minimum(distances, followed))
+    whole, part = (
+        sliding_prediction(scene),
+        sliding_prediction(scene, np.minimum(distances, followed)),
+    )
     if whole is None or part is None:
         raise ValueError(_refusal(scene, followed, continuation_fault(scene)))
-    flash, share = (getattr(whole, name) / getattr(part, name) for name in ("flash_temperature", "heat_partition"))
-    warmed, before = (found.contact_temperature - found.flash_temperature for found in (whole, part))
-    return SlidingContinuation(flash, share, warmed / before, np.where(distances > followed, CONTINUED, 0.0))
+    flash, share = (
+        getattr(whole, name) / getattr(part, name)
+        for name in ("flash_temperature", "heat_partition")
+    )
+    warmed, before = (
+        found.contact_temperature - found.flash_temperature for found in (whole, part)
+    )
+    return SlidingContinuation(
+        flash, share, warmed / before, np.where(distances > followed, CONTINUED, 0.0)
+    )
 
 
 def check_continuation(scene: Scene, followed: float | None, length: float) -> None:
@@ -131,12 +146,12 @@ def continuation_fault(scene: Scene) -> str:
 def _refusal(scene: Scene, followed: float, fault: str) -> str:
     """Return why slides may not end sooner."""
     whole = max(scene.sliding.distances)
-    return (
-        f"followed = {followed:.4g} m is less than the slid distance of {whole:.4g} m, and {fault}; leave out followed"
-    )
+    return f"followed = {followed:.4g} m is less than the slid distance of {whole:.4g} m, and {fault}; leave out followed"
 
 
-def sliding_prediction(scene: Scene, slid_distance: Array | None = None) -> SlidingPrediction | None:
+def sliding_prediction(
+    scene: Scene, slid_distance: Array | None = None
+) -> SlidingPrediction | None:
     """Return the theory of a scene with `history = "sliding"`; None where the calibrated law does not hold.
 
     `slid_distance`, (speeds,), m, replaces that of the scene.
@@ -205,7 +220,8 @@ def _moving_roughness(scene: Scene) -> float:
     stress = theory.persson.stress_density(stress_spectrum=calibrated(scene).stress_spectrum)
     q, variance = stress.wavenumber(), stress.weighted()
     riding, still = (
-        np.where((q >= face.breaks[0]) & (q <= face.breaks[-1]), density(face, q), 0.0) for face in (moving, resting)
+        np.where((q >= face.breaks[0]) & (q <= face.breaks[-1]), density(face, q), 0.0)
+        for face in (moving, resting)
     )
     rough = riding + still > 0.0
     return float(np.average(riding[rough] / (riding + still)[rough], weights=variance[rough]))

@@ -38,7 +38,10 @@ def sliding_distributions(scene: Scene) -> Parts:
                     flash_temperature=slid.flash_temperature[places],
                     **arguments,
                 )
-            except (ValueError, ArithmeticError):  # outside the law up to the shortest wave of the fields, or unequal
+            except (
+                ValueError,
+                ArithmeticError,
+            ):  # outside the law up to the shortest wave of the fields, or unequal
                 return ()
             found.append((places, fields))
     return tuple(found)

@@ -57,7 +57,11 @@ def statements(scene: Scene) -> list[Statement]:
 def textures(scene: Scene) -> dict[str, list[Texture]]:
     """Return the textures of the maps of each face by its section; no entry for a C(q) without maps."""
     faces = {"surface": scene.surface, "counterface": scene.counterface}
-    rows = {name: face.psd_texture for name, face in faces.items() if face is not None and face.psd_texture}
+    rows = {
+        name: face.psd_texture
+        for name, face in faces.items()
+        if face is not None and face.psd_texture
+    }
     return {name: [Texture(*row) for row in of_face] for name, of_face in rows.items()}
 
 
@@ -88,9 +92,17 @@ def _of_textures(scene: Scene) -> Iterator[Statement]:
     """Yield for each map that C(q) was measured on the lay of its slopes, and the distribution of its heights."""
     for face, maps in textures(scene).items():
         for number, texture in enumerate(maps, start=1):
-            of = f" of map {number}" * (len(maps) > 1) + f" of [{face}]" * (len(textures(scene)) > 1)
-            yield Statement(f"texture{of}", texture.slopes(), "rms slopes of the map; drawn surfaces are isotropic")
-            yield Statement(f"heights{of}", texture.heights(), f"Gaussian 0 and 3; {texture.extremes()}")
+            of = f" of map {number}" * (len(maps) > 1) + f" of [{face}]" * (
+                len(textures(scene)) > 1
+            )
+            yield Statement(
+                f"texture{of}",
+                texture.slopes(),
+                "rms slopes of the map; drawn surfaces are isotropic",
+            )
+            yield Statement(
+                f"heights{of}", texture.heights(), f"Gaussian 0 and 3; {texture.extremes()}"
+            )
 
 
 def _of_heat(scene: Scene) -> Iterator[Statement]:
@@ -102,12 +114,17 @@ def _of_heat(scene: Scene) -> Iterator[Statement]:
         value, because = "all into the moving body", 'heat_partition is "all", the default'
     elif isinstance(rule, str):
         equal = "T_flash" if rule == "mean" else "T₀ + T_flash"
-        value, because = f'by the rule "{rule}"', f"the share of each speed makes {equal} of the two bodies equal"
+        value, because = (
+            f'by the rule "{rule}"',
+            f"the share of each speed makes {equal} of the two bodies equal",
+        )
         because += " in each column, theory and calibrated too"
     else:
         value, because = f"{rule:.4g} into the moving body", "heat_partition states it"
         if abs(rule - 0.5) > UNEVEN and equal_faces(scene):
-            about = "about " if scene.tables else ""  # a table over temperature has another value at another share
+            about = (
+                "about " if scene.tables else ""
+            )  # a table over temperature has another value at another share
             because += f"; equal faces share evenly: 0.5 makes temperatures {about}{0.5 / rule:.3g} times as high"
     if scene.sliding.history == SLIDING:
         because += "; the column sliding has its own share"
@@ -118,7 +135,9 @@ def equal_faces(scene: Scene) -> bool:
     """Return whether both faces conduct alike and are about equally rough, so that each takes half of the heat."""
     if len(scene.faces) < 2 or not scene.counterface_conducts:
         return False
-    moving, resting = ((body.conductivity, body.density * body.heat_capacity) for body in scene.bodies)
+    moving, resting = (
+        (body.conductivity, body.density * body.heat_capacity) for body in scene.bodies
+    )
     first, second = (face.rms_height for face in scene.faces)
     return moving == resting and 1 / _LIKE <= first / second <= _LIKE
 
@@ -128,19 +147,29 @@ def _of_tables(scene: Scene) -> Iterator[Statement]:
     for speed in scene.speeds if scene.tables else ():
         try:
             found = [f"{kelvin:.4g}" for kelvin in contact_temperatures(scene, speed)]
-        except (ValueError, ArithmeticError, RuntimeError):  # no value of the theory: refused where it is needed
+        except (
+            ValueError,
+            ArithmeticError,
+            RuntimeError,
+        ):  # no value of the theory: refused where it is needed
             continue
         if len(found) > 1:
             others = " and ".join(found[1:])
             because = f"{others} K solve the balance with these tables, too; a cold contact reaches the coldest first"
-            yield Statement(f"contact at {speed:g} m/s", f"{found[0]} K, the coldest of {len(found)}", because)
+            yield Statement(
+                f"contact at {speed:g} m/s", f"{found[0]} K, the coldest of {len(found)}", because
+            )
 
 
 def _of_the_first_micrometre(scene: Scene) -> Iterator[Statement]:
     """Yield what a scene leaves out at its surface, with its size."""
     try:
         left_out = list(effects(scene))
-    except (ValueError, ArithmeticError, RuntimeError):  # no value of the theory: refused where it is needed
+    except (
+        ValueError,
+        ArithmeticError,
+        RuntimeError,
+    ):  # no value of the theory: refused where it is needed
         return
     yield from (Statement(*each) for each in left_out)
 

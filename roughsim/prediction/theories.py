@@ -29,10 +29,18 @@ from roughsim.scene import Scene
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 from theory.yielding import YieldingSpectrum
 
-OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
+OVER_SPEED = (
+    "flash_temperature",
+    "flash_gradient",
+    "flash_laplacian",
+    "flash_width",
+    "slope_length",
+)
 
 
-@lru_cache(maxsize=1024)  # .02 s for each row of a comparison, and for each point of a study in each of its tables
+@lru_cache(
+    maxsize=1024
+)  # .02 s for each row of a comparison, and for each point of a study in each of its tables
 def predictions(scene: Scene, q_max: float = inf) -> Predicted:
     """Return every observable over C(q), or over its part up to q_max, rad/m; NaN where there is no theory.
 
@@ -62,7 +70,9 @@ def _integrated(scene: Scene, values: dict[str, Any], stress: dict[str, Any]) ->
     return Theory(
         values,
         scene.sliding.nominal_pressure,
-        correlation_radius=lambda fraction: float(theory.persson.correlation_radius(fraction, **stress)),
+        correlation_radius=lambda fraction: float(
+            theory.persson.correlation_radius(fraction, **stress)
+        ),
         total=total,
     )
 
@@ -80,9 +90,14 @@ def over_speed(
     They belong to the whole spectrum, to a `spectrum` C(q), or to a `stress_spectrum` |σ_q|².
     """
     if stress_spectrum is not None:
-        stress = {"stress_spectrum": stress_spectrum, "nominal_pressure": scene.sliding.nominal_pressure}
+        stress = {
+            "stress_spectrum": stress_spectrum,
+            "nominal_pressure": scene.sliding.nominal_pressure,
+        }
     else:
-        stress = {"spectrum": smoothed_spectrum(scene) if spectrum is None else spectrum} | stress_arguments(scene)
+        stress = {
+            "spectrum": smoothed_spectrum(scene) if spectrum is None else spectrum
+        } | stress_arguments(scene)
     result = {name: np.empty(speeds.shape) for name in names}
     for indices, constants in groups(scene, speeds):
         for name, values in result.items():
@@ -94,7 +109,9 @@ def over_speed(
 
 def correlation(scene: Scene, distance: Array) -> Array:
     """Return g_σ(r) over the whole spectrum, Pa², at distances in m. Eq. (2)"""
-    values: Array = theory.persson.pressure_correlation(distance, smoothed_spectrum(scene), **stress_arguments(scene))
+    values: Array = theory.persson.pressure_correlation(
+        distance, smoothed_spectrum(scene), **stress_arguments(scene)
+    )
     return values
 
 
@@ -111,7 +128,9 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
 
 def calibrated_predictions(scene: Scene) -> Predicted:
     """Return every observable by the calibrated law, as `predictions`; NaN where the law does not hold."""
-    return Predicted(calibrated_integrals(scene), scene, (*calibrated(scene).observables, *QUANTILES))
+    return Predicted(
+        calibrated_integrals(scene), scene, (*calibrated(scene).observables, *QUANTILES)
+    )
 
 
 def calibrated_integrals(scene: Scene) -> Theory:
@@ -142,7 +161,11 @@ def calibrated_correlation(scene: Scene, distance: Array) -> Array:
     """Return g_σ(r) by the calibrated law, Pa², at distances in m; NaN where the law does not hold."""
     law = calibrated(scene).stress_spectrum
     nothing = np.full(distance.shape, nan)
-    return nothing if law is None else theory.persson.pressure_correlation(distance, stress_spectrum=law)
+    return (
+        nothing
+        if law is None
+        else theory.persson.pressure_correlation(distance, stress_spectrum=law)
+    )
 
 
 def calibrated_over_speed(scene: Scene, speeds: Array) -> dict[str, Array]:

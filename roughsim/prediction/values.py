@@ -15,7 +15,11 @@ class Predicted(Mapping[str, Array]):
     """Every observable by a theory, read-only, over speeds or of one entry; computed when it is first asked for."""
 
     def __init__(self, view: Theory, scene: Scene, known: Container[str] = OBSERVABLES):
-        self._view, self._speeds, self._known = view, len(scene.speeds), known  # NaN where it is not known
+        self._view, self._speeds, self._known = (
+            view,
+            len(scene.speeds),
+            known,
+        )  # NaN where it is not known
         self._names = list(observables_of(scene.distribution))
         self._values: dict[str, Array] = {}
 

@@ -28,8 +28,14 @@ _MEANINGS = {
     SLIDING: "simulated contact of two rough faces that slide over one another, with its own share of the heat",
 }
 IDENTITY, AT_CUT_OFF = "identity", "at q_c"
-_Entry = tuple[Array, Array, list[str], list[str]]  # values, total errors, unknown parts and notes, over speed
-TAIL, UNKNOWN, NOTE = "_total_error", "_unknown", "_note"  # suffixes of the arrays beside an observable
+_Entry = tuple[
+    Array, Array, list[str], list[str]
+]  # values, total errors, unknown parts and notes, over speed
+TAIL, UNKNOWN, NOTE = (
+    "_total_error",
+    "_unknown",
+    "_note",
+)  # suffixes of the arrays beside an observable
 TAILS = (
     "NAME_total_error is its error, 95 %, NAME_unknown are the missing parts of this error, and NAME_note marks values "
     "that are not extrapolated (at q_c) or fixed by force balance (identity)."
@@ -77,11 +83,15 @@ def answers(run: Run, observables: Sequence[str] | None = None) -> Iterator[Labe
     has no sound realization.
     """
     columns = _columns_of(run)
-    yield Labelled("column", ("column",), np.array(columns), {"description": "source of a value, see README"})
+    yield Labelled(
+        "column", ("column",), np.array(columns), {"description": "source of a value, see README"}
+    )
     yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
     slid = [run.estimate("heat_partition", SLIDING).mean] if SLIDING in columns else []
     own = prediction.calibrated_share(run.scene)
-    shares = [run.heat_partition, own] + [run.share(column) for column in run.numerics.columns] + slid
+    shares = (
+        [run.heat_partition, own] + [run.share(column) for column in run.numerics.columns] + slid
+    )
     yield Labelled("heat_share_used", ("column", "speed"), np.array(shares), SHARE)
     theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
     bands = prediction.calibrated(run.scene).errors
@@ -90,7 +100,8 @@ def answers(run: Run, observables: Sequence[str] | None = None) -> Iterator[Labe
     for name in (name for name in names if name not in ABOUT):
         record = OBSERVABLES[name]
         theory, calibrated = (
-            by[name] * (heat if record.heated else 1.0) for by, heat in zip(theories, shares, strict=False)
+            by[name] * (heat if record.heated else 1.0)
+            for by, heat in zip(theories, shares, strict=False)
         )
         nothing, unmarked = np.full_like(theory, np.nan), [""] * len(theory)
         entries: list[_Entry] = [(theory, nothing, unmarked, unmarked)]
@@ -99,10 +110,14 @@ def answers(run: Run, observables: Sequence[str] | None = None) -> Iterator[Labe
         entries.append((calibrated, band, unmarked, unmarked))
         for column in columns[2:]:
             measured = column != SLIDING or name in run.slid_observables
-            entries.append(_measured(run, name, column) if measured else (nothing, nothing, unmarked, unmarked))
+            entries.append(
+                _measured(run, name, column) if measured else (nothing, nothing, unmarked, unmarked)
+            )
         axes = ("column", "speed") if record.per_speed else ("column",)
         tables = (np.array(table) for table in zip(*entries, strict=True))
-        yield from marked(name, axes, *(table if record.per_speed else table[:, 0] for table in tables))
+        yield from marked(
+            name, axes, *(table if record.per_speed else table[:, 0] for table in tables)
+        )
     if any(name in ABOUT for name in names):
         yield from _answers_of_reactions(run)
     if isinstance(run, Pressed):
@@ -121,7 +136,9 @@ def _answers_of_reactions(run: Run) -> Iterator[Labelled]:
     columns = _columns_of(run)
     asked = {column: run.reactions(column) for column in run.reacting_columns}
     first = asked[run.numerics.columns[0]]
-    asked_of_theory = prediction.asked_predictions(run.scene, prediction.calibrated_share(run.scene))
+    asked_of_theory = prediction.asked_predictions(
+        run.scene, prediction.calibrated_share(run.scene)
+    )
     theory = {one.key: one.estimate for one in asked_of_theory}
     nothing = prediction.Banded(*np.full((3, len(run.scene.speeds)), np.nan))
     for name in dict.fromkeys(one.estimate.observable for one in first):
@@ -133,8 +150,12 @@ def _answers_of_reactions(run: Run) -> Iterator[Labelled]:
         shape = len(columns), len(places), len(run.scene.speeds)
         values, errors = np.full(shape, np.nan), np.full(shape, np.nan)
         unknown, notes = np.full(shape, "", object), np.full(shape, "", object)
-        values[columns.index("calibrated")] = [theory.get(first[k].key, nothing).value for k in places]
-        errors[columns.index("calibrated")] = [theory.get(first[k].key, nothing).error for k in places]
+        values[columns.index("calibrated")] = [
+            theory.get(first[k].key, nothing).value for k in places
+        ]
+        errors[columns.index("calibrated")] = [
+            theory.get(first[k].key, nothing).error for k in places
+        ]
         for column, of_column in asked.items():
             for j, k in enumerate(places):
                 at, estimate = (columns.index(column), j), of_column[k].estimate
@@ -142,7 +163,9 @@ def _answers_of_reactions(run: Run) -> Iterator[Labelled]:
                 parts = [estimate.unknown_at(n) for n in range(len(estimate.mean))]
                 unknown[at] = [", ".join(lacking) for lacking in parts]
                 notes[at] = [AT_CUT_OFF if "bandwidth" in lacking else "" for lacking in parts]
-        yield from marked(name, ("column", axis, "speed"), values, errors, unknown.astype(str), notes.astype(str))
+        yield from marked(
+            name, ("column", axis, "speed"), values, errors, unknown.astype(str), notes.astype(str)
+        )
 
 
 def _answers_of_directions(run: Pressed) -> Iterator[Labelled]:
@@ -150,12 +173,19 @@ def _answers_of_directions(run: Pressed) -> Iterator[Labelled]:
     for name, angle in run.angles.items():
         estimate, title = run.in_direction(name), f"flash_temperature_{name}"
         about = {"units": "K", "description": f"sliding at {angle:.6g} rad from x towards y"}
-        yield Labelled(title, ("speed",), estimate.mean, about | {"ancillary_variables": title + TAIL})
+        yield Labelled(
+            title, ("speed",), estimate.mean, about | {"ancillary_variables": title + TAIL}
+        )
         error = {"units": "K", "description": "total error of the mean, 95 %"}
         yield Labelled(title + TAIL, ("speed",), estimate.total_error, error)
     if run.over_twin is not None:
         words = "ratio of T_flash, map over one map of the same |h(q)| with random phases"
-        yield Labelled("map_over_gaussian_twin", ("speed",), run.over_twin, {"units": "1", "description": words})
+        yield Labelled(
+            "map_over_gaussian_twin",
+            ("speed",),
+            run.over_twin,
+            {"units": "1", "description": words},
+        )
 
 
 def marked(
@@ -163,14 +193,18 @@ def marked(
 ) -> Iterator[Labelled]:
     """Yield an observable, its error and its marks as arrays over some axes; `unknown` and `notes` are texts."""
     unit = {"units": UNITS[name]}
-    parts = ", ".join(sorted({part for text in unknown.ravel() for part in str(text).split(", ")} - {""}))
+    parts = ", ".join(
+        sorted({part for text in unknown.ravel() for part in str(text).split(", ")} - {""})
+    )
     words = {
         TAIL: "total error of the mean, 95 %"
         + (f"; a lower bound if parts of it are unknown ({parts})" if parts else ""),
         UNKNOWN: "unknown parts of the total error",
         NOTE: "identity: fixed by force balance; at q_c: not extrapolated in the cut-off",
     }
-    yield Labelled(name, axes, values, unit | {"ancillary_variables": " ".join(name + tail for tail in words)})
+    yield Labelled(
+        name, axes, values, unit | {"ancillary_variables": " ".join(name + tail for tail in words)}
+    )
     yield Labelled(name + TAIL, axes, errors, unit | {"description": words[TAIL]})
     yield Labelled(name + UNKNOWN, axes, unknown, {"description": words[UNKNOWN]})
     yield Labelled(name + NOTE, axes, notes, {"description": words[NOTE]})

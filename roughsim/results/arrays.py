@@ -18,7 +18,9 @@ from roughsim.store.member_files import KEPT_FIELDS
 
 Array = NDArray[Any]
 _OF_LEVELS = ("column", "q_max", "cell")  # names of coordinates of the levels
-_SPECTRUM = "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
+_SPECTRUM = (
+    "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
+)
 SHARE = {"units": "1", "description": "share of the heat used for the temperatures"}
 
 
@@ -44,7 +46,11 @@ class Stored:
         if isinstance(which, (int, np.integer)):
             return np.asarray(self.read(self.indices[which])[tuple(inside)])
         parts = [self.read(index)[tuple(inside)] for index in self.indices[which]]
-        return np.stack(parts) if parts else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *inside)]
+        return (
+            np.stack(parts)
+            if parts
+            else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *inside)]
+        )
 
 
 class Labelled(NamedTuple):
@@ -56,7 +62,9 @@ class Labelled(NamedTuple):
     attributes: dict[str, Any]
 
 
-def arrays_of(members: Members, scene: Scene, shares: list[Array], read: Callable[..., Array]) -> Iterator[Labelled]:
+def arrays_of(
+    members: Members, scene: Scene, shares: list[Array], read: Callable[..., Array]
+) -> Iterator[Labelled]:
     """Yield all numbers of the counted members over the level, and the spectra and fields of each level.
 
     `shares` of the heat, (speeds,), are by level; `read` is `Run.field`. Arrays of the level below, on the same
@@ -69,8 +77,12 @@ def arrays_of(members: Members, scene: Scene, shares: list[Array], read: Callabl
     yield Labelled("realization", ("realization",), np.arange(max(members.counts)), {"units": "1"})
     yield Labelled("speed", ("speed",), np.array(scene.speeds), {"units": "m/s"})
     yield Labelled("column", ("level",), np.array([level.column for level in levels]), {})
-    yield Labelled("q_max", ("level",), np.array([level.q_max for level in levels]), {"units": "1/m"})
-    yield Labelled("cell", ("level",), cells, {"description": "half, quarter: of so much of the sides"})
+    yield Labelled(
+        "q_max", ("level",), np.array([level.q_max for level in levels]), {"units": "1/m"}
+    )
+    yield Labelled(
+        "cell", ("level",), cells, {"description": "half, quarter: of so much of the sides"}
+    )
     yield Labelled("heat_partition", ("level", "speed"), np.array(shares), SHARE)
     yield from _solves(members)
     for below in (False, True):
@@ -90,22 +102,37 @@ def arrays_of(members: Members, scene: Scene, shares: list[Array], read: Callabl
 def _solves(members: Members) -> Iterator[Labelled]:
     """Yield whether the contact of each member converged, its residual, and its iterations."""
     axes, shape = ("level", "realization"), (len(members.counts), max(members.counts))
-    converged, residual, iterations = np.zeros(shape, np.int8), np.full(shape, np.nan), np.full(shape, np.nan)
+    converged, residual, iterations = (
+        np.zeros(shape, np.int8),
+        np.full(shape, np.nan),
+        np.full(shape, np.nan),
+    )
     for level, count in enumerate(members.counts):
         for index in range(count):
             member = members[level, index]
             converged[level, index] = not member.failure
             residual[level, index] = member.provenance.get("residual", np.nan)
             iterations[level, index] = member.provenance.get("iterations", np.nan)
-    yield Labelled("converged", axes, converged, {"units": "1", "description": "1 for a converged contact"})
-    yield Labelled("residual", axes, residual, {"units": "1", "description": "of the contact solve"})
-    yield Labelled("iterations", axes, iterations, {"units": "1", "description": "of the contact solve"})
+    yield Labelled(
+        "converged", axes, converged, {"units": "1", "description": "1 for a converged contact"}
+    )
+    yield Labelled(
+        "residual", axes, residual, {"units": "1", "description": "of the contact solve"}
+    )
+    yield Labelled(
+        "iterations", axes, iterations, {"units": "1", "description": "of the contact solve"}
+    )
 
 
-def _numbers(members: Members, of_levels: dict[int, Sample], shares: list[Array], below: bool) -> Iterator[Labelled]:
+def _numbers(
+    members: Members, of_levels: dict[int, Sample], shares: list[Array], below: bool
+) -> Iterator[Labelled]:
     """Yield the stored numbers, NaN without a sound member; temperatures with their share of the heat."""
     for name, record in NUMBERS.items():
-        values = np.full((len(shares), max(members.counts), len(members.speeds) if record.per_speed else 1), np.nan)
+        values = np.full(
+            (len(shares), max(members.counts), len(members.speeds) if record.per_speed else 1),
+            np.nan,
+        )
         for level, sample in of_levels.items():
             rows = sample.numbers[name]
             values[level, : len(rows)] = rows * shares[level] if record.heated else rows
@@ -114,7 +141,10 @@ def _numbers(members: Members, of_levels: dict[int, Sample], shares: list[Array]
         attributes = {"units": record.unit, "description": record.stored + " (level below)" * below}
         if record.heated:
             attributes["comment"] = "with the share of the heat used by the run"
-        axes, values = ("level", "realization", "speed"), values if record.per_speed else values[..., 0]
+        axes, values = (
+            ("level", "realization", "speed"),
+            values if record.per_speed else values[..., 0],
+        )
         yield Labelled(name + "_below" * below, axes[: values.ndim], values, attributes)
 
 
@@ -129,7 +159,9 @@ def _spectra(members: Members, sample: Sample, end: str) -> Iterator[Labelled]:
         yield Labelled(f"stress_spectrum{end}", ("realization", axis), padded, attributes)
 
 
-def _fields(members: Members, level: int, kept: list[int], read: Callable[..., Array]) -> Iterator[Labelled]:
+def _fields(
+    members: Members, level: int, kept: list[int], read: Callable[..., Array]
+) -> Iterator[Labelled]:
     """Yield the axes of a level's fields, and the lazy fields stored by all realizations in `kept`."""
     numerics, end = members.numerics, f"_L{level}"
     grid, axes = numerics.grid(level), (f"kept_realization{end}", f"x{end}", f"y{end}")
@@ -139,18 +171,27 @@ def _fields(members: Members, level: int, kept: list[int], read: Callable[..., A
     for name, kind in KEPT_FIELDS.items():
         if members.kept(level, name) == kept:
             stored = Stored(kept, partial(read, name=name), grid.shape)
-            yield Labelled(name + end, axes, stored, {"units": kind.unit, "description": kind.description})
+            yield Labelled(
+                name + end, axes, stored, {"units": kind.unit, "description": kind.description}
+            )
     fastest = max(members.speeds)
     if fastest > 0.0 and level in map(numerics.picture, numerics.columns):
         words = f"above the mean of the cell, at the highest speed, {fastest:g} m/s, with the share of the heat used"
         stored = Stored(kept, partial(read, name="temperature", speed=fastest), grid.shape)
-        yield Labelled(f"temperature{end}", axes, stored, {"units": "K", "description": words, "speed": fastest})
+        yield Labelled(
+            f"temperature{end}",
+            axes,
+            stored,
+            {"units": "K", "description": words, "speed": fastest},
+        )
 
 
 def attributes_of(scene: Scene, members: Members) -> dict[str, Any]:
     """Return title, scene, numerics, seed and versions of a run, as files and datasets carry them."""
     # of the packages that computed the first member; one that is damaged and skipped has none
-    versions = next(found for member in members.values() if (found := member.provenance.get("versions")))
+    versions = next(
+        found for member in members.values() if (found := member.provenance.get("versions"))
+    )
     return {
         "title": scene.title or members.folder.resolve().name,
         "source": f"roughsim {versions['roughsim']}",
@@ -171,5 +212,9 @@ def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:
     variables: dict[str, Any] = {}
     for name, axes, values, about in arrays:
         data = unread.lazy(values) if isinstance(values, Stored) else values
-        (coordinates if axes == (name,) or name in _OF_LEVELS else variables)[name] = axes, data, about
+        (coordinates if axes == (name,) or name in _OF_LEVELS else variables)[name] = (
+            axes,
+            data,
+            about,
+        )
     return xarray.Dataset(variables, coordinates, attributes)

@@ -13,7 +13,11 @@ from roughsim.store.disk import checksum, is_temporary, make_folder, place_bytes
 from roughsim.store.member_files import FORMAT, check_format
 
 RUN, MAP, QUARTERS = "run", "map", "quarters"  # kinds of runs
-CONTENT = {RUN: "a run of drawn surfaces", MAP: "a pressed map", QUARTERS: "the quarters of a pressed map"}
+CONTENT = {
+    RUN: "a run of drawn surfaces",
+    MAP: "a pressed map",
+    QUARTERS: "the quarters of a pressed map",
+}
 MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
 _BEGUN = {"claims", "realizations"}  # names that a start may have made before run.json
 
@@ -39,7 +43,9 @@ class Description:
 
     def of_quarters(self, numerics: Numerics) -> Self:
         """Return the description of the quarters of this pressed map, which have numerics of their own."""
-        return replace(self, numerics=numerics, press={**self.press, "of": QUARTERS, "edges": "mirror"})
+        return replace(
+            self, numerics=numerics, press={**self.press, "of": QUARTERS, "edges": "mirror"}
+        )
 
     def write(self, folder: Path, scene: Scene, *, first: bool = False) -> None:
         """Write run.json and scene.toml before any slow work; with `first`, FileExistsError if another process has.
@@ -57,16 +63,23 @@ class Description:
             **({"press": self.press} if self.press else {}),
         }
         guarded = values | {"checksums": {key: checksum(value) for key, value in values.items()}}
-        for name, text in (("run.json", json.dumps(guarded, indent=1) + "\n"), ("scene.toml", scene.to_toml())):
+        for name, text in (
+            ("run.json", json.dumps(guarded, indent=1) + "\n"),
+            ("scene.toml", scene.to_toml()),
+        ):
             path = folder / name
             # an equal file is not written again: a finished run on a full or read-only disk can be opened
             if first or not path.is_file() or path.read_bytes() != text.encode():
-                place_bytes(path, text.encode(), first=first and name == "run.json")  # the first process writes both
+                place_bytes(
+                    path, text.encode(), first=first and name == "run.json"
+                )  # the first process writes both
 
     def refuse_other(self, folder: Path, stored: Self) -> None:
         """Refuse a folder with another kind of run, scene, map or numerics: RecordError with the first such key."""
         if stored.kind != self.kind:
-            raise RecordError(f"{folder} holds {CONTENT[stored.kind]}, not {CONTENT[self.kind]}; name another folder")
+            raise RecordError(
+                f"{folder} holds {CONTENT[stored.kind]}, not {CONTENT[self.kind]}; name another folder"
+            )
         there, here = ({**of.press, **of.scene, **of.numerics.to_dict()} for of in (stored, self))
         for key in dict.fromkeys((*there, *here)):
             old = there.get(key, "absent")
@@ -86,7 +99,9 @@ def read_description(folder: Path) -> Description:
     """
     path = folder / "run.json"
     if not folder.exists():
-        raise RecordError(f"{folder} does not exist; start it with `roughsim run` or `roughsim press`")
+        raise RecordError(
+            f"{folder} does not exist; start it with `roughsim run` or `roughsim press`"
+        )
     if folder.is_file():
         raise RecordError(f"{folder} is a file; name the folder of a run")
     try:
@@ -96,8 +111,12 @@ def read_description(folder: Path) -> Description:
         raise
     except FileNotFoundError:
         if (folder / "study.json").exists():
-            raise RecordError(f"{folder} is a study; name the folder of one of its points, in points/") from None
-        raise RecordError(f"{folder} is no run: it has no run.json; name the folder that `roughsim run` made") from None
+            raise RecordError(
+                f"{folder} is a study; name the folder of one of its points, in points/"
+            ) from None
+        raise RecordError(
+            f"{folder} is no run: it has no run.json; name the folder that `roughsim run` made"
+        ) from None
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise RecordError(f"{path} is damaged ({error})") from error
     check_format(path, version, content)
@@ -111,7 +130,9 @@ def read_description(folder: Path) -> Description:
     try:  # a forger can make checksums too
         reasons = tuple(Reason(*map(str, words)) for words in content["reasons"])
         numerics = replace(Numerics.from_dict(content["numerics"]), reasons=reasons)
-        return Description(content["scene"], numerics, content["versions"], content.get("press", {}))
+        return Description(
+            content["scene"], numerics, content["versions"], content.get("press", {})
+        )
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise RecordError(f"{folder} cannot be opened: {error}") from error
 
@@ -130,8 +151,14 @@ def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
     # a scene.toml alone may be a user's own file: `Description.write` makes the folder for the realizations before it
     begun = _BEGUN | {"scene.toml"} if "realizations" in names else _BEGUN
     inside = folder / "realizations"
-    empty = all(is_temporary(path.name) for path in inside.iterdir()) if inside.is_dir() else not inside.exists()
-    if (folder / "run.json").exists():  # at last: another process may have made it meanwhile, with all before
+    empty = (
+        all(is_temporary(path.name) for path in inside.iterdir())
+        if inside.is_dir()
+        else not inside.exists()
+    )
+    if (
+        folder / "run.json"
+    ).exists():  # at last: another process may have made it meanwhile, with all before
         return "run"
     return "free" if empty and not names - begun else "foreign"
 

@@ -43,7 +43,9 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     path = Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise ValueError(f"path = {str(path)!r} must end in {', '.join(ENDINGS)}")
-    if bits is not None and (isinstance(bits, bool) or int(bits) != bits or not 1 <= bits <= _MANTISSA):
+    if bits is not None and (
+        isinstance(bits, bool) or int(bits) != bits or not 1 <= bits <= _MANTISSA
+    ):
         raise ValueError(f"bits = {bits!r} must be a whole number from 1 to {_MANTISSA}")
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
@@ -54,7 +56,9 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
             if handle.failure is not None:
                 raise handle.failure
             handle.seek(0)
-            handle.write(seal(path.name, hashlib.file_digest(handle, "sha256")))  # the position is the end
+            handle.write(
+                seal(path.name, hashlib.file_digest(handle, "sha256"))
+            )  # the position is the end
             if handle.failure is not None:
                 raise handle.failure
             os.fsync(handle.fileno())
@@ -67,7 +71,9 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     return path
 
 
-def export_surface(run: Run, path: str | Path, realization: int = 0, column: str | None = None) -> Path:
+def export_surface(
+    run: Run, path: str | Path, realization: int = 0, column: str | None = None
+) -> Path:
     """Write the composite heights of one kept realization for SurfaceTopography, ContactMechanics or tamaas.
 
     `path`, which is returned, ends in .nc (with sizes and unit) or .npy (the bare array, m); a file there is replaced.
@@ -78,7 +84,9 @@ def export_surface(run: Run, path: str | Path, realization: int = 0, column: str
     """
     path = Path(path)
     if path.suffix.lower() not in topography.ENDINGS:
-        raise ValueError(f"path = {str(path)!r} of a surface must end in {' or '.join(topography.ENDINGS)}")
+        raise ValueError(
+            f"path = {str(path)!r} of a surface must end in {' or '.join(topography.ENDINGS)}"
+        )
     level = run.numerics.picture(run.column(column))
     if realization not in run.kept(level):
         raise run.not_kept(level, realization)
@@ -124,7 +132,8 @@ def _write_run(file: Any, run: Run, bits: int | None) -> None:
     members = [_rounded(array, bits) for array in run.arrays()]
     group = file.create_group("members")
     file.attrs.update(
-        attributes_of(run.scene, run.members) | {"README": readme(run), "NX_class": "NXroot", "default": "entry"}
+        attributes_of(run.scene, run.members)
+        | {"README": readme(run), "NX_class": "NXroot", "default": "entry"}
     )
     file.attrs.update(realizations=run.realizations, failed=run.failed)
     write_arrays(file, root)
@@ -144,7 +153,9 @@ def _draw_answer(file: Any, entry: Any, root: list[Labelled], column: str) -> No
     """Set the default plot of viewers: T_flash of a column over the speed, with its error, and both theories."""
     from roughsim.store.hdf5 import write_arrays
 
-    tables = {array.name: array.data for array in root}  # not read from the file: a full disk has taken nothing
+    tables = {
+        array.name: array.data for array in root
+    }  # not read from the file: a full disk has taken nothing
     columns = tables["column"].tolist()
     curves = dict(zip(columns, tables["flash_temperature"], strict=True))
     curves[f"{column}_errors"] = tables["flash_temperature_total_error"][columns.index(column)]
@@ -152,7 +163,10 @@ def _draw_answer(file: Any, entry: Any, root: list[Labelled], column: str) -> No
     group = entry.create_group("flash_temperature")
     group.attrs.update(NX_class="NXdata", signal=column, auxiliary_signals=beside, axes=["speed"])
     group["speed"] = file["speed"]
-    write_arrays(group, [Labelled(name, ("speed",), values, {"units": "K"}) for name, values in curves.items()])
+    write_arrays(
+        group,
+        [Labelled(name, ("speed",), values, {"units": "K"}) for name, values in curves.items()],
+    )
 
 
 def _rounded(array: Labelled, bits: int | None) -> Labelled:
@@ -162,7 +176,9 @@ def _rounded(array: Labelled, bits: int | None) -> Labelled:
     attributes = {**array.attributes, "interpretation": "image"}
     if bits is None:
         return array._replace(attributes=attributes)
-    attributes["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(bits)  # netCDF's own word for such rounding
+    attributes["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(
+        bits
+    )  # netCDF's own word for such rounding
     data = replace(array.data, read=lambda index: rounded(array.data.read(index), bits))
     return array._replace(data=data, attributes=attributes)
 

@@ -25,9 +25,13 @@ class MemberFilm:
 
     grid: Grid  # of the maps
     maps: film.Film
-    curves: dict[str, Array]  # over the slid distance, by the names of `roughsim.observables.catalogue.CURVES`
+    curves: dict[
+        str, Array
+    ]  # over the slid distance, by the names of `roughsim.observables.catalogue.CURVES`
     resting_summits: Array  # the highest summits of the face at rest, m, (summits, 2)
-    moving_summits: Array  # of the moving face at each position, m, (positions, summits, 2); none of a flat
+    moving_summits: (
+        Array  # of the moving face at each position, m, (positions, summits, 2); none of a flat
+    )
 
     def positions(self, speed: int) -> int:
         """Return the number of positions at the speed with this index, up to the slid distance of that speed."""
@@ -56,19 +60,31 @@ def read_film(run: Run, index: int) -> MemberFilm:
     path = member_path(run.folder, level, index)
     member = read_member(path, film.FIELDS)
     if missing := [name for name in film.FIELDS if name not in member.fields]:
-        raise RecordError(f"{path} holds a film without {missing[0]}: it is damaged; move it out of the folder")
+        raise RecordError(
+            f"{path} holds a film without {missing[0]}: it is damaged; move it out of the folder"
+        )
     maps = film.Film(*(member.fields[name] for name in film.FIELDS))
     problem = replace(slide_problem(run.scene, run.numerics), seed=run.seed, index=index)
     way = oblique_path(problem.grid, max(problem.distances))
     steps = np.rint(maps.distance / way.distance[1]).astype(np.intp)
     shape, speeds = film.film_shape(problem.grid.shape), len(run.scene.speeds)
-    fits = maps.pressure.shape == (steps.size, *shape) and maps.temperature.shape == (speeds, steps.size, *shape)
+    fits = maps.pressure.shape == (steps.size, *shape) and maps.temperature.shape == (
+        speeds,
+        steps.size,
+        *shape,
+    )
     if not fits or steps.min(initial=0) < 0 or steps.max(initial=0) > way.steps:
-        raise RecordError(f"{path} holds a film of other speeds, distances or points than this run: it is not its own")
+        raise RecordError(
+            f"{path} holds a film of other speeds, distances or points than this run: it is not its own"
+        )
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)  # the plan warns of it
+        warnings.filterwarnings(
+            "ignore", message="q_min = ", category=RuntimeWarning
+        )  # the plan warns of it
         resting, moving = (highest(heights) for heights in faces(problem))
-    places = np.asarray(problem.grid.shape) / shape  # a point of the map is the middle of a block of points
+    places = (
+        np.asarray(problem.grid.shape) / shape
+    )  # a point of the map is the middle of a block of points
     spacing = np.asarray(problem.grid.spacing)
 
     def in_metres(points: NDArray[np.intp]) -> Array:

@@ -7,7 +7,14 @@ from pathlib import Path
 
 from roughsim.errors import RecordError
 from roughsim.machine import available_memory, exceeds, in_words
-from roughsim.results.description import MAP, MOST_BYTES, QUARTERS, RUN, Description, read_description
+from roughsim.results.description import (
+    MAP,
+    MOST_BYTES,
+    QUARTERS,
+    RUN,
+    Description,
+    read_description,
+)
 from roughsim.results.members import Damaged
 from roughsim.results.pressed import Pressed, Quarters
 from roughsim.results.run import Run
@@ -55,12 +62,18 @@ def unread_run(folder: Path, damaged: Damaged) -> Run:
         scene = parse_scene(read_bytes(path, MOST_BYTES).decode("utf-8"), source=str(path))
         stored, written = dict(description.scene), scene.identity()
         if stored != written:
-            key = next((key for key in stored | written if stored.get(key) != written.get(key)), "a key")
-            raise ValueError(f"run.json and scene.toml are of different scenes: {key} differs; undo the edit")
+            key = next(
+                (key for key in stored | written if stored.get(key) != written.get(key)), "a key"
+            )
+            raise ValueError(
+                f"run.json and scene.toml are of different scenes: {key} differs; undo the edit"
+            )
         most = max(level.shape[0] * level.shape[1] for level in description.numerics.levels)
         if exceeds(8.0 * most, 0.5):
             needed = f"{8e-9 * most:.3g} GB, more than half of the {in_words(available_memory())}"
-            raise ValueError(f"run.json: a field of {most} points needs {needed}; open the run on a larger machine")
+            raise ValueError(
+                f"run.json: a field of {most} points needs {needed}; open the run on a larger machine"
+            )
         run = _OPENED[description.kind](folder, description, scene, damaged)
         if isinstance(run, Pressed):
             _check_quarters(folder, description)
@@ -78,7 +91,10 @@ def _check_quarters(folder: Path, of_map: Description) -> None:
             raise RecordError(f"{place} is lost")
         found = read_description(place)
         of_map.of_quarters(found.numerics).refuse_other(place, found)
-        if len({tuple(level.q_max for level in each.numerics.levels) for each in (of_map, found)}) > 1:
+        if (
+            len({tuple(level.q_max for level in each.numerics.levels) for each in (of_map, found)})
+            > 1
+        ):
             raise RecordError(f"{place} has other cut-offs than its map")
     except RecordError as error:
         reason = str(error).partition(";")[0]
@@ -97,8 +113,12 @@ def gap(run: Run) -> list[str]:
         return []
     process, count = writer(run.folder), f"only the {run.realizations} realizations before count"
     if process:
-        return [f"not there yet: {_listed(run.missing)}; {process} computes the run now; {count} so far"]
-    missing = open_run(run.folder, damaged="skip").missing  # a process may have ended the run meanwhile
+        return [
+            f"not there yet: {_listed(run.missing)}; {process} computes the run now; {count} so far"
+        ]
+    missing = open_run(
+        run.folder, damaged="skip"
+    ).missing  # a process may have ended the run meanwhile
     return [f"lost: {_listed(missing)}; {count}; {AGAIN} to have them"] if missing else []
 
 
@@ -111,4 +131,6 @@ def left_out(run: Run) -> list[str]:
 
 def _listed(names: list[str]) -> str:
     """Return the first names, and the number of further ones."""
-    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+    return ", ".join(names[:_NAMED]) + (
+        f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    )

@@ -10,7 +10,15 @@ from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import SOURCES, Estimate, estimate
 from roughsim.estimate.ladder import Pair
-from roughsim.estimate.levels import FLASH, Values, notes_of, product, scaled, values_of, with_errors
+from roughsim.estimate.levels import (
+    FLASH,
+    Values,
+    notes_of,
+    product,
+    scaled,
+    values_of,
+    with_errors,
+)
 from roughsim.estimate.rounds import Counts
 from roughsim.estimate.sliding import (
     HOT,
@@ -44,7 +52,9 @@ class Means:
         self.folder, self.numerics = members.folder, members.numerics
         self.scene, self.members = scene, members
         self.heat_partition = prediction.heat_partition(scene)
-        self._lowest = [self.numerics.of_column(column)[0] for column in self.numerics.columns]  # levels
+        self._lowest = [
+            self.numerics.of_column(column)[0] for column in self.numerics.columns
+        ]  # levels
         # of the members that count; all observables follow from the pairs, and most values are asked for repeatedly
         self._pairs: dict[str, list[Pair]] = {}
         self._values: dict[tuple[str, str, bool], Values] = {}
@@ -81,7 +91,9 @@ class Means:
         """Return the name of a column; None: capped, else elastic. ValueError if it is missing."""
         name = self.numerics.columns[-1] if column is None else column
         if name not in self.numerics.columns:
-            raise ValueError(f"column = {name!r} is not in this run; it has {', '.join(self.numerics.columns)}")
+            raise ValueError(
+                f"column = {name!r} is not in this run; it has {', '.join(self.numerics.columns)}"
+            )
         return name
 
     def pairs(self, column: str | None = None) -> list[Pair]:
@@ -96,12 +108,17 @@ class Means:
             raise ValueError(f"{self.folder} has no sound realization yet; let it run first")
         return self._pairs[name]
 
-    def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
+    def values(
+        self, observable: str, column: str | None = None, *, extrapolated: bool = True
+    ) -> Values:
         """Return the values of an observable over the counted members, with all heat in the moving body.
 
         `extrapolated`, or at the highest cut-off, with all parts of their errors. Errors raised as `estimate`.
         """
-        values, name = self.of_levels(observable, column, extrapolated=extrapolated), self.column(column)
+        values, name = (
+            self.of_levels(observable, column, extrapolated=extrapolated),
+            self.column(column),
+        )
         parts = {
             "size": self.size_error(observable, name),
             "solver": OBSERVABLES[observable].solver_share * self.numerics.tolerance,
@@ -112,17 +129,28 @@ class Means:
         """Return the relative error of an observable by the scans that C(q) was measured on; empty without them."""
         return {"scan": scan_error(self.scene)[observable]} if self.scanned else {}
 
-    def of_levels(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
+    def of_levels(
+        self, observable: str, column: str | None = None, *, extrapolated: bool = True
+    ) -> Values:
         """Return `values` with those parts of their errors alone that the levels of a column show."""
         if observable not in self.observables:
-            need = "not in this run, whose scene lacks [observables] temperature_distribution = true"
+            need = (
+                "not in this run, whose scene lacks [observables] temperature_distribution = true"
+            )
             fault = need if observable in OBSERVABLES else "unknown"
-            raise ValueError(f"observable = {observable!r} is {fault}; choose one of {', '.join(self.observables)}")
+            raise ValueError(
+                f"observable = {observable!r} is {fault}; choose one of {', '.join(self.observables)}"
+            )
         key = observable, self.column(column), extrapolated
         if key not in self._values:
             pairs = self.pairs(column)
             self._values[key] = values_of(
-                self.scene, key[1], observable, pairs, extrapolated=extrapolated, continued=self.drawn
+                self.scene,
+                key[1],
+                observable,
+                pairs,
+                extrapolated=extrapolated,
+                continued=self.drawn,
             )
         return self._values[key]
 
@@ -145,7 +173,10 @@ class Means:
 
     def share_text(self) -> str:
         """Return in words the share of the heat in the theory and in each column; one text if all are equal."""
-        shares = {"theory": self.heat_partition, "calibrated": prediction.calibrated_share(self.scene)}
+        shares = {
+            "theory": self.heat_partition,
+            "calibrated": prediction.calibrated_share(self.scene),
+        }
         shares |= {column: self.share(column) for column in self.numerics.columns}
         texts = {
             name: " to ".join(dict.fromkeys(f"{value:.3g}" for value in (share.min(), share.max())))
@@ -156,7 +187,9 @@ class Means:
             return texts["theory"]
         return ", ".join(f"{text} ({name})" for name, text in texts.items())
 
-    def heat_share(self, speed: float, column: str | None = None, scene: Scene | None = None) -> float:
+    def heat_share(
+        self, speed: float, column: str | None = None, scene: Scene | None = None
+    ) -> float:
         """Return the share of the heat in the reported temperatures of a column, at any speed, m/s.
 
         `scene` is the scene of the run with other layers on its bodies, which change a share that follows from both.
@@ -172,7 +205,9 @@ class Means:
 
     def size_error(self, observable: str, column: str) -> Array | float:
         """Return the relative error by the finite cell."""
-        return size_error(self.scene, self.numerics.lengths, observable, column, self.numerics.parts(column))
+        return size_error(
+            self.scene, self.numerics.lengths, observable, column, self.numerics.parts(column)
+        )
 
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
         """Return the mean of an observable with its errors.
@@ -201,7 +236,9 @@ class Means:
         names = self.slid_observables if column == SLIDING else self.observables
         return {name: self.estimate(name, column) for name in names}
 
-    def single(self, observable: str, column: str | None = None, *, all_heat: bool = False) -> Estimate:
+    def single(
+        self, observable: str, column: str | None = None, *, all_heat: bool = False
+    ) -> Estimate:
         """Return the estimate of single contacts, with `all_heat` in the moving body or with the share of a column."""
         name = self.column(column)
         values = self.values(observable, name)
@@ -217,7 +254,11 @@ class Means:
         """Distance that slides are followed, m, if it is less than the whole slid distance; else None."""
         level = self.numerics.slide
         distance = None if level is None else self.numerics.levels[level].followed
-        return distance if distance is not None and distance < max(self.scene.sliding.distances) else None
+        return (
+            distance
+            if distance is not None and distance < max(self.scene.sliding.distances)
+            else None
+        )
 
     @property
     def reacting_columns(self) -> tuple[str, ...]:
@@ -225,7 +266,11 @@ class Means:
         if not self.scene.distribution:
             return ()
         columns, level = self.numerics.columns, self.numerics.slide
-        slides = [] if level is None else [self.members[level, index] for index in self.members.sound(level)]
+        slides = (
+            []
+            if level is None
+            else [self.members[level, index] for index in self.members.sound(level)]
+        )
         stored = bool(slides) and all(slide.moments[0].bins is not None for slide in slides)
         return (*columns, SLIDING) if stored else columns
 
@@ -234,7 +279,10 @@ class Means:
         """Observables of the column sliding: those of the distribution only if its members have stored it."""
         if SLIDING not in self.reacting_columns:
             return SLIDING_OBSERVABLES
-        return (*SLIDING_OBSERVABLES, *(name for name, record in OBSERVABLES.items() if record.asked))
+        return (
+            *SLIDING_OBSERVABLES,
+            *(name for name, record in OBSERVABLES.items() if record.asked),
+        )
 
     def slid(self) -> tuple[Pair, Values, Array]:
         """Return the slides, the T_flash that follows from them, and the factor of the distribution about it.
@@ -242,7 +290,9 @@ class Means:
         By this factor, (speeds,), it grows in single contacts up to the end of C(q). ValueError without a slide.
         """
         flash, pair = self.values(FLASH), self.members.slides()
-        slid_flash = sliding_flash(flash, pair.sample.numbers, self._coarsening(pair.level), pair.stream)
+        slid_flash = sliding_flash(
+            flash, pair.sample.numbers, self._coarsening(pair.level), pair.stream
+        )
         return pair, slid_flash, stretch_of(flash, self.values(HOT), self.pairs()[0].sample)
 
     def _slid(self, observable: str) -> Estimate:
@@ -250,13 +300,17 @@ class Means:
         if observable not in self.slid_observables or not OBSERVABLES[observable].asked:
             single, pair = self.single(observable, all_heat=True), self.members.slides()
             coarsening = self._coarsening(pair.level)
-            return sliding_estimate(observable, single, pair.sample.numbers, coarsening, self._continuation())
+            return sliding_estimate(
+                observable, single, pair.sample.numbers, coarsening, self._continuation()
+            )
         pair, flash, stretch = self.slid()
         values = sliding_quantile(flash, observable, pair.sample.numbers, pair.stream, stretch)
         return estimate(
             observable,
             with_errors(values, **self._scan_part(observable)),
-            (f"T_flash of the column sliding, times this quantile over T_flash in {len(pair.sample.rows)} slides",),
+            (
+                f"T_flash of the column sliding, times this quantile over T_flash in {len(pair.sample.rows)} slides",
+            ),
         )
 
     def _coarsening(self, level: int) -> float:
@@ -276,7 +330,9 @@ class Means:
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
             rows = self.members.slides().sample.numbers["sliding_background"]
-            return with_background(flash, rows, self.estimate("heat_partition", SLIDING), self._continuation())
+            return with_background(
+                flash, rows, self.estimate("heat_partition", SLIDING), self._continuation()
+            )
         if share.has_own_share(self.scene):
             return share.with_warming(flash, self.estimate("heat_partition", column), warming)
         return replace(flash, mean=flash.mean + self.heat_partition * warming)
@@ -301,6 +357,10 @@ class Means:
         Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
         """
         slides = self.members.slides()
-        paths = [member_path(self.folder, slides.level, index) for index in slides.sample.rows.tolist()]
+        paths = [
+            member_path(self.folder, slides.level, index) for index in slides.sample.rows.tolist()
+        ]
         rows = [read_member(path).curves for path in paths]
-        return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}
+        return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {
+            AXIS: rows[0][AXIS]
+        }

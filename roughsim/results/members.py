@@ -32,7 +32,13 @@ from roughsim.store.member_files import (
     read_member,
 )
 
-_KNOWN = {"residual", "iterations", "seconds", "versions", "written"}  # in the provenance of every member
+_KNOWN = {
+    "residual",
+    "iterations",
+    "seconds",
+    "versions",
+    "written",
+}  # in the provenance of every member
 _OF_RUN = {"scene", "numerics"}  # in the provenance of every member, too, and the same in all
 Key = tuple[int, int]  # level and index
 Damaged = Literal["refuse", "skip", "redo"]
@@ -45,15 +51,25 @@ class Members(dict[Key, Member]):
     moves the file aside with a warning, and the member is missing.
     """
 
-    def __init__(self, folder: Path, description: Description, speeds: tuple[float, ...], treatment: Damaged):
+    def __init__(
+        self, folder: Path, description: Description, speeds: tuple[float, ...], treatment: Damaged
+    ):
         super().__init__()
         self.folder, self.numerics, self.speeds = folder, description.numerics, speeds
         self.damaged: dict[Key, str] = {}  # reasons of files that cannot be used
-        self.available = [0] * len(self.numerics.levels)  # members of each level before the first missing one
-        self.counts: Counts = tuple(self.available)  # members of each level that count, for the methods
+        self.available = [0] * len(
+            self.numerics.levels
+        )  # members of each level before the first missing one
+        self.counts: Counts = tuple(
+            self.available
+        )  # members of each level that count, for the methods
         self._treatment = treatment
-        self._identity = _identity_of({"scene": description.scene, "numerics": self.numerics.to_dict()})
-        self._modes: dict[int, list[tuple[int, ...]]] = {}  # shapes of the stress spectra of each level
+        self._identity = _identity_of(
+            {"scene": description.scene, "numerics": self.numerics.to_dict()}
+        )
+        self._modes: dict[
+            int, list[tuple[int, ...]]
+        ] = {}  # shapes of the stress spectra of each level
 
     def read(self, wanted: Iterable[int]) -> None:
         """Read new members, up to the first gap of each level and to the wanted number; errors as `take`."""
@@ -75,14 +91,21 @@ class Members(dict[Key, Member]):
         except FileNotFoundError:
             return False
         except RecordError as error:
-            redo, in_vain = self._treatment == "redo", key in self.damaged  # as by workers of another version
-            if self._treatment == "refuse" or (redo and (in_vain or not isinstance(error, DamagedError))):
+            redo, in_vain = (
+                self._treatment == "redo",
+                key in self.damaged,
+            )  # as by workers of another version
+            if self._treatment == "refuse" or (
+                redo and (in_vain or not isinstance(error, DamagedError))
+            ):
                 raise
             self.damaged[key] = str(error)
             if redo:
                 with suppress(FileNotFoundError):  # another process has moved it
                     kept = set_aside(path, self.folder / "damaged")
-                    moved = f"{str(error).partition(';')[0]}; it was moved to {kept} and is done again"
+                    moved = (
+                        f"{str(error).partition(';')[0]}; it was moved to {kept} and is done again"
+                    )
                     warnings.warn(moved, RuntimeWarning, stacklevel=5)
                 return False
             self[key] = Member(level, index, failure=str(error), provenance={"seconds": {}})
@@ -102,8 +125,13 @@ class Members(dict[Key, Member]):
             return member
         modes = [part.wavenumber.shape for part in member.moments]
         levels = 1 if self.numerics.below(member.level) is None else 2
-        points = {name: grid.shape if name in KEPT_FIELDS else film_shape(grid.shape) for name in member.kept}
-        fits = all(len(shape) < 2 or shape[-2:] == points[name] for name, shape in member.kept.items())
+        points = {
+            name: grid.shape if name in KEPT_FIELDS else film_shape(grid.shape)
+            for name in member.kept
+        }
+        fits = all(
+            len(shape) < 2 or shape[-2:] == points[name] for name, shape in member.kept.items()
+        )
         if member.speeds != self.speeds or len(modes) != levels or not fits:
             raise damaged(path, "is of another run: its speeds, levels or points differ")
         if modes != self._modes.setdefault(member.level, modes):
@@ -119,22 +147,36 @@ class Members(dict[Key, Member]):
             names = os.listdir(self.folder / "realizations")
         except OSError as error:
             raise not_readable(self.folder / "realizations", error) from error
-        found = [MEMBER_NAME.fullmatch(name.removesuffix(".h5")) for name in names if name.endswith(".h5")]
+        found = [
+            MEMBER_NAME.fullmatch(name.removesuffix(".h5"))
+            for name in names
+            if name.endswith(".h5")
+        ]
         stored = {(int(match[1]), int(match[2])) for match in found if match}
         last = dict(sorted(stored))  # the highest index of each level
-        keys = ((level, i) for level, count in enumerate(wanted) for i in range(min(count, last.get(level, 0))))
+        keys = (
+            (level, i)
+            for level, count in enumerate(wanted)
+            for i in range(min(count, last.get(level, 0)))
+        )
         return [member_name(*key) for key in keys if key not in stored]
 
     def failed(self, level: int) -> list[int]:
         """Return the indices of members of a level whose contact did not converge; damaged ones are left out."""
-        there = [i for i in range(self.counts[level]) if (level, i) in self and (level, i) not in self.damaged]
+        there = [
+            i
+            for i in range(self.counts[level])
+            if (level, i) in self and (level, i) not in self.damaged
+        ]
         return [i for i in there if self[level, i].failure]
 
     def sound(self, level: int) -> list[int]:
         """Return the indices at which a level has numbers, and no counted member of the same surface failed."""
         stream = self.numerics.stream
         failed = [key for key, member in self.items() if member.failure]
-        lost = {i for other, i in failed if i < self.counts[other] and stream(other) == stream(level)}
+        lost = {
+            i for other, i in failed if i < self.counts[other] and stream(other) == stream(level)
+        }
         return [i for i in range(self.counts[level]) if i not in lost and (level, i) in self]
 
     def kept(self, level: int, name: str) -> list[int]:
@@ -142,7 +184,9 @@ class Members(dict[Key, Member]):
         stored = name if name in FIELDS else "pressure"
         return [i for i in self.sound(level) if stored in self[level, i].kept]
 
-    def sample(self, level: int, below: bool = False, indices: Iterable[int] | None = None) -> Sample:
+    def sample(
+        self, level: int, below: bool = False, indices: Iterable[int] | None = None
+    ) -> Sample:
         """Return the numbers of members of a level, or of the level below on the same surfaces; NaN if not stored.
 
         Default `indices`: the sound members.
@@ -160,7 +204,9 @@ class Members(dict[Key, Member]):
         numbers = {}
         for name, record in NUMBERS.items():
             missing = np.full(len(self.speeds) if record.per_speed else 1, np.nan)
-            numbers[name] = np.array([one.numbers.get(name, missing) for one in stored]).reshape(-1, missing.size)
+            numbers[name] = np.array([one.numbers.get(name, missing) for one in stored]).reshape(
+                -1, missing.size
+            )
         return Sample(
             of_level.q_max,
             float(grid.shape[0]),
@@ -195,11 +241,15 @@ class Members(dict[Key, Member]):
         """Return the sample of the slides, with their T_flash as that of contacts; ValueError without a sound one."""
         level = self.numerics.slide
         if level is None:
-            raise ValueError(f'{self.folder} has no column "sliding": its scene has history = "frozen"')
+            raise ValueError(
+                f'{self.folder} has no column "sliding": its scene has history = "frozen"'
+            )
         sample = self.sample(level)
         if not sample.rows.size:
             raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
-        numbers = sample.numbers | {"flash_temperature": sample.numbers["sliding_flash_temperature"]}
+        numbers = sample.numbers | {
+            "flash_temperature": sample.numbers["sliding_flash_temperature"]
+        }
         return Pair(level, self.numerics.stream(level), replace(sample, numbers=numbers), None)
 
     def seconds(self, level: int) -> Array:

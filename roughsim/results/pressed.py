@@ -44,7 +44,9 @@ class Directions(NamedTuple):
 
     angles: dict[str, float]  # radians
     over_mean: dict[str, Array]  # T_flash over its mean over all directions, (speeds,)
-    over_twin: Array | None  # T_flash over T_flash of the Gaussian twin, (speeds,), of the map alone
+    over_twin: (
+        Array | None
+    )  # T_flash over T_flash of the Gaussian twin, (speeds,), of the map alone
 
 
 class Quarters(Run):
@@ -57,7 +59,9 @@ class Quarters(Run):
         """Return the only round: all members."""
         wanted = (self.pressed,) * len(self.numerics.levels)
         there = tuple(min(self.pressed, count) for count in self.members.available)
-        verdict = Verdict(False, None, wanted, "all of the map is there", {}) if there == wanted else None
+        verdict = (
+            Verdict(False, None, wanted, "all of the map is there", {}) if there == wanted else None
+        )
         return Rounds(there, wanted, 0, verdict)
 
     def pairs(self, column: str | None = None) -> list[Pair]:
@@ -98,7 +102,9 @@ class Pressed(Quarters):
         levels = range(len(self.quarters.numerics.levels))
         return all(len(self.quarters.members.sound(level)) == Quarters.pressed for level in levels)
 
-    def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
+    def values(
+        self, observable: str, column: str | None = None, *, extrapolated: bool = True
+    ) -> Values:
         """Return the values of the map, with `_SHARED` times the scatter of its quarters about their mean."""
         whole = super().values(observable, column, extrapolated=extrapolated)
         if self.overshoot > SOME_LOAD:
@@ -107,7 +113,9 @@ class Pressed(Quarters):
         with np.errstate(all="ignore"):  # 0/0 at rest, and without yielding
             size = _SHARED * whole.mean / parts.mean
             scatter = {stream: rows * size for stream, rows in parts.scatter.items()}
-        return whole._replace(scatter={stream: np.nan_to_num(rows) for stream, rows in scatter.items()})
+        return whole._replace(
+            scatter={stream: np.nan_to_num(rows) for stream, rows in scatter.items()}
+        )
 
     def size_error(self, observable: str, column: str) -> Array:
         """Return the relative difference of the mean of the quarters from the map; unknown unless all are there."""
@@ -120,7 +128,11 @@ class Pressed(Quarters):
     def _directions(self) -> list[Directions]:
         """Return T_flash by direction of the map and of its four quarters, of those that are there."""
         contacts = [(self, 0), *((self.quarters, part) for part in range(4))]
-        return [_directions_of(*contact) for contact in contacts if DIRECTIONS in _of_last_level(*contact)]
+        return [
+            _directions_of(*contact)
+            for contact in contacts
+            if DIRECTIONS in _of_last_level(*contact)
+        ]
 
     @property
     def angles(self) -> dict[str, float]:
@@ -134,7 +146,9 @@ class Pressed(Quarters):
     @property
     def over_twin(self) -> Array | None:
         """Ratio of T_flash of the map and of its Gaussian twin, (speeds,); None while the map is missing."""
-        return next((found.over_twin for found in self._directions() if found.over_twin is not None), None)
+        return next(
+            (found.over_twin for found in self._directions() if found.over_twin is not None), None
+        )
 
     @property
     def overshoot(self) -> float:
@@ -187,7 +201,9 @@ class Pressed(Quarters):
         mean = self.estimate("flash_temperature", column)
         error, freedom = spread(1.0 + _SHARED * (rows / rows.mean(axis=0) - 1.0))
         budget = {part: values * over for part, values in mean.budget.items()}
-        budget["statistical"] = np.hypot(budget["statistical"], mean.mean * over * half_width(error, freedom))
+        budget["statistical"] = np.hypot(
+            budget["statistical"], mean.mean * over * half_width(error, freedom)
+        )
         budget["size"] = np.hypot(budget["size"], mean.mean * np.abs(rows.mean(axis=0) - over))
         return replace(
             mean,
@@ -215,9 +231,17 @@ def _directions_of(run: Run, index: int) -> Directions:
     stored, speeds = _of_last_level(run, index)[DIRECTIONS], len(run.scene.speeds)
     try:
         angles = {str(name): float(angle) for name, angle in stored["angles"].items()}
-        over_mean = {name: np.reshape(np.array(stored["over_mean"][name], float), speeds) for name in angles}
-        twin = np.reshape(np.array(stored["over_twin"], float), speeds) if "over_twin" in stored else None
+        over_mean = {
+            name: np.reshape(np.array(stored["over_mean"][name], float), speeds) for name in angles
+        }
+        twin = (
+            np.reshape(np.array(stored["over_twin"], float), speeds)
+            if "over_twin" in stored
+            else None
+        )
     except (TypeError, ValueError, LookupError, AttributeError) as error:
         path = member_path(run.folder, len(run.numerics.levels) - 1, index)
-        raise RecordError(f"{path} has directions that no press writes ({error}); press into a new folder") from error
+        raise RecordError(
+            f"{path} has directions that no press writes ({error}); press into a new folder"
+        ) from error
     return Directions(angles, over_mean, twin)

@@ -39,8 +39,18 @@ from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.scene.reactions import ReactionSection
 
-RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = "reaction_rate", "activation_temperature", "conversion", "heat_share_above"
-ABOUT = {RATE: "energy", ACTIVATION: "energy", CONVERSION: "energy", HEAT_ABOVE: "temperature"}  # key of their rows
+RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = (
+    "reaction_rate",
+    "activation_temperature",
+    "conversion",
+    "heat_share_above",
+)
+ABOUT = {
+    RATE: "energy",
+    ACTIVATION: "energy",
+    CONVERSION: "energy",
+    HEAT_ABOVE: "temperature",
+}  # key of their rows
 # lines of a scene that ask for them; without a name: for the distribution of the temperature alone
 _ASKS = {
     RATE: "[reaction] with activation_energy and prefactor",
@@ -90,7 +100,9 @@ def _contacts_of(run: Means, column: str | None) -> _Contacts:
         return _Contacts(run.column(None), [pair.sample, top], top, flash, background, mean)
     name = run.column(column)
     pairs = run.pairs(name)
-    samples = [sample for pair in pairs for sample in (pair.below, pair.sample) if sample is not None]
+    samples = [
+        sample for pair in pairs for sample in (pair.below, pair.sample) if sample is not None
+    ]
     end = float(run.scene.spectrum.breaks[-1]) if run.drawn else samples[-1].q_max
     mean = partial(mean_over_contact, run.scene, name, pairs, end=end)
     flash = with_errors(_with_errors_of_background(run, name), **solver)
@@ -113,7 +125,9 @@ def not_asked(run: Means, name: str) -> ValueError:
     lines = _ASKS.get(name, "[observables] with temperature_distribution = true")
     # members that have stored the distribution need not be computed again
     where = "again" if run.scene.distribution else "in another folder"
-    return ValueError(f"{run.folder} has no {name}: its scene does not ask for it; add {lines} and run it {where}")
+    return ValueError(
+        f"{run.folder} has no {name}: its scene does not ask for it; add {lines} and run it {where}"
+    )
 
 
 def asked_names(scene: Scene) -> tuple[str, ...]:
@@ -152,11 +166,16 @@ def background_temperature(run: Means, column: str | None = None) -> Array:
     return start + run.share(column) * prediction.background(run.scene)
 
 
-def _reaction(run: Means, reaction: ReactionSection, energy: float, contacts: _Contacts) -> Iterator[Estimate]:
+def _reaction(
+    run: Means, reaction: ReactionSection, energy: float, contacts: _Contacts
+) -> Iterator[Estimate]:
     """Yield rate and activation temperature at an energy, J, and the conversion in a pass if its length is given."""
     flash = contacts.flash
     activation = Activation(energy, reaction.activation_volume, contacts.background)
-    scales = [log_scale(bins_of(sample), factor_of(sample, flash), activation) for sample in contacts.samples]
+    scales = [
+        log_scale(bins_of(sample), factor_of(sample, flash), activation)
+        for sample in contacts.samples
+    ]
     scale = np.max(scales, axis=0)
     of_bins = partial(rates, activation=activation, scale=scale)
     of_mean = partial(uniform_temperature, activation=activation, scale=scale)
@@ -164,7 +183,9 @@ def _reaction(run: Means, reaction: ReactionSection, energy: float, contacts: _C
     found = warm.values.mean  # continued below absolute zero it is unknown
     warm = warm._replace(values=warm.values._replace(mean=np.where(found > 0.0, found, np.nan)))
     if np.isfinite(found).any():
-        over = warm._replace(values=of_uniform_temperature(warm.values, contacts.top, activation, scale))
+        over = warm._replace(
+            values=of_uniform_temperature(warm.values, contacts.top, activation, scale)
+        )
     else:  # without a barrier
         over = contacts.mean(ContactMean(of_bins, flash))
     of_contact = scaled(over.values, reaction.prefactor * np.exp(scale))
@@ -185,7 +206,9 @@ def _conversion(run: Means, rate: Values, over: OverContact, length: float) -> E
         factor = np.where(np.isinf(time), 0.0, time * left)
     errors = {name: factor * part for name, part in rate.errors.items()}
     scatter = {stream: rows * factor for stream, rows in rate.scatter.items()}
-    values = rate._replace(mean=-np.expm1(-done), finest=-np.expm1(-rate.finest * time), errors=errors, scatter=scatter)
+    values = rate._replace(
+        mean=-np.expm1(-done), finest=-np.expm1(-rate.finest * time), errors=errors, scatter=scatter
+    )
     return _estimate(run, CONVERSION, values, over)
 
 
@@ -203,5 +226,8 @@ def _estimate(run: Means, observable: str, values: Values, over: OverContact) ->
     found = estimate(observable, values, (note,))
     statistical = np.where(over.members < LEAST_MEMBERS, np.nan, found.budget["statistical"])
     return replace(
-        found, budget=found.budget | {"statistical": statistical}, speeds=run.scene.speeds, sources=run.sources
+        found,
+        budget=found.budget | {"statistical": statistical},
+        speeds=run.scene.speeds,
+        sources=run.sources,
     )

@@ -31,7 +31,10 @@ if TYPE_CHECKING:  # not among the packages that roughsim needs
     import xarray
 
 Field = NDArray[np.float32]
-DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that follow from the pressure and the speed
+DERIVED_UNITS = {
+    "heat_flux": "W/m^2",
+    "temperature": "K",
+}  # of fields that follow from the pressure and the speed
 
 
 class Run(Means):
@@ -72,9 +75,13 @@ class Run(Means):
         self.until = scene.ensemble.ends
         self.max_realizations = scene.ensemble.most
         self.reasons = description.numerics.reasons
-        self.edges = description.press.get("edges", "")  # way in which a pressed map was made periodic
+        self.edges = description.press.get(
+            "edges", ""
+        )  # way in which a pressed map was made periodic
         self.damaged = self.members.damaged
-        self._verdicts: dict[tuple[object, ...], Verdict] = {}  # each round is judged again after each new member
+        self._verdicts: dict[
+            tuple[object, ...], Verdict
+        ] = {}  # each round is judged again after each new member
         self.rounds = self._replayed()
 
     def refresh(self) -> None:
@@ -116,7 +123,9 @@ class Run(Means):
         if self.independent:
             verdict = judge(self.numerics, self.until, self.max_realizations, counts, totals)
         else:
-            verdict = Verdict(False, None, counts, "no contact of its lowest level has converged", {})
+            verdict = Verdict(
+                False, None, counts, "no contact of its lowest level has converged", {}
+            )
         return self._verdicts.setdefault(key, verdict)
 
     @property
@@ -124,7 +133,9 @@ class Run(Means):
         """A line for each number of the scene beyond the model, and for each assumption that is easily missed."""
         measured = None
         if takes_all(self.scene) and self.independent > 1 and not self.scene.tables:
-            flash, share = (self.estimate(name).mean for name in ("flash_temperature", "heat_partition"))
+            flash, share = (
+                self.estimate(name).mean for name in ("flash_temperature", "heat_partition")
+            )
             measured = ByMean(self.column(None), flash, share, share * flash)
         return warnings_of(self.scene, self.numerics, drawn=self.drawn, measured=measured)
 
@@ -155,7 +166,11 @@ class Run(Means):
 
     def unknown_parts(self, name: str) -> list[str]:
         """Return the parts of the error of the target `name` that are unknown, and not in `total_errors`."""
-        return [part for target, part in self.rounds.verdict.unknown if target == name] if self.rounds.verdict else []
+        return (
+            [part for target, part in self.rounds.verdict.unknown if target == name]
+            if self.rounds.verdict
+            else []
+        )
 
     @property
     def missing(self) -> list[str]:
@@ -182,7 +197,12 @@ class Run(Means):
         return next(level for level in reversed(levels) if self.numerics.levels[level].cell is None)
 
     def fields(
-        self, name: str, column: str | None = None, *, speed: float | None = None, direction: float = 0.0
+        self,
+        name: str,
+        column: str | None = None,
+        *,
+        speed: float | None = None,
+        direction: float = 0.0,
     ) -> Iterator[tuple[int, Field]]:
         """Iterate over the kept fields of a column's finest level in the run's cell, one in memory at a time.
 
@@ -213,9 +233,20 @@ class Run(Means):
         indices = self.kept(level, name)
         if not indices:
             raise self.not_kept(level)
-        return ((index, self.field(level, index, name, speed=speed, direction=direction)) for index in indices)
+        return (
+            (index, self.field(level, index, name, speed=speed, direction=direction))
+            for index in indices
+        )
 
-    def field(self, level: int, index: int, name: str, *, speed: float | None = None, direction: float = 0.0) -> Field:
+    def field(
+        self,
+        level: int,
+        index: int,
+        name: str,
+        *,
+        speed: float | None = None,
+        direction: float = 0.0,
+    ) -> Field:
         """Return one field of the kept realization `index` of a level; name, speed and direction as in `fields`."""
         _check_field(name, speed, direction)
         path = member_path(self.folder, level, index)
@@ -241,7 +272,9 @@ class Run(Means):
         The moving body takes the share of heat of a column. `scene` is the scene of the run with other layers on its
         bodies.
         """
-        from roughsim.heat.periodic import sliding_temperature  # slow to import: means need no transforms
+        from roughsim.heat.periodic import (
+            sliding_temperature,
+        )  # slow to import: means need no transforms
 
         layered = scene or self.scene
         moving = prediction.conduction(layered, (abs(speed),)).each[0]
@@ -270,7 +303,11 @@ class Run(Means):
         """Return the error for fields of a level that were not kept, with advice: of realization `index`, or of all."""
         if index is not None and (level, index) in self.damaged:
             return RecordError(self.damaged[level, index])
-        missing = "has kept no fields" if index is None else f"has not kept the fields of realization {index}"
+        missing = (
+            "has kept no fields"
+            if index is None
+            else f"has not kept the fields of realization {index}"
+        )
         index = index or 0
         if not self.drawn:
             advice = f"press the map in a new folder with --set numerics.keep_fields={index + 1}"
@@ -281,30 +318,39 @@ class Run(Means):
 
     def __repr__(self) -> str:
         state = "finished" if self.finished else "not finished"
-        return (
-            f"<{type(self).__name__} {plain(self.folder)}: {self.extent}, {state}; {', '.join(self.numerics.columns)}>"
-        )
+        return f"<{type(self).__name__} {plain(self.folder)}: {self.extent}, {state}; {', '.join(self.numerics.columns)}>"
 
     def _repr_html_(self) -> str:
         """The state of the run and its flash temperature in each column, for notebooks."""
         failed = f", {self.failed} failed and left out" if self.failed else ""
-        state = f"{self.realizations} realizations{failed}" + ("; the target is met" if self.target_met else "")
+        state = f"{self.realizations} realizations{failed}" + (
+            "; the target is met" if self.target_met else ""
+        )
         lines = [self.scene.title or "untitled", f"{self.folder}: {state}", *marked(self.warnings)]
         if not self.independent:
             return in_notebook(*lines)
         flash = {name: self.estimate("flash_temperature", name) for name in self.numerics.columns}
         columns = [Column(title, number=True) for title in ("speed, m/s", *flash)]
-        rows: list[Row] = [[f"{v:g}", *(e.number(k) for e in flash.values())] for k, v in enumerate(self.scene.speeds)]
-        notes = ("± total error, 95 %. rs.compare(run) has the theory beside it, and all other observables.",)
+        rows: list[Row] = [
+            [f"{v:g}", *(e.number(k) for e in flash.values())]
+            for k, v in enumerate(self.scene.speeds)
+        ]
+        notes = (
+            "± total error, 95 %. rs.compare(run) has the theory beside it, and all other observables.",
+        )
         return in_notebook(*lines, Table(columns, rows, "flash_temperature, K", notes))
 
     def arrays(self) -> list[Labelled]:
         """Return all numbers of all counted members, and the kept fields, with names, axes and units."""
         self.pairs()  # ValueError without a sound realization
         here = copy(self)
-        here.folder = self.folder.absolute()  # an unpickled dataset may be used in another directory
+        here.folder = (
+            self.folder.absolute()
+        )  # an unpickled dataset may be used in another directory
         columns = [level.column for level in self.numerics.levels]
-        shares = [self.share(column if column in self.numerics.columns else None) for column in columns]
+        shares = [
+            self.share(column if column in self.numerics.columns else None) for column in columns
+        ]
         return list(arrays_of(self.members, self.scene, shares, here.field))
 
     def to_xarray(self) -> "xarray.Dataset":
@@ -326,7 +372,9 @@ def _check_field(name: str, speed: float | None, direction: float) -> None:
     """Refuse a field that there is not, a speed that it does not depend on, and a missing one: ValueError."""
     number("direction", direction, "rad")
     if name not in (*KEPT_FIELDS, *DERIVED_UNITS):
-        raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}")
+        raise ValueError(
+            f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}"
+        )
     if speed is not None and name in KEPT_FIELDS:
         raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")
     if name in DERIVED_UNITS:

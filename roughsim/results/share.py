@@ -29,7 +29,10 @@ def with_warming(flash: Estimate, share: Estimate, warming: Array) -> Estimate:
         flash,
         mean=flash.mean + share.mean * warming,
         standard_error=flash.standard_error + share.standard_error * warming,
-        budget={name: flash.budget.get(name, 0.0) + share.budget.get(name, 0.0) * warming for name in parts},
+        budget={
+            name: flash.budget.get(name, 0.0) + share.budget.get(name, 0.0) * warming
+            for name in parts
+        },
         bias=flash.bias + share.bias * warming,
     )
 
@@ -60,6 +63,8 @@ def with_other_layers(scene: Scene, layered: Scene, speed: float, own: float) ->
     The odds change as by the calibrated spectrum of the stress, or by the theory where that does not hold.
     """
     law = prediction.calibrated(scene).stress_spectrum
-    before, after = (float(prediction.heat_partition(each, (speed,), stress=law)[0]) for each in (scene, layered))
+    before, after = (
+        float(prediction.heat_partition(each, (speed,), stress=law)[0]) for each in (scene, layered)
+    )
     odds = own / (1.0 - own) * after / (1.0 - after) * (1.0 - before) / before
     return odds / (1.0 + odds)

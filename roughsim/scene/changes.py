@@ -13,7 +13,10 @@ def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict
     None takes a key, or a whole section, away. SceneError for a name that is no section; all else is checked when the
     scene is made.
     """
-    result = {name: dict(value) if isinstance(value, Mapping) else value for name, value in content.items()}
+    result = {
+        name: dict(value) if isinstance(value, Mapping) else value
+        for name, value in content.items()
+    }
     for key, value in changes.items():
         section, dot, name = _parts_of(key)
         if not dot:
@@ -21,12 +24,16 @@ def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict
             continue
         inside = result.setdefault(section, {})
         if not isinstance(inside, dict):
-            raise SceneError(f'{as_written(key)} is not a key of a scene: "{section}" is no section')
+            raise SceneError(
+                f'{as_written(key)} is not a key of a scene: "{section}" is no section'
+            )
         outer, dot, inner = name.partition(".")
         if dot:  # a key of a table within the section, such as "body.skin.thickness"
             table = inside.get(outer, {})
             if not isinstance(table, Mapping):
-                raise SceneError(f'{as_written(key)} is not a key of a scene: "{section}.{outer}" is no table')
+                raise SceneError(
+                    f'{as_written(key)} is not a key of a scene: "{section}.{outer}" is no table'
+                )
             inside[outer] = dict(table)
             _set(inside[outer], inner, value)
         else:
@@ -39,7 +46,9 @@ def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict
 def _parts_of(key: Any) -> tuple[str, str, str]:
     """Return section, dot and name of a key; SceneError without a section of a scene."""
     if not isinstance(key, str):
-        raise SceneError(f'{key!r} must be the name of a key, for example "sliding.nominal_pressure"')
+        raise SceneError(
+            f'{key!r} must be the name of a key, for example "sliding.nominal_pressure"'
+        )
     section, dot, name = key.partition(".")
     names = SECTIONS[""].known_keys()
     if section not in names:
@@ -68,7 +77,9 @@ def read_changes(words: list[str]) -> dict[str, Any]:
         key, equals, text = word.partition("=")
         key, text = key.strip(), text.strip()
         if not (equals and key):
-            raise SceneError(f"--set {as_written(word)} must be a key and a value, as in sliding.nominal_pressure=5MPa")
+            raise SceneError(
+                f"--set {as_written(word)} must be a key and a value, as in sliding.nominal_pressure=5MPa"
+            )
         if key in changes:
             raise SceneError(f"--set {key} is given twice; keep one of the two")
         try:

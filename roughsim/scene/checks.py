@@ -30,7 +30,9 @@ def check_junction_growth(sliding: SlidingSection, hardness: Sequence[float | No
         return
     growth = f"sliding.junction_growth = {sliding.junction_growth:g}"
     if all(limit is None for limit in hardness):
-        raise ValueError(f"{growth} lowers a penetration_hardness, and no body has one; add it or remove the growth")
+        raise ValueError(
+            f"{growth} lowers a penetration_hardness, and no body has one; add it or remove the growth"
+        )
     if isinstance(sliding.friction_coefficient, tuple):
         raise ValueError(
             f"{growth} goes with one friction_coefficient: with a table over temperature each speed would have a "
@@ -68,7 +70,10 @@ def check_heat_partition(sliding: SlidingSection, missing: str) -> None:
 
 
 def check_background(
-    sliding: SlidingSection, tables: Sequence[str], temperature_range: tuple[float, float], needed: str
+    sliding: SlidingSection,
+    tables: Sequence[str],
+    temperature_range: tuple[float, float],
+    needed: str,
 ) -> None:
     """Refuse a background temperature that is missing, or outside a table κ(T) or μ(T).
 
@@ -158,7 +163,9 @@ def check_rows(surface: SurfaceSection, counterface: CounterfaceSection | None) 
         )
 
 
-def check_levels(levels: Sequence[Level], faces: Sequence[Face], history: str, elastic: bool) -> None:
+def check_levels(
+    levels: Sequence[Level], faces: Sequence[Face], history: str, elastic: bool
+) -> None:
     """Refuse levels of a column that the scene does not have, and cut-offs outside of the C(q) of its rough faces."""
     for number, level in enumerate(levels):
         key = f"numerics.levels[{number}]"
@@ -176,6 +183,10 @@ def check_levels(levels: Sequence[Level], faces: Sequence[Face], history: str, e
         cut_off = f"{key}.q_max = {level.q_max:.6g} rad/m"
         if level.q_max <= first:
             below = " and of all levels below it" if level.column == SLIDING else ""
-            raise ValueError(f"{cut_off} must be above {first:.6g} rad/m, where C(q) begins; raise it{below}")
+            raise ValueError(
+                f"{cut_off} must be above {first:.6g} rad/m, where C(q) begins; raise it{below}"
+            )
         if level.q_max > last * (1 + SAME):
-            raise ValueError(f"{cut_off} must be at most {last:.6g} rad/m, where C(q) ends; lower it")
+            raise ValueError(
+                f"{cut_off} must be at most {last:.6g} rad/m, where C(q) ends; lower it"
+            )

@@ -16,7 +16,9 @@ def _read_targets(value: Any) -> tuple[tuple[str, float], ...]:
     """Read observables with the relative total error that each should reach: a mapping, or pairs; return pairs."""
     if isinstance(value, Mapping):
         value = tuple(value.items())
-    if not isinstance(value, (list, tuple)) or any(not isinstance(p, (list, tuple)) or len(p) != 2 for p in value):
+    if not isinstance(value, (list, tuple)) or any(
+        not isinstance(p, (list, tuple)) or len(p) != 2 for p in value
+    ):
         example = 'until = { flash_temperature = "1 %" }'
         raise ValueError(f" = {as_written(value)} must name observables and targets: {example}")
     for name, _ in value:
@@ -35,7 +37,9 @@ class EnsembleSection(Record, section="ensemble"):
     """Members of a lowest level, in place of targets; None: as many as the targets need."""
     max_realizations: Annotated[int, whole("400", 1, 1_000_000)] = 400
     """Most members of a lowest level."""
-    until: Annotated[tuple[tuple[str, float], ...], BeforeValidator(_read_targets)] = (("flash_temperature", 0.01),)
+    until: Annotated[tuple[tuple[str, float], ...], BeforeValidator(_read_targets)] = (
+        ("flash_temperature", 0.01),
+    )
     """Pairs of an observable and the relative total 95 % error that it should reach at its worst speed."""
 
     @property

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 _MAX_BYTES = 64 * 1024
 _FEW_ROWS = 6  # of a table C(q) that a text for people shows
 _MAX_TABLE_BYTES = 1024 * 1024
-SceneSource = str | os.PathLike[str] | Mapping[str, Any]  # bundled name, path, or content of a scene
+SceneSource = (
+    str | os.PathLike[str] | Mapping[str, Any]
+)  # bundled name, path, or content of a scene
 SceneLike = Scene | SceneSource
 BLANK = "blank"  # the form to fill in: every key, commented out; it is no scene by itself
 
@@ -107,9 +109,13 @@ def scene_content(name_or_path: SceneSource) -> tuple[dict[str, Any], str, Path 
     if isinstance(name_or_path, Mapping):
         return dict(name_or_path), "scene", Path()
     if not isinstance(name_or_path, (str, os.PathLike)):
-        raise TypeError(f"name_or_path = {name_or_path!r} must be the name of a bundled scene, a path or a mapping")
+        raise TypeError(
+            f"name_or_path = {name_or_path!r} must be the name of a bundled scene, a path or a mapping"
+        )
     name = os.fspath(name_or_path)
-    looks_like_a_path = not isinstance(name_or_path, str) or name.endswith(".toml") or os.sep in name or "/" in name
+    looks_like_a_path = (
+        not isinstance(name_or_path, str) or name.endswith(".toml") or os.sep in name or "/" in name
+    )
     if looks_like_a_path or (name not in bundled_scenes() and os.path.exists(name)):
         path = Path(name)
         text, folder = read_text(path, "scene file", _MAX_BYTES), path.parent
@@ -129,13 +135,17 @@ def parse_scene(text: str, *, source: str = "scene", folder: Path | None = None)
     return scene_of(content, {}, source, folder)
 
 
-def scene_of(content: Mapping[str, Any], changes: Mapping[str, Any], source: str, folder: Path | None) -> Scene:
+def scene_of(
+    content: Mapping[str, Any], changes: Mapping[str, Any], source: str, folder: Path | None
+) -> Scene:
     """Return the scene of a content with changes; a SceneError begins with `source`."""
     with errors_named(source):
         return Scene(**_with_tables(with_changes(content, changes), folder))
 
 
-def load_map(name_or_path: SceneSource, changes: Mapping[str, Any] | None = None) -> "tuple[Scene, list[Topography]]":
+def load_map(
+    name_or_path: SceneSource, changes: Mapping[str, Any] | None = None
+) -> "tuple[Scene, list[Topography]]":
     """Return a scene and its maps: of [surface], and of [counterface] if that names one too.
 
     SceneError if [surface] names no map, or a face several.
@@ -152,7 +162,9 @@ def load_map(name_or_path: SceneSource, changes: Mapping[str, Any] | None = None
             continue
         if len(paths) != 1:
             count = "names no map" if not paths else f"names {len(paths)} maps"
-            raise SceneError(f'{source}: [{name}] {count}; to press one, write topography = "scan.x3p"')
+            raise SceneError(
+                f'{source}: [{name}] {count}; to press one, write topography = "scan.x3p"'
+            )
         found = next(read_scans([(folder or Path()) / paths[0]], section))
         if found.heights.ndim != 2:
             raise SceneError(
@@ -202,28 +214,43 @@ def read_text(path: Path, what: str, limit: int) -> str:
             hint = f', or use the bundled scene "{near}"' if near else ""
             raise FileNotFoundError(f"{what} {name} does not exist; check the path{hint}")
         if not path.is_file():
-            hint = f"; {name}/scene.toml is the scene of this run" if (path / "scene.toml").is_file() else ""
-            raise SceneError(f"{what} {name} is a folder or a device; give the path of a file{hint}")
+            hint = (
+                f"; {name}/scene.toml is the scene of this run"
+                if (path / "scene.toml").is_file()
+                else ""
+            )
+            raise SceneError(
+                f"{what} {name} is a folder or a device; give the path of a file{hint}"
+            )
         with path.open("rb") as file:
             data = file.read(limit + 1)
     except (FileNotFoundError, SceneError):
         raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise SceneError(f"{what} {name} cannot be read ({reason}); check the path and its permissions") from None
+        raise SceneError(
+            f"{what} {name} cannot be read ({reason}); check the path and its permissions"
+        ) from None
     if len(data) > limit:
-        raise SceneError(f"{what} {name} is larger than the limit of {limit // 1024} KiB; is it the right file?")
+        raise SceneError(
+            f"{what} {name} is larger than the limit of {limit // 1024} KiB; is it the right file?"
+        )
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise SceneError(f"{what} {name} is not UTF-8 text (byte {error.start}); is it the right file?") from None
+        raise SceneError(
+            f"{what} {name} is not UTF-8 text (byte {error.start}); is it the right file?"
+        ) from None
 
 
 def _stored_psd(paths: list[Path], _: dict[str, Any]) -> dict[str, Any]:
     """Read a text file of two columns, q in rad/m and C in m⁴; return the key of a section that gives it as a table."""
     (path,) = paths
     text = read_text(path, "the table", _MAX_TABLE_BYTES)
-    lines = [(number, line.split("#")[0].strip()) for number, line in enumerate(text.splitlines(), start=1)]
+    lines = [
+        (number, line.split("#")[0].strip())
+        for number, line in enumerate(text.splitlines(), start=1)
+    ]
     lines = [(number, line) for number, line in lines if line]
     if lines and not re.match(r"[-+.0-9]", lines[0][1]):
         lines = lines[1:]  # the names of the columns
@@ -239,7 +266,9 @@ def _stored_psd(paths: list[Path], _: dict[str, Any]) -> dict[str, Any]:
 
 
 # key → the reader of its files, their content, an example, and the keys that it excludes
-_FILES: dict[str, tuple[Callable[[list[Path], dict[str, Any]], dict[str, Any]], str, str, tuple[str, ...]]] = {
+_FILES: dict[
+    str, tuple[Callable[[list[Path], dict[str, Any]], dict[str, Any]], str, str, tuple[str, ...]]
+] = {
     "topography": (measured_psd, "map", "scan.x3p", (*ROUGHNESS_KEYS, "psd_file")),
     "psd_file": (_stored_psd, "table", "psd.csv", ("psd", "psd_error")),
 }
@@ -257,17 +286,25 @@ def _with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]
             raise SceneError(f"{name}.{key} goes with topography only; remove it")
     for name in ("surface", "counterface"):
         section = result.get(name)
-        if isinstance(section, dict) and section.get("psd_convention") == "profile" and "psd" in section:
+        if (
+            isinstance(section, dict)
+            and section.get("psd_convention") == "profile"
+            and "psd" in section
+        ):
             result[name] = psd_of_profile(name, section)
     return result
 
 
-def _with_table(name: str, key: str, section: dict[str, Any], folder: Path | None) -> dict[str, Any]:
+def _with_table(
+    name: str, key: str, section: dict[str, Any], folder: Path | None
+) -> dict[str, Any]:
     """Return a section with the key of its files replaced by the table C(q) that they hold."""
     read, what, example, others = _FILES[key]
     excluded = next((other for other in section if other in others), None)
     if excluded is not None:
-        raise SceneError(f"{name}.{excluded} does not go with {name}.{key}, whose {what} fixes C(q); remove one")
+        raise SceneError(
+            f"{name}.{excluded} does not go with {name}.{key}, whose {what} fixes C(q); remove one"
+        )
     setting = f"{name}.{key} = {as_written(section[key])}"
     several = key == "topography" and isinstance(section[key], list)
     paths = section[key] if several else [section[key]]
@@ -276,7 +313,9 @@ def _with_table(name: str, key: str, section: dict[str, Any], folder: Path | Non
     if len(set(paths)) < len(paths):
         raise SceneError(f"{setting} names a file twice; a scan counts once")
     if folder is None:
-        raise SceneError(f"{setting} needs a scene file to lie beside; write the table as psd = [[q, C], ...]")
+        raise SceneError(
+            f"{setting} needs a scene file to lie beside; write the table as psd = [[q, C], ...]"
+        )
     try:
         table = read([folder / path for path in paths], section)
     except (OSError, ValueError, ImportError) as error:
@@ -293,7 +332,11 @@ def with_short_tables(text: str) -> str:
         if len(rows) <= _FEW_ROWS:
             return match[1]
         return "".join(
-            [*rows[:half], f"# … {len(rows) - 2 * half} rows more in scene.toml of the run …\n", *rows[-half:]]
+            [
+                *rows[:half],
+                f"# … {len(rows) - 2 * half} rows more in scene.toml of the run …\n",
+                *rows[-half:],
+            ]
         )
 
     return re.sub(r"((?:^\[[^\[\]\n]*\],\n)+)", shortened, text, flags=re.MULTILINE)

@@ -143,7 +143,11 @@ class Scene(Record, section=""):
         hardness = (body.penetration_hardness for body in self.bodies)
         softer = min((limit for limit in hardness if limit is not None), default=math.inf)
         growth = self.sliding.junction_growth
-        return softer if growth is None else softer / math.sqrt(1.0 + growth * self.friction_coefficient() ** 2)
+        return (
+            softer
+            if growth is None
+            else softer / math.sqrt(1.0 + growth * self.friction_coefficient() ** 2)
+        )
 
     @property
     def elastic(self) -> bool:
@@ -190,7 +194,10 @@ class Scene(Record, section=""):
             "conductivity": [body.conductivity for body in self.bodies],
             "friction_coefficient": [self.sliding.friction_coefficient],
         }
-        tables = {key: [value for value in values if isinstance(value, tuple)] for key, values in keys.items()}
+        tables = {
+            key: [value for value in values if isinstance(value, tuple)]
+            for key, values in keys.items()
+        }
         return {key: rows for key, rows in tables.items() if rows}
 
     @property
@@ -238,15 +245,25 @@ class Scene(Record, section=""):
         but two have a number then: `q_roll_off` is `q_min`, and `roll_off_exponent` is 0.
         """
         sections = to_jsonable_python(self, exclude_none=True)
-        sections = {name: section for name, section in sections.items() if isinstance(section, dict)}
-        flat = {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
+        sections = {
+            name: section for name, section in sections.items() if isinstance(section, dict)
+        }
+        flat = {
+            f"{name}.{key}": value
+            for name, section in sections.items()
+            for key, value in section.items()
+        }
         for face in ("surface", "counterface"):
             if f"{face}.q_min" in flat:
                 flat.setdefault(f"{face}.q_roll_off", flat[f"{face}.q_min"])
                 flat.setdefault(f"{face}.roll_off_exponent", 0.0)
         if self.sliding.history == "frozen":
             del flat["sliding.history"]  # older runs do not have the key
-        flat = {key: value for key, value in flat.items() if not key.startswith(("observables.", "reaction."))}
+        flat = {
+            key: value
+            for key, value in flat.items()
+            if not key.startswith(("observables.", "reaction."))
+        }
         if self.distribution:
             flat["observables.temperature_distribution"] = True
         if math.isinf(self.temperature_range[1]):
@@ -268,14 +285,20 @@ class Scene(Record, section=""):
         texts, blocks = [], []
         for name, section in asdict(self).items():
             if isinstance(section, dict):
-                lines = [key_line(name, key, value) for key, value in section.items() if value is not None]
+                lines = [
+                    key_line(name, key, value)
+                    for key, value in section.items()
+                    if value is not None
+                ]
                 blocks.append("\n".join([f"[{name}]", *lines]))
             elif section:
                 texts.append(f"{name} = {literal(section)}\n\n")
         return "".join(texts) + "\n\n".join(blocks) + "\n"
 
 
-def _conduction_of(body: BodySection | CounterfaceSection, temperature: float | None) -> tuple[float, float]:
+def _conduction_of(
+    body: BodySection | CounterfaceSection, temperature: float | None
+) -> tuple[float, float]:
     """Return κ, W/(m K), and D, m²/s, of a body that conducts."""
     kappa = at_temperature(body.conductivity, temperature)
     return kappa, kappa / (body.density * body.heat_capacity)
@@ -295,7 +318,9 @@ def _face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
         q, psd = np.array(face.psd).T
         per_row, factor = PSD_SCALES[face.psd_convention or ""]
         return TabulatedSpectrum(per_row * q, factor * psd)
-    shape: dict[str, Any] = {key: getattr(face, key) for key in ("hurst", "q_min", "q_max", "q_roll_off")}
+    shape: dict[str, Any] = {
+        key: getattr(face, key) for key in ("hurst", "q_min", "q_max", "q_roll_off")
+    }
     shape["roll_off_exponent"] = face.roll_off_exponent or 0.0
     if face.rms_height is not None:
         return SelfAffineSpectrum.from_rms_height(face.rms_height, **shape)
@@ -310,11 +335,25 @@ def _check_derived(scene: Scene) -> None:
             ("rms slope", scene.spectrum.rms_slope, ""),
             ("effective modulus", scene.effective_modulus, "Pa"),
         ]
-        for name, body in zip(("diffusivity", "diffusivity of the counterface"), scene.bodies, strict=False):
-            rows = body.conductivity if isinstance(body.conductivity, tuple) else ((None, body.conductivity),)
-            derived += [(name, _conduction_of(body, kelvin)[1], "m²/s") for kelvin, kappa in rows if kappa is not None]
+        for name, body in zip(
+            ("diffusivity", "diffusivity of the counterface"), scene.bodies, strict=False
+        ):
+            rows = (
+                body.conductivity
+                if isinstance(body.conductivity, tuple)
+                else ((None, body.conductivity),)
+            )
+            derived += [
+                (name, _conduction_of(body, kelvin)[1], "m²/s")
+                for kelvin, kappa in rows
+                if kappa is not None
+            ]
     except (ArithmeticError, ValueError) as error:
-        raise ValueError(f"surface or body: numbers beyond the range of floats ({error}); check them") from None
+        raise ValueError(
+            f"surface or body: numbers beyond the range of floats ({error}); check them"
+        ) from None
     for name, value, unit in derived:
         if not 0.0 < value < math.inf:
-            raise ValueError(f"surface or body: the {name} becomes {value:.6g} {unit}; check the numbers it is made of")
+            raise ValueError(
+                f"surface or body: the {name} becomes {value:.6g} {unit}; check the numbers it is made of"
+            )

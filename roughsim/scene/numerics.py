@@ -11,13 +11,23 @@ from pydantic_core import to_jsonable_python
 from roughsim.errors import ResolutionError
 from roughsim.extensions import extensions
 from roughsim.grid import Grid
-from roughsim.scene.schema import QMax, Quantity, Record, as_written, one_or_list, optional_keys, whole
+from roughsim.scene.schema import (
+    QMax,
+    Quantity,
+    Record,
+    as_written,
+    one_or_list,
+    optional_keys,
+    whole,
+)
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column as TableColumn
 from roughsim.show.table import Table, significant
 
 Column = Literal["smoothed", "capped", "elastic", "sliding"]
-SLIDING: Final = "sliding"  # the column of the slide of two bodies; all others are of single contacts
+SLIDING: Final = (
+    "sliding"  # the column of the slide of two bodies; all others are of single contacts
+)
 _Points = Annotated[int, whole("1024", 1, 2**31)]
 _Length = Annotated[float, Quantity("m", '"4 mm"', above=0)]
 _Distance = Annotated[
@@ -74,7 +84,9 @@ class Level(Record, section="numerics.levels"):
     @property
     def where(self) -> str:
         """The size of its cell, as text to append; empty for the run's cell."""
-        return {None: "", "half": " in half the cell", "quarter": " in a quarter of the cell"}[self.cell]
+        return {None: "", "half": " in half the cell", "quarter": " in a quarter of the cell"}[
+            self.cell
+        ]
 
     @property
     def resolved(self) -> tuple[float, int]:
@@ -86,7 +98,9 @@ def _read_levels(value: Any) -> Any:
     """Refuse a value that is no list of levels, or an empty list."""
     if not isinstance(value, (list, tuple)) or not value:
         example = '[{ column = "capped", shape = 1024, q_max = "4e5 1/m" }]'
-        raise ValueError(f" = {as_written(value)} must be a list of at least one level, for example {example}")
+        raise ValueError(
+            f" = {as_written(value)} must be a list of at least one level, for example {example}"
+        )
     return value
 
 
@@ -149,8 +163,12 @@ class Numerics(Record, section="numerics"):
                 f"{cut_off} exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the grid {grid.shape}{place}; "
                 "refine the grid or lower q_max"
             )
-        longest = max((side for n, side in zip(grid.shape, grid.lengths, strict=True) if n > 1), default=0.0)
-        if q_max * longest <= pi:  # a mode of the cell has the waves to half a step below its wavenumber
+        longest = max(
+            (side for n, side in zip(grid.shape, grid.lengths, strict=True) if n > 1), default=0.0
+        )
+        if (
+            q_max * longest <= pi
+        ):  # a mode of the cell has the waves to half a step below its wavenumber
             raise ResolutionError(
                 f"{cut_off} leaves no wave in a cell of {grid.lengths[0]:.4g} × {grid.lengths[1]:.4g} m with "
                 f"{grid.shape} points{place}; raise q_max or numerics.lengths"
@@ -164,7 +182,9 @@ class Numerics(Record, section="numerics"):
                     value = f"levels[{i}].{key} = {getattr(level, key):g}"
                     raise ValueError(f'{value} is for column = "{SLIDING}" only; remove it')
             if level.column == SLIDING and level.cell is not None:
-                raise ValueError(f'levels[{i}].cell does not go with column = "{SLIDING}"; remove it')
+                raise ValueError(
+                    f'levels[{i}].cell does not go with column = "{SLIDING}"; remove it'
+                )
             if level.column == SLIDING and (i == 0 or i < len(self.levels) - 1):
                 raise ValueError(
                     f'levels[{i}].column = "{SLIDING}" must be the last level, after all single contacts; keep one and '
@@ -265,7 +285,9 @@ class Numerics(Record, section="numerics"):
     @property
     def columns(self) -> tuple[str, ...]:
         """The columns of single contacts that are computed, in the order smoothed, capped, elastic."""
-        return tuple(column for column in get_args(Column) if column != SLIDING and self.of_column(column))
+        return tuple(
+            column for column in get_args(Column) if column != SLIDING and self.of_column(column)
+        )
 
     def stream(self, level: int) -> int:
         """Return the number of the random stream of a level: its own, as each level has its own surfaces.
@@ -277,12 +299,18 @@ class Numerics(Record, section="numerics"):
 
     def table(self) -> Table:
         """Return a row for each level, with notes on the cell, the solves and the kept fields."""
-        titles = [TableColumn("level", number=True), TableColumn("column"), TableColumn("points", number=True)]
+        titles = [
+            TableColumn("level", number=True),
+            TableColumn("column"),
+            TableColumn("points", number=True),
+        ]
         titles += [TableColumn("q_c, rad/m", number=True), TableColumn("corrects")]
         rows = []
         for i, level in enumerate(self.levels):
             points = f"{level.shape[0]} × {level.shape[1]}{level.where}"
-            rows.append((str(i), level.column, points, significant(level.q_max, 4), self._correction(i)))
+            rows.append(
+                (str(i), level.column, points, significant(level.q_max, 4), self._correction(i))
+            )
         sides = " × ".join(significant(1e3 * side, 4) for side in self.lengths)
         notes = [
             f"Cell {sides} mm; tolerance {self.tolerance:g} of the contact, {self.precision} precision.",

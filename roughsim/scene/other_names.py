@@ -20,7 +20,9 @@ _SYMBOLS = {
 }
 _MEAN_HEIGHT = "for Gaussian heights the rms_height is 1.25 Ra; give that"
 
-OTHER_NAMES = {symbol: f'did you mean "{key}"?' for key, symbols in _SYMBOLS.items() for symbol in symbols} | {
+OTHER_NAMES = {
+    symbol: f'did you mean "{key}"?' for key, symbols in _SYMBOLS.items() for symbol in symbols
+} | {
     "diffusivity": "it is conductivity/(density·heat_capacity); give these three",
     "thermal_diffusivity": "it is conductivity/(density·heat_capacity); give these three",
     "effusivity": "it is √(conductivity·density·heat_capacity); give these three",

@@ -25,7 +25,10 @@ class ObservablesSection(Record, section="observables"):
     temperature_distribution: StrictBool = False
     """Whether members store quantiles of the temperature over the contact."""
     heat_above: (
-        Annotated[tuple[Annotated[float, KELVIN], ...], one_or_list(), BeforeValidator(_refuse_empty)] | None
+        Annotated[
+            tuple[Annotated[float, KELVIN], ...], one_or_list(), BeforeValidator(_refuse_empty)
+        ]
+        | None
     ) = None
     """Absolute temperatures, such as the weakening temperature of flash heating: the share of the heat that is set
     free where the contact is hotter."""
@@ -43,7 +46,13 @@ class ReactionSection(Record, section="reaction"):
     """E of one molecule; several are computed side by side."""
     activation_volume: Annotated[
         float,
-        Quantity("m^3", '"10 angstrom^3"', at_least=-_LARGEST_VOLUME, at_most=_LARGEST_VOLUME, smallest=_TINY),
+        Quantity(
+            "m^3",
+            '"10 angstrom^3"',
+            at_least=-_LARGEST_VOLUME,
+            at_most=_LARGEST_VOLUME,
+            smallest=_TINY,
+        ),
     ] = 0.0
     """V, by which the pressure lowers the barrier."""
     prefactor: Annotated[float, Quantity("1/s", '"1e13 1/s"', above=0)]

@@ -22,9 +22,21 @@ _MOST_SCANS = 32  # of one face: their table with its errors still fits into a s
 _UNEVEN = 0.05  # of the larger number of points: more would make pixels of one length oblong
 _MAP_SIZE = Quantity("m", '"1 mm"', above=0)
 _CUT = Quantity("rad/m", '"2.5e6 1/m"', above=0)
-MEASURED_KEYS = ("psd_source", "psd_error", "psd_scans", "psd_texture", "psd_filled")  # of C(q) measured on scans
+MEASURED_KEYS = (
+    "psd_source",
+    "psd_error",
+    "psd_scans",
+    "psd_texture",
+    "psd_filled",
+)  # of C(q) measured on scans
 # they go with `topography`
-SCAN_KEYS = ("topography_size", "topography_unit", "topography_channel", "topography_cut", "topography_fill")
+SCAN_KEYS = (
+    "topography_size",
+    "topography_unit",
+    "topography_channel",
+    "topography_cut",
+    "topography_fill",
+)
 
 
 def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
@@ -62,7 +74,9 @@ def psd_of_profile(name: str, section: Mapping[str, Any]) -> dict[str, Any]:
         psd, error = of_profile_table(q, along)
     except ValueError as fault:
         raise SceneError(f"{name}.psd{fault}") from None
-    rows = [[float(wavenumber), float(f"{value:.6g}")] for wavenumber, value in zip(q, psd, strict=True)]
+    rows = [
+        [float(wavenumber), float(f"{value:.6g}")] for wavenumber, value in zip(q, psd, strict=True)
+    ]
     result = {**section, "psd": rows, "psd_convention": "persson"}
     if "psd_source" in section:  # the error of the scan itself is unknown
         return result
@@ -74,18 +88,26 @@ def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topog
     from roughsim.surface.topography import FILLS, Topography, read_scan
 
     nothing: list[tuple[float, float] | None] = [None] * len(paths)
-    lengths = _sizes(section["topography_size"], len(paths)) if "topography_size" in section else nothing
+    lengths = (
+        _sizes(section["topography_size"], len(paths)) if "topography_size" in section else nothing
+    )
     unit = _length_unit(section["topography_unit"]) if "topography_unit" in section else None
     cut = _cut(section["topography_cut"]) if "topography_cut" in section else math.inf
     channel = section.get("topography_channel")
     if isinstance(channel, bool) or not isinstance(channel, (str, int, type(None))):
-        raise SceneError(f"topography_channel = {as_written(channel)} must be a name, or a number from 1 on")
+        raise SceneError(
+            f"topography_channel = {as_written(channel)} must be a name, or a number from 1 on"
+        )
     fill = section.get("topography_fill")
     if fill is not None and fill not in FILLS:
-        raise SceneError(f"topography_fill = {as_written(fill)} is not known; {did_you_mean(str(fill), FILLS)}")
+        raise SceneError(
+            f"topography_fill = {as_written(fill)} is not known; {did_you_mean(str(fill), FILLS)}"
+        )
     for path, size in zip(paths, lengths, strict=True):  # one scan at a time in memory
         scan = read_scan(path, size=size, unit=unit, fill=fill, channel=channel, cut=cut)
-        if not isinstance(section.get("topography_size", []), (list, tuple)) and isinstance(scan, Topography):
+        if not isinstance(section.get("topography_size", []), (list, tuple)) and isinstance(
+            scan, Topography
+        ):
             _warn_of_one_length(path, scan.grid)
         yield scan
 
@@ -104,16 +126,22 @@ def _warn_of_one_length(path: Path, grid: "Grid") -> None:
 
 def _sizes(value: Any, count: int) -> list[tuple[float, float] | None]:
     """Return the side lengths of each map, m, from one number, from two along x and y, or from pairs of them."""
-    several = isinstance(value, (list, tuple)) and any(isinstance(entry, (list, tuple)) for entry in value)
+    several = isinstance(value, (list, tuple)) and any(
+        isinstance(entry, (list, tuple)) for entry in value
+    )
     each = list(value) if several else [value] * count
     if len(each) != count:
-        raise SceneError(f"topography_size has {len(each)} pairs for {count} files; give one for each, in their order")
+        raise SceneError(
+            f"topography_size has {len(each)} pairs for {count} files; give one for each, in their order"
+        )
     pairs: list[tuple[float, float] | None] = []
     for k, size in enumerate(each):
         where = f"topography_size[{k}]" if several else "topography_size"
         pair = list(size) if isinstance(size, (list, tuple)) else [size, size]
         if len(pair) != 2:
-            raise SceneError(f"{where} = {as_written(size)} must be one length, or two along x and y")
+            raise SceneError(
+                f"{where} = {as_written(size)} must be one length, or two along x and y"
+            )
         pairs.append((float(_MAP_SIZE(pair[0], where)), float(_MAP_SIZE(pair[1], where))))
     return pairs
 
@@ -124,12 +152,18 @@ def _cut(value: Any) -> float:
         return float(_CUT(value, "topography_cut"))
     except ValueError:
         with suppress(ValueError):
-            return 2 * math.pi / float(_MAP_SIZE(value if isinstance(value, str) else "", "topography_cut"))
+            return (
+                2
+                * math.pi
+                / float(_MAP_SIZE(value if isinstance(value, str) else "", "topography_cut"))
+            )
         raise
 
 
 def _length_unit(value: Any) -> float:
     """Return a unit of length, m."""
     if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
-        raise SceneError(f'topography_unit = {as_written(value)} must be a unit of length, for example "um"')
+        raise SceneError(
+            f'topography_unit = {as_written(value)} must be a unit of length, for example "um"'
+        )
     return float(_MAP_SIZE(f"1 {value}", "topography_unit"))

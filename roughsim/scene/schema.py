@@ -25,8 +25,13 @@ from roughsim.scene.other_names import OTHER_NAMES
 from roughsim.scene.spellings import nearest, suggestion, with_decimal_point
 from roughsim.show.text import plain
 
-_SMALLEST, _LARGEST = 1e-30, 1e30  # sizes of lawful numbers, SI: products of several of them do not overflow
-_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
+_SMALLEST, _LARGEST = (
+    1e-30,
+    1e30,
+)  # sizes of lawful numbers, SI: products of several of them do not overflow
+_NUMBER_AND_UNIT = re.compile(
+    r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)"
+)
 # unit → SI unit and factor; pint, which takes a third of a second to load, reads all others
 USUAL = {
     "%": ("", "0.01"),
@@ -94,7 +99,9 @@ class Quantity:
     whole: bool = False
     smallest: float = _SMALLEST  # size of a number that is not zero
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
         """Let pydantic read the value first."""
         return core_schema.no_info_before_validator_function(self, handler(source))
 
@@ -104,7 +111,9 @@ class Quantity:
         number = self.of_text(value, where) if as_text else self.of_number(value, where)
         limit = self.missed_limit(number)
         if limit:
-            raise ValueError(f"{where} = {as_written(value, self.unit)} must be {limit}, for example {self.example}")
+            raise ValueError(
+                f"{where} = {as_written(value, self.unit)} must be {limit}, for example {self.example}"
+            )
         return number
 
     def missed_limit(self, number: float) -> str:
@@ -114,8 +123,17 @@ class Quantity:
         within = self.at_least <= number <= self.at_most
         inside = self.above < number and (number < self.below or math.isinf(self.below))
         if not (within and inside):
-            bounds = {"above": self.above, "at least": self.at_least, "below": self.below, "at most": self.at_most}
-            texts = [f"{word} {limit:.15g} {self.unit}" for word, limit in bounds.items() if math.isfinite(limit)]
+            bounds = {
+                "above": self.above,
+                "at least": self.at_least,
+                "below": self.below,
+                "at most": self.at_most,
+            }
+            texts = [
+                f"{word} {limit:.15g} {self.unit}"
+                for word, limit in bounds.items()
+                if math.isfinite(limit)
+            ]
             return " and ".join(text.rstrip() for text in texts)
         if number and math.isfinite(number) and not self.smallest <= abs(number) <= _LARGEST:
             size = f"{self.smallest:g} to {_LARGEST:g} {self.unit}".rstrip()
@@ -128,7 +146,9 @@ class Quantity:
         if isinstance(value, bool) or not isinstance(value, numbers):
             kind = f"a number in {self.unit} or a string with a unit" if self.unit else "a number"
             kind = "a whole number" if self.whole else kind
-            raise ValueError(f"{where} = {as_written(value)} must be {kind}, for example {self.example}")
+            raise ValueError(
+                f"{where} = {as_written(value)} must be {kind}, for example {self.example}"
+            )
         try:
             number = float(value)
         except OverflowError:
@@ -144,7 +164,9 @@ class Quantity:
             raise ValueError(f"{key} is not a number with a unit{hint}")
         number, name = match[1], match[2].strip()
         if self.unit and not name:
-            raise ValueError(f'{key} has no unit; write "{number} {self.unit}" or the number {number}')
+            raise ValueError(
+                f'{key} has no unit; write "{number} {self.unit}" or the number {number}'
+            )
         unit, factor = USUAL.get(name, (None, "1"))
         if unit == self.unit:
             with suppress(ArithmeticError):  # numbers beyond decimals are refused below
@@ -155,7 +177,9 @@ class Quantity:
             unit = _unit_registry().parse_units(name)
         except Exception:  # pint fails in a dozen ways, from AssertionError to TokenError
             hint = suggestion(number, name, self.unit, _unit_registry)
-            raise ValueError(f"{key}: the unit {as_written(name)} is not known; {expected}{hint}") from None
+            raise ValueError(
+                f"{key}: the unit {as_written(name)} is not known; {expected}{hint}"
+            ) from None
         if unit.dimensionality != _unit_registry().parse_units(self.unit).dimensionality:
             hint = suggestion(number, name, self.unit, _unit_registry)
             raise ValueError(f"{key} has the dimension {unit.dimensionality}; {expected}{hint}")
@@ -199,7 +223,9 @@ def one_or_list(count: int = 1) -> WrapValidator:
             return handler((value,) * count)
         except ValidationError as error:  # without the index, which the file does not have
             cause = error.errors()[0]["ctx"]["error"]
-            raise cause if isinstance(value, Real) else ValueError(f"{cause}, or a list of such") from None
+            raise (
+                cause if isinstance(value, Real) else ValueError(f"{cause}, or a list of such")
+            ) from None
 
     return WrapValidator(read)
 
@@ -214,9 +240,13 @@ class _RecordType(type):
         except ValidationError as error:
             details = error.errors(include_url=False)
         # an unknown key goes first, for it often explains a missing one
-        detail = next((d for d in details if d["type"] == "unexpected_keyword_argument"), details[0])
+        detail = next(
+            (d for d in details if d["type"] == "unexpected_keyword_argument"), details[0]
+        )
         cause = detail.get("ctx", {}).get("error")
-        raise cause if isinstance(cause, RoughsimError) else SceneError(plain(_one_line(detail, cls)))  # type: ignore[arg-type]
+        raise (
+            cause if isinstance(cause, RoughsimError) else SceneError(plain(_one_line(detail, cls)))
+        )  # type: ignore[arg-type]
 
 
 class Record(metaclass=_RecordType):
@@ -239,8 +269,12 @@ class Record(metaclass=_RecordType):
 def optional_keys(record: type[Record]) -> Any:
     """Return a base class with the keys of another record, each of which may be left out: it is then None."""
     hints = _key_types(record)
-    keys = [(field.name, hints[field.name] | None, None) for field in fields(record) if field.compare]  # type: ignore[arg-type]
-    return make_dataclass(f"Optional{record.__name__}", keys, bases=(Record,), frozen=True, kw_only=True)
+    keys = [
+        (field.name, hints[field.name] | None, None) for field in fields(record) if field.compare
+    ]  # type: ignore[arg-type]
+    return make_dataclass(
+        f"Optional{record.__name__}", keys, bases=(Record,), frozen=True, kw_only=True
+    )
 
 
 def _key_types(record: type[Record]) -> dict[str, Any]:
@@ -268,7 +302,9 @@ def unit_of(record: type[Record], key: str) -> str:
 def example(record: type[Record], key: str) -> str:
     """Return an example of a line with a key."""
     number = quantity(record, key)
-    value = json.dumps(get_args(_key_types(record)[key])[0]) if number is None else number.example  # first of a Literal
+    value = (
+        json.dumps(get_args(_key_types(record)[key])[0]) if number is None else number.example
+    )  # first of a Literal
     return f"{key} = {value}"
 
 
@@ -281,7 +317,9 @@ def _one_line(detail: Any, record: type[Record]) -> str:
     key, holder = _dotted(path), _dotted(path[:-1])
     # the record in which the key stands: this one, or a section within it
     inner = record if len(location) == 1 else SECTIONS.get(re.sub(r"\[\d+\]", "", holder), record)
-    if kind == "value_error":  # of our own checks: its text goes on after the key of a value, or begins with a key
+    if (
+        kind == "value_error"
+    ):  # of our own checks: its text goes on after the key of a value, or begins with a key
         text = str(detail["ctx"]["error"])
         return f"{key}.{text}" if key and text[0] not in " .[" else key + text
     if kind == "unexpected_keyword_argument":
@@ -293,13 +331,17 @@ def _one_line(detail: Any, record: type[Record]) -> str:
     if kind == "literal_error":
         words = re.findall(r"'(.*?)'", detail["ctx"]["expected"])
         return f"{key} = {value} is not known; " + did_you_mean(value.strip('"'), words)
-    return f"{key} = {value} " + ("must be a list" if kind == "tuple_type" else f"cannot be used: {detail['msg']}")
+    return f"{key} = {value} " + (
+        "must be a list" if kind == "tuple_type" else f"cannot be used: {detail['msg']}"
+    )
 
 
 def _missing(key: str, holder: str, record: type[Record]) -> str:
     """Return the message of a missing key or section, with an example."""
     if key in SECTIONS:
-        where = "the roughness of a lone rough face stands there, whichever body has it; " * (key == "surface")
+        where = "the roughness of a lone rough face stands there, whichever body has it; " * (
+            key == "surface"
+        )
         return f"section [{key}] is missing; {where}`roughsim new` writes a complete scene to start from"
     text = f"{key} is missing; write for example {example(record, key.rpartition('.')[2])}"
     return f"{text} in [{holder}]" if holder else text
@@ -308,14 +350,20 @@ def _missing(key: str, holder: str, record: type[Record]) -> str:
 def _where_known(word: str, record: type[Record]) -> str:
     """Return a hint for an unknown key: a similar name of this section, the section that has it, or all names here."""
     order = (*SECTIONS[""].known_keys(), *SECTIONS)
-    homes = [name for name in order if name and name in SECTIONS and word in SECTIONS[name].known_keys()]
+    homes = [
+        name for name in order if name and name in SECTIONS and word in SECTIONS[name].known_keys()
+    ]
     keys = record.known_keys()
     if not homes and word in OTHER_NAMES:
         return OTHER_NAMES[word]
     if word in keys:  # of a file, whose content the record has
         key = _dotted((record.section, word))
         return f'it names a file, read only when a scene is loaded: roughsim.load_scene(SCENE, {{"{key}": PATH}})'
-    return f"it belongs in [{homes[0]}]" if homes and not nearest(word, keys) else did_you_mean(word, keys)
+    return (
+        f"it belongs in [{homes[0]}]"
+        if homes and not nearest(word, keys)
+        else did_you_mean(word, keys)
+    )
 
 
 def _dotted(path: tuple[int | str, ...]) -> str:
@@ -325,5 +373,7 @@ def _dotted(path: tuple[int | str, ...]) -> str:
         if isinstance(part, int):
             text += f"[{part}]"
         else:
-            text += ("." if text else "") + (part if re.fullmatch(r"[A-Za-z0-9_.-]+", part) else as_written(part))
+            text += ("." if text else "") + (
+                part if re.fullmatch(r"[A-Za-z0-9_.-]+", part) else as_written(part)
+            )
     return shortened(text)

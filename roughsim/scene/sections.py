@@ -32,20 +32,41 @@ from roughsim.scene.schema import (
     unit_of,
 )
 from roughsim.scene.skins import HeatDepth, SkinSection
-from roughsim.scene.tables import Conductivity, FrictionCoefficient, Rows, read_psd, read_psd_error, read_psd_texture
+from roughsim.scene.tables import (
+    Conductivity,
+    FrictionCoefficient,
+    Rows,
+    read_psd,
+    read_psd_error,
+    read_psd_texture,
+)
 
 _SHARE = Quantity("", "0.938", above=0, at_most=1)
 _SHARE_RULES = ("mean", "total", "all")
 SPEED = Quantity("m/s", '"35 m/s"', at_least=0)
 _SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
-_SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them gives the roughness of a face
+_SIZE_KEYS = (
+    "rms_height",
+    "rms_slope",
+    "psd",
+    "spectrum",
+)  # one of them gives the roughness of a face
 _PSD_KEYS = ("psd_convention", *MEASURED_KEYS)  # they go with `psd`
 ROUGHNESS_KEYS = (*_SIZE_KEYS, *_PSD_KEYS, *_SELF_AFFINE_KEYS)
 _THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 # keys of the end of a run, of kept fields, and of sources and warnings: they change no number
 NOT_IDENTITY = {
-    *("ensemble.realizations", "ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"),
-} | {f"{face}.{key}" for face in ("surface", "body", "counterface") for key in (*MEASURED_KEYS, "melting_temperature")}
+    *(
+        "ensemble.realizations",
+        "ensemble.max_realizations",
+        "ensemble.until",
+        "numerics.keep_fields",
+    ),
+} | {
+    f"{face}.{key}"
+    for face in ("surface", "body", "counterface")
+    for key in (*MEASURED_KEYS, "melting_temperature")
+}
 _TURN = 6.2832  # rad, 360° rounded up
 _WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 
@@ -55,16 +76,22 @@ def _read_spectrum(value: Any) -> Any:
     name = value.get("name") if isinstance(value, Mapping) else getattr(value, "name", None)
     if not isinstance(name, str):
         example = 'spectrum = { name = "k_correlation", rms_height = "0.90 um", ... }'
-        raise ValueError(f" = {as_written(value)} must be a table with a name, for example {example}")
+        raise ValueError(
+            f" = {as_written(value)} must be a table with a name, for example {example}"
+        )
     if name not in (spectra := extensions("spectra")):
-        raise ValueError(f".name = {as_written(name)} is no spectrum; {did_you_mean(name, spectra)}")
+        raise ValueError(
+            f".name = {as_written(name)} is no spectrum; {did_you_mean(name, spectra)}"
+        )
     record = loaded("spectra", name)
     if isinstance(value, record):
         return value
     surface = SECTIONS["surface"]
     for key in {*record.known_keys()} & {*surface.known_keys()}:
         if quantity(record, key) != quantity(surface, key):
-            raise ValueError(f".{key} has another unit or other limits than in [surface]; the spectrum must rename it")
+            raise ValueError(
+                f".{key} has another unit or other limits than in [surface]; the spectrum must rename it"
+            )
     try:
         return record(**value)
     except SceneError as error:
@@ -88,7 +115,9 @@ def _read_speeds(value: Any, handler: Any) -> tuple[float, ...]:
     speeds: tuple[float, ...] = handler(value)
     for i, speed in enumerate(speeds):
         if speed in speeds[:i]:
-            raise ValueError(f"[{i}] = {as_written(value[i], 'm/s')} is there twice; remove one of the two")
+            raise ValueError(
+                f"[{i}] = {as_written(value[i], 'm/s')} is there twice; remove one of the two"
+            )
     return speeds
 
 
@@ -97,14 +126,18 @@ def _read_share(value: Any) -> float | str:
     if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
         return float(_SHARE(value))
     if value not in _SHARE_RULES:
-        raise ValueError(f" = {as_written(value)} is not known; {did_you_mean(value, _SHARE_RULES)}")
+        raise ValueError(
+            f" = {as_written(value)} is not known; {did_you_mean(value, _SHARE_RULES)}"
+        )
     return value
 
 
 def read_title(value: Any) -> str:
     """Read one line of text."""
     if not isinstance(value, str) or not value.isprintable() or len(value) > 200:
-        raise ValueError(f' = {as_written(value)} must be one line of at most 200 characters, as "Steel on steel"')
+        raise ValueError(
+            f' = {as_written(value)} must be one line of at most 200 characters, as "Steel on steel"'
+        )
     return value
 
 
@@ -112,12 +145,18 @@ def _check_roughness(face: "SurfaceSection") -> "SurfaceSection":
     """Return a face; refuse keys that do not fix its C(q), or fix it twice."""
     sizes = [key for key in _SIZE_KEYS if getattr(face, key) is not None]
     if not sizes:
-        raise ValueError("rms_height is missing; give exactly one of rms_height, rms_slope, psd_file and spectrum")
+        raise ValueError(
+            "rms_height is missing; give exactly one of rms_height, rms_slope, psd_file and spectrum"
+        )
     if len(sizes) > 1:
         first, second = (key.replace("psd", "psd_file") for key in sizes[:2])
         raise ValueError(f"{first} and {second} are both given; keep exactly one")
     if sizes[0] in ("psd", "spectrum"):
-        fixed = "psd_file, whose table fixes C(q)" if face.psd else "spectrum, which has keys of its own"
+        fixed = (
+            "psd_file, whose table fixes C(q)"
+            if face.psd
+            else "spectrum, which has keys of its own"
+        )
         for key in _SELF_AFFINE_KEYS:
             if getattr(face, key) is not None:
                 value = as_written(getattr(face, key), unit_of(type(face), key))
@@ -139,9 +178,13 @@ def _check_table(face: "SurfaceSection") -> None:
             'over the spatial frequency f = q/2π, in place of q) or "profile" (of lines, in m³)'
         )
     if face.psd_convention == "profile":
-        raise ValueError('psd_convention = "profile" is converted by roughsim.load_scene alone; load a scene')
+        raise ValueError(
+            'psd_convention = "profile" is converted by roughsim.load_scene alone; load a scene'
+        )
     if face.psd_error is not None and len(face.psd_error) != (rows := len(face.psd or ())):
-        raise ValueError(f"psd_error has {len(face.psd_error)} rows and psd {rows}; give one for each")
+        raise ValueError(
+            f"psd_error has {len(face.psd_error)} rows and psd {rows}; give one for each"
+        )
 
 
 def _check_band(face: "SurfaceSection") -> None:
@@ -174,17 +217,23 @@ def _check_counterface(counterface: "CounterfaceSection") -> "CounterfaceSection
     """Return a counterface; refuse one without keys, with keys beside `like`, or with half of a material."""
     keys = [key for key in counterface.known_keys() if getattr(counterface, key, None) is not None]
     if not keys:
-        raise ValueError('like is missing; write like = "body", give keys of its own, or leave the section out')
+        raise ValueError(
+            'like is missing; write like = "body", give keys of its own, or leave the section out'
+        )
     if counterface.like and len(keys) > 1:
         other = next(key for key in keys if key != "like")
-        raise ValueError(f'{other} does not go with like = "body", which fixes it; remove one of the two')
+        raise ValueError(
+            f'{other} does not go with like = "body", which fixes it; remove one of the two'
+        )
     if counterface.rough:
         _check_roughness(counterface)
     _check_all_or_none(keys, ("youngs_modulus", "poisson_ratio"))
     _check_all_or_none(keys, _THERMAL_KEYS)
     layer = next((key for key in ("skin", "heat_depth") if key in keys), None)
     if layer and counterface.conductivity is None:
-        raise ValueError(f"{layer} goes with a counterface that takes heat; give its {', '.join(_THERMAL_KEYS)} too")
+        raise ValueError(
+            f"{layer} goes with a counterface that takes heat; give its {', '.join(_THERMAL_KEYS)} too"
+        )
     return counterface
 
 
@@ -214,11 +263,15 @@ class SurfaceSection(Record, section="surface"):
     ⟨h²⟩ = 2π ∫ f C df. "profile": (q, C₁) of lines, m³, with ⟨h²⟩ = 2 ∫ C₁ dq, which a loaded scene has as C(q)."""
     psd_source: Literal["scan"] | None = None
     """"scan": the table was measured on maps, as by `topography`; None: it is as stated, without an error."""
-    psd_error: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_error)] | None = None
+    psd_error: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_error)] | None = (
+        None
+    )
     """Errors of the rows of `psd`, see `roughsim.surface.topography.MeasuredSpectrum`; None: unknown of a scan."""
     psd_scans: tuple[Annotated[str, BeforeValidator(read_title)], ...] | None = None
     """What was read of each scan: its channel and units, in words."""
-    psd_texture: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_texture)] | None = None
+    psd_texture: (
+        Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_texture)] | None
+    ) = None
     """A row for each map, see `roughsim.surface.topography.Texture`; None: unknown of a scan."""
     psd_filled: Annotated[float, Quantity("", "0.1", at_least=0, below=1)] | None = None
     """Share of the scans that was undefined and filled; part of their error."""
@@ -246,7 +299,10 @@ class BodySection(Record, section="body"):
     youngs_modulus: Annotated[float, Quantity("Pa", '"200 GPa"', above=0)]
     poisson_ratio: Annotated[float, Quantity("", "0.3", above=-1, at_most=0.5)]
     penetration_hardness: (
-        Annotated[float, Quantity("Pa", '"1.2 GPa"', above=0), BeforeValidator(_refuse_table_of_hardness)] | None
+        Annotated[
+            float, Quantity("Pa", '"1.2 GPa"', above=0), BeforeValidator(_refuse_table_of_hardness)
+        ]
+        | None
     ) = None
     """σ_P; None is elastic."""
     conductivity: Conductivity
@@ -294,7 +350,9 @@ class SlidingSection(Record, section="sliding"):
         WrapValidator(_read_speeds),
     ]
     """Sliding speeds; one number is a tuple of one."""
-    direction: Annotated[float, Quantity("rad", '"30 deg"', at_least=-_TURN, at_most=_TURN)] | None = None
+    direction: (
+        Annotated[float, Quantity("rad", '"30 deg"', at_least=-_TURN, at_most=_TURN)] | None
+    ) = None
     """Of sliding over a map that is pressed, from x towards y; no number of theory and drawn surfaces depends on it."""
     heat_partition: Annotated[Annotated[float, _SHARE] | str, BeforeValidator(_read_share)] = "all"
     """Share of the heat into the moving body, or the rule by which it follows from both bodies."""

@@ -100,12 +100,18 @@ def _temperatures(scene: Scene) -> Iterator[tuple[str, float]]:
         yield "sliding.friction_coefficient.temperature", scene.sliding.friction_coefficient[0][0]
 
 
-def _slips_of_body(name: str, body: BodySection | CounterfaceSection, speed: float) -> Iterator[str]:
+def _slips_of_body(
+    name: str, body: BodySection | CounterfaceSection, speed: float
+) -> Iterator[str]:
     """Yield a warning for each property that no solid has, and for sliding as fast as sound."""
     for quantity, value in _properties(body):
         low, high, unit = _USUAL[quantity]
         if not low <= value <= high:
-            units = "its unit" if quantity != "diffusivity" else "the units of conductivity, density and heat_capacity"
+            units = (
+                "its unit"
+                if quantity != "diffusivity"
+                else "the units of conductivity, density and heat_capacity"
+            )
             yield (
                 f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, the range of "
                 f"solids; check {units}"
@@ -137,7 +143,11 @@ def _properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, f
     strange = False
     for name in ("youngs_modulus", "density", "heat_capacity", "conductivity"):
         stated = getattr(body, name)
-        for value in [row[1] for row in stated] if isinstance(stated, tuple) else [stated] * (stated is not None):
+        for value in (
+            [row[1] for row in stated]
+            if isinstance(stated, tuple)
+            else [stated] * (stated is not None)
+        ):
             strange |= not _USUAL[name][0] <= value <= _USUAL[name][1]
             yield name, value
             if name == "conductivity" and not strange and body.density and body.heat_capacity:

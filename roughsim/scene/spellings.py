@@ -56,4 +56,6 @@ def _spellings(name: str) -> Iterator[str]:
 def with_decimal_point(text: str) -> str:
     """Return ``; the decimal sign is a point: ...`` for a number with a decimal comma, else ""."""
     match = re.fullmatch(r"\s*([-+]?\d+),(\d+(?:[eE][-+]?\d+)?)(.*)", text)
-    return f"; the decimal sign is a point: {match[1]}.{match[2]}{match[3].rstrip()}" if match else ""
+    return (
+        f"; the decimal sign is a point: {match[1]}.{match[2]}{match[3].rstrip()}" if match else ""
+    )

@@ -33,15 +33,23 @@ def read_psd(value: Any) -> Rows:
     example = "[[1e4, 1e-24], [1e5, 1e-27]]"
     if not isinstance(value, (list, tuple)) or not 2 <= len(value) <= MAX_ROWS:
         size = f"{len(value)} rows" if isinstance(value, (list, tuple)) else as_written(value)
-        raise ValueError(f" = {size}: a table C(q) has 2 to {MAX_ROWS} rows [q, C]; average C over bins of log q")
+        raise ValueError(
+            f" = {size}: a table C(q) has 2 to {MAX_ROWS} rows [q, C]; average C over bins of log q"
+        )
     rows: list[tuple[float, float]] = []
     for i, row in enumerate(value):
-        if not isinstance(row, (list, tuple)) or len(row) != 2 or any(isinstance(entry, str) for entry in row):
+        if (
+            not isinstance(row, (list, tuple))
+            or len(row) != 2
+            or any(isinstance(entry, str) for entry in row)
+        ):
             numbers = "two numbers without units, q in rad/m and C in m⁴"
             raise ValueError(f"[{i}] = {as_written(row)} must be {numbers}, for example {example}")
         if isinstance(row[1], (int, float)) and row[1] < -1.0:  # log₁₀ C is −40 to −10
             logarithms = "of a table of logarithms write q and C themselves"
-            raise ValueError(f"[{i}] C = {row[1]!r} m⁴ must be above 0; {logarithms}, for example {example}")
+            raise ValueError(
+                f"[{i}] C = {row[1]!r} m⁴ must be above 0; {logarithms}, for example {example}"
+            )
         rows.append((_WAVENUMBER(row[0], f"[{i}] q"), _PSD(row[1], f"[{i}] C")))
         if i and rows[i][0] <= rows[i - 1][0]:
             raise ValueError(
@@ -68,9 +76,15 @@ def read_psd_texture(value: Any) -> tuple[tuple[float, ...], ...]:
     try:
         rows = tuple(tuple(float(number) for number in row) for row in value)
     except (TypeError, ValueError):
-        raise ValueError(f" = {as_written(value)} must be rows of numbers, one for each map") from None
-    if not rows or not all(len(row) == _TEXTURE_NUMBERS and all(map(isfinite, row)) for row in rows):
-        raise ValueError(f" must have rows of {_TEXTURE_NUMBERS} finite numbers, one for each map; load the scan again")
+        raise ValueError(
+            f" = {as_written(value)} must be rows of numbers, one for each map"
+        ) from None
+    if not rows or not all(
+        len(row) == _TEXTURE_NUMBERS and all(map(isfinite, row)) for row in rows
+    ):
+        raise ValueError(
+            f" must have rows of {_TEXTURE_NUMBERS} finite numbers, one for each map; load the scan again"
+        )
     if not all(min(row[0], row[2], row[4], row[5]) > 0.0 for row in rows):
         raise ValueError(" must have ratios and wavenumbers above 0; load the scan again")
     return rows
@@ -110,7 +124,9 @@ def _number_or_table(value: Any, number: Quantity, record: type[Any]) -> float |
     for i in range(1, len(kelvin)):
         if kelvin[i] <= kelvin[i - 1]:
             order = f"{kelvin[i]!r} K after {kelvin[i - 1]!r} K"
-            raise ValueError(f".temperature[{i}] = {order}; the temperatures must rise, so sort the table")
+            raise ValueError(
+                f".temperature[{i}] = {order}; the temperatures must rise, so sort the table"
+            )
     return tuple(zip(kelvin, values, strict=True))
 
 

@@ -33,5 +33,7 @@ def parquet_bytes(rows: Sequence[Mapping[str, Any]]) -> bytes:
     try:
         data_frame(rows).to_parquet(buffer)
     except ImportError:
-        raise ImportError("a .parquet needs pandas and pyarrow; type: pip install pandas pyarrow") from None
+        raise ImportError(
+            "a .parquet needs pandas and pyarrow; type: pip install pandas pyarrow"
+        ) from None
     return buffer.getvalue()

@@ -24,7 +24,9 @@ def text(value: object) -> Html:
 
 def tag(name: str, *inside: object, **attributes: str) -> Html:
     """Return an element; content and attributes are escaped. ``css`` stands for the attribute class."""
-    words = "".join(f' {"class" if key == "css" else key}="{text(value)}"' for key, value in attributes.items())
+    words = "".join(
+        f' {"class" if key == "css" else key}="{text(value)}"' for key, value in attributes.items()
+    )
     return Html(f"<{name}{words}>{''.join(text(part) for part in inside)}</{name}>")
 
 
@@ -57,7 +59,9 @@ def in_notebook(*parts: str | Table) -> Html:
         content += [tag("p", tag("strong", part.title))] if part.title else []
         content.append(html_table(replace(part, notes=()), aligned=True))
         if part.notes:
-            content.append(tag("details", tag("summary", "notes"), *(tag("p", note) for note in part.notes)))
+            content.append(
+                tag("details", tag("summary", "notes"), *(tag("p", note) for note in part.notes))
+            )
     return tag("div", joined(*content))
 
 
@@ -71,16 +75,27 @@ def html_table(table: Table, *, aligned: bool = False) -> Html:
     grouped = columns[0].name and len(set(names)) < len(names)
     sides: dict[bool, dict[str, str]] = {False: {"css": ""}, True: {"css": "number"}}
     if aligned:
-        sides = {False: {"style": "text-align: left"}, True: {"style": "text-align: right; white-space: nowrap"}}
+        sides = {
+            False: {"style": "text-align: left"},
+            True: {"style": "text-align: right; white-space: nowrap"},
+        }
     kinds = [sides[column.number] for column in columns][grouped:]
 
     def line(row: list[Cell]) -> Html:
         cells = (digits(cell) if isinstance(cell, Number) else cell for cell in row[grouped:])
-        return tag("tr", *(tag("td", cell, **kind) for cell, kind in zip(cells, kinds, strict=True)))
+        return tag(
+            "tr", *(tag("td", cell, **kind) for cell, kind in zip(cells, kinds, strict=True))
+        )
 
     bodies = []
     for name, group in groupby(rows, key=lambda row: str(row[0]) if grouped else ""):
-        heading = tag("th", name, colspan=str(len(kinds)), scope="rowgroup", **(sides[False] if aligned else {}))
+        heading = tag(
+            "th",
+            name,
+            colspan=str(len(kinds)),
+            scope="rowgroup",
+            **(sides[False] if aligned else {}),
+        )
         title = tag("tr", heading, css="group") if grouped else ""
         bodies.append(tag("tbody", title, joined(*map(line, group))))
     titles = (tag("th", c.title, **kind) for c, kind in zip(columns[grouped:], kinds, strict=True))

@@ -45,7 +45,9 @@ class Number:
     value: float  # NaN and inf are written "–"
     unit: str = "1"  # SI
     error: float = 0.0  # total, 95 %; 0 for numbers without an error, such as theory
-    unknown: Sequence[str] = ()  # unknown parts of the error: the rest is a lower bound, "208.33 ± ≥0.38"
+    unknown: Sequence[
+        str
+    ] = ()  # unknown parts of the error: the rest is a lower bound, "208.33 ± ≥0.38"
     digits: int = 4  # significant, of a number without an error
 
     def written(self) -> _Written:
@@ -64,9 +66,13 @@ class Number:
         large = floor(log10(max(abs(value), error)))
         power = large if not -3 <= large < 5 else 0
         value, error = value / 10.0**power, error / 10.0**power
-        places = 1 - int(f"{error:.1e}".partition("e")[2])  # of the error's second digit, once it is rounded
+        places = 1 - int(
+            f"{error:.1e}".partition("e")[2]
+        )  # of the error's second digit, once it is rounded
         value, error = round(value, places), round(error, places)
-        return _Written(f"{value:.{max(places, 0)}f}", f"{at_least}{error:.{max(places, 0)}f}", power)
+        return _Written(
+            f"{value:.{max(places, 0)}f}", f"{at_least}{error:.{max(places, 0)}f}", power
+        )
 
     def __str__(self) -> str:
         value, error, power = self.written()
@@ -84,7 +90,9 @@ class Column:
 
     title: str
     number: bool = False  # cells are aligned right and never broken
-    name: bool = False  # cells name groups of rows: never broken, and a name is shown only in its first row
+    name: bool = (
+        False  # cells name groups of rows: never broken, and a name is shown only in its first row
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +108,9 @@ class Table:
         """Return the text of column k, a line per row; in a column of names a name is written once for its group."""
         texts = [[str(cell) for cell in row[: k + 1]] for row in self.rows]
         # a new name on the left begins a new group
-        repeats = [self.columns[k].name and n > 0 and texts[n - 1] == row for n, row in enumerate(texts)]
+        repeats = [
+            self.columns[k].name and n > 0 and texts[n - 1] == row for n, row in enumerate(texts)
+        ]
         return ["" if repeat else row[k] for row, repeat in zip(texts, repeats, strict=True)]
 
 

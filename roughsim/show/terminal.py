@@ -15,16 +15,22 @@ from roughsim.show.text import plain_lines
 
 PIPED = 150  # columns: a pipe has no width, and no number is to be broken
 _WIDEST = 500  # columns of a table whose numbers are whole
-_LEAST_TEXT = 12  # columns that a text may be narrowed to; longer words, such as paths, are then broken
+_LEAST_TEXT = (
+    12  # columns that a text may be narrowed to; longer words, such as paths, are then broken
+)
 
 
 class PlainConsole(Console):
     """A console of rich that takes no text as markup, emoji or command; only code sets styles."""
 
     def __init__(self, *, stderr: bool = False, file: IO[str] | None = None, piped: int = PIPED):
-        stream = file or (sys.stderr if stderr else sys.stdout)  # None if it was closed before the start
+        stream = file or (
+            sys.stderr if stderr else sys.stdout
+        )  # None if it was closed before the start
         width = None if stream is not None and stream.isatty() else piped
-        super().__init__(stderr=stderr, file=file, markup=False, emoji=False, highlight=False, width=width)
+        super().__init__(
+            stderr=stderr, file=file, markup=False, emoji=False, highlight=False, width=width
+        )
 
     def render_str(self, text: str, **rest: Any) -> Text:
         """Return a text to render, made harmless: rich calls this for every line, cell and title."""
@@ -42,11 +48,17 @@ class PlainConsole(Console):
 
     def print_table(self, table: Table) -> None:
         """Print a table of which no number is cut: in a terminal that is too narrow, text is wrapped, then rows are."""
-        grid = rich.table.Table(box=None, pad_edge=False, show_header=any(c.title for c in table.columns))
+        grid = rich.table.Table(
+            box=None, pad_edge=False, show_header=any(c.title for c in table.columns)
+        )
         cells = [table.cells(k) for k in range(len(table.columns))]
         for column, texts in zip(table.columns, cells, strict=True):
-            if column.number or column.name:  # cells stay whole, the title takes two lines above them
-                widest = max((len(column.title) + 1) // 2, 0, *map(cell_len, (*column.title.split(), *texts)))
+            if (
+                column.number or column.name
+            ):  # cells stay whole, the title takes two lines above them
+                widest = max(
+                    (len(column.title) + 1) // 2, 0, *map(cell_len, (*column.title.split(), *texts))
+                )
                 title = "\n".join(wrap(column.title, max(widest, 1)))
                 justify: Any = "right" if column.number else "left"
                 grid.add_column(title, justify=justify, no_wrap=True, min_width=widest)

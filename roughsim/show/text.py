@@ -13,7 +13,9 @@ from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
 _LONGEST = 1200  # characters of an error; a path of thousands is cut in its middle
-notes_are_shown = False  # the command line asks for them; a program that calls roughsim need not expect them
+notes_are_shown = (
+    False  # the command line asks for them; a program that calls roughsim need not expect them
+)
 _ASCII = {
     "±": "+/-", "×": "x", "µ": "u", "μ": "mu", "°": "deg", "²": "^2", "³": "^3", "⁴": "^4", "₀": "0", "₁": "1",
     "–": "-", "—": "-", "−": "-", "…": "...", "·": "*", "⟨": "<", "⟩": ">", "≤": "<=", "≥": ">=", "≈": "~", "≠": "!=",
@@ -56,7 +58,9 @@ def _in_ascii(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lacking = error.object[error.start : error.end]
-    return "".join(_ASCII.get(c, c.encode("ascii", "backslashreplace").decode()) for c in lacking), error.end
+    return "".join(
+        _ASCII.get(c, c.encode("ascii", "backslashreplace").decode()) for c in lacking
+    ), error.end
 
 
 def say(text: str) -> None:
@@ -119,14 +123,21 @@ def errors_in_one_line(command: str) -> Iterator[None]:
     except BrokenPipeError:  # a closed pipe, as of `| head`
         raise SystemExit(1) from None
     except MemoryError as error:
-        fail(f"out of memory ({_one_line(error)}); lower numerics.levels or the number of workers", 1)
+        fail(
+            f"out of memory ({_one_line(error)}); lower numerics.levels or the number of workers", 1
+        )
     except ArithmeticError as error:
         kind = type(error).__name__
-        fail(f"{command}: {kind} ({_one_line(error)}): a number is too large or too small to compute with", 1)
+        fail(
+            f"{command}: {kind} ({_one_line(error)}): a number is too large or too small to compute with",
+            1,
+        )
     except (ValueError, TypeError, OSError, RuntimeError, ImportError) as error:
         fail(_one_line(error), 1)
     except Exception as error:
-        if not hasattr(error, "format_message"):  # not an error of typer about the words of the command
+        if not hasattr(
+            error, "format_message"
+        ):  # not an error of typer about the words of the command
             raise
         message = io.StringIO()
         error.show(file=message)  # type: ignore[attr-defined]

@@ -19,7 +19,9 @@ class StressCorrelation:
     def add(self, stress: Spectrum) -> None:
         """Take the stress of the next position."""
         if self.taken == self.sums.size:
-            self.sums, self.counts = (np.concatenate([part, np.zeros_like(part)]) for part in (self.sums, self.counts))
+            self.sums, self.counts = (
+                np.concatenate([part, np.zeros_like(part)]) for part in (self.sums, self.counts)
+            )
         if self.taken % self.every == 0:
             self.anchors.append((self.taken, stress))
         if len(self.anchors) > _ANCHORS:  # every other one: they stay spread over the whole way
@@ -39,5 +41,10 @@ class StressCorrelation:
 
 def mean_product(grid: Grid, first: Spectrum, second: Spectrum) -> float:
     """Return the mean over the cell of the product of two real fields, from their half spectra."""
-    edges = [0] if grid.shape[1] % 2 else [0, -1]  # columns that stand for themselves; the others for two
-    return float(2 * np.vdot(first, second).real - sum(np.vdot(first[:, k], second[:, k]).real for k in edges))
+    edges = (
+        [0] if grid.shape[1] % 2 else [0, -1]
+    )  # columns that stand for themselves; the others for two
+    return float(
+        2 * np.vdot(first, second).real
+        - sum(np.vdot(first[:, k], second[:, k]).real for k in edges)
+    )

@@ -12,7 +12,9 @@ from roughsim.observables.temperatures import distribution_of
 if TYPE_CHECKING:  # no circle
     from roughsim.sliding.stepping import Step
 
-POSITIONS = 8  # of a slide, at equal distances over the part at its end that all means are taken over
+POSITIONS = (
+    8  # of a slide, at equal distances over the part at its end that all means are taken over
+)
 
 
 class Sampler:
@@ -30,7 +32,9 @@ class Sampler:
 
     def add(self, n: int, step: "Step") -> None:
         """Take step n, if it is among the last positions at a speed."""
-        from roughsim import fourier  # loads the transforms: the names above are read by all who plan a run
+        from roughsim import (
+            fourier,
+        )  # loads the transforms: the names above are read by all who plan a run
 
         pressure = step.contact.pressure
         for k, (steps, spectrum) in enumerate(zip(self.steps, step.temperatures, strict=True)):

@@ -30,9 +30,13 @@ class FilmField(NamedTuple):
 AXIS = "film_distance"
 FIELDS = {
     AXIS: FilmField("m", (AXIS,), "slid distance of the positions of the film"),
-    "film_pressure": FilmField("Pa", (AXIS, "x", "y"), "contact pressure, in the frame of the resting body"),
+    "film_pressure": FilmField(
+        "Pa", (AXIS, "x", "y"), "contact pressure, in the frame of the resting body"
+    ),
     "film_temperature": FilmField(
-        "K", ("speed", AXIS, "x", "y"), "surface of the moving body above its background, at its position then"
+        "K",
+        ("speed", AXIS, "x", "y"),
+        "surface of the moving body above its background, at its position then",
     ),
 }
 
@@ -72,7 +76,9 @@ class Projector:
 
     def add(self, n: int, step: "Step") -> None:
         """Take step n, if it is one of the film."""
-        from roughsim import fourier  # loads the transforms: the names above are read by all who open a run
+        from roughsim import (
+            fourier,
+        )  # loads the transforms: the names above are read by all who open a run
 
         if n not in self.filmed:
             return
@@ -87,13 +93,23 @@ class Projector:
         """Return the film; None if no step was selected."""
         if not self.filmed:
             return None
-        return Film(path.distance[list(self.filmed)].astype(np.float32), self.pressure, self.temperature)
+        return Film(
+            path.distance[list(self.filmed)].astype(np.float32), self.pressure, self.temperature
+        )
 
 
 def film_shape(shape: tuple[int, int]) -> tuple[int, int]:
     """Return the points of a film of fields of this shape: at most `MOST_POINTS` a side if whole blocks make them."""
     x, y = (
-        count // next((n for n in range(ceil(count / MOST_POINTS), count // LEAST_POINTS + 1) if count % n == 0), 1)
+        count
+        // next(
+            (
+                n
+                for n in range(ceil(count / MOST_POINTS), count // LEAST_POINTS + 1)
+                if count % n == 0
+            ),
+            1,
+        )
         for count in shape
     )
     return x, y

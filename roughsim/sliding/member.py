@@ -60,7 +60,9 @@ class SlideProblem:
     stream: int  # number of the level
     index: int = 0  # of the realization
     threads: int = 1
-    distribution: bool = False  # whether the distribution of the temperature is taken at the last positions
+    distribution: bool = (
+        False  # whether the distribution of the temperature is taken at the last positions
+    )
 
     @property
     def steps(self) -> int:
@@ -72,7 +74,10 @@ class SlideProblem:
         """The peak memory of the slide, bytes: both bodies remember their heat, at each speed."""
         decades = math.log10(max(self.steps, 2))
         # the usual numbers of exponentials, within 2 from 24 to 10⁴ steps
-        bare, layered = BYTES_OF_TERM["bare"] * (4 + 3 * decades), BYTES_OF_TERM["layered"] * (1 + 8 * decades)
+        bare, layered = (
+            BYTES_OF_TERM["bare"] * (4 + 3 * decades),
+            BYTES_OF_TERM["layered"] * (1 + 8 * decades),
+        )
         bodies = [body for motion in self.motions for body in (motion.moving, motion.resting)]
         heat = sum(bare if body.layers is None else layered for body in bodies)
         each = BYTES_OF_SPEED
@@ -93,11 +98,20 @@ class SlideProblem:
         """The contact's motion at each speed."""
         friction, kappa, diffusivity = (
             np.broadcast_to(x, len(self.resting)).tolist()
-            for x in (self.sliding.friction_coefficient, self.sliding.conductivity, self.sliding.diffusivity)
+            for x in (
+                self.sliding.friction_coefficient,
+                self.sliding.conductivity,
+                self.sliding.diffusivity,
+            )
         )
         skin, heat_depth = self.sliding.skin, self.sliding.heat_depth
-        moving = [Body(k, d, skin=skin, heat_depth=heat_depth) for k, d in zip(kappa, diffusivity, strict=True)]
-        return list(map(Motion, self.sliding.speeds, friction, moving, self.resting, self.distances))
+        moving = [
+            Body(k, d, skin=skin, heat_depth=heat_depth)
+            for k, d in zip(kappa, diffusivity, strict=True)
+        ]
+        return list(
+            map(Motion, self.sliding.speeds, friction, moving, self.resting, self.distances)
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +126,9 @@ class SlideSolution:
     steps: int
     seconds: dict[str, float]  # spent in each stage: surface, contact (with the temperatures)
     film: Film | None  # maps of some positions, if selected
-    bins: Bins | None  # of the contact area at the last positions, if the problem asks for the distribution
+    bins: (
+        Bins | None
+    )  # of the contact area at the last positions, if the problem asks for the distribution
 
 
 def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
@@ -126,7 +142,9 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
         path, contacts_along = _sliding_contacts(problem)
         drawn = time.perf_counter()
         samples = _sampler(problem, path) if problem.distribution else None
-        history = follow(contacts_along, grid, path, problem.motions, filmed_steps(path) if film else (), samples)
+        history = follow(
+            contacts_along, grid, path, problem.motions, filmed_steps(path) if film else (), samples
+        )
         coarser = _coarser_means(problem.coarser) if problem.coarser else {}
         solved = time.perf_counter()
     of_steps = numbers_of(history)
@@ -163,7 +181,11 @@ def _sampler(problem: SlideProblem, path: Path) -> Sampler:
 def _coarser_means(problem: SlideProblem) -> dict[str, Array]:
     """Return T_flash and the frozen one of a slide on the coarser grid, means as `_means_of`, by their stored names."""
     path, contacts_along = _sliding_contacts(problem)
-    means = _means_of(numbers_of(follow(contacts_along, problem.grid, path, problem.motions)), path, problem.distances)
+    means = _means_of(
+        numbers_of(follow(contacts_along, problem.grid, path, problem.motions)),
+        path,
+        problem.distances,
+    )
     names = ("sliding_flash_temperature", "sliding_frozen_flash_temperature")
     return {name.replace("sliding_", "sliding_coarser_"): means[name] for name in names}
 
@@ -194,7 +216,9 @@ def _stream_of(seed: int, *key: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
 
 
-def _means_of(of_steps: dict[str, Array], path: Path, distances: tuple[float, ...]) -> dict[str, Array]:
+def _means_of(
+    of_steps: dict[str, Array], path: Path, distances: tuple[float, ...]
+) -> dict[str, Array]:
     """Return the stored numbers: means over the last half of the distance that each speed slides, and T₀ at its end."""
     steps = np.arange(1, path.steps + 1)
     last = np.rint(np.array(distances) / path.distance[1])[:, None]
@@ -212,7 +236,10 @@ def _means_of(of_steps: dict[str, Array], path: Path, distances: tuple[float, ..
 def _curves_of(over_distance: dict[str, Array], path: Path) -> dict[str, Array]:
     """Return the stored curves, at the `_chosen_steps`."""
     chosen = _chosen_steps(path) - 1
-    return {name: np.ascontiguousarray(over_distance[name.removeprefix("slide_")][..., chosen]) for name in CURVES}
+    return {
+        name: np.ascontiguousarray(over_distance[name.removeprefix("slide_")][..., chosen])
+        for name in CURVES
+    }
 
 
 def _chosen_steps(path: Path) -> NDArray[np.intp]:

@@ -12,7 +12,9 @@ from roughsim.grid import Grid
 # After each length of the cell the path has moved across by this part of its shorter side, so that a wave meets new
 # rows. 1/φ⁴: any number of laps spreads evenly over a square cell.
 ACROSS = ((math.sqrt(5.0) - 1.0) / 2.0) ** 4
-MOST_STEPS = 1_000_000  # over a day of CPU time on 64² points; the curves of all steps stay in memory
+MOST_STEPS = (
+    1_000_000  # over a day of CPU time on 64² points; the curves of all steps stay in memory
+)
 FURTHEST = 1e12  # pixels
 COARSER = 0.75  # points along each side of the coarser grid of a slide: 42 % of the work of the slide itself
 _ROUNDING = 1e-9
@@ -59,7 +61,9 @@ def slope(grid: Grid) -> float:
     return ACROSS * min(1.0, grid.lengths[1] / grid.lengths[0])
 
 
-def oblique_path(grid: Grid, slid_distance: float, steps: int | None = None, *, backwards: bool = False) -> Path:
+def oblique_path(
+    grid: Grid, slid_distance: float, steps: int | None = None, *, backwards: bool = False
+) -> Path:
     """Return the path along x over `slid_distance`, m, to the nearest whole step.
 
     Each step is a whole number of pixels along x: one, or as many as bring the number of steps nearest to `steps`.

@@ -133,11 +133,15 @@ def slide(  # noqa: PLR0913  (two bodies)
     for body in (moving, resting):
         for v in (body.speed, float(np.abs(speeds).max())):
             need_resolved(grid, v, body.diffusivity)
-    path = oblique_path(grid, distance, None if steps is None else int(steps), backwards=bool(speeds[0] < 0))
+    path = oblique_path(
+        grid, distance, None if steps is None else int(steps), backwards=bool(speeds[0] < 0)
+    )
     still = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
     riding = None
     if counter_heights is not None:
-        riding = real_field("counter_heights", counter_heights, grid.shape).astype(np.float64, copy=False)
+        riding = real_field("counter_heights", counter_heights, grid.shape).astype(
+            np.float64, copy=False
+        )
     motions = [Motion(abs(v), friction, moving, resting) for v in speeds]
     contacts_along = contacts(still, riding, grid, solid, load, path, tolerance)
     history = follow(contacts_along, grid, path, motions)
@@ -161,7 +165,9 @@ def _checked_speeds(speed: ArrayLike, moving: Body, resting: Body) -> Array:
         raise TypeError(f"speed = {speed!r} must be one real number or a 1-D array of them, in m/s")
     speeds = np.atleast_1d(array.astype(np.float64))
     if not np.isfinite(speeds).all() or not (speeds.min() > 0.0 or speeds.max() < 0.0):
-        raise ValueError(f"speed = {speed!r} m/s must be finite, not 0, and of one sign: the bodies slide one way")
+        raise ValueError(
+            f"speed = {speed!r} m/s must be finite, not 0, and of one sign: the bodies slide one way"
+        )
     difference = moving.speed - resting.speed
     if array.ndim == 0 and not math.isclose(difference, speeds[0], rel_tol=1e-9):
         raise ValueError(

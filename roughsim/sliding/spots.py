@@ -29,7 +29,9 @@ class SpotLives:
 
     def __init__(self) -> None:
         self._labels: NDArray[np.int64] | None = None
-        self._born: Array = np.zeros(0)  # slid distance at which each spot of the latest position was born; NaN: before
+        self._born: Array = np.zeros(
+            0
+        )  # slid distance at which each spot of the latest position was born; NaN: before
         self._sizes: Array = np.zeros(0)  # pixels of each, summed over its positions
         self._positions: Array = np.zeros(0)
         self._distances: list[Array] = []
@@ -95,7 +97,9 @@ def survival(lives: Lives, distance: Array) -> Array:
     return result
 
 
-def _successors(labels: NDArray[np.int64], count: int, later: NDArray[np.int64], later_count: int) -> NDArray[np.intp]:
+def _successors(
+    labels: NDArray[np.int64], count: int, later: NDArray[np.int64], later_count: int
+) -> NDArray[np.intp]:
     """Return for each spot the index of the later one in which it lives on, −1 if it has died."""
     shared = (labels > 0) & (later > 0)
     pair = (labels[shared] - 1) * later_count + later[shared] - 1

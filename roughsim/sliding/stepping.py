@@ -67,13 +67,17 @@ class Motion(NamedTuple):
     slid_distance: float = math.inf  # m, to the nearest step; beyond it this speed is not followed
 
 
-def walk(contacts: Iterable[Contact], grid: Grid, path: Path, motions: Sequence[Motion]) -> Iterator[Step]:
+def walk(
+    contacts: Iterable[Contact], grid: Grid, path: Path, motions: Sequence[Motion]
+) -> Iterator[Step]:
     """Yield each position of a path with the temperatures of both bodies, at several speeds.
 
     `contacts` yields one contact at each position, the first included.
     """
     pairs: list[Pair | None] = []
-    last = [round(min(motion.slid_distance, path.distance[-1]) / path.distance[1]) for motion in motions]
+    last = [
+        round(min(motion.slid_distance, path.distance[-1]) / path.distance[1]) for motion in motions
+    ]
     numbers = np.zeros((len(motions), len(NUMBERS)))
     for n, contact in enumerate(contacts):
         stress = fourier.forward(contact.pressure)
@@ -82,16 +86,26 @@ def walk(contacts: Iterable[Contact], grid: Grid, path: Path, motions: Sequence[
         else:
             pairs = [pair if n <= end else None for pair, end in zip(pairs, last, strict=True)]
             nothing = (math.nan,) * len(NUMBERS)
-            numbers = np.array([pair.advance(contact, stress) if pair else nothing for pair in pairs])
+            numbers = np.array(
+                [pair.advance(contact, stress) if pair else nothing for pair in pairs]
+            )
         temperatures = [pair.temperature if pair else None for pair in pairs]
         yield Step(float(path.distance[n]), contact, stress, numbers.T, temperatures)
 
 
 def contacts(
-    heights: Field, counter_heights: Field | None, grid: Grid, solid: Solid, load: float, path: Path, tolerance: float
+    heights: Field,
+    counter_heights: Field | None,
+    grid: Grid,
+    solid: Solid,
+    load: float,
+    path: Path,
+    tolerance: float,
 ) -> Iterator[Contact]:
     """Yield the contact at each position of the path, each solve begun from the last; one for all over a flat."""
-    from roughsim.contact.active_set import solve_contact  # loads numba: who plans and leads a run may do without
+    from roughsim.contact.active_set import (
+        solve_contact,
+    )  # loads numba: who plans and leads a run may do without
 
     contact = None
     for offset in path.offsets:
@@ -99,7 +113,9 @@ def contacts(
             composite = heights
             if counter_heights is not None:
                 composite = heights + np.roll(counter_heights, -offset, axis=(0, 1))
-            contact = solve_contact(composite, grid, solid, nominal_pressure=load, tolerance=tolerance, start=contact)
+            contact = solve_contact(
+                composite, grid, solid, nominal_pressure=load, tolerance=tolerance, start=contact
+            )
         yield contact
 
 
@@ -107,14 +123,25 @@ class Pair:
     """Both bodies at one speed: their histories, and the share of the heat of the latest step."""
 
     def __init__(self, grid: Grid, motion: Motion, stress: Spectrum, path: Path) -> None:
-        heating, bodies = motion.friction_coefficient * motion.speed, (motion.resting, motion.moving)
+        heating, bodies = (
+            motion.friction_coefficient * motion.speed,
+            (motion.resting, motion.moving),
+        )
         self.grid, self.path, self.heating = grid, path, heating
         step = (path.distance[1] - path.distance[0]) / motion.speed
         # at first heat flows straight down into both, and warms them alike: bare ones share it by their effusivities
         resting, moving = (1 / uniform_warming(body, step) for body in bodies)
         share = moving / (resting + moving)
         self.resting, self.moving = (
-            History(grid, body.conductivity, body.diffusivity, step, path.steps, part * heating * stress, body.layers)
+            History(
+                grid,
+                body.conductivity,
+                body.diffusivity,
+                step,
+                path.steps,
+                part * heating * stress,
+                body.layers,
+            )
             for body, part in zip(bodies, (1 - share, share), strict=True)
         )
         self.response = self.resting.response + self.moving.response
@@ -136,8 +163,13 @@ class Pair:
             moving_heat = fourier.forward(entering)
             resting_temperature = known + self.resting.response * (heat - moving_heat)
             moving_temperature = moving_known + self.moving.response * moving_heat
-            jump = fourier.inverse(resting_temperature - moving_temperature, self.grid.shape)[touching]
-            load, both = stress[0, 0].real, mean_product(self.grid, resting_temperature + moving_temperature, stress)
+            jump = fourier.inverse(resting_temperature - moving_temperature, self.grid.shape)[
+                touching
+            ]
+            load, both = (
+                stress[0, 0].real,
+                mean_product(self.grid, resting_temperature + moving_temperature, stress),
+            )
             scale = abs(both) / load * math.sqrt(jump.size)
             residual = float(np.linalg.norm(jump)) / scale
             if residual <= _EQUAL:
@@ -153,7 +185,9 @@ class Pair:
         # points that touch in the next step and not in this one begin with the mean share
         share = moving_heat[0, 0].real / heat[0, 0].real
         self.share.fill(share)
-        self.share[touching] = np.clip(entering[touching] / released, 0.0, 1.0)  # at edges it has no bounds
+        self.share[touching] = np.clip(
+            entering[touching] / released, 0.0, 1.0
+        )  # at edges it has no bounds
         self.temperature = moving_temperature
         self.resting.advance(heat - moving_heat)
         self.moving.advance(moving_heat * phase.conj())
@@ -161,7 +195,10 @@ class Pair:
             mean_product(self.grid, temperature, stress) / load
             for temperature in (resting_temperature, moving_temperature)
         )
-        resting_background, background = resting_temperature[0, 0].real, moving_temperature[0, 0].real
+        resting_background, background = (
+            resting_temperature[0, 0].real,
+            moving_temperature[0, 0].real,
+        )
         return (
             moving_total - background,
             resting_total - resting_background,
@@ -183,6 +220,8 @@ def uniform_warming(body: Body, time: float) -> float:
 def phases(grid: Grid, offset: Any) -> Spectrum:
     """Return e^(iq·s) of each mode: it brings a spectrum from the frame of the moving body to the resting frame."""
     qx, qy = grid.wavevectors
-    along, across = (1j * q * (n * d) for q, n, d in zip((qx, qy), offset, grid.spacing, strict=True))
+    along, across = (
+        1j * q * (n * d) for q, n, d in zip((qx, qy), offset, grid.spacing, strict=True)
+    )
     phase: Spectrum = np.exp(along) * np.exp(across)
     return phase

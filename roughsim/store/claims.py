@@ -25,8 +25,12 @@ POINTS = "points"  # folder of the runs of a study
 PLAN = "plan"  # claim of the process that plans the points of a study
 _PROCESS = re.compile(r"process-([\w.-]{1,200})")
 _FILE = re.compile(rf"{_PROCESS.pattern}|{MEMBER_NAME.pattern}|{PLAN}")
-_SIGN = re.compile(r"\d+\n(?P<host>[\w.-]+) (?P<pid>\d{1,9}) (?P<space>.+)\n")  # content of the file of a process
-_silent: dict[Path, str] = {}  # files of processes for which `writer` waited in vain, with their content
+_SIGN = re.compile(
+    r"\d+\n(?P<host>[\w.-]+) (?P<pid>\d{1,9}) (?P<space>.+)\n"
+)  # content of the file of a process
+_silent: dict[
+    Path, str
+] = {}  # files of processes for which `writer` waited in vain, with their content
 
 
 class Claims:
@@ -39,7 +43,9 @@ class Claims:
         self.name = f"{self._host}-{os.getpid()}-{secrets.token_hex(8)}"
         self.path = self.folder / f"process-{self.name}"
         self.held: set[str] = set()
-        self._seen: dict[str, tuple[str, float]] = {}  # name of a file → content, and time of its first reading, s
+        self._seen: dict[
+            str, tuple[str, float]
+        ] = {}  # name of a file → content, and time of its first reading, s
         self._warned = False
         self._end = Event()
         self._thread = Thread(target=self._keep_signing, daemon=True)
@@ -118,7 +124,9 @@ class Claims:
         if _start_of(path) == self.name:
             with suppress(OSError):
                 path.unlink()
-        self.held.discard(claim)  # at last: an interrupt before it leaves the claim to `release_all`
+        self.held.discard(
+            claim
+        )  # at last: an interrupt before it leaves the claim to `release_all`
 
     def release_all(self) -> None:
         """Release all claims of this process."""
@@ -141,7 +149,9 @@ class Claims:
         content, now = _start_of(path), time.monotonic()
         if path.name not in self._seen or self._seen[path.name][0] != content:
             self._seen[path.name] = content, now
-        return now - self._seen[path.name][1] >= LEASE or (path != self.path and _has_ended(content))
+        return now - self._seen[path.name][1] >= LEASE or (
+            path != self.path and _has_ended(content)
+        )
 
     def _go_on_without(self, error: OSError) -> None:
         if not self._warned:
@@ -162,8 +172,12 @@ def writer(run_folder: Path) -> str | None:
     """
     home = run_folder.absolute()
     homes = [home, home.parent.parent] if home.parent.name == POINTS else [home]
-    waiting = {path: _start_of(path) for home in homes for path in _listed(home / "claims", _PROCESS)}
-    waiting = {path: content for path, content in waiting.items() if content not in ("", _silent.get(path))}
+    waiting = {
+        path: _start_of(path) for home in homes for path in _listed(home / "claims", _PROCESS)
+    }
+    waiting = {
+        path: content for path, content in waiting.items() if content not in ("", _silent.get(path))
+    }
     signs = []
     end = time.monotonic() + 3.0 * RENEWAL
     while waiting and time.monotonic() < end:

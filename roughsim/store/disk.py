@@ -44,7 +44,9 @@ def place_bytes(path: Path, *content: bytes, first: bool = False) -> None:
             with open(temporary, "wb") as file:
                 file.writelines(content)
                 file.flush()
-                os.fsync(file.fileno())  # a file that is moved before its bytes are on disk may be empty after a crash
+                os.fsync(
+                    file.fileno()
+                )  # a file that is moved before its bytes are on disk may be empty after a crash
             place(temporary, path)
             return
         except OSError as error:
@@ -108,9 +110,13 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
         with open(regular_file(path), "rb") as file:
             size = os.fstat(file.fileno()).st_size
             if most is not None and size > most:
-                raise RecordError(f"{path} has {size / 2**20:.3g} MiB, above the {most >> 20} MiB that roughsim writes")
+                raise RecordError(
+                    f"{path} has {size / 2**20:.3g} MiB, above the {most >> 20} MiB that roughsim writes"
+                )
             if exceeds(size, 0.5):
-                raise OSError(errno.ENOMEM, f"it has {size / 1e9:.3g} GB, above half of the available memory")
+                raise OSError(
+                    errno.ENOMEM, f"it has {size / 1e9:.3g} GB, above half of the available memory"
+                )
             return file.read()
     except OSError as error:
         raise not_readable(path, error) from error
@@ -122,7 +128,9 @@ def not_readable(path: Path, error: OSError) -> OSError:
     advice = "see its permissions, the disk and the network, and try again"
     if error.errno in (errno.EMFILE, errno.ENFILE):
         advice = "close files, or raise the limit of open files (ulimit -n)"
-    return OSError(error.errno, f"{path} cannot be read now ({reason}); nothing was changed; {advice}")
+    return OSError(
+        error.errno, f"{path} cannot be read now ({reason}); nothing was changed; {advice}"
+    )
 
 
 def set_aside(path: Path, folder: Path) -> Path:

@@ -18,19 +18,25 @@ from numpy.typing import NDArray
 from roughsim.machine import exceeds
 
 _LARGEST_CHUNK = 256  # points along a side of a map: viewers read a part of a large one at a time
-_UNPACKED = {"heights"}  # gzip takes ten times as long as writing them, and leaves 84 %; of a pressure it leaves 10 %
+_UNPACKED = {
+    "heights"
+}  # gzip takes ten times as long as writing them, and leaves 84 %; of a pressure it leaves 10 %
 
 
 def hdf5_bytes(fill: Callable[[Any], None]) -> bytes:
     """Return the bytes of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk."""
-    image = io.BytesIO()  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
+    image = (
+        io.BytesIO()
+    )  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
     with h5py.File(image, "w", libver="v110") as file:
         fill(file)
     return image.getvalue()
 
 
 def write_arrays(
-    group: Any, arrays: Iterable[tuple[str, tuple[str, ...], Any, Mapping[str, Any]]], compression: int = 1
+    group: Any,
+    arrays: Iterable[tuple[str, tuple[str, ...], Any, Mapping[str, Any]]],
+    compression: int = 1,
 ) -> None:
     """Write arrays into a group, each after the arrays of its axes, which become its dimension scales.
 
@@ -44,7 +50,10 @@ def write_arrays(
         if data.dtype.kind == "U":
             dataset = group.create_dataset(name, data=data.tolist())
         elif data.dtype == np.float32 and len(data.shape) > 1:
-            chunk = (*(1 for _ in data.shape[:-2]), *(min(points, _LARGEST_CHUNK) for points in data.shape[-2:]))
+            chunk = (
+                *(1 for _ in data.shape[:-2]),
+                *(min(points, _LARGEST_CHUNK) for points in data.shape[-2:]),
+            )
             packed = {} if name in _UNPACKED else {"shuffle": True, "compression": compression}
             dataset = group.create_dataset(name, data.shape, data.dtype, chunks=chunk, **packed)
             if isinstance(data, np.ndarray):
@@ -53,7 +62,9 @@ def write_arrays(
                 for row, values in enumerate(data):
                     dataset[row] = values
         else:
-            dataset = group.create_dataset(name, data=data, chunks=data.shape if data.size else None)
+            dataset = group.create_dataset(
+                name, data=data, chunks=data.shape if data.size else None
+            )
         dataset.attrs.update(attributes)
         if axes == (name,):
             dataset.make_scale(name)

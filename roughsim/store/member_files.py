@@ -29,7 +29,9 @@ from roughsim.store.disk import DamagedError, place_bytes, read_bytes, seal
 
 FORMAT = 6  # of members and of run.json
 AGAIN = "repeat the command that made the folder"  # advice on a lost member
-MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
+MEMBER_NAME = re.compile(
+    r"L(\d+)-(\d{6,})"
+)  # level and index; of the file, of its claim, and in messages
 _DIGEST = 65  # bytes at the end: SHA-256 of all before, as text, and the end of the line
 
 
@@ -63,7 +65,10 @@ KINDS = {
     "stress_spectrum": Kind("Pa^2", ("below", "wavenumber")),
     "contact_area": Kind("1", ("contact_area",)),
     **BINS,
-    **{name: Kind(curve.unit, (*["speed"] * curve.per_speed, AXIS)) for name, curve in CURVES.items()},
+    **{
+        name: Kind(curve.unit, (*["speed"] * curve.per_speed, AXIS))
+        for name, curve in CURVES.items()
+    },
     "x": Kind("m", ("x",)),
     "y": Kind("m", ("y",)),
     **FIELDS,
@@ -86,14 +91,22 @@ class Member:
     level: int
     index: int  # of the realization
     failure: str = ""  # why there are no numbers; empty for a sound member
-    moments: tuple[Moments, ...] = ()  # of its level, and of the level below on the same surface; none of a failure
-    curves: dict[str, Array] = field(default_factory=dict)  # over the slid distance, of the column "sliding" only
+    moments: tuple[
+        Moments, ...
+    ] = ()  # of its level, and of the level below on the same surface; none of a failure
+    curves: dict[str, Array] = field(
+        default_factory=dict
+    )  # over the slid distance, of the column "sliding" only
     # heights, m, and pressure, Pa, or the film of a slide, if they are kept
     fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
     lengths: tuple[float, float] = (1.0, 1.0)  # sides of the cell, m
     speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s
-    provenance: dict[str, Any] = field(default_factory=dict)  # scene, numerics, versions, residual, times
-    kept: dict[str, tuple[int, ...]] = field(default_factory=dict)  # shapes of the fields in its file, by name
+    provenance: dict[str, Any] = field(
+        default_factory=dict
+    )  # scene, numerics, versions, residual, times
+    kept: dict[str, tuple[int, ...]] = field(
+        default_factory=dict
+    )  # shapes of the fields in its file, by name
 
     @property
     def numbers(self) -> dict[str, Array]:
@@ -138,7 +151,15 @@ def read_member(path: Path, fields: Iterable[str] = ()) -> Member:
         raise
     except MemoryError as error:  # on a larger machine it may be readable
         raise RecordError(f"{path}: {error}; nothing was read") from error
-    except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, RecursionError) as error:
+    except (
+        OSError,
+        LookupError,
+        ValueError,
+        TypeError,
+        AttributeError,
+        RuntimeError,
+        RecursionError,
+    ) as error:
         raise damaged(path, f"is damaged ({error})") from error
 
 
@@ -152,7 +173,9 @@ def read_field(path: Path, name: str) -> NDArray[np.float32]:
 
 def damaged(path: Path, fault: str) -> DamagedError:
     """Return the error that names a file with its fault, as "is damaged (…)", and gives advice."""
-    return DamagedError(f"{path} {fault}; {AGAIN}: it moves the file into 'damaged' and computes the member again")
+    return DamagedError(
+        f"{path} {fault}; {AGAIN}: it moves the file into 'damaged' and computes the member again"
+    )
 
 
 def check_format(path: Path, version: int, provenance: Any, known: int = FORMAT) -> None:
@@ -161,11 +184,15 @@ def check_format(path: Path, version: int, provenance: Any, known: int = FORMAT)
     `provenance` may have the versions of packages.
     """
     if version > known:
-        raise RecordError(f"{path} has format version {version}; this roughsim reads {known}: update it")
+        raise RecordError(
+            f"{path} has format version {version}; this roughsim reads {known}: update it"
+        )
     if version < known:
         versions = provenance.get("versions") if isinstance(provenance, dict) else None
         number = versions.get("roughsim", "") if isinstance(versions, dict) else ""
-        writer = f"the roughsim that wrote it ({number})" if number else "the roughsim that wrote it"
+        writer = (
+            f"the roughsim that wrote it ({number})" if number else "the roughsim that wrote it"
+        )
         reads = f"has the older format {version}, and this roughsim reads {known}"
         raise RecordError(f"{path} {reads}; read or export it with {writer}")
 
@@ -174,7 +201,10 @@ def _fill(file: Any, member: Member) -> None:
     """Store a member in a new HDF5 file."""
     from roughsim.store.hdf5 import write_arrays
 
-    header = {name: getattr(member, name) for name in ("level", "index", "failure", "lengths", "speeds", "provenance")}
+    header = {
+        name: getattr(member, name)
+        for name in ("level", "index", "failure", "lengths", "speeds", "provenance")
+    }
     header |= {name: list(getattr(member, name)) for name in ("numbers", "curves", "fields")}
     if member.moments and member.moments[0].bins is not None:
         header["bins"] = list(BINS)
@@ -192,7 +222,9 @@ def _arrays_of(member: Member) -> Iterator[tuple[str, NDArray[Any]]]:
     """Yield the arrays of a member with their names, each after its axes."""
     if moments := member.moments:
         wavenumber, of_below = moments[0].wavenumber, moments[-1].wavenumber
-        if not np.array_equal(of_below, wavenumber[: len(of_below)]):  # a small grid has entries of its own
+        if not np.array_equal(
+            of_below, wavenumber[: len(of_below)]
+        ):  # a small grid has entries of its own
             wavenumber = np.union1d(wavenumber, of_below)
         numbers = np.full((len(moments), len(member.numbers), len(member.speeds)), np.nan)
         spectra = np.full((len(moments), len(wavenumber)), np.nan)
@@ -248,16 +280,25 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
     check_format(path, int(header.get("format_version", 4)), header.get("provenance"))
     level, index = (int(number) for number in path.stem[1:].split("-"))
     if [header["level"], header["index"]] != [level, index]:
-        raise ValueError(f"it holds level {header['level']!r}, index {header['index']!r}, unlike its name")
+        raise ValueError(
+            f"it holds level {header['level']!r}, index {header['index']!r}, unlike its name"
+        )
     failure, provenance = header["failure"], header["provenance"]
     # a member has either a failure or numbers
-    if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(header["numbers"]):
+    if (
+        not isinstance(provenance, dict)
+        or not isinstance(failure, str)
+        or bool(failure) == bool(header["numbers"])
+    ):
         raise ValueError("its header is none that a writer of this format makes")
     speeds = tuple(float(speed) for speed in header["speeds"])
     length_x, length_y = (float(length) for length in header["lengths"])
     moments: tuple[Moments, ...] = ()
     if not failure:
-        arrays = [read_array(opened(name), np.float64) for name in ("numbers", "wavenumber", "stress_spectrum")]
+        arrays = [
+            read_array(opened(name), np.float64)
+            for name in ("numbers", "wavenumber", "stress_spectrum")
+        ]
         bins = [read_array(opened(name), np.float64) for name in BINS if "bins" in header]
         moments = tuple(_moments(header["numbers"], len(speeds), arrays, bins))
     kept = {name: opened(name) for name in header["fields"] if name in FIELDS}
@@ -275,13 +316,18 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
     )
 
 
-def _moments(names: list[str], speeds: int, arrays: Sequence[Array], bins: Sequence[Array]) -> Iterator[Moments]:
+def _moments(
+    names: list[str], speeds: int, arrays: Sequence[Array], bins: Sequence[Array]
+) -> Iterator[Moments]:
     """Yield the moments of the level of a file, and of the level below it; ValueError if the sizes do not fit.
 
     `arrays` are the numbers, the wavenumbers and the spectra.
     """
     numbers, wavenumber, spectra = arrays
-    if numbers.shape[1:] != (len(names), speeds) or spectra.shape != (len(numbers), len(wavenumber)):
+    if numbers.shape[1:] != (len(names), speeds) or spectra.shape != (
+        len(numbers),
+        len(wavenumber),
+    ):
         raise ValueError("its arrays and its header have different sizes")
     if any(values.shape != (len(numbers), speeds, BIN_AREAS.size) for values in bins):
         raise ValueError("its bins and its header have different sizes")

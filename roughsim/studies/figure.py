@@ -46,12 +46,21 @@ def usual_choice(study: StudyResults, observable: str, over: str | None = None) 
     words = [name for name in first if name not in numeric]
     several = any(len(run.scene.speeds) > 1 for _, run in study.results)
     about = _several_about(study, observable)
-    candidates = [*numeric[:1], *about, *numeric[1:], *([SPEED] if several or not numeric else []), *words, NONE]
+    candidates = [
+        *numeric[:1],
+        *about,
+        *numeric[1:],
+        *([SPEED] if several or not numeric else []),
+        *words,
+        NONE,
+    ]
     if over is not None:
         over = study.keys.get(over, over)
         axes = [name for name in candidates if name in (SPEED, *about, *numeric)]
         if over not in axes:
-            raise ValueError(f"over = {over!r} is no axis of {study.folder}; choose one of {', '.join(axes)}")
+            raise ValueError(
+                f"over = {over!r} is no axis of {study.folder}; choose one of {', '.join(axes)}"
+            )
         candidates = [over, *(name for name in candidates if name != over)]
     return Choice(observable, candidates[0], candidates[1], first)
 
@@ -62,7 +71,9 @@ def _several_about(study: StudyResults, observable: str) -> list[str]:
     scenes = [run.scene for _, run in study.results]
     counts = {
         "energy": [len(scene.reaction.activation_energy) for scene in scenes if scene.reaction],
-        "temperature": [len(scene.observables.heat_above or ()) for scene in scenes if scene.observables],
+        "temperature": [
+            len(scene.observables.heat_above or ()) for scene in scenes if scene.observables
+        ],
     }
     return [about] if about is not None and max(counts[about], default=0) > 1 else []
 
@@ -70,19 +81,29 @@ def _several_about(study: StudyResults, observable: str) -> list[str]:
 def chosen_rows(rows: _Rows, choice: Choice) -> list[Mapping[str, Any]]:
     """Return the rows of a choice."""
     fixed: dict[str, Any] = {"observable": choice.observable}
-    fixed |= {name: value for name, value in choice.fixed.items() if name not in (choice.x, choice.family)}
+    fixed |= {
+        name: value for name, value in choice.fixed.items() if name not in (choice.x, choice.family)
+    }
     chosen = [row for row in rows if all(row[name] == value for name, value in fixed.items())]
     for name in _ABOUT:
         if choice.x == name:
             chosen = [row for row in chosen if name in row]
         elif choice.family != name:
             firsts: dict[str, float | None] = {}
-            chosen = [row for row in chosen if row.get(name) == firsts.setdefault(row["point"], row.get(name))]
+            chosen = [
+                row
+                for row in chosen
+                if row.get(name) == firsts.setdefault(row["point"], row.get(name))
+            ]
     if choice.x == SPEED:
         return [row for row in chosen if row["speed"] is not None]
     if choice.family == SPEED:
         return chosen
-    speeds = _highest_speeds(chosen) if choice.speed is None else {row["point"]: choice.speed for row in chosen}
+    speeds = (
+        _highest_speeds(chosen)
+        if choice.speed is None
+        else {row["point"]: choice.speed for row in chosen}
+    )
     return [row for row in chosen if row["speed"] in (None, speeds.get(row["point"]))]
 
 
@@ -95,16 +116,22 @@ def _highest_speeds(rows: _Rows) -> dict[str, float]:
     return highest
 
 
-def draw_study(study: StudyResults, rows: _Rows, choice: Choice, path: Path, look: "Look | None" = None) -> None:
+def draw_study(
+    study: StudyResults, rows: _Rows, choice: Choice, path: Path, look: "Look | None" = None
+) -> None:
     """Draw a choice of the rows of a study; ValueError for an unknown observable or without results."""
     from roughsim.charts.study import Along, study_chart
     from roughsim.charts.style import USUAL  # matplotlib is slow to import
 
     if choice.observable not in UNITS:
-        raise ValueError(f"observable = {choice.observable!r} is unknown; choose one of {', '.join(UNITS)}")
+        raise ValueError(
+            f"observable = {choice.observable!r} is unknown; choose one of {', '.join(UNITS)}"
+        )
     chosen = chosen_rows(rows, choice)
     if not chosen:
-        raise ValueError(f"there is nothing to draw: no point has {choice.observable} with these values yet")
+        raise ValueError(
+            f"there is nothing to draw: no point has {choice.observable} with these values yet"
+        )
     key_of = {name: name for name in _ABOUT} | {SPEED: "sliding.speed"}
     key_of |= {name: key for key, name in study.keys.items()}
     study_chart(
@@ -116,7 +143,9 @@ def draw_study(study: StudyResults, rows: _Rows, choice: Choice, path: Path, loo
         legend="" if choice.family == NONE else words_of(key_of[choice.family])[0],
         title=_title(study, choice, key_of),
         subtitle=_subtitle(chosen, choice),
-        y=Along(choice.family, *words_of(key_of[choice.family])) if _over_two(study, chosen, choice) else None,
+        y=Along(choice.family, *words_of(key_of[choice.family]))
+        if _over_two(study, chosen, choice)
+        else None,
         look=look or USUAL,
     )
 
@@ -125,7 +154,9 @@ def _over_two(study: StudyResults, rows: _Rows, choice: Choice) -> bool:
     """Whether the rows make a map: over two varied numbers with enough values."""
     names = choice.x, choice.family
     numeric = [study.keys[key] for key in study.numeric_keys]
-    return all(name in numeric and len({row[name] for row in rows}) >= _FEWEST_OF_A_MAP for name in names)
+    return all(
+        name in numeric and len({row[name] for row in rows}) >= _FEWEST_OF_A_MAP for name in names
+    )
 
 
 def _title(study: StudyResults, choice: Choice, key_of: Mapping[str, str]) -> str:
@@ -151,7 +182,9 @@ def _subtitle(rows: _Rows, choice: Choice) -> str:
     return ", ".join(parts)
 
 
-def _curves(rows: _Rows, family: str, key_of: Mapping[str, str]) -> dict[str, list[Mapping[str, Any]]]:
+def _curves(
+    rows: _Rows, family: str, key_of: Mapping[str, str]
+) -> dict[str, list[Mapping[str, Any]]]:
     """Return the rows of each curve by its label, numbers ascending."""
     if family == NONE:
         return {"": list(rows)}

@@ -24,7 +24,14 @@ from roughsim.studies.vary import key_quantity
 def save_study(study: StudyResults, path: Path) -> Path:
     """Write the results of a study into a file, whole or not at all; `Study.save` describes the endings."""
     writers: dict[str, Callable[[StudyResults], bytes]]
-    writers = {".csv": _csv, ".json": _json, ".parquet": _parquet, ".h5": _hdf5, ".hdf5": _hdf5, ".nc": _hdf5}
+    writers = {
+        ".csv": _csv,
+        ".json": _json,
+        ".parquet": _parquet,
+        ".h5": _hdf5,
+        ".hdf5": _hdf5,
+        ".nc": _hdf5,
+    }
     writer = writers.get(path.suffix.lower())
     if writer is None:
         raise ValueError(f"path = {str(path)!r} must end in {', '.join(writers)}")
@@ -78,7 +85,11 @@ def _hdf5(study: StudyResults) -> bytes:
 def _plain_rows(study: StudyResults) -> list[dict[str, Any]]:
     """Return the tidy table with one type of value in each column; lists and tables as in a scene file."""
     rows = list(study.rows())
-    texts = [name for name in study.keys.values() if not all(isinstance(row[name], (int, float)) for row in rows)]
+    texts = [
+        name
+        for name in study.keys.values()
+        if not all(isinstance(row[name], (int, float)) for row in rows)
+    ]
     for row in rows:
         row |= {name: str(plain_value(row[name])) for name in texts}
     return rows
@@ -91,13 +102,19 @@ def dataset(study: StudyResults) -> Any:
 
 def _attributes(study: StudyResults) -> dict[str, str]:
     """Return title and scene of a study, and a description of its arrays."""
-    columns = "theory, calibrated (the theory with a fitted stress spectrum), and the simulated columns"
+    columns = (
+        "theory, calibrated (the theory with a fitted stress spectrum), and the simulated columns"
+    )
     readme = (
         f"A study by roughsim: {study.scene.title}. Units are SI. Each observable is an array over the varied keys, "
         f"the column it comes from ({columns}), and the speed if it depends on it. {TAILS} NaN: not computed yet, "
         "or not defined."
     )
-    return {"title": study.scene.title or study.folder.name, "README": readme, "scene": study.scene.to_toml()}
+    return {
+        "title": study.scene.title or study.folder.name,
+        "README": readme,
+        "scene": study.scene.to_toml(),
+    }
 
 
 def _arrays(study: StudyResults) -> Iterator[Labelled]:
@@ -116,16 +133,28 @@ def _arrays(study: StudyResults) -> Iterator[Labelled]:
         for i, key in enumerate(axis.keys):
             values = np.array([plain_value(row[i]) for row in axis.values])
             number = key_quantity(key)
-            unit = {"units": number.unit or "1"} if number is not None and values.dtype.kind != "U" else {}
-            yield Labelled(study.keys[key], (study.keys[axis.keys[0]],), values, unit | {"key": key})
-    columns = list(dict.fromkeys(column for table in tables.values() for column in table["column"].data.tolist()))
+            unit = (
+                {"units": number.unit or "1"}
+                if number is not None and values.dtype.kind != "U"
+                else {}
+            )
+            yield Labelled(
+                study.keys[key], (study.keys[axis.keys[0]],), values, unit | {"key": key}
+            )
+    columns = list(
+        dict.fromkeys(
+            column for table in tables.values() for column in table["column"].data.tolist()
+        )
+    )
     yield Labelled("column", ("column",), np.array(columns), {"description": "source of a value"})
     speeds = study.common_speeds()
     if speeds is not None:
         yield Labelled("speed", ("speed",), np.array(speeds), {"units": "m/s"})
     about: dict[str, list[float]] = {}
     for name, of_row in (("energy", "eV"), ("heat_above", "K")):
-        about[name] = sorted({x for table in tables.values() if name in table for x in table[name].data.tolist()})
+        about[name] = sorted(
+            {x for table in tables.values() if name in table for x in table[name].data.tolist()}
+        )
         if about[name]:
             yield Labelled(name, (name,), np.array(about[name]), {"units": of_row})
     for name in (name for name in UNITS if all(name in table for table in tables.values())):
@@ -162,7 +191,9 @@ def _over_the_grid(
                 at = (*at, [about[axis].index(number) for number in table[axis].data.tolist()])
             for tail, array in parts.items():
                 entry = table[name + tail].data[i]
-                array[at] = entry if entry.ndim == len(inner) else entry[..., 0]  # of the only speed of each point
+                array[at] = (
+                    entry if entry.ndim == len(inner) else entry[..., 0]
+                )  # of the only speed of each point
     value, error, unknown, note = parts.values()
     missing = np.isnan(value)
     if missing.all():
@@ -170,4 +201,6 @@ def _over_the_grid(
     unknown[missing] = note[missing] = ""
     axes = [study.keys[axis.keys[0]] for axis in study.axes]
     names = (*axes, "column", *inner)
-    yield from marked(name, names, value, np.where(missing, np.nan, error), unknown.astype(str), note.astype(str))
+    yield from marked(
+        name, names, value, np.where(missing, np.nan, error), unknown.astype(str), note.astype(str)
+    )

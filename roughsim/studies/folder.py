@@ -21,7 +21,14 @@ from roughsim.scene import Scene, SceneError, SceneLike, parse_scene
 from roughsim.scene.files import errors_named, read_text, scene_content, toml_content
 from roughsim.scene.schema import SECTIONS
 from roughsim.show.table import json_value
-from roughsim.store.disk import DamagedError, checksum, is_temporary, place_bytes, read_bytes, set_aside
+from roughsim.store.disk import (
+    DamagedError,
+    checksum,
+    is_temporary,
+    place_bytes,
+    read_bytes,
+    set_aside,
+)
 from roughsim.store.member_files import check_format
 from roughsim.studies.vary import MOST_POINTS, NAME, Axis, Point, points_of
 
@@ -57,12 +64,16 @@ def study_file(path: Path) -> dict[str, Any]:
         content = toml_content(text)
         for key in content:
             if key not in _FILE_KEYS:
-                raise SceneError(f"{key} is not a key of a study; the choice is {', '.join(_FILE_KEYS)}")
+                raise SceneError(
+                    f"{key} is not a key of a study; the choice is {', '.join(_FILE_KEYS)}"
+                )
         for key in ("scene", "vary"):
             if key not in content:
                 raise SceneError(f'{key} is missing; a study has scene = "demo" and a table [vary]')
         if not isinstance(content["scene"], str):
-            raise SceneError('scene must be the name of a bundled scene or the path of a file, as in scene = "demo"')
+            raise SceneError(
+                'scene must be the name of a bundled scene or the path of a file, as in scene = "demo"'
+            )
         if isinstance(content["vary"], dict):
             content["vary"] = _with_dotted_keys(content["vary"])
     with suppress(OSError):  # a name that no file can have
@@ -76,11 +87,15 @@ def _with_dotted_keys(vary: dict[str, Any]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for name, value in vary.items():
         nested = name in SECTIONS and isinstance(value, dict)
-        result |= {f"{name}.{key}": entry for key, entry in value.items()} if nested else {name: value}
+        result |= (
+            {f"{name}.{key}": entry for key, entry in value.items()} if nested else {name: value}
+        )
     return result
 
 
-def describe(scenes: Mapping[str, Scene], axes: tuple[Axis, ...], target_error: float | None) -> Description:
+def describe(
+    scenes: Mapping[str, Scene], axes: tuple[Axis, ...], target_error: float | None
+) -> Description:
     """Return the description of a study from the scenes of its points by their names; "" is the base scene."""
     identities = {name: checksum(scene.identity()) for name, scene in scenes.items() if name}
     return Description(scenes[""], axes, target_error, identities)
@@ -123,7 +138,9 @@ def _write_scene(path: Path, scene: Scene) -> None:
         if there == text:
             return
         try:
-            same = parse_scene(there.decode("utf-8"), source=str(path)).identity() == scene.identity()
+            same = (
+                parse_scene(there.decode("utf-8"), source=str(path)).identity() == scene.identity()
+            )
         except ValueError:
             same = False
         if not same:
@@ -174,7 +191,9 @@ def _refuse_other_points(folder: Path, description: Description) -> None:
     computed = points.is_dir() and any(points.iterdir())
     if not computed and (_DESCRIPTION in names or not names - begun):
         return
-    if (folder / _DESCRIPTION).exists() and not _is_damaged(folder):  # another process has begun it meanwhile
+    if (folder / _DESCRIPTION).exists() and not _is_damaged(
+        folder
+    ):  # another process has begun it meanwhile
         refuse_other(folder, description)
     elif computed:
         raise RecordError(
@@ -194,7 +213,9 @@ def refuse_exchanged(folder: Path, description: Description) -> int:
     return len(begun)
 
 
-def refuse_other_scene(place: Path, identity: Mapping[str, Any], point: Point, description: Description) -> None:
+def refuse_other_scene(
+    place: Path, identity: Mapping[str, Any], point: Point, description: Description
+) -> None:
     """Refuse the folder of a point with the run of another scene, as after an exchange of folders: RecordError.
 
     `identity` is the identity of the scene in the folder.
@@ -204,7 +225,9 @@ def refuse_other_scene(place: Path, identity: Mapping[str, Any], point: Point, d
     varied = {key: json_value(value) for key, value in point.values.items()}
     key = next((key for key, value in varied.items() if identity.get(key, value) != value), None)
     differs = (
-        "another key of its scene differs" if key is None else f"{key} is {identity[key]} there, not {varied[key]}"
+        "another key of its scene differs"
+        if key is None
+        else f"{key} is {identity[key]} there, not {varied[key]}"
     )
     raise RecordError(
         f"{place} does not hold the scene of its point: {differs}; give each folder in points/ its own name again, or "
@@ -214,7 +237,9 @@ def refuse_other_scene(place: Path, identity: Mapping[str, Any], point: Point, d
 
 def is_study(folder: Path) -> bool:
     """Return whether a folder belongs to a study, also without its study.json."""
-    return (folder / _DESCRIPTION).is_file() or ((folder / "points").is_dir() and not (folder / "run.json").exists())
+    return (folder / _DESCRIPTION).is_file() or (
+        (folder / "points").is_dir() and not (folder / "run.json").exists()
+    )
 
 
 def _is_damaged(folder: Path) -> bool:
@@ -230,20 +255,33 @@ def _is_damaged(folder: Path) -> bool:
 def read(folder: Path) -> Description:
     """Return the description of a study; DamagedError if study.json is damaged, RecordError in another folder."""
     path = folder / _DESCRIPTION
-    again = f"give the study again, which writes it if the points fit: roughsim study STUDY -o {folder}"
+    again = (
+        f"give the study again, which writes it if the points fit: roughsim study STUDY -o {folder}"
+    )
     if not path.exists():
         if is_study(folder):
             raise RecordError(f"{folder} has points, but its {_DESCRIPTION} is lost; {again}")
-        raise RecordError(f"{folder} is no study: it has no {_DESCRIPTION}; name the folder that `roughsim study` made")
+        raise RecordError(
+            f"{folder} is no study: it has no {_DESCRIPTION}; name the folder that `roughsim study` made"
+        )
     try:
-        content = json.loads(read_bytes(path, _MOST_BYTES).decode("utf-8"), parse_constant=_refuse_constant)
+        content = json.loads(
+            read_bytes(path, _MOST_BYTES).decode("utf-8"), parse_constant=_refuse_constant
+        )
         check_format(path, int(content["format_version"]), content, FORMAT)
         if content.pop("checksum") != checksum(content):
             raise ValueError("its checksum does not match")
         return _description_of(content, str(path))
     except RecordError:
         raise
-    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+    except (
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        ArithmeticError,
+        RecursionError,
+    ) as error:
         raise DamagedError(f"{path} is damaged ({error}); {again}") from error
 
 
@@ -265,11 +303,15 @@ def _description_of(content: dict[str, Any], source: str) -> Description:
 def _axes_of(content: list[dict[str, Any]]) -> tuple[Axis, ...]:
     """Return the axes from study.json; ValueError if they fit no study."""
     axes = tuple(
-        Axis(tuple(map(str, axis["keys"])), tuple(tuple(map(_frozen, row)) for row in axis["values"]))
+        Axis(
+            tuple(map(str, axis["keys"])), tuple(tuple(map(_frozen, row)) for row in axis["values"])
+        )
         for axis in content
     )
     count = prod(len(axis.values) for axis in axes)
-    if not 1 <= count <= MOST_POINTS or any(len(row) != len(axis.keys) for axis in axes for row in axis.values):
+    if not 1 <= count <= MOST_POINTS or any(
+        len(row) != len(axis.keys) for axis in axes for row in axis.values
+    ):
         raise ValueError(f"{count} points, or rows of another length than their keys")
     return axes
 

@@ -22,4 +22,6 @@ class StudyProgress(Progress):
         self._shares[run.folder] = 1.0 if run.finished else share
         finished = sum(share == 1.0 for share in self._shares.values())
         text = f"{finished} of {self._points} points finished; {run.realizations} realizations in {run.folder.name}"
-        self.show(text, sum(self._shares.values()) / self._points, finished * _LINES // self._points)
+        self.show(
+            text, sum(self._shares.values()) / self._points, finished * _LINES // self._points
+        )

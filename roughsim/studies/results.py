@@ -19,7 +19,12 @@ from roughsim.studies.folder import Description, read, refuse_other_scene
 from roughsim.studies.vary import Point, short_names
 
 LATER = "levels of the study"  # choice of the reason of a point that came later and has the levels of the others
-_LIMITS = ("bandwidth", "last step", "pixel", "size")  # parts of an error that more realizations do not lower
+_LIMITS = (
+    "bandwidth",
+    "last step",
+    "pixel",
+    "size",
+)  # parts of an error that more realizations do not lower
 
 
 class StudyResults:
@@ -34,7 +39,9 @@ class StudyResults:
         self.target_error = description.target_error
         self._description = description
         self._runs: dict[str, Run | None] = {}
-        self._answers: dict[str, dict[str, Labelled]] = {}  # of a point; the two theories take .1 s each
+        self._answers: dict[
+            str, dict[str, Labelled]
+        ] = {}  # of a point; the two theories take .1 s each
 
     @property
     def keys(self) -> dict[str, str]:
@@ -89,7 +96,11 @@ class StudyResults:
     @property
     def later(self) -> list[str]:
         """Names of the points that came later and have the levels planned for others."""
-        return [point.name for point, run in self.runs if any(reason[0] == LATER for reason in run.reasons)]
+        return [
+            point.name
+            for point, run in self.runs
+            if any(reason[0] == LATER for reason in run.reasons)
+        ]
 
     def misfits(self) -> dict[str, tuple[str, float]]:
         """Return the points with unsuitable levels or cell, with the largest relative part of the error.
@@ -104,7 +115,9 @@ class StudyResults:
             parts = {}
             for part in _LIMITS:
                 if part in estimate.budget:
-                    parts[part] = float(np.nanmax(estimate.budget[part][hot] / estimate.mean[hot], initial=0.0))
+                    parts[part] = float(
+                        np.nanmax(estimate.budget[part][hot] / estimate.mean[hot], initial=0.0)
+                    )
             worst = max(parts, key=parts.__getitem__)
             if parts[worst] > (self.target_error or run.until.get("flash_temperature", inf)):
                 result[point.name] = worst, parts[worst]
@@ -123,7 +136,9 @@ class StudyResults:
             return list(lists.pop())
         if all(len(speeds) == 1 for speeds in lists):
             return None
-        raise ValueError("the points have lists of different speeds, which make no array; use the tidy table")
+        raise ValueError(
+            "the points have lists of different speeds, which make no array; use the tidy table"
+        )
 
     def answers(self, point: Point, run: Run, observables: list[str]) -> dict[str, Labelled]:
         """Return observables of a point as arrays over column and speed, by their names; reactions as of a run."""
@@ -158,7 +173,9 @@ def rows_of_run(run: Run, table: dict[str, Labelled], name: str) -> Iterator[dic
     speeds = run.scene.speeds if "speed" in axes else (None,)
     numbers = table[axes[1]].data.tolist() if name in ABOUT else [None]
     shape = len(columns), len(numbers), len(speeds)
-    value, error, unknown, note = (table[name + tail].data.reshape(shape) for tail in ("", TAIL, UNKNOWN, NOTE))
+    value, error, unknown, note = (
+        table[name + tail].data.reshape(shape) for tail in ("", TAIL, UNKNOWN, NOTE)
+    )
     for i, j, k in np.ndindex(shape):
         if np.isnan(value[i, j, k]):
             continue

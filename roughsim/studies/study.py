@@ -59,7 +59,9 @@ class Study(StudyResults):
         """
         return dataset(self)
 
-    def trends(self, observable: str = "flash_temperature", column: str | None = None) -> Iterator[dict[str, Any]]:
+    def trends(
+        self, observable: str = "flash_temperature", column: str | None = None
+    ) -> Iterator[dict[str, Any]]:
         """Yield the changes of an observable between neighbours along each varied number, all else the same.
 
         Parameters
@@ -119,7 +121,9 @@ class Study(StudyResults):
         """
         self.draw(Path(path), observable)
 
-    def draw(self, path: Path, observable: str, *, over: str | None = None, look: "Look | None" = None) -> None:
+    def draw(
+        self, path: Path, observable: str, *, over: str | None = None, look: "Look | None" = None
+    ) -> None:
         """Draw as `chart`, over the speed or a varied number by name; `roughsim.plot` calls it.
 
         `look` has the size and the colours of the figure, by default those of `chart`.

@@ -23,7 +23,10 @@ _PREFIXES = {  # SI unit of a key → factor, shown unit
     "rad/m": (1.0, "1/m"),
     "J": (1.0 / ELECTRONVOLT, "eV"),
 }
-_OF_ROWS = {"energy": "eV", "temperature": "K"}  # of a reaction, and of the heat above a temperature
+_OF_ROWS = {
+    "energy": "eV",
+    "temperature": "K",
+}  # of a reaction, and of the heat above a temperature
 _NAMED = 4  # points that a note names
 _MOST_ROWS = 60  # of the table on a terminal
 _MISFIT = " *"  # mark of a point whose levels do not suit it
@@ -75,7 +78,9 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     trends = _trends_at_highest_speed(study, observable)
     slides = any(SLIDING in columns for columns in shown.values())
     sources = ["theory", "calibrated", study.column, *([SLIDING] if slides else [])]
-    rows = [columns[source] for columns in shown.values() for source in sources if source in columns]
+    rows = [
+        columns[source] for columns in shown.values() for source in sources if source in columns
+    ]
     unknown = dict.fromkeys(part for row in rows for part in _unknown_parts(row))
     marks = {row["note"] for row in rows} - {""}
     columns = [
@@ -88,12 +93,16 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
         columns.append((Column("note"), [_mark(shown.get(point.name, {})) for point in points]))
     titles = [title for title, _ in columns]
     cells = zip(*(cells for _, cells in columns), strict=True)
-    return Table(titles, list(cells), study.scene.title, _notes(study, observable, unknown, marks, trends))
+    return Table(
+        titles, list(cells), study.scene.title, _notes(study, observable, unknown, marks, trends)
+    )
 
 
 def asked_table(study: StudyResults) -> Table | None:
     """Return a row for each reaction at each energy, each share of hot heat, and each point; None if no scene asks."""
-    rows: dict[tuple[str, float], dict[str, dict[str, dict[str, Any]]]] = {}  # quantity → point → column → row
+    rows: dict[
+        tuple[str, float], dict[str, dict[str, dict[str, Any]]]
+    ] = {}  # quantity → point → column → row
     for name in ABOUT:
         for row in study.rows(name):
             columns = rows.setdefault((name, row[ABOUT[name]]), {}).setdefault(row["point"], {})
@@ -101,7 +110,9 @@ def asked_table(study: StudyResults) -> Table | None:
                 columns[row["column"]] = row
     if not rows:
         return None
-    shown = [(*place, *of_point) for place, by_point in rows.items() for of_point in by_point.items()]
+    shown = [
+        (*place, *of_point) for place, by_point in rows.items() for of_point in by_point.items()
+    ]
     known = {source for *_, columns in shown for source in columns}
     sources = [source for source in ("calibrated", study.column, SLIDING) if source in known]
     values = {point.name: point.values for point in study.points}
@@ -112,7 +123,10 @@ def asked_table(study: StudyResults) -> Table | None:
         line += [_number(columns[source], name) if source in columns else "–" for source in sources]
         cells.append(line)
     numbers = [*(words_of(key)[0] for key in study.keys), *sources]
-    titles = [Column("at the highest speed", name=True), *(Column(title, number=True) for title in numbers)]
+    titles = [
+        Column("at the highest speed", name=True),
+        *(Column(title, number=True) for title in numbers),
+    ]
     measured = (row for *_, columns in shown for row in columns.values())
     unknown = dict.fromkeys(part for row in measured for part in _unknown_parts(row))
     notes = ["± total error, 95 %; activation temperatures are absolute.", *meanings(unknown, {})]
@@ -121,10 +135,15 @@ def asked_table(study: StudyResults) -> Table | None:
     return Table(titles, cells, "What reacts", notes)
 
 
-def _key_columns(study: StudyResults, points: Sequence[Point]) -> Iterator[tuple[Column, list[Cell]]]:
+def _key_columns(
+    study: StudyResults, points: Sequence[Point]
+) -> Iterator[tuple[Column, list[Cell]]]:
     """Yield a column for each varied key."""
     for key in study.keys:
-        yield Column(words_of(key)[0], number=True), [value_text(key, point.values[key]) for point in points]
+        yield (
+            Column(words_of(key)[0], number=True),
+            [value_text(key, point.values[key]) for point in points],
+        )
 
 
 def _value_columns(
@@ -155,9 +174,15 @@ def _notes(
     trends: Mapping[tuple[str, str], dict[str, Any]],
 ) -> list[str]:
     """Return the sentences below the table."""
-    notes = [f"{study.finished} of {len(study.points)} points finished.", *target_note(study), *_level_notes(study)]
+    notes = [
+        f"{study.finished} of {len(study.points)} points finished.",
+        *target_note(study),
+        *_level_notes(study),
+    ]
     if len(study.points) > _MOST_ROWS:
-        notes.append(f"The first {_MOST_ROWS} points; `roughsim export` writes all, with all observables and speeds.")
+        notes.append(
+            f"The first {_MOST_ROWS} points; `roughsim export` writes all, with all observables and speeds."
+        )
     notes.append(f"{observable} at the highest speed of each point; ± total error, 95 %.")
     notes += meanings(unknown, marks)
     if trends:
@@ -176,7 +201,9 @@ def _rows_at_highest_speed(study: StudyResults, observable: str) -> _Rows:
     return highest
 
 
-def _trends_at_highest_speed(study: StudyResults, observable: str) -> dict[tuple[str, str], dict[str, Any]]:
+def _trends_at_highest_speed(
+    study: StudyResults, observable: str
+) -> dict[tuple[str, str], dict[str, Any]]:
     """Return the trends by point and name of the key."""
     highest: dict[tuple[str, str], dict[str, Any]] = {}
     for trend in trends_of(study, observable, None):
@@ -255,7 +282,9 @@ def target_note(study: StudyResults) -> list[str]:
         totals[point.name] = float(relative.max(initial=0.0))
         if estimate.unknown:
             unknown[point.name] = estimate.unknown
-    within = sum(total <= study.target_error for name, total in totals.items() if name not in unknown)
+    within = sum(
+        total <= study.target_error for name, total in totals.items() if name not in unknown
+    )
     text = f"Total error of T_flash at most {100 * study.target_error:.3g} % at every speed: {within} points"
     if unknown:
         parts = ", ".join(dict.fromkeys(part for each in unknown.values() for part in each))
@@ -271,7 +300,9 @@ def _level_notes(study: StudyResults) -> list[str]:
     later = study.later
     if later:
         names = ", ".join(later[:_NAMED]) + ", …" * (len(later) > _NAMED)
-        notes.append(f"{len(later)} points came later and have the levels planned for the others: {names}.")
+        notes.append(
+            f"{len(later)} points came later and have the levels planned for the others: {names}."
+        )
     misfits = study.misfits()
     if misfits:
         worst = max(misfits, key=lambda name: misfits[name][1])

@@ -22,7 +22,9 @@ def trends_of(study: StudyResults, observable: str, column: str | None) -> Itera
         for line in _lines_along(study, key):
             for before, point in pairwise(point for point in line if point.name in runs):
                 run, run_before = runs[point.name], runs[before.name]
-                if run.scene.speeds != run_before.scene.speeds or _surfaces(run) != _surfaces(run_before):
+                if run.scene.speeds != run_before.scene.speeds or _surfaces(run) != _surfaces(
+                    run_before
+                ):
                     continue
                 start, end = before.values[key], point.values[key]
                 head = {"point": point.name, "before": before.name}
@@ -43,7 +45,9 @@ def _lines_along(study: StudyResults, key: str) -> list[list[Point]]:
     return [sorted(line, key=lambda point: float(point.values[key])) for line in lines.values()]
 
 
-def _changes(run: Run, before: Run, observable: str, column: str | None, log_of_key: float) -> Iterator[dict[str, Any]]:
+def _changes(
+    run: Run, before: Run, observable: str, column: str | None, log_of_key: float
+) -> Iterator[dict[str, Any]]:
     """Yield the ratio of two runs and the exponent at each speed, but at rest.
 
     `log_of_key` is the logarithm of the ratio of their values of a key; NaN if it has none.
@@ -88,6 +92,8 @@ def paired_ratio(above: Run, below: Run, observable: str, column: str | None = N
     for runs without common surfaces.
     """
     if _surfaces(above) != _surfaces(below):
-        raise ValueError(f"{above.folder} and {below.folder} have other levels or surfaces: their rows are no pairs")
+        raise ValueError(
+            f"{above.folder} and {below.folder} have other levels or surfaces: their rows are no pairs"
+        )
     numerator, denominator = above.reported(observable, column), below.reported(observable, column)
     return quotient(numerator, denominator, scanned=above.scene.scanned)

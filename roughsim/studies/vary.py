@@ -23,7 +23,9 @@ from roughsim.scene.written import literal
 
 MOST_POINTS = 10_000
 _LONGEST = 60  # letters of a value in the name of a point
-_DIGITS = 9  # significant, of a number in the name of a point: values that differ by less are the same
+_DIGITS = (
+    9  # significant, of a number in the name of a point: values that differ by less are the same
+)
 NAME = re.compile(
     r"[\w=.,+-]{1,200}", re.ASCII
 )  # of a point: none of *?[]/, so that it is a folder that a pattern can name
@@ -52,7 +54,9 @@ class Point:
 def read_axes(vary: Any) -> tuple[Axis, ...]:
     """Return the axes of a mapping from keys to values; SceneError names an unusable key or value."""
     if not isinstance(vary, Mapping) or not vary:
-        raise SceneError(f"vary = {as_written(vary)} must name at least one key and its values, for example {_EXAMPLE}")
+        raise SceneError(
+            f"vary = {as_written(vary)} must name at least one key and its values, for example {_EXAMPLE}"
+        )
     axes = tuple(_read_axis(keys, values) for keys, values in vary.items())
     keys = [key for axis in axes for key in axis.keys]
     for key in keys:
@@ -60,7 +64,9 @@ def read_axes(vary: Any) -> tuple[Axis, ...]:
             raise SceneError(f"vary: {key} is there twice; keep one of the two")
     count = prod(len(axis.values) for axis in axes)
     if count > MOST_POINTS:
-        raise SceneError(f"vary gives {count} points, above the limit of {MOST_POINTS}; take fewer values")
+        raise SceneError(
+            f"vary gives {count} points, above the limit of {MOST_POINTS}; take fewer values"
+        )
     return axes
 
 
@@ -71,13 +77,17 @@ def _read_axis(names: Any, values: Any) -> Axis:
     if isinstance(values, Mapping):
         values = _spaced(keys, values, where)
     if not _is_list(values) or not len(values):
-        raise SceneError(f"{where} = {as_written(values)} must be a list of values, for example {_EXAMPLE}")
+        raise SceneError(
+            f"{where} = {as_written(values)} must be a list of values, for example {_EXAMPLE}"
+        )
     rows = [_row_of(value, len(keys), f"{where}[{i}]") for i, value in enumerate(values)]
     for k, key in enumerate(keys):
         _refuse_mixture(key, [row[k] for row in rows], where)
     converted: dict[str, tuple[Any, ...]] = {}  # by label
     for i, row in enumerate(rows):
-        in_si = tuple(_in_si(key, entry, f"{where}[{i}]") for key, entry in zip(keys, row, strict=True))
+        in_si = tuple(
+            _in_si(key, entry, f"{where}[{i}]") for key, entry in zip(keys, row, strict=True)
+        )
         label = ",".join(map(_label, in_si))
         if label in converted:
             raise SceneError(f"{where}[{i}] = {label} is there twice; remove one of the two")
@@ -88,8 +98,14 @@ def _read_axis(names: Any, values: Any) -> Axis:
 def _keys_of(names: Any) -> tuple[str, ...]:
     """Return the keys of an axis, given as "a, b" or as a list."""
     words = names.split(",") if isinstance(names, str) else names
-    if not isinstance(words, Sequence) or not words or any(not isinstance(word, str) for word in words):
-        raise SceneError(f"vary: {as_written(names)} must be the name of a key, or several, for example {_EXAMPLE}")
+    if (
+        not isinstance(words, Sequence)
+        or not words
+        or any(not isinstance(word, str) for word in words)
+    ):
+        raise SceneError(
+            f"vary: {as_written(names)} must be the name of a key, or several, for example {_EXAMPLE}"
+        )
     return tuple(word.strip() for word in words)
 
 
@@ -102,7 +118,9 @@ def _row_of(value: Any, count: int, where: str) -> list[Any]:
     if count == 1:
         return [value]
     if not _is_list(value) or len(value) != count:
-        raise SceneError(f"{where} = {as_written(value)} must be a list of {count} values, one for each key")
+        raise SceneError(
+            f"{where} = {as_written(value)} must be a list of {count} values, one for each key"
+        )
     return list(value)
 
 
@@ -147,7 +165,9 @@ def _spaced(keys: tuple[str, ...], values: Mapping[str, Any], where: str) -> lis
     ends: Any = values.get(kind)
     if len(values) != 1 or kind not in _SPACES or not _is_list(ends) or len(ends) != 3:
         written = shortened(literal(dict(values)))
-        raise SceneError(f"{where} = {written} must be a list, or first, last and count as in {_SPACED}")
+        raise SceneError(
+            f"{where} = {written} must be a list, or first, last and count as in {_SPACED}"
+        )
     if len(keys) != 1:
         raise SceneError(f"{where}: {kind} is for one key; write several keys as a list of lists")
     where = f"{where}.{kind}"
@@ -155,8 +175,13 @@ def _spaced(keys: tuple[str, ...], values: Mapping[str, Any], where: str) -> lis
     first, last = (_end(keys[0], end, kind, where) for end in ends[:2])
     count = ends[2]
     if not _is_count(count):
-        raise SceneError(f"{where}: count = {as_written(count)} must be a whole number from 2 to {MOST_POINTS}")
-    spread = [float(f"{value:.{_DIGITS}g}") for value in _SPACES[kind](float(first), float(last), int(count))]
+        raise SceneError(
+            f"{where}: count = {as_written(count)} must be a whole number from 2 to {MOST_POINTS}"
+        )
+    spread = [
+        float(f"{value:.{_DIGITS}g}")
+        for value in _SPACES[kind](float(first), float(last), int(count))
+    ]
     if isinstance(first, int):
         return [int(value) if value.is_integer() else value for value in spread]
     return spread
@@ -200,7 +225,11 @@ def _label(value: Any) -> str:
         value = "-".join(map(_label, value))
     text = f"{value:.{_DIGITS}g}" if isinstance(value, float) else str(value)
     word = re.sub(r"[^\w.+-]+", "-", text, flags=re.ASCII).strip("-") or "none"
-    return word if len(word) <= _LONGEST else f"{word[: _LONGEST - 9]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+    return (
+        word
+        if len(word) <= _LONGEST
+        else f"{word[: _LONGEST - 9]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+    )
 
 
 def short_names(keys: Sequence[str]) -> dict[str, str]:
@@ -220,10 +249,17 @@ def points_of(axes: Sequence[Axis]) -> tuple[Point, ...]:
     names, points = short_names(keys), []
     for rows in product(*(axis.values for axis in axes)):
         values = dict(zip(keys, (value for row in rows for value in row), strict=True))
-        points.append(Point(",".join(f"{names[key]}={_label(value)}" for key, value in values.items())[:200], values))
+        points.append(
+            Point(
+                ",".join(f"{names[key]}={_label(value)}" for key, value in values.items())[:200],
+                values,
+            )
+        )
     seen: set[str] = set()
     for point in points:
         if point.name in seen:
-            raise SceneError(f"vary: two points would have the name {point.name}; write their values shorter")
+            raise SceneError(
+                f"vary: two points would have the name {point.name}; write their values shorter"
+            )
         seen.add(point.name)
     return tuple(points)

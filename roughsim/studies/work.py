@@ -121,12 +121,17 @@ def study(
             refuse_exchanged(folder, description)
             if target is not None:
                 until = (("flash_temperature", target),)
-                points = {n: replace(one, ensemble=replace(one.ensemble, until=until)) for n, one in points.items()}
+                points = {
+                    n: replace(one, ensemble=replace(one.ensemble, until=until))
+                    for n, one in points.items()
+                }
             plans = _plans_of(folder, points)
             write(folder, description)  # a plan that is refused leaves nothing behind
             groups = _begin_points(folder, points, plans)
         begun = {one.folder.name: one for group in groups for one in group}
-        warn_of_scene(of_several({name: warnings_of(one.scene, one.numerics) for name, one in begun.items()}))
+        warn_of_scene(
+            of_several({name: warnings_of(one.scene, one.numerics) for name, one in begun.items()})
+        )
         for group in groups:
             complete(group, allowed, observer, claimed_in=folder)
     return Study(folder, description)
@@ -148,18 +153,26 @@ def planning_alone(folder: Path) -> Iterator[None]:
                 folder.rmdir()
 
 
-def scenes_of(scene: SceneLike, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], dict[str, Scene]]:
+def scenes_of(
+    scene: SceneLike, vary: Mapping[Any, Any]
+) -> tuple[tuple[Axis, ...], dict[str, Scene]]:
     """Return the axes, and the scenes by the names of their points; "" is the base scene."""
     content, source, folder = base_scene(scene)
     axes = read_axes(vary)
     scenes = {"": scene if isinstance(scene, Scene) else scene_of(content, {}, source, folder)}
     for point in points_of(axes):
-        varied = prediction.computed(scene_of(content, point.values, f"{source}, {point.name}", folder))
+        varied = prediction.computed(
+            scene_of(content, point.values, f"{source}, {point.name}", folder)
+        )
         title = f"{scenes[''].title}: {point.name}" if scenes[""].title else point.name
         scenes[point.name] = replace(varied, title=title[:200])
     identities: dict[str, str] = {}
     for name, each in scenes.items():
-        other = identities.setdefault(json.dumps(each.identity(), sort_keys=True), name) if name else name
+        other = (
+            identities.setdefault(json.dumps(each.identity(), sort_keys=True), name)
+            if name
+            else name
+        )
         if other != name:
             raise SceneError(
                 f"the points {other} and {name} are the same scene: no number of a member depends on their difference"
@@ -188,7 +201,9 @@ def _plans_of(folder: Path, scenes: dict[str, Scene]) -> dict[str, Numerics]:
     plans = {}
     for key, members in families_of(scenes).items():
         if there := _begun_of(folder, members):
-            _refuse_later_slides(folder, there[0], {name: members[name] for name in members.keys() - there})
+            _refuse_later_slides(
+                folder, there[0], {name: members[name] for name in members.keys() - there}
+            )
             continue
         loads = {
             name: scene.sliding.nominal_pressure / min(scene.penetration_hardness, _HARDEST)
@@ -207,12 +222,18 @@ def _refuse_later_slides(folder: Path, begun: str, later: dict[str, Scene]) -> N
         return
     for name, scene in sorted(later.items()):
         try:
-            prediction.check_continuation(scene, numerics.levels[numerics.slide].followed, numerics.lengths[0])
+            prediction.check_continuation(
+                scene, numerics.levels[numerics.slide].followed, numerics.lengths[0]
+            )
         except ValueError as error:
-            raise SceneError(f"{name}: {error}; or name another folder, as {folder} was planned without it") from None
+            raise SceneError(
+                f"{name}: {error}; or name another folder, as {folder} was planned without it"
+            ) from None
 
 
-def _begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numerics]) -> list[list[PointRun]]:
+def _begin_points(
+    folder: Path, scenes: dict[str, Scene], plans: dict[str, Numerics]
+) -> list[list[PointRun]]:
     """Begin the run of each point, or check an existing one; return groups with the same levels.
 
     `plans` as of `_plans_of`. A point added later has the numerics of its family.
@@ -225,27 +246,46 @@ def _begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numer
         if numerics is None:
             numerics = begin(members[there[0]], paths[there[0]])
             at_work = any(any((paths[name] / "realizations").iterdir()) for name in there)
-            if at_work and not members[there[0]].numerics.levels:  # else an interrupted start, or levels of the scene
-                reason = Reason(LATER, "as planned before", "the point came later, to others with the same roughness")
+            if (
+                at_work and not members[there[0]].numerics.levels
+            ):  # else an interrupted start, or levels of the scene
+                reason = Reason(
+                    LATER,
+                    "as planned before",
+                    "the point came later, to others with the same roughness",
+                )
                 others = (reason for reason in numerics.reasons if reason.choice != LATER)
                 numerics = replace(numerics, reasons=(reason, *others))
         for name, scene in members.items():
             own = begin(scene, paths[name], None if name in there else numerics)
             same_levels = json.dumps(own.to_dict() | {"keep_fields": None}, sort_keys=True)
             groups.setdefault(key + same_levels, []).append(PointRun(scene, own, paths[name]))
-    return [sorted(group, key=lambda one: (_contact_keys(one.scene), one.folder.name)) for group in groups.values()]
+    return [
+        sorted(group, key=lambda one: (_contact_keys(one.scene), one.folder.name))
+        for group in groups.values()
+    ]
 
 
 def family(scene: Scene) -> str:
     """Return the common keys of scenes with the same levels and surfaces, as text."""
-    keys = {f"{face}.{key}" for face in ("surface", "counterface") for key in (*ROUGHNESS_KEYS, "like")}
+    keys = {
+        f"{face}.{key}" for face in ("surface", "counterface") for key in (*ROUGHNESS_KEYS, "like")
+    }
     keys |= {"ensemble.seed", "sliding.history"}
-    identity = {key: value for key, value in scene.identity().items() if key in keys or key.startswith("numerics.")}
+    identity = {
+        key: value
+        for key, value in scene.identity().items()
+        if key in keys or key.startswith("numerics.")
+    }
     return json.dumps([identity, scene.elastic], sort_keys=True)
 
 
 def _contact_keys(scene: Scene) -> str:
     """Return the keys that determine the contact of a scene, as text that sorts like surfaces side by side."""
-    identity = {key: value for key, value in scene.identity().items() if key.rpartition(".")[2] not in _HEAT_KEYS}
+    identity = {
+        key: value
+        for key, value in scene.identity().items()
+        if key.rpartition(".")[2] not in _HEAT_KEYS
+    }
     load = identity.pop("sliding.nominal_pressure")
     return f"{json.dumps(identity, sort_keys=True)} {load:.17e} {scene.penetration_hardness:.17e}"

@@ -16,7 +16,9 @@ from roughsim.surface.spectrum import Spectrum
 Index = NDArray[np.int64]
 Steps = tuple[float, float]
 _NEAR = 16.0  # cells closer to the origin than this many mode spacings are integrated in polar coordinates
-_MANY_BREAKS = 16  # a spectrum with more breaks is a table: its kinks are mild, only its jumps are sharp
+_MANY_BREAKS = (
+    16  # a spectrum with more breaks is a table: its kinks are mild, only its jumps are sharp
+)
 
 
 def check_resolved(spectrum: Spectrum, grid: Grid) -> None:
@@ -47,10 +49,14 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
             RuntimeWarning,
             stacklevel=3,
         )
-    with np.errstate(invalid="ignore"):  # an infinite C(q) times an empty part of a cell: refused below
+    with np.errstate(
+        invalid="ignore"
+    ):  # an infinite C(q) times an empty part of a cell: refused below
         quadrant = _quadrant(spectrum, grid)
     if not ((quadrant >= 0) & np.isfinite(quadrant)).all():
-        raise ValueError(f"spectrum = {spectrum!r} must give C(q) finite and ≥ 0 between its breaks")
+        raise ValueError(
+            f"spectrum = {spectrum!r} must give C(q) finite and ≥ 0 between its breaks"
+        )
     rows = np.arange(grid.shape[0])
     return quadrant[np.minimum(rows, grid.shape[0] - rows)]
 
@@ -122,7 +128,9 @@ def _smooth_cells(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Arr
     return total * steps[0] * steps[1]
 
 
-def _polar_cells(psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index, ky: Index, steps: Steps) -> Array:
+def _polar_cells(
+    psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index, ky: Index, steps: Steps
+) -> Array:
     """∫ q C(q) θ(q) dq, θ the angle of the circle q inside the cell: exact at sharp ends, in pieces between kinks.
 
     `psd` may return several spectra at once, along the first axes: then the result has these axes, too.
@@ -154,11 +162,16 @@ def _distinct_polar_cells(
     edges = np.sort(np.stack([*corners, *inner]), axis=0)
     nodes, weights = np.polynomial.legendre.leggauss(20)
     t = (nodes + 1) / 2
-    smooth, slope = t * t * (3 - 2 * t), 6 * t * (1 - t)  # flattens the square roots of θ(q) at the corners
+    smooth, slope = (
+        t * t * (3 - 2 * t),
+        6 * t * (1 - t),
+    )  # flattens the square roots of θ(q) at the corners
     total: Any = np.zeros(kx.size)
     for low, high in pairwise(edges):
         middle = 0.5 * (low + high)
-        own = np.flatnonzero((high > low) & (middle > breaks[0]) & (middle < breaks[-1]))  # cells that the piece meets
+        own = np.flatnonzero(
+            (high > low) & (middle > breaks[0]) & (middle < breaks[-1])
+        )  # cells that the piece meets
         if not own.size:
             continue
         left, right = low[own, None], high[own, None]
@@ -168,7 +181,10 @@ def _distinct_polar_cells(
         # angle of the circle of radius q inside the cell
         radius = np.maximum(q, np.finfo(float).tiny)
         upper, lower = (
-            (np.arccos(np.minimum(x[own, None] / radius, 1)), np.arcsin(np.minimum(y[own, None] / radius, 1)))
+            (
+                np.arccos(np.minimum(x[own, None] / radius, 1)),
+                np.arcsin(np.minimum(y[own, None] / radius, 1)),
+            )
             for x, y in ((x0, y1), (x1, y0))
         )
         angle = np.maximum(np.minimum(*upper) - np.maximum(*lower), 0.0)

@@ -26,7 +26,9 @@ from roughsim.surface.synthesis import remembered_modes
 
 MOST_SHARE = 0.45  # beyond, the level is no longer near the peaks
 LEAST_SHARE = 1e-4
-_ENOUGH_POINTS = 512  # per side: finer grids are thinned out. The mean over surfaces is the same for any points
+_ENOUGH_POINTS = (
+    512  # per side: finer grids are thinned out. The mean over surfaces is the same for any points
+)
 STEP, NODES = 0.1, 128  # of u: the error is below 1e-10 for surfaces of many modes
 _MOST_NODES = 1 << 15  # for surfaces of a few modes, whose ⟨e^(s h)⟩ falls slowly
 LARGE = 0.05  # amplitude over the rms height; smaller modes enter by a power series
@@ -41,7 +43,9 @@ class HeightsAtAPoint(NamedTuple):
     mean_exponential: NDArray[np.complex128]  # ⟨e^(s h)⟩ at each s
 
 
-def peak_volume(spectrum: Spectrum, grid: Grid, heights: Array, load: float, hardness: float) -> float:
+def peak_volume(
+    spectrum: Spectrum, grid: Grid, heights: Array, load: float, hardness: float
+) -> float:
     """Return ⟨h − t; h > t⟩ of a drawn surface over its rms height, less its mean over surfaces.
 
     That mean over surfaces with the same modes, fixed amplitudes and random phases is zero exactly. The level t is that
@@ -67,7 +71,9 @@ def peak_volume(spectrum: Spectrum, grid: Grid, heights: Array, load: float, har
     point = heights_at_a_point(kept, grid)
     if point.rms_slope == 0.0:
         return 0.0
-    return excess(heights, -NormalDist().inv_cdf(expected_share(point.rms_slope, load, hardness)), point)
+    return excess(
+        heights, -NormalDist().inv_cdf(expected_share(point.rms_slope, load, hardness)), point
+    )
 
 
 def excess(heights: Array, level: float, point: HeightsAtAPoint) -> float:
@@ -95,7 +101,9 @@ def mean_above(level: float, point: HeightsAtAPoint) -> float:
     return float(np.sum(terms.real)) * STEP / pi
 
 
-@lru_cache(maxsize=16)  # .01 s for each member, as long as the smallest contacts take; as many as `remembered_modes`
+@lru_cache(
+    maxsize=16
+)  # .01 s for each member, as long as the smallest contacts take; as many as `remembered_modes`
 def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
     """Return how the heights of surfaces with fixed amplitudes are distributed at any point."""
     modes = remembered_modes(spectrum, grid)  # type: ignore[arg-type]
@@ -107,7 +115,9 @@ def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
     slope = sqrt(float((squares * grid.wavenumbers.ravel()[modes.place] ** 2).sum()))
     nodes = NODES
     while True:
-        s: NDArray[np.complex128] = np.array(1.0 + 1j * STEP * np.arange(nodes), dtype=np.complex128)
+        s: NDArray[np.complex128] = np.array(
+            1.0 + 1j * STEP * np.arange(nodes), dtype=np.complex128
+        )
         mean: NDArray[np.complex128] = np.ones(nodes, dtype=np.complex128)
         if variance > 0.0:
             own = amplitude / sqrt(variance)
@@ -117,7 +127,9 @@ def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
         nodes *= 4
 
 
-def mean_exponential(phased: Array, signed: Array, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def mean_exponential(
+    phased: Array, signed: Array, s: NDArray[np.complex128]
+) -> NDArray[np.complex128]:
     """Return Π I₀(a s) Π cosh(b s) over amplitudes a with random phases and b with random signs."""
     small = phased[phased <= LARGE]
     # ln I₀(x) = x²/4 − x⁴/64 + x⁶/576 − 11 x⁸/49152 + …

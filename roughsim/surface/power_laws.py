@@ -79,7 +79,9 @@ class SelfAffineSpectrum(PowerLaws):
     roll_off_exponent: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "psd_at_roll_off", positive("psd_at_roll_off", self.psd_at_roll_off, "m⁴"))
+        object.__setattr__(
+            self, "psd_at_roll_off", positive("psd_at_roll_off", self.psd_at_roll_off, "m⁴")
+        )
         for name in ("q_min", "q_roll_off", "q_max"):
             object.__setattr__(self, name, sized(name, getattr(self, name), "rad/m"))
         for name in ("hurst", "roll_off_exponent"):
@@ -87,7 +89,9 @@ class SelfAffineSpectrum(PowerLaws):
         if not 0.0 <= self.hurst <= 1.0:
             raise ValueError(f"hurst = {self.hurst:.6g} must lie in [0, 1]")
         if self.q_min >= self.q_max:
-            raise ValueError(f"q_min = {self.q_min:.6g} rad/m must be below q_max = {self.q_max:.6g} rad/m")
+            raise ValueError(
+                f"q_min = {self.q_min:.6g} rad/m must be below q_max = {self.q_max:.6g} rad/m"
+            )
 
     @classmethod
     def from_rms_height(
@@ -124,7 +128,12 @@ class SelfAffineSpectrum(PowerLaws):
 
     @classmethod
     def _of_unit_level(
-        cls, hurst: float, q_min: float, q_roll_off: float | None, q_max: float, roll_off_exponent: float
+        cls,
+        hurst: float,
+        q_min: float,
+        q_roll_off: float | None,
+        q_max: float,
+        roll_off_exponent: float,
     ) -> Self:
         kink = q_min if q_roll_off is None else q_roll_off
         unit = cls(1.0, hurst, q_min, kink, q_max, roll_off_exponent)
@@ -176,13 +185,19 @@ class TabulatedSpectrum(PowerLaws):
             column = getattr(self, name)
             if isinstance(column, np.ma.MaskedArray) or np.asarray(column).dtype.kind not in "uif":
                 kind = f"{type(column).__name__} of dtype {np.asarray(column).dtype}"
-                raise TypeError(f"{name} is a {kind}; a plain array of real numbers in {unit} is needed")
+                raise TypeError(
+                    f"{name} is a {kind}; a plain array of real numbers in {unit} is needed"
+                )
             array = np.array(column, dtype=np.float64)
             if array.ndim != 1 or array.size < 2:
-                raise ValueError(f"{name} has shape {array.shape}; a table of at least two points is needed")
+                raise ValueError(
+                    f"{name} has shape {array.shape}; a table of at least two points is needed"
+                )
             lawful = (array > 0) & np.isfinite(array)
             if not lawful.all():
-                raise ValueError(f"{name} holds {array[~lawful][0]} {unit}; every value must be finite and positive")
+                raise ValueError(
+                    f"{name} holds {array[~lawful][0]} {unit}; every value must be finite and positive"
+                )
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         if self.q.shape != self.psd.shape:
@@ -221,6 +236,10 @@ class TabulatedSpectrum(PowerLaws):
         """Return the spectrum cut off at `q_max`, rad/m; ValueError if nothing is left."""
         end = min(positive("q_max", q_max, "rad/m"), float(self.q[-1]))
         if end <= self.q[0]:
-            raise ValueError(f"q_max = {end:.6g} rad/m must exceed the first wavenumber {self.q[0]:.6g} rad/m")
+            raise ValueError(
+                f"q_max = {end:.6g} rad/m must exceed the first wavenumber {self.q[0]:.6g} rad/m"
+            )
         below = self.q < end
-        return TabulatedSpectrum(np.append(self.q[below], end), np.append(self.psd[below], self(end)))
+        return TabulatedSpectrum(
+            np.append(self.q[below], end), np.append(self.psd[below], self(end))
+        )

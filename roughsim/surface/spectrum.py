@@ -60,7 +60,9 @@ class Face(Spectrum, ABC):
         """Return the spectrum of the sum of two uncorrelated surfaces."""
         if not isinstance(other, Face):
             return NotImplemented
-        return SumSpectrum(tuple(term for face in (self, other) for term in getattr(face, "terms", (face,))))
+        return SumSpectrum(
+            tuple(term for face in (self, other) for term in getattr(face, "terms", (face,)))
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +93,9 @@ class SumSpectrum(Face):
         q_max = positive("q_max", q_max, "rad/m")
         kept = tuple(term.truncated(q_max=q_max) for term in self.terms if term.breaks[0] < q_max)
         if not kept:
-            raise ValueError(f"q_max = {q_max:.6g} rad/m must exceed the first wavenumber {self.breaks[0]:.6g} rad/m")
+            raise ValueError(
+                f"q_max = {q_max:.6g} rad/m must exceed the first wavenumber {self.breaks[0]:.6g} rad/m"
+            )
         return SumSpectrum(kept)
 
 
@@ -114,13 +118,19 @@ class TruncatedSpectrum(Face):
 
     def __call__(self, q: ArrayLike) -> Any:
         """Return C(q) in m⁴ at wavenumbers in rad/m (any shape); zero outside the ends."""
-        q, first, last = np.asarray(q, dtype=np.float64), float(self.whole.breaks[0]), self.breaks[-1]
+        q, first, last = (
+            np.asarray(q, dtype=np.float64),
+            float(self.whole.breaks[0]),
+            self.breaks[-1],
+        )
         value = self.factor * self.whole(np.clip(q, first, last))
         return np.where((first <= q) & (q <= last), value, 0.0)
 
     def above(self, q: Any, start: Any, rise: Any) -> Any:
         """Return C(q) in m⁴ at q = start·e^rise ≤ q_max, rad/m, with the precision of `whole` close above a break."""
-        return self.factor * getattr(self.whole, "above", lambda at, *_: self.whole(at))(q, start, rise)
+        return self.factor * getattr(self.whole, "above", lambda at, *_: self.whole(at))(
+            q, start, rise
+        )
 
     def moment(self, order: float) -> float:
         """Return 2π ∫ q^(1 + order) C(q) dq, m^(2 − order); ValueError if C(q) is not smooth between its breaks."""
@@ -132,10 +142,14 @@ class TruncatedSpectrum(Face):
                 edges = np.linspace(log(left), log(right), 1 + ceil(log(right / left) / width))
                 half = 0.5 * np.diff(edges)[:, None]
                 q = np.exp(edges[:-1, None] + half * (1.0 + nodes))
-                integrals[k] += 2 * pi * float(np.sum(weights * half * q ** (2.0 + order) * self(q)))
+                integrals[k] += (
+                    2 * pi * float(np.sum(weights * half * q ** (2.0 + order) * self(q)))
+                )
         coarse, fine = integrals
         if not abs(fine - coarse) <= 1e-9 * abs(fine):
-            raise ValueError(f"C(q) is not smooth between its breaks {self.breaks} rad/m; name its kinks there")
+            raise ValueError(
+                f"C(q) is not smooth between its breaks {self.breaks} rad/m; name its kinks there"
+            )
         return fine
 
     def scaled(self, factor: float) -> "TruncatedSpectrum":

@@ -52,7 +52,9 @@ def synthesize(
     """
     need_grid(grid)
     if not isinstance(rng, np.random.Generator):
-        raise TypeError(f"rng = {rng!r} must be a numpy Generator; make one with np.random.default_rng(seed)")
+        raise TypeError(
+            f"rng = {rng!r} must be a numpy Generator; make one with np.random.default_rng(seed)"
+        )
     if amplitudes not in ("fixed", "gaussian"):
         raise ValueError(f'amplitudes = {amplitudes!r} must be "fixed" or "gaussian"')
     # the modes are cached only for a spectrum that cannot change: a frozen record, or a truncated one
@@ -87,7 +89,9 @@ def synthesize(
 class _DrawnModes(NamedTuple):
     """The independent modes of a surface in the order in which they are drawn."""
 
-    kept: NDArray[np.bool_]  # of all modes that are drawn: a Nyquist mode of this grid is two modes of a finer one
+    kept: NDArray[
+        np.bool_
+    ]  # of all modes that are drawn: a Nyquist mode of this grid is two modes of a finer one
     place: NDArray[np.int64]  # flat place in the half spectrum, of those kept
     paired: NDArray[np.int64]  # which of them have their conjugate in the half spectrum, too
     partner: NDArray[np.int64]  # flat places of those conjugates

@@ -36,7 +36,9 @@ def test_the_front_is_what_no_other_point_beats_in_both():
     points = [point(error, cost) for error, cost in draw.random((60, 2))]
     best = front(points)
     for one in points:
-        beaten = any(p.error <= one.error and p.seconds <= one.seconds and p is not one for p in points)
+        beaten = any(
+            p.error <= one.error and p.seconds <= one.seconds and p is not one for p in points
+        )
         assert (one in best) == (not beaten)
     assert [p.seconds for p in best] == sorted(p.seconds for p in best)
 
@@ -56,7 +58,9 @@ def test_a_failure_is_never_on_the_front_and_is_shown_as_no_number():
 @pytest.fixture
 def clock(monkeypatch):
     """Sets the readings of the clock of the processor, s."""
-    return lambda readings: monkeypatch.setattr(measurements.time, "process_time", iter(readings).__next__)
+    return lambda readings: monkeypatch.setattr(
+        measurements.time, "process_time", iter(readings).__next__
+    )
 
 
 def test_a_cost_is_the_least_of_three_calls_after_a_first_one_or_that_of_a_long_one(clock):
@@ -86,7 +90,9 @@ def test_tighter_tolerances_cost_more_and_err_less():
     rates = [p.seconds / p.pairs for p in points]
     assert rates == pytest.approx([rates[0]] * len(rates), rel=1e-12)
     assert 1e-4 < rates[0] < 1.0  # a pair of 512² takes milliseconds
-    errors = [p.error for p in points if p.observable == "pressure" and p.method == "double precision"]
+    errors = [
+        p.error for p in points if p.observable == "pressure" and p.method == "double precision"
+    ]
     tolerances = [1e-1, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
     for tolerance, error in zip(tolerances, errors, strict=True):
         assert error < 3 * tolerance
@@ -116,12 +122,19 @@ def lines(group):
 
 def test_the_ways_are_each_grid_of_the_cell_alone_the_cut_offs_and_all_levels(chain):
     for group in chain.values():
-        assert list(lines(group)) == ["one grid, 1× q_c, 64²", "one grid, 1× q_c, 128²", "2 cut-offs", "all levels"]
+        assert list(lines(group)) == [
+            "one grid, 1× q_c, 64²",
+            "one grid, 1× q_c, 128²",
+            "2 cut-offs",
+            "all levels",
+        ]
         (chosen,) = {p.method for p in group if p.chosen}
         assert chosen == "all levels"
 
 
-def test_the_error_of_the_chain_is_bias_doubt_and_a_scatter_that_falls_with_the_members_of_each_level(chain):
+def test_the_error_of_the_chain_is_bias_doubt_and_a_scatter_that_falls_with_the_members_of_each_level(
+    chain,
+):
     for group in chain.values():
         doubt = group[0].doubt
         for method, points in lines(group).items():
@@ -141,8 +154,14 @@ def test_the_error_of_the_chain_is_bias_doubt_and_a_scatter_that_falls_with_the_
 def test_a_member_of_a_step_costs_both_of_its_solves(clock):
     clock(np.arange(1e6))  # each solve takes one second
     scene, numerics = small()
-    group = panels(bench(scene, numerics=numerics, stages=["chain"], realizations=4))["chain: contact area"]
-    for method, solves in (("one grid, 1× q_c, 128²", [1]), ("2 cut-offs", [1, 2]), ("all levels", [1, 2, 2])):
+    group = panels(bench(scene, numerics=numerics, stages=["chain"], realizations=4))[
+        "chain: contact area"
+    ]
+    for method, solves in (
+        ("one grid, 1× q_c, 128²", [1]),
+        ("2 cut-offs", [1, 2]),
+        ("all levels", [1, 2, 2]),
+    ):
         for counts, _, seconds in lines(group)[method]:
             assert seconds == pytest.approx(counts @ solves)
 
@@ -150,20 +169,34 @@ def test_a_member_of_a_step_costs_both_of_its_solves(clock):
 def test_members_are_shared_out_at_the_least_cost():
     # N_l = √(V_l/C_l) Σ √(V C)/goal²: with V = 4, 1 and C = 1, 4 it is 2·4 and ½·4 over goal²
     assert measurements.shared_out([4.0, 1.0], [1.0, 4.0], 0.1) == (800, 200)
-    assert measurements.shared_out([4.0, 1.0], [1.0, 4.0], 10.0) == (12, 6)  # what a run begins with
+    assert measurements.shared_out([4.0, 1.0], [1.0, 4.0], 10.0) == (
+        12,
+        6,
+    )  # what a run begins with
 
 
 def test_levels_far_above_the_lowest_are_not_solved():
     scene, _ = small()
     levels = tuple(rs.Level("capped", (n, n), 640.0 * n) for n in (32, 64, 128, 256))
     ways = measurements.ways_of(scene, rs.Numerics(levels, (4e-3, 4e-3)), 4)
-    assert [len(way.pairs) for way in ways] == [1, 1, 1, 2, 3]  # up to four times the lowest cut-off
+    assert [len(way.pairs) for way in ways] == [
+        1,
+        1,
+        1,
+        2,
+        3,
+    ]  # up to four times the lowest cut-off
 
 
 def test_errors_and_doubts_of_the_chain_are_relative():
     scene, numerics = small()
-    hotter = replace(scene, sliding=replace(scene.sliding, friction_coefficient=8 * scene.sliding.friction_coefficient))
-    once, more = (bench(s, numerics=numerics, stages=["chain"], realizations=4) for s in (scene, hotter))
+    hotter = replace(
+        scene,
+        sliding=replace(scene.sliding, friction_coefficient=8 * scene.sliding.friction_coefficient),
+    )
+    once, more = (
+        bench(s, numerics=numerics, stages=["chain"], realizations=4) for s in (scene, hotter)
+    )
     known = {(p.observable, p.method, p.setting): p for p in once}
     same = [(known[key], p) for p in more if (key := (p.observable, p.method, p.setting)) in known]
     assert len(same) > 12  # by the measured times, a few members more or less are shared out
@@ -176,7 +209,9 @@ def test_errors_and_doubts_of_the_chain_are_relative():
 
 
 def test_the_chart_is_a_picture(tmp_path):
-    error_over_cost_chart([point(0.5 / k, k, method) for k in (1.0, 2.0) for method in "ab"], tmp_path / "chart.png")
+    error_over_cost_chart(
+        [point(0.5 / k, k, method) for k in (1.0, 2.0) for method in "ab"], tmp_path / "chart.png"
+    )
     assert (tmp_path / "chart.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -192,7 +227,10 @@ def test_the_command_prints_the_front_and_the_choice_of_the_plan(capsys):
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [({"stages": ["weather"]}, "stage = 'weather' is unknown"), ({"realizations": 3}, "realizations = 3 must be")],
+    [
+        ({"stages": ["weather"]}, "stage = 'weather' is unknown"),
+        ({"realizations": 3}, "realizations = 3 must be"),
+    ],
 )
 def test_what_cannot_be_measured_is_refused(arguments, message):
     scene, numerics = small()
@@ -210,5 +248,8 @@ def test_a_scene_at_rest_has_no_flash_temperature_to_measure():
 def test_grids_that_the_memory_does_not_hold_are_refused_before_any_work(memory):
     scene, numerics = small()
     memory(9.8e6)  # 256² × 120 B / 0.8 = 9.83e6
-    with pytest.raises(rs.ResolutionError, match=r"memory = 0.00786 GB \(a grid 4 times as fine as planned\) exceeds"):
+    with pytest.raises(
+        rs.ResolutionError,
+        match=r"memory = 0.00786 GB \(a grid 4 times as fine as planned\) exceeds",
+    ):
         bench(scene, numerics=numerics)

@@ -18,12 +18,18 @@ def test_rows_come_back_as_they_were_and_are_not_computed_again(tmp_path):
     first = rows.once("maps", "σ/E* = 1", lambda: {"error": 1e-3, "why": ""})
     rows.once("maps", "failed", lambda: {"error": nan, "why": "stalled", "more": inf})
     again = Rows(tmp_path / "deep" / "data.json", resume=True)
-    assert again.once("maps", "σ/E* = 1", lambda: pytest.fail("computed again")) == first == {"error": 1e-3, "why": ""}
+    assert (
+        again.once("maps", "σ/E* = 1", lambda: pytest.fail("computed again"))
+        == first
+        == {"error": 1e-3, "why": ""}
+    )
     assert list(again["maps"]) == ["σ/E* = 1", "failed"]
     assert again["maps"]["failed"]["why"] == "stalled"
     assert np.isnan(again["maps"]["failed"]["error"])
     assert again["maps"]["failed"]["more"] == inf
-    assert [path.name for path in (tmp_path / "deep").iterdir()] == ["data.json"]  # nothing half-written beside it
+    assert [path.name for path in (tmp_path / "deep").iterdir()] == [
+        "data.json"
+    ]  # nothing half-written beside it
     assert not Rows(tmp_path / "deep" / "data.json")["maps"]  # written anew without resume
 
 

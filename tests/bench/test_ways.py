@@ -22,13 +22,17 @@ SCENE, NUMERICS = rs.load_scene("demo"), experiment.toy_numerics()
 
 def points_of(stage):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # the errors that they warn of are what is measured
+        warnings.simplefilter(
+            "ignore", RuntimeWarning
+        )  # the errors that they warn of are what is measured
         return list(experiment.WAYS[stage](SCENE, base_problem(SCENE, NUMERICS), 4))
 
 
 def test_surfaces_of_fixed_amplitudes_have_their_rms_height_and_gaussian_ones_scatter():
     points = points_of("surface")
-    fixed, gaussian = ([p.error for p in points if p.method.startswith(kind)] for kind in ("fixed", "gaussian"))
+    fixed, gaussian = (
+        [p.error for p in points if p.method.startswith(kind)] for kind in ("fixed", "gaussian")
+    )
     assert max(fixed) < 1e-6
     assert min(gaussian) > 1e-3
     assert [p.setting.split(",")[0] for p in points if p.chosen] == ["4.04 longest waves"]
@@ -51,7 +55,9 @@ def test_heat_and_theory_meet_the_exact_values_of_others():
     assert kernels["periodic, from rest"] < 1e-3
     assert kernels["free half-space"] < 1e-3
     assert kernels["periodic, steady"] > 1.0  # hot tracks
-    ours, gauss = ([p.error for p in points if p.method == m] for m in ("package theory", "Gauss points"))
+    ours, gauss = (
+        [p.error for p in points if p.method == m] for m in ("package theory", "Gauss points")
+    )
     assert ours[0] < 1e-9
     assert gauss[-1] < 1e-12 < gauss[0]
 
@@ -66,5 +72,7 @@ def test_the_mean_over_directions_scatters_less_than_one_direction():
 @pytest.mark.parametrize("stage", ["surface", "contact"])
 def test_a_stage_in_the_file_is_not_measured_again(stage, tmp_path):
     first = experiment.measured(Rows(tmp_path / "data.json"), stage, SCENE, NUMERICS, 4)
-    again = experiment.measured(Rows(tmp_path / "data.json", resume=True), stage, SCENE, NUMERICS, 4)
+    again = experiment.measured(
+        Rows(tmp_path / "data.json", resume=True), stage, SCENE, NUMERICS, 4
+    )
     assert again == first  # with the same times

@@ -65,13 +65,19 @@ def test_a_curve_is_written_with_its_error_and_the_theory(capped_run, tmp_path):
     assert {row["curve"] for row in rows} == {"measured", "theory, γ = 0.3"}
     r = np.array([float(row["x"]) for row in measured]) * 1e-6
     g, error = capped_run.correlation(r)
-    np.testing.assert_allclose([float(row["y"]) for row in measured], g * 1e-18, rtol=1e-5, atol=1e-8)
+    np.testing.assert_allclose(
+        [float(row["y"]) for row in measured], g * 1e-18, rtol=1e-5, atol=1e-8
+    )
     student = np.array([float(row["error"]) for row in measured]) / (error * 1e-18)
     # six members of each of two levels: 5 to 10 degrees of freedom; x has 7 digits
-    assert np.all((student >= quantile(10.0) * (1 - 1e-4)) & (student <= quantile(5.0) * (1 + 1e-4)))
+    assert np.all(
+        (student >= quantile(10.0) * (1 - 1e-4)) & (student <= quantile(5.0) * (1 + 1e-4))
+    )
 
 
-@pytest.mark.parametrize("curve", [name for name in CURVES if name not in ("sliding", "reaction", *ABOUT)])
+@pytest.mark.parametrize(
+    "curve", [name for name in CURVES if name not in ("sliding", "reaction", *ABOUT)]
+)
 def test_every_curve_has_numbers_and_names_of_its_axes(capped_run, tmp_path, curve):
     plot_run(capped_run, curve, tmp_path / "a.svg", look=Look(csv=tmp_path / "a.csv"))
     rows = rows_of(tmp_path / "a.csv")
@@ -89,20 +95,36 @@ def test_formulas_become_plain_words():
 
 def test_the_command_line_takes_them(capped_run, tmp_path, capsys):
     folder, picture, numbers = str(capped_run.folder), tmp_path / "a.png", tmp_path / "a.csv"
-    words = ["plot", folder, "pressure", "-o", str(picture), "--no-title", "--size", "3.4x2.6", "--dpi", "100"]
+    words = [
+        "plot",
+        folder,
+        "pressure",
+        "-o",
+        str(picture),
+        "--no-title",
+        "--size",
+        "3.4x2.6",
+        "--dpi",
+        "100",
+    ]
     with pytest.raises(SystemExit) as ended:
         main([*words, "--csv", str(numbers)])
     assert ended.value.code == 0
     assert matplotlib.image.imread(picture).shape[:2] == (260, 340)
     assert numbers.exists()
-    for wrong, message in ((["--size", "wide"], "write width x height in inches"), (["--csv", "a.txt"], "end in .csv")):
+    for wrong, message in (
+        (["--size", "wide"], "write width x height in inches"),
+        (["--csv", "a.txt"], "end in .csv"),
+    ):
         with pytest.raises(SystemExit) as ended:
             main([*words, *wrong])
         assert ended.value.code == 1
         assert message in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("lowest", "ticks"), [(0.1, [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]), (0.01, [0.01, 0.1, 1, 10])])
+@pytest.mark.parametrize(
+    ("lowest", "ticks"), [(0.1, [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]), (0.01, [0.01, 0.1, 1, 10])]
+)
 def test_the_ticks_of_more_than_three_decades_are_powers_of_ten(lowest, ticks):
     axes = Figure().subplots()
     axes.set(xscale="log", xlim=(lowest, 60.0))
@@ -112,7 +134,9 @@ def test_the_ticks_of_more_than_three_decades_are_powers_of_ten(lowest, ticks):
 
 
 @pytest.mark.parametrize(("word", "speed"), [("9", 9.0), ("9 m/s", 9.0), ("36km/h", 10.0)])
-def test_a_speed_on_the_command_line_may_have_a_unit(capped_run, tmp_path, monkeypatch, word, speed):
+def test_a_speed_on_the_command_line_may_have_a_unit(
+    capped_run, tmp_path, monkeypatch, word, speed
+):
     drawn = []
     monkeypatch.setattr(rs, "plot", lambda *words, **options: drawn.append(options["speed"]))
     with pytest.raises(SystemExit) as ended:
@@ -121,7 +145,9 @@ def test_a_speed_on_the_command_line_may_have_a_unit(capped_run, tmp_path, monke
     assert drawn == [speed]
 
 
-@pytest.mark.parametrize(("quantity", "count"), [("correlation", 2), ("spectrum", 2), ("distribution", 3)])
+@pytest.mark.parametrize(
+    ("quantity", "count"), [("correlation", 2), ("spectrum", 2), ("distribution", 3)]
+)
 def test_panels_of_a_narrow_figure_stand_below_one_another(capped_run, drawn, quantity, count):
     plot_run(capped_run, quantity, look=Look(size=(3.4, 2.6)))
     (figure,) = drawn

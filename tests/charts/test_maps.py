@@ -17,10 +17,14 @@ def test_axis_0_is_x_and_points_stand_at_their_coordinates():
     field = np.zeros((6, 4))
     field[5, 1] = 1.0
     axes = Figure().subplots()
-    image = maps.draw_field(axes, field, rs.Grid((6, 4), (12e-6, 12e-6)), (slice(0, 6), slice(0, 4)), {})
+    image = maps.draw_field(
+        axes, field, rs.Grid((6, 4), (12e-6, 12e-6)), (slice(0, 6), slice(0, 4)), {}
+    )
     assert image.get_array()[1, 5] == 1.0  # rows are y
     assert image.origin == "lower"
-    left, right, bottom, top = image.get_extent()  # in µm; half a point beyond the first and the last
+    left, right, bottom, top = (
+        image.get_extent()
+    )  # in µm; half a point beyond the first and the last
     np.testing.assert_allclose([left, right, bottom, top], [-1.0, 11.0, -1.5, 10.5])
     assert axes.get_xlabel() == "$x$, µm"
 
@@ -85,25 +89,36 @@ def test_the_frame_shows_what_is_enlarged(capped_run, small_enlargement, drawn):
     half = 0.51 * 2.0 / 128
     np.testing.assert_allclose(frame.get_x(), left * unit, atol=half)
     np.testing.assert_allclose(frame.get_y(), bottom * unit, atol=half)
-    np.testing.assert_allclose([frame.get_width(), frame.get_height()], [(right - left) * unit, (top - bottom) * unit])
-    assert part.images[0].get_array().max() == whole.images[0].get_array().max()  # the hottest point
+    np.testing.assert_allclose(
+        [frame.get_width(), frame.get_height()], [(right - left) * unit, (top - bottom) * unit]
+    )
+    assert (
+        part.images[0].get_array().max() == whole.images[0].get_array().max()
+    )  # the hottest point
 
 
 def test_a_zoom_draws_the_points_between_its_ends_alone(capped_run, drawn):
-    plot_run(capped_run, "pressure", zoom=((0.5e-3, 1.0e-3), (1.0e-3, 1.25e-3)))  # of 2 mm and 128 points
+    plot_run(
+        capped_run, "pressure", zoom=((0.5e-3, 1.0e-3), (1.0e-3, 1.25e-3))
+    )  # of 2 mm and 128 points
     (axes, _) = drawn[-1].axes
     field = next(capped_run.fields("pressure"))[1][32:64, 64:80]
     image = axes.images[0]
     factor = scaled(float(field.max()), "Pa")[0]
     np.testing.assert_allclose(image.get_array(), field.T.astype(float) * factor, rtol=1e-6)
     unit = {"mm": 1.0, "µm": 1000.0}[axes.get_xlabel().rpartition(" ")[2]]
-    np.testing.assert_allclose(image.get_extent(), np.array([31.5, 63.5, 63.5, 79.5]) * 2.0 / 128 * unit)
+    np.testing.assert_allclose(
+        image.get_extent(), np.array([31.5, 63.5, 63.5, 79.5]) * 2.0 / 128 * unit
+    )
 
 
 @pytest.mark.parametrize(
     ("zoom", "message"),
     [
-        (((0.0, 3e-3), (0.0, 1e-3)), "zoom = 0:0.003 m along x must rise and lie in the cell, 0:0.002 m"),
+        (
+            ((0.0, 3e-3), (0.0, 1e-3)),
+            "zoom = 0:0.003 m along x must rise and lie in the cell, 0:0.002 m",
+        ),
         (((0.0, 1e-3), (1e-3, 0.5e-3)), "along y must rise"),
         (((0.0, 1e-3), (1e-3, 1.05e-3)), "along y holds 3 points of 1.563e-05 m; at least 8"),
         (((0.0, np.nan), (0.0, 1e-3)), "zoom = nan m must be finite"),
@@ -122,8 +137,14 @@ def test_fields_stand_side_by_side_over_one_part(capped_run, drawn, third):
     for axes, name in zip(panels, ("heights", "pressure", third), strict=True):
         field = next(capped_run.fields(name, speed=35.0 if name == third else None))[1][:64, :64].T
         shown = np.asarray(axes.images[0].get_array())
-        np.testing.assert_allclose(shown / np.abs(shown).max(), field / np.abs(field).max(), atol=1e-6)
-    assert [len(axes.collections) for axes in panels] == [1, 0, 1]  # contact is outlined but where it is all there is
+        np.testing.assert_allclose(
+            shown / np.abs(shown).max(), field / np.abs(field).max(), atol=1e-6
+        )
+    assert [len(axes.collections) for axes in panels] == [
+        1,
+        0,
+        1,
+    ]  # contact is outlined but where it is all there is
 
 
 def test_contact_is_outlined_where_it_is():
@@ -152,7 +173,15 @@ def test_a_scale_bar_is_as_long_as_it_says():
     assert drawn_length(bar) == 50.0
     assert bar.patch.get_alpha() > 0.8  # a plate under it: it can be read over any colour
     assert axes.get_xlim() == (100.0, 340.0)  # an axis does not grow for its bar
-    for longest, length in {0.9: 0.5, 1.0: 1.0, 1.99: 1.0, 2.0: 2.0, 4.9: 2.0, 52.0: 50.0, 1e-3: 1e-3}.items():
+    for longest, length in {
+        0.9: 0.5,
+        1.0: 1.0,
+        1.99: 1.0,
+        2.0: 2.0,
+        4.9: 2.0,
+        52.0: 50.0,
+        1e-3: 1e-3,
+    }.items():
         axes.set_xlim(0.0, longest / 0.22)
         maps.scale_bar(axes, "µm")
         assert drawn_length(axes.artists[-1]) == pytest.approx(length, rel=1e-12)
@@ -178,7 +207,9 @@ def test_a_capped_map_shows_what_varies_and_what_has_yielded_is_grey(capped_run,
     elastic = (pressure > 0.0) & ~grey
     assert elastic.any()
     assert len(np.unique(colours.transpose(1, 0, 2)[elastic], axis=0)) > 20
-    np.testing.assert_array_equal(np.all(colours == 1.0, axis=-1).T, pressure == 0.0)  # no contact is white
+    np.testing.assert_array_equal(
+        np.all(colours == 1.0, axis=-1).T, pressure == 0.0
+    )  # no contact is white
 
 
 def test_elastic_contact_above_the_hardness_has_no_grey(capped_run, drawn):

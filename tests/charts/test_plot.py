@@ -23,13 +23,23 @@ def test_every_picture_says_what_it_is_of(capped_run, tmp_path, quantity):
     assert "capped contact" in text
     assert ("35 m/s" in text) == (quantity in SPEED)  # the highest speed unless told
     assert ("realization 0" in text) == (quantity not in ("spectrum", "correlation"))
-    unit = {"heights": "µm", "pressure": "GPa", "heat_flux": "GW/m²", "spectrum": "m⁴", "correlation": "GPa²"}
+    unit = {
+        "heights": "µm",
+        "pressure": "GPa",
+        "heat_flux": "GW/m²",
+        "spectrum": "m⁴",
+        "correlation": "GPa²",
+    }
     assert unit.get(quantity, ", K") in text
 
 
-@pytest.mark.parametrize(("ending", "start"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".SVG", b"<?xml")])
+@pytest.mark.parametrize(
+    ("ending", "start"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".SVG", b"<?xml")]
+)
 def test_the_ending_says_the_format(capped_run, tmp_path, ending, start):
-    assert plot_run(capped_run, "pressure", tmp_path / f"one{ending}").read_bytes().startswith(start)
+    assert (
+        plot_run(capped_run, "pressure", tmp_path / f"one{ending}").read_bytes().startswith(start)
+    )
 
 
 def test_pictures_lie_beside_the_run(capped_run):
@@ -54,12 +64,32 @@ WRONG = {
     "quantity": (("gap",), {}, "quantity = 'gap' cannot be drawn; choose one of heights, pressure"),
     "ending": (("heights", "a.gif"), {}, "must end in .png, .pdf, .svg"),
     "column": (("heights",), {"column": "elastic"}, "column = 'elastic' is not in this run"),
-    "not kept": (("pressure",), {"realization": 4}, "fields of realization 4 at level 2; .*--keep-fields 5.*index=4"),
+    "not kept": (
+        ("pressure",),
+        {"realization": 4},
+        "fields of realization 4 at level 2; .*--keep-fields 5.*index=4",
+    ),
     "frozen": (("sliding",), {}, 'has no column "sliding"'),
-    "no reaction": (("reaction",), {}, r"add \[observables\] with temperature_distribution = true and run it in an"),
-    "no rate": (("reaction_rate",), {}, r"has no reaction_rate: .*; add \[reaction\] with activation_energy and pre"),
-    "no share": (("heat_share_above",), {}, r"has no heat_share_above: .*; add \[observables\] with heat_above"),
-    "no film": (("film",), {}, 'has no film of realization 0; run a scene with history = "sliding"'),
+    "no reaction": (
+        ("reaction",),
+        {},
+        r"add \[observables\] with temperature_distribution = true and run it in an",
+    ),
+    "no rate": (
+        ("reaction_rate",),
+        {},
+        r"has no reaction_rate: .*; add \[reaction\] with activation_energy and pre",
+    ),
+    "no share": (
+        ("heat_share_above",),
+        {},
+        r"has no heat_share_above: .*; add \[observables\] with heat_above",
+    ),
+    "no film": (
+        ("film",),
+        {},
+        'has no film of realization 0; run a scene with history = "sliding"',
+    ),
     "own column": (("sliding",), {"column": "capped"}, "sliding has a column of its own"),
     "a mean": (("correlation",), {"realization": 0}, "mean over all"),
     "useless speed": (("heights",), {"speed": 1.0}, "speed = 1 m/s: heights does not depend on it"),
@@ -78,7 +108,19 @@ def test_what_cannot_be_drawn_is_refused(capped_run, tmp_path, case):
 
 def test_the_command_line_draws_and_complains_in_one_line(capped_run, tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
-        main(["plot", str(capped_run.folder), "profile", "-o", str(tmp_path / "a.png"), "--speed", "-0.1", "-r", "0"])
+        main(
+            [
+                "plot",
+                str(capped_run.folder),
+                "profile",
+                "-o",
+                str(tmp_path / "a.png"),
+                "--speed",
+                "-0.1",
+                "-r",
+                "0",
+            ]
+        )
     assert ended.value.code == 0
     assert "picture: " in capsys.readouterr().err
     assert (tmp_path / "a.png").exists()
@@ -91,7 +133,14 @@ def test_the_command_line_draws_and_complains_in_one_line(capped_run, tmp_path, 
 
 
 def test_the_command_line_takes_zoom_and_side_by_side(capped_run, tmp_path, capsys):
-    words = ["plot", str(capped_run.folder), "temperature", "--zoom", "0:1e-3,5e-4:2e-3", "--side-by-side"]
+    words = [
+        "plot",
+        str(capped_run.folder),
+        "temperature",
+        "--zoom",
+        "0:1e-3,5e-4:2e-3",
+        "--side-by-side",
+    ]
     with pytest.raises(SystemExit) as ended:
         main([*words, "-o", str(tmp_path / "a.pdf")])
     assert ended.value.code == 0
@@ -108,8 +157,17 @@ def test_what_is_no_map_has_no_zoom_and_nothing_beside_it(capped_run, tmp_path):
 
 
 def test_units_get_the_prefix_that_keeps_numbers_readable():
-    cases = {(3.2e-6, "m"): ("µm", 3.2), (1e-3, "m"): ("mm", 1.0), (999e-9, "m"): ("nm", 999.0), (2.0, "m"): ("m", 2.0)}
-    cases |= {(5e8, "Pa"): ("MPa", 500.0), (1e9, "Pa"): ("GPa", 1.0), (2e9, "W/m^2"): ("GW/m^2", 2.0)}
+    cases = {
+        (3.2e-6, "m"): ("µm", 3.2),
+        (1e-3, "m"): ("mm", 1.0),
+        (999e-9, "m"): ("nm", 999.0),
+        (2.0, "m"): ("m", 2.0),
+    }
+    cases |= {
+        (5e8, "Pa"): ("MPa", 500.0),
+        (1e9, "Pa"): ("GPa", 1.0),
+        (2e9, "W/m^2"): ("GW/m^2", 2.0),
+    }
     cases |= {(1500.0, "K"): ("K", 1500.0), (0.0, "m"): ("m", 0.0)}
     for (value, unit), (name, number) in cases.items():
         factor, shown = scaled(value, unit)

@@ -20,7 +20,9 @@ def curves(path):
     return {name: np.array(points).T for name, points in found.items()}
 
 
-@pytest.mark.parametrize("observable", ["flash_temperature", "flash_gradient", "flash_laplacian", "heat_partition"])
+@pytest.mark.parametrize(
+    "observable", ["flash_temperature", "flash_gradient", "flash_laplacian", "heat_partition"]
+)
 def test_a_curve_over_the_speed_has_the_means_with_their_errors(capped_run, tmp_path, observable):
     rs.plot(capped_run, observable, tmp_path / "a.svg", csv=tmp_path / "a.csv")
     found = curves(tmp_path / "a.csv")
@@ -42,9 +44,13 @@ def test_the_theories_of_one_run_have_their_colours_and_the_share(capped_run, dr
     assert colours[:2] == [THEORY, CALIBRATED]
     assert {COLOURS["smoothed"], COLOURS["capped"]} <= set(colours[2:])
     speed, theory = axes.lines[0].get_data()
-    exact = 0.9 * prediction.predictions(capped_run.scene)["flash_temperature"]  # the share of the scene
+    exact = (
+        0.9 * prediction.predictions(capped_run.scene)["flash_temperature"]
+    )  # the share of the scene
     at = [list(speed).index(v) for v in capped_run.scene.speeds if v > 0.0]
-    np.testing.assert_allclose(theory[at], exact[np.array(capped_run.scene.speeds) > 0.0], rtol=1e-12)
+    np.testing.assert_allclose(
+        theory[at], exact[np.array(capped_run.scene.speeds) > 0.0], rtol=1e-12
+    )
 
 
 def test_runs_side_by_side_have_a_colour_each(capped_run, sliding_run, drawn):
@@ -52,11 +58,21 @@ def test_runs_side_by_side_have_a_colour_each(capped_run, sliding_run, drawn):
     both.chart("a.png")
     axes = drawn[0].axes[2]
     names = {line.get_gid(): line.get_color() for line in axes.lines if line.get_gid() != "marks"}
-    own = {str(colour) for name, colour in names.items() if name.startswith(f"{capped_run.folder.name}:")}
-    other = {str(colour) for name, colour in names.items() if name.startswith(f"{sliding_run.folder.name}:")}
+    own = {
+        str(colour)
+        for name, colour in names.items()
+        if name.startswith(f"{capped_run.folder.name}:")
+    }
+    other = {
+        str(colour)
+        for name, colour in names.items()
+        if name.startswith(f"{sliding_run.folder.name}:")
+    }
     assert len(own) == len(other) == 1
     assert own != other
-    assert drawn[0].axes[3].get_title("left") == "Hot-spot width (capped: at $q_c$)"  # smoothed has its limit
+    assert (
+        drawn[0].axes[3].get_title("left") == "Hot-spot width (capped: at $q_c$)"
+    )  # smoothed has its limit
     words = [text.get_text() for text in drawn[0].axes[-1].get_legend().get_texts()]
     assert words[:2] == [capped_run.folder.name, sliding_run.folder.name]
 
@@ -68,22 +84,34 @@ def test_the_table_of_several_runs_has_the_values_of_each(capped_run, sliding_ru
     for run in (capped_run, sliding_run):
         for k, speed in enumerate(run.scene.speeds):
             (row,) = [row for row in table.rows if list(row[:2]) == [f"{speed:g}", run.folder.name]]
-            assert str(row[titles.index("capped")]) == str(run.estimate("flash_temperature", "capped").number(k))
-    assert [run["run"] for run in both.to_dict()["runs"]] == [capped_run.folder.name, sliding_run.folder.name]
+            assert str(row[titles.index("capped")]) == str(
+                run.estimate("flash_temperature", "capped").number(k)
+            )
+    assert [run["run"] for run in both.to_dict()["runs"]] == [
+        capped_run.folder.name,
+        sliding_run.folder.name,
+    ]
     frame = both.to_dataframe()
     assert set(frame["run"]) == {capped_run.folder.name, sliding_run.folder.name}
 
 
 def test_what_has_no_curve_is_refused(capped_run):
     with pytest.raises(
-        ValueError, match=r"'contact_area' cannot be drawn; choose one of heights, .*, flash_temperature"
+        ValueError,
+        match=r"'contact_area' cannot be drawn; choose one of heights, .*, flash_temperature",
     ):
         rs.plot(capped_run, "contact_area")
-    with pytest.raises(ValueError, match="speed: flash_temperature is of all members; leave it out"):
+    with pytest.raises(
+        ValueError, match="speed: flash_temperature is of all members; leave it out"
+    ):
         rs.plot(capped_run, "flash_temperature", speed=1.0)
-    with pytest.raises(ValueError, match="has no temperature_quantile_99: its scene does not ask for it; add"):
+    with pytest.raises(
+        ValueError, match="has no temperature_quantile_99: its scene does not ask for it; add"
+    ):
         rs.plot(capped_run, "temperature_quantile_99")
-    with pytest.raises(ValueError, match=r"add \[reaction\] with activation_energy, prefactor and contact_length"):
+    with pytest.raises(
+        ValueError, match=r"add \[reaction\] with activation_energy, prefactor and contact_length"
+    ):
         rs.plot(capped_run, "conversion")
     with pytest.raises(ValueError, match="over = 'speed' is for studies"):
         rs.plot(capped_run, "flash_temperature", over="speed")

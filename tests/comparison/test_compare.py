@@ -17,7 +17,16 @@ from roughsim.estimate.levels import values_of
 from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
 from roughsim.observables.record import Observable
 
-HEADINGS = {"observable", "speed", "theory", "theory_same_modes", "calibrated", "smoothed", "capped", "note"}
+HEADINGS = {
+    "observable",
+    "speed",
+    "theory",
+    "theory_same_modes",
+    "calibrated",
+    "smoothed",
+    "capped",
+    "note",
+}
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +61,11 @@ def test_the_total_share_measured_in_full_contact_is_the_theory_to_rounding(full
     for duration in (1e-6, 1e-3):
         sliding = replace(full_scene.sliding, heat_partition="total", duration=duration)
         scene = replace(full_scene, sliding=sliding)
-        rows = [r for r in rs.compare(rs.run(scene, tmp_path / str(duration))).rows if r.observable == "heat_partition"]
+        rows = [
+            r
+            for r in rs.compare(rs.run(scene, tmp_path / str(duration))).rows
+            if r.observable == "heat_partition"
+        ]
         for row in rows:
             assert row.columns["elastic"].mean == pytest.approx(row.theory_same_modes, rel=1e-10)
             assert row.ratios["elastic_over_theory"].value == pytest.approx(1.0, abs=1e-10)
@@ -69,7 +82,9 @@ def test_at_rest_there_is_no_heat_but_a_width_and_a_share(table):
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
         assert resting[name].columns["capped"].mean == resting[name].theory == 0.0
         assert np.isnan(resting[name].ratios["smoothed_over_theory"].value)
-    assert resting["slope_length"].columns["capped"].mean == resting["slope_length"].theory == np.inf
+    assert (
+        resting["slope_length"].columns["capped"].mean == resting["slope_length"].theory == np.inf
+    )
     assert resting["heat_partition"].columns["smoothed"].mean == pytest.approx(0.5)  # equal bodies
     assert 1e-6 < resting["flash_width"].columns["smoothed"].mean < 1e-4
 
@@ -84,7 +99,11 @@ def test_the_table_has_every_observable_at_every_speed(table, capped_scene):
         "heat_partition",
     }
     names = observables_of(distribution=False)
-    expected = [(name, speed) for name in names for speed in (capped_scene.speeds if name in per_speed else (None,))]
+    expected = [
+        (name, speed)
+        for name in names
+        for speed in (capped_scene.speeds if name in per_speed else (None,))
+    ]
     assert [(row.observable, row.speed) for row in table.rows] == expected
 
 
@@ -94,7 +113,13 @@ def test_its_json_has_the_keys_programs_rely_on(table):
     for row in told["rows"]:
         assert set(row) == HEADINGS | {"smoothed_over_theory", "capped_over_smoothed"}
         assert set(row["capped"]) == {"mean", "standard_error", "bias", "total_error", "unknown"}
-        assert set(row["smoothed_over_theory"]) == {"value", "standard_error", "z", "total_error", "unknown"}
+        assert set(row["smoothed_over_theory"]) == {
+            "value",
+            "standard_error",
+            "z",
+            "total_error",
+            "unknown",
+        }
         assert row["note"] in ("", "identity", "at q_c")
 
 
@@ -121,7 +146,12 @@ def test_force_balance_is_marked_where_all_has_yielded(tmp_path):
     )
     table = rs.compare(rs.run(small, tmp_path / "run", max_realizations=3, until={}))
     notes = {row.observable: row.note for row in table.rows}
-    assert notes["contact_fraction"] == notes["plastic_fraction"] == notes["pressure_variance"] == "identity"
+    assert (
+        notes["contact_fraction"]
+        == notes["plastic_fraction"]
+        == notes["pressure_variance"]
+        == "identity"
+    )
 
 
 def test_temperatures_carry_the_share_and_ratios_do_not(table, capped_run):
@@ -130,12 +160,17 @@ def test_temperatures_carry_the_share_and_ratios_do_not(table, capped_run):
         row.columns["smoothed"].mean / row.theory_same_modes,
         rel=1e-4,  # the theory sees some 1e-5 of C_sm beyond the cut-off
     )
-    assert row.columns["capped"].mean == pytest.approx(capped_run.estimate("flash_temperature").mean[2])
+    assert row.columns["capped"].mean == pytest.approx(
+        capped_run.estimate("flash_temperature").mean[2]
+    )
     lowest, step = capped_run.pairs("capped")
     fine, coarse, first = (
-        sample.numbers["flash_temperature"].mean(axis=0)[2] for sample in (step.sample, step.below, lowest.sample)
+        sample.numbers["flash_temperature"].mean(axis=0)[2]
+        for sample in (step.sample, step.below, lowest.sample)
     )
-    assert row.columns["capped"].bias == pytest.approx(0.9 * first * fine / coarse - row.columns["capped"].mean)
+    assert row.columns["capped"].bias == pytest.approx(
+        0.9 * first * fine / coarse - row.columns["capped"].mean
+    )
 
 
 def without(pair, stream, i):
@@ -147,13 +182,18 @@ def without(pair, stream, i):
 
     if pair.stream != stream:
         return pair
-    return pair._replace(sample=rest(pair.sample), below=None if pair.below is None else rest(pair.below))
+    return pair._replace(
+        sample=rest(pair.sample), below=None if pair.below is None else rest(pair.below)
+    )
 
 
 def test_ratios_keep_the_pairing(table, capped_run):
     # each surface left out in turn, of the columns that have it; the variances of the two streams add
     def ratio(stream=None, i=0):
-        pairs = [[without(pair, stream, i) for pair in capped_run.pairs(name)] for name in ("capped", "smoothed")]
+        pairs = [
+            [without(pair, stream, i) for pair in capped_run.pairs(name)]
+            for name in ("capped", "smoothed")
+        ]
         scene = capped_run.scene
         above, below = (
             values_of(scene, name, "flash_temperature", of_column).mean[2]
@@ -162,19 +202,27 @@ def test_ratios_keep_the_pairing(table, capped_run):
         return above / below
 
     streams = {pair.stream: len(pair.sample.rows) for pair in capped_run.pairs("capped")}
-    variance = sum((n - 1) * np.var([ratio(stream, i) for i in range(n)]) for stream, n in streams.items())
+    variance = sum(
+        (n - 1) * np.var([ratio(stream, i) for i in range(n)]) for stream, n in streams.items()
+    )
     row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
     assert row.ratios["capped_over_smoothed"].value == pytest.approx(ratio(), rel=1e-12)
-    assert row.ratios["capped_over_smoothed"].standard_error == pytest.approx(np.sqrt(variance), rel=0.1)
+    assert row.ratios["capped_over_smoothed"].standard_error == pytest.approx(
+        np.sqrt(variance), rel=0.1
+    )
 
 
 def test_the_cell_makes_both_columns_of_a_ratio_uncertain(capped_run):
     both = [capped_run.estimate("flash_temperature", column) for column in ("capped", "smoothed")]
-    relative = [estimate.budget["size"][1:] / estimate.mean[1:] for estimate in both]  # the first speed is rest
+    relative = [
+        estimate.budget["size"][1:] / estimate.mean[1:] for estimate in both
+    ]  # the first speed is rest
     theory = np.ones(len(capped_run.scene.speeds))
     ratio = ratios_of(capped_run, "flash_temperature", theory, theory)["capped_over_smoothed"]
     assert np.min(relative) > 0.0
-    np.testing.assert_allclose(ratio.budget["size"][1:] / ratio.mean[1:], np.hypot(*relative), rtol=1e-9)
+    np.testing.assert_allclose(
+        ratio.budget["size"][1:] / ratio.mean[1:], np.hypot(*relative), rtol=1e-9
+    )
 
 
 def test_theory_stands_beside_the_whole_spectrum(table):
@@ -182,7 +230,10 @@ def test_theory_stands_beside_the_whole_spectrum(table):
 
     scene = table.run.scene
     smooth = plasticity.smoothed_spectrum(
-        scene.spectrum, effective_modulus=1.0 / (2 * 0.91 / 200e9), nominal_pressure=9e7, penetration_hardness=1e9
+        scene.spectrum,
+        effective_modulus=1.0 / (2 * 0.91 / 200e9),
+        nominal_pressure=9e7,
+        penetration_hardness=1e9,
     )
     whole = flash.flash_temperature(
         35.0,
@@ -222,13 +273,17 @@ def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_
     assert "too few long waves" in short
     assert "1.48 instead of 1 K" in short
     assert len(notes(1.48, 0.7, 1.0)) == 2
-    assert notes(0.0, 0.0, 0.0) == notes(np.nan, np.nan, np.nan) == ()  # at rest, or without a theory
+    assert (
+        notes(0.0, 0.0, 0.0) == notes(np.nan, np.nan, np.nan) == ()
+    )  # at rest, or without a theory
 
 
 def test_the_speed_at_which_two_theories_differ_most_is_named(table):
     rows = [row for row in table.rows if row.observable == "flash_temperature" and row.speed]
     theories = {"theory_same_modes": 1.0, "theory_at_cut_off": 1.0}
-    slow, fast = (replace(row, **theories, theory=whole) for row, whole in zip(rows, (1.25, 2.0), strict=True))
+    slow, fast = (
+        replace(row, **theories, theory=whole) for row, whole in zip(rows, (1.25, 2.0), strict=True)
+    )
     for order in ((slow, fast), (fast, slow)):
         (note,) = with_rows(table, order).notes()
         assert f"1 instead of 2 K (flash_temperature at {fast.speed:g} m/s)" in note
@@ -246,7 +301,9 @@ def test_one_realization_is_not_compared(quick, tmp_path):
         rs.compare(run)
 
 
-@pytest.mark.parametrize("ending", [".png", *(pytest.param(e, marks=pytest.mark.slow) for e in (".pdf", ".svg"))])
+@pytest.mark.parametrize(
+    "ending", [".png", *(pytest.param(e, marks=pytest.mark.slow) for e in (".pdf", ".svg"))]
+)
 def test_the_chart_is_drawn(table, tmp_path, ending):
     path = tmp_path / f"chart{ending}"
     table.chart(path)
@@ -258,7 +315,9 @@ def test_the_short_table_says_over_which_modes_its_ratio_to_the_theory_is(table)
 
 
 @pytest.mark.parametrize(("lengths", "warned"), [(None, False), ((2e-4, 2e-4), True)])
-def test_a_cell_without_the_longest_waves_is_warned_of_if_the_plan_did_not_choose_it(capped_run, lengths, warned):
+def test_a_cell_without_the_longest_waves_is_warned_of_if_the_plan_did_not_choose_it(
+    capped_run, lengths, warned
+):
     run = copy(capped_run)
     run.scene = replace(run.scene, numerics=replace(run.scene.numerics, lengths=lengths))
     run.numerics = replace(run.numerics, lengths=(2e-4, 2e-4))
@@ -283,7 +342,9 @@ def test_the_calibrated_law_stands_after_theory_where_it_was_compared_with_conta
         penetration_hardness=1e9,
     )
     heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": 30.0 / (7900 * 500)}
-    expected = 0.9 * flash.flash_temperature(35.0, stress_spectrum=law, nominal_pressure=9e7, **heat)
+    expected = 0.9 * flash.flash_temperature(
+        35.0, stress_spectrum=law, nominal_pressure=9e7, **heat
+    )
     told = {(row["observable"], row["speed"]): row["calibrated"] for row in table.to_dict()["rows"]}
     assert told["flash_temperature", 35.0] == pytest.approx(expected, rel=1e-9)
     assert told["plastic_fraction", None] == pytest.approx(law.plastic_fraction, rel=1e-9)
@@ -305,11 +366,15 @@ def test_the_calibrated_law_stands_after_theory_where_it_was_compared_with_conta
 
 def test_what_no_member_has_carries_no_note(capped_run, monkeypatch):
     """As an observable that is younger than the run."""
-    younger = Observable("younger", "1", values=lambda sample: np.full((len(sample.rows), 1), np.nan), limit=False)
+    younger = Observable(
+        "younger", "1", values=lambda sample: np.full((len(sample.rows), 1), np.nan), limit=False
+    )
     monkeypatch.setitem(OBSERVABLES, "younger", younger)
     monkeypatch.setitem(UNITS, "younger", "1")
     run = rs.open_run(capped_run.folder)
-    run.scene = replace(run.scene, theory=replace(run.scene.theory, gamma=0.31))  # one that nothing is remembered of
+    run.scene = replace(
+        run.scene, theory=replace(run.scene.theory, gamma=0.31)
+    )  # one that nothing is remembered of
     (row,) = (row for row in rs.compare(run).rows if row.observable == "younger")
     assert all(np.isnan(cell.mean) for cell in row.columns.values())
     assert row.note == ""

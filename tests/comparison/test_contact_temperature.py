@@ -22,7 +22,9 @@ def warming(scene):
 
 
 def lasting(scene, **sliding):
-    return replace(scene, sliding=replace(scene.sliding, **{"duration": TIME, "heat_partition": 0.8} | sliding))
+    return replace(
+        scene, sliding=replace(scene.sliding, **{"duration": TIME, "heat_partition": 0.8} | sliding)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +32,10 @@ def runs(capped_scene, tmp_path_factory):
     """The comparison of a scene of both columns that lasts, and that of the same scene without end."""
     folder = tmp_path_factory.mktemp("lasting")
     steady = lasting(capped_scene, duration=None)
-    return [rs.compare(rs.run(s, folder / str(k))) for k, s in enumerate((lasting(capped_scene), steady))]
+    return [
+        rs.compare(rs.run(s, folder / str(k)))
+        for k, s in enumerate((lasting(capped_scene), steady))
+    ]
 
 
 def of(table, name):
@@ -48,7 +53,11 @@ def test_without_a_duration_nothing_changes(runs):
 
 def test_the_row_is_the_flash_temperature_and_an_exact_warming(runs):
     table, scene = runs[0], runs[0].run.scene
-    rows, flash, warm = of(table, "contact_temperature"), of(table, "flash_temperature"), warming(scene)
+    rows, flash, warm = (
+        of(table, "contact_temperature"),
+        of(table, "flash_temperature"),
+        warming(scene),
+    )
     assert [row.speed for row in rows] == list(scene.speeds)
     assert warm[-1] > 100.0
     for k, (row, part) in enumerate(zip(rows, flash, strict=True)):
@@ -65,12 +74,17 @@ def test_the_row_is_the_flash_temperature_and_an_exact_warming(runs):
     expected = np.array(told["flash_temperature"]) + 0.8 * warm
     np.testing.assert_allclose(told["contact_temperature"], expected, rtol=1e-12)
     assert "T₀ + T_flash, K" in [column.title for column in theory_table(scene).columns]
-    assert any(note.startswith("contact_temperature: T₀ + T_flash") for note in comparison_table(table).notes)
+    assert any(
+        note.startswith("contact_temperature: T₀ + T_flash")
+        for note in comparison_table(table).notes
+    )
 
 
 def test_the_ratios_are_those_of_the_sums(runs):
     table, warm = runs[0], warming(runs[0].run.scene)
-    values = {name: table.run.values("flash_temperature", name).mean for name in ("smoothed", "capped")}
+    values = {
+        name: table.run.values("flash_temperature", name).mean for name in ("smoothed", "capped")
+    }
     rows, flash = of(table, "contact_temperature"), of(table, "flash_temperature")
     for k, (row, part) in enumerate(zip(rows, flash, strict=True)):
         if row.speed == 0.0:
@@ -78,8 +92,12 @@ def test_the_ratios_are_those_of_the_sums(runs):
             continue
         theory = part.theory_same_modes / 0.8
         mine, his = row.ratios["smoothed_over_theory"], part.ratios["smoothed_over_theory"]
-        assert mine.value == pytest.approx((his.value * theory + warm[k]) / (theory + warm[k]), rel=1e-12)
-        assert mine.standard_error == pytest.approx(his.standard_error * theory / (theory + warm[k]), rel=1e-9)
+        assert mine.value == pytest.approx(
+            (his.value * theory + warm[k]) / (theory + warm[k]), rel=1e-12
+        )
+        assert mine.standard_error == pytest.approx(
+            his.standard_error * theory / (theory + warm[k]), rel=1e-9
+        )
         assert mine.total_error < his.total_error
         both = row.ratios["capped_over_smoothed"]
         assert both.value == pytest.approx(

@@ -41,7 +41,9 @@ def test_the_error_of_the_slope_is_the_scatter_of_the_realizations(full_scene, t
     flat = -2 * 0.8
     found = stress_slope(rs.open_run(run.folder))
     assert found.measured == pytest.approx(flat + tilts.mean(), abs=0.02)
-    student = 4.3026527 * np.sqrt(1 + 2 / 2)  # 2 degrees of freedom, widened for runs that stop themselves
+    student = 4.3026527 * np.sqrt(
+        1 + 2 / 2
+    )  # 2 degrees of freedom, widened for runs that stop themselves
     assert found.error == pytest.approx(student * tilts.std(ddof=1) / np.sqrt(3), rel=0.1)
 
 
@@ -67,8 +69,17 @@ def test_the_slope_of_one_realization_has_an_unknown_error(full, full_scene, tmp
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("hurst", "measured"), [(0.3, -1.09), (0.5, -1.30), (0.8, -1.67)])
-def test_the_slope_of_light_contact_is_flatter_than_the_theory(full_scene, tmp_path, hurst, measured):
-    keys = {"rms_height": None, "rms_slope": 0.1, "hurst": hurst, "q_min": 2.5e4, "q_roll_off": 1e5, "q_max": 3.2e6}
+def test_the_slope_of_light_contact_is_flatter_than_the_theory(
+    full_scene, tmp_path, hurst, measured
+):
+    keys = {
+        "rms_height": None,
+        "rms_slope": 0.1,
+        "hurst": hurst,
+        "q_min": 2.5e4,
+        "q_roll_off": 1e5,
+        "q_max": 3.2e6,
+    }
     body = replace(full_scene.body, youngs_modulus=2e11)
     scene = replace(
         full_scene,

@@ -64,7 +64,11 @@ def by_the_formula(q_max):
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    return rs.study(parse_scene(TEXT), vary={"sliding.speed": [SPEED]}, folder=tmp_path_factory.mktemp("cut") / "study")
+    return rs.study(
+        parse_scene(TEXT),
+        vary={"sliding.speed": [SPEED]},
+        folder=tmp_path_factory.mktemp("cut") / "study",
+    )
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +91,9 @@ def theory_of_curve(path):
     """The theory of T_flash at the speed of the scene in the numbers of a figure."""
     with path.open() as file:
         rows = [row for row in csv.DictReader(file) if row["panel"] == "Flash temperature"]
-    (value,) = [row["y"] for row in rows if row["curve"].endswith(": theory") and float(row["x"]) == SPEED]
+    (value,) = [
+        row["y"] for row in rows if row["curve"].endswith(": theory") and float(row["x"]) == SPEED
+    ]
     return float(value)
 
 
@@ -102,14 +108,23 @@ def outputs(run, study, folder):
     comparison = rs.compare(run)
     yield "row", comparison.rows[0].theory
     yield "to_dict", comparison.to_dict()["rows"][0]["theory"]
-    yield "compare --json", json.loads(printed("compare", run.folder, "--json"))["rows"][0]["theory"]
+    yield (
+        "compare --json",
+        json.loads(printed("compare", run.folder, "--json"))["rows"][0]["theory"],
+    )
     yield "data frame", float(comparison.to_dataframe().loc["flash_temperature", "theory"])
     table = comparison.table()
     place = [column.title for column in table.columns].index("theory")
     yield "table", float(str(table.cells(place)[0]))
-    yield "compare", float(re.search(r"^ *1 +([\d.]+)", printed("compare", run.folder), re.M).group(1))
+    yield (
+        "compare",
+        float(re.search(r"^ *1 +([\d.]+)", printed("compare", run.folder), re.M).group(1)),
+    )
     everything = printed("compare", run.folder, "--all")
-    yield "compare --all", float(re.search(r"flash_temperature, K +1 +([\d.]+)", everything).group(1))
+    yield (
+        "compare --all",
+        float(re.search(r"flash_temperature, K +1 +([\d.]+)", everything).group(1)),
+    )
     several = printed("compare", study.folder)
     yield "compare STUDY", float(re.search(r"^1 +speed 1 m/s +([\d.]+)", several, re.M).group(1))
     yield "theory of Python", float(rs.theory(run.scene).flash_temperature[0])
@@ -120,16 +135,33 @@ def outputs(run, study, folder):
     for ending in ("csv", "json"):
         printed("export", run.folder, "-o", folder / f"run.{ending}")
     with (folder / "run.csv").open() as file:
-        kinds = [r for r in csv.DictReader(file) if (r["observable"], r["column"]) == ("flash_temperature", "theory")]
+        kinds = [
+            r
+            for r in csv.DictReader(file)
+            if (r["observable"], r["column"]) == ("flash_temperature", "theory")
+        ]
     yield "CSV of a run", float(kinds[0]["value"])
     yield "JSON of a run", json.loads((folder / "run.json").read_text())["rows"][0]["value"]
     page = report_run(run, folder / "run.html").read_text()
-    yield "report", float(re.search(r'<li class="theory"><span class="value">([\d.]+)', page).group(1))
+    yield (
+        "report",
+        float(re.search(r'<li class="theory"><span class="value">([\d.]+)', page).group(1)),
+    )
     axes = Figure().subplots()
     chart.draw_over_speed(axes, run, comparison.rows, "flash_temperature")
     yield "chart", theory_line(axes)[SPEED]
-    yield "theory", float(re.search(r"^ *1 +([\d.]+)", printed("theory", run.folder / "scene.toml"), re.M).group(1))
-    yield "theory --json", json.loads(printed("theory", run.folder / "scene.toml", "--json"))["flash_temperature"][0]
+    yield (
+        "theory",
+        float(
+            re.search(r"^ *1 +([\d.]+)", printed("theory", run.folder / "scene.toml"), re.M).group(
+                1
+            )
+        ),
+    )
+    yield (
+        "theory --json",
+        json.loads(printed("theory", run.folder / "scene.toml", "--json"))["flash_temperature"][0],
+    )
     yield "theory in Python", theory_dict(run.scene)["flash_temperature"][0]
     speeds, values = theory_curves(run)["flash_temperature"]
     yield "explore", float(np.interp(SPEED, speeds, values))
@@ -140,10 +172,18 @@ def outputs(run, study, folder):
     titles = [column.title for column in study_table(study).columns]
     yield "table of a study", float(str(study_table(study).cells(titles.index("theory, K"))[0]))
     with study.save(folder / "study.csv").open() as file:
-        kinds = [r for r in csv.DictReader(file) if (r["observable"], r["column"]) == ("flash_temperature", "theory")]
+        kinds = [
+            r
+            for r in csv.DictReader(file)
+            if (r["observable"], r["column"]) == ("flash_temperature", "theory")
+        ]
     yield "CSV of a study", float(kinds[0]["value"])
     rows = json.loads(study.save(folder / "study.json").read_text())["rows"]
-    told = [r["value"] for r in rows if (r["observable"], r["column"]) == ("flash_temperature", "theory")]
+    told = [
+        r["value"]
+        for r in rows
+        if (r["observable"], r["column"]) == ("flash_temperature", "theory")
+    ]
     yield "JSON of a study", told[0]
     yield "HDF5 of a study", in_file(study.save(folder / "study.h5"))
 
@@ -154,7 +194,9 @@ def test_every_output_has_the_same_theory_over_the_whole_spectrum(run, study, tm
     said = dict(outputs(run, study, tmp_path))
     assert len(said) == 25
     for where, value in said.items():
-        assert value == pytest.approx(whole, rel=2e-3 if where == "explore" else 5e-4), where  # four digits are printed
+        assert value == pytest.approx(whole, rel=2e-3 if where == "explore" else 5e-4), (
+            where
+        )  # four digits are printed
 
 
 def test_the_chart_of_a_study_has_the_theory_over_the_whole_spectrum(study, drawn):
@@ -164,8 +206,12 @@ def test_the_chart_of_a_study_has_the_theory_over_the_whole_spectrum(study, draw
 
 def test_the_ratio_is_to_the_sum_over_the_cells_own_modes_which_has_a_name_of_its_own(run):
     row = rs.compare(run).to_dict()["rows"][0]
-    assert row["theory_same_modes"] == pytest.approx(by_the_formula(2e4), rel=0.03)  # modes of a finite cell
-    raw = np.mean([run.members[0, i].numbers["flash_temperature"][0] for i in range(3)])  # all heat in the body
+    assert row["theory_same_modes"] == pytest.approx(
+        by_the_formula(2e4), rel=0.03
+    )  # modes of a finite cell
+    raw = np.mean(
+        [run.members[0, i].numbers["flash_temperature"][0] for i in range(3)]
+    )  # all heat in the body
     ratio = row["elastic_over_theory"]["value"]
     assert ratio * row["theory_same_modes"] / SHARE == pytest.approx(raw, rel=0.01)
     frame = rs.compare(run).to_dataframe().loc["flash_temperature"]
@@ -178,5 +224,10 @@ def test_no_output_has_a_third_name_for_the_theory(run, tmp_path):
     shown.append(" ".join(rs.compare(run).to_dataframe().columns))
     for text in shown:
         assert "full_spectrum" not in text
-    names = {name for row in rs.compare(run).to_dict()["rows"] for name in row if name.startswith("theory")}
+    names = {
+        name
+        for row in rs.compare(run).to_dict()["rows"]
+        for name in row
+        if name.startswith("theory")
+    }
     assert names == {"theory", "theory_same_modes"}

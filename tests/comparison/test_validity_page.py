@@ -30,7 +30,10 @@ def test_each_cell_where_c_ends_has_ten_contacts():
 def test_a_theory_off_by_a_known_factor_is_told_with_its_sign():
     # a record that is the theory itself: off by nothing, and twice the theory by 100 %
     contact = dict(validity.CONTACTS["elastic"][0], load=0.6)
-    exact = {name: {"value": value, "error": [0.01]} for name, value in validity.by_theory(contact).items()}
+    exact = {
+        name: {"value": value, "error": [0.01]}
+        for name, value in validity.by_theory(contact).items()
+    }
     ratios = validity.over_measured([contact | exact], validity.by_theory)
     numbers = validity.elastic_numbers([contact | exact], ratios)
     assert numbers["fast_heavy"] == numbers["variance"] == 0.0

@@ -4,7 +4,15 @@ import itertools
 
 import numpy as np
 import pytest
-from contact_cases import UNIT, WAVE, WAVE_PRESSURE, assert_solved, displacement_by_dft, q_plane, rough
+from contact_cases import (
+    UNIT,
+    WAVE,
+    WAVE_PRESSURE,
+    assert_solved,
+    displacement_by_dft,
+    q_plane,
+    rough,
+)
 
 import roughsim as rs
 
@@ -24,7 +32,9 @@ def westergaard(load, points):
 def test_westergaards_wave_has_its_contact_area_at_any_load(fraction):
     contact = rs.solve_contact(WAVE, UNIT, rs.Solid(1.0), nominal_pressure=fraction * WAVE_PRESSURE)
     area = 2 / np.pi * np.arcsin(np.sqrt(min(fraction, 1.0)))
-    assert contact.contact_fraction == pytest.approx(area, abs=2 / 64)  # a row of pixels at each edge: the resolution
+    assert contact.contact_fraction == pytest.approx(
+        area, abs=2 / 64
+    )  # a row of pixels at each edge: the resolution
     assert_solved(WAVE, UNIT, rs.Solid(1.0), fraction * WAVE_PRESSURE, contact)
 
 
@@ -34,7 +44,9 @@ def test_westergaards_pressure_is_approached_as_the_grid_is_refined():
         grid = rs.Grid((points, 1), (1.0, 1.0))
         heights = 0.01 * np.cos(2 * np.pi * np.arange(points) / points)[:, None]
         exact = westergaard(0.4 * WAVE_PRESSURE, points)
-        contact = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.4 * WAVE_PRESSURE, tolerance=1e-9)
+        contact = rs.solve_contact(
+            heights, grid, rs.Solid(1.0), nominal_pressure=0.4 * WAVE_PRESSURE, tolerance=1e-9
+        )
         errors.append(np.linalg.norm(contact.pressure[:, 0] - exact) / np.linalg.norm(exact))
     rate = -np.polyfit(np.log([64, 128, 256, 512]), np.log(errors), 1)[0]
     assert errors[-1] < 0.004
@@ -194,7 +206,9 @@ def test_the_plastically_deformed_surface_repeats_the_stress_elastically():
     gap = contact.displacement - heights
     free = (contact.pressure > 0) & (contact.pressure < 0.1)
     overlap = np.where(contact.pressure >= 0.1, gap[free].mean() - gap, 0.0)
-    again = rs.solve_contact(heights - overlap, grid, rs.Solid(1.0), nominal_pressure=0.03, tolerance=1e-9)
+    again = rs.solve_contact(
+        heights - overlap, grid, rs.Solid(1.0), nominal_pressure=0.03, tolerance=1e-9
+    )
     difference = np.linalg.norm(again.pressure - contact.pressure)
     assert difference < 1e-8 * np.linalg.norm(contact.pressure)
     assert contact.plastic_fraction > 0.1
@@ -212,9 +226,13 @@ def test_the_contact_area_grows_with_load_at_the_known_slope():
 def test_the_residual_is_close_to_the_pressure_error():
     heights, grid = rough(128, per_wave=8)
     for cap in (np.inf, 0.1):
-        exact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.02, tolerance=1e-11).pressure
+        exact = rs.solve_contact(
+            heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.02, tolerance=1e-11
+        ).pressure
         for tolerance in (1e-2, 1e-4, 1e-6):
-            contact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.02, tolerance=tolerance)
+            contact = rs.solve_contact(
+                heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.02, tolerance=tolerance
+            )
             error = np.linalg.norm(contact.pressure - exact) / np.linalg.norm(exact)
             assert contact.residual <= tolerance
             assert error < 10 * tolerance
@@ -224,7 +242,9 @@ def test_the_same_solve_gives_the_same_bits_and_leaves_its_input_alone():
     heights, grid = rough()
     kept = heights.copy()
     heights.flags.writeable = False
-    runs = [rs.solve_contact(heights, grid, rs.Solid(1.0, 0.1), nominal_pressure=0.02) for _ in range(2)]
+    runs = [
+        rs.solve_contact(heights, grid, rs.Solid(1.0, 0.1), nominal_pressure=0.02) for _ in range(2)
+    ]
     np.testing.assert_array_equal(runs[0].pressure, runs[1].pressure)
     np.testing.assert_array_equal(heights, kept)
 
@@ -235,14 +255,24 @@ def test_any_real_array_is_understood():
     base = rs.solve_contact(whole.astype(float), grid, rs.Solid(1.0), nominal_pressure=1e3).pressure
     padded = np.zeros((64, 128))
     padded[:, ::2] = whole
-    for same in (whole, whole.tolist(), np.asfortranarray(whole), whole.astype(">f8"), padded[:, ::2]):
-        np.testing.assert_array_equal(rs.solve_contact(same, grid, rs.Solid(1.0), nominal_pressure=1e3).pressure, base)
+    for same in (
+        whole,
+        whole.tolist(),
+        np.asfortranarray(whole),
+        whole.astype(">f8"),
+        padded[:, ::2],
+    ):
+        np.testing.assert_array_equal(
+            rs.solve_contact(same, grid, rs.Solid(1.0), nominal_pressure=1e3).pressure, base
+        )
 
 
 def test_single_precision_fields_are_the_rounded_double_ones():
     heights, grid = rough()
     fields = [
-        rs.solve_contact(heights, grid, rs.Solid(1.0, 0.1), nominal_pressure=0.02, precision=word).pressure
+        rs.solve_contact(
+            heights, grid, rs.Solid(1.0, 0.1), nominal_pressure=0.02, precision=word
+        ).pressure
         for word in ("double", "single")
     ]
     assert fields[1].dtype == np.float32
@@ -252,13 +282,17 @@ def test_single_precision_fields_are_the_rounded_double_ones():
 def test_a_tolerance_below_rounding_stops_at_the_floor_and_says_so():
     heights, grid = rough()
     with pytest.warns(RuntimeWarning, match="tolerance = 1e-30 lies below the rounding floor"):
-        contact = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.01, tolerance=1e-30)
+        contact = rs.solve_contact(
+            heights, grid, rs.Solid(1.0), nominal_pressure=0.01, tolerance=1e-30
+        )
     assert_solved(heights, grid, rs.Solid(1.0), 0.01, contact)
 
 
 def test_too_few_iterations_raise_and_carry_the_best_field():
     heights, grid = rough()
-    with pytest.raises(rs.ConvergenceError, match=r"stopped at the limit: residual .* after 1 iterations") as caught:
+    with pytest.raises(
+        rs.ConvergenceError, match=r"stopped at the limit: residual .* after 1 iterations"
+    ) as caught:
         rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.01, max_iterations=1)
     assert caught.value.iterations == 1
     assert caught.value.residual > 1e-6
@@ -296,11 +330,15 @@ def test_bad_numbers_are_refused_by_name(value):
 
 
 def test_a_load_above_the_hardness_is_refused():
-    with pytest.raises(ValueError, match="nominal_pressure = 2 Pa exceeds penetration_hardness = 1 Pa"):
+    with pytest.raises(
+        ValueError, match="nominal_pressure = 2 Pa exceeds penetration_hardness = 1 Pa"
+    ):
         rs.solve_contact(WAVE, UNIT, rs.Solid(1.0, 1.0), nominal_pressure=2.0)
 
 
-@pytest.mark.parametrize(("name", "value"), [("max_iterations", 0), ("max_iterations", 1.5), ("precision", "half")])
+@pytest.mark.parametrize(
+    ("name", "value"), [("max_iterations", 0), ("max_iterations", 1.5), ("precision", "half")]
+)
 def test_bad_options_are_refused_by_name(name, value):
     with pytest.raises(ValueError, match=name):
         rs.solve_contact(WAVE, UNIT, rs.Solid(1.0), nominal_pressure=0.01, **{name: value})
@@ -310,16 +348,26 @@ def test_random_problems_meet_the_optimality_conditions():
     rng = np.random.default_rng(7)
     for seed, points in enumerate(itertools.islice(itertools.cycle([64, 96, 100, 128]), 60)):
         slope, share = 10 ** rng.uniform(-3, 0.5), 10 ** rng.uniform(-4, 0.3)
-        heights, grid = rough(points, hurst=rng.random(), slope=slope, per_wave=rng.choice([2, 3, 4, 8]), seed=seed)
+        heights, grid = rough(
+            points, hurst=rng.random(), slope=slope, per_wave=rng.choice([2, 3, 4, 8]), seed=seed
+        )
         cap = np.inf if rng.random() < 0.4 else slope * share / rng.uniform(0.02, 0.95)
-        contact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap), nominal_pressure=slope * share)
+        contact = rs.solve_contact(
+            heights, grid, rs.Solid(1.0, cap), nominal_pressure=slope * share
+        )
         assert_solved(heights, grid, rs.Solid(1.0, cap), slope * share, contact)
 
 
 def test_a_load_after_others_on_the_same_heights_has_the_bits_of_one_alone():
     (heights, grid), (small, coarse) = rough(128), rough(64)
     others = rough(128, seed=1)[0]
-    cases = [(0.1, 1e-3), (0.1, 0.05), (np.inf, 1e-2), (np.inf, 10.0), (0.1, 1e-2)]  # σ_P and σ₀ over E*
+    cases = [
+        (0.1, 1e-3),
+        (0.1, 0.05),
+        (np.inf, 1e-2),
+        (np.inf, 10.0),
+        (0.1, 1e-2),
+    ]  # σ_P and σ₀ over E*
 
     def fields(surface, hardness, load, grid=grid):
         contact = rs.solve_contact(surface, grid, rs.Solid(1.0, hardness), nominal_pressure=load)

@@ -7,14 +7,27 @@ from contact_cases import UNIT, WAVE, WAVE_PRESSURE, assert_solved, rough
 import roughsim as rs
 
 ROUGH, GRID = rough()
-SHAPES = [(63, 63), (64, 128), (127, 64), (256, 64), (61, 67), (3, 3), (2, 2), (7, 5), (1, 9), (128, 1)]
+SHAPES = [
+    (63, 63),
+    (64, 128),
+    (127, 64),
+    (256, 64),
+    (61, 67),
+    (3, 3),
+    (2, 2),
+    (7, 5),
+    (1, 9),
+    (128, 1),
+]
 
 
 def waves(shape, seed=3):
     """A rough field of any shape: falling white noise."""
     noise = np.random.default_rng(seed).standard_normal(shape)
     q = np.hypot(np.fft.fftfreq(shape[0])[:, None] * shape[0], np.arange(shape[1] // 2 + 1))
-    field = np.fft.irfft2(np.fft.rfft2(noise) * np.where(q > 0, 1 / np.maximum(q, 1), 0) ** 1.8, s=shape)
+    field = np.fft.irfft2(
+        np.fft.rfft2(noise) * np.where(q > 0, 1 / np.maximum(q, 1), 0) ** 1.8, s=shape
+    )
     return 0.02 * field / field.std()
 
 
@@ -37,7 +50,9 @@ def test_a_surface_in_a_cell_of_one_to_a_thousand():
     grid = rs.Grid((64, 64), (1.0, 1000.0))
     q = np.hypot(*np.broadcast_arrays(*grid.wavevectors))
     noise = np.random.default_rng(3).standard_normal(grid.shape)
-    heights = np.fft.irfft2(np.fft.rfft2(noise) * np.where(q > 0, 1 / np.maximum(q, 1e-9) ** 1.8, 0), s=grid.shape)
+    heights = np.fft.irfft2(
+        np.fft.rfft2(noise) * np.where(q > 0, 1 / np.maximum(q, 1e-9) ** 1.8, 0), s=grid.shape
+    )
     heights *= 0.02 / heights.std()
     for load, cap in ((1e-3, np.inf), (0.05, np.inf), (0.05, 0.12)):
         solve(heights, grid, load, cap)
@@ -70,7 +85,9 @@ def test_any_units_of_length_and_pressure():
         solid = rs.Solid(pressure, 0.05 * pressure)
         scaled = rs.solve_contact(ROUGH * length, grid, solid, nominal_pressure=0.01 * pressure)
         np.testing.assert_array_equal(scaled.pressure > 0, base.pressure > 0)
-        np.testing.assert_allclose(scaled.pressure / pressure, base.pressure, rtol=0, atol=1e-9 * base.pressure.max())
+        np.testing.assert_allclose(
+            scaled.pressure / pressure, base.pressure, rtol=0, atol=1e-9 * base.pressure.max()
+        )
 
 
 @pytest.mark.parametrize("offset", [1e-3, -1e3, 1e3, 1e5])
@@ -115,11 +132,19 @@ def test_spikes_pits_ridges_and_checkerboards():
     board = 0.01 * (np.indices((64, 64)).sum(axis=0) % 2)
     ridge = np.where(np.arange(64)[:, None] == 3, 0.01, 0.0) * np.ones((1, 64))
     for heights in (spike, pit, board, ridge, board + ridge):
-        for load, cap in ((1e-6, np.inf), (1e-2, np.inf), (1.0, np.inf), (1e-2, 0.011), (1e-2, 0.5)):
+        for load, cap in (
+            (1e-6, np.inf),
+            (1e-2, np.inf),
+            (1.0, np.inf),
+            (1e-2, 0.011),
+            (1e-2, 0.5),
+        ):
             solve(heights, UNIT, load, cap)
 
 
-@pytest.mark.parametrize("fraction", [1e-6, 1e-3, 0.5, 0.9, 0.999, 0.999999, 1.0, 1.0 + 1e-9, 1.0 + 1e-6])
+@pytest.mark.parametrize(
+    "fraction", [1e-6, 1e-3, 0.5, 0.9, 0.999, 0.999999, 1.0, 1.0 + 1e-9, 1.0 + 1e-6]
+)
 def test_a_wave_along_either_axis_up_to_exactly_full_contact(fraction):
     for heights, grid in (
         (WAVE, UNIT),
@@ -128,7 +153,9 @@ def test_a_wave_along_either_axis_up_to_exactly_full_contact(fraction):
         (WAVE[:, :1].T, rs.Grid((1, 64), (1.0, 1.0))),
     ):
         area = 2 / np.pi * np.arcsin(np.sqrt(min(fraction, 1.0)))
-        assert solve(heights, grid, fraction * WAVE_PRESSURE).contact_fraction == pytest.approx(area, abs=2 / 64)
+        assert solve(heights, grid, fraction * WAVE_PRESSURE).contact_fraction == pytest.approx(
+            area, abs=2 / 64
+        )
 
 
 def test_a_ring_of_waves_and_noise_without_a_cut_off():

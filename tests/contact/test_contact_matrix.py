@@ -7,7 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from contact_cases import UNIT, WAVE, WAVE_PRESSURE, displacement_by_dft, press, q_plane, rough, violation
+from contact_cases import (
+    UNIT,
+    WAVE,
+    WAVE_PRESSURE,
+    displacement_by_dft,
+    press,
+    q_plane,
+    rough,
+    violation,
+)
 
 import roughsim as rs
 
@@ -68,10 +77,14 @@ def exact_waves():
         )
     cases["wave along y"] = replace(cases["wave at 0.5 of full contact"], heights=WAVE.T)
     cases["four ridges tied"] = Case(along_x(4), 2 * WAVE_PRESSURE, fraction=0.5, ridges=4)
-    cases["thirty-two ridges tied"] = Case(along_x(32), 0.5 * 32 * WAVE_PRESSURE, fraction=0.5, ridges=4)
+    cases["thirty-two ridges tied"] = Case(
+        along_x(32), 0.5 * 32 * WAVE_PRESSURE, fraction=0.5, ridges=4
+    )
     for shape in ((64, 1), (1, 64)):
         heights = WAVE[:, :1].reshape(shape)
-        cases[f"wave on {shape}"] = Case(heights, WAVE_PRESSURE / 2, grid=rs.Grid(shape, (1.0, 1.0)), fraction=0.5)
+        cases[f"wave on {shape}"] = Case(
+            heights, WAVE_PRESSURE / 2, grid=rs.Grid(shape, (1.0, 1.0)), fraction=0.5
+        )
     return cases
 
 
@@ -101,7 +114,9 @@ def shapes_of_the_surface():
     }
     for hurst in (0.0, 0.05, 0.5, 1.0):
         cases[f"H = {hurst:g} without a short cut-off"] = Case(rough(hurst=hurst, per_wave=2)[0])
-    steep = 0.01 * np.fft.irfft2(np.fft.rfft2(RNG.standard_normal((64, 64))) / np.maximum(q, 2 * np.pi) ** 2.2)
+    steep = 0.01 * np.fft.irfft2(
+        np.fft.rfft2(RNG.standard_normal((64, 64))) / np.maximum(q, 2 * np.pi) ** 2.2
+    )
     cases["H = 1.2, roll-off at the cell"] = Case(steep / steep.std() / 100, 1e-3)
     for over in (0.9, 0.999, 0.99999, 1.0, 1.0001, 3.0):
         cases[f"rough at {over:g} of full contact"] = Case(
@@ -121,7 +136,9 @@ def loads_and_hardnesses():
         cases[f"hardness {ratio:.9g} of the load"] = Case(
             ROUGH, 0.01, ratio * 0.01, fraction=1.0 if ratio == 1 else None, highest=highest
         )
-    cases["hardness far below E*: the bearing area"] = Case(100 * ROUGH, 1e-5, 1e-4, fraction=0.1, highest=1e-4)
+    cases["hardness far below E*: the bearing area"] = Case(
+        100 * ROUGH, 1e-5, 1e-4, fraction=0.1, highest=1e-4
+    )
     cases["slope 2, most of the contact yielded"] = Case(rough(slope=2.0)[0], 0.1, 0.15)
     return cases
 
@@ -152,9 +169,17 @@ def grids():
         falling = np.fft.irfft2(np.fft.rfft2(noise) * np.maximum(q, 1) ** -1.8 * (q > 0), s=shape)
         for name, heights in (("rough", falling / falling.std()), ("noise", noise)):
             level = np.abs(np.fft.ifft2(np.fft.fft2(heights) * q_plane(grid) / 2).real).max()
-            for word, share, cap in (("low", 1e-3, np.inf), ("middle", 0.1, np.inf), ("capped", 0.1, 0.25)):
-                cases[f"{name} on {shape} of {lengths}, {word}"] = Case(heights, share * level, cap * level, grid)
-    cases["one point"] = Case(np.ones((1, 1)), 1e-3, grid=rs.Grid((1, 1), (1.0, 1.0)), fraction=1.0, highest=1e-3)
+            for word, share, cap in (
+                ("low", 1e-3, np.inf),
+                ("middle", 0.1, np.inf),
+                ("capped", 0.1, 0.25),
+            ):
+                cases[f"{name} on {shape} of {lengths}, {word}"] = Case(
+                    heights, share * level, cap * level, grid
+                )
+    cases["one point"] = Case(
+        np.ones((1, 1)), 1e-3, grid=rs.Grid((1, 1), (1.0, 1.0)), fraction=1.0, highest=1e-3
+    )
     cases["512 × 512"] = Case(*_large())
     return cases
 
@@ -212,7 +237,9 @@ def moved():
         "shifted": Case(np.roll(ROUGH, (5, -11), (0, 1)), hardness=0.05),
         "turned by a right angle": Case(np.rot90(ROUGH), hardness=0.05),
         "mirrored": Case(ROUGH[::-1], hardness=0.05),
-        "tiled 2 × 2": Case(np.tile(ROUGH, (2, 2)), hardness=0.05, grid=rs.Grid((128, 128), (2.0, 2.0))),
+        "tiled 2 × 2": Case(
+            np.tile(ROUGH, (2, 2)), hardness=0.05, grid=rs.Grid((128, 128), (2.0, 2.0))
+        ),
     }
 
 
@@ -239,7 +266,9 @@ def test_a_lawful_problem_is_solved(name):
     if np.ptp(heights) > 0:
         assert worst(heights, case, pressure) <= 1e-6
     if case.fraction is not None:
-        assert contact.contact_fraction == pytest.approx(case.fraction, abs=2 * case.ridges / max(case.grid.shape))
+        assert contact.contact_fraction == pytest.approx(
+            case.fraction, abs=2 * case.ridges / max(case.grid.shape)
+        )
     if case.highest is not None:
         assert pressure.max() == pytest.approx(case.highest, rel=1e-9)
 
@@ -263,4 +292,6 @@ def test_a_tolerance_out_of_reach_stops_at_the_rounding_floor_and_says_so():
     with pytest.warns(RuntimeWarning, match="tolerance = 1e-30 lies below the rounding floor"):
         contact = press(ROUGH, tolerance=1e-30)
     assert violation(ROUGH, UNIT, rs.Solid(1.0), contact.pressure) <= 1e-12
-    np.testing.assert_allclose(contact.displacement, displacement_by_dft(contact.pressure, UNIT, 1.0), atol=1e-15)
+    np.testing.assert_allclose(
+        contact.displacement, displacement_by_dft(contact.pressure, UNIT, 1.0), atol=1e-15
+    )

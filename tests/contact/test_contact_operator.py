@@ -54,7 +54,9 @@ def test_the_operator_is_its_definition_by_a_dense_transform(rows, columns, kind
 def test_the_half_spectrum_is_numpys_and_comes_back(shape, kind):
     field = np.random.default_rng(1).standard_normal(shape)
     operator, back = kind(rs.Grid(shape, (1.0, 1.0)), np.float64), np.empty(shape)
-    np.testing.assert_allclose(operator.forward(field).T, np.fft.rfft2(field) / field.size, atol=1e-15)
+    np.testing.assert_allclose(
+        operator.forward(field).T, np.fft.rfft2(field) / field.size, atol=1e-15
+    )
     operator.inverse(back)
     np.testing.assert_allclose(back, field, atol=1e-14)
 
@@ -64,14 +66,19 @@ def test_the_half_spectrum_is_numpys_and_comes_back(shape, kind):
 @pytest.mark.parametrize("divided", [("rows",), ("columns",), ("rows", "columns")], ids="-".join)
 def test_block_by_block_is_the_same_as_in_one_call(shape, dtype, divided, monkeypatch):
     generator, grid = np.random.default_rng(5), rs.Grid(shape, (1.0, 1.0))
-    field, free = generator.standard_normal(shape).astype(dtype), generator.integers(0, 2, shape).astype(np.int8)
+    field, free = (
+        generator.standard_normal(shape).astype(dtype),
+        generator.integers(0, 2, shape).astype(np.int8),
+    )
     results = []
     for parts in ((), divided):
         if parts:
             for name, value in (("CACHED", 1), ("GROUP", 2), ("POINTS", shape[0] * shape[1] // 2)):
                 monkeypatch.setattr(operators, name, value)
         operator, extension = Operator(grid, dtype), Extension(grid, dtype)
-        for name in {"rows", "columns"}.difference(parts):  # several groups may be left in the one block
+        for name in {"rows", "columns"}.difference(
+            parts
+        ):  # several groups may be left in the one block
             blocks = operator.row_blocks if name == "rows" else operator.column_blocks
             blocks[:] = [(0, blocks[-1][1])]
         assert (len(operator.row_blocks) > 1, len(operator.column_blocks) > 1) == (
@@ -90,7 +97,9 @@ def test_block_by_block_is_the_same_as_in_one_call(shape, dtype, divided, monkey
         products = extension.transpose(free, four, one, two)
         results.append((one, two, three, four, np.array(products)))
     for whole, part in zip(*results, strict=True):
-        np.testing.assert_allclose(part, whole, rtol=0, atol=50 * np.finfo(dtype).eps * np.abs(whole).max())
+        np.testing.assert_allclose(
+            part, whole, rtol=0, atol=50 * np.finfo(dtype).eps * np.abs(whole).max()
+        )
 
 
 @pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
@@ -117,7 +126,9 @@ def test_without_fftw_in_reach_of_compiled_code_the_fields_are_the_same_and_it_i
         assert fourier.backend().endswith("out of reach of compiled code")
         sys.stdout.buffer.write(p.tobytes())
     """
-    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, check=False
+    )
     assert done.returncode == 0, done.stderr.decode()
     heights = np.random.default_rng(0).standard_normal((40, 36))
     grid = rs.Grid((40, 36), (1.0, 1.0))
@@ -133,7 +144,9 @@ def push_pull(weight, value, spacing):
     # both sides of a cell are doubled, or the much shorter one, or the one along which there is more than one cell
     twice = [
         n > 1 and (m == 1 or side <= 1.5 * other)
-        for n, m, side, other in zip(weight.shape, weight.shape[::-1], spacing, spacing[::-1], strict=True)
+        for n, m, side, other in zip(
+            weight.shape, weight.shape[::-1], spacing, spacing[::-1], strict=True
+        )
     ]
     factors = [2 if double else 1 for double in twice]
     shape = [-(-n // factor) for n, factor in zip(weight.shape, factors, strict=True)]
@@ -144,10 +157,16 @@ def push_pull(weight, value, spacing):
         mean[parent] += weight[i, j] * value[i, j]
     mean = np.divide(mean, total, out=np.zeros(shape), where=total > 0)
     whole = 3 if all(twice) else 1.5
-    coarse = push_pull(np.minimum(total / whole, 1), mean, [f * side for f, side in zip(factors, spacing, strict=True)])
+    coarse = push_pull(
+        np.minimum(total / whole, 1),
+        mean,
+        [f * side for f, side in zip(factors, spacing, strict=True)],
+    )
     result = np.empty(weight.shape)
     for i, j in np.ndindex(weight.shape):
-        rows, columns = (parents(k, n, double) for k, n, double in zip((i, j), shape, twice, strict=True))
+        rows, columns = (
+            parents(k, n, double) for k, n, double in zip((i, j), shape, twice, strict=True)
+        )
         linear = sum(a * b * coarse[k, m] for k, a in rows for m, b in columns)
         result[i, j] = weight[i, j] * value[i, j] + (1 - weight[i, j]) * linear
     return result
@@ -159,7 +178,9 @@ def parents(child, number, double):
     return [(child // 2, 0.75), ((child // 2 + (1 if child % 2 else -1)) % number, 0.25)]
 
 
-@pytest.mark.parametrize("shape", [(8, 8), (7, 5), (1, 6), (9, 1), (13, 16), (2, 3), (1, 1), (5, 32), (3, 2)])
+@pytest.mark.parametrize(
+    "shape", [(8, 8), (7, 5), (1, 6), (9, 1), (13, 16), (2, 3), (1, 1), (5, 32), (3, 2)]
+)
 @pytest.mark.parametrize("lengths", [(1.0, 1.0), (1.0, 20.0), (300.0, 1.0), (1.0, 1.6)])
 def test_the_extension_is_push_pull_and_its_transpose_the_transpose(shape, lengths):
     rng = np.random.default_rng(2)
@@ -172,7 +193,9 @@ def test_the_extension_is_push_pull_and_its_transpose_the_transpose(shape, lengt
     extended, gathered = field.copy(), other.copy()
     extension.extend(free, extended)
     cross, own = extension.transpose(free, gathered, step, response)
-    np.testing.assert_allclose(extended, push_pull(free.astype(float), field, grid.spacing), atol=1e-14)
+    np.testing.assert_allclose(
+        extended, push_pull(free.astype(float), field, grid.spacing), atol=1e-14
+    )
     assert np.sum(extended * other) == pytest.approx(np.sum(field * gathered), rel=1e-12)
     assert cross == pytest.approx(np.sum(gathered * response), rel=1e-12)
     assert own == pytest.approx(np.sum(free * step * response), rel=1e-12)
@@ -181,7 +204,9 @@ def test_the_extension_is_push_pull_and_its_transpose_the_transpose(shape, lengt
     load = other * (1 - free)
     change, pressure = step.copy(), rng.uniform(0.0, 2.0, shape)
     clipped, count = extension.gather_load(free, load, pressure, 1.5, change)
-    assert np.sum(field * (step - change)) == pytest.approx(np.sum(extended * load), rel=1e-11, abs=1e-12)
+    assert np.sum(field * (step - change)) == pytest.approx(
+        np.sum(extended * load), rel=1e-11, abs=1e-12
+    )
     trial = pressure + change
     assert clipped == pytest.approx(np.clip(trial, 0.0, 1.5).sum(), rel=1e-12)
     assert count == np.count_nonzero((trial >= 0.0) & (trial <= 1.5) & (free == 1))
@@ -190,7 +215,9 @@ def test_the_extension_is_push_pull_and_its_transpose_the_transpose(shape, lengt
         assert np.sum(step - change) == pytest.approx(load.sum(), rel=1e-10, abs=1e-11)
 
 
-@pytest.mark.parametrize("shape", [((32, 32), (64, 64)), ((33, 32), (65, 32)), ((50, 20), (100, 39)), ((9, 8), (5, 6))])
+@pytest.mark.parametrize(
+    "shape", [((32, 32), (64, 64)), ((33, 32), (65, 32)), ((50, 20), (100, 39)), ((9, 8), (5, 6))]
+)
 def test_a_start_on_another_grid_is_interpolated_to_second_order(shape):
     errors = []
     for factor in (1, 2):
@@ -216,7 +243,12 @@ def test_blocks_cover_all_rows_and_start_at_even_ones():
 
 
 def test_the_mean_square_compliance_is_that_of_all_modes():
-    for shape, lengths in (((6, 5), (1.0, 3.0)), ((300, 700), (1.0, 1.0)), ((1, 8), (1.0, 2.0)), ((1, 1), (1.0, 1.0))):
+    for shape, lengths in (
+        ((6, 5), (1.0, 3.0)),
+        ((300, 700), (1.0, 1.0)),
+        ((1, 8), (1.0, 2.0)),
+        ((1, 1), (1.0, 1.0)),
+    ):
         grid = rs.Grid(shape, lengths)
         qx, qy = (2 * np.pi * np.fft.fftfreq(n, a / n) for n, a in zip(shape, lengths, strict=True))
         expected = np.sqrt(np.mean(compliance(np.hypot(qx[:, None], qy)) ** 2))

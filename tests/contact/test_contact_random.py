@@ -31,7 +31,9 @@ def filtered(noise, weight):
 
 def falling(noise, q, rng):
     cut = q.max() * 30 ** -rng.random()
-    return filtered(noise, np.where((q > 0) & (q <= cut), np.maximum(q, 1e-300), np.inf) ** -rng.uniform(1, 2.2))
+    return filtered(
+        noise, np.where((q > 0) & (q <= cut), np.maximum(q, 1e-300), np.inf) ** -rng.uniform(1, 2.2)
+    )
 
 
 def block(shape):
@@ -51,8 +53,12 @@ def surface(grid, rng):
         "plateau": lambda: block(shape),
         "spikes": lambda: (rng.random(shape) < 0.02) * rng.random(shape),
         "lognormal": lambda: np.exp(rng.uniform(0.5, 3) * noise),
-        "ring": lambda: filtered(noise, abs(q - radius) < 0.1 * radius + 2 * np.pi / max(grid.lengths)),
-        "step": lambda: np.where(np.arange(shape[0])[:, None] < shape[0] // 2, 1.0, 0.0) * np.ones(shape),
+        "ring": lambda: filtered(
+            noise, abs(q - radius) < 0.1 * radius + 2 * np.pi / max(grid.lengths)
+        ),
+        "step": lambda: (
+            np.where(np.arange(shape[0])[:, None] < shape[0] // 2, 1.0, 0.0) * np.ones(shape)
+        ),
         "levels": lambda: np.round(2 * noise),
     }
     offset = 0.0 if rng.random() < 0.8 else 10 ** rng.uniform(-2, 1)
@@ -72,13 +78,19 @@ def problem(seed):
 def solve(seed):
     heights, grid, load, cap, tolerance = problem(seed)
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "tolerance = .* lies below the rounding floor", RuntimeWarning)
-        contact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap), nominal_pressure=load, tolerance=tolerance)
+        warnings.filterwarnings(
+            "ignore", "tolerance = .* lies below the rounding floor", RuntimeWarning
+        )
+        contact = rs.solve_contact(
+            heights, grid, rs.Solid(1.0, cap), nominal_pressure=load, tolerance=tolerance
+        )
     assert contact.pressure.min() >= 0.0
     assert contact.pressure.max() <= cap
     assert contact.pressure.mean() == pytest.approx(load, rel=1e-12)
     if np.ptp(heights) > 1e-14 * np.abs(heights).max():  # else flat: no displacement to judge by
-        assert violation(heights, grid, rs.Solid(1.0, cap), contact.pressure) <= max(1.1 * tolerance, 1e-11)
+        assert violation(heights, grid, rs.Solid(1.0, cap), contact.pressure) <= max(
+            1.1 * tolerance, 1e-11
+        )
 
 
 @pytest.mark.parametrize("first", range(0, 60, 20))

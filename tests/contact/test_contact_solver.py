@@ -40,7 +40,9 @@ def rough(points=64, *, slope=0.5, seed=0, per_wave=4):
 
 def outer_residual(heights, grid, cap, pressure):
     """The residual with numpy's transform and a bisected offset."""
-    waves = (2 * np.pi * np.fft.fftfreq(n, a / n) for n, a in zip(grid.shape, grid.lengths, strict=True))
+    waves = (
+        2 * np.pi * np.fft.fftfreq(n, a / n) for n, a in zip(grid.shape, grid.lengths, strict=True)
+    )
     q = np.hypot(*np.meshgrid(*waves, indexing="ij"))
     gap = np.fft.ifft2(compliance(q) * np.fft.fft2(pressure)).real - heights
     kappa = 0.5 * q[np.abs(np.fft.fft2(heights)) > 1e-9 * np.abs(np.fft.fft2(heights)).max()].max()
@@ -57,7 +59,9 @@ def outer_residual(heights, grid, cap, pressure):
 def test_the_reported_residual_holds_outside_though_steps_are_single(cap, tolerance):
     # float32 steps must not show: what rounding leaves is bounded by a tenth of the tolerance
     heights, grid = rough(256)
-    contact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.1, tolerance=tolerance)
+    contact = rs.solve_contact(
+        heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.1, tolerance=tolerance
+    )
     assert contact.residual <= tolerance
     assert outer_residual(heights, grid, cap, contact.pressure) <= 1.2 * tolerance
 
@@ -80,7 +84,9 @@ def test_work_hardly_grows_as_one_surface_is_refined(cap):
         spectrum[rows, :65] = np.fft.rfft2(coarse) * factor**2
         grid = rs.Grid((points, points), coarse_grid.lengths)
         heights = np.fft.irfft2(spectrum, s=grid.shape)
-        work.append(rs.solve_contact(heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.1).transforms)
+        work.append(
+            rs.solve_contact(heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.1).transforms
+        )
     assert max(work) < 26
     assert work[2] < 1.25 * work[0]
 
@@ -129,7 +135,9 @@ def test_buffers_of_large_grids_are_not_kept():
         grid = rs.Grid((points, points), (1.0, 1.0))
         operators = [kept_half_space(grid, np.float32) for _ in range(2)]
         assert (operators[0] is operators[1]) == same
-    many = [kept_half_space(rs.Grid((2, 2 + k), (1.0, 1.0)), np.float32) for k in range(MOST_KEPT + 1)]
+    many = [
+        kept_half_space(rs.Grid((2, 2 + k), (1.0, 1.0)), np.float32) for k in range(MOST_KEPT + 1)
+    ]
     assert kept_half_space(rs.Grid((2, 2), (1.0, 1.0)), np.float32) is not many[0]
     assert kept_half_space(rs.Grid((2, 2 + MOST_KEPT), (1.0, 1.0)), np.float32) is many[-1]
 
@@ -155,14 +163,18 @@ def test_a_new_process_gives_the_same_bits(start):
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.parametrize(("threads", "points"), [(1, 1024), (2, 1024), pytest.param(1, 2048, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("threads", "points"), [(1, 1024), (2, 1024), pytest.param(1, 2048, marks=pytest.mark.slow)]
+)
 def test_an_interrupt_ends_the_solve_soon_and_leaves_it_usable(threads, points):
     heights, grid = rough(points)
     expected = fields(1)
     old = signal.signal(signal.SIGALRM, signal.default_int_handler)
     try:
         rs.set_threads(threads)
-        signal.setitimer(signal.ITIMER_REAL, 0.1, 0.5)  # again: Python drops an interrupt in the callback of a weakref
+        signal.setitimer(
+            signal.ITIMER_REAL, 0.1, 0.5
+        )  # again: Python drops an interrupt in the callback of a weakref
         start = time.perf_counter()
         with pytest.raises(KeyboardInterrupt):
             rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.1, tolerance=1e-12)
@@ -176,7 +188,9 @@ def test_an_interrupt_ends_the_solve_soon_and_leaves_it_usable(threads, points):
 
 def test_a_stall_is_noticed_and_raised_with_the_best_field(monkeypatch):
     # every iteration counts as a stall, and exchanges are of no use
-    monkeypatch.setattr(solve, "exchange", lambda problem, work, now: now.pressure.fill(problem.load))
+    monkeypatch.setattr(
+        solve, "exchange", lambda problem, work, now: now.pressure.fill(problem.load)
+    )
     monkeypatch.setattr(solve, "PATIENCE", -1)
     heights, grid = rough()
     with pytest.raises(
@@ -190,16 +204,23 @@ def test_a_stall_is_noticed_and_raised_with_the_best_field(monkeypatch):
 def white_noise(shape, lengths):
     """Noise on every pixel, and the range of its full-contact pressure."""
     heights, grid = 0.02 * np.random.default_rng(3).standard_normal(shape), rs.Grid(shape, lengths)
-    return heights, grid, np.abs(np.fft.irfft2(np.fft.rfft2(heights) * grid.wavenumbers / 2, s=shape)).max()
+    return (
+        heights,
+        grid,
+        np.abs(np.fft.irfft2(np.fft.rfft2(heights) * grid.wavenumbers / 2, s=shape)).max(),
+    )
 
 
 @pytest.mark.parametrize("cap", [np.inf, 0.25])
 @pytest.mark.parametrize(
-    ("shape", "lengths"), [((64, 64), (1.0, 1000.0)), ((8, 8192), (1.0, 1.0)), ((301, 7), (1, 1e-3))]
+    ("shape", "lengths"),
+    [((64, 64), (1.0, 1000.0)), ((8, 8192), (1.0, 1.0)), ((301, 7), (1, 1e-3))],
 )
 def test_noise_on_every_pixel_of_oblong_cells_is_solved_with_little_work(shape, lengths, cap):
     heights, grid, full = white_noise(shape, lengths)
-    contact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap * full), nominal_pressure=0.1 * full)
+    contact = rs.solve_contact(
+        heights, grid, rs.Solid(1.0, cap * full), nominal_pressure=0.1 * full
+    )
     assert contact.transforms < 400
     assert outer_residual(heights, grid, cap * full, contact.pressure) <= 2e-6
 
@@ -207,7 +228,9 @@ def test_noise_on_every_pixel_of_oblong_cells_is_solved_with_little_work(shape, 
 @pytest.mark.parametrize("cap", [np.inf, 0.3])
 def test_exchanges_of_points_alone_lead_to_the_solution(cap):
     heights, grid = rough()
-    exact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.1, tolerance=1e-9).pressure
+    exact = rs.solve_contact(
+        heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.1, tolerance=1e-9
+    ).pressure
     problem = ScaledProblem(heights, 0.0, 1.0, grid, 0.1, cap, grid.nyquist / 4)
     work, now = started(problem, np.full(grid.shape, 0.1))
     check(problem, work, now, 1e-6, 0.5)
@@ -223,12 +246,16 @@ def test_single_precision_steps_before_an_exchange_count_their_rounding(lengths)
     work, now = started(problem, np.full(grid.shape, 0.1 * full))
     check(problem, work, now, 1e-6, 0.5)
     exchanges._solve_on_free_points(problem, work, now, 1e-13)
-    exact = np.fft.irfft2(compliance(grid.wavenumbers) * np.fft.rfft2(now.pressure.reshape(grid.shape)), s=grid.shape)
+    exact = np.fft.irfft2(
+        compliance(grid.wavenumbers) * np.fft.rfft2(now.pressure.reshape(grid.shape)), s=grid.shape
+    )
     error = np.std(now.gap.reshape(grid.shape) - (exact - heights))
     assert error < now.noise < 30 * error
 
 
-@pytest.mark.parametrize(("blur", "noise", "again"), [(0.2, 0, True), (0, 0.02, True), (0.05, 0.01, False)])
+@pytest.mark.parametrize(
+    ("blur", "noise", "again"), [(0.2, 0, True), (0, 0.02, True), (0.05, 0.01, False)]
+)
 def test_rounding_is_weighed_against_the_residual_and_against_the_worst_gap(blur, noise, again):
     # shares of the tolerance: a tenth may be rounding, and the worst point has eight times the rms rounding
     heights, grid = rough()
@@ -246,15 +273,21 @@ def test_rounding_is_weighed_against_the_residual_and_against_the_worst_gap(blur
 def test_the_displacement_follows_the_pressure_through_single_precision_steps(load, cap, lengths):
     # neither what is snapped onto a bound nor what is added to meet the load may be missing from it
     heights, grid, full = white_noise((256, 256), lengths)
-    contact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap * full), nominal_pressure=load * full)
-    exact = np.fft.irfft2(compliance(grid.wavenumbers) * np.fft.rfft2(contact.pressure), s=grid.shape)
+    contact = rs.solve_contact(
+        heights, grid, rs.Solid(1.0, cap * full), nominal_pressure=load * full
+    )
+    exact = np.fft.irfft2(
+        compliance(grid.wavenumbers) * np.fft.rfft2(contact.pressure), s=grid.shape
+    )
     assert np.abs(contact.displacement - exact).max() <= 3e-7 * np.ptp(exact)
 
 
 def test_a_step_moves_no_point_further_than_it_says():
     # bounds are met exactly, but by no more than the rounding of the step itself: all points near one share its sign
     rng, cap, slack = np.random.default_rng(4), 1.0, np.float64(2.0 * np.finfo(np.float32).eps)
-    pressure = np.concatenate([1.0 - 10.0 ** rng.uniform(-16, -4, 500), 10.0 ** rng.uniform(-16, -4, 500)])
+    pressure = np.concatenate(
+        [1.0 - 10.0 ** rng.uniform(-16, -4, 500), 10.0 ** rng.uniform(-16, -4, 500)]
+    )
     step = (rng.uniform(-0.9, 0.9, 1000) * np.minimum(pressure, 1 - pressure)).astype(np.float32)
     step[::5] = (np.where(pressure > 0.5, cap, 0.0) - pressure)[::5]
     moved, still = pressure.copy(), np.zeros(1000)
@@ -288,7 +321,10 @@ def started(problem, pressure):
 def test_the_worst_point_is_judged_against_the_range_of_its_own_displacement(share):
     # the start has the whole load on a few points: a displacement far beyond that of the solution
     heights, grid = rough()
-    problem, pressure = ScaledProblem(heights, 0.0, 1.0, grid, 0.05, np.inf, grid.nyquist / 4), np.zeros(grid.shape)
+    problem, pressure = (
+        ScaledProblem(heights, 0.0, 1.0, grid, 0.05, np.inf, grid.nyquist / 4),
+        np.zeros(grid.shape),
+    )
     pressure.flat[: max(int(share * 64), 1)] = 1.0
     found = solve.solve_level(problem, pressure, 1e-3, 1000, final=True)
     exact = np.fft.irfft2(compliance(grid.wavenumbers) * np.fft.rfft2(found.pressure), s=grid.shape)
@@ -303,7 +339,10 @@ def test_the_worst_point_is_judged_against_the_range_of_its_own_displacement(sha
 def test_exchanges_that_lead_in_circles_are_led_out(seed):
     grid = rs.Grid((293, 9), (502.0, 0.03))
     heights = np.exp(1.5 * np.random.default_rng(seed).standard_normal(grid.shape))
-    load = 4e-4 * np.abs(np.fft.irfft2(np.fft.rfft2(heights) * grid.wavenumbers / 2, s=grid.shape)).max()
+    load = (
+        4e-4
+        * np.abs(np.fft.irfft2(np.fft.rfft2(heights) * grid.wavenumbers / 2, s=grid.shape)).max()
+    )
     contact = rs.solve_contact(heights, grid, rs.Solid(1.0, 1.3 * load), nominal_pressure=load)
     assert outer_residual(heights, grid, 1.3 * load, contact.pressure) <= 2e-6
 

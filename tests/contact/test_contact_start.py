@@ -32,7 +32,9 @@ def on_half_the_points(solid):
 STARTS = {
     "slid by one pixel": lambda solid: solved(solid, slid=0),
     "a tenth more load": lambda solid: solved(solid, slid=1, load=1.1 * LOAD),
-    "half the load, in single precision": lambda solid: solved(solid, slid=1, load=0.5 * LOAD, precision="single"),
+    "half the load, in single precision": lambda solid: solved(
+        solid, slid=1, load=0.5 * LOAD, precision="single"
+    ),
     "half the points": on_half_the_points,
 }
 
@@ -51,7 +53,10 @@ def test_a_solve_from_an_earlier_contact_meets_the_same_tolerance(start, solid):
 @pytest.mark.parametrize("solid", SOLIDS.values(), ids=SOLIDS)
 def test_an_earlier_contact_saves_work(solid):
     cold = solved(solid, slid=1)
-    itself, coarse = solved(solid, slid=1, start=cold), solved(solid, slid=1, start=on_half_the_points(solid))
+    itself, coarse = (
+        solved(solid, slid=1, start=cold),
+        solved(solid, slid=1, start=on_half_the_points(solid)),
+    )
     assert itself.transforms < 0.5 * cold.transforms
     assert coarse.transforms < 0.95 * cold.transforms
 
@@ -60,7 +65,10 @@ def strange_starts(contact):
     """Contacts of other surfaces, other grids, and no contact at all."""
     rng = np.random.default_rng(5)
     for shape in ((64, 64), (1, 1), (7, 5), (100, 30), (2, 130)):
-        pressure, displacement = rng.exponential(size=shape) * (rng.random(shape) < 0.3), rng.standard_normal(shape)
+        pressure, displacement = (
+            rng.exponential(size=shape) * (rng.random(shape) < 0.3),
+            rng.standard_normal(shape),
+        )
         pressure[0, 0] = 1.0
         for scale in (1e-9, 1.0, 1e9):
             yield replace(contact, pressure=scale * pressure, displacement=scale * displacement)

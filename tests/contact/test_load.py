@@ -25,7 +25,9 @@ def offset_of(p, gap, stiffness, cap, target, guess):
         return (gap - p / stiffness).min(), (gap + (enough - p) / stiffness).max()
 
     total, inside = sums(guess)
-    return *find_offset(sums, bracket, stiffness, target, (guess, total - target, inside)), len(asked)
+    return *find_offset(sums, bracket, stiffness, target, (guess, total - target, inside)), len(
+        asked
+    )
 
 
 def shift_of(p, change, free, cap, target, accuracy):
@@ -41,7 +43,12 @@ def test_the_offset_and_the_shift_meet_the_load(cap):
     generator = np.random.default_rng(6)
     p, gap = generator.random(1000), generator.standard_normal(1000)
     for target in (1e-3, 30.0, 700.0):
-        expected = brentq(lambda d: clipped(p - 0.7 * (gap - d), cap).sum() - target, -20.0, 20.0, xtol=1e-14)  # noqa: B023
+        expected = brentq(
+            lambda d, target=target: clipped(p - 0.7 * (gap - d), cap).sum() - target,
+            -20.0,
+            20.0,
+            xtol=1e-14,
+        )
         for guess in (expected + 0.1, -5.0, 5.0):  # near, without contact, and far beyond
             offset, excess, number, _ = offset_of(p, gap, 0.7, cap, target, guess)
             assert offset == pytest.approx(expected, abs=1e-12)
@@ -77,7 +84,9 @@ def test_a_point_that_joins_at_the_last_moment_is_allowed_for():
 
 
 def test_a_shift_counts_where_rounding_leaves_nothing_better_but_not_where_it_leaves_too_much():
-    found, shift = shift_of(np.ones(1), np.zeros(1), np.ones(1), np.inf, 1 / 3, 0.0)  # 1 + shift is never 1/3 exactly
+    found, shift = shift_of(
+        np.ones(1), np.zeros(1), np.ones(1), np.inf, 1 / 3, 0.0
+    )  # 1 + shift is never 1/3 exactly
     assert found
     assert shift == pytest.approx(-2 / 3, abs=1e-15)
     assert not shift_of(np.ones(1), np.zeros(1), np.ones(1), np.inf, 1e-20, 1e-15)[0]

@@ -61,16 +61,21 @@ def test_patches_join_by_their_sides_and_over_the_sides_of_the_cell():
     assert found.unresolved_share == 1.0
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (2, 2), (2, 7), (3, 3), (17, 30), (40, 40)])
+@pytest.mark.parametrize(
+    "shape", [(1, 1), (1, 9), (9, 1), (2, 2), (2, 7), (3, 3), (17, 30), (40, 40)]
+)
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.7])
 def test_patches_are_what_filling_them_finds(shape, share):
     rng = np.random.default_rng(3)
     for _ in range(5):
         mask = rng.random(shape) < share
         np.testing.assert_array_equal(
-            rs.contact_patches(mask, rs.Grid(shape, (1.0, 1.0))).pixels[::-1], flooded(mask, periodic=True)
+            rs.contact_patches(mask, rs.Grid(shape, (1.0, 1.0))).pixels[::-1],
+            flooded(mask, periodic=True),
         )
-        np.testing.assert_array_equal(np.sort(patch_sizes(mask, periodic=False)), flooded(mask, periodic=False))
+        np.testing.assert_array_equal(
+            np.sort(patch_sizes(mask, periodic=False)), flooded(mask, periodic=False)
+        )
 
 
 def test_patches_do_not_depend_on_where_the_cell_begins():
@@ -78,8 +83,12 @@ def test_patches_do_not_depend_on_where_the_cell_begins():
     grid = rs.Grid(mask.shape, (1.0, 1.0))
     whole = rs.contact_patches(mask, grid).pixels
     for shift in ((7, 0), (0, 11), (30, 19)):
-        np.testing.assert_array_equal(rs.contact_patches(np.roll(mask, shift, (0, 1)), grid).pixels, whole)
-    np.testing.assert_array_equal(rs.contact_patches(mask.T, rs.Grid((20, 31), (1.0, 1.0))).pixels, whole)
+        np.testing.assert_array_equal(
+            rs.contact_patches(np.roll(mask, shift, (0, 1)), grid).pixels, whole
+        )
+    np.testing.assert_array_equal(
+        rs.contact_patches(mask.T, rs.Grid((20, 31), (1.0, 1.0))).pixels, whole
+    )
 
 
 def test_an_empty_contact_has_no_patch_and_full_contact_one():
@@ -149,17 +158,23 @@ def test_sides_between_nothing_and_the_hardness_are_not_corrected():
 def test_corrected_fractions_keep_their_order():
     rng = np.random.default_rng(0)
     for share in (0.05, 0.3, 0.6, 0.95):
-        pressure = rng.choice([0.0, 1.0, 2.0], size=(30, 30), p=[(1 - share) / 2, share, (1 - share) / 2])
+        pressure = rng.choice(
+            [0.0, 1.0, 2.0], size=(30, 30), p=[(1 - share) / 2, share, (1 - share) / 2]
+        )
         contact, plastic = rs.corrected_fractions(pressure, 2.0)
         assert 0 <= plastic <= contact <= 1
 
 
 def test_areas_are_corrected_alike_in_a_cell_that_is_counted_in_several_blocks():
-    kinds = np.random.default_rng(3).choice([0.0, 1.0, 2.0], size=(700, 1000))  # three blocks, the last one shorter
+    kinds = np.random.default_rng(3).choice(
+        [0.0, 1.0, 2.0], size=(700, 1000)
+    )  # three blocks, the last one shorter
     empty, elastic, yielded = (kinds == value for value in (0.0, 1.0, 2.0))
 
     def sides(other):
-        return sum(np.sum(elastic & np.roll(other, way, axis)) for axis in (0, 1) for way in (1, -1))
+        return sum(
+            np.sum(elastic & np.roll(other, way, axis)) for axis in (0, 1) for way in (1, -1)
+        )
 
     strip = 0.1 / kinds.size
     expected = 1 - empty.mean() - strip * sides(empty), yielded.mean() + strip * sides(yielded)
@@ -167,7 +182,9 @@ def test_areas_are_corrected_alike_in_a_cell_that_is_counted_in_several_blocks()
 
 
 def solved(heights, grid, load, hardness=np.inf, tolerance=1e-6):
-    return rs.solve_contact(heights, grid, rs.Solid(1.0, hardness), nominal_pressure=load, tolerance=tolerance)
+    return rs.solve_contact(
+        heights, grid, rs.Solid(1.0, hardness), nominal_pressure=load, tolerance=tolerance
+    )
 
 
 def test_the_area_of_a_hertz_contact_errs_by_a_pixel_less_after_correction():
@@ -180,7 +197,11 @@ def test_the_area_of_a_hertz_contact_errs_by_a_pixel_less_after_correction():
             x, y = ((np.arange(points) + shift) / points - 0.5 for shift in (x0, y0))
             force = 4 * reach**3 / (3 * radius)
             area = np.pi * reach**2 * (1 + 2 * radius * lattice / 4 * force / np.pi) ** (-2 / 3)
-            contact = solved(-np.add.outer(x**2, y**2) / (2 * radius), rs.Grid((points, points), (1.0, 1.0)), force)
+            contact = solved(
+                -np.add.outer(x**2, y**2) / (2 * radius),
+                rs.Grid((points, points), (1.0, 1.0)),
+                force,
+            )
             cut = rs.corrected_area(contact.pressure > 0, rs.Grid((points, points), (1.0, 1.0)))
             errors.append([contact.contact_fraction / area - 1, cut / area - 1])
         means = np.mean(errors, axis=0)
@@ -197,14 +218,21 @@ def test_a_wave_turned_on_the_grid_has_its_exact_area_on_average_over_all_direct
     # an edge in its direction, cos + sin; by itself each errs by up to .09 pixel along its edge
     rng, points, height = np.random.default_rng(4), 256, 1e-3
     grid = rs.Grid((points, points), (1.0, 1.0))
-    vectors = [(a, b) for a in range(14) for b in range(a + 1) if 8 <= np.hypot(a, b) <= 13 and np.gcd(a, b) == 1]
+    vectors = [
+        (a, b)
+        for a in range(14)
+        for b in range(a + 1)
+        if 8 <= np.hypot(a, b) <= 13 and np.gcd(a, b) == 1
+    ]
     vectors.append((11, 0))
     vectors.sort(key=lambda each: each[1] / each[0])
     x = np.arange(points) / points
     raw, left = [], []  # error of the area over the sides of its edge, in pixels
     for a, b in vectors:
         over, sides = np.zeros(2), 0.0
-        for load, phase in zip(rng.uniform(0.1, 0.6, 3), rng.uniform(0.0, 2.0 * np.pi, 3), strict=True):
+        for load, phase in zip(
+            rng.uniform(0.1, 0.6, 3), rng.uniform(0.0, 2.0 * np.pi, 3), strict=True
+        ):
             heights = height * np.cos(2 * np.pi * np.add.outer(a * x, b * x) + phase)
             contact = solved(heights, grid, load * np.pi * height * np.hypot(a, b))
             mask = contact.pressure > 0
@@ -227,7 +255,9 @@ def test_the_bisinusoidal_wave_leaves_its_last_holes_as_known():
         areas = []
         for shift in (0.0, 0.21, 0.37, 0.5):
             wave = np.cos(2 * np.pi * (np.arange(384) + shift) / 384)
-            contact = solved(0.01 * np.outer(wave, wave), grid, share * np.sqrt(2) * np.pi * 0.01, tolerance=1e-7)
+            contact = solved(
+                0.01 * np.outer(wave, wave), grid, share * np.sqrt(2) * np.pi * 0.01, tolerance=1e-7
+            )
             areas.append(rs.corrected_area(contact.pressure > 0, grid))
         assert np.mean(areas) == pytest.approx(known, abs=0.25 * (1 - share) ** 2 + 5e-5)
 
@@ -256,7 +286,9 @@ def test_corrected_areas_of_rough_contact_are_the_limit_of_counted_ones(load):
     corrected = {}
     for points in (64, 128, 256, 512):  # 4 to 32 pixels per shortest wave
         counted[points], corrected[points] = fractions(points, load, np.inf)[:, 0]
-    limit = 2 * counted[512] - counted[256]  # the strip along the edge is in proportion to the pixel
+    limit = (
+        2 * counted[512] - counted[256]
+    )  # the strip along the edge is in proportion to the pixel
     for points in (64, 128, 256):
         assert counted[points] / limit - 1 > 1.6 / points
         assert abs(corrected[points] - limit) < 0.25 * (counted[points] - limit)
@@ -278,13 +310,18 @@ def test_a_yielding_wave_is_too_narrow_by_as_much_as_a_touching_one_is_too_wide(
     flattening = np.pi * 0.01
     wide, narrow = [], []
     for points, phase in itertools.product((41, 81), (np.arange(6) + 0.3) / 6):
-        grid, angle = rs.Grid((points, 1), (1.0, 1.0)), 2 * np.pi * (np.arange(points) + phase) / points
+        grid, angle = (
+            rs.Grid((points, 1), (1.0, 1.0)),
+            2 * np.pi * (np.arange(points) + phase) / points,
+        )
         heights = 0.01 * np.cos(angle)[:, None]
         for exact in np.linspace(0.25, 0.5, 20, endpoint=False):
             share = np.sin(np.pi / 2 * exact) ** 2
             touching = solved(heights, grid, share * flattening)
             yielding = solved(-heights, grid, (10 - share) * flattening, 10 * flattening)
-            np.testing.assert_array_equal(touching.pressure == 0, yielding.pressure == 10 * flattening)
+            np.testing.assert_array_equal(
+                touching.pressure == 0, yielding.pressure == 10 * flattening
+            )
             wide.append((touching.contact_fraction - exact) * points / 2)
             narrow.append((1 - exact - yielding.plastic_fraction) * points / 2)
     assert np.mean(wide) == pytest.approx(0.19, abs=0.006)
@@ -301,7 +338,12 @@ def test_the_area_grows_with_the_load_at_the_known_slope():
         for seed in range(16):
             heights, grid = rough(256, seed, waves=32, roll_off=8)
             contact = solved(heights, grid, load, tolerance=1e-4)
-            slopes.append([contact.contact_fraction / load, rs.corrected_area(contact.pressure > 0, grid) / load])
+            slopes.append(
+                [
+                    contact.contact_fraction / load,
+                    rs.corrected_area(contact.pressure > 0, grid) / load,
+                ]
+            )
         raw, mean = np.mean(slopes, axis=0)
         error = 4 * np.std(slopes, axis=0, ddof=1) / 4
         assert low + error[1] < mean < high - error[1]
@@ -324,7 +366,11 @@ def test_measured_fractions_are_those_of_the_pressure():
     ("mask", "error", "message"),
     [
         (np.ones((8, 12)), TypeError, "mask has dtype float64; give true or false for each pixel"),
-        (np.ones((12, 8), bool), ValueError, r"mask has shape \(12, 8\), but the grid has shape \(8, 12\)"),
+        (
+            np.ones((12, 8), bool),
+            ValueError,
+            r"mask has shape \(12, 8\), but the grid has shape \(8, 12\)",
+        ),
         (True, ValueError, r"mask has shape \(\)"),
     ],
 )

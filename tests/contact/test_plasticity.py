@@ -68,7 +68,9 @@ def test_the_rigid_limit_cuts_the_peaks_off():
     heights *= 1e4
     _, deformed = press(heights, grid, rs.Solid(1.0, 1e-4), 1e-5)
     plane = np.quantile(heights, 0.9)
-    np.testing.assert_allclose(deformed.heights, np.minimum(heights, plane), rtol=0, atol=2e-3 * np.ptp(heights))
+    np.testing.assert_allclose(
+        deformed.heights, np.minimum(heights, plane), rtol=0, atol=2e-3 * np.ptp(heights)
+    )
     assert deformed.flat_height == pytest.approx(plane, abs=2e-3 * np.ptp(heights))
 
 
@@ -88,7 +90,9 @@ def test_elastic_contact_leaves_nothing_behind(hardness):
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-9])
 @pytest.mark.parametrize(("load", "hardness"), [(0.03, 0.1), (0.01, 0.5), (0.05, 0.06), (0.6, 0.7)])
-def test_the_deformed_surface_repeats_the_pressures_elastically_and_without_new_yielding(tolerance, load, hardness):
+def test_the_deformed_surface_repeats_the_pressures_elastically_and_without_new_yielding(
+    tolerance, load, hardness
+):
     heights, grid = rough()
     solid = rs.Solid(1.0, hardness)
     contact, deformed = press(heights, grid, solid, load, tolerance)
@@ -115,7 +119,10 @@ def hard_surfaces():
         "prime": rough(61),
         "oblong": (rough(64)[0], rs.Grid((64, 64), (1.0, 3.0))),
         "3 × 3": (0.01 * rng.standard_normal((3, 3)), rs.Grid((3, 3), (1.0, 1.0))),
-        "1 × 128": (0.01 * np.cumsum(rng.standard_normal((1, 128))).reshape(1, 128), rs.Grid((1, 128), (1.0, 1.0))),
+        "1 × 128": (
+            0.01 * np.cumsum(rng.standard_normal((1, 128))).reshape(1, 128),
+            rs.Grid((1, 128), (1.0, 1.0)),
+        ),
     }
 
 
@@ -127,7 +134,9 @@ HARD = hard_surfaces()
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-9])
 def test_pressures_repeat_on_hard_surfaces(name, tolerance):
     heights, grid = HARD[name]
-    q = np.hypot(*np.meshgrid(*(np.fft.fftfreq(n, d) for n, d in zip(grid.shape, grid.spacing, strict=True)))).T
+    q = np.hypot(
+        *np.meshgrid(*(np.fft.fftfreq(n, d) for n, d in zip(grid.shape, grid.spacing, strict=True)))
+    ).T
     flattening = np.abs(np.fft.ifft2(np.fft.fft2(heights) * np.pi * q)).max()
     for share in (1e-3, 0.1, 0.9):
         for ratio in (1.0001, 2.0, 50.0):
@@ -142,7 +151,11 @@ def test_pressures_repeat_on_hard_surfaces(name, tolerance):
 def test_a_load_that_returns_again_and_again_deforms_once():
     heights, grid = rough(64)
     first, *later = rs.follow_loads(
-        heights, grid, rs.Solid(1.0, 0.1), nominal_pressures=[0.03, 0.003] * 10 + [0.03], tolerance=1e-8
+        heights,
+        grid,
+        rs.Solid(1.0, 0.1),
+        nominal_pressures=[0.03, 0.003] * 10 + [0.03],
+        tolerance=1e-8,
     )
     added = sum(step.deformation.volume for step in later)
     assert added < 1e-7 * first.deformation.volume
@@ -157,9 +170,13 @@ def test_unloading_is_elastic_and_keeps_more_contact_than_loading(share):
     up, _ = press(heights, grid, solid, share * peak)
     free, _ = press(deformed.heights, grid, rs.Solid(1.0), share * peak)
     assert down.plastic_fraction == more.volume == 0.0
-    np.testing.assert_allclose(down.pressure, free.pressure, rtol=0, atol=1e-7 * solid.penetration_hardness)
+    np.testing.assert_allclose(
+        down.pressure, free.pressure, rtol=0, atol=1e-7 * solid.penetration_hardness
+    )
     assert down.contact_fraction > up.contact_fraction
-    assert (down.pressure <= top.pressure + 1e-7).all()  # a body that is relieved is relieved everywhere
+    assert (
+        down.pressure <= top.pressure + 1e-7
+    ).all()  # a body that is relieved is relieved everywhere
 
 
 def test_loads_in_steps_deform_as_the_highest_at_once():
@@ -170,7 +187,9 @@ def test_loads_in_steps_deform_as_the_highest_at_once():
     contact, deformed = press(heights, grid, solid, path[-1])
     total = sum(step.deformation.displacement for step in steps)
     np.testing.assert_allclose(total, deformed.displacement, rtol=0, atol=1e-7 * np.ptp(heights))
-    np.testing.assert_allclose(steps[-1].deformation.heights, deformed.heights, rtol=0, atol=1e-7 * np.ptp(heights))
+    np.testing.assert_allclose(
+        steps[-1].deformation.heights, deformed.heights, rtol=0, atol=1e-7 * np.ptp(heights)
+    )
     np.testing.assert_allclose(steps[-1].contact.pressure, contact.pressure, rtol=0, atol=1e-7)
     assert [step.deformation.volume > 0 for step in steps] == [True, False, True, False, True]
 
@@ -180,7 +199,9 @@ def test_the_work_of_loading_is_elastic_energy_and_hardness_times_volume():
     heights, grid = rough(64, slope=1.0)
     solid, errors = rs.Solid(1.0, 0.3), []
     for count in (8, 16, 32):
-        loads = 0.1 * (np.arange(1, count + 1) / count) ** 2  # the flat first moves far at small loads
+        loads = (
+            0.1 * (np.arange(1, count + 1) / count) ** 2
+        )  # the flat first moves far at small loads
         pressed = [press(heights, grid, solid, load, 1e-8) for load in loads]
         z = np.array([heights.max()] + [deformed.flat_height for _, deformed in pressed])
         force = np.concatenate([[0.0], loads])
@@ -201,7 +222,9 @@ def test_lengths_and_pressures_carry_their_units():
     length, modulus = 1e-6, 1e11
     small = rs.Grid(grid.shape, (length, length))
     _, scaled = press(heights * length, small, rs.Solid(modulus, 0.1 * modulus), 0.03 * modulus)
-    np.testing.assert_allclose(scaled.displacement / length, base.displacement, rtol=0, atol=1e-8 * np.ptp(heights))
+    np.testing.assert_allclose(
+        scaled.displacement / length, base.displacement, rtol=0, atol=1e-8 * np.ptp(heights)
+    )
     assert scaled.volume / length**3 == pytest.approx(base.volume, rel=1e-7)
     assert scaled.flat_height / length == pytest.approx(base.flat_height, rel=1e-7)
 
@@ -220,11 +243,16 @@ def test_single_precision_fields_know_what_has_yielded():
     heights, grid = rough(64)
     solid = rs.Solid(1.0, 0.1)  # 0.1 is no number of either precision
     double, single = (
-        rs.solve_contact(heights, grid, solid, nominal_pressure=0.03, precision=word) for word in ("double", "single")
+        rs.solve_contact(heights, grid, solid, nominal_pressure=0.03, precision=word)
+        for word in ("double", "single")
     )
-    wide, narrow = (rs.plastic_deformation(contact, heights, grid, solid) for contact in (double, single))
+    wide, narrow = (
+        rs.plastic_deformation(contact, heights, grid, solid) for contact in (double, single)
+    )
     assert narrow.displacement.dtype == np.float64
-    np.testing.assert_allclose(narrow.displacement, wide.displacement, rtol=0, atol=1e-6 * np.ptp(heights))
+    np.testing.assert_allclose(
+        narrow.displacement, wide.displacement, rtol=0, atol=1e-6 * np.ptp(heights)
+    )
     assert narrow.volume == pytest.approx(wide.volume, rel=1e-4)
 
 
@@ -234,11 +262,16 @@ def test_fields_of_another_contact_are_refused():
     contact, deformed = press(heights, grid, solid, 0.03, 1e-6)
     other, _ = rough(64, seed=1)
     for wrong in (other, heights.T, -heights, 1.001 * heights):
-        with pytest.raises(ValueError, match=r"heights: the gap over the elastic contact varies by .* m"):
+        with pytest.raises(
+            ValueError, match=r"heights: the gap over the elastic contact varies by .* m"
+        ):
             rs.plastic_deformation(contact, wrong, grid, solid)
     with pytest.raises(ValueError, match=r"heights has shape \(32, 64\)"):
         rs.plastic_deformation(contact, heights[:32], grid, solid)
-    with pytest.raises(ValueError, match=r"pressure = 0 to 0.1 Pa leaves the range .* penetration_hardness = 0.09 Pa"):
+    with pytest.raises(
+        ValueError,
+        match=r"pressure = 0 to 0.1 Pa leaves the range .* penetration_hardness = 0.09 Pa",
+    ):
         rs.plastic_deformation(contact, heights, grid, rs.Solid(1.0, 0.09))
     with pytest.raises(ValueError, match="heights: the gap"):  # what has yielded is not elastic
         rs.plastic_deformation(contact, heights, grid, rs.Solid(1.0))

@@ -59,7 +59,11 @@ speed = [0.1, 35]
 heat_partition = 0.9
 {numerics}
 """
-COMMANDS = {"one writer": (1, 1), "two workers": (1, 2), "three processes": (3, 1)}  # commands at once, workers of each
+COMMANDS = {
+    "one writer": (1, 1),
+    "two workers": (1, 2),
+    "three processes": (3, 1),
+}  # commands at once, workers of each
 
 
 @dataclass
@@ -104,7 +108,12 @@ def compute(verb, scene, home, workers):
 
 def stored(folder):
     """Return the files of all members below a folder; other folders in it may vanish meanwhile."""
-    found = [Path(home) / name for home, _, names in os.walk(folder) if home.endswith("realizations") for name in names]
+    found = [
+        Path(home) / name
+        for home, _, names in os.walk(folder)
+        if home.endswith("realizations")
+        for name in names
+    ]
     return sorted(path for path in found if path.match("L*.h5"))
 
 
@@ -135,7 +144,9 @@ def assert_same_bits(folder, undisturbed):
             for number, values in other.numbers.items():
                 np.testing.assert_array_equal(one.numbers[number], values)
         assert mine.provenance.get("directions") == theirs.provenance.get("directions")
-    found, expected = (rs.open_run(home).estimate("flash_temperature") for home in (folder, undisturbed))
+    found, expected = (
+        rs.open_run(home).estimate("flash_temperature") for home in (folder, undisturbed)
+    )
     np.testing.assert_array_equal(found.mean, expected.mean)
     np.testing.assert_array_equal(found.total_error, expected.total_error)
     left = [path for path in folder.glob("**/*") if path.suffix == ".tmp" or path.name == "claims"]
@@ -154,7 +165,9 @@ class Storm:
 
     def start(self, home):
         """Start a process that computes a run; a fork has all compiled functions loaded."""
-        process = get_context("fork").Process(target=compute, args=(self.verb, self.scene, home, self.workers))
+        process = get_context("fork").Process(
+            target=compute, args=(self.verb, self.scene, home, self.workers)
+        )
         process.start()
         return process
 
@@ -234,7 +247,9 @@ def main():
         for mode in COMMANDS:
             if options.only in f"{verb}, {mode}":
                 began = time.monotonic()
-                tally = Storm(options.output / f"{verb}-{mode.replace(' ', '-')}", verb, mode).rage(options.kills)
+                tally = Storm(options.output / f"{verb}-{mode.replace(' ', '-')}", verb, mode).rage(
+                    options.kills
+                )
                 print(f"{verb}, {mode}: {tally}; {time.monotonic() - began:.0f} s", flush=True)
 
 

@@ -84,7 +84,9 @@ def assert_same_bits(folder, scene, alone, count):
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")  # fork: its threads have ended
+@pytest.mark.filterwarnings(
+    "ignore:.*multi-threaded:DeprecationWarning"
+)  # fork: its threads have ended
 @pytest.mark.parametrize("verb", ["run", "press"])
 @pytest.mark.parametrize("mode", ["one writer", "two workers", "three processes"])
 def test_a_storm_of_kills_changes_no_bit(tmp_path, verb, mode):
@@ -107,7 +109,9 @@ def test_suspended_processes_delay_an_array_and_change_no_bit(quick, scene_file,
 
 
 @pytest.mark.slow
-def test_levels_in_half_the_cell_have_the_same_bits_after_a_kill_in_the_middle(capped_scene, tmp_path):
+def test_levels_in_half_the_cell_have_the_same_bits_after_a_kill_in_the_middle(
+    capped_scene, tmp_path
+):
     half = {"column": "capped", "shape": [64, 64], "q_max": 1e5, "cell": "half"}
     levels = ({"column": "capped", "shape": [64, 64], "q_max": 5e4}, half)
     scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels))
@@ -165,8 +169,23 @@ def test_a_full_or_closed_terminal_stops_no_run(scene_file, tmp_path, reader):
     rs.run(rs.load_scene(scene_file), folder, max_realizations=1)
     path = member_path(folder, 0, 0)
     path.write_bytes(path.read_bytes()[:-1])  # worth a warning
-    words = [sys.executable, "-m", "roughsim.cli", "run", scene_file, "-o", folder, "--workers", "1", "--max", "14"]
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": ""}  # buffers are written at the end too
+    words = [
+        sys.executable,
+        "-m",
+        "roughsim.cli",
+        "run",
+        scene_file,
+        "-o",
+        folder,
+        "--workers",
+        "1",
+        "--max",
+        "14",
+    ]
+    environment = os.environ | {
+        "PYTHONPATH": str(ROOT),
+        "PYTHONUNBUFFERED": "",
+    }  # buffers are written at the end too
     if reader == "full":
         with open("/dev/full", "w") as full:
             done = subprocess.run(words, env=environment, stderr=full, check=False)
@@ -182,7 +201,12 @@ def test_a_full_or_closed_terminal_stops_no_run(scene_file, tmp_path, reader):
 @pytest.mark.slow
 def test_a_scheduler_of_dask_that_dies_ends_the_run_with_a_sentence(quick, tmp_path):
     distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
-    options = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    options = {
+        "n_workers": 1,
+        "threads_per_worker": 1,
+        "processes": False,
+        "dashboard_address": None,
+    }
     cluster = distributed.LocalCluster(**options)
     client = distributed.Client(cluster)
 
@@ -192,7 +216,15 @@ def test_a_scheduler_of_dask_that_dies_ends_the_run_with_a_sentence(quick, tmp_p
 
     executor = client.get_executor(pure=False)
     with pytest.raises(RuntimeError, match="its scheduler or its workers have ended"):
-        rs.run(quick, tmp_path / "run", max_realizations=100, until={}, executor=executor, workers=2, observer=end)
+        rs.run(
+            quick,
+            tmp_path / "run",
+            max_realizations=100,
+            until={},
+            executor=executor,
+            workers=2,
+            observer=end,
+        )
     client.close()
     assert rs.run(quick, tmp_path / "run", max_realizations=4, until={}).realizations == 4
 
@@ -218,7 +250,9 @@ def test_ray_gives_the_same_bits(quick, tmp_path):
 
     ray.init(num_cpus=2, include_dashboard=False)
     try:
-        rs.run(quick, tmp_path / "run", max_realizations=6, until={}, executor=RayExecutor(), workers=2)
+        rs.run(
+            quick, tmp_path / "run", max_realizations=6, until={}, executor=RayExecutor(), workers=2
+        )
     finally:
         ray.shutdown()
     assert_same_bits(tmp_path / "run", quick, tmp_path / "alone", 6)

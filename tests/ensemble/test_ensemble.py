@@ -47,9 +47,13 @@ def test_a_member_is_the_surface_of_its_stream(capped_scene):
     np.testing.assert_array_equal(one.heights, rs.synthesize(spectrum, numerics.grid(2), stream))
 
 
-def test_the_lowest_levels_of_both_columns_see_the_same_modes_and_a_higher_one_its_own(capped_scene):
+def test_the_lowest_levels_of_both_columns_see_the_same_modes_and_a_higher_one_its_own(
+    capped_scene,
+):
     numerics = rs.plan(capped_scene)
-    smooth, coarse, fine = (rs.realize(capped_scene, numerics, seed=3, level=k, index=0).heights for k in range(3))
+    smooth, coarse, fine = (
+        rs.realize(capped_scene, numerics, seed=3, level=k, index=0).heights for k in range(3)
+    )
     modes = [np.fft.fft2(heights) / heights.size for heights in (smooth, coarse, fine)]
     low = (slice(0, 8), slice(0, 8))
     q = numerics.grid(0).wavenumbers[low]
@@ -63,10 +67,16 @@ def test_each_level_solves_what_its_column_says(capped_scene):
     from theory import plasticity
 
     numerics = rs.plan(capped_scene)
-    smooth, coarse, fine = (rs.realize(capped_scene, numerics, seed=3, level=k, index=0) for k in range(3))
+    smooth, coarse, fine = (
+        rs.realize(capped_scene, numerics, seed=3, level=k, index=0) for k in range(3)
+    )
     assert smooth.contact.pressure.max() > 1e9  # elastic: above the hardness
     assert coarse.contact.pressure.max() == fine.contact.pressure.max() == 1e9
-    pressures = {"effective_modulus": 1 / (2 * 0.91 / 200e9), "nominal_pressure": 9e7, "penetration_hardness": 1e9}
+    pressures = {
+        "effective_modulus": 1 / (2 * 0.91 / 200e9),
+        "nominal_pressure": 9e7,
+        "penetration_hardness": 1e9,
+    }
     drawn = {
         0: plasticity.smoothed_spectrum(capped_scene.spectrum, **pressures),
         1: capped_scene.spectrum,
@@ -86,22 +96,35 @@ def test_the_smoothed_surface_is_drawn_from_the_smoothed_spectrum(capped_scene):
 
     numerics = rs.plan(capped_scene)
     power = [
-        np.abs(np.fft.rfft2(rs.realize(capped_scene, numerics, seed=3, level=k, index=0).heights)) ** 2 for k in (0, 1)
+        np.abs(np.fft.rfft2(rs.realize(capped_scene, numerics, seed=3, level=k, index=0).heights))
+        ** 2
+        for k in (0, 1)
     ]
     q = numerics.grid(0).wavenumbers
     ring = (q > 4.2e4) & (q < 4.8e4)
-    pressures = {"effective_modulus": 1 / (2 * 0.91 / 200e9), "nominal_pressure": 9e7, "penetration_hardness": 1e9}
+    pressures = {
+        "effective_modulus": 1 / (2 * 0.91 / 200e9),
+        "nominal_pressure": 9e7,
+        "penetration_hardness": 1e9,
+    }
     smooth = plasticity.smoothed_spectrum(capped_scene.spectrum, **pressures)
     factor = smooth(q[ring]) / capped_scene.spectrum(q[ring])
     assert factor.max() < 0.999
-    np.testing.assert_allclose(power[0][ring] / power[1][ring], factor, atol=0.1 * (1 - factor.min()))
+    np.testing.assert_allclose(
+        power[0][ring] / power[1][ring], factor, atol=0.1 * (1 - factor.min())
+    )
 
 
 def test_the_correlation_starts_at_the_variance_of_the_lowest_level_and_the_step(capped_run):
     mean, error = capped_run.correlation(np.array([0.0, 1e-5]))
     lowest = np.array([numbers(capped_run.folder, 1, i)["pressure_variance"][0] for i in range(6)])
     fine = [read_member(member_path(capped_run.folder, 2, i)).moments for i in range(6)]
-    step = np.array([(own.numbers["pressure_variance"] - below.numbers["pressure_variance"])[0] for own, below in fine])
+    step = np.array(
+        [
+            (own.numbers["pressure_variance"] - below.numbers["pressure_variance"])[0]
+            for own, below in fine
+        ]
+    )
     assert mean[0] == pytest.approx(lowest.mean() + step.mean(), rel=1e-9)
     assert error[0] == pytest.approx(np.sqrt((lowest.var(ddof=1) + step.var(ddof=1)) / 6), rel=1e-6)
     assert mean[1] < mean[0]
@@ -110,7 +133,9 @@ def test_the_correlation_starts_at_the_variance_of_the_lowest_level_and_the_step
 
 
 @pytest.mark.slow
-def test_two_workers_threads_and_a_pool_of_processes_give_the_same_bits(capped_scene, capped_run, tmp_path):
+def test_two_workers_threads_and_a_pool_of_processes_give_the_same_bits(
+    capped_scene, capped_run, tmp_path
+):
     shared = rs.run(capped_scene, tmp_path / "two", workers=2)
     assert_same(shared.folder, capped_run.folder, 3, 6)
     with ThreadPoolExecutor(2) as pool:
@@ -128,7 +153,12 @@ def test_two_workers_threads_and_a_pool_of_processes_give_the_same_bits(capped_s
 def test_dask_gives_the_same_bits(quick, tmp_path):
     distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
     alone = rs.run(quick, tmp_path / "alone", max_realizations=4)
-    options = {"n_workers": 2, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
+    options = {
+        "n_workers": 2,
+        "threads_per_worker": 1,
+        "host": "127.0.0.1",
+        "dashboard_address": None,
+    }
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
         executor = client.get_executor(pure=False)
         shared = rs.run(quick, tmp_path / "dask", max_realizations=4, executor=executor, workers=2)
@@ -157,7 +187,9 @@ def test_a_damaged_member_is_done_again_with_a_warning(capped_scene, capped_run,
 def test_a_changed_scene_is_refused_naming_the_key(quick, tmp_path):
     rs.run(quick, tmp_path / "run", max_realizations=1)
     changed = replace(quick, sliding=replace(quick.sliding, friction_coefficient=0.2))
-    with pytest.raises(rs.RecordError, match=r"sliding.friction_coefficient is 0.11 there and 0.2 here"):
+    with pytest.raises(
+        rs.RecordError, match=r"sliding.friction_coefficient is 0.11 there and 0.2 here"
+    ):
         rs.run(changed, tmp_path / "run")
     with pytest.raises(rs.RecordError, match="ensemble.seed is 3 there and 4 here"):
         rs.run(quick, tmp_path / "run", seed=4)
@@ -166,7 +198,10 @@ def test_a_changed_scene_is_refused_naming_the_key(quick, tmp_path):
         rs.run(quick, tmp_path / "run", numerics=finer)
     # these are not the scene: more realizations, another target, more fields, another title
     again = rs.run(
-        replace(quick, title="other"), tmp_path / "run", max_realizations=3, until={"flash_temperature": 0.5}
+        replace(quick, title="other"),
+        tmp_path / "run",
+        max_realizations=3,
+        until={"flash_temperature": 0.5},
     )
     assert again.realizations == 3
 
@@ -175,7 +210,9 @@ def test_a_changed_scene_is_refused_naming_the_key(quick, tmp_path):
 def test_it_stops_at_the_target_with_the_same_members_for_any_workers(tmp_path):
     goal = {"flash_temperature": 0.004}
     alone = rs.run(rs.load_scene("demo"), tmp_path / "alone", until=goal, max_realizations=200)
-    shared = rs.run(rs.load_scene("demo"), tmp_path / "shared", until=goal, max_realizations=200, workers=2)
+    shared = rs.run(
+        rs.load_scene("demo"), tmp_path / "shared", until=goal, max_realizations=200, workers=2
+    )
     assert 12 < alone.realizations < 200
     assert alone.target_met
     assert shared.counts == alone.counts
@@ -243,8 +280,12 @@ def test_an_executor_that_takes_no_more_members_ends_the_run_with_a_sentence(qui
             taken.append(arguments)
             return super().submit(function, *arguments)
 
-    with pytest.raises(RuntimeError, match="OSError: client is closed.*its scheduler or its workers have ended"):
-        rs.run(quick, tmp_path / "run", max_realizations=4, until={}, executor=Closing(1), workers=1)
+    with pytest.raises(
+        RuntimeError, match="OSError: client is closed.*its scheduler or its workers have ended"
+    ):
+        rs.run(
+            quick, tmp_path / "run", max_realizations=4, until={}, executor=Closing(1), workers=1
+        )
     assert not (tmp_path / "run" / "claims").exists()
     assert rs.run(quick, tmp_path / "run", max_realizations=4, until={}).realizations == 4
 
@@ -280,10 +321,13 @@ def test_bad_arguments_are_refused_by_name(quick, tmp_path):
             rs.realize(quick, numerics, **({"seed": 1} | {name: value}))
     with pytest.raises(ValueError, match="workers = 0"):
         rs.run(quick, tmp_path / "run", workers=0)
-    with pytest.raises(ValueError, match='until.flash is not an observable; did you mean "flash_width"'):
+    with pytest.raises(
+        ValueError, match='until.flash is not an observable; did you mean "flash_width"'
+    ):
         rs.run(quick, tmp_path / "run", until={"flash": 0.1})
     with pytest.raises(
-        ValueError, match=r'until.flash_temperature = 1.0 must be above 0 and below 1, for example "1 %"'
+        ValueError,
+        match=r'until.flash_temperature = 1.0 must be above 0 and below 1, for example "1 %"',
     ):
         rs.run(quick, tmp_path / "run", until={"flash_temperature": 1.0})
     assert not (tmp_path / "run").exists()
@@ -295,7 +339,9 @@ def test_levels_outside_of_the_spectrum_leave_no_folder(quick, tmp_path, q_max):
     numerics = replace(quick.numerics, levels=(level,))
     for call in (
         lambda: rs.run(quick, tmp_path / "run", changes={"numerics.levels": [level]}),
-        lambda: rs.run(quick, tmp_path / "run", numerics=replace(rs.plan(quick), levels=numerics.levels)),
+        lambda: rs.run(
+            quick, tmp_path / "run", numerics=replace(rs.plan(quick), levels=numerics.levels)
+        ),
     ):
         with pytest.raises(ValueError, match=r"numerics.levels\[0\].q_max = .* C\(q\)"):
             call()
@@ -307,7 +353,9 @@ def test_two_faces_that_slide_need_waves_each(tmp_path):
     heat = {"conductivity": 30, "density": 7900, "heat_capacity": 500}
     changes = {"counterface": face | heat, "numerics.levels": None}
     levels = [{"column": "capped", "shape": [64, 64], "q_max": 4e4}]
-    with pytest.raises(ValueError, match=r"numerics.levels\[1\].q_max = 40000 rad/m must be above 60000 rad/m"):
+    with pytest.raises(
+        ValueError, match=r"numerics.levels\[1\].q_max = 40000 rad/m must be above 60000 rad/m"
+    ):
         rs.run(sliding_scene(), tmp_path / "run", changes=changes | {"numerics.levels": levels})
     assert not (tmp_path / "run").exists()
 
@@ -321,9 +369,13 @@ def test_folders_with_other_content_are_left_alone(quick, tmp_path):
 
 
 def test_estimates_are_asked_for_by_name(capped_run):
-    with pytest.raises(ValueError, match="observable = 'temperature' is unknown; choose one of flash_temperature"):
+    with pytest.raises(
+        ValueError, match="observable = 'temperature' is unknown; choose one of flash_temperature"
+    ):
         capped_run.estimate("temperature")
-    with pytest.raises(ValueError, match="column = 'elastic' is not in this run; it has smoothed, capped"):
+    with pytest.raises(
+        ValueError, match="column = 'elastic' is not in this run; it has smoothed, capped"
+    ):
         capped_run.estimate("flash_temperature", column="elastic")
 
 
@@ -349,8 +401,15 @@ def test_a_first_compilation_gives_the_bits_of_the_cache(capped_scene, tmp_path)
         "        one = rs.realize(s, n, seed=3, level=level, index=index)\n"
         "        print(one.contact.pressure.tobytes().hex()[:4000], one.observables.flash_temperature.tolist())\n"
     )
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(ROOT)}
+    environment = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+        "PYTHONPATH": str(ROOT),
+    }
     words = [sys.executable, "-c", code, str(tmp_path / "scene.toml")]
-    said = [subprocess.run(words, capture_output=True, text=True, check=True, env=environment).stdout for _ in range(2)]
+    said = [
+        subprocess.run(words, capture_output=True, text=True, check=True, env=environment).stdout
+        for _ in range(2)
+    ]
     assert len(said[0].splitlines()) == 12
     assert said[0] == said[1]

@@ -200,7 +200,11 @@ def test_a_dying_worker_costs_a_retry_not_the_run(quick, scene_file, tmp_path):
     folder = tmp_path / "run"
     process = start(scene_file, folder, most=60)
     wait_for_members(folder, 3)
-    workers = [pid for pid in children(process.pid) if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    workers = [
+        pid
+        for pid in children(process.pid)
+        if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    ]
     os.kill(workers[0], signal.SIGKILL)
     assert process.wait(timeout=120) == 0, scene_file.with_name("said.txt").read_text()
     assert rs.open_run(folder).realizations == 60
@@ -241,7 +245,9 @@ def test_a_run_can_be_read_while_it_is_written(scene_file, tmp_path):
 def test_a_copy_under_another_index_is_refused(quick, tmp_path):
     run = rs.run(quick, tmp_path / "run", max_realizations=3, until={})
     member_path(run.folder, 0, 2).write_bytes(member_path(run.folder, 0, 1).read_bytes())
-    with pytest.raises(rs.RecordError, match=r"L0-000002.h5 is damaged \(it holds level 0, index 1"):
+    with pytest.raises(
+        rs.RecordError, match=r"L0-000002.h5 is damaged \(it holds level 0, index 1"
+    ):
         rs.open_run(run.folder)
 
 

@@ -45,7 +45,9 @@ def test_the_plan_has_as_many_workers_as_cores_and_memory_allow(job, quick):
     assert planned()[0] == "1"
     job(128, 1.0)  # a process takes a quarter of it, and its member next to nothing
     assert planned()[0] == "3"
-    assert planned()[1].startswith("128 would need more than 80 % of the 1 GB that are available (limit of the test)")
+    assert planned()[1].startswith(
+        "128 would need more than 80 % of the 1 GB that are available (limit of the test)"
+    )
 
 
 def test_workers_that_were_asked_for_are_lowered_by_memory_with_a_warning(job):
@@ -87,12 +89,16 @@ def test_a_short_computation_starts_no_processes_unless_their_number_is_given(jo
         assert isinstance(workers.executor(lambda: 0.5), ProcessPoolExecutor)
 
 
-def test_the_expected_time_is_the_planned_one_in_the_first_round_and_the_measured_one_later(quick, tmp_path):
+def test_the_expected_time_is_the_planned_one_in_the_first_round_and_the_measured_one_later(
+    quick, tmp_path
+):
     numerics = rs.plan(quick)
     begin(quick, tmp_path / "new", numerics)
     planned = expected_seconds(rs.open_run(tmp_path / "new"))
     works = [work(numerics, level) for level in range(len(numerics.levels))]
-    assert planned == pytest.approx(5e-9 * np.dot(first_counts(numerics, quick.ensemble.max_realizations), works))
+    assert planned == pytest.approx(
+        5e-9 * np.dot(first_counts(numerics, quick.ensemble.max_realizations), works)
+    )
     assert expected_seconds(rs.run(quick, tmp_path / "ended")) == 0.0
 
 
@@ -107,7 +113,9 @@ def test_what_workers_take_does_not_count_against_them(job):
 def test_a_member_without_room_is_refused_before_a_folder_is_made(job, quick, tmp_path):
     job(2, 1.0)
     numerics = Numerics((Level("capped", (4096, 4096), 1e5),), (2e-3, 2e-3))
-    with pytest.raises(rs.ResolutionError, match=r"memory = 2.01 GB \(largest grid\) exceeds 80 % of the 1 GB"):
+    with pytest.raises(
+        rs.ResolutionError, match=r"memory = 2.01 GB \(largest grid\) exceeds 80 % of the 1 GB"
+    ):
         rs.run(quick, tmp_path / "run", numerics=numerics)
     assert not (tmp_path / "run").exists()
 
@@ -138,7 +146,9 @@ class Killing(Workers):
         return Handing()
 
 
-def test_a_killed_worker_is_named_with_numbers_and_the_run_continues_with_one_fewer(quick, tmp_path):
+def test_a_killed_worker_is_named_with_numbers_and_the_run_continues_with_one_fewer(
+    quick, tmp_path
+):
     work = to_do(quick, tmp_path / "run")
     with Killing(tmp_path / "killed") as workers, pytest.warns(RuntimeWarning) as said:
         work.complete(workers)
@@ -162,5 +172,8 @@ def test_after_the_death_of_a_worker_the_process_of_the_run_computes_no_member_i
 @pytest.mark.filterwarnings("ignore:a worker has died")
 def test_workers_that_are_always_killed_end_the_run(quick, tmp_path):
     work = to_do(quick, tmp_path / "run")
-    with Killing(None) as workers, pytest.raises(RuntimeError, match="^workers died 4 times without storing a member"):
+    with (
+        Killing(None) as workers,
+        pytest.raises(RuntimeError, match="^workers died 4 times without storing a member"),
+    ):
         work.complete(workers)

@@ -40,7 +40,9 @@ def place(pressed, tmp_path):
 
 def contents(folder):
     """What lies in a folder, but claims, which come and go."""
-    paths = (path for path in sorted(folder.rglob("*")) if path.is_file() and "claims" not in path.parts)
+    paths = (
+        path for path in sorted(folder.rglob("*")) if path.is_file() and "claims" not in path.parts
+    )
     return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
 
@@ -55,7 +57,10 @@ def test_surfaces_are_not_drawn_into_the_folder_of_a_map(place, part):
     folder = place / "pressed" / part
     scene, before = rs.open_run(folder).scene, contents(place)
     more = replace(scene, ensemble=replace(scene.ensemble, max_realizations=8))
-    with pytest.raises(rs.RecordError, match="holds .* pressed map, not a run of drawn surfaces; name another folder"):
+    with pytest.raises(
+        rs.RecordError,
+        match="holds .* pressed map, not a run of drawn surfaces; name another folder",
+    ):
         rs.run(more, folder)
     with pytest.raises(rs.RecordError, match="not a run of drawn surfaces"):
         rs.run(more, folder, numerics=rs.open_run(folder).numerics)
@@ -66,9 +71,20 @@ def test_surfaces_are_not_drawn_into_the_folder_of_a_map(place, part):
 def test_the_command_run_refuses_a_map_before_it_plans(place, capsys):
     for part in PLACES:
         with pytest.raises(SystemExit) as ended:
-            main(["run", str(place / "scene.toml"), "-o", str(place / "pressed" / part), "--set", "sliding.speed=35"])
+            main(
+                [
+                    "run",
+                    str(place / "scene.toml"),
+                    "-o",
+                    str(place / "pressed" / part),
+                    "--set",
+                    "sliding.speed=35",
+                ]
+            )
         assert ended.value.code != 0
-        assert "pressed map, not a run of drawn surfaces" in " ".join(capsys.readouterr().err.split())
+        assert "pressed map, not a run of drawn surfaces" in " ".join(
+            capsys.readouterr().err.split()
+        )
 
 
 def _lost(quarters, _):
@@ -126,13 +142,17 @@ def test_other_quarters_are_refused_and_pressed_again(place, quick, spoil, recwa
     first = rs.open_run(folder).estimate(NAME)
     spoil(folder / "quarters", quick)
     before = contents(folder / "quarters")
-    with pytest.raises(rs.RecordError, match=f"{STATES[spoil]}.*; repeat `roughsim press SCENE -o {folder}`"):
+    with pytest.raises(
+        rs.RecordError, match=f"{STATES[spoil]}.*; repeat `roughsim press SCENE -o {folder}`"
+    ):
         rs.open_run(folder)
     recwarn.clear()
     again = rs.press(place / "scene.toml", folder, changes=AT_35).estimate(NAME)
     np.testing.assert_array_equal(again.total_error, first.total_error)
     moved = folder / "damaged" / "quarters"
-    named = [str(each.message) for each in recwarn if f"it was moved to {moved}" in str(each.message)]
+    named = [
+        str(each.message) for each in recwarn if f"it was moved to {moved}" in str(each.message)
+    ]
     assert len(named) == (spoil not in BEFORE_ANY_FILE)
     assert contents(moved) == before  # nothing of it is deleted
 
@@ -150,9 +170,14 @@ def test_folders_are_set_aside_under_free_names(tmp_path):
 
 
 def test_a_map_is_not_pressed_into_a_run_of_drawn_surfaces(pressed, tmp_path, quick):
-    run = rs.run(replace(quick, ensemble=replace(quick.ensemble, max_realizations=2, until=())), tmp_path / "run")
+    run = rs.run(
+        replace(quick, ensemble=replace(quick.ensemble, max_realizations=2, until=())),
+        tmp_path / "run",
+    )
     before = contents(run.folder)
-    with pytest.raises(rs.RecordError, match="holds a run of drawn surfaces, not a pressed map; name another"):
+    with pytest.raises(
+        rs.RecordError, match="holds a run of drawn surfaces, not a pressed map; name another"
+    ):
         rs.press(pressed / "scene.toml", run.folder, changes=AT_35)
     assert contents(run.folder) == before
     with pytest.raises(rs.RecordError, match="holds a run; name a new folder for the study"):
@@ -175,10 +200,14 @@ def test_a_damaged_member_of_a_map_is_moved_aside_and_pressed_again(place, part)
     flip_byte(member)
     with pytest.raises(rs.RecordError, match=f"L1-000000.h5 is damaged .*{ADVICE}"):
         rs.open_run(folder)
-    with pytest.warns(RuntimeWarning, match="is damaged .* moved to .*damaged.L1-000000.h5 and is done again"):
+    with pytest.warns(
+        RuntimeWarning, match="is damaged .* moved to .*damaged.L1-000000.h5 and is done again"
+    ):
         again = rs.press(place / "scene.toml", folder, changes=AT_35)
     assert (folder / part / "damaged" / "L1-000000.h5").exists()
-    np.testing.assert_array_equal(rs.open_run(folder / part).values(NAME, extrapolated=False).finest, whole)
+    np.testing.assert_array_equal(
+        rs.open_run(folder / part).values(NAME, extrapolated=False).finest, whole
+    )
     np.testing.assert_array_equal(again.estimate(NAME).mean, first.mean)
     np.testing.assert_array_equal(again.estimate(NAME).total_error, first.total_error)
 
@@ -219,7 +248,9 @@ def test_fields_of_a_map_that_were_not_kept_are_not_drawn(place):
     quarters = rs.open_run(place / "pressed" / "quarters")
     level = len(quarters.numerics.levels) - 1
     lost = next(index for index in range(4) if index not in quarters.kept(level))
-    with pytest.raises(ValueError, match=r"press the map in a new folder with --set numerics.keep_fields="):
+    with pytest.raises(
+        ValueError, match=r"press the map in a new folder with --set numerics.keep_fields="
+    ):
         load_fields(quarters, level, lost)  # drawing it would show another surface
 
 

@@ -51,10 +51,14 @@ def assert_same(run, other):
 
 
 @pytest.mark.slow
-def test_a_worker_that_dies_in_a_slide_ends_the_run_with_a_sentence_and_the_next_goes_on(sliding_run, tmp_path):
+def test_a_worker_that_dies_in_a_slide_ends_the_run_with_a_sentence_and_the_next_goes_on(
+    sliding_run, tmp_path
+):
     with (
         Dying() as pool,
-        pytest.raises(RuntimeError, match=r"the executor has lost a member .* the same call continues"),
+        pytest.raises(
+            RuntimeError, match=r"the executor has lost a member .* the same call continues"
+        ),
     ):
         rs.run(sliding_scene(), tmp_path / "run", executor=pool)
     assert not list((tmp_path / "run").glob(f"realizations/*L{SLIDE}*"))  # nothing half done

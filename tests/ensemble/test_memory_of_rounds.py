@@ -17,8 +17,12 @@ from roughsim.results import run as run_module
 from roughsim.store.claims import Claims
 
 SIDES = 32, 64, 128
-BYTES = [120 * side**2 for side in SIDES]  # of a member of each level: 120 for each point, as the pages say
-BETWEEN = 0.5 * sum(BYTES[1:]) / 0.8  # memory that has room for the middle level, but not for the highest
+BYTES = [
+    120 * side**2 for side in SIDES
+]  # of a member of each level: 120 for each point, as the pages say
+BETWEEN = (
+    0.5 * sum(BYTES[1:]) / 0.8
+)  # memory that has room for the middle level, but not for the highest
 FIRST, SECOND = (4, 2, 0), (4, 2, 2)
 TARGET = {"flash_temperature": 0.1}
 
@@ -37,11 +41,17 @@ def rounds(monkeypatch):
         def judge(numerics, until, most, counts, totals):
             following = dict(pairwise(numbers)).get(counts)
             return Verdict(
-                following is None, following, needed or following or counts, "by hand", {"flash_temperature": 0.5}
+                following is None,
+                following,
+                needed or following or counts,
+                "by hand",
+                {"flash_temperature": 0.5},
             )
 
         monkeypatch.setattr(run_module, "judge", judge)
-        monkeypatch.setattr("roughsim.estimate.rounds.first_counts", lambda numerics, most: numbers[0])
+        monkeypatch.setattr(
+            "roughsim.estimate.rounds.first_counts", lambda numerics, most: numbers[0]
+        )
 
     return of
 
@@ -77,7 +87,9 @@ def test_a_run_that_needs_a_level_without_room_says_so_and_continues_where_there
         assert rs.run(scene, tmp_path / "run", numerics=numerics, until=TARGET).finished
 
 
-def test_a_round_of_small_members_has_room_whatever_is_stored_of_large_ones(scene, tmp_path, rounds, memory):
+def test_a_round_of_small_members_has_room_whatever_is_stored_of_large_ones(
+    scene, tmp_path, rounds, memory
+):
     rounds(SECOND)
     rs.run(scene, tmp_path / "run", until=TARGET)
     (tmp_path / "run" / "realizations" / "L0-000003.h5").unlink()
@@ -116,7 +128,9 @@ class Late(Workers):
             self.waiting.pop(0)()
 
 
-def test_the_number_of_workers_changes_when_those_at_work_have_ended(scene, tmp_path, rounds, memory, monkeypatch):
+def test_the_number_of_workers_changes_when_those_at_work_have_ended(
+    scene, tmp_path, rounds, memory, monkeypatch
+):
     rounds(FIRST, (6, 2, 0), (6, 2, 2), needed=(8, 2, 2))
     memory((2 * (BYTES[1] + PROCESS) + 1e3) / 0.8)  # two workers, or one with the highest level
     begin(scene, tmp_path)

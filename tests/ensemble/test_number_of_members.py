@@ -15,7 +15,9 @@ GOAL = {"flash_temperature": 0.9}  # met by the first round
 @pytest.fixture(scope="module")
 def scene(capped_scene):
     """A scene whose target is met by the first twelve members, and whose most are six."""
-    return replace(capped_scene, ensemble=replace(capped_scene.ensemble, until=GOAL, max_realizations=6))
+    return replace(
+        capped_scene, ensemble=replace(capped_scene.ensemble, until=GOAL, max_realizations=6)
+    )
 
 
 def lowest(run):
@@ -61,29 +63,45 @@ def test_the_scene_and_the_command_give_the_number_too(scene, tmp_path, capsys):
         with pytest.raises(SystemExit) as ended:
             main([*words, *option])
         assert ended.value.code == 1
-        assert "does not go with ensemble.realizations = 5, which fixes the number" in capsys.readouterr().err
+        assert (
+            "does not go with ensemble.realizations = 5, which fixes the number"
+            in capsys.readouterr().err
+        )
 
 
 def test_targets_beside_a_number_are_refused_before_any_work(scene, tmp_path):
     for more in ({"max_realizations": 9}, {"until": GOAL}, {"target_error": 0.1}):
-        with pytest.raises(ValueError, match="does not go with ensemble.realizations = 5, which fixes the number"):
+        with pytest.raises(
+            ValueError, match="does not go with ensemble.realizations = 5, which fixes the number"
+        ):
             rs.run(scene, tmp_path / "run", realizations=5, **more)
     fixed = replace(scene, ensemble=replace(scene.ensemble, realizations=5))
-    with pytest.raises(ValueError, match="target_error = 0.1 does not go with ensemble.realizations = 5"):
-        rs.study(fixed, vary={"sliding.nominal_pressure": [5e7]}, folder=tmp_path / "run", target_error=0.1)
+    with pytest.raises(
+        ValueError, match="target_error = 0.1 does not go with ensemble.realizations = 5"
+    ):
+        rs.study(
+            fixed,
+            vary={"sliding.nominal_pressure": [5e7]},
+            folder=tmp_path / "run",
+            target_error=0.1,
+        )
     assert not (tmp_path / "run").exists()
 
 
 def test_each_point_of_a_study_has_the_number(scene, tmp_path):
     fixed = replace(scene, ensemble=replace(scene.ensemble, realizations=3))
-    study = rs.study(fixed, vary={"sliding.nominal_pressure": [5e7, 9e7]}, folder=tmp_path / "study")
+    study = rs.study(
+        fixed, vary={"sliding.nominal_pressure": [5e7, 9e7]}, folder=tmp_path / "study"
+    )
     assert [lowest(run) for _, run in study.results] == [[3, 3], [3, 3]]
     assert study.finished == 2
 
 
 @pytest.mark.filterwarnings("ignore:q_min = :RuntimeWarning")
 def test_a_map_is_pressed_once_for_any_number(scene, tmp_path):
-    path = write_scene(tmp_path, drawn_map(), replace(scene, ensemble=replace(scene.ensemble, realizations=3)))
+    path = write_scene(
+        tmp_path, drawn_map(), replace(scene, ensemble=replace(scene.ensemble, realizations=3))
+    )
     run = rs.press(path, tmp_path / "run", changes=AT_35)
     assert (run.realizations, run.quarters.realizations) == (1, 4)
 

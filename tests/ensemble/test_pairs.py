@@ -39,7 +39,8 @@ def stored(run, level, index):
 
 
 @pytest.mark.parametrize(
-    ("level", "shape", "side", "q_max"), [(STEP, (32, 32), 1e-3, 5e4), (PARTNER, (64, 64), 2e-3, 5e4)]
+    ("level", "shape", "side", "q_max"),
+    [(STEP, (32, 32), 1e-3, 5e4), (PARTNER, (64, 64), 2e-3, 5e4)],
 )
 def test_the_level_below_is_solved_on_the_same_surface_without_the_waves_beyond_its_cut_off(
     capped_scene, run, level, shape, side, q_max
@@ -52,7 +53,9 @@ def test_the_level_below_is_solved_on_the_same_surface_without_the_waves_beyond_
     member = stored(run, level, 4)
     assert member.moments[1].numbers["contact_fraction"][0] == contact.contact_fraction
     fine = rs.realize(capped_scene, run.numerics, seed=3, level=level, index=4)
-    np.testing.assert_array_equal(member.numbers["flash_temperature"], fine.observables.flash_temperature)
+    np.testing.assert_array_equal(
+        member.numbers["flash_temperature"], fine.observables.flash_temperature
+    )
     # all waves of the coarse surface are in the fine one
     low = (slice(0, 4), slice(0, 4))
     modes = [np.fft.fft2(one)[low] / one.size for one in (heights, fine.heights)]
@@ -60,7 +63,9 @@ def test_the_level_below_is_solved_on_the_same_surface_without_the_waves_beyond_
 
 
 @pytest.mark.parametrize("level", [STEP, PARTNER])
-def test_a_level_begins_from_the_contact_below_it_and_meets_its_tolerance(capped_scene, numerics, run, level):
+def test_a_level_begins_from_the_contact_below_it_and_meets_its_tolerance(
+    capped_scene, numerics, run, level
+):
     problem = replace(level_problem(capped_scene, numerics, level), seed=3, index=4)
     below = replace(below_problem(capped_scene, numerics, level), seed=3, index=4)
     solution = pipeline.solve_problem(problem, start=pipeline.solve_problem(below).contact)
@@ -70,7 +75,9 @@ def test_a_level_begins_from_the_contact_below_it_and_meets_its_tolerance(capped
     for one in (solution, alone):
         assert np.linalg.norm(one.contact.pressure - exact) < 3e-3 * np.linalg.norm(exact)
     member = stored(run, level, 4)
-    np.testing.assert_array_equal(member.numbers["flash_temperature"], solution.observables.flash_temperature)
+    np.testing.assert_array_equal(
+        member.numbers["flash_temperature"], solution.observables.flash_temperature
+    )
     assert member.provenance["iterations"] == solution.contact.iterations
 
 
@@ -91,11 +98,15 @@ def test_the_mean_is_that_of_the_lowest_level_times_ratios_of_each_step(run):
     found = run.values("contact_fraction", extrapolated=False)
     assert found.scatter[LOWEST].shape == (COUNT, 1)
     by_hand = run.values("contact_fraction").mean / at_cut_off - 1.0
-    partner = total(PARTNER) / total(PARTNER, below=True) - 1.0  # finer points take away contact, here too
+    partner = (
+        total(PARTNER) / total(PARTNER, below=True) - 1.0
+    )  # finer points take away contact, here too
     assert np.sign(by_hand) == np.sign(partner)
 
 
-def test_a_failed_solve_of_either_level_is_the_failure_of_the_member(capped_scene, numerics, tmp_path, failing):
+def test_a_failed_solve_of_either_level_is_the_failure_of_the_member(
+    capped_scene, numerics, tmp_path, failing
+):
     failing(lambda problem: problem.grid.shape == (32, 32) and problem.index == 1)
     run = rs.run(capped_scene, tmp_path / "run", numerics=numerics, max_realizations=3)
     member = stored(run, STEP, 1)
@@ -114,7 +125,10 @@ def test_runs_that_are_computed_together_share_surfaces_and_contacts_of_both_lev
         capped_scene.with_("sliding.friction_coefficient", 0.3),
         capped_scene.with_("sliding.nominal_pressure", 4e7),
     ]
-    runs = [rs.run(one, tmp_path / str(k), numerics=numerics, max_realizations=1) for k, one in enumerate(scenes)]
+    runs = [
+        rs.run(one, tmp_path / str(k), numerics=numerics, max_realizations=1)
+        for k, one in enumerate(scenes)
+    ]
     jobs = [job_of(run, STEP) for run in runs]
     alone = [member_path(run.folder, STEP, 0).read_bytes() for run in runs]
     before = [stored(run, STEP, 0) for run in runs]
@@ -130,7 +144,9 @@ def test_runs_that_are_computed_together_share_surfaces_and_contacts_of_both_lev
             np.testing.assert_array_equal(mine.spectrum, theirs.spectrum)
 
 
-def test_a_run_that_was_broken_off_and_damaged_ends_with_the_same_bits(capped_scene, numerics, run, tmp_path):
+def test_a_run_that_was_broken_off_and_damaged_ends_with_the_same_bits(
+    capped_scene, numerics, run, tmp_path
+):
     rs.run(capped_scene, tmp_path / "run", numerics=numerics, max_realizations=3)
     member_path(tmp_path / "run", STEP, 2).unlink()
     path = member_path(tmp_path / "run", PARTNER, 1)
@@ -154,7 +170,14 @@ def test_pictures_are_of_the_runs_cell(run):
 
 
 def test_the_problem_below_differs_in_cut_off_and_grid_alone(capped_scene, numerics):
-    problem, below = level_problem(capped_scene, numerics, STEP), below_problem(capped_scene, numerics, STEP)
+    problem, below = (
+        level_problem(capped_scene, numerics, STEP),
+        below_problem(capped_scene, numerics, STEP),
+    )
     assert replace(below, spectrum=problem.spectrum, grid=problem.grid) == problem
     assert below_problem(capped_scene, numerics, LOWEST) is None
-    assert (problem.stream, below.stream, level_problem(capped_scene, numerics, LOWEST).stream) == (STEP, STEP, LOWEST)
+    assert (problem.stream, below.stream, level_problem(capped_scene, numerics, LOWEST).stream) == (
+        STEP,
+        STEP,
+        LOWEST,
+    )

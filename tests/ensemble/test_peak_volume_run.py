@@ -29,7 +29,9 @@ def scene():
 def volume_of(heights):
     """Of all waves, at the level of the contact area, less the mean of a normal surface, nearly that of surfaces."""
     level = norm.isf(SHARE)
-    return np.maximum(heights / heights.std() - level, 0.0).mean() - (norm.pdf(level) - level * SHARE)
+    return np.maximum(heights / heights.std() - level, 0.0).mean() - (
+        norm.pdf(level) - level * SHARE
+    )
 
 
 def at_mean(values, *controls):
@@ -49,7 +51,9 @@ def test_a_run_reports_the_mean_at_the_mean_peak_volume(scene, tmp_path):
     volumes = np.array([volume_of(one.heights) for one in solved])
     members = [read_member(member_path(run.folder, 0, i)).numbers for i in range(COUNT)]
     stored = np.array([x["peak_volume"][0] for x in members])
-    np.testing.assert_allclose(stored, volumes, atol=0.02 * volumes.std() + abs(stored.mean() - volumes.mean()))
+    np.testing.assert_allclose(
+        stored, volumes, atol=0.02 * volumes.std() + abs(stored.mean() - volumes.mean())
+    )
     assert np.corrcoef(stored, volumes)[0, 1] > 0.999
     hot = np.array([one.observables.flash_temperature[2] for one in solved])
     fine = [read_member(member_path(run.folder, 1, i)) for i in range(run.counts[1])]
@@ -66,7 +70,8 @@ def test_failed_members_take_no_part(scene, tmp_path, failing):
     rows = [i for i in range(COUNT) if i != 2]
     numbers = [run.members[0, i].numbers for i in rows]
     hot, volumes = (
-        np.array([x[name][k] for x in numbers]) for name, k in (("flash_temperature", 2), ("peak_volume", 0))
+        np.array([x[name][k] for x in numbers])
+        for name, k in (("flash_temperature", 2), ("peak_volume", 0))
     )
     found = run.values("flash_temperature", extrapolated=False)
     apart = found.scatter[0][:, 2] / found.mean[2] * len(rows)

@@ -45,7 +45,9 @@ def test_waves_below_the_cut_off_stay_and_shorter_ones_go():
     q_max = 2 * math.pi / SIDE * 12
     for shape in ((48, 32), (96, 64), (192, 130), (50, 33)):
         found = band_limited(0.5 + 2.0 * low + high, GRID, shape, q_max)
-        np.testing.assert_allclose(found, 0.5 + 2.0 * wave(rs.Grid(shape, GRID.lengths), 3, -5), atol=1e-13)
+        np.testing.assert_allclose(
+            found, 0.5 + 2.0 * wave(rs.Grid(shape, GRID.lengths), 3, -5), atol=1e-13
+        )
 
 
 def test_mirror_images_go_on_without_a_step(surface):
@@ -68,7 +70,9 @@ def test_the_quarters_are_the_four_parts_each_with_its_mirror_images():
     assert cell_of(heights, grid, "tile").grid == grid
 
 
-def test_a_tiled_map_is_pressed_as_its_own_heights_are(scene_file, surface, tmp_path, monkeypatch, capsys):
+def test_a_tiled_map_is_pressed_as_its_own_heights_are(
+    scene_file, surface, tmp_path, monkeypatch, capsys
+):
     monkeypatch.setattr("roughsim.ensemble.progress.SILENCE", 0.01)
     run = rs.press(scene_file, tmp_path / "run", edges="tile")
     assert re.search(r"(?m)^0:00:\d\d pressing$", capsys.readouterr().err)
@@ -78,17 +82,23 @@ def test_a_tiled_map_is_pressed_as_its_own_heights_are(scene_file, surface, tmp_
     heights = on_finer_points(levelled(surface), level.shape[0] // surface.shape[0])
     assert heights.shape == level.shape
     _, kept = next(run.fields("heights"))
-    np.testing.assert_allclose(kept, heights, atol=1e-6 * np.ptp(heights))  # stored in single precision
+    np.testing.assert_allclose(
+        kept, heights, atol=1e-6 * np.ptp(heights)
+    )  # stored in single precision
     # the chain by hand, with E* and conduction of the scene
     scene, grid = run.scene, rs.Grid(level.shape, GRID.lengths)
     solid = rs.Solid(scene.effective_modulus, scene.penetration_hardness)
-    contact = rs.solve_contact(heights, grid, solid, nominal_pressure=scene.sliding.nominal_pressure, tolerance=1e-4)
+    contact = rs.solve_contact(
+        heights, grid, solid, nominal_pressure=scene.sliding.nominal_pressure, tolerance=1e-4
+    )
     bodies = scene.conduction()
     sliding = rs.HeatSource(speeds=[35.0], friction_coefficient=scene.friction_coefficient(),
                          conductivity=bodies.conductivity, diffusivity=bodies.diffusivity)  # fmt: skip
     expected = rs.measure(contact, grid, sliding).flash_temperature[0]
     finest = run.pairs()[-1].sample
-    assert finest.numbers["flash_temperature"][0, scene.speeds.index(35.0)] == pytest.approx(expected, rel=1e-3)
+    assert finest.numbers["flash_temperature"][0, scene.speeds.index(35.0)] == pytest.approx(
+        expected, rel=1e-3
+    )
 
 
 def test_the_mean_is_the_map_and_the_scatter_that_of_its_quarters(scene_file, tmp_path):
@@ -106,7 +116,9 @@ def test_the_mean_is_the_map_and_the_scatter_that_of_its_quarters(scene_file, tm
     moving = np.array(run.scene.speeds) > 0.0
     mean, apart = found.mean[moving], np.abs(alone.mean - found.mean)[moving]
     relative = alone.standard_error[moving] / alone.mean[moving]
-    np.testing.assert_allclose(found.standard_error[moving] / mean, 1.2 * relative, rtol=1e-9)  # neighbours are alike
+    np.testing.assert_allclose(
+        found.standard_error[moving] / mean, 1.2 * relative, rtol=1e-9
+    )  # neighbours are alike
     np.testing.assert_allclose(found.budget["size"][moving], apart, rtol=1e-6)
     assert "scan" not in found.budget  # the map itself is pressed
     assert found.n == 4
@@ -116,7 +128,9 @@ def test_the_mean_is_the_map_and_the_scatter_that_of_its_quarters(scene_file, tm
     assert "doubling cells" not in said  # of drawn surfaces
 
 
-def test_the_command_warns_as_run_does_but_not_of_the_error_of_a_spectrum(scene_file, tmp_path, capsys):
+def test_the_command_warns_as_run_does_but_not_of_the_error_of_a_spectrum(
+    scene_file, tmp_path, capsys
+):
     heights = np.load(tmp_path / "map.npy")
     np.save(tmp_path / "map.npy", 300 * heights)  # as if in another unit
     with pytest.raises(SystemExit) as ended:
@@ -130,14 +144,18 @@ def test_the_command_warns_as_run_does_but_not_of_the_error_of_a_spectrum(scene_
     assert "press the map" not in page
 
 
-def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(scene_file, tmp_path, capsys):
+def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(
+    scene_file, tmp_path, capsys
+):
     folder = tmp_path / "run"
     with pytest.raises(SystemExit) as ended:
         main(["press", str(scene_file), "-o", str(folder), "--set", "sliding.speed=35"])
     assert ended.value.code == 0
     printed = capsys.readouterr()
     assert ": the map itself" in printed.out
-    assert "cell: 192 × 128 points, made periodic by its mirror images" in " ".join(printed.out.split())
+    assert "cell: 192 × 128 points, made periodic by its mirror images" in " ".join(
+        printed.out.split()
+    )
     assert "q_min" not in printed.err  # the cell has all that the map shows
     first = rs.open_run(folder)
     (folder / "realizations" / "L1-000000.h5").unlink()
@@ -160,24 +178,33 @@ def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(scene_f
     with pytest.raises(rs.RecordError, match="holds another scene: sliding.speed is"):
         rs.press(scene_file, folder)
     np.save(tmp_path / "map.npy", np.load(tmp_path / "map.npy")[::-1])
-    with pytest.raises(rs.RecordError, match="holds another scene: (heights|surface.topography_digest|.*) is"):
+    with pytest.raises(
+        rs.RecordError, match="holds another scene: (heights|surface.topography_digest|.*) is"
+    ):
         rs.press(scene_file, folder, changes={"sliding.speed": 35})
 
 
 @pytest.mark.parametrize("share", [0.5, 2.0])
 def test_a_target_below_the_statistical_error_needs_a_larger_map(scene_file, tmp_path, share):
     changes = {"sliding.speed": [1, 35]}
-    found = rs.press(scene_file, tmp_path / "run", edges="tile", changes=changes).estimate("flash_temperature")
+    found = rs.press(scene_file, tmp_path / "run", edges="tile", changes=changes).estimate(
+        "flash_temperature"
+    )
     statistical = (found.budget["statistical"] / found.mean).max()
     goal = share * statistical
     # the error of a mean over N maps side by side falls as √N: a map of n times both sides is n² maps
     maps = (statistical / goal) ** 2
     run = rs.press(
-        scene_file, tmp_path / "run", edges="tile", changes=changes | {"ensemble.until": {"flash_temperature": goal}}
+        scene_file,
+        tmp_path / "run",
+        edges="tile",
+        changes=changes | {"ensemble.until": {"flash_temperature": goal}},
     )
     for text in (str(rs.compare(run)), str(rs.status(run))):
         line = " ".join(text.split())
-        assert (f"needs a map {math.sqrt(maps):.2g} times as long and as wide" in line) == (share < 1.0)
+        assert (f"needs a map {math.sqrt(maps):.2g} times as long and as wide" in line) == (
+            share < 1.0
+        )
 
 
 def test_an_open_run_follows_the_quarters(scene_file, tmp_path):
@@ -196,7 +223,9 @@ def test_an_open_run_follows_the_quarters(scene_file, tmp_path):
 
 def test_another_map_of_the_same_spectrum_is_another_run(scene_file, tmp_path, surface):
     rs.press(scene_file, tmp_path / "run", edges="tile", changes={"sliding.speed": 35})
-    np.save(tmp_path / "map.npy", -1e6 * surface)  # upside down: C(q) to the bit, so that only the heights tell
+    np.save(
+        tmp_path / "map.npy", -1e6 * surface
+    )  # upside down: C(q) to the bit, so that only the heights tell
     with pytest.raises(rs.RecordError, match="holds another scene: heights is [0-9a-f]* there"):
         rs.press(scene_file, tmp_path / "run", edges="tile", changes={"sliding.speed": 35})
 
@@ -213,13 +242,17 @@ def test_a_file_that_says_that_its_map_is_periodic_is_tiled(scene_file, tmp_path
 @pytest.mark.statistical
 def test_the_stated_error_of_mirrored_edges_holds_the_periodic_map(scene_file, tmp_path, surface):
     # tiled the periodic surface is exact; its mirror images have edges that it does not have
-    tiled, mirror = (rs.press(scene_file, tmp_path / edges, edges=edges) for edges in ("tile", "mirror"))
+    tiled, mirror = (
+        rs.press(scene_file, tmp_path / edges, edges=edges) for edges in ("tile", "mirror")
+    )
     exact, found = (run.estimate("flash_temperature") for run in (tiled, mirror))
     assert (np.abs(found.mean - exact.mean) <= found.total_error).all()
     assert abs(found.mean[-1] / exact.mean[-1] - 1.0) < 0.1
 
 
-def test_what_cannot_be_pressed_is_refused_before_any_work(scene_file, tmp_path, capped_scene, surface):
+def test_what_cannot_be_pressed_is_refused_before_any_work(
+    scene_file, tmp_path, capped_scene, surface
+):
     folder = tmp_path / "run"
     with pytest.raises(ValueError, match='edges = .* write "mirror" or "tile"'):
         rs.press(scene_file, folder, edges="window")
@@ -232,6 +265,8 @@ def test_what_cannot_be_pressed_is_refused_before_any_work(scene_file, tmp_path,
     with pytest.raises(ValueError, match="names 2 maps"):
         rs.press(scene_file, folder, changes={"surface.topography": ["map.npy", "other.npy"]})
     np.save(tmp_path / "map.npy", 1e6 * surface[:40])
-    with pytest.raises(rs.ResolutionError, match=r"the map has \(40, 64\) points; to press it takes 64"):
+    with pytest.raises(
+        rs.ResolutionError, match=r"the map has \(40, 64\) points; to press it takes 64"
+    ):
         rs.press(scene_file, folder)
     assert not folder.exists()

@@ -20,7 +20,13 @@ from roughsim.outputs.run_report import report_run
 from roughsim.planning.realization import level_problem
 from roughsim.results.export import export_run
 from roughsim.surface.topography import encoded
-from roughsim.surface.topography.periodic import band_limited, gaussian_twin, mirrored, overshoots, periodic_part
+from roughsim.surface.topography.periodic import (
+    band_limited,
+    gaussian_twin,
+    mirrored,
+    overshoots,
+    periodic_part,
+)
 
 press_module = import_module("roughsim.ensemble.press")
 SIDE = 0.5e-3
@@ -90,16 +96,23 @@ def test_a_wave_has_the_flash_temperature_of_its_own_direction():
 
 def test_directions_of_an_isotropic_contact_are_not_raised_by_hot_tracks():
     # steady in one direction each spot slides in its own track for ever: 10 % too high here; from rest it is not
-    law = rs.SelfAffineSpectrum.from_rms_height(4e-7, hurst=0.8, q_min=2.5e4, q_roll_off=1e5, q_max=4e5)
+    law = rs.SelfAffineSpectrum.from_rms_height(
+        4e-7, hurst=0.8, q_min=2.5e4, q_roll_off=1e5, q_max=4e5
+    )
     grid = rs.Grid((128, 128), (SIDE, SIDE))
     over = []
     for seed in range(3):
         heights = rs.synthesize(law, grid, np.random.default_rng(seed))
-        contact = rs.solve_contact(heights, grid, rs.Solid(2e11 / 0.91, 2e9), nominal_pressure=5e7, tolerance=1e-3)
+        contact = rs.solve_contact(
+            heights, grid, rs.Solid(2e11 / 0.91, 2e9), nominal_pressure=5e7, tolerance=1e-3
+        )
         sliding = rs.HeatSource((35.0,), FRICTION, KAPPA, DIFFUSIVITY)
         mean = rs.measure(contact, grid, sliding).flash_temperature
         angles = np.arange(8) * math.pi / 8
-        over += [flash_temperature_along(contact.pressure, grid, sliding, angle) / mean for angle in angles]
+        over += [
+            flash_temperature_along(contact.pressure, grid, sliding, angle) / mean
+            for angle in angles
+        ]
     assert np.mean(over) == pytest.approx(1.0, abs=0.03)
 
 
@@ -115,7 +128,9 @@ def test_a_mirrored_cell_has_the_directions_of_the_map_alone(run):
         like = level_problem(run.scene, run.numerics, 0)
         of_cell = replace(like, grid=rs.Grid(pressure.shape, (side, side)))
         contact = Contact(pressure, 0.0 * pressure, 1.0, 0.0, 0.0, 1, 1.0)
-        found[edges] = press_module.over_mean(of_cell, SimpleNamespace(contact=contact), angles, edges)
+        found[edges] = press_module.over_mean(
+            of_cell, SimpleNamespace(contact=contact), angles, edges
+        )
     assert found["mirror"] == found["tile"]
     assert found["tile"]["along"][-1] > 2
     assert found["tile"]["across"][-1] < 1
@@ -125,24 +140,37 @@ def test_the_press_of_grooves_gives_both_principal_directions_and_the_one_asked_
     level = run.numerics.levels[-1]
     grid = run.numerics.grid(len(run.numerics.levels) - 1)
     heights = band_limited(grooved(), rs.Grid((96, 96), (SIDE, SIDE)), level.shape, level.q_max)
-    contact = rs.solve_contact(heights, grid, rs.Solid(2e11 / 0.91, 2e9), nominal_pressure=5e7, tolerance=1e-4)
+    contact = rs.solve_contact(
+        heights, grid, rs.Solid(2e11 / 0.91, 2e9), nominal_pressure=5e7, tolerance=1e-4
+    )
     assert run.angles["asked"] == pytest.approx(math.pi / 6)
     assert math.sin(run.angles["along"]) == pytest.approx(0.0, abs=1e-6)
-    mean = rs.measure(contact, grid, rs.HeatSource(SPEEDS, FRICTION, KAPPA, DIFFUSIVITY)).flash_temperature
+    mean = rs.measure(
+        contact, grid, rs.HeatSource(SPEEDS, FRICTION, KAPPA, DIFFUSIVITY)
+    ).flash_temperature
     for name, angle in (("along", 0.0), ("across", math.pi / 2), ("asked", math.pi / 6)):
         estimate = run.in_direction(name)
         ratio = estimate.mean / run.estimate("flash_temperature").mean
         for k, speed in enumerate(SPEEDS):
             heat = FRICTION * speed * contact.pressure
             field = rs.sliding_temperature(
-                heat, grid, speed=speed, conductivity=KAPPA, diffusivity=DIFFUSIVITY, direction=angle
+                heat,
+                grid,
+                speed=speed,
+                conductivity=KAPPA,
+                diffusivity=DIFFUSIVITY,
+                direction=angle,
             )
             expected = np.mean(field * contact.pressure) / 5e7 / mean[k]
             assert ratio[k] == pytest.approx(expected, rel=0.01)  # the tolerance of both contacts
         # where heat hardly moves on, the steady moments of one direction say the same
-        steady = rs.measure(contact, grid, rs.HeatSource(SPEEDS, FRICTION, KAPPA, DIFFUSIVITY, 1.0, angle))
+        steady = rs.measure(
+            contact, grid, rs.HeatSource(SPEEDS, FRICTION, KAPPA, DIFFUSIVITY, 1.0, angle)
+        )
         assert ratio[0] == pytest.approx(steady.flash_temperature[0] / mean[0], rel=0.03)
-        assert np.all(estimate.total_error >= run.estimate("flash_temperature").total_error * ratio * 0.999)
+        assert np.all(
+            estimate.total_error >= run.estimate("flash_temperature").total_error * ratio * 0.999
+        )
     assert run.in_direction("along").mean[-1] > 1.5 * run.in_direction("across").mean[-1]
 
 
@@ -150,15 +178,24 @@ def test_a_map_turned_by_a_right_angle_exchanges_along_and_across(run, tmp_path)
     turned = pressed(tmp_path / "turned", grooved().T.copy())
     assert turned.angles["along"] == pytest.approx(math.pi / 2)
     for name in ("along", "across"):
-        np.testing.assert_allclose(turned.in_direction(name).mean, run.in_direction(name).mean, rtol=1e-3)
+        np.testing.assert_allclose(
+            turned.in_direction(name).mean, run.in_direction(name).mean, rtol=1e-3
+        )
 
 
-def test_table_json_and_report_have_directions_and_twin_and_compute_nothing(run, calls, capsys, tmp_path):
+def test_table_json_and_report_have_directions_and_twin_and_compute_nothing(
+    run, calls, capsys, tmp_path
+):
     solved = calls(press_module, "solve_problem")
     with pytest.raises(SystemExit, match="0"):
         main(["compare", str(run.folder)])
     text = " ".join(capsys.readouterr().out.split())
-    for words in ("flash_temperature_along", "flash_temperature_across", "at 30°", "map over Gaussian twin: "):
+    for words in (
+        "flash_temperature_along",
+        "flash_temperature_across",
+        "at 30°",
+        "map over Gaussian twin: ",
+    ):
         assert words in text
     assert "texture: slopes" in text
     with pytest.raises(SystemExit, match="0"):
@@ -166,7 +203,9 @@ def test_table_json_and_report_have_directions_and_twin_and_compute_nothing(run,
     table = json.loads(capsys.readouterr().out)
     assert table["directions"]["asked"] == pytest.approx(math.pi / 6)
     found = {(row["observable"], row["speed"]): row["capped"]["mean"] for row in table["rows"]}
-    assert found["flash_temperature_along", 20.0] == pytest.approx(run.in_direction("along").mean[1])
+    assert found["flash_temperature_along", 20.0] == pytest.approx(
+        run.in_direction("along").mean[1]
+    )
     assert found["map_over_gaussian_twin", 0.2] == pytest.approx(run.over_twin[0])
     page = report_run(run, tmp_path / "page.html").read_text()
     assert "map_over_gaussian_twin" in page
@@ -175,7 +214,9 @@ def test_table_json_and_report_have_directions_and_twin_and_compute_nothing(run,
     with h5py.File(export_run(run, tmp_path / "numbers.h5")) as file:
         np.testing.assert_allclose(file["map_over_gaussian_twin"], run.over_twin)
         np.testing.assert_allclose(file["flash_temperature_along"], run.in_direction("along").mean)
-        np.testing.assert_allclose(file["flash_temperature_along_total_error"], run.in_direction("along").total_error)
+        np.testing.assert_allclose(
+            file["flash_temperature_along_total_error"], run.in_direction("along").total_error
+        )
 
 
 def test_flattened_tops_lie_far_below_their_gaussian_twin_and_a_gaussian_map_near_it(run, tmp_path):
@@ -191,7 +232,9 @@ def test_a_twin_has_the_spectrum_of_the_map_and_gaussian_heights():
     for shape in ((64, 64), (63, 50), (50, 63)):
         heights = 1.0 + np.exp(rng.standard_normal(shape))
         twin = gaussian_twin(heights, rng)
-        np.testing.assert_allclose(np.abs(np.fft.fft2(twin)), np.abs(np.fft.fft2(heights)), rtol=1e-9)
+        np.testing.assert_allclose(
+            np.abs(np.fft.fft2(twin)), np.abs(np.fft.fft2(heights)), rtol=1e-9
+        )
         standard = (twin - twin.mean()) / twin.std()
         assert np.mean(standard**3) == pytest.approx(0.0, abs=4 * math.sqrt(6 / twin.size))
         assert np.mean(standard**4) == pytest.approx(3.0, abs=4 * math.sqrt(24 / twin.size))
@@ -202,7 +245,13 @@ def test_the_periodic_part_lacks_a_surface_that_is_harmonic_inside():
     heights = rng.standard_normal((40, 31)) + 20 * np.arange(40)[:, None] / 40
     part = periodic_part(heights)
     smooth = heights - part
-    inside = smooth[2:, 1:-1] + smooth[:-2, 1:-1] + smooth[1:-1, 2:] + smooth[1:-1, :-2] - 4 * smooth[1:-1, 1:-1]
+    inside = (
+        smooth[2:, 1:-1]
+        + smooth[:-2, 1:-1]
+        + smooth[1:-1, 2:]
+        + smooth[1:-1, :-2]
+        - 4 * smooth[1:-1, 1:-1]
+    )
     np.testing.assert_allclose(inside, 0.0, atol=1e-12)
     assert part.mean() == pytest.approx(heights.mean())
     assert np.abs(part[0] - part[-1]).mean() < 4 < np.abs(heights[0] - heights[-1]).mean()
@@ -212,7 +261,9 @@ def test_the_periodic_part_lacks_a_surface_that_is_harmonic_inside():
 
 
 @pytest.mark.parametrize("edges", ["tile", "mirror"])
-def test_the_press_of_a_map_whose_waves_overshoot_beside_spikes_has_an_unknown_error(tmp_path, edges):
+def test_the_press_of_a_map_whose_waves_overshoot_beside_spikes_has_an_unknown_error(
+    tmp_path, edges
+):
     heights = grooved(1.0)
     clean = pressed(tmp_path / "clean", heights, edges=edges)
     valleys = np.flatnonzero(heights < 0.0)
@@ -223,7 +274,10 @@ def test_the_press_of_a_map_whose_waves_overshoot_beside_spikes_has_an_unknown_e
     assert "bandwidth" in spiked.estimate("flash_temperature").unknown
     assert "bandwidth" not in clean.estimate("flash_temperature").unknown
     (warning,) = (line for line in spiked.warnings if "overshoot" in line)
-    assert f"{100 * spiked.overshoot:.2g} % of the load is on heights that the map does not have" in warning
+    assert (
+        f"{100 * spiked.overshoot:.2g} % of the load is on heights that the map does not have"
+        in warning
+    )
     assert warning in " ".join(str(rs.compare(spiked)).split())
     assert not any("overshoot" in line for line in clean.warnings)
 
@@ -232,7 +286,9 @@ def test_only_what_stands_far_above_all_points_around_is_an_overshoot():
     x = np.arange(32)
     wave = np.cos(2 * np.pi * 3 * x / 32)[:, None] + np.cos(2 * np.pi * 2 * x / 32)
     grid, shape = rs.Grid((32, 32), (1.0, 1.0)), (128, 128)
-    assert not overshoots(band_limited(wave, grid, shape, grid.nyquist), wave, grid, grid.nyquist).any()
+    assert not overshoots(
+        band_limited(wave, grid, shape, grid.nyquist), wave, grid, grid.nyquist
+    ).any()
     spiked = wave.copy()
     spiked[10, 12] -= 100.0
     found = overshoots(band_limited(spiked, grid, shape, grid.nyquist), spiked, grid, grid.nyquist)
@@ -245,7 +301,9 @@ def test_only_what_stands_far_above_all_points_around_is_an_overshoot():
 
 def test_a_run_that_draws_from_a_map_with_spikes_does_not_know_its_error(tmp_path):
     heights = grooved(1.0)
-    heights.flat[np.random.default_rng(2).choice(heights.size, 5, replace=False)] = -70 * heights.std()
+    heights.flat[np.random.default_rng(2).choice(heights.size, 5, replace=False)] = (
+        -70 * heights.std()
+    )
     (tmp_path / "map.nc").write_bytes(encoded(heights, rs.Grid(heights.shape, (SIDE, SIDE)), ".nc"))
     level = {"column": "capped", "shape": [64, 64], "q_max": 2e5}
     scene = SCENE | {
@@ -261,9 +319,15 @@ def test_a_run_that_draws_from_a_map_with_spikes_does_not_know_its_error(tmp_pat
     assert "roughsim press" in " ".join(table.split())
 
 
-@pytest.mark.parametrize("forged", [{}, {"angles": 3}, {"angles": {"along": 0.1}, "over_mean": {"along": [1.0]}}])
+@pytest.mark.parametrize(
+    "forged", [{}, {"angles": 3}, {"angles": {"along": 0.1}, "over_mean": {"along": [1.0]}}]
+)
 def test_forged_directions_are_refused_by_the_name_of_their_file(monkeypatch, tmp_path, forged):
-    monkeypatch.setattr(press_module.MapSource, "about", lambda *_: {"directions": forged, "overshoot": 0.0})
+    monkeypatch.setattr(
+        press_module.MapSource, "about", lambda *_: {"directions": forged, "overshoot": 0.0}
+    )
     found = pressed(tmp_path / "forged", grooved(seed=2))
-    with pytest.raises(RecordError, match=r"L1-000000.h5 has directions .*; press into a new folder"):
+    with pytest.raises(
+        RecordError, match=r"L1-000000.h5 has directions .*; press into a new folder"
+    ):
         _ = found.angles

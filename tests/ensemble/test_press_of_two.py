@@ -16,7 +16,10 @@ from roughsim.surface.topography.sums import sum_of_faces
 def face(shape, lengths, heights, *, about=(0.0, 0.0), periodic=False):
     """A map of a function of the distances from its middle, m."""
     grid = rs.Grid(shape, lengths)
-    x, y = (((np.arange(n) - 0.5 * (n - 1)) * d + c) for n, d, c in zip(shape, grid.spacing, about, strict=True))
+    x, y = (
+        ((np.arange(n) - 0.5 * (n - 1)) * d + c)
+        for n, d, c in zip(shape, grid.spacing, about, strict=True)
+    )
     return Topography(heights(x[:, None], y), grid, periodic)
 
 
@@ -60,14 +63,19 @@ def test_periodic_maps_stay_periodic():
     def both(x, y):
         return wave(x, y) + wave(x, -y)
 
-    one, two = face((32, 32), lengths, wave, periodic=True), face((32, 32), lengths, wave, periodic=True)
+    one, two = (
+        face((32, 32), lengths, wave, periodic=True),
+        face((32, 32), lengths, wave, periodic=True),
+    )
     found = sum_of_faces(one, two)
     assert found.periodic
     np.testing.assert_allclose(found.heights, face((32, 32), lengths, both).heights, atol=1e-12)
     coarse = face((16, 16), lengths, wave, periodic=True)
     refined = sum_of_faces(one, coarse)
     assert refined.grid.shape == (32, 32)
-    assert np.std(refined.heights) == pytest.approx(np.std(found.heights), rel=0.05)  # the points of the middle differ
+    assert np.std(refined.heights) == pytest.approx(
+        np.std(found.heights), rel=0.05
+    )  # the points of the middle differ
 
 
 @pytest.mark.parametrize("periodic", [True, False])
@@ -105,8 +113,14 @@ def test_two_maps_are_pressed_as_their_sum(capped_scene, tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         runs = [rs.press(single, single.parent / "run", changes=cut)]
-        runs.append(rs.press(double, double.parent / "run", changes={**cut, "counterface.topography_cut": 8e4}))
+        runs.append(
+            rs.press(
+                double, double.parent / "run", changes={**cut, "counterface.topography_cut": 8e4}
+            )
+        )
     one, two = (run.estimate("flash_temperature").mean for run in runs)
     np.testing.assert_allclose(two, one, rtol=1e-3)
-    reasons = {reason.choice: reason.reason for reason in open_run(double.parent / "run").numerics.reasons}
+    reasons = {
+        reason.choice: reason.reason for reason in open_run(double.parent / "run").numerics.reasons
+    }
     assert "sum of both maps" in reasons["map"]

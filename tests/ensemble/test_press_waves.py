@@ -24,14 +24,22 @@ def _long_waves():
 
 @pytest.fixture(scope="module")
 def elastic_case(capped_scene):
-    lines = [line for line in capped_scene.to_toml().splitlines() if not line.startswith("penetration_hardness")]
-    return parse_scene("\n".join(line.replace('"capped"', '"elastic"') for line in lines if "smoothed" not in line))
+    lines = [
+        line
+        for line in capped_scene.to_toml().splitlines()
+        if not line.startswith("penetration_hardness")
+    ]
+    return parse_scene(
+        "\n".join(line.replace('"capped"', '"elastic"') for line in lines if "smoothed" not in line)
+    )
 
 
 def rough_to_the_pixel(hurst, seed=0, rms_height=3e-7):
     """A periodic map whose roughness goes on to its Nyquist wavenumber, as that of instruments does."""
     q_min = 2 * math.pi / min(GRID.lengths)
-    spectrum = rs.SelfAffineSpectrum.from_rms_height(rms_height, hurst=hurst, q_min=q_min, q_max=GRID.nyquist)
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(
+        rms_height, hurst=hurst, q_min=q_min, q_max=GRID.nyquist
+    )
     return rs.synthesize(spectrum, GRID, np.random.default_rng(seed), amplitudes="gaussian")
 
 
@@ -58,7 +66,11 @@ def test_the_value_of_a_map_is_that_of_its_own_waves_on_ever_finer_points(
     capped_scene, elastic_case, tmp_path, hurst, hardness, edges
 ):
     heights = rough_to_the_pixel(hurst)
-    scene = elastic_case if hardness == "elastic" else capped_scene.with_("body.penetration_hardness", hardness)
+    scene = (
+        elastic_case
+        if hardness == "elastic"
+        else capped_scene.with_("body.penetration_hardness", hardness)
+    )
     run = rs.press(write_scene(tmp_path, heights, scene), tmp_path / "run", edges=edges)
     found = run.estimate(NAME)
     plane = levelled(heights)
@@ -76,7 +88,9 @@ def test_the_value_of_a_map_is_that_of_its_own_waves_on_ever_finer_points(
 
 
 def test_finer_points_keep_the_heights_between_them_wave_by_wave():
-    heights = np.random.default_rng(3).standard_normal((12, 14))  # all waves, those of the Nyquist wavenumber too
+    heights = np.random.default_rng(3).standard_normal(
+        (12, 14)
+    )  # all waves, those of the Nyquist wavenumber too
     fine = refined(heights, (24, 56))
     np.testing.assert_allclose(fine[::2, ::4], heights, atol=1e-12)
     np.testing.assert_allclose(refined(heights, (12, 14)), heights, atol=1e-12)
@@ -89,14 +103,22 @@ def points(n, pixel=1e-6):
     return rs.Grid((n, n), (n * pixel, n * pixel))
 
 
-def test_a_map_has_its_waves_up_to_the_nyquist_wavenumber_and_as_many_pixels_as_there_is_room_for(capped_scene):
+def test_a_map_has_its_waves_up_to_the_nyquist_wavenumber_and_as_many_pixels_as_there_is_room_for(
+    capped_scene,
+):
     all_waves = capped_scene.with_("surface.q_max", 1e8)
     nyquist = math.pi / 1e-6
     assert resolution_of(all_waves, points(512)) == (pytest.approx(nyquist), 4.0, True)
     assert resolution_of(all_waves, points(520)) == (pytest.approx(nyquist), 2.0, True)
     assert resolution_of(all_waves, points(2048)) == (pytest.approx(nyquist), 2.0, True)
-    assert resolution_of(all_waves, points(4096)) == (pytest.approx(nyquist / 2, rel=1e-5), 2.0, False)
-    q_max, pixels, whole = resolution_of(capped_scene, points(128))  # C(q) ends below, as the instrument says
+    assert resolution_of(all_waves, points(4096)) == (
+        pytest.approx(nyquist / 2, rel=1e-5),
+        2.0,
+        False,
+    )
+    q_max, pixels, whole = resolution_of(
+        capped_scene, points(128)
+    )  # C(q) ends below, as the instrument says
     assert (q_max, pixels, whole) == (2e5, 4.0, True)
     oblong = rs.Grid((128, 64), (1.28e-4, 1.28e-4))  # pixels of 1 and 2 µm
     assert resolution_of(all_waves, oblong).q_max == pytest.approx(nyquist / 2)
@@ -107,14 +129,18 @@ def test_a_map_of_too_many_points_loses_its_shortest_waves_and_the_last_step_is_
     capped_scene, elastic_case, tmp_path, monkeypatch, kind
 ):
     monkeypatch.setattr("roughsim.ensemble.press.MOST_SIDE", 64)
-    scene = capped_scene if kind == "capped" else elastic_case  # the theory could continue the elastic one
+    scene = (
+        capped_scene if kind == "capped" else elastic_case
+    )  # the theory could continue the elastic one
     path = write_scene(tmp_path, rough_to_the_pixel(0.8), scene)
     run = rs.press(path, tmp_path / "run", edges="tile", changes=AT_35)
     q_max = math.pi * 64 / SIDE * (1 - 1e-6)  # of 64 points along the longer side
     expected = [((32, 22), q_max / 2), ((64, 44), q_max / 2), ((64, 44), q_max), ((128, 88), q_max)]
     assert [(level.shape, pytest.approx(level.q_max)) for level in run.numerics.levels] == expected
     found, pairs = run.estimate(NAME), run.pairs()
-    low, high = (pairs[k].sample.numbers[NAME][0, 0] * run.heat_partition[0] for k in (0, 2))  # two pixels per wave
+    low, high = (
+        pairs[k].sample.numbers[NAME][0, 0] * run.heat_partition[0] for k in (0, 2)
+    )  # two pixels per wave
     assert found.budget["last step"][0] == pytest.approx(abs(high - low))
     assert "bandwidth" in found.unknown
     assert "continued from q_c" not in found.explain()
@@ -122,5 +148,9 @@ def test_a_map_of_too_many_points_loses_its_shortest_waves_and_the_last_step_is_
 
 def test_a_map_cut_at_its_own_nyquist_wavenumber_is_the_map():
     grid = rs.Grid((12, 14), (12.0, 14.0))
-    heights = np.random.default_rng(3).standard_normal(grid.shape)  # waves of the Nyquist wavenumber too
-    np.testing.assert_allclose(band_limited(heights, grid, grid.shape, grid.nyquist), heights, atol=1e-12)
+    heights = np.random.default_rng(3).standard_normal(
+        grid.shape
+    )  # waves of the Nyquist wavenumber too
+    np.testing.assert_allclose(
+        band_limited(heights, grid, grid.shape, grid.nyquist), heights, atol=1e-12
+    )

@@ -53,12 +53,18 @@ def test_a_file_gets_a_line_for_each_round_with_errors_and_the_time_left(tmp_pat
 def long_run(tmp_path_factory):
     """A stand-in with the longest numbers of a run of days, and three targets."""
     members = SimpleNamespace(
-        available=(1234, 56), seconds=lambda level: np.full((1234, 56)[level], 90.0), __len__=lambda: 1290
+        available=(1234, 56),
+        seconds=lambda level: np.full((1234, 56)[level], 90.0),
+        __len__=lambda: 1290,
     )
     return SimpleNamespace(
         members=members,
         needed=(2345, 67),
-        total_errors={"flash_temperature": 0.011, "correlation_radius_10": 0.052, "contact_fraction": 0.06},
+        total_errors={
+            "flash_temperature": 0.011,
+            "correlation_radius_10": 0.052,
+            "contact_fraction": 0.06,
+        },
         until={"flash_temperature": 0.01, "correlation_radius_10": 0.005, "contact_fraction": 0.05},
         rounds=SimpleNamespace(number=11, wanted=(2345, 67), verdict=object()),
         unknown_parts=lambda name: ["scan"] if name == "correlation_radius_10" else [],
@@ -77,7 +83,9 @@ def test_the_line_of_a_long_run_fits_80_columns_beside_its_bar(long_run, monkeyp
 def test_a_run_warns_in_the_form_of_every_verb(quick, tmp_path, capsys):
     run_command(replace(quick, sliding=replace(quick.sliding, heat_partition="all")), tmp_path)
     warned = [line for line in capsys.readouterr().err.splitlines() if "heat_partition" in line]
-    assert [line.startswith("roughsim: warning: sliding.heat_partition") for line in warned] == [True]
+    assert [line.startswith("roughsim: warning: sliding.heat_partition") for line in warned] == [
+        True
+    ]
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EPIPE])
@@ -119,7 +127,14 @@ def test_a_run_of_a_script_is_not_silent(quick, tmp_path, monkeypatch, capsys):
 
 def test_a_target_error_is_that_of_the_flash_temperature(quick, tmp_path):
     changes = {"sliding.nominal_pressure": "80 MPa"}
-    run = rs.run(quick, tmp_path / "run", changes=changes, target_error="30 %", max_realizations=2, progress=False)
+    run = rs.run(
+        quick,
+        tmp_path / "run",
+        changes=changes,
+        target_error="30 %",
+        max_realizations=2,
+        progress=False,
+    )
     assert run.until == {"flash_temperature": 0.3}
     assert run.scene.sliding.nominal_pressure == 8e7
     with pytest.raises(ValueError, match="target_error = 0.3 and until = .* are both given"):
@@ -135,9 +150,7 @@ def test_a_notebook_prints_a_line_for_each_round_and_its_workers_need_no_guard(q
     nbformat, client = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")
     (tmp_path / "scene.toml").write_text(quick.to_toml())
-    cell = (
-        "import roughsim as rs\nrun = rs.run(rs.load_scene('scene.toml'), 'run', max_realizations=30, workers=2)\nrun"
-    )
+    cell = "import roughsim as rs\nrun = rs.run(rs.load_scene('scene.toml'), 'run', max_realizations=30, workers=2)\nrun"
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell)])
     client.NotebookClient(notebook, resources={"metadata": {"path": str(tmp_path)}}).execute()
     outputs = notebook.cells[0].outputs
@@ -150,5 +163,14 @@ def test_a_notebook_prints_a_line_for_each_round_and_its_workers_need_no_guard(q
 def test_a_study_prints_its_finished_points(quick, tmp_path, capsys):
     short = replace(quick, ensemble=replace(quick.ensemble, max_realizations=2))
     observer = StudyProgress(2).update
-    rs.study(short, vary={"sliding.nominal_pressure": [5e7, 9e7]}, folder=tmp_path / "study", observer=observer)
-    assert capsys.readouterr().err.splitlines()[-1][8:].startswith("2 of 2 points finished; 2 realizations in ")
+    rs.study(
+        short,
+        vary={"sliding.nominal_pressure": [5e7, 9e7]},
+        folder=tmp_path / "study",
+        observer=observer,
+    )
+    assert (
+        capsys.readouterr()
+        .err.splitlines()[-1][8:]
+        .startswith("2 of 2 points finished; 2 realizations in ")
+    )

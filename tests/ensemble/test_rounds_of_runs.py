@@ -14,7 +14,10 @@ from roughsim.results import run as run_module
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import member_name, member_path, read_member
 
-LEVELS = ({"column": "capped", "shape": [32, 32], "q_max": 4e4}, {"column": "capped", "shape": [64, 64], "q_max": 8e4})
+LEVELS = (
+    {"column": "capped", "shape": [32, 32], "q_max": 4e4},
+    {"column": "capped", "shape": [64, 64], "q_max": 8e4},
+)
 ROUNDS = [(4, 2), (6, 2), (6, 4)]
 
 
@@ -52,7 +55,9 @@ class Recording(Executor):
         return future
 
 
-def test_a_round_begins_with_its_largest_grids_and_the_next_one_when_it_is_complete(two_levels, tmp_path, by_hand):
+def test_a_round_begins_with_its_largest_grids_and_the_next_one_when_it_is_complete(
+    two_levels, tmp_path, by_hand
+):
     pool = Recording()
     run = rs.run(two_levels, tmp_path / "run", executor=pool, until={"flash_temperature": 0.1})
     first = [(1, 0), (1, 1), (0, 0), (0, 1), (0, 2), (0, 3)]
@@ -60,7 +65,9 @@ def test_a_round_begins_with_its_largest_grids_and_the_next_one_when_it_is_compl
     assert (run.counts, run.rounds.number, run.target_met) == ((6, 4), 2, True)
 
 
-def test_an_idle_worker_computes_ahead_what_will_be_needed_and_no_more(two_levels, tmp_path, by_hand):
+def test_an_idle_worker_computes_ahead_what_will_be_needed_and_no_more(
+    two_levels, tmp_path, by_hand
+):
     # two workers: the first round is complete but for one member, and nothing is known of the next one yet
     pool = Recording((1, 1), (0, 5))
 
@@ -72,7 +79,12 @@ def test_an_idle_worker_computes_ahead_what_will_be_needed_and_no_more(two_level
             pool.held.pop((0, 5), int)()
 
     run = rs.run(
-        two_levels, tmp_path / "run", executor=pool, workers=2, until={"flash_temperature": 0.1}, observer=observe
+        two_levels,
+        tmp_path / "run",
+        executor=pool,
+        workers=2,
+        until={"flash_temperature": 0.1},
+        observer=observe,
     )
     assert run.counts == (6, 4)
     # of eight and four that it will take: the level that grows most first
@@ -89,7 +101,9 @@ def test_members_ahead_change_nothing_of_a_run(two_levels, tmp_path):
     fewer = rs.run(two_levels, tmp_path / "more", until={}, max_realizations=14)
     assert fewer.counts == alone.counts
     for one, other in ((fewer, alone), (rs.open_run(tmp_path / "more"), alone)):
-        np.testing.assert_array_equal(one.estimate("flash_temperature").mean, other.estimate("flash_temperature").mean)
+        np.testing.assert_array_equal(
+            one.estimate("flash_temperature").mean, other.estimate("flash_temperature").mean
+        )
 
 
 def test_a_process_whose_round_others_complete_computes_ahead(two_levels, tmp_path, by_hand, soon):

@@ -30,12 +30,16 @@ class Broken(Executor):
 @pytest.mark.filterwarnings("ignore:a worker has died")
 def test_workers_that_die_again_and_again_end_the_run_with_advice(quick, tmp_path):
     workers = GivenPools(*(Broken() for _ in range(9)))
-    with pytest.raises(RuntimeError, match=r"workers died 4 times without storing a member; check memory"):
+    with pytest.raises(
+        RuntimeError, match=r"workers died 4 times without storing a member; check memory"
+    ):
         to_do(quick, tmp_path / "run").complete(workers)
     assert workers.used == tasks.RETRIES + 1
 
 
-def test_an_executor_whose_workers_died_is_not_asked_again_and_the_error_has_the_reason(quick, tmp_path):
+def test_an_executor_whose_workers_died_is_not_asked_again_and_the_error_has_the_reason(
+    quick, tmp_path
+):
     # a pool of the caller's stays broken; in a script without a guard its processes die at their start
     asked = []
 
@@ -60,7 +64,10 @@ class Client:
 @pytest.mark.parametrize(
     ("executor", "words"),
     [
-        ("dask", r"executor = 'dask' has no method submit; give a concurrent\.futures\.Executor; .*get_executor"),
+        (
+            "dask",
+            r"executor = 'dask' has no method submit; give a concurrent\.futures\.Executor; .*get_executor",
+        ),
         (
             Client(),
             r"executor\.submit returned a \S*\.Client, not a concurrent\.futures\.Future; .*get_executor",
@@ -68,7 +75,9 @@ class Client:
     ],
     ids=["no executor", "client of dask"],
 )
-def test_what_is_no_executor_of_concurrent_futures_is_refused_with_the_right_one(quick, tmp_path, executor, words):
+def test_what_is_no_executor_of_concurrent_futures_is_refused_with_the_right_one(
+    quick, tmp_path, executor, words
+):
     with pytest.raises(TypeError, match=words):
         rs.run(quick, tmp_path / "run", executor=executor)
     assert not (tmp_path / "run" / "claims").exists()
@@ -103,7 +112,9 @@ def test_an_interrupt_that_python_drops_ends_the_run_after_the_member(quick, tmp
     work = to_do(quick, tmp_path / "run")
     work.runs[0].max_realizations = 5
     work.observer = lambda run: Callback() and None
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell lets its background ignore it
+    before = signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # a shell lets its background ignore it
     try:
         with pytest.raises(KeyboardInterrupt), Workers(1) as workers:
             work.complete(workers)
@@ -163,7 +174,9 @@ class Elsewhere(Executor):
         here, future = os.getcwd(), Future()
         os.chdir(self.root)
         try:
-            future.set_result(function([replace(job, folder=self.other or job.folder) for job in jobs], index))
+            future.set_result(
+                function([replace(job, folder=self.other or job.folder) for job in jobs], index)
+            )
         except Exception as error:
             future.set_exception(error)
         finally:
@@ -181,14 +194,22 @@ def test_workers_that_started_elsewhere_write_into_the_run_folder(quick, tmp_pat
     assert list((tmp_path / "there").iterdir()) == []
 
 
-def test_a_file_system_that_is_not_shared_is_named_and_no_member_counts(quick, tmp_path, monkeypatch):
+def test_a_file_system_that_is_not_shared_is_named_and_no_member_counts(
+    quick, tmp_path, monkeypatch
+):
     monkeypatch.setattr(tasks, "LATE", 0.05)
     host = re.escape(socket.gethostname())
-    unseen = rf"a worker on {host} does not see .*none: it was moved, or the file system is not shared"
+    unseen = (
+        rf"a worker on {host} does not see .*none: it was moved, or the file system is not shared"
+    )
     with pytest.raises(rs.RecordError, match=unseen):
         rs.run(quick, tmp_path / "run", executor=Elsewhere(tmp_path, tmp_path / "none"))
-    rs.run(quick, tmp_path / "other", max_realizations=1)  # a folder of the same name on the disk of the worker
-    with pytest.raises(rs.RecordError, match=rf"a worker on {host} wrote .*run.realizations.L0-00000..h5, but this"):
+    rs.run(
+        quick, tmp_path / "other", max_realizations=1
+    )  # a folder of the same name on the disk of the worker
+    with pytest.raises(
+        rs.RecordError, match=rf"a worker on {host} wrote .*run.realizations.L0-00000..h5, but this"
+    ):
         rs.run(quick, tmp_path / "run", executor=Elsewhere(tmp_path, tmp_path / "other"))
     assert rs.open_run(tmp_path / "run").realizations == 0
 
@@ -214,6 +235,9 @@ def test_an_executor_that_drops_its_calls_ends_the_run_with_a_sentence(quick, tm
             future.cancel()
             return future
 
-    with pytest.raises(RuntimeError, match="its scheduler or its workers have ended; all finished members are stored"):
+    with pytest.raises(
+        RuntimeError,
+        match="its scheduler or its workers have ended; all finished members are stored",
+    ):
         rs.run(quick, tmp_path / "run", executor=Dropping())
     assert not (tmp_path / "run" / "claims").exists()

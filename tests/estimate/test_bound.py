@@ -4,7 +4,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ladder_cases import BOUND, END, NAME, VARIANCE, at_speeds, ladder, power_law, rungs_at, scattered
+from ladder_cases import (
+    BOUND,
+    END,
+    NAME,
+    VARIANCE,
+    at_speeds,
+    ladder,
+    power_law,
+    rungs_at,
+    scattered,
+)
 
 from roughsim.estimate.levels import values_of
 from roughsim.estimate.limit import by_bound
@@ -49,7 +59,9 @@ def test_a_distance_that_hardly_falls_may_fall_faster_further_on():
     slow = by_bound(rungs_at([[7.0 + 4.0 * x**-0.1] for x in (8.0, 16.0)], (8.0, 16.0)), 64.0, 7.0)
     now, left = (4.0 * x**-0.1 for x in (16.0, 64.0))
     assert slow.rest.value[0] == pytest.approx(left - now, rel=1e-9)
-    assert slow.error[0] == pytest.approx(left - now * 0.25**0.4, rel=1e-9)  # more than what follows
+    assert slow.error[0] == pytest.approx(
+        left - now * 0.25**0.4, rel=1e-9
+    )  # more than what follows
 
 
 @pytest.mark.parametrize("growth", [1e-9, 0.01, 0.5])
@@ -70,8 +82,13 @@ def test_distances_on_both_sides_go_on_in_first_order(means):
 
 def test_each_speed_has_its_own_exponent():
     q = 8.0, 16.0
-    limit = by_bound(rungs_at([[power_law(x, 0.5), power_law(x, 1.2, c=-1.0)] for x in q], q), 64.0, 7.0)
-    end = [power_law(64.0, 0.5) - power_law(16.0, 0.5), power_law(64.0, 1.2, c=-1.0) - power_law(16.0, 1.2, c=-1.0)]
+    limit = by_bound(
+        rungs_at([[power_law(x, 0.5), power_law(x, 1.2, c=-1.0)] for x in q], q), 64.0, 7.0
+    )
+    end = [
+        power_law(64.0, 0.5) - power_law(16.0, 0.5),
+        power_law(64.0, 1.2, c=-1.0) - power_law(16.0, 1.2, c=-1.0),
+    ]
     np.testing.assert_allclose(limit.rest.value, end, rtol=1e-9)
     assert limit.way.endswith("p = 0.50, 1.20")
 
@@ -109,7 +126,9 @@ def test_areas_and_variance_of_yielded_contact_tend_to_their_bound_as_a_power(st
 
 
 @pytest.mark.parametrize("name", [NAME, "contact_fraction"])
-def test_all_that_follows_by_a_power_is_in_doubt_where_the_spectrum_falls_more_steeply(steel, asked, name):
+def test_all_that_follows_by_a_power_is_in_doubt_where_the_spectrum_falls_more_steeply(
+    steel, asked, name
+):
     means = BOUND * np.array([1.4, 1.2, 1.1])
     stored = {"contact_fraction": "contact_fraction_corrected"}.get(name, name)
     pairs = ladder(at_speeds(*means), (1e5, 2e5, 4e5), name=stored)
@@ -119,15 +138,23 @@ def test_all_that_follows_by_a_power_is_in_doubt_where_the_spectrum_falls_more_s
     rest = np.abs(law.mean - means[-1])
     np.testing.assert_allclose(steep.errors["bandwidth"], rest, rtol=1e-9)
     assert np.all(law.errors["bandwidth"] < 0.7 * rest)
-    np.testing.assert_allclose(flat.mean, means[-1], rtol=1e-12)  # no rule is known where it falls less steeply
-    np.testing.assert_allclose(flat.errors["bandwidth"], np.nan if name == NAME else 0.1 * BOUND, rtol=1e-9)
+    np.testing.assert_allclose(
+        flat.mean, means[-1], rtol=1e-12
+    )  # no rule is known where it falls less steeply
+    np.testing.assert_allclose(
+        flat.errors["bandwidth"], np.nan if name == NAME else 0.1 * BOUND, rtol=1e-9
+    )
 
 
-def test_an_area_that_hardly_changes_is_in_doubt_by_its_exponent_where_the_spectrum_falls_more_steeply(steel, asked):
+def test_an_area_that_hardly_changes_is_in_doubt_by_its_exponent_where_the_spectrum_falls_more_steeply(
+    steel, asked
+):
     pairs = ladder(np.full((2, 1), 1.2 * BOUND), (2e5, 4e5), name="contact_fraction_corrected")
     values = values_of(kinked(steel, 5.6), "capped", "contact_fraction", pairs)
     assert values.mean[0] == pytest.approx(1.2 * BOUND, rel=1e-12)
-    assert values.errors["bandwidth"][0] == pytest.approx(0.2 * BOUND * (1.0 - (4e5 / END) ** 0.3), rel=1e-9)
+    assert values.errors["bandwidth"][0] == pytest.approx(
+        0.2 * BOUND * (1.0 - (4e5 / END) ** 0.3), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("name", BOUNDED)
@@ -145,21 +172,28 @@ def test_what_follows_beyond_the_bound_leaves_the_way_to_it_in_doubt(steel, fore
     bound, sign, stored = BOUNDED[name]
     foretold.theory = bound * (1.0 + sign * np.array([[0.2], [0.1], [-0.15]]))
     values = values_of(
-        steel, "capped", name, ladder([bound * (1.0 + sign * x) for x in (0.2, 0.1)], (1e5, 2e5), name=stored)
+        steel,
+        "capped",
+        name,
+        ladder([bound * (1.0 + sign * x) for x in (0.2, 0.1)], (1e5, 2e5), name=stored),
     )
     assert values.mean[0] == pytest.approx(bound, rel=1e-12)
     assert values.errors["bandwidth"][0] == pytest.approx(0.1 * bound, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", BOUNDED)
-def test_where_nothing_continues_an_area_or_variance_its_bound_limits_the_error(steel, foretold, name):
+def test_where_nothing_continues_an_area_or_variance_its_bound_limits_the_error(
+    steel, foretold, name
+):
     foretold.theory = np.full((2, 1), np.nan)
     bound, sign, stored = BOUNDED[name]
     (pair,) = ladder([(1.0 + 0.2 * sign) * bound], (2e5,), name=stored)
     values = values_of(steel, "capped", name, [pair])
     assert values.mean[0] == pytest.approx((1.0 + 0.2 * sign) * bound, rel=1e-12)
     assert values.errors["bandwidth"][0] == pytest.approx(0.2 * bound, rel=1e-9)
-    elastic = values_of(steel, "elastic", name, [pair])  # where nothing yields there is no such bound
+    elastic = values_of(
+        steel, "elastic", name, [pair]
+    )  # where nothing yields there is no such bound
     assert np.isnan(elastic.errors["bandwidth"][0])
 
 

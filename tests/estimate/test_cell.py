@@ -27,7 +27,13 @@ def soft():
 
 def elastic(pressure="10 MPa", **surface):
     face = {"rms_height": "1 um", "hurst": 0.8, "q_min": 6350.0, "q_max": 20 * 6350.0} | surface
-    body = {"youngs_modulus": 2e11, "poisson_ratio": 0.3, "conductivity": 30.0, "density": 7900, "heat_capacity": 500}
+    body = {
+        "youngs_modulus": 2e11,
+        "poisson_ratio": 0.3,
+        "conductivity": 30.0,
+        "density": 7900,
+        "heat_capacity": 500,
+    }
     sliding = {"friction_coefficient": 0.1, "speed": [0.0, 0.04, 1e6], "nominal_pressure": pressure}
     return rs.load_scene({"surface": face, "body": body, "sliding": sliding})
 
@@ -63,7 +69,9 @@ def test_the_error_is_the_inverse_of_the_number_of_hills_that_carry_load(soft):
     share = 0.4 * prediction.area_fractions(soft, 2 * pi / (np.sqrt(hill) / 2))["contact_fraction"]
     low = (0.03 / share + 0.2) / hills
     assert cell_size.size_error(soft, cell(4)) == pytest.approx(low / (1 + low), rel=1e-4)
-    assert cell_size.size_error(soft, cell(4), "contact_fraction") == cell_size.size_error(soft, cell(4))
+    assert cell_size.size_error(soft, cell(4), "contact_fraction") == cell_size.size_error(
+        soft, cell(4)
+    )
     assert np.isnan(cell_size.size_error(soft, cell(4), "correlation_radius_0"))
 
 
@@ -86,9 +94,15 @@ def test_the_error_is_of_the_shorter_side_and_falls_with_its_square_and_the_load
 def test_waves_far_shorter_than_a_hill_change_nothing(soft):
     # loads that touch on as much of the hills: C(q) to 20 and to 2000 q_min, with equal waves up to there
     face = soft.surface
-    long = replace(face, q_max=2000 * 6350.0, rms_height=face.rms_height * np.sqrt((1 - 2000**-1.6) / (1 - 20**-1.6)))
+    long = replace(
+        face,
+        q_max=2000 * 6350.0,
+        rms_height=face.rms_height * np.sqrt((1 - 2000**-1.6) / (1 - 20**-1.6)),
+    )
     longer = replace(soft, surface=long)
-    np.testing.assert_allclose(cell_size.size_error(longer, cell(4)), cell_size.size_error(soft, cell(4)), rtol=0.03)
+    np.testing.assert_allclose(
+        cell_size.size_error(longer, cell(4)), cell_size.size_error(soft, cell(4)), rtol=0.03
+    )
 
 
 def test_a_cell_shorter_than_the_longest_wave_lacks_what_is_longer(soft):
@@ -109,7 +123,9 @@ def test_a_cell_holds_four_longest_waves(steel):
 
 @pytest.mark.parametrize("pressure", [6e5, 2e6, 6e6])
 @pytest.mark.parametrize("target", [0.01, 0.002])
-def test_a_cell_under_light_load_is_the_shortest_whose_error_is_a_part_of_the_target(steel, pressure, target):
+def test_a_cell_under_light_load_is_the_shortest_whose_error_is_a_part_of_the_target(
+    steel, pressure, target
+):
     light = loaded(steel, pressure)
     lengths, why = cell_size.choose_lengths(light, target)
     waves = round(lengths[0] / WAVE)
@@ -123,7 +139,9 @@ def test_a_cell_under_light_load_is_the_shortest_whose_error_is_a_part_of_the_ta
 @pytest.mark.parametrize("q_min", [5e4, 1e3])
 def test_a_plateau_counts_waves_of_its_end(steel, q_min):
     lengths, why = cell_size.choose_lengths(flat(steel, q_min))
-    assert lengths[0] == pytest.approx(8 * 2 * pi / 9.4e4)  # or 4 of the longest, where these are less
+    assert lengths[0] == pytest.approx(
+        8 * 2 * pi / 9.4e4
+    )  # or 4 of the longest, where these are less
     assert "C(q) is flat below q_roll_off" in why
 
 
@@ -134,7 +152,9 @@ def test_one_face_without_a_plateau_counts_longest_waves(steel):
     hard = {"youngs_modulus": 2e11, "poisson_ratio": 0.3, "like": None}
     for exponent, side in ((1.5, 4 * 2 * pi / 5e4), (0.0, 8 * 2 * pi / 9.4e4)):
         other = replace(scene.counterface, **face | hard | {"roll_off_exponent": exponent})
-        assert cell_size.choose_lengths(replace(scene, counterface=other))[0][0] == pytest.approx(side)
+        assert cell_size.choose_lengths(replace(scene, counterface=other))[0][0] == pytest.approx(
+            side
+        )
 
 
 @pytest.mark.statistical
@@ -144,7 +164,9 @@ def test_t_flash_of_a_small_cell_is_too_low_by_what_is_charged():
     light = replace(light, body=replace(light.body, penetration_hardness=2e9))
     means, errors, charged = [], [], []
     for waves, count in ((4, 400), (8, 100)):
-        numerics = rs.Numerics((rs.Level("capped", (24 * waves, 24 * waves), 6 * 6350.0),), cell(waves))
+        numerics = rs.Numerics(
+            (rs.Level("capped", (24 * waves, 24 * waves), 6 * 6350.0),), cell(waves)
+        )
         members = (rs.realize(light, numerics, seed=waves, index=index) for index in range(count))
         rows = np.array([member.observables.flash_temperature[1:] for member in members])
         means.append(rows.mean(axis=0))

@@ -21,7 +21,9 @@ def sample(q_max, n, seed, *, part=False, side=64.0, reach=3.0):
 
 def curve(level):
     """The correlation of each realization by SciPy's Bessel function, mode by mode."""
-    return sum(np.outer(level.spectrum[:, k], j0(q * DISTANCE)) for k, q in enumerate(level.wavenumber))
+    return sum(
+        np.outer(level.spectrum[:, k], j0(q * DISTANCE)) for k, q in enumerate(level.wavenumber)
+    )
 
 
 def test_one_level_is_its_mean():
@@ -34,12 +36,16 @@ def test_one_level_is_its_mean():
 
 def test_steps_add_their_mean_changes_and_independent_variances():
     low, below, high = sample(1.0, 9, 1), sample(1.0, 5, 2), sample(2.0, 5, 3)
-    mean, error, freedom = correlation_of([Pair(0, 0, low, None), Pair(1, 1, high, below)], DISTANCE)
+    mean, error, freedom = correlation_of(
+        [Pair(0, 0, low, None), Pair(1, 1, high, below)], DISTANCE
+    )
     change = curve(high) - curve(below)
     np.testing.assert_allclose(mean, curve(low).mean(axis=0) + change.mean(axis=0), rtol=1e-12)
     parts = curve(low).var(axis=0, ddof=1) / 9, change.var(axis=0, ddof=1) / 5
     np.testing.assert_allclose(error, np.sqrt(sum(parts)), rtol=1e-12)
-    np.testing.assert_allclose(freedom, sum(parts) ** 2 / (parts[0] ** 2 / 8 + parts[1] ** 2 / 4), rtol=1e-12)
+    np.testing.assert_allclose(
+        freedom, sum(parts) ** 2 / (parts[0] ** 2 / 8 + parts[1] ** 2 / 4), rtol=1e-12
+    )
 
 
 def test_levels_in_a_part_of_the_cell_add_changes_within_their_reach():
@@ -49,7 +55,9 @@ def test_levels_in_a_part_of_the_cell_add_changes_within_their_reach():
     change = np.where(DISTANCE <= 2.0, curve(high) - curve(below), 0.0)
     np.testing.assert_allclose(mean, curve(low).mean(axis=0) + change.mean(axis=0), rtol=1e-12)
     assert freedom[-1] == 8.0  # beyond their reach the run's cell alone counts
-    whole = correlation_of([Pair(0, 0, replace(low, reach=2.0), None)], DISTANCE)  # it holds up to its own reach
+    whole = correlation_of(
+        [Pair(0, 0, replace(low, reach=2.0), None)], DISTANCE
+    )  # it holds up to its own reach
     np.testing.assert_allclose(whole[0], curve(low).mean(axis=0), rtol=1e-12)
 
 
@@ -61,8 +69,12 @@ def test_of_partners_that_of_the_highest_cut_off_counts_alone():
     plain, *_ = correlation_of(pairs, DISTANCE)
     np.testing.assert_array_equal(correlation_of([*pairs, at_low], DISTANCE)[0], plain)
     change = (curve(at_high.sample) - curve(at_high.below)).mean(axis=0)
-    np.testing.assert_allclose(correlation_of([*pairs, at_high], DISTANCE)[0], plain + change, rtol=1e-12)
-    lowest, *_ = correlation_of([pairs[0], at_low], DISTANCE)  # the lowest level is the highest here
+    np.testing.assert_allclose(
+        correlation_of([*pairs, at_high], DISTANCE)[0], plain + change, rtol=1e-12
+    )
+    lowest, *_ = correlation_of(
+        [pairs[0], at_low], DISTANCE
+    )  # the lowest level is the highest here
     change = (curve(at_low.sample) - curve(at_low.below)).mean(axis=0)
     np.testing.assert_allclose(lowest, curve(low).mean(axis=0) + change, rtol=1e-12)
 

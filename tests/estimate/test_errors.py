@@ -14,12 +14,16 @@ from roughsim.estimate.mean import Mean, mean_of
 SHARES = {"bandwidth": 0.02, "pixel": 0.03}
 
 
-def values_of(mean, *, bandwidth=0.0, pixel=0.0, last_step=0.0, finest=None, size=0.0, solver=0.0, **scan):
+def values_of(
+    mean, *, bandwidth=0.0, pixel=0.0, last_step=0.0, finest=None, size=0.0, solver=0.0, **scan
+):
     """Values with these other errors at all speeds; `size`, `solver` and `scan` are relative."""
     parts = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
     filled = {name: np.zeros_like(mean.value) + part for name, part in parts.items()}
     finest = mean.value if finest is None else finest
-    return with_errors(Values(mean.value, finest, mean.scatter, filled), size=size, solver=solver, **scan)
+    return with_errors(
+        Values(mean.value, finest, mean.scatter, filled), size=size, solver=solver, **scan
+    )
 
 
 def rows_of(seed, n, mean=10.0, scatter=1.0, speeds=2):
@@ -48,8 +52,12 @@ def test_three_streams_have_satterthwaites_degrees_of_freedom():
     rows = [rows_of(k, n, scatter=s) for k, (n, s) in enumerate(((12, 1.0), (6, 0.5), (4, 2.0)))]
     mean = mean_of(0, rows[0]).plus(mean_of(1, rows[1])).plus(mean_of(2, rows[2]).times(0.3))
     error, freedom = est.spread_of(mean)
-    parts = [w**2 * x.var(axis=0, ddof=1) / len(x) for w, x in zip((1.0, 1.0, 0.3), rows, strict=True)]
-    worth = sum(parts) ** 2 / sum(part**2 / (len(x) - 1) for part, x in zip(parts, rows, strict=True))
+    parts = [
+        w**2 * x.var(axis=0, ddof=1) / len(x) for w, x in zip((1.0, 1.0, 0.3), rows, strict=True)
+    ]
+    worth = sum(parts) ** 2 / sum(
+        part**2 / (len(x) - 1) for part, x in zip(parts, rows, strict=True)
+    )
     np.testing.assert_allclose(error, np.sqrt(sum(parts)), rtol=1e-12)
     np.testing.assert_allclose(freedom, worth, rtol=1e-12)
 
@@ -93,7 +101,9 @@ def test_plain_rows_have_the_error_of_their_mean():
 @pytest.mark.parametrize("freedom", [1.0, 2.5, 11.0, 400.0])
 def test_the_quantile_is_students_and_wider_for_runs_that_stop_themselves(freedom):
     assert est.quantile(freedom) == pytest.approx(students(1.0, freedom), rel=1e-9)
-    assert est.half_width(np.array([0.3]), np.array([freedom]))[0] == pytest.approx(students(0.3, freedom), rel=1e-9)
+    assert est.half_width(np.array([0.3]), np.array([freedom]))[0] == pytest.approx(
+        students(0.3, freedom), rel=1e-9
+    )
 
 
 def test_less_than_one_degree_of_freedom_counts_as_one():
@@ -135,7 +145,9 @@ def test_an_estimate_has_all_parts_of_its_error():
 
 def test_errors_are_not_negative_where_the_mean_is():
     beyond = {"size": 0.01, "solver": 1e-3, "scan": np.full(2, 0.1)}
-    values = values_of(mean_of(0, -rows_of(1, 20)), bandwidth=0.1, pixel=0.1, last_step=0.1, **beyond)
+    values = values_of(
+        mean_of(0, -rows_of(1, 20)), bandwidth=0.1, pixel=0.1, last_step=0.1, **beyond
+    )
     found = est.estimate("flash_gradient", values)
     ratio = est.quotient(values, values_of(mean_of(0, rows_of(1, 20)), scan=0.0))
     for budget in (found.budget, ratio.budget):
@@ -156,7 +168,10 @@ def test_the_last_step_counts_where_there_is_one():
     assert found.unknown == ("bandwidth",)
     assert "≥" in str(found.number(1))
     assert "last step" not in est.estimate(NAME, values_of(mean)).budget
-    assert "the waves above the highest q_c may change more than the last step to it did" in found.explain()
+    assert (
+        "the waves above the highest q_c may change more than the last step to it did"
+        in found.explain()
+    )
 
 
 def test_at_rest_no_spectrum_changes_what_does_not_heat():
@@ -178,11 +193,15 @@ def test_a_part_is_unknown_where_no_level_shows_it_but_not_where_the_mean_itself
     values = values_of(mean_of(0, rows), bandwidth=np.nan, size=0.01)
     found = est.estimate("slope_length", values)
     assert found.unknown == ("bandwidth",)
-    np.testing.assert_allclose(found.total_error[1], np.hypot(found.half_width[1], 0.01 * found.mean[1]), rtol=1e-12)
+    np.testing.assert_allclose(
+        found.total_error[1], np.hypot(found.half_width[1], 0.01 * found.mean[1]), rtol=1e-12
+    )
 
 
 def test_an_estimate_explains_itself():
-    found = est.estimate(NAME, values_of(mean_of(0, rows_of(1, 20)), pixel=np.nan, size=0.01), ("one note",))
+    found = est.estimate(
+        NAME, values_of(mean_of(0, rows_of(1, 20)), pixel=np.nan, size=0.01), ("one note",)
+    )
     text = found.explain()
     assert text.startswith(f"{NAME}:\n")
     assert "n = 20 realizations of the lowest level; interval with 19 degrees of freedom" in text
@@ -206,19 +225,29 @@ def test_the_table_of_an_estimate_has_a_column_for_each_part_and_a_row_for_each_
     values = values_of(mean_of(0, rows_of(1, 20)), bandwidth=0.3, pixel=0.4)
     found = est.estimate(NAME, values._replace(finest=values.mean - 0.9))
     table = found.table()
-    assert [column.title for column in table.columns] == ["mean ± total error", *found.budget, "finest − mean"]
+    assert [column.title for column in table.columns] == [
+        "mean ± total error",
+        *found.budget,
+        "finest − mean",
+    ]
     for k, row in enumerate(table.rows):
         assert row[0].value == found.mean[k]
         assert row[0].error == found.total_error[k]
-        assert [cell.value for cell in row[1:]] == pytest.approx([*(part[k] for part in found.budget.values()), -0.9])
+        assert [cell.value for cell in row[1:]] == pytest.approx(
+            [*(part[k] for part in found.budget.values()), -0.9]
+        )
     named = replace(found, speeds=(0.5, 2.0))
     assert [row[0] for row in named.table().rows] == ["0.5", "2"]
-    assert [part.value for part in found.parts(0, ("scan", "pixel"))] == pytest.approx([0.0, 0.4, -0.9])
+    assert [part.value for part in found.parts(0, ("scan", "pixel"))] == pytest.approx(
+        [0.0, 0.4, -0.9]
+    )
 
 
 def test_what_is_exactly_zero_or_undefined_has_no_unknown_error():
     means = np.array([0.0, 2.0, np.nan])
-    found = est.Uncertain(means, means, {"statistical": np.array([0.0, 0.3, 0.0]), "scan": np.full(3, np.nan)})
+    found = est.Uncertain(
+        means, means, {"statistical": np.array([0.0, 0.3, 0.0]), "scan": np.full(3, np.nan)}
+    )
     assert [found.unknown_at(k) for k in range(3)] == [(), ("scan",), ()]
     np.testing.assert_array_equal(found.total_error, [0.0, 0.3, np.nan])
 
@@ -228,7 +257,9 @@ def test_what_is_exactly_zero_or_undefined_has_no_unknown_error():
 
 def test_a_ratio_has_the_errors_of_both_columns_but_for_the_scatter_that_they_share():
     mean = mean_of(0, rows_of(8, 40, 4.0, 0.4))
-    below = values_of(mean, bandwidth=0.02 * mean.value, pixel=0.03 * mean.value, size=0.001, solver=2e-4)
+    below = values_of(
+        mean, bandwidth=0.02 * mean.value, pixel=0.03 * mean.value, size=0.001, solver=2e-4
+    )
     above = values_of(mean.times(0.5), bandwidth=0.01 * mean.value, size=0.002, solver=2e-4)
     found = est.quotient(above, below, size=0.003)
     expected = {
@@ -252,11 +283,16 @@ def test_a_ratio_pairs_surfaces_and_adds_the_scatter_of_levels_that_are_not_shar
     found = est.quotient(above, values_of(mean_of(0, common)))
     b = common.mean(axis=0)
     ratio = (above_rows.mean(axis=0) + fine.mean(axis=0)) / b
-    parts = [(above_rows - ratio * common).var(axis=0, ddof=1) / 12 / b**2, fine.var(axis=0, ddof=1) / 6 / b**2]
+    parts = [
+        (above_rows - ratio * common).var(axis=0, ddof=1) / 12 / b**2,
+        fine.var(axis=0, ddof=1) / 6 / b**2,
+    ]
     np.testing.assert_allclose(found.mean, ratio, rtol=1e-12)
     np.testing.assert_allclose(found.standard_error, np.sqrt(sum(parts)), rtol=1e-9)
     freedom = sum(parts) ** 2 / (parts[0] ** 2 / 11 + parts[1] ** 2 / 5)
-    np.testing.assert_allclose(found.budget["statistical"], students(np.sqrt(sum(parts)), freedom), rtol=1e-9)
+    np.testing.assert_allclose(
+        found.budget["statistical"], students(np.sqrt(sum(parts)), freedom), rtol=1e-9
+    )
 
 
 def test_a_ratio_to_exact_values_of_the_same_modes_has_no_bandwidth_error():
@@ -264,7 +300,9 @@ def test_a_ratio_to_exact_values_of_the_same_modes_has_no_bandwidth_error():
     above = values_of(mean_of(0, rows), bandwidth=np.nan, pixel=0.08, last_step=1.0, solver=1e-3)
     found = est.quotient(above, np.array([2.0, 8.0]), size=np.array([0.01, 0.0]))
     np.testing.assert_allclose(found.mean, rows.mean(axis=0) / [2.0, 8.0], rtol=1e-12)
-    np.testing.assert_allclose(found.standard_error, stats.sem(rows, axis=0) / [2.0, 8.0], rtol=1e-9)
+    np.testing.assert_allclose(
+        found.standard_error, stats.sem(rows, axis=0) / [2.0, 8.0], rtol=1e-9
+    )
     np.testing.assert_array_equal(found.budget["bandwidth"], 0.0)
     assert "last step" not in found.budget
     assert found.unknown_at(0) == ()
@@ -314,13 +352,19 @@ def test_intervals_of_three_streams_hold_the_mean_as_often_as_they_say():
         mean = mean.plus(mean_of(stream, scatter * rng.standard_normal((n, trials))))
     error, freedom = est.spread_of(mean)
     held = np.mean(np.abs(mean.value) <= stats.t.ppf(0.975, freedom) * error)
-    assert abs(held - 0.95) < 0.01 + 3.0 * np.sqrt(0.05 * 0.95 / trials)  # Satterthwaite's freedom is not exact
+    assert abs(held - 0.95) < 0.01 + 3.0 * np.sqrt(
+        0.05 * 0.95 / trials
+    )  # Satterthwaite's freedom is not exact
 
 
 def test_a_product_has_all_parts_of_both_factors():
     # 10 ± (.3 and .2) times 4 ± (.1 and .5): to first order 4·.3 + 10·.1 and so on
-    first = values_of(mean_of(0, np.full((4, 1), 10.0)), bandwidth=0.3)._replace(errors={"bandwidth": 0.3, "tail": 0.2})
-    second = values_of(mean_of(0, np.full((4, 1), 4.0)))._replace(errors={"bandwidth": 0.1, "scan": 0.5})
+    first = values_of(mean_of(0, np.full((4, 1), 10.0)), bandwidth=0.3)._replace(
+        errors={"bandwidth": 0.3, "tail": 0.2}
+    )
+    second = values_of(mean_of(0, np.full((4, 1), 4.0)))._replace(
+        errors={"bandwidth": 0.1, "scan": 0.5}
+    )
     for both in (product(first, second), product(second, first)):
         assert both.mean == pytest.approx(40.0)
         found = {name: float(part[0]) for name, part in both.errors.items()}

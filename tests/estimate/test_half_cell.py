@@ -32,7 +32,15 @@ def test_a_part_of_the_cell_has_an_error_of_a_twentieth_at_most(steel):
     light = loaded(steel, 1e6)
     error = size_error(light, cell(4))
     waves = 4 * sqrt(19 * error / (1 - error))  # per side of the cell whose error is a twentieth
-    for times, parts in ((0.99, 1), (1.01, 1), (1.99, 1), (2.01, 2), (3.99, 2), (4.01, 4), (9.0, 4)):
+    for times, parts in (
+        (0.99, 1),
+        (1.01, 1),
+        (1.99, 1),
+        (2.01, 2),
+        (3.99, 2),
+        (4.01, 4),
+        (9.0, 4),
+    ):
         lengths = (times * waves * WAVE, 20 * waves * WAVE)
         assert cell_size.parts_of(light, lengths, 0.01) == parts
 
@@ -40,7 +48,10 @@ def test_a_part_of_the_cell_has_an_error_of_a_twentieth_at_most(steel):
 @pytest.mark.parametrize("target", [0.005, 0.01])
 def test_a_part_of_the_cell_of_smoothed_contact_errs_by_the_target_at_most(steel, target):
     light = loaded(steel, 1e6)
-    found = {waves: cell_size.parts_of(light, cell(waves), target, "smoothed") for waves in (8, 24, 40, 64, 256)}
+    found = {
+        waves: cell_size.parts_of(light, cell(waves), target, "smoothed")
+        for waves in (8, 24, 40, 64, 256)
+    }
     for waves, parts in found.items():
         errors = {n: size_error(light, cell(waves / n), column="smoothed") for n in (4, 2)}
         assert parts == next((n for n, error in errors.items() if error <= target), 1)
@@ -48,7 +59,9 @@ def test_a_part_of_the_cell_of_smoothed_contact_errs_by_the_target_at_most(steel
 
 
 @pytest.mark.parametrize("parts", [2, 4])
-def test_a_part_adds_half_of_its_error_in_elastic_contact_and_nothing_in_capped_contact(steel, parts):
+def test_a_part_adds_half_of_its_error_in_elastic_contact_and_nothing_in_capped_contact(
+    steel, parts
+):
     light = loaded(steel, 3e6)
     assert size_error(light, cell(8), parts=parts) == size_error(light, cell(8))
     soft = replace(steel, body=replace(steel.body, penetration_hardness=None))
@@ -64,7 +77,12 @@ def test_half_the_cell_has_the_same_ratio_of_means():
     # σ₀/σ_P = .01, q_y = 3 q_min: from 2 to 4 q_y in cells of four and of two waves, where means differ by a tenth
     scene = rs.load_scene(
         {
-            "surface": {"rms_height": "2.13 um", "hurst": 0.8, "q_min": 6350.0, "q_max": 96 * 6350.0},
+            "surface": {
+                "rms_height": "2.13 um",
+                "hurst": 0.8,
+                "q_min": 6350.0,
+                "q_max": 96 * 6350.0,
+            },
             "body": {
                 "youngs_modulus": "200 GPa",
                 "poisson_ratio": 0.3,
@@ -73,7 +91,11 @@ def test_half_the_cell_has_the_same_ratio_of_means():
                 "density": 7900.0,
                 "heat_capacity": 500.0,
             },
-            "sliding": {"friction_coefficient": 0.11, "speed": [0.001, 100.0], "nominal_pressure": "20 MPa"},
+            "sliding": {
+                "friction_coefficient": 0.11,
+                "speed": [0.001, 100.0],
+                "nominal_pressure": "20 MPa",
+            },
         }
     )
 
@@ -82,9 +104,13 @@ def test_half_the_cell_has_the_same_ratio_of_means():
         rows = np.empty((2, count, 2))
         for k in (1, 2):
             level = rs.Level("capped", (24 * k * waves,) * 2, 6 * k * 6350.0)
-            numerics = rs.Numerics((level,), cell(waves))  # one level: both cut-offs have the same modes
+            numerics = rs.Numerics(
+                (level,), cell(waves)
+            )  # one level: both cut-offs have the same modes
             for i in range(count):
-                rows[k - 1, i] = rs.realize(scene, numerics, seed=waves, index=i).observables.flash_temperature
+                rows[k - 1, i] = rs.realize(
+                    scene, numerics, seed=waves, index=i
+                ).observables.flash_temperature
         low, high = rows.mean(axis=1)
         scatter = (rows[1] / high - rows[0] / low).std(axis=0, ddof=1)
         return high / low - 1, high / low * scatter / sqrt(count)

@@ -29,7 +29,9 @@ def sample(n, speeds=2):
 def statistic(name, data):
     """Takes the numbers of rows to the observable of their mean, (speeds,) or (1,), without influence values."""
     if name in OF_MEANS:
-        return lambda rows: OF_MEANS[name]({key: values[rows].mean(axis=0) for key, values in data.numbers.items()})
+        return lambda rows: OF_MEANS[name](
+            {key: values[rows].mean(axis=0) for key, values in data.numbers.items()}
+        )
 
     def radius(rows):
         mean = data.spectrum[rows].mean(axis=0)
@@ -68,21 +70,34 @@ def test_influence_values_have_the_mean_and_the_error_of_a_jackknife(name):
 def test_a_ratio_and_a_product_of_means_keep_the_pairing(power):
     rng = np.random.default_rng(3)
     below, above = 5.0 + rng.standard_normal((50, 1)), 7.0 + rng.standard_normal((50, 1))
-    np.testing.assert_allclose(ratio(3.0 * below, below, power), 3.0**power, rtol=1e-12)  # the common scatter cancels
+    np.testing.assert_allclose(
+        ratio(3.0 * below, below, power), 3.0**power, rtol=1e-12
+    )  # the common scatter cancels
     for found, of_means in (
         (ratio(above, below, power), lambda a, b: (a / b) ** power),
         (product(above, below), lambda a, b: a * b),
     ):
-        without = left_out(lambda rows, f=of_means: f(above[rows].mean(axis=0), below[rows].mean(axis=0)), 50)
+        without = left_out(
+            lambda rows, f=of_means: f(above[rows].mean(axis=0), below[rows].mean(axis=0)), 50
+        )
         error = np.sqrt(49 * np.mean((without - without.mean(axis=0)) ** 2, axis=0))
         np.testing.assert_allclose(spread(found)[0], error, rtol=0.05)
-        np.testing.assert_allclose(found.mean(axis=0), of_means(above.mean(axis=0), below.mean(axis=0)), rtol=1e-12)
+        np.testing.assert_allclose(
+            found.mean(axis=0), of_means(above.mean(axis=0), below.mean(axis=0)), rtol=1e-12
+        )
 
 
 def test_what_is_exact_at_rest():
-    rest = {"flash_temperature": 0.0, "flash_gradient": 0.0, "flash_laplacian": 0.0, "slope_length": np.inf}
+    rest = {
+        "flash_temperature": 0.0,
+        "flash_gradient": 0.0,
+        "flash_laplacian": 0.0,
+        "slope_length": np.inf,
+    }
     always = observables_of(distribution=False)
-    assert {name: record.at_rest for name, record in always.items() if record.at_rest is not None} == rest
+    assert {
+        name: record.at_rest for name, record in always.items() if record.at_rest is not None
+    } == rest
     asked = {*OBSERVABLES} - {*always}
     assert len(asked) == 14
     assert {OBSERVABLES[name].at_rest for name in asked} == {0.0}

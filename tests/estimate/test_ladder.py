@@ -33,10 +33,14 @@ def test_a_rung_is_the_product_of_the_ratios_of_the_levels_up_to_it(unit):
         np.testing.assert_allclose(rung.mean.value, mean, rtol=1e-12)
     assert sorted(found[-1].mean.scatter) == [0, 1, 2]
     # relative variances of the lowest level and of both ratios
-    ratios = [fine / fine.mean(axis=0) - coarse / coarse.mean(axis=0) for fine, coarse in (first, second)]
+    ratios = [
+        fine / fine.mean(axis=0) - coarse / coarse.mean(axis=0) for fine, coarse in (first, second)
+    ]
     rows = [base / base.mean(axis=0), *ratios]
     relative = sum(row.var(axis=0, ddof=1) / len(row) for row in rows)
-    np.testing.assert_allclose(sum(found[-1].mean.variance.values()), means[-1] ** 2 * relative, rtol=1e-12)
+    np.testing.assert_allclose(
+        sum(found[-1].mean.variance.values()), means[-1] ** 2 * relative, rtol=1e-12
+    )
 
 
 def test_levels_that_agree_with_the_level_below_add_no_scatter():
@@ -78,10 +82,15 @@ def test_infinite_values_stay_infinite_beside_others():
 def test_the_lowest_level_is_taken_at_the_mean_peak_volume_and_steps_as_they_are():
     volume = RNG.standard_normal(12)
     base = 10.0 + 3.0 * volume[:, None]  # without other scatter: 10 at the mean volume
-    pairs = [lowest(base, peak_volume=volume[:, None]), step(1, base, base - 1.0, (1.0, 2.0), peak_volume=volume)]
+    pairs = [
+        lowest(base, peak_volume=volume[:, None]),
+        step(1, base, base - 1.0, (1.0, 2.0), peak_volume=volume),
+    ]
     found = rungs_of(pairs)
     assert found[0].mean.value[0] == pytest.approx(10.0, rel=1e-12)
-    assert found[1].mean.value[0] == pytest.approx(10.0 * base.mean() / (base.mean() - 1.0), rel=1e-12)
+    assert found[1].mean.value[0] == pytest.approx(
+        10.0 * base.mean() / (base.mean() - 1.0), rel=1e-12
+    )
 
 
 def partner(level, fine, coarse, q_max, sides):
@@ -92,7 +101,9 @@ def test_a_partner_corrects_the_rung_of_its_cut_off_and_is_none():
     fine, coarse = drawn(7.6, 5), drawn(8.0, 5)
     pairs = ladder([[10.0, 10.0], [8.0, 8.0]], (1.0, 2.0), scatter=0.1)
     low, high = rungs_of([pairs[0], partner(2, fine, coarse, 1.0, (64.0, 96.0)), pairs[1]])
-    np.testing.assert_allclose(low.finer.value, fine.mean(axis=0) / coarse.mean(axis=0) - 1.0, rtol=1e-12)
+    np.testing.assert_allclose(
+        low.finer.value, fine.mean(axis=0) / coarse.mean(axis=0) - 1.0, rtol=1e-12
+    )
     relative = fine / fine.mean(axis=0) - coarse / coarse.mean(axis=0)
     expected = (fine.mean(axis=0) / coarse.mean(axis=0)) ** 2 * relative.var(axis=0, ddof=1) / 5
     np.testing.assert_allclose(low.finer.variance[2], expected, rtol=1e-12)
@@ -124,7 +135,9 @@ def test_a_partner_of_known_order_gives_the_vanishing_pixel(order, fine):
     change, error = change_by_pixel(by_order(order, (64.0, fine)), order, 0.5, 1.0)
     assert change.value[0] == pytest.approx(0.08, rel=1e-12)
     seen = 1.0 - (64.0 / fine) ** order
-    assert error[0] == pytest.approx(0.08 * (1.0 - seen), rel=1e-12)  # all that was not seen is in doubt
+    assert error[0] == pytest.approx(
+        0.08 * (1.0 - seen), rel=1e-12
+    )  # all that was not seen is in doubt
 
 
 @pytest.mark.parametrize("order", [0.7, 1.4])
@@ -145,14 +158,18 @@ def test_what_turns_back_with_the_pixel_is_that_of_the_finest_grid_and_may_go_on
 def test_a_change_that_was_seen_lower_falls_towards_the_end_and_all_of_it_is_in_doubt(fall):
     order = 1.4
     rungs = by_order(order, (64.0, 128.0))
-    change, error = change_by_pixel([*rungs, Rung(4.0, mean_of(9, np.full((6, 1), 8.0)))], order, fall, 16.0)
+    change, error = change_by_pixel(
+        [*rungs, Rung(4.0, mean_of(9, np.full((6, 1), 8.0)))], order, fall, 16.0
+    )
     assert change.value[0] == pytest.approx(0.08 / 16.0**fall, rel=1e-12)
     unseen = 0.08 * 2.0**-order / 16.0**fall
     assert error[0] == pytest.approx(np.hypot(unseen, 0.08 / 16.0**fall), rel=1e-12)
 
 
 @pytest.mark.parametrize(("slow", "largest"), [(1.0, 0.6), (0.75, 0.6), (0.65, 0.7), (1.35, 0.7)])
-def test_of_temperatures_the_largest_change_at_any_speed_is_in_doubt_at_each_higher_up(slow, largest):
+def test_of_temperatures_the_largest_change_at_any_speed_is_in_doubt_at_each_higher_up(
+    slow, largest
+):
     coarse = np.full((6, 4), 10.0)
     coarse[:, 3] = 0.0  # nothing is known
     with np.errstate(invalid="ignore"):
@@ -163,9 +180,13 @@ def test_of_temperatures_the_largest_change_at_any_speed_is_in_doubt_at_each_hig
         there, left = change_by_pixel(rungs, 1.0, 0.5, 1.0, of_slow)
         change, error = change_by_pixel(rungs, 1.0, 0.5, 16.0, of_slow)
     np.testing.assert_allclose(there.value, [-0.6, 0.0, 0.2, 0.0], rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(left, [0.3, 0.0, 0.1, 0.0], rtol=1e-12, atol=1e-12)  # where it was seen, each by itself
+    np.testing.assert_allclose(
+        left, [0.3, 0.0, 0.1, 0.0], rtol=1e-12, atol=1e-12
+    )  # where it was seen, each by itself
     np.testing.assert_allclose(change.value, there.value / 4.0, rtol=1e-12)
-    np.testing.assert_allclose(error[:3], np.hypot(left / 4.0, largest / 4.0 ** (1 / 3))[:3], rtol=1e-12)
+    np.testing.assert_allclose(
+        error[:3], np.hypot(left / 4.0, largest / 4.0 ** (1 / 3))[:3], rtol=1e-12
+    )
     assert error[3] == 0.0
 
 
@@ -178,8 +199,12 @@ def test_the_highest_partner_counts():
 def test_the_scatter_of_a_partner_passes_into_what_it_leaves_and_falls_with_it():
     fine, coarse = drawn(7.6, 5), drawn(8.0, 5)
     rungs = rungs_of([lowest(np.full((6, 2), 10.0)), partner(1, fine, coarse, 1.0, (64.0, 128.0))])
-    change, _ = change_by_pixel(rungs, 1.0, 0.5, 4.0)  # twice what was seen, and half of that at the end
-    np.testing.assert_allclose(change.value, fine.mean(axis=0) / coarse.mean(axis=0) - 1.0, rtol=1e-12)
+    change, _ = change_by_pixel(
+        rungs, 1.0, 0.5, 4.0
+    )  # twice what was seen, and half of that at the end
+    np.testing.assert_allclose(
+        change.value, fine.mean(axis=0) / coarse.mean(axis=0) - 1.0, rtol=1e-12
+    )
     np.testing.assert_allclose(change.variance[1], rungs[0].finer.variance[1], rtol=1e-12)
 
 

@@ -4,7 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ladder_cases import END, GRADIENT, NAME, SPEEDS, at_speeds, ladder, power_law, step, with_partner
+from ladder_cases import (
+    END,
+    GRADIENT,
+    NAME,
+    SPEEDS,
+    at_speeds,
+    ladder,
+    power_law,
+    step,
+    with_partner,
+)
 from scipy.special import j0
 
 from roughsim.estimate.ladder import Pair
@@ -32,7 +42,9 @@ def test_levels_to_the_end_of_the_spectrum_leave_no_bandwidth_error(steel, colum
     np.testing.assert_array_equal(values.errors["last step"], 0.0)
     assert np.isnan(values.errors["pixel"]).all()  # no partner shows it
     assert values.way == ""
-    almost = values_of(steel, column, NAME, ladder(at_speeds(7.5), [END * (1 - 1e-12)]))  # the end to rounding
+    almost = values_of(
+        steel, column, NAME, ladder(at_speeds(7.5), [END * (1 - 1e-12)])
+    )  # the end to rounding
     np.testing.assert_array_equal(almost.errors["bandwidth"], 0.0)
 
 
@@ -65,7 +77,9 @@ def test_contact_that_follows_the_theory_goes_on_with_its_shape(steel, foretold)
         np.testing.assert_allclose(values.errors["bandwidth"], np.abs(1.5 - 9.0 * 0.75), rtol=1e-12)
         np.testing.assert_array_equal(values.errors["last step"], 0.0)
         assert values.way == "with the shape of the theory"
-    assert foretold.calls == [("theory", column, (1e5, 2e5), NAME) for column in ("elastic", "capped")]
+    assert foretold.calls == [
+        ("theory", column, (1e5, 2e5), NAME) for column in ("elastic", "capped")
+    ]
 
 
 @pytest.mark.parametrize(("column", "doubt"), [("elastic", 0.25), ("capped", 1.0)])
@@ -93,7 +107,9 @@ def test_where_no_law_holds_t_flash_goes_on_as_a_power(steel, asked):
     np.testing.assert_allclose(values.mean, power_law(END / 1e5, 0.9), rtol=1e-9)
     assert [call[0] for call in asked] == ["theory", "law", "usual"]
     assert asked[-1] == ("usual", 4e5)
-    two = values_of(steel, "capped", NAME, ladder(at_speeds(*(power_law(x, 0.8) for x in q[1:])), [2e5, 4e5]))
+    two = values_of(
+        steel, "capped", NAME, ladder(at_speeds(*(power_law(x, 0.8) for x in q[1:])), [2e5, 4e5])
+    )
     np.testing.assert_allclose(two.mean, power_law(END / 1e5, 0.8), rtol=1e-9)
 
 
@@ -113,7 +129,9 @@ def test_a_length_within_two_waves_of_the_cut_off_does_not_go_on(steel, asked, w
     top = 2e-6 * np.pi * waves
     cut_offs = 5e5, 1e6
     low, high = (radius_level(r, q) for r, q in zip((top + 1e-6, top), cut_offs, strict=True))
-    values = values_of(steel, "capped", "correlation_radius_50", [Pair(0, 0, low, None), Pair(1, 1, high, low)])
+    values = values_of(
+        steel, "capped", "correlation_radius_50", [Pair(0, 0, low, None), Pair(1, 1, high, low)]
+    )
     if goes_on:
         assert values.mean[0] < top - 0.5e-6
     else:
@@ -122,7 +140,9 @@ def test_a_length_within_two_waves_of_the_cut_off_does_not_go_on(steel, asked, w
 
 
 def test_a_length_at_one_cut_off_is_unknown_beyond(steel, asked):
-    values = values_of(steel, "capped", "correlation_radius_50", [Pair(0, 0, radius_level(1e-6, 1e6), None)])
+    values = values_of(
+        steel, "capped", "correlation_radius_50", [Pair(0, 0, radius_level(1e-6, 1e6), None)]
+    )
     assert np.isnan(values.errors["bandwidth"][0])
     assert values.mean[0] == pytest.approx(1e-6, rel=1e-9)
 
@@ -139,7 +159,10 @@ def test_in_capped_contact_what_has_no_limit_stays_the_value_of_the_finest_level
     left = 0.1 / (2.0**0.8 - 1.0)
     np.testing.assert_allclose(values.errors["pixel"], 5.5 * np.hypot(left, 0.1 + left), rtol=1e-12)
     elastic = values_of(
-        steel, "elastic", GRADIENT, with_partner(ladder(at_speeds(-3.0, -5.0), (END / 2, END), name=GRADIENT), 0.1, END)
+        steel,
+        "elastic",
+        GRADIENT,
+        with_partner(ladder(at_speeds(-3.0, -5.0), (END / 2, END), name=GRADIENT), 0.1, END),
     )
     np.testing.assert_allclose(elastic.mean, -5.0 * (1.0 + 0.1 * 4 / 3), rtol=1e-12)
     np.testing.assert_allclose(elastic.errors["pixel"], 5.0 * 0.1 / 3, rtol=1e-12)
@@ -151,13 +174,17 @@ def test_in_capped_contact_what_has_no_limit_stays_the_value_of_the_finest_level
 @pytest.mark.parametrize("column", ["elastic", "capped"])
 def test_where_nothing_continues_the_last_step_is_part_of_the_error(steel, foretold, column):
     foretold.theory = np.full((4, SPEEDS), np.nan)
-    pairs = with_partner(ladder(at_speeds(14.77, 25.92, 40.21), (1e5, 2e5, 4e5), scatter=0.01), 0.0, 4e5)
+    pairs = with_partner(
+        ladder(at_speeds(14.77, 25.92, 40.21), (1e5, 2e5, 4e5), scatter=0.01), 0.0, 4e5
+    )
     values = values_of(steel, column, NAME, pairs)
     np.testing.assert_allclose(values.mean, 40.21, rtol=1e-12)
     np.testing.assert_allclose(values.errors["last step"], 40.21 - 25.92, rtol=1e-12)
     assert np.isnan(values.errors["bandwidth"]).all()
     assert values.way == ""
-    falling = values_of(steel, column, NAME, ladder(at_speeds(40.21, 25.92, 14.77), (1e5, 2e5, 4e5)))
+    falling = values_of(
+        steel, column, NAME, ladder(at_speeds(40.21, 25.92, 14.77), (1e5, 2e5, 4e5))
+    )
     np.testing.assert_allclose(falling.errors["last step"], 25.92 - 14.77, rtol=1e-12)
 
 
@@ -167,12 +194,16 @@ def test_one_cut_off_shows_no_last_step(steel, asked):
     assert np.isnan(values.errors["bandwidth"]).all()
 
 
-def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishing_pixel(steel, asked):
+def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishing_pixel(
+    steel, asked
+):
     pairs = with_partner(ladder(at_speeds(9.0, 8.0), (1e5, 2e5)), -0.06, 1e5)
     values = values_of(steel, "capped", NAME, pairs, extrapolated=False)
     assert asked == []
     change, left = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0), 0.06 / (2.0**1.75 - 1.0)
-    np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 2.0**0.75), rtol=1e-12)  # from 1e5 to 2e5
+    np.testing.assert_allclose(
+        values.mean, 8.0 * (1.0 - change / 2.0**0.75), rtol=1e-12
+    )  # from 1e5 to 2e5
     moved, left = change / 2.0**0.25, left / 2.0**0.75  # of the largest change
     np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(moved, left), rtol=1e-12)
     np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
@@ -249,6 +280,12 @@ def test_notes_say_what_values_are_made_of(steel, resting, asked):
     assert one[1] == "the bandwidth error is unknown: value of the highest q_c"
     gradients = ladder(at_speeds(-9.0, -8.0), (1e5, 2e5), name=GRADIENT)
     endless = notes(values_of(steel, "capped", GRADIENT, gradients), GRADIENT)
-    assert endless[1] == "does not converge with the grid: the value of the finest level, not extrapolated"
+    assert (
+        endless[1]
+        == "does not converge with the grid: the value of the finest level, not extrapolated"
+    )
     variance = ladder([2.0, 3.0], (1e5, 2e5), name="pressure_variance")
-    assert len(notes(values_of(steel, "capped", "pressure_variance", variance), "pressure_variance")) == 2  # no speeds
+    assert (
+        len(notes(values_of(steel, "capped", "pressure_variance", variance), "pressure_variance"))
+        == 2
+    )  # no speeds

@@ -33,7 +33,9 @@ def test_a_part_that_alone_follows_the_law_gives_the_limit_by_steps():
     assert limit.rest.value[0] == pytest.approx(0.6 * (fall(END) - fall(16.0)), rel=1e-12)
     alike = (30.0 + 0.6 * fall(16.0)) * (fall(END) / fall(16.0) - 1.0)
     size = abs(limit.rest.value[0])
-    assert limit.error[0] == pytest.approx(min(max(abs(alike - limit.rest.value[0]), 0.25 * size), size), rel=1e-9)
+    assert limit.error[0] == pytest.approx(
+        min(max(abs(alike - limit.rest.value[0]), 0.25 * size), size), rel=1e-9
+    )
     assert limit.error[0] == pytest.approx(size)  # most of this mean is a
     nearly = by_steps(rungs_at([[0.1 + fall(x)] for x in q], q), law_at(q))
     assert nearly.error[0] == pytest.approx(0.25 * abs(nearly.rest.value[0]), rel=1e-12)
@@ -43,7 +45,9 @@ def test_a_part_that_alone_follows_the_law_gives_the_limit_by_steps():
 
 
 @pytest.mark.parametrize("count", [2, 3])
-def test_a_law_right_but_for_a_factor_gives_the_limit_and_a_share_of_what_follows_is_in_doubt(count):
+def test_a_law_right_but_for_a_factor_gives_the_limit_and_a_share_of_what_follows_is_in_doubt(
+    count,
+):
     q = CUT_OFFS[-count:]
     limit = by_law(rungs_at([[1.03 * fall(x)] for x in q], q), law_at(q[-2:]))
     follows = 1.03 * (fall(16.0) - fall(END))
@@ -55,14 +59,18 @@ def test_a_law_right_but_for_a_factor_gives_the_limit_and_a_share_of_what_follow
 @pytest.mark.parametrize("unit", [100.0, -100.0])
 @pytest.mark.parametrize("missed", [0.01, -0.01])
 @pytest.mark.parametrize("foretold", [0.96, 1.04])
-def test_the_doubt_of_the_law_and_how_badly_it_foretold_the_last_step_add_as_squares(unit, missed, foretold):
+def test_the_doubt_of_the_law_and_how_badly_it_foretold_the_last_step_add_as_squares(
+    unit, missed, foretold
+):
     # the step is .01 off the .04 of the law, which foretells another 2 %
     law = np.array([[1.0], [foretold], [foretold * 0.98]])
     top = (foretold + missed) * unit
     limit = by_law(rungs_at([[unit], [top]], (8.0, 16.0)), law)
     assert limit.rest.value[0] == pytest.approx(-0.02 * top, rel=1e-12)
     by_step = -0.02 * foretold * (top - unit) / (foretold - 1.0)
-    assert limit.error[0] ** 2 == pytest.approx((by_step + 0.02 * top) ** 2 + (0.1 * 0.02 * top) ** 2, rel=1e-9)
+    assert limit.error[0] ** 2 == pytest.approx(
+        (by_step + 0.02 * top) ** 2 + (0.1 * 0.02 * top) ** 2, rel=1e-9
+    )
 
 
 def test_a_law_that_missed_more_than_the_step_leaves_all_in_doubt_and_no_more():
@@ -82,7 +90,9 @@ def test_a_law_is_judged_at_each_speed_and_at_rest_nothing_follows():
     limit = by_law(rungs_at([[0.0, 100.0, 100.0], [0.0, 96.0, 98.0]], (8.0, 16.0)), law)
     np.testing.assert_allclose(limit.rest.value, [0.0, -6.0, -98.0 * 0.06 / 0.96], rtol=1e-12)
     of_law, by_step = 98.0 * 0.06 / 0.96, 0.06 * 2.0 / 0.04
-    np.testing.assert_allclose(limit.error, [0.0, 0.6, np.hypot(of_law - by_step, 0.1 * of_law)], rtol=1e-12)
+    np.testing.assert_allclose(
+        limit.error, [0.0, 0.6, np.hypot(of_law - by_step, 0.1 * of_law)], rtol=1e-12
+    )
 
 
 def test_by_a_law_the_limit_scatters_as_the_top_does():
@@ -127,7 +137,9 @@ def test_values_below_zero_go_on_as_those_above():
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_where_a_part_of_the_contact_yields_all_of_the_rest_by_the_shape_is_in_doubt(count):
     means = [[1.0 + 1.5 * value] for value in THEORY[3 - count : 3]]
-    limit = by_shape(rungs_at(means, CUT_OFFS[3 - count :]), THEORY[-count - 1 :, None], yields=True)
+    limit = by_shape(
+        rungs_at(means, CUT_OFFS[3 - count :]), THEORY[-count - 1 :, None], yields=True
+    )
     assert limit.error[0] == pytest.approx(limit.rest.value[0], rel=1e-12)
 
 
@@ -145,7 +157,9 @@ def test_a_value_against_the_theory_goes_on_against_it():
     assert limit.error[0] == pytest.approx(0.4 + 1.8 * 0.25, rel=1e-12)
 
 
-@pytest.mark.parametrize("last", [3.2 + 3.0, np.nan])  # 1.5 × 3 exceeds half of 5.8; and where nothing is foretold
+@pytest.mark.parametrize(
+    "last", [3.2 + 3.0, np.nan]
+)  # 1.5 × 3 exceeds half of 5.8; and where nothing is foretold
 def test_what_was_not_tried_or_is_not_foretold_is_unknown_and_changes_nothing(last):
     limit = shaped(3, theory=np.array([2.0, 2.8, 3.2, last]))
     assert limit.rest.value[0] == 0.0
@@ -169,13 +183,19 @@ def test_each_speed_goes_on_or_does_not():
 
 
 def test_half_of_the_value_was_tried():
-    for last, tried in ((3.2 + 1.9, True), (3.2 + 1.95, False)):  # 1.5 × 1.9 and 1.5 × 1.95 around half of 5.8
+    for last, tried in (
+        (3.2 + 1.9, True),
+        (3.2 + 1.95, False),
+    ):  # 1.5 × 1.9 and 1.5 × 1.95 around half of 5.8
         assert np.isfinite(shaped(3, theory=np.array([2.0, 2.8, 3.2, last])).error[0]) == tried
 
 
 def test_nothing_follows_a_theory_that_has_settled_or_is_infinite():
     settled = np.array([2.0, 2.8, 3.2, 3.2])
-    assert (shaped(3, theory=settled).rest.value[0], shaped(3, theory=settled).error[0]) == (0.0, 0.0)
+    assert (shaped(3, theory=settled).rest.value[0], shaped(3, theory=settled).error[0]) == (
+        0.0,
+        0.0,
+    )
     assert shaped(3, theory=settled).way == ""
     at_rest = np.column_stack((np.full(3, np.inf), np.zeros(3), THEORY[-3:]))
     limit = by_shape(rungs_at([[5.2] * 3, [5.8] * 3], (8.0, 16.0)), at_rest)
@@ -225,7 +245,9 @@ def test_all_of_the_rest_is_in_doubt_after_one_step_and_half_after_two(steps, le
 def test_cut_offs_need_not_double(ratio):
     q = [4.0 * ratio**k for k in range(3)]
     limit = by_power(rungs_at([[power_law(x, 0.8)] for x in q], q), 800.0, usual=1.3)
-    assert limit.rest.value[0] == pytest.approx(power_law(800.0, 0.8) - power_law(q[-1], 0.8), rel=1e-9)
+    assert limit.rest.value[0] == pytest.approx(
+        power_law(800.0, 0.8) - power_law(q[-1], 0.8), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("usual", [0.4, 0.6, 1.0])
@@ -258,7 +280,9 @@ def test_the_less_the_steps_show_the_more_the_exponent_is_drawn_to_the_usual_one
 
     assert limit.rest.value[0] == pytest.approx(rest(p), rel=1e-9)
     doubtful = abs(rest(p - 0.3 * np.sqrt(1.0 - trust)) - rest(p))
-    assert limit.error[0] == pytest.approx(max(doubtful, (1.0 - 0.5 * trust) * abs(rest(p))), rel=1e-9)
+    assert limit.error[0] == pytest.approx(
+        max(doubtful, (1.0 - 0.5 * trust) * abs(rest(p))), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -271,7 +295,9 @@ def test_the_less_the_steps_show_the_more_the_exponent_is_drawn_to_the_usual_one
         (0.0, -2.0),
     ],
 )
-def test_steps_that_hardly_shrink_have_the_least_exponent_and_the_error_reaches_the_usual_one(steps, sign):
+def test_steps_that_hardly_shrink_have_the_least_exponent_and_the_error_reaches_the_usual_one(
+    steps, sign
+):
     means = 10.0 + sign * np.cumsum([0.0, *steps])
     limit = by_power(rungs_at([[mean] for mean in means]), END, 0.6)
     slow, usual = (rest_of(p, sign * steps[1]) for p in (0.2, 0.6))
@@ -280,13 +306,17 @@ def test_steps_that_hardly_shrink_have_the_least_exponent_and_the_error_reaches_
 
 
 def test_exponents_on_both_sides_of_the_least_give_nearly_the_same():
-    below, above = (by_power(rungs_at([[power_law(q, p)] for q in CUT_OFFS]), END, 1.0) for p in (0.199, 0.201))
+    below, above = (
+        by_power(rungs_at([[power_law(q, p)] for q in CUT_OFFS]), END, 1.0) for p in (0.199, 0.201)
+    )
     np.testing.assert_allclose(below.rest.value, above.rest.value, rtol=0.01)
     np.testing.assert_allclose(below.error, above.error, rtol=0.01)
 
 
 @pytest.mark.parametrize("last", [0.0, -1e-3, 1e-3])
-def test_steps_lost_in_their_scatter_go_on_with_the_usual_exponent_and_all_of_the_rest_is_in_doubt(last):
+def test_steps_lost_in_their_scatter_go_on_with_the_usual_exponent_and_all_of_the_rest_is_in_doubt(
+    last,
+):
     limit = by_power(scattered([10.0, 10.0 - 2e-3, 10.0 - 2e-3 + last], [0.5, 0.5, 0.5]), END, 0.6)
     assert limit.rest.value[0] == pytest.approx(rest_of(0.6, last), rel=1e-3)
     assert limit.error[0] >= abs(rest_of(0.6, last)) * 0.999
@@ -319,6 +349,8 @@ def test_only_the_last_three_rungs_and_each_speed_by_itself_show_the_power():
 
 
 def test_the_scatter_of_the_last_step_passes_into_what_follows_as_a_power():
-    limit = by_power(scattered([8.0, 7.0], [0.02, 0.03], (8.0, 16.0)), 1e9, 1.0)  # all of the step follows again
+    limit = by_power(
+        scattered([8.0, 7.0], [0.02, 0.03], (8.0, 16.0)), 1e9, 1.0
+    )  # all of the step follows again
     assert limit.rest.variance[0][0] == pytest.approx(0.02**2, rel=1e-6)
     assert limit.rest.variance[1][0] == pytest.approx(0.03**2, rel=1e-6)

@@ -7,16 +7,24 @@ from roughsim.estimate.mean import Mean, mean_of
 
 RNG = np.random.default_rng(3)
 # rows of four means: the first two see the same surfaces, of which the second has fewer; the others have their own
-ROWS = tuple(level + RNG.standard_normal((n, 2)) for level, n in ((20.0, 9), (-7.0, 5), (4.0, 6), (11.0, 4)))
+ROWS = tuple(
+    level + RNG.standard_normal((n, 2)) for level, n in ((20.0, 9), (-7.0, 5), (4.0, 6), (11.0, 4))
+)
 STREAMS = 2, 2, 5, 0
 FORMULAS = {
     "a sum": (lambda a, b, c, d: a.plus(b).plus(c), lambda a, b, c, d: a + b + c),
-    "a multiple": (lambda a, b, c, d: a.times(-3.0).plus(b.times(0.5)), lambda a, b, c, d: -3.0 * a + 0.5 * b),
+    "a multiple": (
+        lambda a, b, c, d: a.times(-3.0).plus(b.times(0.5)),
+        lambda a, b, c, d: -3.0 * a + 0.5 * b,
+    ),
     "a product": (lambda a, b, c, d: a.by(b).by(c), lambda a, b, c, d: a * b * c),
     "a square": (lambda a, b, c, d: a.by(a), lambda a, b, c, d: a * a),
     "a ratio": (lambda a, b, c, d: a.over(b), lambda a, b, c, d: a / b),
     "the fewer over the more": (lambda a, b, c, d: b.over(a), lambda a, b, c, d: b / a),
-    "a chain": (lambda a, b, c, d: a.by(c.over(d)).plus(b.over(d)), lambda a, b, c, d: a * c / d + b / d),
+    "a chain": (
+        lambda a, b, c, d: a.by(c.over(d)).plus(b.over(d)),
+        lambda a, b, c, d: a * c / d + b / d,
+    ),
 }
 
 
@@ -37,7 +45,9 @@ def by_moving_one(formula, stream, i, step=1e-4):
 def test_a_result_scatters_as_moving_one_realization_shows(name):
     of_means, formula = FORMULAS[name]
     found = of_means(*(mean_of(stream, rows) for stream, rows in zip(STREAMS, ROWS, strict=True)))
-    np.testing.assert_allclose(found.value, formula(*(rows.mean(axis=0) for rows in ROWS)), rtol=1e-12)
+    np.testing.assert_allclose(
+        found.value, formula(*(rows.mean(axis=0) for rows in ROWS)), rtol=1e-12
+    )
     for stream, rows in found.scatter.items():
         expected = [by_moving_one(formula, stream, i) for i in range(len(rows))]
         np.testing.assert_allclose(rows, expected, rtol=1e-6, atol=1e-6)
@@ -45,7 +55,11 @@ def test_a_result_scatters_as_moving_one_realization_shows(name):
 
 def test_a_result_has_the_streams_of_its_means():
     a, b, c, d = (mean_of(stream, rows) for stream, rows in zip(STREAMS, ROWS, strict=True))
-    assert {stream: len(rows) for stream, rows in a.plus(b).by(c.over(d)).scatter.items()} == {2: 9, 5: 6, 0: 4}
+    assert {stream: len(rows) for stream, rows in a.plus(b).by(c.over(d)).scatter.items()} == {
+        2: 9,
+        5: 6,
+        0: 4,
+    }
     assert {stream: len(rows) for stream, rows in b.plus(a).scatter.items()} == {2: 9}
 
 
@@ -58,13 +72,17 @@ def test_what_surfaces_have_in_common_cancels_in_a_ratio_and_in_a_difference():
     np.testing.assert_allclose(difference.scatter[1], 0.0, atol=1e-14)
     apart = mean_of(2, 3.0 * rows).over(lower)  # of surfaces of their own nothing does
     np.testing.assert_allclose(
-        sum(apart.variance.values()), 2 * 9 * rows.var(axis=0, ddof=1) / 9 / rows.mean(axis=0) ** 2, rtol=1e-12
+        sum(apart.variance.values()),
+        2 * 9 * rows.var(axis=0, ddof=1) / 9 / rows.mean(axis=0) ** 2,
+        rtol=1e-12,
     )
 
 
 def test_the_variance_of_a_mean_is_that_of_its_rows_over_their_number():
     rows = ROWS[0]
-    np.testing.assert_allclose(mean_of(4, rows).variance[4], rows.var(axis=0, ddof=1) / 9, rtol=1e-12)
+    np.testing.assert_allclose(
+        mean_of(4, rows).variance[4], rows.var(axis=0, ddof=1) / 9, rtol=1e-12
+    )
     both = mean_of(4, rows).plus(mean_of(1, ROWS[2]).times(2.0)).variance
     np.testing.assert_allclose(both[1], 4.0 * ROWS[2].var(axis=0, ddof=1) / 6, rtol=1e-12)
     np.testing.assert_allclose(both[4], rows.var(axis=0, ddof=1) / 9, rtol=1e-12)
@@ -88,7 +106,10 @@ def test_means_are_chosen_by_speed_with_their_scatter():
 def test_what_is_not_chosen_may_be_undefined():
     a = mean_of(2, ROWS[0])
     undefined = Mean(np.full(2, np.nan), {5: np.full((6, 2), np.nan)})
-    for whole in (a.where(np.array([True, True]), undefined), undefined.where(np.array([False, False]), a)):
+    for whole in (
+        a.where(np.array([True, True]), undefined),
+        undefined.where(np.array([False, False]), a),
+    ):
         np.testing.assert_array_equal(whole.value, a.value)
         np.testing.assert_array_equal(whole.scatter[2], a.scatter[2])
         np.testing.assert_array_equal(whole.scatter[5], 0.0)
@@ -107,7 +128,11 @@ def test_a_mean_that_holds_for_all_speeds_goes_with_one_that_does_not():
     np.testing.assert_allclose(both.scatter[0], turned.scatter[0], rtol=1e-12)
     for both in (share.plus(kelvins), kelvins.plus(share)):
         assert both.scatter[0].shape == (9, 2)
-        np.testing.assert_allclose(both.scatter[0], share.scatter[0] + kelvins.scatter[0], rtol=1e-12)
+        np.testing.assert_allclose(
+            both.scatter[0], share.scatter[0] + kelvins.scatter[0], rtol=1e-12
+        )
     fewer = mean_of(0, ROWS[0][:3]).by(share)  # and where one has fewer surfaces
     assert fewer.scatter[0].shape == (9, 2)
-    np.testing.assert_allclose(fewer.scatter[0][5], ROWS[0][:3].mean(axis=0) * share.scatter[0][5], rtol=1e-12)
+    np.testing.assert_allclose(
+        fewer.scatter[0][5], ROWS[0][:3].mean(axis=0) * share.scatter[0][5], rtol=1e-12
+    )

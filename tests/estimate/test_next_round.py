@@ -47,9 +47,17 @@ def test_members_are_wanted_where_they_take_least_work(goal):
 
 def test_the_speed_that_wants_most_counts_at_each_level():
     counts = (12, 6, 0, 6)
-    scatter = {0: np.array([0.1, 0.3]), 1: np.array([0.2, 0.1]), 2: np.zeros(2), 3: np.array([0.01, 0.02])}
+    scatter = {
+        0: np.array([0.1, 0.3]),
+        1: np.array([0.2, 0.1]),
+        2: np.zeros(2),
+        3: np.array([0.01, 0.02]),
+    }
     verdict = judge(ONE, {NAME: 0.03}, 10**6, counts, totals_of(ONE, scatter, mean=[4.0, 2.0]))
-    each = [least_work(ONE, counts, 0.03, {level: s[k] for level, s in scatter.items()}) for k in range(2)]
+    each = [
+        least_work(ONE, counts, 0.03, {level: s[k] for level, s in scatter.items()})
+        for k in range(2)
+    ]
     expected = [ceil(max(by_level.get(level, 0.0) for by_level in each)) for level in (0, 1, 3)]
     assert [verdict.needed[level] for level in (0, 1, 3)] == [
         max(n, counts[level]) for n, level in zip(expected, (0, 1, 3), strict=True)
@@ -73,7 +81,9 @@ def test_the_total_error_of_the_worst_speed_decides():
 @pytest.mark.parametrize(("worst", "why"), [([0.3, 0.2], "bandwidth"), ([0.2, 0.3], "pixel")])
 def test_the_reason_is_the_largest_part_at_the_worst_speed(worst, why):
     errors = {"bandwidth": np.array([worst[0], 0.0]), "pixel": np.array([0.0, worst[1]])}
-    verdict = judge(ONE, {NAME: 0.1}, 400, (48, 12, 0, 6), totals_of(ONE, SCATTER, mean=[2.0, -5.0], **errors))
+    verdict = judge(
+        ONE, {NAME: 0.1}, 400, (48, 12, 0, 6), totals_of(ONE, SCATTER, mean=[2.0, -5.0], **errors)
+    )
     assert verdict.why == why
 
 
@@ -84,7 +94,10 @@ def test_each_target_must_be_met():
     loose, tight = {NAME: 2.0 * error}, {"pressure_variance": 0.9 * error}
     assert judge(ONE, loose, 10**6, counts, totals).met
     assert not judge(ONE, loose | tight, 10**6, counts, totals).met
-    assert set(judge(ONE, loose | tight, 10**6, counts, totals).errors) == {NAME, "pressure_variance"}
+    assert set(judge(ONE, loose | tight, 10**6, counts, totals).errors) == {
+        NAME,
+        "pressure_variance",
+    }
 
 
 @pytest.mark.parametrize(("part", "added"), [("bandwidth", 2), ("pixel", 5)])
@@ -99,7 +112,10 @@ def test_an_unknown_error_adds_levels_and_meets_no_target(part, added):
     everywhere = (12, 6, 4, 4, 6, 4, 4)
     verdict = judge(LONG, {NAME: 0.02}, 400, everywhere, totals)
     assert (verdict.met, verdict.next, verdict.needed) == (False, None, everywhere)
-    assert verdict.why == f"out of reach: errors of {part} are unknown, and no level is left that shows them"
+    assert (
+        verdict.why
+        == f"out of reach: errors of {part} are unknown, and no level is left that shows them"
+    )
 
 
 def test_an_unknown_error_of_what_is_zero_meets_the_target():
@@ -147,7 +163,9 @@ def next_of(numerics, counts, goal=0.02, most=400, **errors):
     return judge(numerics, {NAME: goal}, most, counts, totals_of(numerics, still, **errors))
 
 
-LONG = numerics_of("elastic", rungs=4, partners=(0, 1, 3))  # rungs 0 to 3; partners 4 of 0, 5 of 1, 6 of 3
+LONG = numerics_of(
+    "elastic", rungs=4, partners=(0, 1, 3)
+)  # rungs 0 to 3; partners 4 of 0, 5 of 1, 6 of 3
 
 
 @pytest.mark.parametrize(
@@ -162,7 +180,11 @@ LONG = numerics_of("elastic", rungs=4, partners=(0, 1, 3))  # rungs 0 to 3; part
         ((12, 6, 0, 0, 6, 0, 0), {"pixel": 0.025, "bandwidth": 0.024}, 5),
         ((12, 6, 0, 0, 6, 0, 0), {"pixel": 0.024, "bandwidth": 0.025}, 2),
         ((12, 6, 0, 0, 6, 0, 0), {"pixel": 0.025, "bandwidth": 0.02, "last_step": 0.02}, 2),
-        ((12, 6, 0, 0, 6, 6, 0), {"pixel": 0.03}, 2),  # no partner is left up there: a higher cut-off lowers the pixel
+        (
+            (12, 6, 0, 0, 6, 6, 0),
+            {"pixel": 0.03},
+            2,
+        ),  # no partner is left up there: a higher cut-off lowers the pixel
         ((12, 6, 0, 0, 0, 6, 0), {"pixel": 0.03}, 2),  # one lower down would not count
         ((12, 6, 6, 6, 6, 6, 0), {"bandwidth": 0.03}, 6),  # no rung is left
         # of two speeds the larger error counts
@@ -199,13 +221,17 @@ SHRINKING = replace(  # the rung 3 and its partner in half the cell
         (SHRINKING, 2.0, 0.003, None),
     ],
 )
-def test_an_added_level_begins_with_its_share_by_the_variance_foretold(numerics, fall, scatter, share, added, error):
+def test_an_added_level_begins_with_its_share_by_the_variance_foretold(
+    numerics, fall, scatter, share, added, error
+):
     # below the rung 3 is the correction 2, below the partner 6 the one of the rung 1
     counts = (48, 12, 12, 0, 6, 12, 0) if added == 3 else (48, 12, 12, 12, 6, 12, 0)
     below = 2 if added == 3 else 5
     by_level = {level: scatter for level in range(7)} | {0: 0.3, 1: 2.0 * scatter, 4: 2.0 * scatter}
     goal = 0.05
-    verdict = judge(numerics, {NAME: goal}, 10**6, counts, totals_of(numerics, by_level, **{error: goal}))
+    verdict = judge(
+        numerics, {NAME: goal}, 10**6, counts, totals_of(numerics, by_level, **{error: goal})
+    )
     there = {level: by_level[level] for level in range(7) if counts[level]}
     wanted = ceil(least_work(numerics, counts, goal, there)[below])
     first = ceil(wanted * np.sqrt(fall * cost(numerics, below) / cost(numerics, added)))
@@ -227,7 +253,9 @@ def test_an_added_level_without_a_correction_of_its_kind_below_it_begins_as_the_
 
 
 @pytest.mark.parametrize(("members", "assumed"), [(5, 0.05), (6, 1e-6)])
-def test_of_fewer_than_six_members_the_variance_is_at_least_a_quarter_of_that_below(members, assumed):
+def test_of_fewer_than_six_members_the_variance_is_at_least_a_quarter_of_that_below(
+    members, assumed
+):
     counts, goal = (48, 12, members, 0, 6, 0, 0), 0.02
     scatter = {0: 0.3, 1: 0.1, 2: 1e-6, 4: 0.02}
     error = np.sqrt(sum(scatter[level] ** 2 / counts[level] for level in scatter))
@@ -273,7 +301,13 @@ def test_members_work_for_what_other_errors_leave_of_the_target():
     two = numerics_of("elastic", rungs=2)  # no level is left to add
     counts = (48, 12, 6)
     scatter = {level: SCATTER[level] for level in range(3)}
-    for share, left in ((0.0, 1.0), (0.6, 0.8), (0.8, 0.6), (0.95, 0.1**0.5), (3.0, 3.0 * 0.1**0.5)):
+    for share, left in (
+        (0.0, 1.0),
+        (0.6, 0.8),
+        (0.8, 0.6),
+        (0.95, 0.1**0.5),
+        (3.0, 3.0 * 0.1**0.5),
+    ):
         wanted = least_work(two, counts, 0.01 * left, scatter)
         assert needed_for(share, counts, 0.01, two) == ceil(wanted[0])
 
@@ -289,7 +323,10 @@ def test_out_of_reach_ends_with_its_reason():
     two = numerics_of("elastic", rungs=2)
     verdict = next_of(two, (12, 6, 6), bandwidth=0.03, pixel=0.02)
     assert (verdict.met, verdict.next, verdict.needed) == (False, None, (12, 6, 6))
-    assert verdict.why == "out of reach: bandwidth errors are too large, and no level is left that lowers them"
+    assert (
+        verdict.why
+        == "out of reach: bandwidth errors are too large, and no level is left that lowers them"
+    )
     assert "pixel errors" in next_of(two, (12, 6, 6), bandwidth=0.02, pixel=0.03).why
     assert "size errors" in next_of(two, (12, 6, 6), size=0.03).why
 
@@ -297,10 +334,15 @@ def test_out_of_reach_ends_with_its_reason():
 @pytest.mark.parametrize("size", [0.021, 0.03, 0.3])
 def test_where_others_exceed_the_target_errors_by_levels_are_lowered_as_if_they_were_alone(size):
     counts, limit = (12, 6, 0, 0, 6, 0, 0), 0.02 * 0.5**0.5
-    above, below = (next_of(LONG, counts, bandwidth=limit * (1 + x), size=size) for x in (1e-9, -1e-9))
+    above, below = (
+        next_of(LONG, counts, bandwidth=limit * (1 + x), size=size) for x in (1e-9, -1e-9)
+    )
     assert above.next == (12, 6, 2, 0, 6, 0, 0)
     assert (below.met, below.next) == (False, None)
-    assert below.why == "out of reach: size errors are too large, and no level is left that lowers them"
+    assert (
+        below.why
+        == "out of reach: size errors are too large, and no level is left that lowers them"
+    )
 
 
 def test_no_more_members_than_are_allowed_ends_a_run():
@@ -313,7 +355,9 @@ def test_no_more_members_than_are_allowed_ends_a_run():
 # columns
 
 
-BOTH = numerics_of("smoothed", "capped", rungs=2)  # smoothed 0, 1, partner 2; capped 3, 4, partner 5
+BOTH = numerics_of(
+    "smoothed", "capped", rungs=2
+)  # smoothed 0, 1, partner 2; capped 3, 4, partner 5
 
 
 def test_both_columns_grow_and_the_main_one_decides():
@@ -344,7 +388,9 @@ def test_a_level_is_added_to_the_column_that_needs_it():
     both = numerics_of("smoothed", "capped")
 
     def totals(observable, column, counts):
-        values = column_values(both, column, counts, still, bandwidth=0.03 if column == "smoothed" else 0.0)
+        values = column_values(
+            both, column, counts, still, bandwidth=0.03 if column == "smoothed" else 0.0
+        )
         return values, estimate(observable, values)
 
     loose = judge(both, {NAME: 0.02}, 400, (12, 6, 0, 6) * 2, totals)
@@ -353,7 +399,9 @@ def test_a_level_is_added_to_the_column_that_needs_it():
 
     def noisy(observable, column, counts):
         scatter = still | {4: 0.3}
-        values = column_values(both, column, counts, scatter, bandwidth=0.03 if column == "smoothed" else 0.0)
+        values = column_values(
+            both, column, counts, scatter, bandwidth=0.03 if column == "smoothed" else 0.0
+        )
         return values, estimate(observable, values)
 
     following = judge(both, {NAME: 0.02}, 400, counts, noisy).next

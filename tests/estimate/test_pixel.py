@@ -2,7 +2,18 @@
 
 import numpy as np
 import pytest
-from ladder_cases import BOUND, END, GRADIENT, NAME, SLOW, SPEEDS, VARIANCE, at_speeds, ladder, with_partner
+from ladder_cases import (
+    BOUND,
+    END,
+    GRADIENT,
+    NAME,
+    SLOW,
+    SPEEDS,
+    VARIANCE,
+    at_speeds,
+    ladder,
+    with_partner,
+)
 
 from roughsim.estimate.levels import values_of
 from roughsim.observables.catalogue import OBSERVABLES
@@ -18,7 +29,9 @@ def test_a_partner_at_the_end_gives_the_vanishing_pixel(steel, column, order):
     np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.abs(left), rtol=1e-12)
 
 
-@pytest.mark.parametrize(("column", "order", "fall"), [("elastic", 2.0, 0.3), ("capped", 1.75, 0.75)])
+@pytest.mark.parametrize(
+    ("column", "order", "fall"), [("elastic", 2.0, 0.3), ("capped", 1.75, 0.75)]
+)
 def test_a_partner_lower_down_counts_by_what_is_left_of_it_at_the_end(steel, column, order, fall):
     pairs = with_partner(ladder(at_speeds(9.0, 7.5), (END / 4, END)), -0.06, END / 4)
     values = values_of(steel, column, NAME, pairs)
@@ -26,20 +39,28 @@ def test_a_partner_lower_down_counts_by_what_is_left_of_it_at_the_end(steel, col
     carried = 4.0**-fall
     np.testing.assert_allclose(values.mean, 7.5 * (1.0 + carried * change), rtol=1e-12)
     np.testing.assert_allclose(
-        values.errors["pixel"], 7.5 * np.hypot(4.0 ** (-fall / 3) * change, carried * left), rtol=1e-12
+        values.errors["pixel"],
+        7.5 * np.hypot(4.0 ** (-fall / 3) * change, carried * left),
+        rtol=1e-12,
     )
-    np.testing.assert_allclose(values.finest, 7.5, rtol=1e-12)  # the highest cut-off has no finer grid
+    np.testing.assert_allclose(
+        values.finest, 7.5, rtol=1e-12
+    )  # the highest cut-off has no finer grid
 
 
 @pytest.mark.parametrize("fast", [0.0, -0.01])
 @pytest.mark.parametrize("name", [NAME, "temperature_quantile_50"])
-def test_at_high_speed_a_partner_lower_down_leaves_what_the_pixel_changes_of_slow_contact_in_doubt(steel, name, fast):
+def test_at_high_speed_a_partner_lower_down_leaves_what_the_pixel_changes_of_slow_contact_in_doubt(
+    steel, name, fast
+):
     pairs = with_partner(ladder(at_speeds(9.0, 7.5), (END / 4, END), name=name), fast, END / 4)
     pairs[-1].sample.numbers[SLOW] = np.linspace(0.94, 1.0, SPEEDS) * pairs[-1].below.numbers[SLOW]
     values = values_of(steel, "capped", name, pairs)
     change, left, slow = (x / (1.0 - 2.0**-1.75) for x in (fast, fast * 2.0**-1.75, 0.06))
     np.testing.assert_allclose(values.mean, 7.5 * (1.0 + change * 4.0**-0.75), rtol=1e-12)
-    np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.hypot(slow * 4.0**-0.25, left * 4.0**-0.75), rtol=1e-12)
+    np.testing.assert_allclose(
+        values.errors["pixel"], 7.5 * np.hypot(slow * 4.0**-0.25, left * 4.0**-0.75), rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize("name", ["contact_fraction", "pressure_variance", GRADIENT])

@@ -12,7 +12,9 @@ def drawn_values(scene, seed, mean, scatter=0.1, stream=0, n=8):
     rows = mean * (1.0 + scatter * rng.standard_normal((n, SPEEDS)))
     pair = Pair(0, stream, sample(rows, END), None)
     values = values_of(scene, "elastic", NAME, [pair])
-    return values._replace(errors={name: np.full(SPEEDS, share * mean) for name, share in ERRORS.items()}), rows
+    return values._replace(
+        errors={name: np.full(SPEEDS, share * mean) for name, share in ERRORS.items()}
+    ), rows
 
 
 ERRORS = {"bandwidth": 0.02, "pixel": 0.03, "last step": 0.005}
@@ -27,14 +29,21 @@ def test_a_product_keeps_surfaces_together_and_adds_errors_of_the_same_causes(st
     np.testing.assert_allclose(found.mean, a * b, rtol=1e-12)
     np.testing.assert_allclose(found.finest, a * b, rtol=1e-12)
     paired = of_kelvins * b + a * of_share
-    np.testing.assert_allclose(found.scattered.variance[0], paired.var(axis=0, ddof=1) / 8, rtol=1e-9)
+    np.testing.assert_allclose(
+        found.scattered.variance[0], paired.var(axis=0, ddof=1) / 8, rtol=1e-9
+    )
     for name, relative in ERRORS.items():
         expected = relative * (a * 0.4 + b * 200.0)
         np.testing.assert_allclose(found.errors[name], expected, rtol=1e-12)
-    for negative in (product(kelvins, share._replace(mean=-b)), product(kelvins._replace(mean=-a), share)):
+    for negative in (
+        product(kelvins, share._replace(mean=-b)),
+        product(kelvins._replace(mean=-a), share),
+    ):
         np.testing.assert_allclose(negative.mean, -found.mean, rtol=1e-12)
         np.testing.assert_allclose(negative.errors["pixel"], found.errors["pixel"], rtol=1e-12)
-    unknown = product(kelvins._replace(errors=kelvins.errors | {"bandwidth": np.full(SPEEDS, np.nan)}), share)
+    unknown = product(
+        kelvins._replace(errors=kelvins.errors | {"bandwidth": np.full(SPEEDS, np.nan)}), share
+    )
     assert np.isnan(unknown.errors["bandwidth"]).all()
 
 
@@ -46,7 +55,11 @@ def test_a_product_that_is_exactly_zero_has_no_error(steel):
     errors = kelvins.errors | {"bandwidth": nothing, "pixel": np.where(moving, np.inf, np.nan)}
     at_rest = scaled(kelvins, moving * 1.0)._replace(errors=errors)
     found = product(at_rest, share)
-    assert (found.mean[0], found.errors["bandwidth"][0], found.errors["pixel"][0]) == (0.0, 0.0, 0.0)
+    assert (found.mean[0], found.errors["bandwidth"][0], found.errors["pixel"][0]) == (
+        0.0,
+        0.0,
+        0.0,
+    )
     assert np.isnan(found.errors["bandwidth"][1:]).all()
 
 
@@ -58,4 +71,6 @@ def test_values_times_an_exact_number_are_scaled_with_all_that_they_have(steel):
         np.testing.assert_allclose(getattr(found, name), getattr(values, name) * factor, rtol=1e-12)
     for name, part in values.errors.items():
         np.testing.assert_allclose(found.errors[name], part * factor, rtol=1e-12)
-    np.testing.assert_allclose(found.scattered.variance[0], (rows * factor).var(axis=0, ddof=1) / 8, rtol=1e-9)
+    np.testing.assert_allclose(
+        found.scattered.variance[0], (rows * factor).var(axis=0, ddof=1) / 8, rtol=1e-9
+    )

@@ -49,7 +49,9 @@ def hertz(t_max=500.0, pixels=200_000):
 def test_the_rate_over_a_resting_hertz_contact_is_closed(energy, base):
     # T is uniform from ½T₁ to T₁, and ∫exp(−a/T)dT = T exp(−a/T) − a E₁(a/T)
     a = energy * EV / BOLTZMANN
-    low, high = (t * np.exp(-a / t) - a * scipy.special.exp1(a / t) for t in (base + 250.0, base + 500.0))
+    low, high = (
+        t * np.exp(-a / t) - a * scipy.special.exp1(a / t) for t in (base + 250.0, base + 500.0)
+    )
     found = mean_rate(hertz(), np.ones(1), Activation(energy * EV, 0.0, np.array([base])))
     assert found == pytest.approx((high - low) / 250.0, rel=5e-3)  # width of the bins
 
@@ -65,8 +67,12 @@ def test_pressure_lowers_the_barrier_pixel_by_pixel(volume):
     z, other = rng.standard_normal((2, 100_000))
     temperature, pressure = 200.0 + 50.0 * z, 1e9 + 1e8 * (0.5 * z + other)
     activation = Activation(0.8 * EV, volume, np.array([700.0]))
-    direct = np.exp((pressure * volume - 0.8 * EV) / (BOLTZMANN * (700.0 + 1.5 * temperature))).mean()
-    assert mean_rate(of_pixels(temperature, pressure), np.full(1, 1.5), activation) == pytest.approx(direct, rel=5e-3)
+    direct = np.exp(
+        (pressure * volume - 0.8 * EV) / (BOLTZMANN * (700.0 + 1.5 * temperature))
+    ).mean()
+    assert mean_rate(
+        of_pixels(temperature, pressure), np.full(1, 1.5), activation
+    ) == pytest.approx(direct, rel=5e-3)
 
 
 @pytest.mark.parametrize("volume", [0.0, 2e-29])
@@ -81,7 +87,9 @@ def test_a_contact_of_one_temperature_has_it_as_its_activation_temperature(volum
     np.testing.assert_allclose(members, each, rtol=1e-9)
     # the slope by a difference
     above = uniform_temperature(bins, 1.001 * each.mean(axis=0), activation, scale)[0]
-    assert slope * each.mean(axis=0) == pytest.approx((above - temperature) / np.log(1.001), rel=1e-2)
+    assert slope * each.mean(axis=0) == pytest.approx(
+        (above - temperature) / np.log(1.001), rel=1e-2
+    )
     if not volume:  # T = E/(k ln 1/mean)
         log_mean = np.log(each.mean()) + scale
         assert temperature == pytest.approx(-EV / (BOLTZMANN * log_mean), rel=1e-12)
@@ -118,7 +126,9 @@ def test_heat_above_a_temperature_of_a_hertz_contact_is_closed():
     bins = hertz(400.0)
     for t in (210.0, 300.0, 390.0):
         found = heat_above(bins, np.full(1, 2.0), np.array([2.0 * t]))
-        assert found[0, 0] == pytest.approx(1.0 - (t / 200.0 - 1.0) ** 1.5, abs=4e-3)  # width of the cold bins
+        assert found[0, 0] == pytest.approx(
+            1.0 - (t / 200.0 - 1.0) ** 1.5, abs=4e-3
+        )  # width of the cold bins
     assert heat_above(bins, np.ones(1), np.array([150.0])) == 1.0
     assert heat_above(bins, np.ones(1), np.array([450.0])) == 0.0
 
@@ -145,12 +155,19 @@ def with_bins(pairs, deviation=0.3, seed=1):
         object.__setattr__(sample, "bins", bins)
         return sample
 
-    return [pair._replace(sample=filled(pair.sample), below=pair.below and filled(pair.below)) for pair in pairs]
+    return [
+        pair._replace(sample=filled(pair.sample), below=pair.below and filled(pair.below))
+        for pair in pairs
+    ]
 
 
 def rate_of(pairs, flash, activation):
-    samples = [sample for pair in pairs for sample in (pair.sample, pair.below) if sample is not None]
-    scale = np.max([log_scale(bins_of(s), factor_of(s, flash), activation) for s in samples], axis=0)
+    samples = [
+        sample for pair in pairs for sample in (pair.sample, pair.below) if sample is not None
+    ]
+    scale = np.max(
+        [log_scale(bins_of(s), factor_of(s, flash), activation) for s in samples], axis=0
+    )
     return ContactMean(lambda bins, factor: rates(bins, factor, activation, scale), flash), scale
 
 
@@ -171,7 +188,11 @@ def test_each_level_is_brought_to_the_continued_flash_temperature(foretold):
         for sample in (pair.sample, pair.below):
             if sample is not None:
                 flash = sample.numbers[NAME][:, :, None]
-                object.__setattr__(sample, "bins", sample.bins._replace(temperature=flash * np.linspace(0.2, 2.5, 48)))
+                object.__setattr__(
+                    sample,
+                    "bins",
+                    sample.bins._replace(temperature=flash * np.linspace(0.2, 2.5, 48)),
+                )
     flash = flash_values(220.0, error=11.0)
     of_level, scale = rate_of(levels, flash, activation)
     found = mean_over_contact(SCENE, "capped", levels, of_level, 1e9)
@@ -179,7 +200,9 @@ def test_each_level_is_brought_to_the_continued_flash_temperature(foretold):
     exact = BIN_AREAS @ np.exp(-EV / (BOLTZMANN * temperature) - scale)
     assert found.values.mean == pytest.approx(exact, rel=1e-9)
     slope = BIN_AREAS @ (
-        np.exp(-EV / (BOLTZMANN * temperature) - scale) * (EV / (BOLTZMANN * temperature**2)) * (temperature - 400.0)
+        np.exp(-EV / (BOLTZMANN * temperature) - scale)
+        * (EV / (BOLTZMANN * temperature**2))
+        * (temperature - 400.0)
     )
     assert found.values.errors["bandwidth"] == pytest.approx(slope * 11.0 / 220.0, rel=1e-4)
     np.testing.assert_allclose(found.members, 6.0)
@@ -192,7 +215,9 @@ def test_influence_values_of_a_rate_are_those_of_a_jackknife(warm):
     pairs = with_bins([lowest(250.0 * (1.0 + 0.1 * rng.standard_normal((n, 1))))])
     activation = Activation(EV, 1e-29, np.array([500.0]))
     flash = flash_values(230.0)
-    of_level = of_temperature(pairs, flash, activation) if warm else rate_of(pairs, flash, activation)[0]
+    of_level = (
+        of_temperature(pairs, flash, activation) if warm else rate_of(pairs, flash, activation)[0]
+    )
     sample = pairs[0].sample
 
     def value(rows):
@@ -214,8 +239,12 @@ def test_errors_of_an_activation_temperature_follow_from_its_own_slope_over_the_
     rows = np.array([[2.0], [-1.0], [-1.0]])  # scatter of T_flash on other surfaces
 
     def at(flash, rows=None):
-        values = flash_values(flash, error=9.0, rows=rows)._replace(scatter={} if rows is None else {7: rows})
-        return mean_over_contact(SCENE, "capped", pairs, of_temperature(pairs, values, activation), 1.0)
+        values = flash_values(flash, error=9.0, rows=rows)._replace(
+            scatter={} if rows is None else {7: rows}
+        )
+        return mean_over_contact(
+            SCENE, "capped", pairs, of_temperature(pairs, values, activation), 1.0
+        )
 
     found = at(230.0, rows)
     slope = (at(230.23).values.mean - at(229.77).values.mean) / 0.46  # K over K
@@ -230,10 +259,14 @@ def test_errors_of_an_activation_temperature_follow_from_its_own_slope_over_the_
     assert 0.01 * found.values.errors["tail"] == pytest.approx(exact, rel=1e-2)
 
 
-@pytest.mark.parametrize(("column", "fall"), [("capped", 0.75), ("smoothed", 0.3), ("elastic", 0.3)])
+@pytest.mark.parametrize(
+    ("column", "fall"), [("capped", 0.75), ("smoothed", 0.3), ("elastic", 0.3)]
+)
 def test_a_finer_pixel_changes_a_rate_as_its_partner_shows(foretold, column, fall):
     foretold.law = np.array([[1.0], [1.0], [1.0]])
-    low, finer = with_bins(ladder([250.0, 250.0], [1.0, 1.0]), seed=6)  # the second has the same cut-off
+    low, finer = with_bins(
+        ladder([250.0, 250.0], [1.0, 1.0]), seed=6
+    )  # the second has the same cut-off
     activation = Activation(0.4 * EV, 0.0, np.array([600.0]))
     of_level, _ = rate_of([low, finer], flash_values(250.0), activation)
     change = of_level.influence(finer.sample).mean() / of_level.influence(finer.below).mean() - 1.0
@@ -243,10 +276,14 @@ def test_a_finer_pixel_changes_a_rate_as_its_partner_shows(foretold, column, fal
         mean = of_level.mean(low.sample).mean()
         assert found.mean == pytest.approx(mean * (1.0 + carried * change), rel=1e-6)
         moved = 0.0 if end == 1.0 else carried  # to a higher cut-off, all of it is in doubt
-        assert found.errors["pixel"] == pytest.approx(np.hypot(1.5 * carried, moved) * abs(change) * mean, rel=0.05)
+        assert found.errors["pixel"] == pytest.approx(
+            np.hypot(1.5 * carried, moved) * abs(change) * mean, rel=0.05
+        )
 
 
-def test_what_changes_with_the_cut_off_follows_the_steps_of_the_law_and_is_in_doubt_as_a_whole(foretold):
+def test_what_changes_with_the_cut_off_follows_the_steps_of_the_law_and_is_in_doubt_as_a_whole(
+    foretold,
+):
     foretold.law = np.array([[10.0], [8.0], [7.0]])
     pairs = with_bins(ladder([300.0, 240.0], [1.0, 2.0]), deviation=0.3, seed=4)
     activation = Activation(EV, 0.0, np.array([600.0]))
@@ -262,7 +299,9 @@ def test_what_changes_with_the_cut_off_follows_the_steps_of_the_law_and_is_in_do
     assert found.mean == pytest.approx(low * ratio + rest, rel=1e-6)
     assert found.errors["bandwidth"] == pytest.approx(abs(rest), rel=1e-6)
     foretold.law = None
-    assert np.isnan(mean_over_contact(SCENE, "capped", pairs, of_level, 1e9).values.errors["bandwidth"])
+    assert np.isnan(
+        mean_over_contact(SCENE, "capped", pairs, of_level, 1e9).values.errors["bandwidth"]
+    )
 
 
 def test_a_rate_from_a_few_hot_pixels_of_one_member_has_an_unknown_error(foretold):

@@ -53,7 +53,9 @@ def test_few_rows_and_rows_without_a_peak_volume_stay_as_they_are():
 def test_volumes_that_differ_by_rounding_alone_show_no_slope():
     values = np.random.default_rng(2).standard_normal((12, 1))
     for mean in (0.3, -0.3):
-        np.testing.assert_array_equal(corrected(values, mean * (1.0 + 1e-14 * np.arange(12))), values)
+        np.testing.assert_array_equal(
+            corrected(values, mean * (1.0 + 1e-14 * np.arange(12))), values
+        )
 
 
 def test_a_row_without_a_volume_counts_as_one_of_the_mean_volume():
@@ -92,7 +94,9 @@ def test_intervals_of_corrected_rows_hold_the_mean(n):
     quantile = stats.t.ppf(0.975, n - 1)
     for _ in range(trials):
         x = rng.standard_normal(n)
-        rows = corrected(5.0 + np.sqrt(0.8) * x[:, None] + np.sqrt(0.2) * rng.standard_normal((n, 1)), x)
+        rows = corrected(
+            5.0 + np.sqrt(0.8) * x[:, None] + np.sqrt(0.2) * rng.standard_normal((n, 1)), x
+        )
         error, _ = spread(rows)
         held += abs(rows.mean() - 5.0) <= quantile * error[0]
         width.append(error[0] * np.sqrt(n))

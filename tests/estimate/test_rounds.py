@@ -17,11 +17,21 @@ from roughsim.scene.numerics import Level, Numerics
 
 
 def test_a_run_begins_with_the_lowest_level_its_step_and_its_partner():
-    assert first_counts(numerics_of("elastic", rungs=4, partners=(0, 1)), 400) == (12, 6, 0, 0, 6, 0)
+    assert first_counts(numerics_of("elastic", rungs=4, partners=(0, 1)), 400) == (
+        12,
+        6,
+        0,
+        0,
+        6,
+        0,
+    )
     assert first_counts(numerics_of("elastic", partners=()), 400) == (12, 6, 0)
     assert first_counts(numerics_of("elastic", rungs=1, partners=()), 400) == (12,)
     assert first_counts(numerics_of("elastic", rungs=1), 400) == (12, 6)
-    assert first_counts(numerics_of("smoothed", "capped", rungs=2, partners=(0, 1)), 400) == (12, 6, 6, 0) * 2
+    assert (
+        first_counts(numerics_of("smoothed", "capped", rungs=2, partners=(0, 1)), 400)
+        == (12, 6, 6, 0) * 2
+    )
 
 
 def test_no_level_has_more_members_than_are_allowed():
@@ -32,12 +42,19 @@ def test_no_level_has_more_members_than_are_allowed():
 def test_a_slide_has_its_members_from_the_beginning():
     assert first_counts(numerics_of("elastic", partners=(), slide=8), 400) == (12, 6, 0, 8)
     assert first_counts(numerics_of("elastic", partners=(), slide=8), 5) == (5, 5, 0, 5)
-    assert first_counts(replace_first(numerics_of("elastic", partners=(), slide=8)), 20) == (12, 6, 0, 20)
+    assert first_counts(replace_first(numerics_of("elastic", partners=(), slide=8)), 20) == (
+        12,
+        6,
+        0,
+        20,
+    )
 
 
 def replace_first(numerics):
     """The same where all realizations have the slide."""
-    return replace(numerics, levels=(*numerics.levels[:-1], replace(numerics.levels[-1], first=None)))
+    return replace(
+        numerics, levels=(*numerics.levels[:-1], replace(numerics.levels[-1], first=None))
+    )
 
 
 # replay
@@ -55,7 +72,9 @@ def by_plan(counts):
 def test_rounds_are_those_whatever_the_order_in_which_members_are_computed():
     rng = np.random.default_rng(1)
     for _ in range(6):
-        left = rng.permutation(np.repeat(np.arange(4), [70, 30, 20, 10]))  # more than the rounds ask for
+        left = rng.permutation(
+            np.repeat(np.arange(4), [70, 30, 20, 10])
+        )  # more than the rounds ask for
         available = np.zeros(4, dtype=int)
         for level in left:
             available[level] += 1
@@ -83,7 +102,9 @@ def test_only_complete_rounds_are_judged_and_each_once():
 
 
 def test_a_run_may_end_without_meeting_its_targets():
-    rounds = replay(ONE, 400, (99, 99, 99, 99), lambda counts: Verdict(False, None, counts, "out of reach", {}))
+    rounds = replay(
+        ONE, 400, (99, 99, 99, 99), lambda counts: Verdict(False, None, counts, "out of reach", {})
+    )
     assert (rounds.counts, rounds.wanted, rounds.number) == (PLAN[0], PLAN[0], 0)
     assert rounds.finished
     assert not rounds.met
@@ -173,7 +194,10 @@ def simulated(scene, numerics, goal, levels, seed):
                 result.append(lowest(fine, numerics.levels[level].q_max))
                 continue
             grids = numerics.levels[below], numerics.levels[level]
-            cut_offs, sides = [grid.q_max for grid in grids], [float(grid.shape[0]) for grid in grids]
+            cut_offs, sides = (
+                [grid.q_max for grid in grids],
+                [float(grid.shape[0]) for grid in grids],
+            )
             result.append(step(level, fine, coarse, cut_offs, sides=sides))
         return result
 
@@ -190,7 +214,12 @@ def sliding_scene(capped_scene):
     """Elastic contact at one speed; C(q) ends at 2e5 rad/m."""
     body = replace(capped_scene.body, penetration_hardness=None)
     elastic = replace(capped_scene.numerics, levels=None)
-    return replace(capped_scene, body=body, sliding=replace(capped_scene.sliding, speed=(1.0,)), numerics=elastic)
+    return replace(
+        capped_scene,
+        body=body,
+        sliding=replace(capped_scene.sliding, speed=(1.0,)),
+        numerics=elastic,
+    )
 
 
 def elastic_levels(cut_offs):
@@ -220,9 +249,13 @@ def test_runs_that_choose_their_levels_hold_the_truth(sliding_scene, foretold):
     means = {5e4: 8.0, 1e5: 9.2, 2e5: 9.8}
     shape = {5e4: 8.0, 1e5: 9.3, np.inf: 10.0, 2e5: 10.0}
 
-    foretold.theory = lambda column, cut_offs, observable: np.array([[shape[q]] for q in (*cut_offs, np.inf)])
+    foretold.theory = lambda column, cut_offs, observable: np.array(
+        [[shape[q]] for q in (*cut_offs, np.inf)]
+    )
     numerics = elastic_levels((5e4, 1e5, 2e5))
-    finer = 0.99  # by half the pixel, at order 2: 4/3 of it in all, and (5e4/2e5)^.7 of that at the end
+    finer = (
+        0.99  # by half the pixel, at order 2: 4/3 of it in all, and (5e4/2e5)^.7 of that at the end
+    )
     truth = 9.8 * (1.0 - 4 / 3 * 0.01 * 0.25**0.7)
     values = list(means.values())
     levels = [(values[0], values[0], 0.2, 0.0)]

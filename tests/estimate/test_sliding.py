@@ -10,7 +10,14 @@ from scipy import stats
 
 from roughsim.estimate.errors import Estimate, spread_of
 from roughsim.estimate.levels import Values
-from roughsim.estimate.reactions import BOLTZMANN, Activation, ContactMean, log_scale, mean_over_slides, rates
+from roughsim.estimate.reactions import (
+    BOLTZMANN,
+    Activation,
+    ContactMean,
+    log_scale,
+    mean_over_slides,
+    rates,
+)
 from roughsim.estimate.sliding import (
     sliding_estimate,
     sliding_flash,
@@ -49,7 +56,9 @@ SHARE = replace(
 def slid(*temperatures):
     """The numbers that slides store: T_flash of sliding and frozen contact, then both with the larger pixel, K."""
     names = "", "frozen_", "coarser_", "coarser_frozen_"
-    return dict(zip((f"sliding_{name}flash_temperature" for name in names), temperatures, strict=True))
+    return dict(
+        zip((f"sliding_{name}flash_temperature" for name in names), temperatures, strict=True)
+    )
 
 
 def test_the_scatter_of_the_ratio_and_of_the_frozen_estimate_add_as_squares():
@@ -64,7 +73,9 @@ def test_the_scatter_of_the_ratio_and_of_the_frozen_estimate_add_as_squares():
     assert found.standard_error == pytest.approx([hypot(2.0 * 1.1, 200.0 * error)])
     assert found.budget["statistical"] == pytest.approx([hypot(4.0 * 1.1, 200.0 * half)], rel=0.02)
     assert found.budget["size"] == pytest.approx([1.1])
-    assert found.budget["slide"] == pytest.approx([0.03 * 220.0])  # of the cut-off; the pixel changed nothing
+    assert found.budget["slide"] == pytest.approx(
+        [0.03 * 220.0]
+    )  # of the cut-off; the pixel changed nothing
 
 
 @pytest.mark.parametrize("order", [1.0, 1.25, 1.5])
@@ -72,7 +83,9 @@ def test_the_error_of_the_pixel_is_taken_off_and_what_its_order_leaves_is_in_the
     # ratios 1.2 − 0.05 h^order at pixels h = 1 and 4/3, and 1.2 without a pixel
     alone = np.full((8, 1), 100.0)
     fine, coarse = (1.2 - 0.05 * h**order for h in (1.0, 4 / 3))
-    found = sliding_estimate("flash_temperature", frozen(), slid(alone * fine, alone, alone * coarse, alone), 4 / 3)
+    found = sliding_estimate(
+        "flash_temperature", frozen(), slid(alone * fine, alone, alone * coarse, alone), 4 / 3
+    )
     without_cut_off = sqrt(found.budget["slide"][0] ** 2 - (0.03 * 200.0 * fine) ** 2)
     assert 200.0 * fine < 0.99 * found.mean[0]
     assert abs(found.mean[0] - 200.0 * 1.2) <= without_cut_off * (1 + 1e-9)
@@ -98,7 +111,9 @@ def test_the_share_of_the_heat_is_that_of_the_members():
     error = 0.02 / sqrt(39)
     assert found.mean == pytest.approx([0.7])
     assert found.standard_error == pytest.approx([error])
-    assert found.budget["statistical"] == pytest.approx([stats.t.ppf(0.975, 39) * error * sqrt(1 + 2 / 39)])
+    assert found.budget["statistical"] == pytest.approx(
+        [stats.t.ppf(0.975, 39) * error * sqrt(1 + 2 / 39)]
+    )
     assert found.budget["slide"] == pytest.approx([0.03 * 0.7])
     assert list(found.budget) == ["statistical", "slide", "size"]
     assert found.budget["size"] == pytest.approx([0.7 / 200.0])  # 1 K of 200 K
@@ -106,7 +121,9 @@ def test_the_share_of_the_heat_is_that_of_the_members():
     assert (found.n, found.effective_n[0]) == (40, 40.0)
 
 
-TO_THE_END = SlidingContinuation(np.array([1.2]), np.array([0.9]), np.array([2.0]), np.array([0.04]))
+TO_THE_END = SlidingContinuation(
+    np.array([1.2]), np.array([0.9]), np.array([2.0]), np.array([0.04])
+)
 
 
 def test_a_slide_that_is_followed_in_part_is_continued_with_the_error_of_that():
@@ -116,7 +133,9 @@ def test_a_slide_that_is_followed_in_part_is_continued_with_the_error_of_that():
     found = sliding_estimate("flash_temperature", frozen(), numbers, 4 / 3, TO_THE_END)
     assert found.mean == pytest.approx(1.2 * short.mean)
     assert found.budget["size"] == pytest.approx(1.2 * short.budget["size"])
-    assert found.budget["slide"] == pytest.approx(np.hypot(1.2 * short.budget["slide"], 0.04 * 1.2 * 220.0))
+    assert found.budget["slide"] == pytest.approx(
+        np.hypot(1.2 * short.budget["slide"], 0.04 * 1.2 * 220.0)
+    )
     share = sliding_estimate("heat_partition", frozen(), numbers, 4 / 3, TO_THE_END)
     assert share.mean == pytest.approx([0.45])
     assert share.budget["slide"] == pytest.approx([0.45 * hypot(0.03, 0.04)])
@@ -126,7 +145,10 @@ def test_a_slide_that_is_followed_in_part_is_continued_with_the_error_of_that():
     assert warm.mean == pytest.approx([200.0 + 600.0])
     assert warm.budget["slide"] == pytest.approx([12.0 + 600.0 * hypot(0.03, 0.04)])
     for estimate in (found, share):
-        assert any("T_flash by the factors 1.2 … 1.2, with an error of 4 %" in note for note in estimate.notes)
+        assert any(
+            "T_flash by the factors 1.2 … 1.2, with an error of 4 %" in note
+            for note in estimate.notes
+        )
 
 
 def test_the_area_is_that_of_single_contacts_and_other_observables_are_refused():
@@ -141,7 +163,10 @@ def test_members_share_the_scatter_of_both_pixels():
     ratios = 1.1 + 0.1 * np.tile([-1.0, 1.0], 20)[:, None]
     alone = np.full((40, 1), 100.0)
     found = sliding_estimate(
-        "flash_temperature", frozen(), slid(alone * ratios, alone, alone * (ratios - 0.01), alone), 4 / 3
+        "flash_temperature",
+        frozen(),
+        slid(alone * ratios, alone, alone * (ratios - 0.01), alone),
+        4 / 3,
     )
     change = found.mean[0] / 200.0
     assert found.standard_error == pytest.approx([hypot(2.0 * change, 200.0 * 0.1 / sqrt(39))])
@@ -149,10 +174,14 @@ def test_members_share_the_scatter_of_both_pixels():
 
 def test_without_a_coarser_grid_the_error_of_the_slide_is_unknown():
     alone = np.full((8, 1), 100.0)
-    found = sliding_estimate("flash_temperature", frozen(), slid(1.1 * alone, alone, alone, alone), 1.0)
+    found = sliding_estimate(
+        "flash_temperature", frozen(), slid(1.1 * alone, alone, alone, alone), 1.0
+    )
     assert found.mean == pytest.approx([220.0])
     assert found.unknown == ("slide",)
-    assert found.notes[-1] == "the slide is not corrected for its pixel, as there is no coarser grid"
+    assert (
+        found.notes[-1] == "the slide is not corrected for its pixel, as there is no coarser grid"
+    )
 
 
 def test_the_background_adds_with_its_scatter_and_the_doubt_of_its_share():
@@ -164,7 +193,9 @@ def test_the_background_adds_with_its_scatter_and_the_doubt_of_its_share():
     assert found.mean == pytest.approx([500.0])
     assert found.bias == pytest.approx([3.0])
     assert found.standard_error == pytest.approx([hypot(2.0, error)])
-    assert found.budget["statistical"] == pytest.approx([hypot(4.0, stats.t.ppf(0.975, 39) * error)], rel=0.01)
+    assert found.budget["statistical"] == pytest.approx(
+        [hypot(4.0, stats.t.ppf(0.975, 39) * error)], rel=0.01
+    )
     assert found.budget["size"] == pytest.approx([1.0 + 0.02 * 300.0])
     assert found.budget["slide"] == pytest.approx([12.0 + 0.03 * 300.0])
 
@@ -194,7 +225,9 @@ def test_values_of_the_slide_have_the_mean_and_the_scatter_of_its_estimate():
 
 
 def test_a_quantile_is_its_ratio_to_t_flash_widened_as_the_frozen_distribution():
-    flash = values(200.0, np.zeros(12))._replace(errors={"bandwidth": np.array([8.0]), "slide": np.array([6.0])})
+    flash = values(200.0, np.zeros(12))._replace(
+        errors={"bandwidth": np.array([8.0]), "slide": np.array([6.0])}
+    )
     numbers = {"sliding_hot": 220.0 + 20.0 * np.tile([-1.0, 1.0], 20)[:, None]}
     numbers["sliding_flash_temperature"] = np.full((40, 1), 110.0)
     plain = sliding_quantile(flash, "hot", numbers, 7, np.ones(1))
@@ -204,18 +237,26 @@ def test_a_quantile_is_its_ratio_to_t_flash_widened_as_the_frozen_distribution()
     assert spread_of(plain.scattered)[0] == pytest.approx([200.0 / 110.0 * 20.0 / sqrt(39)])
     wide = sliding_quantile(flash, "hot", numbers, 7, np.array([1.2]))
     assert wide.mean == pytest.approx([200.0 * 2.2])  # 1 + 1.2 (2 − 1)
-    assert wide.errors["slide"] == pytest.approx([hypot(6.0 * 2.2, 200.0 * 0.03 * 2.2, 200.0 * 0.2)])
+    assert wide.errors["slide"] == pytest.approx(
+        [hypot(6.0 * 2.2, 200.0 * 0.03 * 2.2, 200.0 * 0.2)]
+    )
     assert spread_of(wide.scattered)[0] == pytest.approx(1.2 * spread_of(plain.scattered)[0])
-    cold = sliding_quantile(flash, "hot", numbers | {"sliding_hot": np.full((40, 1), 11.0)}, 7, np.ones(1))
+    cold = sliding_quantile(
+        flash, "hot", numbers | {"sliding_hot": np.full((40, 1), 11.0)}, 7, np.ones(1)
+    )
     assert cold.mean == pytest.approx([20.0])
-    assert cold.errors["slide"] == pytest.approx([hypot(0.6, 200.0 * 0.03)])  # of T_flash, as it is larger
+    assert cold.errors["slide"] == pytest.approx(
+        [hypot(0.6, 200.0 * 0.03)]
+    )  # of T_flash, as it is larger
 
 
 def contacts(temperature, flash=100.0, members=6):
     """A sample of slides whose contacts are alike, with their bins at these temperatures, K."""
     pair = lowest(np.full((members, 1), flash))
     ones = np.ones((members, 1, BIN_AREAS.size))
-    object.__setattr__(pair.sample, "bins", Bins(temperature * ones, 1e9 * ones, 0.0 * ones, 0.0 * ones))
+    object.__setattr__(
+        pair.sample, "bins", Bins(temperature * ones, 1e9 * ones, 0.0 * ones, 0.0 * ones)
+    )
     return pair
 
 
@@ -252,20 +293,28 @@ def test_contacts_of_one_temperature_react_as_at_t_flash_of_the_slide():
 def test_the_change_by_a_wider_distribution_counts_as_an_error():
     pair, flash = contacts(np.linspace(20.0, 180.0, BIN_AREAS.size)), values(100.0, np.zeros(6))
     flash = flash._replace(errors={"slide": np.zeros(1)})
-    of_level = ContactMean(lambda bins, factor: bins.temperature * factor[:, None] + bins.temperature**2, flash)
+    of_level = ContactMean(
+        lambda bins, factor: bins.temperature * factor[:, None] + bins.temperature**2, flash
+    )
     found = mean_over_slides(pair, np.array([1.1]), of_level)
     t = np.linspace(20.0, 180.0, BIN_AREAS.size)
     narrow, wide = ((x + x**2) @ BIN_AREAS for x in (t, 100.0 + 1.1 * (t - 100.0)))
     assert found.values.mean == pytest.approx([wide])
     assert found.values.finest == pytest.approx([narrow])
     slope = (100.0 + 1.1 * (t - 100.0)) @ BIN_AREAS  # the factor is in the linear term alone
-    assert found.values.errors["slide"] == pytest.approx([hypot(0.03 * slope, wide - narrow)], rel=1e-4)
+    assert found.values.errors["slide"] == pytest.approx(
+        [hypot(0.03 * slope, wide - narrow)], rel=1e-4
+    )
 
 
 def test_the_error_of_the_background_joins_that_of_t_flash():
     flash = values(100.0, np.zeros(6))._replace(errors={"slide": np.array([5.0])})
-    found = warmed(flash._replace(errors=flash.errors | {"size": np.array([0.5])}), np.array([200.0]), SHARE)
+    found = warmed(
+        flash._replace(errors=flash.errors | {"size": np.array([0.5])}), np.array([200.0]), SHARE
+    )
     assert found.errors["slide"] == pytest.approx([5.0 + 0.03 * 200.0])
     assert found.errors["size"] == pytest.approx([0.5 + 0.02 * 200.0])
-    undefined = replace(SHARE, mean=np.full(1, np.nan))  # a body that does not conduct: its share is exact
+    undefined = replace(
+        SHARE, mean=np.full(1, np.nan)
+    )  # a body that does not conduct: its share is exact
     assert warmed(flash, np.array([200.0]), undefined).errors["slide"] == pytest.approx([5.0])

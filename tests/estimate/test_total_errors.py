@@ -54,7 +54,11 @@ def at_rest(capped_scene, tmp_path_factory):
     levels = tuple(Level("capped", (n, n), 2e4) for n in (32, 64))
     numerics = Numerics(levels, (2e-3, 2e-3))
     return rs.run(
-        capped_scene, tmp_path_factory.mktemp("rest") / "run", numerics=numerics, max_realizations=2, workers=1
+        capped_scene,
+        tmp_path_factory.mktemp("rest") / "run",
+        numerics=numerics,
+        max_realizations=2,
+        workers=1,
     )
 
 
@@ -66,12 +70,22 @@ def test_at_rest_nothing_heats_and_that_is_exact(at_rest):
     assert at_rest.estimate("flash_temperature").explain().splitlines()[1].startswith("0 K: ")
 
 
-def test_a_run_of_a_rough_surface_is_continued_with_its_own_exponent(capped_scene, tmp_path, foretold):
+def test_a_run_of_a_rough_surface_is_continued_with_its_own_exponent(
+    capped_scene, tmp_path, foretold
+):
     foretold.exponent = None
     rough = replace(capped_scene, surface=replace(capped_scene.surface, hurst=0.3, q_max=1e7))
     levels = tuple(Level("capped", (n, n), 1e3 * n) for n in (48, 96))
-    run = rs.run(rough, tmp_path / "run", numerics=Numerics(levels, (2e-3, 2e-3)), max_realizations=2, workers=1)
-    assert f"p = {0.3 + 1.05 * 0.3:.2f}" in run.estimate("flash_temperature").explain()  # 0.3 + 1.05 H
+    run = rs.run(
+        rough,
+        tmp_path / "run",
+        numerics=Numerics(levels, (2e-3, 2e-3)),
+        max_realizations=2,
+        workers=1,
+    )
+    assert (
+        f"p = {0.3 + 1.05 * 0.3:.2f}" in run.estimate("flash_temperature").explain()
+    )  # 0.3 + 1.05 H
 
 
 def test_the_table_prints_total_errors(partial):
@@ -85,15 +99,29 @@ def test_the_table_prints_total_errors(partial):
 def test_the_table_prints_the_total_errors_of_ratios(partial):
     comparison = rs.compare(partial)
     table = comparison_table(comparison)
-    (cells,) = (table.cells(k) for k, column in enumerate(table.columns) if column.title == "capped_over_smoothed")
+    (cells,) = (
+        table.cells(k)
+        for k, column in enumerate(table.columns)
+        if column.title == "capped_over_smoothed"
+    )
     found = [partial.estimate("flash_temperature", column) for column in ("smoothed", "capped")]
-    rows = [(n, row) for n, row in enumerate(comparison.rows) if row.observable == "flash_temperature" and row.speed]
+    rows = [
+        (n, row)
+        for n, row in enumerate(comparison.rows)
+        if row.observable == "flash_temperature" and row.speed
+    ]
     # four realizations of the lowest levels, paired, and four of a step: from 3 to 6 degrees of freedom
     most, least = 3.1824463 * np.sqrt(1 + 2 / 3), 2.4469119 * np.sqrt(1 + 2 / 6)
     for n, row in rows:
         k, ratio = comparison.run.scene.speeds.index(row.speed), row.ratios["capped_over_smoothed"]
-        systematic = [e.budget[part][k] / e.mean[k] for e in found for part in ("bandwidth", "pixel", "size", "solver")]
-        statistical = np.sqrt(ratio.total_error**2 - np.nansum(np.square(systematic)) * ratio.value**2)
+        systematic = [
+            e.budget[part][k] / e.mean[k]
+            for e in found
+            for part in ("bandwidth", "pixel", "size", "solver")
+        ]
+        statistical = np.sqrt(
+            ratio.total_error**2 - np.nansum(np.square(systematic)) * ratio.value**2
+        )
         assert least < statistical / ratio.standard_error < most
         assert cells[n] == as_printed(ratio.value, ratio.total_error, np.isnan(systematic).any())
 
@@ -127,7 +155,9 @@ def test_one_realization_has_an_unknown_error_and_no_infinite_one(partial, tmp_p
 def test_a_ratio_to_a_sum_that_is_no_measure_of_the_theory_says_so(capped_run, monkeypatch):
 
     true = prediction.mode_sums
-    monkeypatch.setattr(prediction, "mode_sums", lambda *a: {k: 1.5 * v for k, v in true(*a).items()})
+    monkeypatch.setattr(
+        prediction, "mode_sums", lambda *a: {k: 1.5 * v for k, v in true(*a).items()}
+    )
     row = [row for row in rs.compare(capped_run).rows if row.observable == "flash_temperature"][-1]
     ratio = row.ratios["smoothed_over_theory"]
     assert ratio.total_error / ratio.value > 0.45

@@ -87,7 +87,10 @@ class Served:
         rules = [rule for outer in self.gate.default_router.rules for rule in outer.target.rules]
         patterns = [rule.matcher.regex.pattern.rstrip("$") for rule in rules]
         assert len(patterns) >= 7
-        return [p.replace("/?", "/").replace("(.*)", "js/bokeh.min.js").replace("\\", "") for p in patterns]
+        return [
+            p.replace("/?", "/").replace("(.*)", "js/bokeh.min.js").replace("\\", "")
+            for p in patterns
+        ]
 
     def sessions(self):
         return self.bokeh.get_sessions()
@@ -120,22 +123,46 @@ FOREIGN = {
 def test_no_route_answers_a_foreign_host_or_origin(served, case):
     headers = {name: value.format(port=served.port) for name, value in FOREIGN[case].items()}
     for path in served.routes():
-        assert served.ask(path, **headers)[0] in (400, 403), path  # 400: tornado refuses a malformed host by itself
+        assert served.ask(path, **headers)[0] in (400, 403), (
+            path
+        )  # 400: tornado refuses a malformed host by itself
 
 
 def test_no_route_answers_without_the_token_by_any_method(served):
     token = served.gate.token
     assert len(token) >= 40
-    wrong = ("", token[:-1], token + "x", token.swapcase(), "x" * len(token), "%00", "..", f"x/../{token}")
+    wrong = (
+        "",
+        token[:-1],
+        token + "x",
+        token.swapcase(),
+        "x" * len(token),
+        "%00",
+        "..",
+        f"x/../{token}",
+    )
     for path in served.routes():
         for other in wrong:
-            assert served.ask(path.replace(f"/{token}", f"/{other}" if other else ""))[0] == 403, (path, other)
+            assert served.ask(path.replace(f"/{token}", f"/{other}" if other else ""))[0] == 403, (
+                path,
+                other,
+            )
         for method in METHODS:
             status, _, body = served.ask(path.replace(token, "x" * len(token)), method)
             assert status in (403, 405), (method, path)
             assert len(body) < 100
-    for path in ("/", "//", f"/?token={token}", "/ws", "/static/js/bokeh.min.js", "/favicon.ico", f"//{token}/"):
-        assert served.ask(path, Cookie=f"token={token}", Authorization=f"token {token}")[0] == 403, path
+    for path in (
+        "/",
+        "//",
+        f"/?token={token}",
+        "/ws",
+        "/static/js/bokeh.min.js",
+        "/favicon.ico",
+        f"//{token}/",
+    ):
+        assert (
+            served.ask(path, Cookie=f"token={token}", Authorization=f"token {token}")[0] == 403
+        ), path
 
 
 def test_two_tokens_are_never_the_same(served, capped_run):
@@ -156,7 +183,13 @@ def test_with_the_token_the_page_is_read_and_nothing_else_is_done(served):
         assert b'rel="icon" href="data:,"' in body
     assert served.ask(root, Origin=f"http://localhost:{served.port}")[0] == 200
     assert served.ask(root + "static/js/bokeh.min.js")[0] == 200
-    for path in ("autoload.js", "metadata", "static/../../../../etc/passwd", "static/..%2f..%2fsettings.py", "other"):
+    for path in (
+        "autoload.js",
+        "metadata",
+        "static/../../../../etc/passwd",
+        "static/..%2f..%2fsettings.py",
+        "other",
+    ):
         assert served.ask(root + path)[0] in (403, 404), path
     for method in METHODS[2:]:
         for path in served.routes():
@@ -185,7 +218,11 @@ def shake(served, path=None, protocols=None, **headers):
     own = f"/{served.gate.token}/"
     if protocols is None:
         protocols = "bokeh, " + re.search(r'"token":"([^"]+)"', served.ask(own)[2].decode())[1]
-    lines = {"Host": f"127.0.0.1:{served.port}", "Upgrade": "websocket", "Connection": "Upgrade"} | headers
+    lines = {
+        "Host": f"127.0.0.1:{served.port}",
+        "Upgrade": "websocket",
+        "Connection": "Upgrade",
+    } | headers
     lines |= {"Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="}
     lines |= {"Sec-WebSocket-Protocol": protocols}
     head = "".join(f"{name}: {value}\r\n" for name, value in lines.items())
@@ -205,7 +242,9 @@ def test_the_websocket_opens_for_the_page_alone(served):
     for name in ("127.0.0.1", "localhost", "[::1]"):
         assert shake(served, Origin=f"http://{name}:{served.port}") is True
     assert shake(served) is True
-    forged = jwt.generate_jwt_token(jwt.generate_session_id(b"x" * 40, signed=True), b"x" * 40, signed=True)
+    forged = jwt.generate_jwt_token(
+        jwt.generate_session_id(b"x" * 40, signed=True), b"x" * 40, signed=True
+    )
     assert shake(served, protocols=f"bokeh, {forged}") == 101  # and closed without a word
     assert {session.id for session in served.sessions()} == {served.gate.session}
     assert shake(served, Origin="http://far.away") == 403
@@ -231,7 +270,9 @@ def test_many_visits_make_one_session_which_ends_with_the_last_tab(capped_run, m
         for _ in range(2):
             document = weakref.ref(served.sessions()[0].document)
             until(lambda: not served.sessions())
-            until(lambda document=document: gc.collect() >= 0 and document() is None)  # with the page and its fields
+            until(
+                lambda document=document: gc.collect() >= 0 and document() is None
+            )  # with the page and its fields
             assert shake(served) is True
     finally:
         served.end()
@@ -248,12 +289,25 @@ def until(true):
 @pytest.mark.slow
 def test_neither_the_environment_nor_a_file_at_home_opens_it_wider(capped_run, tmp_path):
     (tmp_path / ".bokeh").mkdir()
-    settings = "".join(f"{name.removeprefix('BOKEH_').lower()}: {value!r}\n" for name, value in WIDENING.items())
+    settings = "".join(
+        f"{name.removeprefix('BOKEH_').lower()}: {value!r}\n" for name, value in WIDENING.items()
+    )
     (tmp_path / ".bokeh" / "bokeh.yaml").write_text(settings)
     for environment in (WIDENING, {"HOME": str(tmp_path)}):
-        command = [sys.executable, "-m", "roughsim.cli", "explore", str(capped_run.folder), "--no-browser"]
+        command = [
+            sys.executable,
+            "-m",
+            "roughsim.cli",
+            "explore",
+            str(capped_run.folder),
+            "--no-browser",
+        ]
         started = subprocess.Popen(
-            command, stderr=subprocess.PIPE, text=True, cwd=Path(rs.__file__).parents[1], env=os.environ | environment
+            command,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=Path(rs.__file__).parents[1],
+            env=os.environ | environment,
         )
         try:
             lines = iter(started.stderr.readline, "")
@@ -272,7 +326,10 @@ def look_at_another_process(address):
     page = seen.ask(f"/{token}/")[2].decode()
     assert "cdn" not in page
     scripts = re.findall(r'src="([^"]+)"', page)
-    refused = [shake(seen, Origin=origin) for origin in ("http://far.away", f"http://127.0.0.1:{seen.port + 1}")]
+    refused = [
+        shake(seen, Origin=origin)
+        for origin in ("http://far.away", f"http://127.0.0.1:{seen.port + 1}")
+    ]
     assert refused == [403, 403]
     assert shake(seen) is True
     key = WIDENING["BOKEH_SECRET_KEY"].encode()

@@ -27,11 +27,23 @@ def free_port():
 def served(capped_run):
     """The secret address of a page served by the command."""
     port = free_port()
-    command = [sys.executable, "-m", "roughsim.cli", "explore", str(capped_run.folder), "--no-browser"]
+    command = [
+        sys.executable,
+        "-m",
+        "roughsim.cli",
+        "explore",
+        str(capped_run.folder),
+        "--no-browser",
+    ]
     root = str(Path(rs.__file__).parents[1])
-    server = begin_process([*command, "--port", str(port)], stderr=subprocess.PIPE, text=True, cwd=root)
+    server = begin_process(
+        [*command, "--port", str(port)], stderr=subprocess.PIPE, text=True, cwd=root
+    )
     told = server.stderr.readline()
-    told = re.fullmatch(rf"page: (http://127\.0\.0\.1:{port}/[\w-]+/) \(this computer only; Ctrl-C ends it\)\n", told)
+    told = re.fullmatch(
+        rf"page: (http://127\.0\.0\.1:{port}/[\w-]+/) \(this computer only; Ctrl-C ends it\)\n",
+        told,
+    )
     yield told[1]
     server.terminate()
     server.wait(10)
@@ -54,7 +66,9 @@ def test_the_server_listens_on_this_computer_only(served, capped_run, capsys):
 
 
 def chromium():
-    return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    return next(
+        filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+    )
 
 
 @pytest.mark.slow
@@ -94,12 +108,16 @@ def until(tab, condition):
 def look_at(tab, address):
     """It loads; sliders, zoom and clicks do their work; no error, and no request to anywhere else."""
     errors, requests = [], []
-    tab.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+    tab.on(
+        "console", lambda message: errors.append(message.text) if message.type == "error" else None
+    )
     tab.on("pageerror", lambda error: errors.append(str(error)))
     tab.on("request", lambda request: requests.append(request.url))
     tab.set_default_timeout(20_000)
     tab.goto(address)
-    tab.wait_for_function("window.Bokeh?.documents[0]?.get_model_by_name('temperature')?.title?.text.includes('m/s')")
+    tab.wait_for_function(
+        "window.Bokeh?.documents[0]?.get_model_by_name('temperature')?.title?.text.includes('m/s')"
+    )
     first = until(tab, lambda state: state["sum"] > 0 and state["values"])
     handle = tab.locator(".noUi-handle").first
     handle.focus()

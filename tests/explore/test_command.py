@@ -29,7 +29,9 @@ def test_the_help_never_imports_bokeh():
         "print({'bokeh', 'tornado', 'numpy'} & set(sys.modules))"
     )
     root = str(Path(rs.__file__).parents[1])
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root
+    )
     assert "--no-browser" in done.stdout
     assert done.stdout.endswith("set()\n")
 

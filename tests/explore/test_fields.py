@@ -19,7 +19,9 @@ def test_long_waves_of_the_previewed_temperature_are_those_of_the_whole(capped_r
         preview = member.temperature(speed, direction, preview=True).field
         assert preview.shape == (64, 64)
         np.testing.assert_allclose(
-            fourier.forward(preview)[1:32, :32], fourier.forward(whole)[1:32, :32], atol=2e-7 * np.abs(whole).max()
+            fourier.forward(preview)[1:32, :32],
+            fourier.forward(whole)[1:32, :32],
+            atol=2e-7 * np.abs(whole).max(),
         )
 
 
@@ -30,7 +32,9 @@ def test_the_temperature_of_the_page_is_that_of_the_run(capped_run):
         index, field = next(capped_run.fields("temperature", speed=speed, direction=direction))
         assert index == 0
         np.testing.assert_array_equal(member.temperature(speed, direction).field, field)
-        np.testing.assert_array_equal(member.temperature(speed, direction, preview=True).field, field)
+        np.testing.assert_array_equal(
+            member.temperature(speed, direction, preview=True).field, field
+        )
 
 
 def test_fields_that_were_not_kept_are_those_that_a_run_would_have_kept(capped_run, tmp_path):
@@ -44,5 +48,9 @@ def test_fields_that_were_not_kept_are_those_that_a_run_would_have_kept(capped_r
 
 
 def test_a_member_takes_the_time_that_others_took(capped_run):
-    times = [sum(member.provenance["seconds"].values()) for key, member in capped_run.members.items() if key[0] == 2]
+    times = [
+        sum(member.provenance["seconds"].values())
+        for key, member in capped_run.members.items()
+        if key[0] == 2
+    ]
     assert usual_seconds(capped_run, 2) == pytest.approx(np.median(times))

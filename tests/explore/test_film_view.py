@@ -45,7 +45,9 @@ def test_it_opens_at_the_last_position_of_the_fastest_speed(view, film):
     for name, frames in maps.items():
         np.testing.assert_array_equal(view.maps[name].image.data["image"][0], pixels(frames, 15))
     flash = film.curves["slide_flash_temperature"][1, -1]
-    assert view.text.text.startswith(f"After 1.01 mm at 35 m/s: T_flash = {flash:.4g} K above a background of")
+    assert view.text.text.startswith(
+        f"After 1.01 mm at 35 m/s: T_flash = {flash:.4g} K above a background of"
+    )
     assert view.cursor.location == pytest.approx(1.0106, rel=1e-4)
 
 
@@ -53,7 +55,9 @@ def test_the_slider_moves_the_moving_face_and_the_cursor_and_not_the_face_at_res
     at_rest = dict(view.at_rest.data)
     before = view.riding.data["x"]
     view.slider.value = 4
-    np.testing.assert_array_equal(view.maps["pressure"].image.data["image"][0], pixels(film.maps.pressure, 4))
+    np.testing.assert_array_equal(
+        view.maps["pressure"].image.data["image"][0], pixels(film.maps.pressure, 4)
+    )
     assert view.cursor.location == pytest.approx(1e3 * film.maps.distance[4])
     # eleven pixels back; the cell is periodic
     step = 2.0 / 32
@@ -87,14 +91,18 @@ def test_a_speed_that_ends_earlier_has_fewer_positions(view, film):
 def test_the_curves_are_those_of_the_member(view, film):
     for k, source in enumerate(view.lines):
         assert source.data["y"] == pytest.approx(film.curves["slide_flash_temperature"][k])
-        assert source.data["frozen"] == pytest.approx(film.curves["slide_frozen_flash_temperature"][k])
+        assert source.data["frozen"] == pytest.approx(
+            film.curves["slide_frozen_flash_temperature"][k]
+        )
         assert source.data["x"][-1] == pytest.approx(1.0106, rel=1e-4)  # mm
 
 
 def test_it_plays_from_the_start_to_the_end_and_stops(view):
     view.play.active = True  # from the end it begins anew
     assert view.slider.value == 0
-    assert len(view.document.session_callbacks) == 3  # those of the page, for news and for its bar, and this
+    assert (
+        len(view.document.session_callbacks) == 3
+    )  # those of the page, for news and for its bar, and this
     for _ in range(40):
         if view.play.active:
             view.turn()
@@ -110,10 +118,16 @@ def test_it_plays_from_the_start_to_the_end_and_stops(view):
 
 def test_a_run_that_kept_no_maps_says_how_to_keep_them(tmp_path):
     scene = sliding_scene()
-    rs.run(replace(scene, numerics=replace(scene.numerics, keep_fields=0)), tmp_path / "run", max_realizations=1)
+    rs.run(
+        replace(scene, numerics=replace(scene.numerics, keep_fields=0)),
+        tmp_path / "run",
+        max_realizations=1,
+    )
     view = Page(WatchedRun(tmp_path / "run"), Document(), Now).film
     assert view.member.disabled
-    assert view.text.text == "No slide has kept its maps yet: the first --keep-fields realizations do."
+    assert (
+        view.text.text == "No slide has kept its maps yet: the first --keep-fields realizations do."
+    )
     view.speed.value = "0"  # nothing to show
     view.slider.value = 1
     assert view.film is None

@@ -49,7 +49,9 @@ def test_blocks_that_do_not_divide_the_cell_keep_their_places():
     assert image.step == (4, 4)  # 10 = 4 + 4 + 2
     last = np.array([[FIELD[4:8, 8:10].mean()]])
     assert image.pixels[2, 1] == as_bytes(last, (FIELD.min(), FIELD.max()))[0, 0]
-    assert image.box[3] == pytest.approx(12 * 0.2e-3)  # the last block reaches beyond the cell: no block is squeezed
+    assert image.box[3] == pytest.approx(
+        12 * 0.2e-3
+    )  # the last block reaches beyond the cell: no block is squeezed
 
 
 @pytest.mark.parametrize("seed", range(30))

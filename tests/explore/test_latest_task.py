@@ -44,7 +44,10 @@ def test_only_the_latest_of_many_tasks_is_done():
             latest.ask(lambda k=k: k, shown.append)
         go.set()
         await session.all_done()
-        assert shown == ["first", 19]  # what had begun is shown, what waited is dropped but for the last
+        assert shown == [
+            "first",
+            19,
+        ]  # what had begun is shown, what waited is dropped but for the last
         latest.ask(lambda: "once more", shown.append)
         await session.all_done()
 

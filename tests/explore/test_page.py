@@ -14,7 +14,10 @@ from roughsim.explore.page import Page
 
 
 def test_the_page_opens_with_the_fields_and_their_real_limits(page, capped_run):
-    fields = {"pressure": next(capped_run.fields("pressure"))[1] / 1e9, "temperature": temperature(capped_run, 35.0)}
+    fields = {
+        "pressure": next(capped_run.fields("pressure"))[1] / 1e9,
+        "temperature": temperature(capped_run, 35.0),
+    }
     heights = next(capped_run.fields("heights"))[1] * 1e6
     for name, field in fields.items():
         scale = page.layout.maps[name].scale
@@ -38,7 +41,11 @@ def test_the_page_opens_with_the_fields_and_their_real_limits(page, capped_run):
 
 def test_axes_are_shown_with_their_data_and_hidden_without(page):
     layout = page.layout
-    figures = [*(panel.figure for panel in layout.maps.values()), *layout.line.figures, layout.distribution.figure]
+    figures = [
+        *(panel.figure for panel in layout.maps.values()),
+        *layout.line.figures,
+        layout.distribution.figure,
+    ]
     assert all(figure.visible for figure in figures)
     layout.clear()
     assert not any(figure.visible for figure in figures)
@@ -53,7 +60,9 @@ def test_a_page_is_sound_for_bokeh_and_says_that_its_mean_is_of_one_field(page, 
     process_validation_issues(issues)  # what bokeh prints in the terminal when a page is opened
     assert (issues.error, issues.warning, caplog.text) == ([], [], "")
     mean = temperature_of_contact(page)
-    assert page.layout.distribution.figure.title.text.startswith(f"This field, at its q_c: ⟨Tσ⟩/⟨σ⟩ = {mean:.4g} K")
+    assert page.layout.distribution.figure.title.text.startswith(
+        f"This field, at its q_c: ⟨Tσ⟩/⟨σ⟩ = {mean:.4g} K"
+    )
 
 
 def temperature_of_contact(page):
@@ -70,14 +79,21 @@ def test_the_slider_shows_the_temperature_at_its_speed(page, capped_run):
     assert page.layout.controls.speed.value == "0.3162"
     bins = page.layout.distribution.bins.data
     contact = field[next(capped_run.fields("pressure"))[1] > 0]
-    assert (bins["left"][0], bins["right"][-1]) == pytest.approx((contact.min(), contact.max()), rel=1e-6)
+    assert (bins["left"][0], bins["right"][-1]) == pytest.approx(
+        (contact.min(), contact.max()), rel=1e-6
+    )
     assert (bins["area"] * (bins["right"] - bins["left"])).sum() == pytest.approx(100.0)  # per cent
-    assert all(panel.chosen_speed.location == pytest.approx(10.0**-0.5) for panel in page.layout.curves.values())
+    assert all(
+        panel.chosen_speed.location == pytest.approx(10.0**-0.5)
+        for panel in page.layout.curves.values()
+    )
 
 
 def test_one_move_replaces_one_source_once(page):
     replaced = []
-    page.layout.maps["temperature"].image.on_change("data", lambda attr, old, new: replaced.append(new))
+    page.layout.maps["temperature"].image.on_change(
+        "data", lambda attr, old, new: replaced.append(new)
+    )
     page.layout.controls.slider.value = 0.25
     assert len(replaced) == 1
 
@@ -124,7 +140,9 @@ def test_the_sliding_direction_is_that_of_its_slider(page, capped_run, angle, mo
     page.layout.controls.angle.value = angle
     assert page.temperature.preview
     if not moved:
-        page.layout.controls.angle.trigger("value_throttled", None, angle)  # the browser sets it, on release
+        page.layout.controls.angle.trigger(
+            "value_throttled", None, angle
+        )  # the browser sets it, on release
         assert not page.temperature.preview
     field = temperature(capped_run, 35.0, np.radians(angle))
     np.testing.assert_array_equal(page.temperature.field, field)
@@ -132,7 +150,9 @@ def test_the_sliding_direction_is_that_of_its_slider(page, capped_run, angle, mo
     assert page.layout.controls.angle.value == angle
 
 
-@pytest.mark.parametrize(("direction", "degrees"), [(0.0, 0), (np.pi / 2, 90), (1.5 * np.pi, -90), (-7.0, -41)])
+@pytest.mark.parametrize(
+    ("direction", "degrees"), [(0.0, 0), (np.pi / 2, 90), (1.5 * np.pi, -90), (-7.0, -41)]
+)
 def test_the_slider_of_the_direction_shows_the_turn_that_is_least(page, direction, degrees):
     page.choose(35.0, direction)
     assert page.layout.controls.angle.value == degrees
@@ -146,7 +166,9 @@ def test_a_speed_can_be_written(page, capped_run):
     np.testing.assert_array_equal(image(page)["image"][0], pixels(field))
 
 
-@pytest.mark.parametrize(("text", "message"), [("fast", "is no number"), ("-1", "positive"), ("nan", "finite")])
+@pytest.mark.parametrize(
+    ("text", "message"), [("fast", "is no number"), ("-1", "positive"), ("nan", "finite")]
+)
 def test_a_wrong_speed_is_refused_in_words(page, text, message):
     page.layout.controls.speed.value = text
     assert message in page.layout.problems.text

@@ -24,7 +24,11 @@ from roughsim.explore.page import Page
 
 def test_zoom_is_linked_and_cuts_out_what_is_in_view(page, capped_run):
     figures = [panel.figure for panel in page.layout.maps.values()]
-    assert len({id(plot.x_range) for plot in figures}) == len({id(plot.y_range) for plot in figures}) == 1
+    assert (
+        len({id(plot.x_range) for plot in figures})
+        == len({id(plot.y_range) for plot in figures})
+        == 1
+    )
     page.layout.x_range.update(start=0.5, end=1.0)  # mm of 2
     page.layout.y_range.update(start=1.0, end=1.25)
     for name in page.layout.maps:
@@ -80,7 +84,9 @@ def test_fields_that_were_not_kept_are_computed_again_with_a_bar(page, capped_ru
     assert "░" in texts[1]
     assert "these fields were not kept and are computed again, about" in texts[1]
     assert page.layout.problems.text == page.layout.busy.text == ""
-    solved = rs.realize(capped_run.scene, capped_run.numerics, seed=capped_run.seed, level=2, index=3)
+    solved = rs.realize(
+        capped_run.scene, capped_run.numerics, seed=capped_run.seed, level=2, index=3
+    )
     np.testing.assert_array_equal(page.member.pressure, solved.contact.pressure.astype(np.float32))
     page.turn_bar()  # nothing is computed now
     assert page.layout.busy.text == ""
@@ -112,7 +118,9 @@ def test_curves_show_bands_of_the_total_error_over_the_theory(page, capped_run):
     np.testing.assert_allclose(data["y"], found.mean[1:])
     np.testing.assert_allclose(data["high"] - data["y"], found.total_error[1:])
     width = page.layout.curves["flash_width"].sources["smoothed"].data
-    np.testing.assert_allclose(width["y"], 1e6 * capped_run.estimate("flash_width", "smoothed").mean[1:])  # µm
+    np.testing.assert_allclose(
+        width["y"], 1e6 * capped_run.estimate("flash_width", "smoothed").mean[1:]
+    )  # µm
     theory = page.layout.curves["pressure_correlation"].sources["theory"].data
     r, exact = page.watched.theory["pressure_correlation"]
     np.testing.assert_allclose(theory["x"], r * 1e6)  # µm
@@ -173,7 +181,10 @@ def test_a_field_of_half_the_cell_fills_the_view_and_says_its_size(capped_scene,
     layout = page.layout
 
     def view():
-        return [(axis.start, axis.end, axis.reset_end, *axis.bounds) for axis in (layout.x_range, layout.y_range)]
+        return [
+            (axis.start, axis.end, axis.reset_end, *axis.bounds)
+            for axis in (layout.x_range, layout.y_range)
+        ]
 
     def title():
         return layout.maps["pressure"].figure.title.text

@@ -20,7 +20,9 @@ prefactor = "1e13 1/s"
 
 @pytest.fixture(scope="module")
 def asked(tmp_path_factory):
-    text = CAPPED.replace("heat_partition = 0.9\n", 'heat_partition = 0.9\nbackground_temperature = "700 K"\n')
+    text = CAPPED.replace(
+        "heat_partition = 0.9\n", 'heat_partition = 0.9\nbackground_temperature = "700 K"\n'
+    )
     scene = parse_scene(text.replace("[theory]\n", f"{REACTION}[theory]\n"))
     return rs.run(scene, tmp_path_factory.mktemp("asked") / "run", max_realizations=3)
 
@@ -46,7 +48,9 @@ def test_the_page_has_the_temperatures_and_rates_of_the_comparison(opened, asked
         of_energies = [rows["activation_temperature", energy, speed] for energy in (0.6, 1.5)]
         np.testing.assert_allclose(shown["y"], [row.columns["capped"].mean for row in of_energies])
         errors = np.array([row.columns["capped"].total_error for row in of_energies])
-        np.testing.assert_allclose(np.array(shown["high"]) - shown["y"], np.where(np.isfinite(errors), errors, 0.0))
+        np.testing.assert_allclose(
+            np.array(shown["high"]) - shown["y"], np.where(np.isfinite(errors), errors, 0.0)
+        )
         np.testing.assert_allclose(shown["theory"], [row.calibrated for row in of_energies])
     for number, energy in enumerate((1.5, 0.6)):
         shown = data(page, "reaction_rate", number)

@@ -54,7 +54,10 @@ def test_the_first_free_port_is_taken(loop, held, capped_run):
 
 
 def test_a_port_that_is_taken_is_refused_by_number(loop, held, capped_run):
-    with pytest.raises(OSError, match=rf"^\[Errno \d+\] port = {held} is not free on 127.0.0.1; choose another with"):
+    with pytest.raises(
+        OSError,
+        match=rf"^\[Errno \d+\] port = {held} is not free on 127.0.0.1; choose another with",
+    ):
         server.start(capped_run.folder, (held,))
     with pytest.raises(OSError, match=f"ports {held} to {held} are not free"):
         server.start(capped_run.folder, (held, held))

@@ -35,7 +35,9 @@ def bare(page):
 def directly(run, speed, **layers):
     """The temperature of a body with layers by the kept pressure: μ = 0.11, nine tenths of the heat."""
     grid, pressure = run.numerics.grid(2), next(run.fields("pressure"))[1].astype(np.float64)
-    return rs.sliding_temperature(0.9 * 0.11 * speed * pressure, grid, speed=speed, **STEEL, **layers)
+    return rs.sliding_temperature(
+        0.9 * 0.11 * speed * pressure, grid, speed=speed, **STEEL, **layers
+    )
 
 
 def let_go(slider, micrometres):
@@ -52,7 +54,9 @@ def test_the_slider_of_the_thickness_shows_the_temperature_under_that_skin_of_th
     bare.layout.skin.material.value = material
     let_go(bare.layout.skin.thickness, 0.5)
     field = directly(capped_run, 35.0, skin=(5e-7, *numbers))
-    np.testing.assert_allclose(bare.temperature.field, field, atol=1e-5 * np.abs(field).max())  # single precision
+    np.testing.assert_allclose(
+        bare.temperature.field, field, atol=1e-5 * np.abs(field).max()
+    )  # single precision
     np.testing.assert_array_equal(image(bare)["image"][0], pixels(bare.temperature.field))
     assert "35 m/s, skin 0.5 µm" in bare.layout.maps["temperature"].figure.title.text
     pressure = next(capped_run.fields("pressure"))[1]
@@ -116,20 +120,31 @@ def open_with(run, skin, heat_depth):
 
 
 def test_a_share_that_follows_from_both_bodies_follows_the_chosen_skin(capped_scene, tmp_path):
-    counterface = replace(capped_scene.counterface, like=None, conductivity=30.0, density=7900.0, heat_capacity=500.0)
+    counterface = replace(
+        capped_scene.counterface, like=None, conductivity=30.0, density=7900.0, heat_capacity=500.0
+    )
     sliding = replace(capped_scene.sliding, heat_partition="mean", speed=(35.0,))
     scene = replace(capped_scene, counterface=counterface, sliding=sliding)
     skin = SkinSection(thickness=1e-6, conductivity=3.0)
     hidden = replace(scene, body=replace(scene.body, skin=skin))
-    run, other = (rs.run(each, tmp_path / name) for name, each in (("bare", scene), ("hidden", hidden)))
-    for column, part in (("capped", 0.1), ("smoothed", 0.15)):  # the page changes the odds as the calibrated spectrum
+    run, other = (
+        rs.run(each, tmp_path / name) for name, each in (("bare", scene), ("hidden", hidden))
+    )
+    for column, part in (
+        ("capped", 0.1),
+        ("smoothed", 0.15),
+    ):  # the page changes the odds as the calibrated spectrum
         measured, own = other.heat_share(35.0, column), run.heat_share(35.0, column)
         assert own - measured > 0.05  # a worse conductor takes less
-        assert run.heat_share(35.0, column, hidden) == pytest.approx(measured, abs=part * (own - measured))
+        assert run.heat_share(35.0, column, hidden) == pytest.approx(
+            measured, abs=part * (own - measured)
+        )
     measured = other.heat_share(35.0)
     shown = load_fields(run, 2, 0).temperature(35.0, 0.0, hidden).field
     known = next(other.fields("temperature", speed=35.0))[1]
-    np.testing.assert_allclose(shown, known * (run.heat_share(35.0, scene=hidden) / measured), rtol=1e-5, atol=1e-3)
+    np.testing.assert_allclose(
+        shown, known * (run.heat_share(35.0, scene=hidden) / measured), rtol=1e-5, atol=1e-3
+    )
 
 
 def test_a_page_of_a_run_opens_with_its_own_skin(capped_scene, tmp_path):
@@ -137,5 +152,7 @@ def test_a_page_of_a_run_opens_with_its_own_skin(capped_scene, tmp_path):
     scene = replace(capped_scene, body=replace(capped_scene.body, skin=skin, heat_depth=1e-7))
     run = rs.run(scene, tmp_path / "run", max_realizations=2)
     page = Page(WatchedRun(run.folder), Document(), Now)
-    np.testing.assert_array_equal(page.temperature.field, next(run.fields("temperature", speed=35.0))[1])
+    np.testing.assert_array_equal(
+        page.temperature.field, next(run.fields("temperature", speed=35.0))[1]
+    )
     assert 10**page.layout.skin.thickness.value == pytest.approx(0.3)

@@ -42,7 +42,9 @@ def picture(page):
     return b64decode(content).decode()
 
 
-def test_it_opens_with_flash_temperature_over_the_first_key_and_a_curve_for_each_value_of_the_second(page):
+def test_it_opens_with_flash_temperature_over_the_first_key_and_a_curve_for_each_value_of_the_second(
+    page,
+):
     choice = page.choice()
     assert (choice.observable, choice.x, choice.family) == (
         "flash_temperature",
@@ -50,7 +52,13 @@ def test_it_opens_with_flash_temperature_over_the_first_key_and_a_curve_for_each
         "friction_coefficient",
     )
     text = picture(page)
-    for words in ("nominal pressure, MPa", "flash temperature, K", "friction coefficient", ">0.1<", ">0.2<"):
+    for words in (
+        "nominal pressure, MPa",
+        "flash temperature, K",
+        "friction coefficient",
+        ">0.1<",
+        ">0.2<",
+    ):
         assert words in text
     assert page.state.text == "6 of 6 points finished"
 
@@ -63,7 +71,9 @@ def test_a_page_reads_again_only_what_has_not_finished(page, study):
     unfinished.max_realizations += 1  # as if more were to come
     unfinished.refresh()
     again = page.study.reread()
-    assert [again.run(p) is page.study.run(p) for p in study.points] == [p.name != first for p in study.points]
+    assert [again.run(p) is page.study.run(p) for p in study.points] == [
+        p.name != first for p in study.points
+    ]
 
 
 def test_controls_choose_the_observable_the_axis_and_the_curves(study):
@@ -120,6 +130,8 @@ def test_words_are_curves_over_the_speed(study, tmp_path):
 
 def test_speeds_varied_one_by_one_lie_along_x(study, tmp_path):
     vary = {"sliding.speed": [1.0, 10.0]}
-    page = StudyPage(rs.study(study.scene, vary=vary, folder=tmp_path / "speeds").folder, Document())
+    page = StudyPage(
+        rs.study(study.scene, vary=vary, folder=tmp_path / "speeds").folder, Document()
+    )
     assert (page.choice().x, page.choice().family) == ("sliding_speed", "none")
     assert "speed, m/s" in picture(page)

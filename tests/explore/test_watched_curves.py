@@ -16,18 +16,26 @@ def test_measured_curves_are_the_estimates(capped_run):
         found = curves.measured_curves(capped_run, column)
         for name in curves.OVER_SPEED:
             estimate = capped_run.estimate(name, column)
-            np.testing.assert_array_equal(found[name].x, [0.1, 35.0])  # rest has no place on a log axis
+            np.testing.assert_array_equal(
+                found[name].x, [0.1, 35.0]
+            )  # rest has no place on a log axis
             np.testing.assert_array_equal(found[name].mean, estimate.mean[1:])
             np.testing.assert_array_equal(found[name].error, estimate.total_error[1:])
         curve = found[curves.CORRELATION]
         lowest, *steps = capped_run.pairs(column)
-        terms = [(1.0, lowest.sample), *((1.0, step.sample) for step in steps), *((-1.0, step.below) for step in steps)]
+        terms = [
+            (1.0, lowest.sample),
+            *((1.0, step.sample) for step in steps),
+            *((-1.0, step.below) for step in steps),
+        ]
         exact = sum(
             sign * sample.spectrum.mean(0) @ j0(np.outer(sample.wavenumber, curve.x[[0, 40, -1]]))
             for sign, sample in terms
         )
         np.testing.assert_allclose(curve.mean[[0, 40, -1]], exact, rtol=1e-9, atol=1e-9 * exact[0])
-        narrow, wide = (quantile(freedom) for freedom in (5.0 * len(steps) + 5.0, 5.0))  # six of each level
+        narrow, wide = (
+            quantile(freedom) for freedom in (5.0 * len(steps) + 5.0, 5.0)
+        )  # six of each level
         standard = capped_run.correlation(curve.x, column)[1]
         assert np.all(curve.error >= narrow * standard * (1 - 1e-9))
         assert np.all(curve.error <= wide * standard * (1 + 1e-9))
@@ -40,7 +48,9 @@ def test_theory_curves_pass_through_the_predictions_with_the_share(capped_run):
         x, line = found[name]
         share = 0.9 if name == "flash_temperature" else 1.0
         at = np.exp(np.interp(np.log([0.1, 35.0]), np.log(x), np.log(line)))
-        np.testing.assert_allclose(at, share * whole[name][1:], rtol=2e-3)  # interpolated between 20 points a decade
+        np.testing.assert_allclose(
+            at, share * whole[name][1:], rtol=2e-3
+        )  # interpolated between 20 points a decade
     assert found[curves.CORRELATION][1][0] == pytest.approx(whole["pressure_variance"][0], rel=1e-6)
 
 

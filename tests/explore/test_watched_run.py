@@ -20,7 +20,13 @@ def copied(capped_run, tmp_path):
 
 def test_the_budget_names_every_observable_with_the_numbers_of_the_estimate(capped_run):
     text = WatchedRun(capped_run.folder).summary().budget["capped"]
-    for name in ("flash_temperature, K", "slope_length, µm", "correlation_radius_0, µm", "statistical", "n = 6"):
+    for name in (
+        "flash_temperature, K",
+        "slope_length, µm",
+        "correlation_radius_0, µm",
+        "statistical",
+        "n = 6",
+    ):
         assert name in text
     flash = capped_run.estimate("flash_temperature", "capped")
     row = next(line for line in text.splitlines() if line.split()[:1] == ["35"])
@@ -88,13 +94,19 @@ def test_a_growing_run_is_followed(empty, soon):
     one = run.summary()
     assert one is not before
     assert one.kept[2] == [0]
-    assert np.isinf(one.measured["capped"]["flash_temperature"].error).all()  # one realization has no scatter
+    assert np.isinf(
+        one.measured["capped"]["flash_temperature"].error
+    ).all()  # one realization has no scatter
     with Claims(folder):
         assert f"being computed by process {os.getpid()}" in run.state()
     arrive(folder, aside, 1)
     assert run.summary().sound[2] == [0, 1]
     assert np.isfinite(run.summary().measured["capped"]["flash_temperature"].error).all()
-    assert sorted(path.name for path in folder.iterdir()) == ["realizations", "run.json", "scene.toml"]
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "realizations",
+        "run.json",
+        "scene.toml",
+    ]
 
 
 def test_a_damaged_file_is_named_and_the_others_are_shown(copied):

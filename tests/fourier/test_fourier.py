@@ -49,7 +49,9 @@ def test_forward_is_the_mean_of_the_field_times_a_wave(shape):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_inverse_is_the_sum_of_the_waves(shape):
-    np.testing.assert_allclose(fourier.inverse(half_of(shape), shape), field_of(shape), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(
+        fourier.inverse(half_of(shape), shape), field_of(shape), rtol=0, atol=1e-14
+    )
 
 
 @pytest.mark.parametrize("shape", [(8, 8), (5, 7), (1, 6), (6, 1)])
@@ -64,7 +66,9 @@ def test_the_sign_of_the_exponent(shape):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_forward_and_inverse_return_the_field(shape):
     field = field_of(shape)
-    np.testing.assert_allclose(fourier.inverse(fourier.forward(field), shape), field, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(
+        fourier.inverse(fourier.forward(field), shape), field, rtol=0, atol=1e-14
+    )
 
 
 def test_what_goes_in_is_not_changed():
@@ -90,7 +94,9 @@ def test_what_comes_out_is_not_overwritten_by_the_next_transform():
 def test_strided_fields_are_taken_as_they_are():
     field = field_of((12, 10))
     np.testing.assert_array_equal(fourier.forward(field.T), fourier.forward(field.T.copy()))
-    np.testing.assert_array_equal(fourier.forward(field[::2, ::-1]), fourier.forward(field[::2, ::-1].copy()))
+    np.testing.assert_array_equal(
+        fourier.forward(field[::2, ::-1]), fourier.forward(field[::2, ::-1].copy())
+    )
 
 
 def test_single_precision_stays_single():
@@ -101,7 +107,9 @@ def test_single_precision_stays_single():
     back = fourier.inverse(half, (8, 6))
     assert back.dtype == np.float32
     np.testing.assert_allclose(back, field, atol=1e-6)
-    np.testing.assert_allclose(fourier.forward(field_of((8, 6))), half_of((8, 6)), rtol=0, atol=4e-16)
+    np.testing.assert_allclose(
+        fourier.forward(field_of((8, 6))), half_of((8, 6)), rtol=0, atol=4e-16
+    )
 
 
 def test_the_same_field_gives_the_same_bits_again():
@@ -115,8 +123,12 @@ def test_the_same_field_gives_the_same_bits_again():
 @pytest.mark.usefixtures("two_threads")
 def test_two_threads_of_fftw_agree_with_numpy():
     assert fourier.get_threads() == 2
-    np.testing.assert_allclose(fourier.forward(field_of((128, 96))), half_of((128, 96)), rtol=0, atol=1e-15)
-    np.testing.assert_allclose(fourier.inverse(half_of((128, 96)), (128, 96)), field_of((128, 96)), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        fourier.forward(field_of((128, 96))), half_of((128, 96)), rtol=0, atol=1e-15
+    )
+    np.testing.assert_allclose(
+        fourier.inverse(half_of((128, 96)), (128, 96)), field_of((128, 96)), rtol=0, atol=1e-12
+    )
 
 
 def test_two_python_threads_do_not_disturb_each_other():
@@ -124,7 +136,10 @@ def test_two_python_threads_do_not_disturb_each_other():
     alone = [fourier.forward(field) for field in fields]
     with ThreadPoolExecutor(2) as pool:
         together = list(
-            pool.map(lambda field: fourier.forward(fourier.inverse(fourier.forward(field), field.shape)), fields)
+            pool.map(
+                lambda field: fourier.forward(fourier.inverse(fourier.forward(field), field.shape)),
+                fields,
+            )
         )
     for one, other in zip(alone, together, strict=True):
         np.testing.assert_allclose(other, one, rtol=0, atol=1e-15)
@@ -165,7 +180,9 @@ def test_fields_that_are_not_real_floats_are_refused(dtype):
 
 @pytest.mark.parametrize("shape", [(1, 5), (8, 4), (5, 8), (8, 1)])
 def test_a_half_spectrum_of_another_grid_is_refused_rather_than_broadcast(shape):
-    with pytest.raises(ValueError, match=r"spectrum has shape .* but a field of shape \(8, 8\) needs \(8, 5\)"):
+    with pytest.raises(
+        ValueError, match=r"spectrum has shape .* but a field of shape \(8, 8\) needs \(8, 5\)"
+    ):
         fourier.inverse(np.ones(shape, dtype=complex), (8, 8))
 
 
@@ -227,7 +244,9 @@ def test_a_padded_convolution_is_the_sum_over_the_field(shape, padded):
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_lines_are_transformed_there_and_back(count, points, dtype):
     generator, lines = np.random.default_rng(3), plans.Lines(count, points, dtype)
-    field = generator.standard_normal((count, points)) + 1j * generator.standard_normal((count, points))
+    field = generator.standard_normal((count, points)) + 1j * generator.standard_normal(
+        (count, points)
+    )
     lines.source[...] = field
     lines.forward()
     accuracy = 50 * np.finfo(dtype).eps * points
@@ -304,7 +323,9 @@ def test_fftw_is_found_beside_an_extension_module_that_does_not_give_it():
         assert fourier.direct()
         plans.Lines(2, 8).forward()
     """
-    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
 
 

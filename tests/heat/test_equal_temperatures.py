@@ -24,7 +24,10 @@ def test_in_full_contact_the_flux_is_that_of_each_mode():
     exact = flux_of_each_mode()
     limit = 2e-5 * np.linalg.norm(JUMP)
     found = equalize(EVERYWHERE, JUMP.ravel(), RESPONSE, limit)
-    assert np.linalg.norm(found - exact.ravel()) < 2e-5 * np.linalg.norm(exact) * RESPONSE.max() / RESPONSE.min()
+    assert (
+        np.linalg.norm(found - exact.ravel())
+        < 2e-5 * np.linalg.norm(exact) * RESPONSE.max() / RESPONSE.min()
+    )
 
 
 def test_the_jump_that_is_left_is_at_most_the_limit_even_if_it_is_all_of_it():

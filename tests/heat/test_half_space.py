@@ -14,7 +14,9 @@ from roughsim.heat import contact_temperature, uniform_temperature
 from roughsim.heat.influence import Axis, buried
 from theory import hertz
 
-REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "half_space.json").read_text())["pixels"]
+REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "half_space.json").read_text())[
+    "pixels"
+]
 STEEL = {"conductivity": 30.0, "diffusivity": 7.6e-6}
 UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
 PECLET = [0.0, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5]
@@ -29,7 +31,9 @@ def plane(pixels_per_radius, margin=1):
 def pixel_means(x, y, function):
     """Mean of a function of the squared distance over each pixel, from 16² points."""
     fine = (np.arange(16) - 7.5) / 16 * (y[1] - y[0])
-    return function((x[:, :, None, None] + fine[:, None]) ** 2 + (y[:, None, None] + fine) ** 2).mean((2, 3))
+    return function(
+        (x[:, :, None, None] + fine[:, None]) ** 2 + (y[:, None, None] + fine) ** 2
+    ).mean((2, 3))
 
 
 def hertz_source(pixels_per_radius):
@@ -37,14 +41,23 @@ def hertz_source(pixels_per_radius):
     return pixel_means(x, y, lambda square: np.sqrt(np.maximum(1 - square, 0.0))), grid
 
 
-@pytest.mark.parametrize("case", REFERENCE, ids=lambda c: f"{c['offset']} p={c['drift']:g} z={c['depth']:g}")
+@pytest.mark.parametrize(
+    "case", REFERENCE, ids=lambda c: f"{c['offset']} p={c['drift']:g} z={c['depth']:g}"
+)
 def test_a_pixel_heats_the_others_as_moving_point_sources_do(case):
-    pixel, drift, direction, (i, j) = case["pixel"], case["drift"], case["direction"], case["offset"]
+    pixel, drift, direction, (i, j) = (
+        case["pixel"],
+        case["drift"],
+        case["direction"],
+        case["offset"],
+    )
     x, y = Axis(7, pixel[0], drift * cos(direction)), Axis(6, pixel[1], drift * sin(direction))
     end = inf if case["spread"] is None else sqrt(case["spread"])
     influence = pixel_influence(x, y, fading=buried(case["depth"]), end=end)
     assert influence.shape == (13, 11)
-    assert influence[6 + i, 5 + j] == pytest.approx(case["influence"], rel=0, abs=1e-9 * influence[6, 5])
+    assert influence[6 + i, 5 + j] == pytest.approx(
+        case["influence"], rel=0, abs=1e-9 * influence[6, 5]
+    )
 
 
 @pytest.mark.parametrize(
@@ -56,9 +69,15 @@ def test_one_hot_pixel_of_steel_shows_its_influence(case):
     flux = np.zeros((9, 9))
     flux[4, 4] = 5e8
     time = inf if case["spread"] is None else case["spread"] * metre**2 / 7.6e-6
-    sliding = {"speed": case["drift"] * 7.6e-6 / metre, "direction": case["direction"], "depth": case["depth"] * metre}
+    sliding = {
+        "speed": case["drift"] * 7.6e-6 / metre,
+        "direction": case["direction"],
+        "depth": case["depth"] * metre,
+    }
     temperature = half_space_temperature(flux, grid, time=time, **sliding, **STEEL)
-    assert temperature[4 + i, 4 + j] == pytest.approx(case["influence"] * metre * 5e8 / 30.0, rel=1e-8)
+    assert temperature[4 + i, 4 + j] == pytest.approx(
+        case["influence"] * metre * 5e8 / 30.0, rel=1e-8
+    )
 
 
 @pytest.mark.parametrize("peclet", PECLET)
@@ -68,8 +87,12 @@ def test_the_hertz_source_is_right_at_any_peclet_number(peclet, pixels, toleranc
     temperature = half_space_temperature(flux, grid, speed=peclet, **UNIT)
     x, y, _ = plane(pixels)
     covered = pixel_means(x, y, lambda square: square < 1)
-    assert (temperature * flux).sum() / flux.sum() == pytest.approx(hertz.flash_temperature(peclet), rel=tolerance)
-    assert (temperature * covered).sum() / covered.sum() == pytest.approx(hertz.mean_temperature(peclet), rel=tolerance)
+    assert (temperature * flux).sum() / flux.sum() == pytest.approx(
+        hertz.flash_temperature(peclet), rel=tolerance
+    )
+    assert (temperature * covered).sum() / covered.sum() == pytest.approx(
+        hertz.mean_temperature(peclet), rel=tolerance
+    )
     assert temperature.max() == pytest.approx(hertz.max_temperature(peclet), rel=tolerance)
 
 
@@ -79,7 +102,13 @@ def test_a_square_warms_from_rest_like_its_centre_line():
     nodes, weights = np.polynomial.legendre.leggauss(60)
     for time in (1e-3, 0.1, 4.0):
         u = sqrt(time) * (nodes + 1) / 2
-        exact = 2 / sqrt(pi) * sum(w * sqrt(time) / 2 * erf(1 / (2 * v)) ** 2 for v, w in zip(u, weights, strict=True))
+        exact = (
+            2
+            / sqrt(pi)
+            * sum(
+                w * sqrt(time) / 2 * erf(1 / (2 * v)) ** 2 for v, w in zip(u, weights, strict=True)
+            )
+        )
         actual = half_space_temperature(np.ones((33, 33)), grid, speed=0.0, time=time, **UNIT)
         assert actual[16, 16] == pytest.approx(exact, rel=1e-9)
 
@@ -89,17 +118,30 @@ def test_a_young_field_is_that_of_a_uniform_source(depth):
     actual = half_space_temperature(
         np.full((8, 9), 7.0), Grid((8, 9), (2.0, 3.0)), speed=3.0, time=1e-4, depth=depth, **UNIT
     )
-    assert actual[4, 4] == pytest.approx(uniform_temperature(7.0, 1e-4, depth=depth, **UNIT), rel=1e-10)
+    assert actual[4, 4] == pytest.approx(
+        uniform_temperature(7.0, 1e-4, depth=depth, **UNIT), rel=1e-10
+    )
 
 
 def test_what_the_steady_state_has_more_is_the_heat_from_before_the_start():
     # long before the start the source was a point: κ dT = 2 q̇ a² D dt e^(−p²Dt/4)/(4πDt)^(3/2), and u = √(Dt)
-    flux, grid, spread, drift = np.random.default_rng(1).random((4, 3)), Grid((4, 3), (4.0, 6.0)), 5000.0, 2e-4
-    steady, young = (half_space_temperature(flux, grid, speed=drift, time=t, **UNIT) for t in (inf, spread**2))
+    flux, grid, spread, drift = (
+        np.random.default_rng(1).random((4, 3)),
+        Grid((4, 3), (4.0, 6.0)),
+        5000.0,
+        2e-4,
+    )
+    steady, young = (
+        half_space_temperature(flux, grid, speed=drift, time=t, **UNIT) for t in (inf, spread**2)
+    )
     nodes, weights = np.polynomial.laguerre.laggauss(60)
     u = np.sqrt(spread**2 + 4 * nodes / drift**2)  # e^(−p²u²/4) is the weight
-    older = exp(-((drift * spread / 2) ** 2)) * 4 / drift**2 * np.sum(weights / u**3) / (4 * pi**1.5)
-    np.testing.assert_allclose(steady - young, 2.0 * flux.sum() * older, rtol=4 * drift)  # the wake, over 4 lengths
+    older = (
+        exp(-((drift * spread / 2) ** 2)) * 4 / drift**2 * np.sum(weights / u**3) / (4 * pi**1.5)
+    )
+    np.testing.assert_allclose(
+        steady - young, 2.0 * flux.sum() * older, rtol=4 * drift
+    )  # the wake, over 4 lengths
 
 
 @pytest.mark.parametrize("sides", [(1.0, 1.0), (1.0, 2.5), (3.0, 0.2)])
@@ -118,7 +160,10 @@ def test_a_resting_rectangle_is_exact_everywhere(sides):
             x, y = (i - 3) * a, (j - 2) * b
             ends = [(s, t) for s in (-1, 1) for t in (-1, 1)]
             signs = [s * t * np.sign(x + s * a / 2) * np.sign(y + t * b / 2) for s, t in ends]
-            exact = sum(c * corner(x + s * a / 2, y + t * b / 2) for c, (s, t) in zip(signs, ends, strict=True))
+            exact = sum(
+                c * corner(x + s * a / 2, y + t * b / 2)
+                for c, (s, t) in zip(signs, ends, strict=True)
+            )
             assert temperature[i, j] == pytest.approx(exact / (2 * pi), rel=1e-9)
 
 
@@ -138,7 +183,9 @@ def test_a_patch_of_few_pixels_is_hot_as_a_disc_of_its_area_to_some_percent(side
     flux = np.zeros((side + 2, side + 2))
     flux[1:-1, 1:-1] = 1.0
     for peclet in PECLET:
-        temperature = half_space_temperature(flux, Grid(flux.shape, flux.shape), speed=peclet / radius, **UNIT)
+        temperature = half_space_temperature(
+            flux, Grid(flux.shape, flux.shape), speed=peclet / radius, **UNIT
+        )
         mean = temperature[1:-1, 1:-1].mean() / radius
         worst = max(worst, abs(mean / hertz.disc_mean_temperature(peclet) - 1))
     assert 0.02 < worst < 0.205
@@ -167,13 +214,17 @@ def test_single_rows_and_primes_in_single_precision(shape):
     heat = {"speed": 9.0, "direction": -0.6} | UNIT
     single = half_space_temperature(flux.astype(np.float32), grid, **heat)
     assert single.dtype == np.float32
-    np.testing.assert_allclose(single, half_space_temperature(flux, grid, **heat), rtol=0, atol=3e-6 * single.max())
+    np.testing.assert_allclose(
+        single, half_space_temperature(flux, grid, **heat), rtol=0, atol=3e-6 * single.max()
+    )
 
 
 def test_an_isothermal_disc_carries_four_kappa_radius():
     # q̇ = 2κΔT/π√(R² − r²) over a disc: Q = 4κRΔT; the singular edge converges at first order
     x, y, grid = plane(32)
-    flux = pixel_means(x, y, lambda square: np.where(square < 1, 2 / pi / np.sqrt(np.abs(1 - square)), 0.0))
+    flux = pixel_means(
+        x, y, lambda square: np.where(square < 1, 2 / pi / np.sqrt(np.abs(1 - square)), 0.0)
+    )
     flux *= 4.0 / (flux.sum() / 32**2)
     temperature = half_space_temperature(flux, grid, speed=0.0, **UNIT)
     inside = (x**2 + y**2) < 0.8
@@ -200,7 +251,9 @@ def test_the_mirrored_source_leaves_the_mirrored_field(speed, time):
     turned = half_space_temperature(flux[::-1], grid, speed=speed, time=time, direction=pi, **UNIT)
     np.testing.assert_allclose(back[::-1], there, rtol=0, atol=1e-9 * there.max())
     np.testing.assert_allclose(turned[::-1], there, rtol=0, atol=1e-9 * there.max())
-    side = half_space_temperature(flux.T, Grid((6, 11), (3.0, 2.0)), speed=speed, time=time, direction=pi / 2, **UNIT)
+    side = half_space_temperature(
+        flux.T, Grid((6, 11), (3.0, 2.0)), speed=speed, time=time, direction=pi / 2, **UNIT
+    )
     np.testing.assert_allclose(side.T, there, rtol=0, atol=1e-9 * there.max())
     if speed:
         assert there[:5].sum() != pytest.approx(there[::-1][:5].sum(), rel=1e-13)
@@ -220,8 +273,15 @@ def test_at_high_speed_each_line_along_sliding_keeps_its_heat(drift):
     actual = half_space_temperature(flux, Grid((40, 3), (40.0, 3.0)), speed=drift, **UNIT)
     edges = np.sqrt(np.maximum(np.arange(40) + np.array([[-0.5], [0.5]]), 0.0))
     passed = 2 / sqrt(pi * drift) * (edges[1] - edges[0])
-    expected = np.array([[sum(passed[k] * flux[i + k, j] for k in range(40 - i)) for j in range(3)] for i in range(40)])
-    np.testing.assert_allclose(actual, expected, atol=0.4 * sqrt(40 / drift) * expected.max() + 1e-9)
+    expected = np.array(
+        [
+            [sum(passed[k] * flux[i + k, j] for k in range(40 - i)) for j in range(3)]
+            for i in range(40)
+        ]
+    )
+    np.testing.assert_allclose(
+        actual, expected, atol=0.4 * sqrt(40 / drift) * expected.max() + 1e-9
+    )
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 17), (13, 1), (2, 2), (5, 2), (7, 11)])
@@ -229,7 +289,10 @@ def test_any_shape_is_the_sum_over_its_pixels(shape):
     flux, grid = np.random.default_rng(2).random(shape), Grid(shape, (2.0, 5.0))
     settings = {"speed": 1.5, "direction": 0.4, "time": 0.7, "depth": 0.1} | UNIT
     actual = half_space_temperature(flux, grid, **settings)
-    x, y = (Axis(n, d, p) for n, d, p in zip(shape, grid.spacing, (1.5 * cos(0.4), 1.5 * sin(0.4)), strict=True))
+    x, y = (
+        Axis(n, d, p)
+        for n, d, p in zip(shape, grid.spacing, (1.5 * cos(0.4), 1.5 * sin(0.4)), strict=True)
+    )
     influence = pixel_influence(x, y, fading=buried(0.1), end=sqrt(0.7))
     i, j = np.indices(shape)
     expected = sum(
@@ -246,7 +309,9 @@ def test_times_stack_and_end_in_the_steady_state():
     fields = half_space_temperature(flux, grid, speed=1.0, time=times, **UNIT)
     assert fields.shape == (4, *grid.shape)
     assert not fields[0].any()
-    np.testing.assert_array_equal(fields[1], half_space_temperature(flux, grid, speed=1.0, time=0.1, **UNIT))
+    np.testing.assert_array_equal(
+        fields[1], half_space_temperature(flux, grid, speed=1.0, time=0.1, **UNIT)
+    )
     np.testing.assert_allclose(fields[2], fields[3], rtol=1e-5)
     assert (fields[1] < fields[3]).all()
 
@@ -259,7 +324,9 @@ def test_a_large_periodic_cell_comes_close_at_early_times():
     free = half_space_temperature(padded, wide, speed=3.0, time=0.2, **UNIT)
     periodic = sliding_temperature(padded, wide, speed=3.0, time=0.2, **UNIT)
     periodic += uniform_temperature(padded.mean(), 0.2, **UNIT)
-    np.testing.assert_allclose(free, periodic, rtol=0, atol=4e-3 * free.max())  # point samples against pixel means
+    np.testing.assert_allclose(
+        free, periodic, rtol=0, atol=4e-3 * free.max()
+    )  # point samples against pixel means
 
 
 def test_single_precision_stays_single():
@@ -287,6 +354,10 @@ def test_single_precision_stays_single():
     ],
 )
 def test_what_has_no_meaning_is_refused_by_name(change, error, words):
-    given = {"heat_flux": np.ones((3, 3)), "grid": Grid((3, 3), (1.0, 1.0)), "speed": 1.0} | UNIT | change
+    given = (
+        {"heat_flux": np.ones((3, 3)), "grid": Grid((3, 3), (1.0, 1.0)), "speed": 1.0}
+        | UNIT
+        | change
+    )
     with pytest.raises(error, match=words):
         half_space_temperature(given.pop("heat_flux"), given.pop("grid"), **given)

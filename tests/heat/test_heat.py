@@ -13,7 +13,9 @@ from roughsim import Grid, sliding_temperature
 from roughsim.heat.periodic import responses
 
 
-@pytest.mark.parametrize("case", REFERENCE["modes"], ids=lambda case: f"drift {case['drift']:g} depth {case['depth']}")
+@pytest.mark.parametrize(
+    "case", REFERENCE["modes"], ids=lambda case: f"drift {case['drift']:g} depth {case['depth']}"
+)
 def test_a_plane_wave_of_heat_diffuses_as_the_heat_kernel_says(case):
     qx, qy = abs(case["qx"]), sqrt(case["q"] ** 2 - case["qx"] ** 2)
     grid = Grid((9, 8), (2 * pi / qx, 2 * pi / (qy or 1.0)))
@@ -21,11 +23,18 @@ def test_a_plane_wave_of_heat_diffuses_as_the_heat_kernel_says(case):
     phase = qx * x + qy * y
     conductivity, diffusivity, flux = 3.0, 0.25, 7.0
     speed = case["drift"] * diffusivity * np.sign(case["qx"])
-    body = {"conductivity": conductivity, "diffusivity": diffusivity, "depth": case["depth"], "speed": speed}
+    body = {
+        "conductivity": conductivity,
+        "diffusivity": diffusivity,
+        "depth": case["depth"],
+        "speed": speed,
+    }
     if case["spread"] is None:
         actual = steady(flux * np.cos(phase), grid, **body)
     else:
-        actual = sliding_temperature(flux * np.cos(phase), grid, time=case["spread"] / diffusivity, **body)
+        actual = sliding_temperature(
+            flux * np.cos(phase), grid, time=case["spread"] / diffusivity, **body
+        )
     # a source along −x sees the wave of reference mirrored: its response at +q_x is the one at −q_x with +v
     response = complex(case["real"], case["imaginary"])
     close(actual, flux / conductivity * (response * np.exp(1j * phase)).real, 1e-13)
@@ -54,7 +63,9 @@ def test_a_source_slides_half_the_cell_from_rest_by_default(speed, direction):
     decay = mp.sqrt(mp.mpf(qx) ** 2 + mp.mpf(qy) ** 2 - 1j * along * mp.mpf(speed))
     response = complex(mp.erf(decay * mp.sqrt(mp.mpf(chord) / 2 / abs(mp.mpf(speed)))) / decay)
     expected = (response * np.exp(1j * (qx * x + qy * y))).real
-    actual = sliding_temperature(np.cos(qx * x + qy * y), grid, speed=speed, direction=direction, **UNIT)
+    actual = sliding_temperature(
+        np.cos(qx * x + qy * y), grid, speed=speed, direction=direction, **UNIT
+    )
     close(actual, expected, 1e-13)
 
 
@@ -68,7 +79,11 @@ def test_a_resting_cosine_source_is_one_over_conductivity_and_wavenumber():
 def test_heat_that_varies_only_across_the_track_does_not_see_the_speed():
     grid = Grid((16, 32), (1.0, 1.0))
     flux = np.broadcast_to(np.random.default_rng(1).random(32), grid.shape)
-    close(steady(flux, grid, speed=1e9, **UNIT), sliding_temperature(flux, grid, speed=0.0, **UNIT), 1e-14)
+    close(
+        steady(flux, grid, speed=1e9, **UNIT),
+        sliding_temperature(flux, grid, speed=0.0, **UNIT),
+        1e-14,
+    )
 
 
 @pytest.mark.parametrize("shape", [(16, 16), (15, 17), (1, 1)])
@@ -76,7 +91,9 @@ def test_a_uniform_source_leaves_exactly_no_field(shape):
     flux = np.full(shape, 0.1)
     for field in (
         steady(flux, Grid(shape, (1.0, 1.0)), speed=35.0, **STEEL),
-        sliding_temperature(flux, Grid(shape, (1.0, 1.0)), speed=35.0, direction=1.0, depth=0.1, **STEEL),
+        sliding_temperature(
+            flux, Grid(shape, (1.0, 1.0)), speed=35.0, direction=1.0, depth=0.1, **STEEL
+        ),
     ):
         assert (field == 0.0).all()
 
@@ -97,7 +114,11 @@ def test_a_nyquist_wave_across_the_track_is_carried_along():
     alternating = (-1.0) ** np.arange(8)[:, None]
     decay = cmath.sqrt((8 * pi) ** 2 + (2 * pi) ** 2 - 1j * 2 * pi * 50.0)
     expected = alternating * (np.exp(2j * pi * y) / decay).real
-    close(steady(alternating * np.cos(2 * pi * y), grid, speed=50.0, direction=pi / 2, **UNIT), expected, 1e-14)
+    close(
+        steady(alternating * np.cos(2 * pi * y), grid, speed=50.0, direction=pi / 2, **UNIT),
+        expected,
+        1e-14,
+    )
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -110,7 +131,11 @@ def test_a_nyquist_wave_oblique_to_the_track_is_the_mean_of_its_two_senses(axis)
     response = sum(1 / cmath.sqrt(along**2 + across**2 - term) for term in flow) / 2
     phase = across * points(grid)[1 - axis]
     expected = alternating * (response * np.exp(1j * phase)).real
-    close(steady(alternating * np.cos(phase), grid, speed=50.0, direction=0.7, **UNIT), expected, 1e-14)
+    close(
+        steady(alternating * np.cos(phase), grid, speed=50.0, direction=0.7, **UNIT),
+        expected,
+        1e-14,
+    )
 
 
 def test_the_shortest_wave_of_both_axes_is_the_mean_of_its_four_senses():
@@ -143,4 +168,8 @@ def test_prime_and_single_rows_of_oblong_cells_are_those_of_a_plain_transform(sh
     response = special.erf(decay * np.sqrt(time)) / decay
     response[0, 0] = 0.0
     expected = np.fft.ifft2(np.fft.fft2(flux) * response).real
-    close(sliding_temperature(flux, grid, speed=40.0, direction=0.9, time=time, **UNIT), expected, 1e-13)
+    close(
+        sliding_temperature(flux, grid, speed=40.0, direction=0.9, time=time, **UNIT),
+        expected,
+        1e-13,
+    )

@@ -22,13 +22,19 @@ def test_single_precision_stays_single(options):
 
 @pytest.mark.parametrize("temperature", [sliding_temperature, half_space_temperature])
 def test_a_series_of_times_takes_one_forward_transform_and_one_inverse_each(calls, temperature):
-    steps = (convolution, "transformed_rows"), (convolution, "transformed_columns"), (Transform, "inverse")
+    steps = (
+        (convolution, "transformed_rows"),
+        (convolution, "transformed_columns"),
+        (Transform, "inverse"),
+    )
     made = [calls(*step) for step in steps]
     grid, times = Grid((8, 8), (1.0, 1.0)), [0.1, 0.2, 0.0, 0.3]
     fields = temperature(np.eye(8), grid, speed=1.0, time=times, **UNIT)
     assert [len(one) for one in made] == [1, 1, 3]
     for time, field in zip(times, fields, strict=True):
-        np.testing.assert_array_equal(field, temperature(np.eye(8), grid, speed=1.0, time=time, **UNIT))
+        np.testing.assert_array_equal(
+            field, temperature(np.eye(8), grid, speed=1.0, time=time, **UNIT)
+        )
 
 
 def test_the_flux_is_left_alone():
@@ -68,7 +74,8 @@ def test_what_is_not_physical_is_refused_by_name(name, value):
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("heat_flux", 1j * np.eye(8)), ("speed", "1"), ("time", "1"), ("slid_distance", "far")]
+    ("name", "value"),
+    [("heat_flux", 1j * np.eye(8)), ("speed", "1"), ("time", "1"), ("slid_distance", "far")],
 )
 def test_what_is_not_a_number_is_refused_by_name(name, value):
     arguments = {"heat_flux": np.eye(8), "speed": 1.0, **UNIT} | {name: value}
@@ -78,7 +85,9 @@ def test_what_is_not_a_number_is_refused_by_name(name, value):
 
 def test_time_and_distance_together_are_refused():
     with pytest.raises(ValueError, match="both given"):
-        sliding_temperature(np.eye(8), Grid((8, 8), (1.0, 1.0)), speed=1.0, time=1.0, slid_distance=1.0, **UNIT)
+        sliding_temperature(
+            np.eye(8), Grid((8, 8), (1.0, 1.0)), speed=1.0, time=1.0, slid_distance=1.0, **UNIT
+        )
 
 
 def test_an_endless_uniform_source_is_refused():

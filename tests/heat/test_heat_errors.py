@@ -14,7 +14,9 @@ from roughsim.heat import uniform_temperature
 
 def test_the_steady_kernel_warns_when_hot_tracks_close():
     grid = Grid((8, 8), (1.0, 1.0))
-    with pytest.warns(RuntimeWarning, match=r"v L/\(2πD\) = 1.1 exceeds 1.* %; use a finite slid_distance"):
+    with pytest.warns(
+        RuntimeWarning, match=r"v L/\(2πD\) = 1.1 exceeds 1.* %; use a finite slid_distance"
+    ):
         sliding_temperature(np.eye(8), grid, speed=2.2 * pi, slid_distance=inf, **UNIT)
     sliding_temperature(np.eye(8), grid, speed=1.8 * pi, slid_distance=inf, **UNIT)
 
@@ -23,7 +25,9 @@ def rough_source(points):
     """Isotropic rough heat from waves as long as the cell on: |q̇(q)|² level to 4π/L, then ~ q^−3.6; phases random."""
     grid = Grid((points, points), (1.0, 1.0))
     q = grid.wavenumbers
-    amplitude = np.where((q > 0) & (q < pi * points / 2), np.maximum(q / (4 * pi), 1.0) ** -1.8, 0.0)
+    amplitude = np.where(
+        (q > 0) & (q < pi * points / 2), np.maximum(q / (4 * pi), 1.0) ** -1.8, 0.0
+    )
     noise = np.fft.rfft2(np.random.default_rng(12).standard_normal(grid.shape))
     noise[np.abs(noise) > 0] /= np.abs(noise[np.abs(noise) > 0])
     return np.fft.irfft2(amplitude * noise, s=grid.shape), grid
@@ -49,7 +53,9 @@ def test_the_warning_of_hot_tracks_names_the_size_of_the_error(laps, at_least):
     rest = np.mean(flux * sliding_temperature(flux, grid, speed=speed, **UNIT))
     assert named == pytest.approx(np.mean(flux * field) / rest - 1, rel=6e-3)  # three digits
     assert named > at_least
-    assert rest == pytest.approx(exact, rel=0.03)  # four waves of the length of the cell are no isotropic roughness
+    assert rest == pytest.approx(
+        exact, rel=0.03
+    )  # four waves of the length of the cell are no isotropic roughness
     assert 1 + named == pytest.approx(np.mean(flux * field) / exact, rel=0.03)
 
 
@@ -77,7 +83,9 @@ def test_a_sharp_edge_undershoots_by_a_bounded_share_that_falls_with_the_pixel(p
         field += uniform_temperature(flux.mean(), 4 / peclet, **UNIT)
         shares.append(-field.min() / field.max())
     assert 0.005 < shares[0] < 0.016
-    assert shares[1] < 0.6 * shares[0]  # as the root of the pixel, or faster where heat spreads over a pixel
+    assert (
+        shares[1] < 0.6 * shares[0]
+    )  # as the root of the pixel, or faster where heat spreads over a pixel
 
 
 def test_the_laplacian_converges_at_first_order():
@@ -92,7 +100,9 @@ def test_the_laplacian_converges_at_first_order():
         field = sliding_temperature(pressure, grid, speed=0.0, **UNIT)
         spectrum = np.fft.rfft2(field) * -(grid.wavenumbers**2)
         laplacian = np.sum(np.fft.irfft2(spectrum, s=grid.shape) * pressure) / pressure.sum()
-        assert laplacian == pytest.approx(-np.sum(power * grid.wavenumbers) / pressure.mean(), rel=1e-10)
+        assert laplacian == pytest.approx(
+            -np.sum(power * grid.wavenumbers) / pressure.mean(), rel=1e-10
+        )
         errors.append(1 + laplacian / (pi / 2))  # the exact one is −(π/2) q̇₁/κR, Eq. (18)
     assert errors[1] / errors[0] == pytest.approx(0.5, abs=0.06)
     assert errors[2] / errors[1] == pytest.approx(0.5, abs=0.08)

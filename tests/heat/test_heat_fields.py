@@ -34,10 +34,16 @@ def test_the_correlation_of_one_wave_is_a_bessel_function():
     assert rms_temperature(field) == pytest.approx(7 / np.sqrt(2), rel=1e-13)
     r = np.array([[0.0, 0.1], [0.7, 1.8]])
     expected = 24.5 * j0(np.hypot(qx, qy) * r)
-    np.testing.assert_allclose(temperature_correlation(field, grid, r), expected, rtol=1e-12, atol=1e-11)
-    np.testing.assert_allclose(temperature_correlation(field.astype(np.float32), grid, r), expected, atol=1e-4)
+    np.testing.assert_allclose(
+        temperature_correlation(field, grid, r), expected, rtol=1e-12, atol=1e-11
+    )
+    np.testing.assert_allclose(
+        temperature_correlation(field.astype(np.float32), grid, r), expected, atol=1e-4
+    )
     for wrong in (-0.1, 1.81, np.nan):
-        with pytest.raises(ValueError, match="must lie between 0 and half the diagonal of the cell"):
+        with pytest.raises(
+            ValueError, match="must lie between 0 and half the diagonal of the cell"
+        ):
             temperature_correlation(field, grid, wrong)
 
 
@@ -51,7 +57,10 @@ def test_the_field_of_a_wave_in_each_direction_has_the_temperature_of_the_theory
     turns = np.pi * (np.arange(256) + 0.5) / 256
     with pytest.warns(RuntimeWarning) if speed > 7 else _nothing():
         fields = [
-            sliding_temperature(flux, grid, speed=speed, direction=turn, slid_distance=np.inf, **UNIT) for turn in turns
+            sliding_temperature(
+                flux, grid, speed=speed, direction=turn, slid_distance=np.inf, **UNIT
+            )
+            for turn in turns
         ]
     square = np.mean([rms_temperature(field) ** 2 for field in fields])
     exact = amplitude**2 / 2 / q**2 * 2 / np.pi * float(flash.square_integral(np.array(speed / q)))
@@ -78,10 +87,17 @@ def test_the_theory_meets_the_fields_of_a_random_flux():
         flux = np.fft.irfft2(phases * 2 * np.pi / length * n**2, grid.shape)
         flux -= flux.min()
         with pytest.warns(RuntimeWarning, match="hot tracks|periodic"):
-            field = sliding_temperature(flux, grid, speed=speed, direction=turn, slid_distance=np.inf, **UNIT)
+            field = sliding_temperature(
+                flux, grid, speed=speed, direction=turn, slid_distance=np.inf, **UNIT
+            )
         squares.append(rms_temperature(field) ** 2)
         correlations.append(temperature_correlation(field, grid, r))
-    given = {"nominal_pressure": 1.0, "friction_coefficient": 1 / speed, "stress_spectrum": Narrow(), **UNIT}
+    given = {
+        "nominal_pressure": 1.0,
+        "friction_coefficient": 1 / speed,
+        "stress_spectrum": Narrow(),
+        **UNIT,
+    }
     exact = flash.rms_temperature(speed, **given)
     assert np.sqrt(np.mean(squares)) == pytest.approx(exact, rel=2e-3)
     curve = flash.temperature_correlation(r, speed, **given)
@@ -94,7 +110,9 @@ def test_pressure_and_temperature_share_out_the_contact():
     joint = joint_distribution(temperature, pressure, bins=2)
     np.testing.assert_allclose(joint.pressure, [1.0, 2.0, 3.0])
     np.testing.assert_allclose(joint.temperature, [10.0, 20.0, 30.0])
-    np.testing.assert_allclose(joint.share, [[0.25, 0.25], [0.0, 0.5]])  # 2 Pa and 20 K are in the upper bins
+    np.testing.assert_allclose(
+        joint.share, [[0.25, 0.25], [0.0, 0.5]]
+    )  # 2 Pa and 20 K are in the upper bins
     for wrong in (0, 1.5, True):
         with pytest.raises(ValueError, match="bins = .* must be a whole number"):
             joint_distribution(temperature, pressure, bins=wrong)
@@ -121,8 +139,14 @@ def test_the_shares_of_a_resting_hertz_contact_lie_on_its_curve():
 def hertz(pixels, reach):
     """(flux, grid, x) of √(1 − r²) with so many pixels per radius, on a square of half-side `reach`."""
     half = int(reach * pixels)
-    x = (np.arange(-half, half) + 0.5) / pixels  # the rows of the contact are exactly as wide as its diameter
-    return np.sqrt(np.maximum(1 - x[:, None] ** 2 - x**2, 0.0)), Grid((x.size,) * 2, (x.size / pixels,) * 2), x
+    x = (
+        np.arange(-half, half) + 0.5
+    ) / pixels  # the rows of the contact are exactly as wide as its diameter
+    return (
+        np.sqrt(np.maximum(1 - x[:, None] ** 2 - x**2, 0.0)),
+        Grid((x.size,) * 2, (x.size / pixels,) * 2),
+        x,
+    )
 
 
 @pytest.mark.parametrize("speed", [0.0, 2.0, 30.0])
@@ -147,7 +171,9 @@ def hertz_track(speed, distance):
     for y, w in zip(nodes, weights, strict=True):  # over the width of the contact
         dx, dy = sx + np.sqrt(1 - y**2) + distance, sy - y
         far = np.hypot(dx, dy)
-        mean += w / 2 * float(heat @ (np.exp(-speed * (far - dx) / 2) / far).sum(axis=1)) / (2 * np.pi)
+        mean += (
+            w / 2 * float(heat @ (np.exp(-speed * (far - dx) / 2) / far).sum(axis=1)) / (2 * np.pi)
+        )
     return mean
 
 
@@ -165,7 +191,9 @@ def test_a_track_behind_a_contact_of_n_rows_errs_by_up_to_one_row_and_by_little_
                 flux = np.sqrt(np.maximum(1 - x[:, None] ** 2 - y**2, 0.0))
                 grid = Grid(flux.shape, (x.size / pixels, y.size / pixels))
                 field = half_space_temperature(flux, grid, speed=20.0, **UNIT)
-                errors.append(wake_profile(field, flux, grid, distances, periodic=False) / exact - 1)
+                errors.append(
+                    wake_profile(field, flux, grid, distances, periodic=False) / exact - 1
+                )
         assert np.abs(errors).max() < 1 / (2 * pixels)
         assert np.abs(np.mean(errors, axis=0)).max() < 0.3 / (2 * pixels)
         centred.append(errors[0])
@@ -176,7 +204,13 @@ def test_a_track_behind_a_contact_of_n_rows_errs_by_up_to_one_row_and_by_little_
 def test_the_track_at_rest_falls_as_the_closed_form():
     """κT = [(2 − r²) asin(1/r) + √(r² − 1)]/4 outside a resting Hertz contact."""
     flux, grid, _ = hertz(64, 3.0)
-    got = wake_profile(half_space_temperature(flux, grid, speed=0.0, **UNIT), flux, grid, [0.5, 1.5], periodic=False)
+    got = wake_profile(
+        half_space_temperature(flux, grid, speed=0.0, **UNIT),
+        flux,
+        grid,
+        [0.5, 1.5],
+        periodic=False,
+    )
     y = (np.arange(4000) + 0.5) / 4000
     for value, distance in zip(got, (0.5, 1.5), strict=True):
         r = np.hypot(np.sqrt(1 - y**2) + distance, y)
@@ -215,12 +249,19 @@ def test_a_step_of_time_back_is_a_distance_behind_a_fast_contact():
     speed, distances = 3e3, np.array([4.0, 8.0])
     pixels = 24
     flux, grid, _ = hertz(pixels, 10.0)
-    got = wake_profile(half_space_temperature(flux, grid, speed=speed, **UNIT), flux, grid, distances, periodic=False)
+    got = wake_profile(
+        half_space_temperature(flux, grid, speed=speed, **UNIT),
+        flux,
+        grid,
+        distances,
+        periodic=False,
+    )
     y = (np.arange(2000) + 0.5) / 2000
     x, w = np.polynomial.legendre.leggauss(60)
     chord = np.sqrt(1 - y**2)
     strip = [
-        np.mean(chord**2 * (np.sqrt(1 - x**2) / np.sqrt(chord[:, None] * (1 + x) + d) @ w)) / np.sqrt(np.pi * speed)
+        np.mean(chord**2 * (np.sqrt(1 - x**2) / np.sqrt(chord[:, None] * (1 + x) + d) @ w))
+        / np.sqrt(np.pi * speed)
         for d in distances
     ]
     np.testing.assert_allclose(got, strip, rtol=5e-3)
@@ -232,12 +273,18 @@ def test_the_rms_temperature_of_an_elastic_contact_is_that_of_the_theory():
     grid = Grid((128, 128), (4e-3, 4e-3))
     solid = rs.Solid(effective_modulus=1e9)
     contact = rs.solve_contact(
-        rs.synthesize(spectrum, grid, np.random.default_rng(3)), grid, solid, nominal_pressure=3e5, tolerance=1e-6
+        rs.synthesize(spectrum, grid, np.random.default_rng(3)),
+        grid,
+        solid,
+        nominal_pressure=3e5,
+        tolerance=1e-6,
     )
     steel = {"conductivity": 30.0, "diffusivity": 7.6e-6}
     squares = []
     for turn in np.pi * np.arange(8) / 8:
-        field = sliding_temperature(0.1 * 0.01 * contact.pressure, grid, speed=0.01, direction=turn, **steel)
+        field = sliding_temperature(
+            0.1 * 0.01 * contact.pressure, grid, speed=0.01, direction=turn, **steel
+        )
         squares.append(rms_temperature(field) ** 2)
     load = {"nominal_pressure": 3e5, "effective_modulus": 1e9}
     exact = flash.rms_temperature(0.01, spectrum, friction_coefficient=0.1, **load, **steel)

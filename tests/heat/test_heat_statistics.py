@@ -7,7 +7,14 @@ import pytest
 from scipy.integrate import quad
 
 from roughsim import ConvergenceError, Grid, half_space_temperature
-from roughsim.heat import contact_temperature, depth_profile, effective_conductivity, hot_spots, profiles, share_above
+from roughsim.heat import (
+    contact_temperature,
+    depth_profile,
+    effective_conductivity,
+    hot_spots,
+    profiles,
+    share_above,
+)
 
 GRID = Grid((6, 5), (12.0, 5.0))  # pixels of 2 m²
 
@@ -33,7 +40,9 @@ def test_the_heat_weights_the_flash_temperature_and_the_area_the_mean():
 def test_the_share_above_counts_area_and_adds_the_background():
     temperature, flux = np.array([[5.0, 1.0, 100.0, 7.0]]), np.array([[1.0, 9.0, 0.0, 1.0]])
     assert share_above(temperature, flux, 4.0) == pytest.approx(2 / 3)
-    assert share_above(temperature, flux, 306.0, background_temperature=300.0) == pytest.approx(1 / 3)
+    assert share_above(temperature, flux, 306.0, background_temperature=300.0) == pytest.approx(
+        1 / 3
+    )
     assert share_above(temperature, flux, 7.0) == 0.0  # at the threshold nothing has melted yet
 
 
@@ -88,7 +97,9 @@ def test_a_resting_hertz_contact_has_its_distribution_of_temperature(resting_her
         level = math.pi / 8 * (2 - square)
         cooler = np.interp(level, contact.temperatures, contact.cooler)
         assert cooler == pytest.approx((1 - square) ** 1.5, abs=3e-3)
-        assert share_above(field, flux, 300 + level, background_temperature=300.0) == pytest.approx(square, abs=6e-3)
+        assert share_above(field, flux, 300 + level, background_temperature=300.0) == pytest.approx(
+            square, abs=6e-3
+        )
         spots = hot_spots(field, grid, level, periodic=False)
         assert (spots.count, spots.unresolved) == (1, 0)
         assert spots.areas[0] == pytest.approx(math.pi * square, rel=1e-2)
@@ -109,8 +120,13 @@ def test_profiles_of_a_hertz_contact_are_even_at_rest_and_trail_when_it_slides(r
 def test_below_the_middle_of_a_resting_hertz_contact_the_temperature_is_an_integral(resting_hertz):
     flux, grid, _ = resting_hertz
     depths = [0.0, 0.1, 0.5, 2.0]
-    below = depth_profile(lambda z: half_space_temperature(flux, grid, speed=0.0, depth=z, **UNIT), depths)
-    exact = [quad(lambda r, z=z: np.sqrt(1 - r * r) * r / np.hypot(r, z), 0, 1, points=[0.1])[0] for z in depths]
+    below = depth_profile(
+        lambda z: half_space_temperature(flux, grid, speed=0.0, depth=z, **UNIT), depths
+    )
+    exact = [
+        quad(lambda r, z=z: np.sqrt(1 - r * r) * r / np.hypot(r, z), 0, 1, points=[0.1])[0]
+        for z in depths
+    ]
     np.testing.assert_allclose(below, exact, rtol=1.5e-3)
 
 
@@ -146,7 +162,9 @@ def test_below_a_resting_square_the_temperature_falls_as_a_point_source():
 
 def test_a_hot_contact_conducts_as_at_three_quarters_of_its_flash_temperature():
     # κ(T) = 80 − T/10, T_flash = 6000/κ and T₀ = 300: κ = 50 − 450/κ, of which 25 + √175 is the stable root
-    value = effective_conductivity(lambda t: 80 - t / 10, lambda k: 6000 / k, background_temperature=300.0)
+    value = effective_conductivity(
+        lambda t: 80 - t / 10, lambda k: 6000 / k, background_temperature=300.0
+    )
     assert value == pytest.approx(25 + math.sqrt(625 - 450), rel=1e-8)
     assert effective_conductivity(lambda t: 30.0, lambda k: 1e9 / k) == 30.0
 

@@ -38,7 +38,9 @@ def test_a_negative_speed_is_the_opposite_direction(direction):
     grid = Grid((80, 70), (1.0, 1.3))
     flux = np.random.default_rng(4).random(grid.shape)
     forth = sliding_temperature(flux, grid, speed=-30.0, direction=direction, **UNIT)
-    close(forth, sliding_temperature(flux, grid, speed=30.0, direction=direction + pi, **UNIT), 1e-13)
+    close(
+        forth, sliding_temperature(flux, grid, speed=30.0, direction=direction + pi, **UNIT), 1e-13
+    )
 
 
 @pytest.mark.parametrize("direction", [0.0, pi / 2, 2.0])

@@ -32,7 +32,9 @@ def test_a_series_of_times_is_the_same_as_one_by_one():
     assert series.shape == (4, 12, 10)
     assert (series[0] == 0.0).all()
     for time, field in zip(times[1:3], series[1:3], strict=True):
-        np.testing.assert_array_equal(field, sliding_temperature(flux, grid, speed=9.0, time=time, **UNIT))
+        np.testing.assert_array_equal(
+            field, sliding_temperature(flux, grid, speed=9.0, time=time, **UNIT)
+        )
     np.testing.assert_array_equal(series[3], steady(flux, grid, speed=9.0, **UNIT))
 
 
@@ -42,7 +44,9 @@ def test_sliding_distance_is_speed_times_time():
     slid = sliding_temperature(flux, grid, speed=-4.0, slid_distance=0.2, **UNIT)
     close(slid, sliding_temperature(flux, grid, speed=-4.0, time=0.05, **UNIT), 1e-14)
     for speed in (0.0, 4.0):
-        assert (sliding_temperature(flux, grid, speed=speed, slid_distance=0.0, **UNIT) == 0.0).all()
+        assert (
+            sliding_temperature(flux, grid, speed=speed, slid_distance=0.0, **UNIT) == 0.0
+        ).all()
     assert (sliding_temperature(flux, grid, speed=4.0, time=0.0, depth=0.1, **UNIT) == 0.0).all()
 
 
@@ -60,7 +64,10 @@ def test_heat_enters_with_the_prescribed_flux():
     grid = Grid((9, 1), (1.0, 1.0))
     flux = np.cos(2 * pi * points(grid)[0])
     for time in (1e-4, 0.02, 10.0):
-        layers = [sliding_temperature(flux, grid, speed=0.3, time=time, depth=d, **STEEL) for d in (0.0, 1e-6, 2e-6)]
+        layers = [
+            sliding_temperature(flux, grid, speed=0.3, time=time, depth=d, **STEEL)
+            for d in (0.0, 1e-6, 2e-6)
+        ]
         slope = (-3 * layers[0] + 4 * layers[1] - layers[2]) / 2e-6
         close(-30.0 * slope, flux, 1e-4)
 
@@ -69,14 +76,17 @@ def test_a_transient_at_great_depth_does_not_overflow():
     grid = Grid((64, 64), (1.0, 1.0))
     flux = np.random.default_rng(9).random(grid.shape)
     for depth in (1.0, 100.0, 1e6):
-        assert np.abs(sliding_temperature(flux, grid, speed=100.0, depth=depth, **UNIT)).max() < 1e-3
+        assert (
+            np.abs(sliding_temperature(flux, grid, speed=100.0, depth=depth, **UNIT)).max() < 1e-3
+        )
 
 
 @pytest.mark.parametrize("depth", [0.0, 0.02, 0.2])
 def test_the_uniform_term_is_diffusion_into_a_half_space(depth):
     mp.mp.dps = 30
     expected = mp.quad(
-        lambda u: 2 / mp.sqrt(mp.pi) * mp.exp(-(mp.mpf(depth) ** 2) / (4 * u**2)), [0, 0.01, sqrt(0.003)]
+        lambda u: 2 / mp.sqrt(mp.pi) * mp.exp(-(mp.mpf(depth) ** 2) / (4 * u**2)),
+        [0, 0.01, sqrt(0.003)],
     )
     actual = uniform_temperature(5.0, 0.006, conductivity=2.0, diffusivity=0.5, depth=depth)
     assert actual == pytest.approx(2.5 * float(expected), rel=1e-13)
@@ -89,7 +99,9 @@ def test_the_uniform_term_starts_at_zero_and_keeps_the_shape_of_time():
     np.testing.assert_allclose(rise, [0.0, 2 / sqrt(pi), 4 / sqrt(pi)], rtol=1e-15)
 
 
-@pytest.mark.parametrize("case", REFERENCE["hertz_from_rest"], ids=lambda case: f"Pe {case['peclet']}")
+@pytest.mark.parametrize(
+    "case", REFERENCE["hertz_from_rest"], ids=lambda case: f"Pe {case['peclet']}"
+)
 def test_a_hertz_contact_from_rest_meets_free_space(case):
     # in a cell that neither heat nor track has crossed, fields plus uniform term are those of free space; the pixel
     # error of the steep edge falls faster than its width

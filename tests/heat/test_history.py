@@ -13,7 +13,9 @@ STEEL = 30.0, 7.6e-6
 GRID = Grid((8, 8), (1e-3, 1e-3))
 
 
-def last_temperature(flux_of_time, duration, steps, conductivity=STEEL[0], diffusivity=STEEL[1], mode=(0, 0)):
+def last_temperature(
+    flux_of_time, duration, steps, conductivity=STEEL[0], diffusivity=STEEL[1], mode=(0, 0)
+):
     """The temperature of one mode at the end, its flux given as a function of time."""
     step = duration / steps
 
@@ -36,7 +38,10 @@ def test_the_sum_of_exponentials_is_the_inverse_root(steps):
     assert (weights > 0).all()
     assert (rates > 0).all()
     assert rates.size < 25
-    assert np.abs(np.sqrt(times) * (np.exp(-np.outer(times, rates)) @ weights) - 1).max() < 1.1 * KERNEL_ERROR
+    assert (
+        np.abs(np.sqrt(times) * (np.exp(-np.outer(times, rates)) @ weights) - 1).max()
+        < 1.1 * KERNEL_ERROR
+    )
 
 
 @pytest.mark.parametrize("decay", [0.0, 1e-9, 1e-3, 0.5, 3.0, 39.0, 500.0])
@@ -45,7 +50,10 @@ def test_the_latest_step_is_integrated_exactly(decay):
     # u = x²: the root is gone
     expected = [
         integrate.quad(
-            lambda x, w=w: 2 * w(x * x) * np.exp(-decay * x * x), 0, 1, points=[min(1, 1 / sqrt(decay + 1))]
+            lambda x, w=w: 2 * w(x * x) * np.exp(-decay * x * x),
+            0,
+            1,
+            points=[min(1, 1 / sqrt(decay + 1))],
         )[0]
         for w in (lambda u: 1 - u, lambda u: u)
     ]
@@ -57,15 +65,23 @@ def test_the_latest_step_is_integrated_exactly(decay):
 def test_a_flux_linear_in_time_warms_the_mean_exactly(steps):
     # ∫₀^t (a + bτ) (t − τ)^(−1/2) dτ = 2a√t + 4/3 b t^(3/2)
     duration = 1e-3
-    expected = sqrt(STEEL[1] / pi) / STEEL[0] * (2 * 5e6 * sqrt(duration) + 4 / 3 * 3e9 * duration**1.5)
-    assert last_temperature(lambda t: 5e6 + 3e9 * t, duration, steps) == pytest.approx(expected, rel=1e-12)
+    expected = (
+        sqrt(STEEL[1] / pi) / STEEL[0] * (2 * 5e6 * sqrt(duration) + 4 / 3 * 3e9 * duration**1.5)
+    )
+    assert last_temperature(lambda t: 5e6 + 3e9 * t, duration, steps) == pytest.approx(
+        expected, rel=1e-12
+    )
 
 
 def test_the_weights_of_the_mean_hold_one_by_one():
     inner, first = mean_weights(300)
     for m in (0, 1, 2, 50, 98, 99, 100, 101, 102, 250, 300):
-        hat = integrate.quad(lambda x, m=m: 2 * max(0.0, 1 - abs(x * x - m)), sqrt(max(m - 1, 0)), sqrt(m))[0]
-        up = integrate.quad(lambda x, m=m: 2 * max(0.0, 1 - abs(x * x - m)), sqrt(m), sqrt(m + 1))[0]
+        hat = integrate.quad(
+            lambda x, m=m: 2 * max(0.0, 1 - abs(x * x - m)), sqrt(max(m - 1, 0)), sqrt(m)
+        )[0]
+        up = integrate.quad(lambda x, m=m: 2 * max(0.0, 1 - abs(x * x - m)), sqrt(m), sqrt(m + 1))[
+            0
+        ]
         assert inner[m] == pytest.approx(hat + up, rel=1e-9)
         assert first[m] == pytest.approx(hat, rel=1e-9)
 
@@ -74,9 +90,18 @@ def test_a_moving_wave_warms_the_body_as_the_error_function_says_at_second_order
     # flux e^(iωt) at wavenumber q: κT = erf(λ√(Dt))/λ e^(iωt), λ² = q² + iω/D
     q, omega, duration = 2 * pi / 1e-3, 2 * pi * 1e3, 1.3e-3
     wave = np.sqrt(q**2 + 1j * omega / STEEL[1])
-    expected = special.erf(wave * np.sqrt(STEEL[1] * duration)) / wave / STEEL[0] * np.exp(1j * omega * duration)
+    expected = (
+        special.erf(wave * np.sqrt(STEEL[1] * duration))
+        / wave
+        / STEEL[0]
+        * np.exp(1j * omega * duration)
+    )
     errors = [
-        abs(last_temperature(lambda t: np.exp(1j * omega * t), duration, steps, mode=(1, 0)) / expected - 1)
+        abs(
+            last_temperature(lambda t: np.exp(1j * omega * t), duration, steps, mode=(1, 0))
+            / expected
+            - 1
+        )
         for steps in (50, 100, 200)
     ]
     assert errors[0] < 5e-3
@@ -88,7 +113,9 @@ def test_heat_that_stopped_fades_as_the_kernel_says():
     # a pulse, linear up and down over two steps at the beginning, long ago: q̇Δt √(D/(πτ)) e^(−Dq²τ)/κ
     q, duration, steps = 2 * pi / 1e-3, 2e-2, 4000
     step = duration / steps
-    late = last_temperature(lambda t: 1.0 if abs(t - step) < step / 2 else 0.0, duration, steps, mode=(0, 1))
+    late = last_temperature(
+        lambda t: 1.0 if abs(t - step) < step / 2 else 0.0, duration, steps, mode=(0, 1)
+    )
     since = duration - step
     expected = step * sqrt(STEEL[1] / (pi * since)) * np.exp(-STEEL[1] * q**2 * since) / STEEL[0]
     assert late == pytest.approx(expected, rel=2 * KERNEL_ERROR)

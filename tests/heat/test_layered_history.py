@@ -62,7 +62,10 @@ def test_waves_and_the_mean_are_those_of_finite_volumes_in_depth(layers):
     temperatures = warmed(flux, Layering(*layers))
     for mode in ((0, 0), *MODES):
         q = 2 * pi / 4e-5 * np.hypot(*mode)
-        coarse, fine = (by_finite_volumes(flux[(slice(None), *mode)].real, q, layers, nodes) for nodes in (400, 800))
+        coarse, fine = (
+            by_finite_volumes(flux[(slice(None), *mode)].real, q, layers, nodes)
+            for nodes in (400, 800)
+        )
         expected = fine + (fine - coarse) / 3
         got = temperatures[(slice(None), *mode)]
         assert np.abs(got.imag).max() == 0.0
@@ -85,12 +88,16 @@ def test_a_thick_skin_is_the_whole_body():
     assert np.abs(skin - whole).max() < 2 * KERNEL_ERROR * np.abs(whole).max()
 
 
-@pytest.mark.parametrize("small", [(1e-8, 0.1, 9.0, 0.0), (2e-9, 10.0, 0.1, 0.0), (0.0, 1.0, 1.0, 1e-8)])
+@pytest.mark.parametrize(
+    "small", [(1e-8, 0.1, 9.0, 0.0), (2e-9, 10.0, 0.1, 0.0), (0.0, 1.0, 1.0, 1e-8)]
+)
 def test_thin_layers_fade_in_proportion_to_their_depth(small):
     flux = random_flux()
     bare = warmed(flux, None)[:, 1:3]
     d, k, ratio, h = small
-    changes = [np.abs(warmed(flux, Layering(n * d, k, ratio, n * h))[:, 1:3] - bare).max() for n in (2, 1)]
+    changes = [
+        np.abs(warmed(flux, Layering(n * d, k, ratio, n * h))[:, 1:3] - bare).max() for n in (2, 1)
+    ]
     assert changes[0] / changes[1] == pytest.approx(2.0, abs=0.05)
     assert changes[1] < 0.06 * np.abs(bare).max()
 
@@ -105,7 +112,9 @@ def test_after_long_the_mean_has_risen_by_the_resistance_less_what_the_layers_st
     errors = []
     for spread in (1e-6, 4e-6):  # D t, m²
         steps = 400
-        temperatures = warmed(np.ones((steps + 1, *GRID.half_shape)) + 0j, Layering(*layers), step=spread / D / steps)
+        temperatures = warmed(
+            np.ones((steps + 1, *GRID.half_shape)) + 0j, Layering(*layers), step=spread / D / steps
+        )
         errors.append(KAPPA * temperatures[-1, 0, 0].real - 2 * sqrt(spread / pi) - rise)
         assert uniform_rise(spread, Layering(*layers)) - 2 * sqrt(spread / pi) == pytest.approx(
             errors[-1] + rise, rel=1e-6

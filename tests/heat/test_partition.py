@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from roughsim import Body, ConvergenceError, Grid, Solid, half_space_temperature, partition_heat, solve_contact
+from roughsim import (
+    Body,
+    ConvergenceError,
+    Grid,
+    Solid,
+    half_space_temperature,
+    partition_heat,
+    solve_contact,
+)
 from roughsim.heat import partition
 from theory import hertz
 
@@ -24,7 +32,9 @@ def contact_of_hertz(pixels_per_radius):
 
 def solved(operator, values):
     shape = (values.size, values.size)
-    return gmres(LinearOperator(shape, matvec=operator, dtype=float), values, rtol=1e-10, restart=200)[0]
+    return gmres(
+        LinearOperator(shape, matvec=operator, dtype=float), values, rtol=1e-10, restart=200
+    )[0]
 
 
 def rough_contact(count=64, pressure=1.0):
@@ -32,10 +42,13 @@ def rough_contact(count=64, pressure=1.0):
     x = np.arange(count) / count * 2 * np.pi
     waves = [(i, j) for i in range(-8, 9) for j in range(9) if 0 < i * i + j * j <= 64]
     heights = sum(
-        (i * i + j * j) ** -0.9 * np.cos(i * x[:, None] + j * x + rng.uniform(0, 2 * np.pi)) for i, j in waves
+        (i * i + j * j) ** -0.9 * np.cos(i * x[:, None] + j * x + rng.uniform(0, 2 * np.pi))
+        for i, j in waves
     )
     grid = Grid((count, count), (1.0, 1.0))
-    return solve_contact(heights, grid, Solid(effective_modulus=1.0), nominal_pressure=pressure).pressure, grid
+    return solve_contact(
+        heights, grid, Solid(effective_modulus=1.0), nominal_pressure=pressure
+    ).pressure, grid
 
 
 @pytest.mark.parametrize("speed", [0.0, 3.0, -3.0, 1e3])
@@ -45,7 +58,9 @@ def test_equal_diffusivity_and_speed_share_by_conductivity(speed, time, pointwis
     # both temperatures have one shape: q₂ = κ₂/(κ₁ + κ₂) q̇ at every pixel
     flux, grid = contact_of_hertz(8)
     resting, moving = Body(2.0, 0.7, speed), Body(6.0, 0.7, speed)
-    shared = partition_heat(5e7 * flux, grid, moving=moving, resting=resting, time=time, pointwise=pointwise)
+    shared = partition_heat(
+        5e7 * flux, grid, moving=moving, resting=resting, time=time, pointwise=pointwise
+    )
     np.testing.assert_allclose(shared.heat_flux, 0.75 * 5e7 * flux, rtol=1e-7, atol=1e-7)
     assert shared.moving_share == pytest.approx(0.75, rel=1e-9)
     assert shared.mean_share == pytest.approx(0.75, rel=1e-9)
@@ -55,7 +70,9 @@ def test_equal_diffusivity_and_speed_share_by_conductivity(speed, time, pointwis
 @pytest.mark.parametrize("diffusivities", [(1.0, 1.0), (0.3, 5.0)])
 def test_bodies_at_rest_share_by_conductivity(diffusivities):
     flux, grid = contact_of_hertz(8)
-    shared = partition_heat(flux, grid, moving=Body(1.0, diffusivities[0]), resting=Body(3.0, diffusivities[1]))
+    shared = partition_heat(
+        flux, grid, moving=Body(1.0, diffusivities[0]), resting=Body(3.0, diffusivities[1])
+    )
     np.testing.assert_allclose(shared.heat_flux, flux / 4, rtol=1e-9, atol=1e-12)
 
 
@@ -64,10 +81,14 @@ def test_oblong_pixels_are_as_warm_as_each_body_makes_them(pointwise):
     flux, grid = np.random.default_rng(2).random((6, 5)), Grid((6, 5), (3.0, 10.0))
     moving, resting = Body(3.0, 0.7, 2.0), Body(1.0, 0.4)
     shared = partition_heat(flux, grid, moving=moving, resting=resting, pointwise=pointwise)
-    moved = half_space_temperature(shared.heat_flux, grid, speed=2.0, conductivity=3.0, diffusivity=0.7)
+    moved = half_space_temperature(
+        shared.heat_flux, grid, speed=2.0, conductivity=3.0, diffusivity=0.7
+    )
     np.testing.assert_allclose(shared.temperature, moved, rtol=1e-12)
     if pointwise:
-        rested = half_space_temperature(flux - shared.heat_flux, grid, speed=0.0, conductivity=1.0, diffusivity=0.4)
+        rested = half_space_temperature(
+            flux - shared.heat_flux, grid, speed=0.0, conductivity=1.0, diffusivity=0.4
+        )
         np.testing.assert_allclose(rested, moved, rtol=1e-6)
 
 
@@ -75,7 +96,9 @@ def test_two_fast_bodies_share_by_effusivity():
     # each line along sliding then warms as κT = 2q̇√(Dx/πv): q₂ ∝ e√v with e = κ/√D
     flux, grid = contact_of_hertz(16)
     resting, moving = Body(1.0, 2.0, 4e9), Body(3.0, 0.5, 1e9)
-    weights = [body.conductivity * sqrt(body.speed / body.diffusivity) for body in (resting, moving)]
+    weights = [
+        body.conductivity * sqrt(body.speed / body.diffusivity) for body in (resting, moving)
+    ]
     shared = partition_heat(flux, grid, moving=moving, resting=resting)
     assert shared.moving_share == pytest.approx(weights[1] / sum(weights), rel=1e-3)
     np.testing.assert_allclose(shared.heat_flux, weights[1] / sum(weights) * flux, atol=1e-2)
@@ -89,15 +112,26 @@ def test_both_bodies_have_one_temperature_all_over_the_contact(source, time):
     shared = partition_heat(flux, grid, moving=moving, resting=resting, time=time)
     surface = [
         half_space_temperature(
-            heat, grid, speed=b.speed, conductivity=b.conductivity, diffusivity=b.diffusivity, time=time
+            heat,
+            grid,
+            speed=b.speed,
+            conductivity=b.conductivity,
+            diffusivity=b.diffusivity,
+            time=time,
         )
         for b, heat in ((moving, shared.heat_flux), (resting, flux - shared.heat_flux))
     ]
     contact = flux > 0
-    np.testing.assert_allclose(surface[0][contact], surface[1][contact], rtol=0, atol=2e-7 * surface[0].max())
-    np.testing.assert_allclose(shared.temperature, surface[0], rtol=0, atol=1e-12 * surface[0].max())
+    np.testing.assert_allclose(
+        surface[0][contact], surface[1][contact], rtol=0, atol=2e-7 * surface[0].max()
+    )
+    np.testing.assert_allclose(
+        shared.temperature, surface[0], rtol=0, atol=1e-12 * surface[0].max()
+    )
     assert not shared.heat_flux[~contact].any()
-    assert shared.flash_temperature == pytest.approx((surface[0] * flux).sum() / flux.sum(), rel=1e-12)
+    assert shared.flash_temperature == pytest.approx(
+        (surface[0] * flux).sum() / flux.sum(), rel=1e-12
+    )
     assert shared.max_temperature == pytest.approx(surface[0][contact].max(), rel=1e-12)
     assert shared.residual <= 1e-8
 
@@ -121,9 +155,18 @@ def test_the_mismatch_is_the_local_jump_of_the_one_number_rule():
     moving = replace(ONE, speed=300.0)
     shared = partition_heat(flux, grid, moving=moving, resting=ONE, pointwise=False)
     s, contact = shared.moving_share, flux > 0
-    still = (1 - s) * half_space_temperature(flux, grid, speed=0.0, conductivity=1.0, diffusivity=1.0)[contact]
-    swift = s * half_space_temperature(flux, grid, speed=300.0, conductivity=1.0, diffusivity=1.0)[contact]
-    assert shared.mismatch == pytest.approx(abs(still - swift).max() / max(still.max(), swift.max()), rel=1e-10)
+    still = (1 - s) * half_space_temperature(
+        flux, grid, speed=0.0, conductivity=1.0, diffusivity=1.0
+    )[contact]
+    swift = (
+        s
+        * half_space_temperature(flux, grid, speed=300.0, conductivity=1.0, diffusivity=1.0)[
+            contact
+        ]
+    )
+    assert shared.mismatch == pytest.approx(
+        abs(still - swift).max() / max(still.max(), swift.max()), rel=1e-10
+    )
     assert 0.4 < shared.mismatch < 0.6  # half of T_max
 
 
@@ -172,8 +215,14 @@ def test_an_isothermal_disc_takes_four_kappa_r_times_its_temperature():
     for pixels in (16, 32, 64):
         inside, grid = contact_of_hertz(pixels)
         disc = inside > 0
-        total = sum(partition.body_spectrum(body, grid, inf) for body in (ONE, replace(ONE, conductivity=3.0)))
-        flux = solved(lambda values, d=disc, t=total: partition.on_contact(values, d, t), np.ones(int(disc.sum())))
+        total = sum(
+            partition.body_spectrum(body, grid, inf)
+            for body in (ONE, replace(ONE, conductivity=3.0))
+        )
+        flux = solved(
+            lambda values, d=disc, t=total: partition.on_contact(values, d, t),
+            np.ones(int(disc.sum())),
+        )
         power = flux.sum() * grid.spacing[0] ** 2
         errors.append(abs(power / (4 / (1 + 1 / 3)) - 1))
     assert errors[2] < 0.02
@@ -184,14 +233,18 @@ def test_a_single_pixel_and_a_line_are_contacts_too():
     one = np.zeros((4, 5))
     one[1, 2] = 3.0
     for flux in (one, np.ones((1, 7)), np.ones((1, 1)), np.ones((13, 1))):
-        shared = partition_heat(flux, Grid(flux.shape, (2.0, 3.0)), moving=replace(ONE, speed=2.0), resting=ONE)
+        shared = partition_heat(
+            flux, Grid(flux.shape, (2.0, 3.0)), moving=replace(ONE, speed=2.0), resting=ONE
+        )
         assert 0.5 < shared.moving_share < 1.0
 
 
 def test_no_contact_has_no_share_and_no_heat():
     with pytest.warns(RuntimeWarning, match="no contact"):
         shared = partition_heat(np.zeros((3, 3)), Grid((3, 3), (1.0, 1.0)), moving=ONE, resting=ONE)
-    assert np.isnan([shared.moving_share, shared.flash_temperature, shared.max_temperature, shared.mean_share]).all()
+    assert np.isnan(
+        [shared.moving_share, shared.flash_temperature, shared.max_temperature, shared.mean_share]
+    ).all()
     # as half_space_temperature without heat
     assert not shared.temperature.any()
     assert not shared.heat_flux.any()
@@ -222,8 +275,11 @@ def test_a_body_without_meaning_is_refused_at_birth(values, words):
 
 
 @pytest.mark.parametrize(
-    ("flux", "time", "words"), [(-1.0, inf, "heat_flux = -1"), (1.0, 0.0, "time"), (1.0, -1.0, "time")]
+    ("flux", "time", "words"),
+    [(-1.0, inf, "heat_flux = -1"), (1.0, 0.0, "time"), (1.0, -1.0, "time")],
 )
 def test_heat_that_friction_cannot_make_is_refused(flux, time, words):
     with warnings.catch_warnings(), pytest.raises(ValueError, match=words):
-        partition_heat(np.full((3, 3), flux), Grid((3, 3), (1.0, 1.0)), moving=ONE, resting=ONE, time=time)
+        partition_heat(
+            np.full((3, 3), flux), Grid((3, 3), (1.0, 1.0)), moving=ONE, resting=ONE, time=time
+        )

@@ -32,11 +32,16 @@ def amplitude(temperature, grid=GRID):
 
 def roots(skin=OXIDE, speed=SPEED):
     square, advection = WAVE[0] ** 2 + WAVE[1] ** 2, WAVE[0] * speed
-    return [np.sqrt(square - 1j * advection / diffusivity) for diffusivity in (STEEL["diffusivity"], skin.diffusivity)]
+    return [
+        np.sqrt(square - 1j * advection / diffusivity)
+        for diffusivity in (STEEL["diffusivity"], skin.diffusivity)
+    ]
 
 
 def one_wave(q, advection, *numbers, depth=0.0):
-    return complex(steady_response(np.array([q**2]), np.array([advection]), Layering(*numbers), depth)[0])
+    return complex(
+        steady_response(np.array([q**2]), np.array([advection]), Layering(*numbers), depth)[0]
+    )
 
 
 def in_depth(q, advection, layers, nodes, spread=inf):
@@ -46,7 +51,11 @@ def in_depth(q, advection, layers, nodes, spread=inf):
     conduction over capacity, each of which decays and drifts by itself.
     """
     h = layers[-1]
-    deep = 14 / np.sqrt(q**2 - 1j * advection).real + 40 * h + 6 * sqrt(spread if spread < inf else 0.0)
+    deep = (
+        14 / np.sqrt(q**2 - 1j * advection).real
+        + 40 * h
+        + 6 * sqrt(spread if spread < inf else 0.0)
+    )
     rates, seen, excited = decaying_modes(q, layers, deep, nodes)
     decay = rates - 1j * advection
     grown = 1.0 if spread == inf else -np.expm1(-decay * spread)
@@ -68,25 +77,43 @@ def test_a_skin_of_the_same_material_changes_nothing(thickness, heat_depth, dept
 
 
 @pytest.mark.parametrize(("thickness", "heat_depth"), CASES)
-@pytest.mark.parametrize(("conduction", "ratio", "advection"), [(0.1, 3.0, 20.0), (8.0, 0.2, -5.0), (0.3, 1.0, 0.0)])
-def test_a_wave_is_the_solution_by_finite_differences(thickness, heat_depth, conduction, ratio, advection):
-    layers = (thickness, conduction, ratio, heat_depth) if thickness else (0.0, 1.0, 1.0, heat_depth)
-    assert one_wave(1.3, advection, *layers) == pytest.approx(extrapolated(1.3, advection, layers), rel=2e-5)
+@pytest.mark.parametrize(
+    ("conduction", "ratio", "advection"), [(0.1, 3.0, 20.0), (8.0, 0.2, -5.0), (0.3, 1.0, 0.0)]
+)
+def test_a_wave_is_the_solution_by_finite_differences(
+    thickness, heat_depth, conduction, ratio, advection
+):
+    layers = (
+        (thickness, conduction, ratio, heat_depth) if thickness else (0.0, 1.0, 1.0, heat_depth)
+    )
+    assert one_wave(1.3, advection, *layers) == pytest.approx(
+        extrapolated(1.3, advection, layers), rel=2e-5
+    )
 
 
 @pytest.mark.parametrize(("thickness", "heat_depth"), CASES)
-@pytest.mark.parametrize(("conduction", "ratio", "advection"), [(0.1, 3.0, 20.0), (8.0, 0.2, -5.0), (0.3, 1.0, 0.0)])
+@pytest.mark.parametrize(
+    ("conduction", "ratio", "advection"), [(0.1, 3.0, 20.0), (8.0, 0.2, -5.0), (0.3, 1.0, 0.0)]
+)
 @pytest.mark.parametrize("spread", [0.01, 1.0])
 def test_from_rest_a_wave_is_the_solution_by_finite_differences(
     thickness, heat_depth, conduction, ratio, advection, spread
 ):
     # heat has spread over a tenth of a wavelength, or over a few layers and beyond
-    layers = (thickness, conduction, ratio, heat_depth) if thickness else (0.0, 1.0, 1.0, heat_depth)
+    layers = (
+        (thickness, conduction, ratio, heat_depth) if thickness else (0.0, 1.0, 1.0, heat_depth)
+    )
     q = 1.3
     grid = Grid((8, 8), (2 * pi / q, 2 * pi / q))
     x, _ = points(grid)
     skin = Skin(thickness, conduction, 1 / ratio) if thickness else None
-    options = {"conductivity": 1.0, "diffusivity": 1.0, "speed": advection / q, "skin": skin, "heat_depth": heat_depth}
+    options = {
+        "conductivity": 1.0,
+        "diffusivity": 1.0,
+        "speed": advection / q,
+        "skin": skin,
+        "heat_depth": heat_depth,
+    }
     field = sliding_temperature(np.cos(q * x), grid, time=spread, **options)
     exact = extrapolated(q, advection, layers, spread)
     close(field, (exact * np.exp(1j * q * x)).real, 1e-4)
@@ -96,7 +123,9 @@ def test_a_thick_skin_forgets_with_its_own_diffusivity():
     # D q² t = 45 and D_s q² t = 4.5: the skin alone, which has 3.7e-3 of its steady temperature to go
     q, spread, ratio = 1.3, 45 / 1.69, 10.0
     risen = scipy.special.erf(sqrt(4.5)) / (0.1 * q)
-    one = response_from_rest(np.array([q**2]), np.zeros(1), Layering(1e3, 0.1, ratio, 0.0), 0.0, spread)
+    one = response_from_rest(
+        np.array([q**2]), np.zeros(1), Layering(1e3, 0.1, ratio, 0.0), 0.0, spread
+    )
     assert one[0] == pytest.approx(risen, rel=1e-9)
 
 
@@ -104,7 +133,10 @@ def test_a_thick_skin_forgets_with_its_own_diffusivity():
 @pytest.mark.parametrize("spread", [0.01, 1.0, 100.0])
 def test_from_rest_two_layers_of_one_material_are_bare(depth, spread):
     # the bare transient in closed form, from waves that forget at once to waves that never do
-    square, advection = np.geomspace(1e-4, 1e3, 30)[:, None], np.append(0.0, np.geomspace(1e-3, 1e3, 20))
+    square, advection = (
+        np.geomspace(1e-4, 1e3, 30)[:, None],
+        np.append(0.0, np.geomspace(1e-3, 1e3, 20)),
+    )
     square, advection = np.broadcast_arrays(square, advection)
     layered = response_from_rest(square, advection, Layering(0.3, 1.0, 1.0, 0.0), depth, spread)
     close(layered, response_of_waves(square, advection, depth, spread), 1e-8)
@@ -118,7 +150,9 @@ def test_the_excess_of_the_hot_track_is_over_a_start_from_rest(skin):
     flux -= flux.mean()
     young = (sliding_temperature(flux, grid, **options) * flux).mean()  # half the cell
     with pytest.warns(RuntimeWarning, match="hot track") as said:
-        excess = (sliding_temperature(flux, grid, slid_distance=inf, **options) * flux).mean() / young - 1
+        excess = (
+            sliding_temperature(flux, grid, slid_distance=inf, **options) * flux
+        ).mean() / young - 1
     assert abs(excess) > 1e-4
     assert f"by {100 * excess:.3g} %" in str(said[0].message)
 
@@ -130,9 +164,15 @@ def test_a_long_wave_from_rest_warms_as_one_dimension():
     for length in (4e-3, 8e-3):
         grid = Grid((8, 8), (length, length))
         flux = np.cos(2 * pi * points(grid)[0] / length)
-        field = sliding_temperature(flux, grid, speed=0.0, time=times, heat_depth=heat_depth, **STEEL)
+        field = sliding_temperature(
+            flux, grid, speed=0.0, time=times, heat_depth=heat_depth, **STEEL
+        )
         tau = STEEL["diffusivity"] * times / heat_depth**2
-        exact = heat_depth / STEEL["conductivity"] * (2 * np.sqrt(tau / pi) - 1 + scipy.special.erfcx(np.sqrt(tau)))
+        exact = (
+            heat_depth
+            / STEEL["conductivity"]
+            * (2 * np.sqrt(tau / pi) - 1 + scipy.special.erfcx(np.sqrt(tau)))
+        )
         errors.append(np.abs(field[:, 0, 0] / exact - 1))
     assert errors[1].max() < 2e-3
     assert errors[1][-1] / errors[0][-1] == pytest.approx(0.25, abs=0.01)
@@ -181,8 +221,16 @@ def test_the_heat_is_conserved_in_depth(thickness, heat_depth):
     ):
         u = (1 + depths) / 2  # z = low + (high − low) u³
         z = low + (high - low) * u**3
-        response = np.array([one_wave(q, advection, thickness, k, ratio, heat_depth, depth=at) for at in z])
-        total += share * (q**2 - 1j * rate * advection) * (high - low) * weights @ (1.5 * u**2 * response)
+        response = np.array(
+            [one_wave(q, advection, thickness, k, ratio, heat_depth, depth=at) for at in z]
+        )
+        total += (
+            share
+            * (q**2 - 1j * rate * advection)
+            * (high - low)
+            * weights
+            @ (1.5 * u**2 * response)
+        )
     assert total == pytest.approx(1.0, rel=1e-9)
 
 
@@ -203,7 +251,9 @@ def test_a_thin_skin_adds_its_resistance():
 
 def test_a_shallow_release_lowers_the_surface_by_its_depth():
     for heat_depth in (1e-4, 1e-5):
-        lowered = one_wave(1.0, 2.0, 0.5, 0.2, 3.0, 0.0) - one_wave(1.0, 2.0, 0.5, 0.2, 3.0, heat_depth)
+        lowered = one_wave(1.0, 2.0, 0.5, 0.2, 3.0, 0.0) - one_wave(
+            1.0, 2.0, 0.5, 0.2, 3.0, heat_depth
+        )
         assert lowered == pytest.approx(heat_depth / 0.2, rel=20 * heat_depth)
 
 
@@ -218,7 +268,9 @@ def test_a_thick_skin_is_the_whole_body(depth):
 def test_fast_sliding_over_a_thick_skin_is_hotter_by_the_ratio_of_effusivities():
     # √(κρc) of steel with κ = 46 over √(κρc) of an oxide: 4.22
     bare = direction_means(np.array([1e5]), 1e10, Layering(0.0, 1.0, 1.0, 0.0))[0]
-    skin = direction_means(np.array([1e5]), 1e10, Layering(1e-3, 3 / 46, (46 / 3.95e6) / (3 / 3.4e6), 0.0))[0]
+    skin = direction_means(
+        np.array([1e5]), 1e10, Layering(1e-3, 3 / 46, (46 / 3.95e6) / (3 / 3.4e6), 0.0)
+    )[0]
     assert skin[0] / bare[0] == pytest.approx(sqrt(46 * 3.95e6 / (3 * 3.4e6)), rel=1e-4)
 
 
@@ -227,11 +279,15 @@ def test_equal_decay_in_depth_and_of_the_release_is_regular(thickness):
     # λh = 1 and λ_s h = 1, where the particular solution of the plain formulas has a pole
     layers = (thickness, 0.5, 1.0) if thickness else (0.0, 1.0, 1.0)
     for depth in (0.0, 0.3, 1.7):
-        below, here, above = (one_wave(1.0, 0.0, *layers, h, depth=depth) for h in (1 - 1e-5, 1.0, 1 + 1e-5))
+        below, here, above = (
+            one_wave(1.0, 0.0, *layers, h, depth=depth) for h in (1 - 1e-5, 1.0, 1 + 1e-5)
+        )
         assert here == pytest.approx((below + above) / 2, rel=1e-9)
 
 
-@pytest.mark.parametrize("layers", [(1e-9, 1e-6, 1e6), (1e3, 1e6, 1e-6), (1e-12, 50.0, 2.0), (0.0, 1.0, 1.0)])
+@pytest.mark.parametrize(
+    "layers", [(1e-9, 1e-6, 1e6), (1e3, 1e6, 1e-6), (1e-12, 50.0, 2.0), (0.0, 1.0, 1.0)]
+)
 @pytest.mark.parametrize("heat_depth", [0.0, 1e-300, 1e-12, 1.0, 1e12])
 def test_no_size_of_the_layers_leaves_double_precision(layers, heat_depth):
     for depth in (0.0, 1e-9, 1.0, 1e6):
@@ -241,21 +297,29 @@ def test_no_size_of_the_layers_leaves_double_precision(layers, heat_depth):
             assert depth > 0.0 or response.real >= -1e-10 * abs(response)
 
 
-@pytest.mark.parametrize("layers", [(0.7, 0.2, 3.0, 0.0), (0.7, 4.0, 0.3, 0.5), (0.0, 1.0, 1.0, 2.0)])
+@pytest.mark.parametrize(
+    "layers", [(0.7, 0.2, 3.0, 0.0), (0.7, 4.0, 0.3, 0.5), (0.0, 1.0, 1.0, 2.0)]
+)
 @pytest.mark.parametrize("rate", [0.0, 0.5, 30.0])
 def test_the_mean_over_directions_is_a_plain_mean(layers, rate):
     q = np.array([0.3, 1.0, 4.0])
     cosine = np.cos((np.arange(20_000) + 0.5) * pi / 20_000)
-    response = steady_response(q[:, None] ** 2, rate * q[:, None] * cosine, Layering(*layers)) * q[:, None]
+    response = (
+        steady_response(q[:, None] ** 2, rate * q[:, None] * cosine, Layering(*layers)) * q[:, None]
+    )
     even, odd = direction_means(q, rate, Layering(*layers))
     np.testing.assert_allclose(even, response.real.mean(axis=1), rtol=1e-12)
-    np.testing.assert_allclose(odd, (1j * cosine * response).real.mean(axis=1), rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(
+        odd, (1j * cosine * response).real.mean(axis=1), rtol=1e-12, atol=1e-15
+    )
 
 
 def test_many_wavenumbers_are_interpolated_to_twelve_digits():
     q, layers = np.geomspace(1e3, 1e7, 3000), Layering(3e-7, 0.07, 9.0, 1e-7)
     some = slice(5, None, 37)
-    for many, few in zip(direction_means(q, 4.6e6, layers), direction_means(q[some], 4.6e6, layers), strict=True):
+    for many, few in zip(
+        direction_means(q, 4.6e6, layers), direction_means(q[some], 4.6e6, layers), strict=True
+    ):
         np.testing.assert_allclose(many[some], few, rtol=1e-11)
 
 

@@ -19,7 +19,11 @@ CASES = [(OXIDE, 0.0), (Skin(1e-6, 3.0, 9e-7), 5e-7), (None, 5e-7)]
 def hill(count, side=6 * RADIUS):
     """A Gaussian source on an odd grid, its grid, and the index of its middle."""
     x = (np.arange(count) - (count - 1) / 2) * side / count
-    return np.exp(-(x[:, None] ** 2 + x**2) / RADIUS**2), Grid((count, count), (side, side)), count // 2
+    return (
+        np.exp(-(x[:, None] ** 2 + x**2) / RADIUS**2),
+        Grid((count, count), (side, side)),
+        count // 2,
+    )
 
 
 def exact_at_the_middle(speed, skin, heat_depth):
@@ -28,7 +32,9 @@ def exact_at_the_middle(speed, skin, heat_depth):
     q, share = 7 / RADIUS * (1 + nodes), 7 / RADIUS * weights
     layers = layers_of(skin, heat_depth, *STEEL.values())
     mean = direction_mean(q, speed / STEEL["diffusivity"], layers, even_part)
-    return (share * RADIUS**2 / 2 * np.exp(-((q * RADIUS) ** 2) / 4) * mean).sum() / STEEL["conductivity"]
+    return (share * RADIUS**2 / 2 * np.exp(-((q * RADIUS) ** 2) / 4) * mean).sum() / STEEL[
+        "conductivity"
+    ]
 
 
 @pytest.mark.parametrize(("skin", "heat_depth"), CASES)
@@ -37,7 +43,9 @@ def test_a_gaussian_source_is_as_hot_as_its_hankel_integral(skin, heat_depth, sp
     flux, grid, middle = hill(61)
     heat = {"speed": speed, "direction": direction, "skin": skin, "heat_depth": heat_depth}
     field = half_space_temperature(flux, grid, **heat, **STEEL)
-    assert field[middle, middle] == pytest.approx(exact_at_the_middle(speed, skin, heat_depth), rel=4e-3)
+    assert field[middle, middle] == pytest.approx(
+        exact_at_the_middle(speed, skin, heat_depth), rel=4e-3
+    )
 
 
 def test_the_pixel_errs_to_the_second_order():
@@ -92,14 +100,18 @@ def under_a_skin(times, z, d, ks, ds):
     """κ_s-layer on steel, unit flux from t = 0: images of the interface (Carslaw & Jaeger, 12.8), at a depth z ≤ d."""
     own, below = ks / sqrt(ds), STEEL["conductivity"] / sqrt(STEEL["diffusivity"])
     n, spread = np.arange(-3000, 3001), np.sqrt(ds * times)[:, None]
-    images = ((own - below) / (own + below)) ** np.abs(n) * ierfc(np.abs(2 * n * d + z) / (2 * spread))
+    images = ((own - below) / (own + below)) ** np.abs(n) * ierfc(
+        np.abs(2 * n * d + z) / (2 * spread)
+    )
     return 2 * spread[:, 0] / ks * images.sum(axis=1)
 
 
 def in_depth(times, h):
     """Unit flux released as e^(−z/h)/h under an insulated face from t = 0 (Prahl 1995)."""
     tau = STEEL["diffusivity"] * times / h**2
-    return h / STEEL["conductivity"] * (2 * np.sqrt(tau / pi) - 1 + scipy.special.erfcx(np.sqrt(tau)))
+    return (
+        h / STEEL["conductivity"] * (2 * np.sqrt(tau / pi) - 1 + scipy.special.erfcx(np.sqrt(tau)))
+    )
 
 
 PAD = Grid((4, 4), (4e-3, 4e-3))  # 15 times as far to its edges as heat gets
@@ -126,7 +138,9 @@ def test_heat_is_shared_from_rest_as_in_one_dimension(layers):
     moving = Body(**STEEL, **layers)
     for resting, share in ((Body(1e-9, 1e-6), 1.0), (moving, 0.5)):
         for time, rise in zip(TIMES[::4], expected[::4], strict=True):
-            shared = partition_heat(np.ones(PAD.shape), PAD, moving=moving, resting=resting, time=time)
+            shared = partition_heat(
+                np.ones(PAD.shape), PAD, moving=moving, resting=resting, time=time
+            )
             assert shared.temperature[2, 2] == pytest.approx(share * rise, rel=1e-4)
 
 
@@ -156,12 +170,16 @@ def test_a_thick_skin_is_the_whole_half_space(speed):
     # in the wake at x the body changes e^(−d²v/D_s x) of the temperature: d² v/D_s in cells
     for cells in (2, 40, 1e5):
         skin = Skin(sqrt(cells * 1e-3 * 1e-6 / speed), 3.0, 1e-6)
-        field = half_space_temperature(flux, grid, skin=skin, conductivity=30.0, diffusivity=1e-5, **heat)
+        field = half_space_temperature(
+            flux, grid, skin=skin, conductivity=30.0, diffusivity=1e-5, **heat
+        )
         errors.append(np.abs(field - whole).max() / whole.max())
     assert errors[0] > 1e-3
     assert max(errors[1:]) < 1e-9
     moving = Body(30.0, 1e-5, skin=skin, **heat)
-    assert partition_heat(flux, grid, moving=moving, resting=steel).moving_share == pytest.approx(share, rel=1e-7)
+    assert partition_heat(flux, grid, moving=moving, resting=steel).moving_share == pytest.approx(
+        share, rel=1e-7
+    )
 
 
 @pytest.mark.parametrize("speed", [0.0, 1e-8])
@@ -171,7 +189,9 @@ def test_a_body_far_below_a_source_at_rest_is_felt_as_by_images(speed, conductiv
     flux, grid, middle = hill(9)
     heat = flux.sum() * np.prod(grid.spacing)
     beta = (conductivity - STEEL["conductivity"]) / (conductivity + STEEL["conductivity"])
-    whole = half_space_temperature(flux, grid, speed=speed, conductivity=conductivity, diffusivity=9e-7)
+    whole = half_space_temperature(
+        flux, grid, speed=speed, conductivity=conductivity, diffusivity=9e-7
+    )
     for thickness in (1e-3, 1e-1):
         skin = Skin(thickness, conductivity, 9e-7)
         field = half_space_temperature(flux, grid, speed=speed, skin=skin, **STEEL)
@@ -184,7 +204,9 @@ def test_a_slow_source_loses_as_much_over_a_layered_body():
     flux, grid, middle = hill(9)
     heat = flux.sum() * np.prod(grid.spacing)
     slow, still = (
-        half_space_temperature(flux, grid, speed=v, skin=Skin(1e-5, 3.0, 9e-7), **STEEL)[middle, middle]
+        half_space_temperature(flux, grid, speed=v, skin=Skin(1e-5, 3.0, 9e-7), **STEEL)[
+            middle, middle
+        ]
         for v in (1e-5, 0.0)
     )
     lost = heat * 1e-5 / (4 * pi * STEEL["conductivity"] * STEEL["diffusivity"])
@@ -211,20 +233,28 @@ def test_the_steady_state_is_approached_as_on_a_bare_body(skin, heat_depth):
     times = np.array([1e2, 1e4, inf])
     options = {"speed": 0.0, "time": times, "skin": skin, "heat_depth": heat_depth} | STEEL
     field = half_space_temperature(flux, grid, **options)[:, middle, middle]
-    missing = heat / (2 * pi**1.5 * np.sqrt(STEEL["diffusivity"] * times[:2]) * STEEL["conductivity"])
+    missing = heat / (
+        2 * pi**1.5 * np.sqrt(STEEL["diffusivity"] * times[:2]) * STEEL["conductivity"]
+    )
     np.testing.assert_allclose(field[2] - field[:2], missing, rtol=1e-2)
 
 
 @pytest.mark.parametrize("speed", [0.3, 3.0])
-@pytest.mark.parametrize("layers", [(OXIDE, 0.0), (Skin(2e-5, 90.0, 4e-5), 0.0), (OXIDE, 1e-6), (None, 2e-6)])
+@pytest.mark.parametrize(
+    "layers", [(OXIDE, 0.0), (Skin(2e-5, 90.0, 4e-5), 0.0), (OXIDE, 1e-6), (None, 2e-6)]
+)
 def test_a_smooth_source_has_its_hankel_integral_to_four_digits(speed, layers):
     values = []
     for count, pixel in ((61, RADIUS / 10), (121, RADIUS / 20)):
         flux, grid, middle = hill(count, count * pixel)
-        field = half_space_temperature(flux, grid, speed=speed, skin=layers[0], heat_depth=layers[1], **STEEL)
+        field = half_space_temperature(
+            flux, grid, speed=speed, skin=layers[0], heat_depth=layers[1], **STEEL
+        )
         values.append(field[middle, middle])
     # the pixels differ by a factor of 2, their errors by 4
-    assert values[1] + (values[1] - values[0]) / 3 == pytest.approx(exact_at_the_middle(speed, *layers), rel=2e-4)
+    assert values[1] + (values[1] - values[0]) / 3 == pytest.approx(
+        exact_at_the_middle(speed, *layers), rel=2e-4
+    )
 
 
 @pytest.mark.parametrize("skin", [OXIDE, Skin(3e-6, 300.0, 1e-4), Skin(1e-6, 0.2, 1e-7)])
@@ -283,5 +313,7 @@ def test_heat_released_in_depth_makes_no_maximum_below_the_surface(speed, skin):
     flux, grid, _ = hill(24)
     heat = {"speed": speed, "skin": skin, "heat_depth": 3e-6}
     depths = np.linspace(0.0, 6e-6, 9)
-    below = depth_profile(lambda z: half_space_temperature(flux, grid, depth=z, **heat, **STEEL), depths)
+    below = depth_profile(
+        lambda z: half_space_temperature(flux, grid, depth=z, **heat, **STEEL), depths
+    )
     assert (np.diff(below) < 0.0).all()

@@ -82,7 +82,9 @@ def test_the_hertz_source_has_its_three_temperatures(peclet, pixels, tolerance):
     assert source.flash_temperature == pytest.approx(hertz.flash_temperature(peclet), rel=tolerance)
     assert source.mean_temperature == pytest.approx(hertz.mean_temperature(peclet), rel=tolerance)
     assert source.max_temperature == pytest.approx(hertz.max_temperature(peclet), rel=tolerance)
-    assert place(source, grid) == pytest.approx([hertz.hottest_point(peclet), 0.0], abs=0.75 / pixels)
+    assert place(source, grid) == pytest.approx(
+        [hertz.hottest_point(peclet), 0.0], abs=0.75 / pixels
+    )
 
 
 @pytest.mark.parametrize("peclet", PECLET)
@@ -90,7 +92,10 @@ def test_the_hertz_source_has_its_three_temperatures(peclet, pixels, tolerance):
 def test_the_disc_has_its_three_temperatures(peclet, pixels, tolerance):
     flux, radius, grid = disc_source(pixels)
     source = source_temperature(flux, grid, speed=peclet, **UNIT)
-    mean, top = hertz.disc_mean_temperature(peclet * radius), hertz.disc_max_temperature(peclet * radius)
+    mean, top = (
+        hertz.disc_mean_temperature(peclet * radius),
+        hertz.disc_max_temperature(peclet * radius),
+    )
     assert source.flash_temperature == pytest.approx(radius * mean, rel=tolerance)
     assert source.mean_temperature == pytest.approx(source.flash_temperature, rel=1e-13)
     assert source.max_temperature == pytest.approx(radius * top, rel=tolerance)
@@ -101,14 +106,20 @@ def test_the_disc_has_its_three_temperatures(peclet, pixels, tolerance):
 def test_the_square_is_exact_at_any_resolution(peclet, pixels):
     flux, grid = square_source(pixels)
     source = source_temperature(flux, grid, speed=peclet, **UNIT)
-    assert source.flash_temperature == pytest.approx(hertz.square_mean_temperature(peclet), rel=1e-8)
+    assert source.flash_temperature == pytest.approx(
+        hertz.square_mean_temperature(peclet), rel=1e-8
+    )
     assert source.mean_temperature == pytest.approx(source.flash_temperature, rel=1e-13)
     # samples half a pixel apart miss a smooth maximum by less than (pixel/4)²; at high speed the search finds it
     smooth = peclet / pixels <= 0.25
     tolerance = 1 / (4 * pixels) ** 2 if smooth else 1e-5
-    assert source.max_temperature == pytest.approx(hertz.square_max_temperature(peclet), rel=tolerance)
+    assert source.max_temperature == pytest.approx(
+        hertz.square_max_temperature(peclet), rel=tolerance
+    )
     if not smooth:
-        behind = 1 + place(source, grid)[0]  # the trailing edge is colder: the hottest point lies some D/v before it
+        behind = (
+            1 + place(source, grid)[0]
+        )  # the trailing edge is colder: the hottest point lies some D/v before it
         assert behind == pytest.approx(1 + hertz.square_hottest_point(peclet), rel=0.2)
 
 
@@ -125,12 +136,18 @@ def test_centres_of_pixels_miss_the_hottest_point(peclet):
 # from rest
 
 
-@pytest.mark.parametrize("case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}")
+@pytest.mark.parametrize(
+    "case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}"
+)
 def test_a_square_from_rest_is_exact_at_any_resolution(case):
     flux, grid = square_source(8)
     heat = {"speed": case["peclet"], "time": case["fourier_number"]} | UNIT
-    assert source_temperature(flux, grid, **heat).flash_temperature == pytest.approx(case["square_mean"], rel=1e-8)
-    x, y = (Axis(3, 2.0, p, s) for p, s in ((case["peclet"], -0.5), (0.0, 0.0)))  # the square as one pixel
+    assert source_temperature(flux, grid, **heat).flash_temperature == pytest.approx(
+        case["square_mean"], rel=1e-8
+    )
+    x, y = (
+        Axis(3, 2.0, p, s) for p, s in ((case["peclet"], -0.5), (0.0, 0.0))
+    )  # the square as one pixel
     only = np.zeros((3, 3))
     only[1, 1] = 1.0
     edge = temperature_at((1, 1), only, x, y, fading=buried(0.0), end=sqrt(case["fourier_number"]))
@@ -139,10 +156,14 @@ def test_a_square_from_rest_is_exact_at_any_resolution(case):
     assert centre == pytest.approx(case["square_centre"], rel=2e-9)
 
 
-@pytest.mark.parametrize("case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}")
+@pytest.mark.parametrize(
+    "case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}"
+)
 @pytest.mark.parametrize(("pixels", "tolerance"), RESOLUTION)
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (0.5, 0.5), (0.2, 0.4)])
-def test_a_hertz_source_given_at_the_centres_has_its_flash_temperature_from_rest(case, pixels, tolerance, shift):
+def test_a_hertz_source_given_at_the_centres_has_its_flash_temperature_from_rest(
+    case, pixels, tolerance, shift
+):
     flux, grid = hertz_at_centres(pixels, shift)
     flash = flash_at_centres(flux, grid, speed=case["peclet"], time=case["fourier_number"], **UNIT)
     assert flash == pytest.approx(case["hertz_flash"], rel=tolerance)
@@ -167,14 +188,18 @@ def test_young_heat_sees_the_flux_itself_so_that_means_over_pixels_lose_its_vari
     assert lost == pytest.approx(0.0103 if pixels == 8 else 0.00086, rel=0.02)
 
 
-@pytest.mark.parametrize("case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}")
+@pytest.mark.parametrize(
+    "case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}"
+)
 @pytest.mark.parametrize(("pixels", "tolerance"), RESOLUTION)
 def test_a_disc_of_whole_pixels_from_rest_is_as_hot_as_its_rim_allows(case, pixels, tolerance):
     disc, radius, grid = disc_source(pixels)
     speed, time = case["peclet"], case["fourier_number"]
     source = source_temperature(disc, grid, speed=speed / radius, time=time * radius**2, **UNIT)
     young = 1.5 if sqrt(time) < 1.1 / pixels else 1.0  # see below
-    assert source.mean_temperature == pytest.approx(radius * case["disc_mean"], rel=young * tolerance)
+    assert source.mean_temperature == pytest.approx(
+        radius * case["disc_mean"], rel=young * tolerance
+    )
 
 
 @pytest.mark.parametrize("pixels", [8, 32])
@@ -183,13 +208,18 @@ def test_young_heat_leaves_over_the_steps_of_the_rim_which_are_longer_than_the_c
     disc, radius, grid = disc_source(pixels)
     time = (0.01 / pixels) ** 2
     mean = source_temperature(disc, grid, speed=0.0, time=time, **UNIT).mean_temperature
-    steps = np.abs(np.diff(disc.astype(int), axis=0)).sum() + np.abs(np.diff(disc.astype(int), axis=1)).sum()
+    steps = (
+        np.abs(np.diff(disc.astype(int), axis=0)).sum()
+        + np.abs(np.diff(disc.astype(int), axis=1)).sum()
+    )
     lost = steps / pixels * sqrt(time) / (2 * sqrt(pi) * pi * radius**2)
     assert 1 - mean / (2 * sqrt(time / pi)) == pytest.approx(lost, rel=0.01)
     assert steps == 8 * pixels
 
 
-@pytest.mark.parametrize("case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}")
+@pytest.mark.parametrize(
+    "case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}"
+)
 def test_no_source_from_rest_is_hotter_than_steady(case):
     # the influence of older heat is positive: a check of the reference itself
     steady = hertz.flash_temperature(case["peclet"]), hertz.disc_mean_temperature(case["peclet"])
@@ -206,7 +236,9 @@ def test_turned_and_mirrored_sources_are_as_hot(speed):
     flux, grid = np.random.default_rng(1).random((9, 12)), Grid((9, 12), (2.0, 1.5))
     there = source_temperature(flux, grid, speed=speed, **UNIT)
     back = source_temperature(flux[::-1], grid, speed=-speed, **UNIT)
-    turned = source_temperature(flux.T, Grid((12, 9), (1.5, 2.0)), speed=speed, direction=pi / 2, **UNIT)
+    turned = source_temperature(
+        flux.T, Grid((12, 9), (1.5, 2.0)), speed=speed, direction=pi / 2, **UNIT
+    )
     for other in (back, turned):
         for name in ("flash_temperature", "mean_temperature", "max_temperature"):
             assert getattr(other, name) == pytest.approx(getattr(there, name), rel=1e-9)
@@ -222,7 +254,9 @@ def test_no_point_of_an_oblique_source_is_hotter(direction):
     source = source_temperature(flux, grid, speed=drift, direction=direction, **UNIT)
     parts = 48  # of a pixel: points that finely spaced, from the same source on smaller pixels
     fine = np.kron(flux, np.ones((parts, parts)))
-    field = half_space_temperature(fine, Grid(fine.shape, grid.lengths), speed=drift, direction=direction, **UNIT)
+    field = half_space_temperature(
+        fine, Grid(fine.shape, grid.lengths), speed=drift, direction=direction, **UNIT
+    )
     assert field.max() < source.max_temperature * (1 + 1e-3)
     assert field.max() == pytest.approx(source.max_temperature, rel=2e-3)
     mean = (field.reshape(6, parts, 5, parts).mean((1, 3)) * flux).sum() / flux.sum()
@@ -248,7 +282,9 @@ def test_a_point_of_a_large_pixel_is_an_edge_of_small_ones(drift, shift):
     # one heated pixel as 10 × 10 small ones: its edges and inner points are edges of those
     x, y = Axis(3, 1.0, drift, shift), Axis(2, 1.0, 0.0, 0.05)
     influence = pixel_influence(x, y, fading=buried(0.0), end=inf)
-    small = pixel_influence(Axis(40, 0.1, drift, 0.5), Axis(30, 0.1, 0.0), fading=buried(0.0), end=inf)
+    small = pixel_influence(
+        Axis(40, 0.1, drift, 0.5), Axis(30, 0.1, 0.0), fading=buried(0.0), end=inf
+    )
     for k in (-1, 0, 1):
         at = round(10 * (k + shift)) - 1  # the small pixel of which that is the upper edge
         rows = [39 + at - i for i in range(-5, 5)]
@@ -266,7 +302,12 @@ def test_the_mean_over_a_pixel_is_the_mean_of_its_points(drift):
         wx
         * wy
         / 4
-        * pixel_influence(Axis(3, 1.0, drift, sx / 2), Axis(2, 1.3, 0.3 * drift, sy / 2), fading=buried(0.2), end=inf)
+        * pixel_influence(
+            Axis(3, 1.0, drift, sx / 2),
+            Axis(2, 1.3, 0.3 * drift, sy / 2),
+            fading=buried(0.2),
+            end=inf,
+        )
         for sx, wx in zip(nodes, weights, strict=True)
         for sy, wy in zip(nodes, weights, strict=True)
     )
@@ -274,13 +315,24 @@ def test_the_mean_over_a_pixel_is_the_mean_of_its_points(drift):
 
 
 def test_steel_in_si_units_is_the_unit_problem_scaled():
-    flux, metre, steel = np.random.default_rng(4).random((7, 6)), 3e-6, {"conductivity": 30.0, "diffusivity": 7.6e-6}
+    flux, metre, steel = (
+        np.random.default_rng(4).random((7, 6)),
+        3e-6,
+        {"conductivity": 30.0, "diffusivity": 7.6e-6},
+    )
     unit = {"speed": 2.0, "time": 0.9, "depth": 0.2, "direction": 1.0} | UNIT
     plain = source_temperature(flux, Grid((7, 6), (3.0, 4.0)), **unit)
-    there = {"speed": 2.0 * 7.6e-6 / metre, "time": 0.9 * metre**2 / 7.6e-6, "depth": 0.2 * metre, "direction": 1.0}
+    there = {
+        "speed": 2.0 * 7.6e-6 / metre,
+        "time": 0.9 * metre**2 / 7.6e-6,
+        "depth": 0.2 * metre,
+        "direction": 1.0,
+    }
     real = source_temperature(4e8 * flux, Grid((7, 6), (3 * metre, 4 * metre)), **there, **steel)
     for name in ("flash_temperature", "mean_temperature", "max_temperature"):
-        assert getattr(real, name) == pytest.approx(getattr(plain, name) * 4e8 * metre / 30.0, rel=1e-11)
+        assert getattr(real, name) == pytest.approx(
+            getattr(plain, name) * 4e8 * metre / 30.0, rel=1e-11
+        )
     assert real.hottest_point == pytest.approx([metre * p for p in plain.hottest_point], rel=1e-9)
     # the same source on pixels half as long
     finer = source_temperature(np.repeat(flux, 2, axis=0), Grid((14, 6), (3.0, 4.0)), **unit)
@@ -290,7 +342,10 @@ def test_steel_in_si_units_is_the_unit_problem_scaled():
 
 def test_depth_cools():
     flux, grid = square_source(4)
-    values = [source_temperature(flux, grid, speed=5.0, depth=z, **UNIT).max_temperature for z in (0.0, 0.1, 1.0)]
+    values = [
+        source_temperature(flux, grid, speed=5.0, depth=z, **UNIT).max_temperature
+        for z in (0.0, 0.1, 1.0)
+    ]
     assert values == sorted(values, reverse=True)
     # far below, κT = Q/2πz of the resting square with 4 units of heat
     deep = source_temperature(flux, grid, speed=0.0, depth=40.0, **UNIT).max_temperature
@@ -303,7 +358,9 @@ def test_depth_cools():
 def test_without_heat_there_is_no_temperature():
     with pytest.warns(RuntimeWarning, match="heat_flux = 0 W/m² everywhere"):
         source = source_temperature(np.zeros((4, 4)), Grid((4, 4), (1.0, 1.0)), speed=1.0, **UNIT)
-    assert np.isnan([source.flash_temperature, source.mean_temperature, source.max_temperature]).all()
+    assert np.isnan(
+        [source.flash_temperature, source.mean_temperature, source.max_temperature]
+    ).all()
 
 
 @pytest.mark.parametrize(
@@ -321,6 +378,10 @@ def test_without_heat_there_is_no_temperature():
     ],
 )
 def test_what_has_no_meaning_is_refused_by_name(change, words):
-    given = {"heat_flux": np.ones((3, 3)), "grid": Grid((3, 3), (1.0, 1.0)), "speed": 1.0} | UNIT | change
+    given = (
+        {"heat_flux": np.ones((3, 3)), "grid": Grid((3, 3), (1.0, 1.0)), "speed": 1.0}
+        | UNIT
+        | change
+    )
     with pytest.raises(ValueError, match=words):
         source_temperature(given.pop("heat_flux"), given.pop("grid"), **given)

@@ -141,7 +141,10 @@ def test_a_shift_of_the_pressure_itself_ends_at_the_bounds(state):
 
 
 def test_points_that_are_not_free_are_put_on_their_bounds():
-    p, free = np.array([1.9, 0.1, 0.5, 2.0, 0.0, 0.98, 1.02]), np.array([0, 0, 1, 0, 0, 0, 0], np.int8)
+    p, free = (
+        np.array([1.9, 0.1, 0.5, 2.0, 0.0, 0.98, 1.02]),
+        np.array([0, 0, 1, 0, 0, 0, 0], np.int8),
+    )
     # two just touch: at the cap on a surface that has yielded before, and without pressure; two pass half the cap
     gap = np.array([0.1, 0.3, 0.1, OFFSET, OFFSET, 0.1, 0.3])
     kernels.put_on_bounds(p, gap, free, (OFFSET, STIFFNESS, 2.0))
@@ -180,7 +183,9 @@ def test_curvature_and_advance_are_those_of_the_step(state):
     p, gap = state.p.copy(), state.gap.copy()
     found = kernels.advance(p, gap, state.step, state.response, 0.5, 0.0, state.law)
     moved = (
-        state.clip(state.p + 0.5 * state.step) if np.isfinite(state.cap) else np.maximum(state.p + 0.5 * state.step, 0)
+        state.clip(state.p + 0.5 * state.step)
+        if np.isfinite(state.cap)
+        else np.maximum(state.p + 0.5 * state.step, 0)
     )
     np.testing.assert_allclose(p, moved, rtol=1e-14, atol=1e-15)
     np.testing.assert_allclose(gap, state.gap + 0.5 * state.response, rtol=1e-14)
@@ -193,7 +198,9 @@ def test_a_step_ends_on_the_bound_that_rounding_missed():
     below = np.nextafter(cap, 0.0)
     #            at the cap but for rounding; clearly below; the step was rounded; zero but for that; clearly above
     p = np.array([below, cap * (1 - 1e-15), cap - 0.25, 0.25, 0.25])
-    step = np.array([0.0, 0.0, 0.25 * (1 - 0.5 * slack), -0.25 * (1 - 0.5 * slack), -0.25 * (1 - 2 * slack)])
+    step = np.array(
+        [0.0, 0.0, 0.25 * (1 - 0.5 * slack), -0.25 * (1 - 0.5 * slack), -0.25 * (1 - 2 * slack)]
+    )
     zero = np.zeros(5)
     kernels.advance(p, zero.copy(), step, zero, 1.0, slack, (0.0, 1.0, cap))
     assert p[[0, 2, 3]].tolist() == [cap, cap, 0.0]
@@ -208,7 +215,11 @@ def test_the_highest_mode_is_the_last_above_a_power():
     power, square = np.abs(spectrum[1:4]) ** 2, (across[:, None] + along)[1:4]
     least = float(np.median(power))
     same(line_kernels.highest(1, 4, spectrum, along, across, np.inf), power.max(), 0.0)
-    same(line_kernels.highest(1, 4, spectrum, along, across, least), power.max(), square[power > least].max())
+    same(
+        line_kernels.highest(1, 4, spectrum, along, across, least),
+        power.max(),
+        square[power > least].max(),
+    )
 
 
 def test_the_sum_at_a_point_is_that_of_all_waves():
@@ -236,13 +247,18 @@ def test_columns_go_to_lines_and_back():
 
 def test_power_is_gathered_from_four_modes_each():
     rng = np.random.default_rng(5)
-    amplitude, slot = rng.normal(size=(6, 4)) + 1j * rng.normal(size=(6, 4)), rng.integers(0, 3, (4, 4))
+    amplitude, slot = (
+        rng.normal(size=(6, 4)) + 1j * rng.normal(size=(6, 4)),
+        rng.integers(0, 3, (4, 4)),
+    )
     quarter, sums = np.zeros((4, 4)), np.ones(5)
     gathering.gather_power(amplitude, np.array([1.0, 2.0, 2.0, 1.0]), slot, quarter, sums)
     power = np.abs(amplitude) ** 2
     power[1:3] += power[:3:-1]
     np.testing.assert_allclose(quarter, power[:4] * [1.0, 2.0, 2.0, 1.0], rtol=1e-14)
-    np.testing.assert_allclose(sums, 1.0 + np.bincount(slot.ravel(), quarter.ravel(), minlength=5), rtol=1e-14)
+    np.testing.assert_allclose(
+        sums, 1.0 + np.bincount(slot.ravel(), quarter.ravel(), minlength=5), rtol=1e-14
+    )
 
 
 def test_moments_of_columns_are_sums_of_powers():
@@ -255,7 +271,9 @@ def test_moments_of_columns_are_sums_of_powers():
         np.testing.assert_allclose(row, 1.0 + (table * offset**k).sum(axis=0), rtol=1e-14)
 
 
-def test_where_compiled_code_cannot_be_kept_kernels_are_compiled_all_the_same_and_that_is_said(monkeypatch):
+def test_where_compiled_code_cannot_be_kept_kernels_are_compiled_all_the_same_and_that_is_said(
+    monkeypatch,
+):
     # on a compute node that may write neither beside the package nor at home
     genuine = _kernels.njit
 

@@ -7,7 +7,13 @@ import pytest
 import scipy
 
 import roughsim as rs
-from roughsim.observables.distribution import BIN_AREAS, LEVELS, binned, two_pressures, weighted_quantiles
+from roughsim.observables.distribution import (
+    BIN_AREAS,
+    LEVELS,
+    binned,
+    two_pressures,
+    weighted_quantiles,
+)
 from roughsim.observables.temperatures import Slide, temperature_distribution
 
 P = np.array([*LEVELS.values()])
@@ -41,7 +47,9 @@ def test_quantiles_of_a_resting_hertz_contact_are_closed(weight):
 @pytest.mark.parametrize("points", [40, 400])
 def test_bins_of_a_hertz_contact_are_uniform_in_temperature(points):
     bins = binned(*sorted_contact(*hertz(points, 1.0)))
-    middle = np.cumsum(BIN_AREAS) - 0.5 * BIN_AREAS  # of a uniform distribution the mean of a bin is at its middle
+    middle = (
+        np.cumsum(BIN_AREAS) - 0.5 * BIN_AREAS
+    )  # of a uniform distribution the mean of a bin is at its middle
     np.testing.assert_allclose(bins.temperature, 0.5 * (1.0 + middle), atol=1.5 / points)
     # pressure √(2T − 1): σ̄ of a bin from a to b of T/T₁ is ∫√(2T − 1)dT/(b − a)
     edges = np.concatenate([[0.0], np.cumsum(BIN_AREAS)])
@@ -66,7 +74,9 @@ def test_the_hottest_bins_lie_within_the_hottest_pixel_of_a_small_contact():
     rng = np.random.default_rng(11)
     temperature = np.sort(rng.random(100))
     hottest = np.cumsum(BIN_AREAS[::-1])[::-1] <= 0.01  # within the last of a hundred
-    np.testing.assert_allclose(binned(temperature, np.ones(100)).temperature[hottest], temperature[-1], rtol=1e-9)
+    np.testing.assert_allclose(
+        binned(temperature, np.ones(100)).temperature[hottest], temperature[-1], rtol=1e-9
+    )
     assert hottest.sum() > 15
 
 
@@ -88,10 +98,16 @@ def test_the_mean_of_an_exponential_over_normal_temperature_and_pressure_is_clos
     order = np.argsort(temperature)
     bins = binned(temperature[order], pressure[order])
     for a, b in ((3.0, 0.03), (-4.0, 0.02), (0.0, 0.05), (5.0, 0.0)):
-        found = sum(share * np.exp(a * value + b * bins.temperature) for value, share in two_pressures(bins))
-        exact = np.exp(a * mean + 0.5 * (a**2 * s**2 + 2 * a * b * correlation * s * t + b**2 * t**2))
+        found = sum(
+            share * np.exp(a * value + b * bins.temperature) for value, share in two_pressures(bins)
+        )
+        exact = np.exp(
+            a * mean + 0.5 * (a**2 * s**2 + 2 * a * b * correlation * s * t + b**2 * t**2)
+        )
         spread = np.sqrt(np.exp(a**2 * s**2 + 2 * a * b * correlation * s * t + b**2 * t**2) - 1.0)
-        assert BIN_AREAS @ found == pytest.approx(exact, rel=4 * spread / np.sqrt(z.size) + 3e-3)  # width of the bins
+        assert BIN_AREAS @ found == pytest.approx(
+            exact, rel=4 * spread / np.sqrt(z.size) + 3e-3
+        )  # width of the bins
 
 
 STEEL = {"conductivity": 30.0, "diffusivity": 7.6e-6}
@@ -103,7 +119,9 @@ def flash_of_field(pressure, grid, heat, slide=FROM_REST, skin=None):
     found = []
     for speed in heat.speeds:
         flux = heat.friction_coefficient * speed * pressure
-        field = rs.sliding_temperature(flux, grid, speed=speed, **STEEL, skin=skin, **slide._asdict())
+        field = rs.sliding_temperature(
+            flux, grid, speed=speed, **STEEL, skin=skin, **slide._asdict()
+        )
         found.append(np.sum(field * pressure) / pressure.sum())
     return np.array(found)
 
@@ -136,21 +154,35 @@ def test_temperatures_are_in_proportion_to_their_heat_weighted_mean():
     found = temperature_distribution(pressure, grid, heat, flashes, Slide(0.3, 1e-4))
     for k, (speed, flash) in enumerate(zip([0.5, 20.0], flashes, strict=True)):
         field = rs.sliding_temperature(
-            pressure, grid, speed=speed, conductivity=1.0, diffusivity=7.6e-6, direction=0.3, slid_distance=1e-4
+            pressure,
+            grid,
+            speed=speed,
+            conductivity=1.0,
+            diffusivity=7.6e-6,
+            direction=0.3,
+            slid_distance=1e-4,
         )
         values, weights = sorted_contact(field, pressure)
         scaled = values * flash * weights.sum() / (values @ weights)
-        np.testing.assert_allclose(found.by_heat[k], weighted_quantiles(scaled, weights, P), rtol=1e-4)
-        np.testing.assert_allclose(found.by_area[k], np.quantile(scaled, P, method="hazen"), rtol=1e-4)
+        np.testing.assert_allclose(
+            found.by_heat[k], weighted_quantiles(scaled, weights, P), rtol=1e-4
+        )
+        np.testing.assert_allclose(
+            found.by_area[k], np.quantile(scaled, P, method="hazen"), rtol=1e-4
+        )
         assert BIN_AREAS @ found.bins.temperature[k] == pytest.approx(scaled.mean(), rel=1e-4)
 
 
 def rough_contact(points):
     grid = rs.Grid((points, points), (1e-3, 1e-3))
-    spectrum = rs.SelfAffineSpectrum.from_rms_slope(0.2, hurst=0.8, q_min=2.5e4, q_max=np.pi * points / 2e-3)
+    spectrum = rs.SelfAffineSpectrum.from_rms_slope(
+        0.2, hurst=0.8, q_min=2.5e4, q_max=np.pi * points / 2e-3
+    )
     heights = rs.synthesize(spectrum, grid, np.random.default_rng(8))
     solid = rs.Solid(110e9, 3e9)
-    return rs.solve_contact(heights, grid, solid, nominal_pressure=3e8, tolerance=1e-4).pressure, grid
+    return rs.solve_contact(
+        heights, grid, solid, nominal_pressure=3e8, tolerance=1e-4
+    ).pressure, grid
 
 
 def test_single_precision_errs_by_less_than_a_hundred_thousandth_of_the_flash_temperature():
@@ -160,13 +192,17 @@ def test_single_precision_errs_by_less_than_a_hundred_thousandth_of_the_flash_te
     flashes = flash_of_field(pressure, grid, heat, skin=skin)
     found = temperature_distribution(pressure, grid, heat, flashes, Slide())
     for k, speed in enumerate(speeds):
-        field = rs.sliding_temperature(pressure, grid, speed=speed, conductivity=30.0, diffusivity=7.6e-6, skin=skin)
+        field = rs.sliding_temperature(
+            pressure, grid, speed=speed, conductivity=30.0, diffusivity=7.6e-6, skin=skin
+        )
         values, weights = sorted_contact(field, pressure)
         values *= weights.sum() / (values @ weights)
         shares = (np.cumsum(weights) - 0.5 * weights) / weights.sum()
         by_heat, by_area = found.by_heat[k] / flashes[k], found.by_area[k] / flashes[k]
         np.testing.assert_allclose(by_heat, np.interp(P, shares, values), rtol=0.0, atol=1e-5)
-        np.testing.assert_allclose(by_area, np.quantile(values, P, method="hazen"), rtol=0.0, atol=1e-5)
+        np.testing.assert_allclose(
+            by_area, np.quantile(values, P, method="hazen"), rtol=0.0, atol=1e-5
+        )
 
 
 def test_fields_of_many_points_are_those_of_each_speed_alone():
@@ -183,31 +219,43 @@ def test_fields_of_many_points_are_those_of_each_speed_alone():
     together = distribution(speeds)
     assert np.isfinite(together).all()
     for _ in range(2):  # computed, and kept
-        np.testing.assert_array_equal(np.concatenate([distribution([speed]) for speed in speeds]), together)
+        np.testing.assert_array_equal(
+            np.concatenate([distribution([speed]) for speed in speeds]), together
+        )
 
 
 def test_full_contact_has_normal_temperatures():
     # T is a sum of many waves; weighted by heat 1 + cz the quantile z has Φ(z) − cφ(z) = p
     grid = rs.Grid((256, 256), (1.0, 1.0))
-    spectrum = rs.SelfAffineSpectrum.from_rms_slope(0.05, hurst=0.3, q_min=12 * np.pi, q_max=120 * np.pi)
+    spectrum = rs.SelfAffineSpectrum.from_rms_slope(
+        0.05, hurst=0.3, q_min=12 * np.pi, q_max=120 * np.pi
+    )
     heights = rs.synthesize(spectrum, grid, np.random.default_rng(4))
     contact = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.2, tolerance=1e-8)
     assert contact.contact_fraction == 1.0
     found = resting(contact.pressure, grid)
-    field = rs.sliding_temperature(contact.pressure, grid, speed=0.0, conductivity=1.0, diffusivity=1.0)
+    field = rs.sliding_temperature(
+        contact.pressure, grid, speed=0.0, conductivity=1.0, diffusivity=1.0
+    )
     covariance = float(np.mean(field * contact.pressure)) / 0.2  # T_flash
     deviation = float(field.std())
     c = covariance / deviation
     normal = scipy.stats.norm
-    exact = [scipy.optimize.brentq(lambda z, p=p: normal.cdf(z) - c * normal.pdf(z) - p, -5.0, 5.0) for p in P]
-    errors = np.array([0.12] * 6 + [0.3])  # of ten thousand spots; one in a thousand is hotter than the last
+    exact = [
+        scipy.optimize.brentq(lambda z, p=p: normal.cdf(z) - c * normal.pdf(z) - p, -5.0, 5.0)
+        for p in P
+    ]
+    errors = np.array(
+        [0.12] * 6 + [0.3]
+    )  # of ten thousand spots; one in a thousand is hotter than the last
     assert np.all(np.abs(found.by_heat[0] * c - exact) < errors)
     assert np.all(np.abs(found.by_area[0] * c - normal.ppf(P)) < errors)
     assert np.abs(found.by_heat[0] - found.by_area[0]).min() * c > 0.5 * c
 
 
 @pytest.mark.parametrize(
-    ("factor", "known"), [(1.0, True), (0.65, True), (1.6, True), (0.55, False), (1.7, False), (-1.0, False)]
+    ("factor", "known"),
+    [(1.0, True), (0.65, True), (1.6, True), (0.55, False), (1.7, False), (-1.0, False)],
 )
 def test_a_field_of_another_flash_temperature_is_unknown(factor, known):
     pressure, grid = rough_contact(64)
@@ -218,7 +266,12 @@ def test_a_field_of_another_flash_temperature_is_unknown(factor, known):
     for mu, speed, kappa in zip(friction, speeds, conductivity, strict=True):
         flux = 0.8 * mu * speed * pressure
         field = rs.sliding_temperature(
-            flux, grid, speed=speed, conductivity=kappa, diffusivity=7.6e-6, direction=slide.direction
+            flux,
+            grid,
+            speed=speed,
+            conductivity=kappa,
+            diffusivity=7.6e-6,
+            direction=slide.direction,
         )
         flashes.append(np.sum(field * pressure) / pressure.sum())
     heat = rs.HeatSource(speeds, friction_coefficient=friction, conductivity=conductivity, **source)

@@ -18,17 +18,25 @@ def steady(pressure, speed, direction=0.0, **layers):
     body = {name: BODY[name] for name in ("conductivity", "diffusivity")}
     flux = 0.11 * abs(speed) * pressure
     with pytest.warns(RuntimeWarning, match="hot track"):
-        return sliding_temperature(flux, GRID, speed=speed, direction=direction, slid_distance=np.inf, **body, **layers)
+        return sliding_temperature(
+            flux, GRID, speed=speed, direction=direction, slid_distance=np.inf, **body, **layers
+        )
 
 
 @pytest.mark.parametrize("layers", LAYERS)
 def test_one_wave_has_the_mean_of_its_directions(layers):
     x, _ = points(GRID)
     q = 3 * 2 * pi / 4e-5
-    seen = measure(Pressed(9e7 + 4e7 * np.cos(q * x)), GRID, HeatSource([2.0, -2.0], **BODY, **layers))
+    seen = measure(
+        Pressed(9e7 + 4e7 * np.cos(q * x)), GRID, HeatSource([2.0, -2.0], **BODY, **layers)
+    )
     angles = (np.arange(90) + 0.5) * pi / 90
     along = [
-        measure(Pressed(9e7 + 4e7 * np.cos(q * x)), GRID, HeatSource([2.0], direction=a, **BODY, **layers))
+        measure(
+            Pressed(9e7 + 4e7 * np.cos(q * x)),
+            GRID,
+            HeatSource([2.0], direction=a, **BODY, **layers),
+        )
         for a in angles
     ]
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
@@ -42,7 +50,9 @@ def test_one_direction_has_the_products_of_its_field(layers):
     source = HeatSource([2.0], direction=0.7, **BODY, **layers)
     field = steady(pressure, 2.0, 0.7, **layers)
     product = np.mean(field * pressure) / pressure.mean()
-    assert measure(Pressed(pressure), GRID, source).flash_temperature[0] == pytest.approx(product, rel=1e-12)
+    assert measure(Pressed(pressure), GRID, source).flash_temperature[0] == pytest.approx(
+        product, rel=1e-12
+    )
     young = flash_temperature_along(pressure, GRID, source, 0.7, slid_distance=1.0)
     assert young == pytest.approx(product, rel=1e-9)
 
@@ -51,19 +61,35 @@ def test_one_direction_has_the_products_of_its_field(layers):
 def test_layers_are_of_each_body_of_a_table(layers):
     # κ and D of two speeds: as two sources
     pressure = Pressed(patches(GRID) * 1e9)
-    bodies = {"friction_coefficient": 0.11, "conductivity": [30.0, 46.0], "diffusivity": [7.6e-6, 1.2e-5]}
+    bodies = {
+        "friction_coefficient": 0.11,
+        "conductivity": [30.0, 46.0],
+        "diffusivity": [7.6e-6, 1.2e-5],
+    }
     both = measure(pressure, GRID, HeatSource([1.0, 5.0], **bodies, **layers)).flash_temperature
     for k, speed in enumerate((1.0, 5.0)):
-        one = {name: np.atleast_1d(value)[k if np.ndim(value) else 0] for name, value in bodies.items()}
+        one = {
+            name: np.atleast_1d(value)[k if np.ndim(value) else 0] for name, value in bodies.items()
+        }
         alone = measure(pressure, GRID, HeatSource([speed], **one, **layers)).flash_temperature[0]
         assert both[k] == pytest.approx(alone, rel=1e-14)
 
 
 def test_a_skin_of_the_same_material_changes_no_moment():
-    pressure, skin = Pressed(patches(GRID) * 1e9), Skin(1e-6, BODY["conductivity"], BODY["diffusivity"])
+    pressure, skin = (
+        Pressed(patches(GRID) * 1e9),
+        Skin(1e-6, BODY["conductivity"], BODY["diffusivity"]),
+    )
     speeds = [0.0, 1e-3, 35.0]
-    layered, bare = (measure(pressure, GRID, HeatSource(speeds, **BODY, skin=layer)) for layer in (skin, None))
-    for name in ("flash_temperature", "flash_gradient", "flash_laplacian", "resting_flash_temperature"):
+    layered, bare = (
+        measure(pressure, GRID, HeatSource(speeds, **BODY, skin=layer)) for layer in (skin, None)
+    )
+    for name in (
+        "flash_temperature",
+        "flash_gradient",
+        "flash_laplacian",
+        "resting_flash_temperature",
+    ):
         np.testing.assert_allclose(getattr(layered, name), getattr(bare, name), rtol=1e-11)
 
 

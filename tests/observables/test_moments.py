@@ -18,7 +18,9 @@ from roughsim import Grid, HeatSource, corrected_fractions, fourier, measure, sl
 from roughsim.observables import moments
 
 
-@pytest.mark.parametrize("case", [c for c in ANGULAR if c["a"] > 0], ids=lambda case: f"a = {case['a']:g}")
+@pytest.mark.parametrize(
+    "case", [c for c in ANGULAR if c["a"] > 0], ids=lambda case: f"a = {case['a']:g}"
+)
 @pytest.mark.parametrize("shape", [(32, 32), (33, 7)])
 def test_one_wave_of_pressure_has_its_moments_in_closed_form(case, shape):
     grid, load, swing = Grid(shape, (2e-3, 1e-3)), 9e7, 4e7
@@ -26,7 +28,9 @@ def test_one_wave_of_pressure_has_its_moments_in_closed_form(case, shape):
     q = 3 * 2 * pi / 2e-3
     speed = case["a"] * BODY["diffusivity"] * q
     seen = measure(
-        Pressed(load + swing * np.cos(q * x + 0.3)), grid, HeatSource([speed, -speed], heat_partition=0.5, **BODY)
+        Pressed(load + swing * np.cos(q * x + 0.3)),
+        grid,
+        HeatSource([speed, -speed], heat_partition=0.5, **BODY),
     )
     heat = 0.5 * 0.11 * speed / 30.0 * swing**2 / 2 / load
     assert seen.nominal_pressure == pytest.approx(load, rel=1e-14)
@@ -50,7 +54,11 @@ def test_one_wave_slid_over_in_one_direction(speed, direction):
     if direction == pi / 2:
         along = qy * np.sign(speed)
     response = 1 / cmath.sqrt(q**2 - 1j * abs(speed) * along)
-    seen = measure(Pressed(2.0 + np.cos(qx * x + qy * y)), grid, HeatSource([speed], direction=direction, **UNIT))
+    seen = measure(
+        Pressed(2.0 + np.cos(qx * x + qy * y)),
+        grid,
+        HeatSource([speed], direction=direction, **UNIT),
+    )
     heat = abs(speed) * 0.5 / 2.0
     assert seen.flash_temperature[0] == pytest.approx(heat * response.real, rel=1e-12)
     assert seen.flash_gradient[0] == pytest.approx(heat * (1j * along * response).real, rel=1e-12)
@@ -70,18 +78,28 @@ def test_moments_of_one_direction_are_products_in_real_space(grid, direction, sp
         warnings.filterwarnings("ignore", message=r"v L/\(2πD\)")
         heat = abs(speed) * 0.4 * pressure
         sense = {"direction": direction, "slid_distance": inf}
-        field = sliding_temperature(heat, grid, speed=speed, conductivity=3.0, diffusivity=2.0, **sense)
+        field = sliding_temperature(
+            heat, grid, speed=speed, conductivity=3.0, diffusivity=2.0, **sense
+        )
     qx, qy, _ = plane(pressure, grid)
     wave = np.fft.fft2(field)
     laplacian = np.fft.ifft2(-(qx**2 + qy**2) * wave).real
     for axis, q in enumerate((qx, qy)):
         if grid.shape[axis] % 2 == 0:
             np.moveaxis(q, axis, 0)[grid.shape[axis] // 2] = 0.0
-    slope = np.fft.ifft2(1j * (qx * np.cos(direction) + qy * np.sin(direction)) * wave).real * np.sign(speed)
+    slope = np.fft.ifft2(
+        1j * (qx * np.cos(direction) + qy * np.sin(direction)) * wave
+    ).real * np.sign(speed)
     seen = measure(
         Pressed(pressure),
         grid,
-        HeatSource([speed], friction_coefficient=0.4, conductivity=3.0, diffusivity=2.0, direction=direction),
+        HeatSource(
+            [speed],
+            friction_coefficient=0.4,
+            conductivity=3.0,
+            diffusivity=2.0,
+            direction=direction,
+        ),
     )
     for actual, product in (
         (seen.flash_temperature, field),
@@ -96,7 +114,10 @@ def test_the_closed_mean_is_the_mean_over_many_directions(grid):
     # periodic in the angle: the mean of 600 equal steps converges geometrically
     contact, speeds = Pressed(patches(grid)), [1.0, 30.0]
     mean = measure(contact, grid, HeatSource(speeds, **UNIT))
-    turns = [measure(contact, grid, HeatSource(speeds, direction=2 * pi * k / 600, **UNIT)) for k in range(600)]
+    turns = [
+        measure(contact, grid, HeatSource(speeds, direction=2 * pi * k / 600, **UNIT))
+        for k in range(600)
+    ]
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
         average = np.mean([getattr(turn, name) for turn in turns], axis=0)
         np.testing.assert_allclose(getattr(mean, name), average, rtol=1e-12)
@@ -132,7 +153,13 @@ def test_the_compact_spectrum_sums_every_moment_exactly(grid):
         m = a**2 / (2 * root**2 * (1 + root**2))
         even = 2 / pi * ellipk(m) / root
         odd = -2 / pi * root * m * (ellipk(m) - elliprd(0, 1 - m, 1) / 3) * 2 / a
-        exact = np.array([np.sum(variance * even / q), np.sum(variance * kept * odd), -np.sum(variance * even * q)])
+        exact = np.array(
+            [
+                np.sum(variance * even / q),
+                np.sum(variance * kept * odd),
+                -np.sum(variance * even * q),
+            ]
+        )
         exact *= speed / pressure.mean()
         actual = [seen.flash_temperature[i], seen.flash_gradient[i], seen.flash_laplacian[i]]
         np.testing.assert_allclose(actual, exact, rtol=1e-13)
@@ -156,7 +183,11 @@ def test_a_measurement_does_not_depend_on_those_before_it():
     # what depends on cell and speeds alone is remembered: each of these would be wrong with that of another
     fast, slow = HeatSource([3.0, 10.0], **UNIT), HeatSource([0.1, 0.3], **UNIT)
     phi = np.linspace(0.0, 2 * pi, 400, endpoint=False)
-    for grid in (Grid((16, 16), (1.0, 1.0)), Grid((16, 16), (2.0, 2.0)), Grid((16, 15), (1.0, 1.0))):
+    for grid in (
+        Grid((16, 16), (1.0, 1.0)),
+        Grid((16, 16), (2.0, 2.0)),
+        Grid((16, 15), (1.0, 1.0)),
+    ):
         pressure = patches(grid)
         qx, qy, variance = plane(pressure, grid)
         q, variance = np.hypot(qx, qy).ravel()[1:], variance.ravel()[1:]
@@ -164,7 +195,9 @@ def test_a_measurement_does_not_depend_on_those_before_it():
             seen = measure(Pressed(pressure), grid, sliding)
             for speed, value in zip(sliding.speeds, seen.flash_temperature, strict=True):
                 even = np.mean(((1 - 1j * speed / q[:, None] * np.cos(phi)) ** -0.5).real, axis=1)
-                assert value == pytest.approx(speed / pressure.mean() * np.sum(variance / q * even), rel=1e-12)
+                assert value == pytest.approx(
+                    speed / pressure.mean() * np.sum(variance / q * even), rel=1e-12
+                )
 
 
 # limits in the speed
@@ -174,7 +207,8 @@ def test_at_rest_there_is_no_heat_but_the_ratios_have_their_limits():
     grid = Grid((24, 24), (1.0, 1.0))
     for direction in (None, 0.4):
         rest, slow = (
-            measure(Pressed(patches(grid)), grid, HeatSource([v], direction=direction, **UNIT)) for v in (0.0, 1e-6)
+            measure(Pressed(patches(grid)), grid, HeatSource([v], direction=direction, **UNIT))
+            for v in (0.0, 1e-6)
         )
         assert rest.flash_temperature[0] == rest.flash_gradient[0] == rest.flash_laplacian[0] == 0.0
         assert rest.resting_flash_temperature[0] == 0.0
@@ -225,10 +259,21 @@ def test_uniform_pressure_makes_no_flash_temperature():
     for shape, length in (((15, 11), 1.0), ((1, 1), 1.0), ((1, 1), 0.7), ((1, 1), 3e-3)):
         grid = Grid(shape, (length, length))
         for direction in (None, 1.0):
-            seen = measure(Pressed(np.full(shape, 0.1)), grid, HeatSource([35.0], direction=direction, **UNIT))
-            assert seen.flash_temperature[0] == seen.flash_laplacian[0] == seen.pressure_variance == 0.0
+            seen = measure(
+                Pressed(np.full(shape, 0.1)), grid, HeatSource([35.0], direction=direction, **UNIT)
+            )
+            assert (
+                seen.flash_temperature[0]
+                == seen.flash_laplacian[0]
+                == seen.pressure_variance
+                == 0.0
+            )
             assert np.isnan(
-                [seen.flash_width[0], seen.slope_length[0], seen.stress_spectrum.correlation_radius(0.1)]
+                [
+                    seen.flash_width[0],
+                    seen.slope_length[0],
+                    seen.stress_spectrum.correlation_radius(0.1),
+                ]
             ).all()
 
 
@@ -256,7 +301,9 @@ def test_sums_in_pieces_are_those_in_one(monkeypatch):
     pieces = measure(Pressed(patches(grid)), grid, sliding)
     assert whole.stress_spectrum.variance.size % 5
     for name in ("temperature", "gradient", "laplacian"):
-        np.testing.assert_allclose(getattr(pieces, f"flash_{name}"), getattr(whole, f"flash_{name}"), rtol=1e-13)
+        np.testing.assert_allclose(
+            getattr(pieces, f"flash_{name}"), getattr(whole, f"flash_{name}"), rtol=1e-13
+        )
 
 
 def test_the_bits_of_moments_do_not_depend_on_the_threads_of_the_blas():

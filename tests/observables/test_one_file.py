@@ -71,10 +71,14 @@ def results(tmp_path_factory):
         (home / name).write_text(text)
     (home / "own.toml").write_text(SCENE)
     pressed = {"2e-22": "2e-26", "= 12": "= 2", "1e-3": "1e-9"}
-    (home / "pressed.toml").write_text(re.sub("|".join(pressed), lambda found: pressed[found[0]], SCENE))
+    (home / "pressed.toml").write_text(
+        re.sub("|".join(pressed), lambda found: pressed[found[0]], SCENE)
+    )
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(home), str(ROOT)])}
     words = [sys.executable, "-c", SCRIPT]
-    done = subprocess.run(words, cwd=home, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        words, cwd=home, env=environment, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout.splitlines()[-1])
     assert Path(found["home"]).parent == ROOT / "roughsim"
@@ -90,7 +94,9 @@ def of_length(rows):
 def test_the_page_shows_one_file_and_one_entry_point_for_each():
     assert [*FILES] == ["bump.py", "gradient.py", "stress_length.py"]
     assert [*ENTRY_POINTS] == ["roughsim.spectra", "roughsim.solvers", "roughsim.observables"]
-    shown = re.findall(r"literalinclude} \.\./examples/(\S+)", (ROOT / "docs" / "how-to" / "extend.md").read_text())
+    shown = re.findall(
+        r"literalinclude} \.\./examples/(\S+)", (ROOT / "docs" / "how-to" / "extend.md").read_text()
+    )
     assert sorted(shown) == sorted([*FILES, "own.toml", "pyproject.toml"])
 
 
@@ -98,18 +104,30 @@ def test_an_observable_from_outside_may_not_take_the_name_of_another(install):
     def outside(name):
         module = f"records_of_{name}"
         source = f'from roughsim.observables.record import Observable\nRECORDS = (Observable("{name}", "m"),)\n'
-        install("others", entry_points={"roughsim.observables": {"own": f"{module}:RECORDS"}}, modules={module: source})
+        install(
+            "others",
+            entry_points={"roughsim.observables": {"own": f"{module}:RECORDS"}},
+            modules={module: source},
+        )
         return runpy.run_path(catalogue.__file__)
 
     assert [*outside("own")["OBSERVABLES"]] == [*catalogue.OBSERVABLES, "own"]
-    with pytest.raises(ValueError, match="'flash_width' is defined twice; rename the one of your package"):
+    with pytest.raises(
+        ValueError, match="'flash_width' is defined twice; rename the one of your package"
+    ):
         outside("flash_width")
 
 
 @pytest.mark.slow
 def test_a_new_spectrum_is_named_in_a_scene_with_its_own_keys(results):
     given = results["identity"]["surface.spectrum"]
-    assert given == {"name": "bump", "psd_at_q_min": 2e-22, "q_min": 6.2e3, "q_bump": 3e4, "q_max": 6e4}
+    assert given == {
+        "name": "bump",
+        "psd_at_q_min": 2e-22,
+        "q_min": 6.2e3,
+        "q_bump": 3e4,
+        "q_max": 6e4,
+    }
 
 
 @pytest.mark.slow
@@ -142,5 +160,9 @@ def test_a_new_observable_is_in_estimates_comparisons_tables_reports_and_files(r
 def test_in_full_contact_the_theory_of_a_new_observable_is_exact(results):
     pressed, rough = of_length(results["full"]), of_length(results["rows"])
     assert pressed["elastic_over_theory"]["value"] == pytest.approx(1.0, rel=1e-6)
-    assert pressed["theory_same_modes"] == pytest.approx(pressed["theory"], rel=0.1)  # two longest waves a side
-    assert 0.5 < rough["elastic_over_theory"]["value"] < 1.0  # partial contact has edges: shorter waves
+    assert pressed["theory_same_modes"] == pytest.approx(
+        pressed["theory"], rel=0.1
+    )  # two longest waves a side
+    assert (
+        0.5 < rough["elastic_over_theory"]["value"] < 1.0
+    )  # partial contact has edges: shorter waves

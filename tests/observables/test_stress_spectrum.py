@@ -29,7 +29,9 @@ def test_the_stress_correlation_is_the_mode_sum_to_the_corner_of_the_cell(grid):
     qx, qy, variance = plane(pressure, grid)
     distance = np.linspace(0.0, 0.5 * np.hypot(*grid.lengths), 23)
     direct = [np.sum(variance * j0(np.hypot(qx, qy) * r)) for r in distance]
-    np.testing.assert_allclose(seen.pressure_correlation(distance), direct, rtol=0, atol=1e-13 * direct[0])
+    np.testing.assert_allclose(
+        seen.pressure_correlation(distance), direct, rtol=0, atol=1e-13 * direct[0]
+    )
     assert seen.pressure_variance == pytest.approx(pressure.var(), rel=1e-13)  # Parseval
 
 
@@ -40,20 +42,27 @@ def test_the_correlation_of_a_single_wave_is_a_bessel_function(order):
     seen = measure(Pressed(1 + np.cos(2 * pi * (order * x + y))), grid, HeatSource([1.0], **UNIT))
     q = 2 * pi * sqrt(order**2 + 1)
     distance = np.linspace(0.0, sqrt(0.5), 101)
-    np.testing.assert_allclose(seen.pressure_correlation(distance), 0.5 * j0(q * distance), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(
+        seen.pressure_correlation(distance), 0.5 * j0(q * distance), rtol=0, atol=1e-14
+    )
 
 
 def test_spectra_of_one_grid_may_be_averaged():
     grid = Grid((128, 128), (1.0, 1.0))
     spectra = [
-        measure(Pressed(patches(grid, seed)), grid, HeatSource([1.0], **UNIT)).stress_spectrum for seed in (1, 2)
+        measure(Pressed(patches(grid, seed)), grid, HeatSource([1.0], **UNIT)).stress_spectrum
+        for seed in (1, 2)
     ]
     np.testing.assert_array_equal(spectra[0].wavenumber, spectra[1].wavenumber)
     assert (np.diff(spectra[0].wavenumber) > 0).all()
     assert spectra[0].wavenumber.size < 700  # of 8 000 modes
-    mean = StressSpectrum(spectra[0].wavenumber, (spectra[0].variance + spectra[1].variance) / 2, spectra[0].reach)
+    mean = StressSpectrum(
+        spectra[0].wavenumber, (spectra[0].variance + spectra[1].variance) / 2, spectra[0].reach
+    )
     both = [spectrum.pressure_correlation([0.01, 0.3]) for spectrum in spectra]
-    np.testing.assert_allclose(mean.pressure_correlation([0.01, 0.3]), (both[0] + both[1]) / 2, rtol=1e-12)
+    np.testing.assert_allclose(
+        mean.pressure_correlation([0.01, 0.3]), (both[0] + both[1]) / 2, rtol=1e-12
+    )
 
 
 def test_a_long_narrow_cell_keeps_its_few_modes():
@@ -79,7 +88,10 @@ def test_distances_keep_their_shape_and_end_at_half_the_diagonal():
     assert seen.pressure_correlation(0.5).shape == ()
     assert seen.pressure_correlation([[0.5, 2.5]]).shape == (1, 2)
     for wrong in (2.51, -0.1, nan):
-        with pytest.raises(ValueError, match=r"r = .* m must lie between 0 and half the diagonal of the cell, 2.5 m"):
+        with pytest.raises(
+            ValueError,
+            match=r"r = .* m must lie between 0 and half the diagonal of the cell, 2.5 m",
+        ):
             seen.pressure_correlation([0.1, wrong])
     with pytest.raises(TypeError, match="r has dtype"):
         seen.pressure_correlation("far")
@@ -89,7 +101,9 @@ def test_distances_keep_their_shape_and_end_at_half_the_diagonal():
 def test_the_radius_of_a_single_wave_inverts_the_bessel_function(fraction):
     grid = Grid((64, 64), (1e-3, 1e-3))
     q = 2 * pi * 5 / 1e-3
-    seen = measure(Pressed(1e9 * (1 + np.cos(q * points(grid)[1]))), grid, HeatSource([1.0], **BODY))
+    seen = measure(
+        Pressed(1e9 * (1 + np.cos(q * points(grid)[1]))), grid, HeatSource([1.0], **BODY)
+    )
     exact = brentq(lambda z: j0(z) - fraction, 0.0, 3.0, xtol=1e-15) / q
     assert seen.stress_spectrum.correlation_radius(fraction) == pytest.approx(exact, rel=1e-11)
 
@@ -100,7 +114,9 @@ def test_the_radius_is_the_first_crossing_even_if_the_curve_only_dips():
     x, y = points(grid)
     slow, fine = 2 * pi, 2 * pi * 100
     seen = measure(
-        Pressed(2 + sqrt(0.7) * np.cos(slow * x) + sqrt(0.3) * np.cos(fine * y)), grid, HeatSource([1.0], **UNIT)
+        Pressed(2 + sqrt(0.7) * np.cos(slow * x) + sqrt(0.3) * np.cos(fine * y)),
+        grid,
+        HeatSource([1.0], **UNIT),
     )
 
     def correlation(r):
@@ -108,13 +124,17 @@ def test_the_radius_is_the_first_crossing_even_if_the_curve_only_dips():
 
     dip = 3.8317 / fine
     for fraction in (correlation(dip) + 1e-5, correlation(dip) + 1e-9):
-        exact = brentq(lambda r, level=fraction: correlation(r) - level, 2.4048 / fine, dip, xtol=1e-16)
+        exact = brentq(
+            lambda r, level=fraction: correlation(r) - level, 2.4048 / fine, dip, xtol=1e-16
+        )
         assert seen.stress_spectrum.correlation_radius(fraction) == pytest.approx(exact, rel=1e-8)
 
 
 def test_no_fourth_derivative_of_the_bessel_function_exceeds_the_bound_of_the_steps():
     x = np.concatenate((np.linspace(0.0, 100.0, 20001), np.geomspace(100.0, 1e6, 20001)))
-    fourth = np.abs(3 * j0(x) - 4 * jv(2, x) + jv(4, x)) / 8  # J_n′ = (J_{n−1} − J_{n+1})/2, four times
+    fourth = (
+        np.abs(3 * j0(x) - 4 * jv(2, x) + jv(4, x)) / 8
+    )  # J_n′ = (J_{n−1} − J_{n+1})/2, four times
     bound = 0.375 / np.hypot(1.0, x / 6.0) ** 0.5  # 3/8 (1 + (x/6)²)^(−1/4)
     assert np.all(fourth <= bound * (1 + 1e-12))
     assert fourth[0] == bound[0] == 0.375
@@ -130,7 +150,9 @@ def test_no_crossing_is_passed_however_the_curve_ripples():
         variance = rng.random(6)
         curve = variance @ j0(np.outer(q, r)) / variance.sum()
         for fraction in (0.6, 0.3, 0.1, 0.0):
-            first = int(np.argmax(curve < fraction))  # the ripples are a hundred times wider than the steps here
+            first = int(
+                np.argmax(curve < fraction)
+            )  # the ripples are a hundred times wider than the steps here
             found = StressSpectrum(q, variance, 1.0).correlation_radius(fraction)
             assert r[first - 1] <= found <= r[first]
             places.append(found * q[-1])
@@ -138,7 +160,8 @@ def test_no_crossing_is_passed_however_the_curve_ripples():
 
 
 @pytest.mark.parametrize(
-    "terms", [(2.0, 0.0, 0.0, 3.0), (0.0, 0.0, 0.0, 5.0), (1e-9, 4.0, 1e6, 1e-12), (3e5, 0.0, 2.0, 1e-3)]
+    "terms",
+    [(2.0, 0.0, 0.0, 3.0), (0.0, 0.0, 0.0, 5.0), (1e-9, 4.0, 1e6, 1e-12), (3e5, 0.0, 2.0, 1e-3)],
 )
 def test_a_step_ends_where_its_terms_have_used_up_the_excess(terms):
     for excess in (1e-14, 1e-3, 0.5):
@@ -158,12 +181,15 @@ def test_derivatives_of_the_curve_are_those_of_the_bessel_functions(r):
 def test_the_radius_solves_its_equation_on_a_rough_field():
     grid = Grid((128, 128), (1.0, 1.0))
     smooth = np.fft.ifft2(
-        np.fft.fft2(patches(grid)) * np.exp(-10.0 * np.hypot(*np.meshgrid(*[np.fft.fftfreq(128)] * 2)))
+        np.fft.fft2(patches(grid))
+        * np.exp(-10.0 * np.hypot(*np.meshgrid(*[np.fft.fftfreq(128)] * 2)))
     )
     seen = measure(Pressed(smooth.real), grid, HeatSource([1.0], **UNIT))
     for fraction in (0.5, 0.1, 0.0):
         radius = seen.stress_spectrum.correlation_radius(fraction)
-        assert seen.pressure_correlation(radius) == pytest.approx(fraction * seen.pressure_variance, abs=1e-12)
+        assert seen.pressure_correlation(radius) == pytest.approx(
+            fraction * seen.pressure_variance, abs=1e-12
+        )
         before = seen.pressure_correlation(np.linspace(0.0, radius * (1 - 1e-9), 300))
         assert (before > fraction * seen.pressure_variance).all()
 
@@ -185,7 +211,9 @@ def test_a_spectrum_gathered_for_short_distances_gives_the_same_curve_there():
     assert np.all(np.diff(near.wavenumber) > 0.0)
     r = np.linspace(0.0, 2e-4, 30)
     direct = [float((spectrum.variance * j0(q * x)).sum()) for x in r]
-    np.testing.assert_allclose(near.pressure_correlation(r), direct, atol=1e-13 * direct[0], rtol=0.0)
+    np.testing.assert_allclose(
+        near.pressure_correlation(r), direct, atol=1e-13 * direct[0], rtol=0.0
+    )
     # the bound of the curvature is the same
     assert near.variance @ near.wavenumber**2 == pytest.approx(spectrum.variance @ q**2, rel=1e-12)
     assert spectrum.gathered(2e-3) is spectrum
@@ -195,4 +223,6 @@ def test_a_spectrum_gathered_for_short_distances_gives_the_same_curve_there():
 def test_a_radius_is_found_near_and_far(place):
     q = np.concatenate(([2.404825557695773 / (place * 1e-3)], np.linspace(1e5, 2e5, 400)))
     variance = np.concatenate(([1.0], np.full(400, 1e-9)))
-    assert StressSpectrum(q, variance, 1e-3).correlation_radius(0.0) == pytest.approx(place * 1e-3, rel=1e-5)
+    assert StressSpectrum(q, variance, 1e-3).correlation_radius(0.0) == pytest.approx(
+        place * 1e-3, rel=1e-5
+    )

@@ -10,7 +10,13 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.estimate.cell_size import first_within, size_error
 
-STEEL = {"youngs_modulus": 2e11, "poisson_ratio": 0.3, "conductivity": 30.0, "density": 7900, "heat_capacity": 500}
+STEEL = {
+    "youngs_modulus": 2e11,
+    "poisson_ratio": 0.3,
+    "conductivity": 30.0,
+    "density": 7900,
+    "heat_capacity": 500,
+}
 Q_MIN, SLOPE = 6350.0, 0.1
 TARGETS = [0.05, 0.02, 0.01, 0.007, 0.005, 0.0035, 0.002]
 SCENES = {  # H, q_max/q_min, σ₀/(E* rms slope), q_roll_off/q_min
@@ -28,7 +34,11 @@ def elastic(hurst, band, load, roll_off):
     if roll_off > 1:
         face |= {"q_roll_off": roll_off * Q_MIN, "roll_off_exponent": 1.5}
     pressure = load * SLOPE * 2e11 / (1 - 0.3**2)
-    sliding = {"friction_coefficient": 0.1, "speed": [0.0, 0.1, 3.0, 100.0], "nominal_pressure": pressure}
+    sliding = {
+        "friction_coefficient": 0.1,
+        "speed": [0.0, 0.1, 3.0, 100.0],
+        "nominal_pressure": pressure,
+    }
     return rs.load_scene({"surface": face, "body": STEEL, "sliding": sliding})
 
 
@@ -40,7 +50,9 @@ def scene(request):
 def expected(scene, lengths, parts, top):
     """Return the error by size, and 0.3 of what the theory adds beyond the cut-off `top`, rad/m."""
     moving = np.array(scene.speeds) > 0.0
-    below, whole = (prediction.predictions(scene, q)["flash_temperature"][moving] for q in (top, inf))
+    below, whole = (
+        prediction.predictions(scene, q)["flash_temperature"][moving] for q in (top, inf)
+    )
     return hypot(size_error(scene, lengths, parts=parts), 0.3 * np.max(1 - below / whole))
 
 
@@ -51,14 +63,18 @@ def of_plan(scene, target):
 
 def of_grid(scene, waves, parts):
     """Return the same of a cell with so many longest waves per side, and a grid of 4096² points in a part of it."""
-    top = min(4096 * parts / 3 / waves * Q_MIN, scene.spectrum.breaks[-1])  # 3 points per shortest wave
+    top = min(
+        4096 * parts / 3 / waves * Q_MIN, scene.spectrum.breaks[-1]
+    )  # 3 points per shortest wave
     return expected(scene, (waves * 2 * pi / Q_MIN,) * 2, parts, top)
 
 
 def test_a_lower_target_leaves_no_larger_error_by_size_and_cut_off(scene):
     errors = [of_plan(scene, target) for target in TARGETS]
     assert np.all(np.diff(errors) <= 1e-12)
-    for target, error in zip(TARGETS, errors, strict=True):  # half of the square, or the least in reach
+    for target, error in zip(
+        TARGETS, errors, strict=True
+    ):  # half of the square, or the least in reach
         assert error <= 0.5**0.5 * target or error == errors[-1]
 
 

@@ -57,7 +57,9 @@ def pixels(numerics, i):
 )
 def test_steel_is_followed_from_512_points_to_the_largest_grid_in_half_the_cell(name, q_yield):
     numerics = planned(rs.load_scene(name))
-    points = [cut * CELL[0] * 3 / (2 * pi) for cut in cut_offs(numerics, "capped")]  # of the whole cell
+    points = [
+        cut * CELL[0] * 3 / (2 * pi) for cut in cut_offs(numerics, "capped")
+    ]  # of the whole cell
     assert points == pytest.approx([512, 1024, 2048, 4096, 8192])
     lowest, *higher = numerics.of_column("capped")
     assert numerics.levels[lowest].cell is None
@@ -65,7 +67,9 @@ def test_steel_is_followed_from_512_points_to_the_largest_grid_in_half_the_cell(
     assert cut_offs(numerics, "smoothed", q_yield)[-1] == pytest.approx(1.5, rel=0.02)
     assert {numerics.levels[i].cell for i in numerics.of_column("smoothed")} == {None}
     # the largest grid has no room for a partner
-    assert [numerics.partner(i) is not None for i in numerics.rungs("capped")] == [k < 4 for k in range(5)]
+    assert [numerics.partner(i) is not None for i in numerics.rungs("capped")] == [
+        k < 4 for k in range(5)
+    ]
     assert all(numerics.partner(i) is not None for i in numerics.rungs("smoothed"))
 
 
@@ -113,7 +117,9 @@ def test_contact_that_yields_far_up_begins_on_a_cheap_grid(monkeypatch):
 
 
 @pytest.mark.parametrize("q_yield", [inf, 1e7])
-def test_where_no_grid_reaches_q_y_both_columns_climb_the_same_cut_offs_in_the_whole_cell(monkeypatch, q_yield):
+def test_where_no_grid_reaches_q_y_both_columns_climb_the_same_cut_offs_in_the_whole_cell(
+    monkeypatch, q_yield
+):
     numerics = planned(steel_to(4e7, q_yield, monkeypatch))
     top = 2048 * 2 * pi / (3 * CELL[0])
     assert cut_offs(numerics, "smoothed", top) == pytest.approx([1 / 4, 1 / 2, 1.0])
@@ -125,7 +131,9 @@ def test_elastic_contact_begins_coarse_and_ends_with_C_or_the_largest_grid(steel
     elastic = replace(steel, body=replace(steel.body, penetration_hardness=None))
     numerics = planned(elastic)
     parts = numerics.parts("elastic")
-    sides = [numerics.grid(i).shape[0] * numerics.levels[i].parts for i in numerics.rungs("elastic")]
+    sides = [
+        numerics.grid(i).shape[0] * numerics.levels[i].parts for i in numerics.rungs("elastic")
+    ]
     assert sides == [512 << k for k in range(len(sides))]
     assert numerics.levels[-1].shape == (4096, 4096)
     assert sides[-1] == 4096 * parts
@@ -138,14 +146,21 @@ def test_elastic_contact_begins_coarse_and_ends_with_C_or_the_largest_grid(steel
 
 def test_a_short_spectrum_is_one_cut_off_and_its_partners(steel):
     surface = replace(steel.surface, q_roll_off=2e4, q_max=5e4)
-    numerics = planned(replace(steel, body=replace(steel.body, penetration_hardness=None), surface=surface))
+    numerics = planned(
+        replace(steel, body=replace(steel.body, penetration_hardness=None), surface=surface)
+    )
     assert cut_offs(numerics, "elastic") == [5e4]
     assert len(numerics.levels) == 3
 
 
 def test_each_cut_off_has_a_partner_if_there_is_room_and_the_end_of_C_two(monkeypatch):
     # 3 pixels per wave of 4e6 rad/m are 3780 points in half the cell, 6 are too many; of 2e6 rad/m they fit
-    for end, with_partner in {4e6: [1, 1, 1, 1, 0], 2e6: [1, 1, 1, 1], 1e6: [1, 1, 2], 4.15e7: [1, 1, 1, 1, 0]}.items():
+    for end, with_partner in {
+        4e6: [1, 1, 1, 1, 0],
+        2e6: [1, 1, 1, 1],
+        1e6: [1, 1, 2],
+        4.15e7: [1, 1, 1, 1, 0],
+    }.items():
         numerics = planned(steel_to(end, 5e4, monkeypatch))
         cuts = cut_offs(numerics, "capped")
         of_column = [numerics.levels[i].q_max for i in numerics.of_column("capped")]
@@ -155,7 +170,9 @@ def test_each_cut_off_has_a_partner_if_there_is_room_and_the_end_of_C_two(monkey
 @pytest.mark.parametrize("parts", [1, 2, 4])
 def test_grids_divide_by_the_parts_and_are_not_larger_than_the_limit(monkeypatch, cell, parts):
     cell.parts = parts
-    numerics = planned(steel_to(4e9, 5.3e4, monkeypatch), (CELL[0], 0.7 * CELL[0]))  # numerics refuse what does not fit
+    numerics = planned(
+        steel_to(4e9, 5.3e4, monkeypatch), (CELL[0], 0.7 * CELL[0])
+    )  # numerics refuse what does not fit
     lowest, *higher = (numerics.levels[i] for i in numerics.of_column("capped"))
     assert lowest.parts == 1
     assert {level.parts for level in higher} == {parts}
@@ -211,7 +228,9 @@ def test_a_slide_has_256_points_but_4_q_y_where_contact_yields():
     level = slide_level(steel, planned(steel))
     assert level.q_max == 4 * prediction.yield_wavenumber(steel)
     assert 4 * 0.98 <= 2 * pi / (level.q_max * CELL[0] / level.shape[0]) < 4 * 1.34
-    high = replace(steel, body=replace(steel.body, penetration_hardness=4e9))  # 4 q_y are beyond the lowest level
+    high = replace(
+        steel, body=replace(steel.body, penetration_hardness=4e9)
+    )  # 4 q_y are beyond the lowest level
     lowest = planned(high).levels[planned(high).of_column("capped")[0]]
     level = slide_level(high, planned(high))
     assert level.shape == (512, 512)  # a slide costs the cube of its points per side
@@ -228,23 +247,34 @@ def test_a_slide_has_square_pixels_in_an_oblong_cell(sides):
 
 
 @pytest.mark.parametrize(
-    ("name", "gigabytes"), [("steel-2.0GPa", 0.05), ("steel-2.0GPa", 2.0), ("granite", 0.2), ("rubber", 0.2)]
+    ("name", "gigabytes"),
+    [("steel-2.0GPa", 0.05), ("steel-2.0GPa", 2.0), ("granite", 0.2), ("rubber", 0.2)],
 )
-def test_a_plan_has_the_levels_that_fit_into_memory_of_those_on_a_large_machine(name, gigabytes, memory):
+def test_a_plan_has_the_levels_that_fit_into_memory_of_those_on_a_large_machine(
+    name, gigabytes, memory
+):
     scene = rs.load_scene(name)
     memory(inf)
     whole = rs.plan(scene).levels
     memory(1e9 * gigabytes)
     numerics = rs.plan(scene)
-    fitting = [level for level in whole if 120 * level.shape[0] * level.shape[1] <= 0.8e9 * gigabytes]
+    fitting = [
+        level for level in whole if 120 * level.shape[0] * level.shape[1] <= 0.8e9 * gigabytes
+    ]
     assert len(fitting) < len(whole)
     assert list(numerics.levels) == fitting
     last = [reason for reason in numerics.reasons if reason.choice == numerics.columns[-1]][-1]
-    assert f"more than 80 % of the {gigabytes:g} GB that are available (limit of the test)" in last.reason
+    assert (
+        f"more than 80 % of the {gigabytes:g} GB that are available (limit of the test)"
+        in last.reason
+    )
     assert "levels above are left out: the next would take " in last.reason
 
 
 def test_without_room_for_the_lowest_level_a_plan_is_refused(memory):
     memory(1e7)
-    with pytest.raises(rs.ResolutionError, match=r"^memory = 0.0315 GB \(largest grid\) exceeds 80 % of the 0.01 GB"):
+    with pytest.raises(
+        rs.ResolutionError,
+        match=r"^memory = 0.0315 GB \(largest grid\) exceeds 80 % of the 0.01 GB",
+    ):
         rs.plan("steel-2.0GPa")

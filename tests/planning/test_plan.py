@@ -38,7 +38,9 @@ def test_a_plan_solves_nothing_and_loads_no_compiler():
         assert rs.plan(rs.load_scene("steel-0.5GPa"), 0.013).levels
         print(sorted({"numba", "roughsim.contact.solver"} & set(sys.modules)))
     """
-    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True
+    )
     assert done.stdout == "[]\n"
 
 
@@ -46,7 +48,9 @@ def test_what_the_scene_fixes_is_taken_as_it_is(capped_scene):
     numerics = rs.plan(capped_scene)
     assert [level.shape for level in numerics.levels] == [(64, 64), (64, 64), (128, 128)]
     assert numerics.lengths == (2e-3, 2e-3)
-    assert {reason_of(numerics, key).reason for key in ("levels", "cell", "tolerance")} == {"given in the scene"}
+    assert {reason_of(numerics, key).reason for key in ("levels", "cell", "tolerance")} == {
+        "given in the scene"
+    }
 
 
 @pytest.mark.parametrize(("hardness", "left_out"), [(4e10, True), (2.5e10, False), (1.2e9, False)])
@@ -67,11 +71,15 @@ def test_a_hardness_that_is_never_reached_is_left_out_with_a_word(hardness, left
 def test_a_hardness_is_kept_where_levels_or_targets_ask_for_contact_that_yields():
     scene = rs.load_scene("demo")
     hard = replace(scene, body=replace(scene.body, penetration_hardness=1e11))
-    levels = replace(hard, numerics=replace(hard.numerics, levels=(Level("capped", (64, 64), 2e4),)))
+    levels = replace(
+        hard, numerics=replace(hard.numerics, levels=(Level("capped", (64, 64), 2e4),))
+    )
     target = replace(hard, ensemble=replace(hard.ensemble, until={"plastic_fraction": 0.1}))
     for asked in (levels, target):
         assert prediction.computed(asked) is asked
-    other = 'conductivity = 30\ndensity = 7900\nheat_capacity = 500\npenetration_hardness = "90 GPa"'
+    other = (
+        'conductivity = 30\ndensity = 7900\nheat_capacity = 500\npenetration_hardness = "90 GPa"'
+    )
     two = rs.scene.parse_scene(re.sub('like = "body"', other, hard.to_toml()))
     assert prediction.computed(two).elastic
 
@@ -94,7 +102,9 @@ def test_a_target_beyond_the_most_realizations_is_told_with_their_number():
 
     def needed(target):
         why = reason_of(rs.plan(scene, target), "CPU time").reason
-        found = re.match(r"of max_realizations = 400; at least some (\d+) are needed to a total error of", why)
+        found = re.match(
+            r"of max_realizations = 400; at least some (\d+) are needed to a total error of", why
+        )
         return int(found[1]) if found else None
 
     assert needed(0.01) is None
@@ -107,7 +117,9 @@ def test_the_cost_grows_as_the_inverse_square_of_the_target_and_ends_with_the_re
 
     def seconds(target, most=1_000_000):
         fixed = replace(steel.numerics, lengths=(4e-3, 4e-3))  # a cell grows with the target, too
-        scene = replace(steel, ensemble=replace(steel.ensemble, max_realizations=most), numerics=fixed)
+        scene = replace(
+            steel, ensemble=replace(steel.ensemble, max_realizations=most), numerics=fixed
+        )
         value = reason_of(rs.plan(scene, target), "CPU time").value
         low, high = re.fullmatch(r"(.*) to (.*)", value).groups()
         units = {"s": 1.0, "min": 60.0, "h": 3600.0}
@@ -115,12 +127,16 @@ def test_the_cost_grows_as_the_inverse_square_of_the_target_and_ends_with_the_re
 
     (low, high), (lower, higher) = seconds(0.001), seconds(0.002)
     assert low < high
-    assert (low / lower, high / higher) == (pytest.approx(4.0, rel=0.1), pytest.approx(4.0, rel=0.1))
+    assert (low / lower, high / higher) == (
+        pytest.approx(4.0, rel=0.1),
+        pytest.approx(4.0, rel=0.1),
+    )
     assert seconds(0.0005, most=100)[1] < seconds(0.01, most=100)[1] * 1.5
 
 
 @pytest.mark.parametrize(
-    ("seconds", "text"), [(0.123, "0.12 s"), (119, "120 s"), (121, "2 min"), (7300, "2 h"), (5400, "90 min")]
+    ("seconds", "text"),
+    [(0.123, "0.12 s"), (119, "120 s"), (121, "2 min"), (7300, "2 h"), (5400, "90 min")],
 )
 def test_spans_of_time_are_rough(seconds, text):
     assert span(seconds) == text
@@ -130,10 +146,14 @@ def test_unfit_columns_targets_and_memory_are_refused(capped_scene):
     for target in (0.0, 1.0, -0.1, float("nan")):
         with pytest.raises(ValueError, match="target_error"):
             rs.plan(capped_scene, target)
-    soft = replace(capped_scene.numerics, levels=({"column": "elastic", "shape": [64, 64], "q_max": 1e4},))
+    soft = replace(
+        capped_scene.numerics, levels=({"column": "elastic", "shape": [64, 64], "q_max": 1e4},)
+    )
     with pytest.raises(ValueError, match='column = "elastic" does not fit a scene with a hardness'):
         rs.plan(replace(capped_scene, numerics=soft))
-    huge = replace(capped_scene.numerics, levels=({"column": "capped", "shape": [10**6, 10**6], "q_max": 1e5},))
+    huge = replace(
+        capped_scene.numerics, levels=({"column": "capped", "shape": [10**6, 10**6], "q_max": 1e5},)
+    )
     with pytest.raises(rs.ResolutionError, match="memory"):
         rs.plan(replace(capped_scene, numerics=huge))
 

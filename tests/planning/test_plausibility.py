@@ -37,16 +37,37 @@ def even(text=STEEL):
 
 
 SLIPS = {
-    ('"90 MPa"', '"3 Pa"'): r"nominal_pressure = 3 Pa makes contact on 2.5e-09 of the area, 0.042 pixels of the finest",
+    (
+        '"90 MPa"',
+        '"3 Pa"',
+    ): r"nominal_pressure = 3 Pa makes contact on 2.5e-09 of the area, 0.042 pixels of the finest",
     ('"0.90 um"', '"2 m"'): r"rms slope = 9.4.e\+05 of both faces together is above 0.5",
     ('"0.90 um"', '"0.90 mm"'): r"rms slope = 4.4 of both",
-    ('"0.90 um"', '"0.90 pm"'): r"rms height = 1.27e-12 m of both faces together is below 1e-10 m, less than an atom",
-    ('"4.15e7 1/m"', '"4.15e10 1/m"'): r"the shortest wave, 2π/q_max = 1.51e-10 m, is below 3e-10 m",
-    ('"200 GPa"', '"200 MPa"'): r"body.penetration_hardness = 1.2e\+09 Pa is above 0.3 of youngs_modulus = 2e\+08 Pa",
-    ('"200 GPa"', '"200 TPa"'): r"body.youngs_modulus = 2e\+14 Pa is not within 1000 to 2e\+12 Pa, the range of solids",
+    (
+        '"0.90 um"',
+        '"0.90 pm"',
+    ): r"rms height = 1.27e-12 m of both faces together is below 1e-10 m, less than an atom",
+    (
+        '"4.15e7 1/m"',
+        '"4.15e10 1/m"',
+    ): r"the shortest wave, 2π/q_max = 1.51e-10 m, is below 3e-10 m",
+    (
+        '"200 GPa"',
+        '"200 MPa"',
+    ): r"body.penetration_hardness = 1.2e\+09 Pa is above 0.3 of youngs_modulus = 2e\+08 Pa",
+    (
+        '"200 GPa"',
+        '"200 TPa"',
+    ): r"body.youngs_modulus = 2e\+14 Pa is not within 1000 to 2e\+12 Pa, the range of solids",
     ('"1.2 GPa"', '"120 MPa"'): r"nominal_pressure = 9e\+07 Pa is 0.75 of the hardness, above 0.33",
-    ('"30 W/(m K)"', '"30 mW/(m K)"'): r"body.diffusivity = 7.59e-09 m²/s is not within 3e-08 to 0.002 m²/s",
-    ('"30 W/(m K)"', '"30 kW/(m K)"'): r"body.conductivity = 3e\+04 W/\(m K\) is not within 0.01 to 3000",
+    (
+        '"30 W/(m K)"',
+        '"30 mW/(m K)"',
+    ): r"body.diffusivity = 7.59e-09 m²/s is not within 3e-08 to 0.002 m²/s",
+    (
+        '"30 W/(m K)"',
+        '"30 kW/(m K)"',
+    ): r"body.conductivity = 3e\+04 W/\(m K\) is not within 0.01 to 3000",
     ('"7900 kg/m^3"', '"7.9 kg/m^3"'): r"body.density = 7.9 kg/m³ is not within 20 to 23000 kg/m³",
     (
         '"500 J/(kg K)"',
@@ -56,8 +77,14 @@ SLIPS = {
         'penetration_hardness = "1.2 GPa"',
         "",
     ): r"mean contact pressure, 2.9.e\+10 Pa, is 0.27 of E\*, above 0.1, and stiff",
-    ('"90 MPa"', "9e3"): r"nominal_pressure = 9e\+03 Pa makes contact on 7.5e-06 of the area, 0.6 of one hot spot",
-    ('"6350 1/m"', "6.35"): r"the longest wave, 2π/q_min = 0.989 m, is above 0.1 m, .* q in rad/m \(1/µm is 1e6",
+    (
+        '"90 MPa"',
+        "9e3",
+    ): r"nominal_pressure = 9e\+03 Pa makes contact on 7.5e-06 of the area, 0.6 of one hot spot",
+    (
+        '"6350 1/m"',
+        "6.35",
+    ): r"the longest wave, 2π/q_min = 0.989 m, is above 0.1 m, .* q in rad/m \(1/µm is 1e6",
     ("= 0.11", "= 11"): r"friction_coefficient = 11 is not within 0.001 to 5",
     (
         '"100 m/s"',
@@ -78,44 +105,63 @@ def test_waves_and_C_in_micrometres_without_their_unit_are_told():
     rows = 'psd = [[0.01, 3e3], [0.1, 0.7], [1.0, 1e-4]]\npsd_convention = "persson"\n'
     text = even()
     lines = warned(text[: text.index("rms_height")] + rows + text[text.index("[body]") :])
-    assert any(line.startswith("the longest wave, 2π/q_min = 628 m, is above 0.1 m") for line in lines)
+    assert any(
+        line.startswith("the longest wave, 2π/q_min = 628 m, is above 0.1 m") for line in lines
+    )
     assert not any(line.startswith("rms slope") for line in lines)
 
 
-@pytest.mark.parametrize(("kelvin", "told"), [(25.0, True), (199.0, True), (201.0, False), (298.15, False)])
+@pytest.mark.parametrize(
+    ("kelvin", "told"), [(25.0, True), (199.0, True), (201.0, False), (298.15, False)]
+)
 def test_a_temperature_in_celsius_is_told(kelvin, told):
     text = changed("heat_capacity =", "melting_temperature = 1700\nheat_capacity =", even())
-    text = changed("friction_coefficient =", f"background_temperature = {kelvin}\nfriction_coefficient =", text)
-    lines = [line for line in warned(text) if "background_temperature" in line and "below 200 K" in line]
+    text = changed(
+        "friction_coefficient =", f"background_temperature = {kelvin}\nfriction_coefficient =", text
+    )
+    lines = [
+        line for line in warned(text) if "background_temperature" in line and "below 200 K" in line
+    ]
     assert len(lines) == told
     assert all(f'write "{kelvin:g} degC"' in line for line in lines)
 
 
 @pytest.mark.parametrize("key", ["conductivity", "friction_coefficient"])
 def test_a_table_over_degrees_celsius_is_told(key):
-    text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {{ temperature = [20, 5000], value = [0.5, 0.4] }}", even())
+    text = re.sub(
+        rf"(?m)^{key} = .*$", f"{key} = {{ temperature = [20, 5000], value = [0.5, 0.4] }}", even()
+    )
     text = changed("nominal_pressure =", "background_temperature = 293\nnominal_pressure =", text)
     assert any(f"{key}.temperature = 20 K is below 200 K" in line for line in warned(text))
 
 
 def test_pressures_in_megapascal_without_their_unit_are_told_though_their_ratios_are_right():
-    text = changed('"200 GPa"', "2e5", changed('"1.2 GPa"', "1200", changed('"90 MPa"', "90", even())))
+    text = changed(
+        '"200 GPa"', "2e5", changed('"1.2 GPa"', "1200", changed('"90 MPa"', "90", even()))
+    )
     text = re.sub(r"speed = \[.*?\]", "speed = 0.1", text)
     (line,) = warned(text)
-    assert line.startswith("body.penetration_hardness = 1.2e+03 Pa is below 100000 Pa, and no solid is so soft")
+    assert line.startswith(
+        "body.penetration_hardness = 1.2e+03 Pa is below 100000 Pa, and no solid is so soft"
+    )
 
 
 def test_a_speed_of_zero_is_told_to_make_no_heat():
     text = changed('speed = ["100 m/s"]', "speed = [0, 100]", even())
     scene = parse_scene(text)
     (line,) = judge(scene).warnings
-    assert line.startswith("sliding.speed = 0 m/s: nothing slides, so that friction makes no heat and T_flash is 0")
+    assert line.startswith(
+        "sliding.speed = 0 m/s: nothing slides, so that friction makes no heat and T_flash is 0"
+    )
     assert theory_dict(scene)["flash_temperature"][0] == 0.0
 
 
 @pytest.mark.slow
 def test_bundled_scenes_say_no_more_than_what_is_so():
-    told = {name: [line[:14] for line in judge(rs.load_scene(name)).warnings] for name in bundled_scenes()}
+    told = {
+        name: [line[:14] for line in judge(rs.load_scene(name)).warnings]
+        for name in bundled_scenes()
+    }
     share, steep = "the heat share", "rms slope = 0."
     assert told == {
         "demo": [],
@@ -129,22 +175,32 @@ def test_bundled_scenes_say_no_more_than_what_is_so():
 
 
 def test_the_wavenumber_up_to_which_the_slope_is_small_is_where_it_is(steel):
-    (line,) = [line for line in judge(rs.load_scene("granite")).warnings if line.startswith("rms slope")]
+    (line,) = [
+        line for line in judge(rs.load_scene("granite")).warnings if line.startswith("rms slope")
+    ]
     q_max = float(line.split("q_max to ")[1].split()[0])
     # 2π ∫ q³ C dq of both faces by hand: C₀ = h²/2π / (∫ q C/C₀ dq), a plateau to r, then (q/r)^(−3.6)
     low, r = 6e3, 2.4e4
     height = (r**2 - low**2) / 2 + r**3.6 * (r**-1.6 - (6e9) ** -1.6) / 1.6
     slope = (r**4 - low**4) / 4 + r**3.6 * (q_max**0.4 - r**0.4) / 0.4
-    assert math.sqrt(2 * (1e-6) ** 2 * slope / height) == pytest.approx(0.5, rel=3e-3)  # three digits are printed
+    assert math.sqrt(2 * (1e-6) ** 2 * slope / height) == pytest.approx(
+        0.5, rel=3e-3
+    )  # three digits are printed
 
 
 def test_steep_waves_that_only_yield_are_told_to_change_little(steel):
-    steep = replace(steel, surface=replace(steel.surface, rms_height=None, rms_slope=0.45))  # of one face
+    steep = replace(
+        steel, surface=replace(steel.surface, rms_height=None, rms_slope=0.45)
+    )  # of one face
     (line,) = judge(steep).warnings
     assert line.startswith("rms slope = 0.636 of both faces together is above 0.5")
     before = steep.spectrum.truncated(q_max=32 * facts(steep).yield_wavenumber).rms_slope
     assert f"up to 32 q_y it is {before:.3g}, and shorter waves" in line
-    q_max = float(re.search(r"touch at the hardness alone; .* lower q_max to (\S+) rad/m, which changes", line)[1])
+    q_max = float(
+        re.search(
+            r"touch at the hardness alone; .* lower q_max to (\S+) rad/m, which changes", line
+        )[1]
+    )
     assert q_max > 32 * facts(steep).yield_wavenumber
     cut = steep.spectrum.truncated(q_max=q_max)
     rows = tuple((q, float(cut(q)) / 2) for q in np.geomspace(6350, q_max * (1 - 1e-9), 300))
@@ -156,16 +212,24 @@ def test_steep_waves_that_only_yield_are_told_to_change_little(steel):
 def test_steep_waves_of_a_small_H_are_not_told_to_change_little(steel):
     surface = replace(steel.surface, hurst=0.3, rms_height=None, rms_slope=0.45)
     (line, *_) = judge(replace(steel, surface=surface)).warnings
-    assert "makes T_flash higher" in line  # own runs with H = 0.3: 18 to 25 % above the limit at 32 q_y
+    assert (
+        "makes T_flash higher" in line
+    )  # own runs with H = 0.3: 18 to 25 % above the limit at 32 q_y
     assert "changes little" not in line
 
 
 def test_the_facts_are_those_of_the_scene(full_scene, capped_scene):
     found = facts(capped_scene)
     assert found.pressure_over_hardness == pytest.approx(0.09)
-    assert found.hot_spots == pytest.approx(found.contact_fraction * (2e-3 / found.hot_spot_radius) ** 2 / math.pi)
-    assert found.peclet_number == pytest.approx(np.array([0, 0.1, 35]) * found.hot_spot_radius * 7900 * 500 / 30)
-    assert found.flash_temperature.tolist() == pytest.approx(theory_dict(capped_scene)["flash_temperature"])
+    assert found.hot_spots == pytest.approx(
+        found.contact_fraction * (2e-3 / found.hot_spot_radius) ** 2 / math.pi
+    )
+    assert found.peclet_number == pytest.approx(
+        np.array([0, 0.1, 35]) * found.hot_spot_radius * 7900 * 500 / 30
+    )
+    assert found.flash_temperature.tolist() == pytest.approx(
+        theory_dict(capped_scene)["flash_temperature"]
+    )
     elastic = facts(full_scene)  # E* of 100 MPa on a rigid face is E/(1 − ν²)
     assert elastic.pressure_over_modulus == pytest.approx(2e6 * 0.91 / 1e8)
     assert (elastic.pressure_over_hardness, elastic.yield_wavenumber) == (0.0, math.inf)
@@ -181,7 +245,10 @@ def test_the_facts_for_people_are_in_the_units_that_they_say(steel):
     assert rows["hot spots"].endswith(" µm in a cell of 3.96 mm × 3.96 mm")
     radius = float(re.search(r"of radius (\S+) µm", rows["hot spots"])[1]) * 1e-6
     slow, fast = (float(f"{v * radius / (30 / (7900 * 500)):.2g}") for v in (1e-3, 100))
-    low, high = map(float, re.match(r"(\S+) … (\S+) vr/D .*, at 0.001 … 100 m/s$", rows["Péclet number"]).groups())
+    low, high = map(
+        float,
+        re.match(r"(\S+) … (\S+) vr/D .*, at 0.001 … 100 m/s$", rows["Péclet number"]).groups(),
+    )
     assert (low, high) == pytest.approx((slow, fast), rel=0.02)
     shortest = facts(steel).to_dict()["shortest_wave"]
     assert shortest == pytest.approx(2 * math.pi / 4.15e7)
@@ -214,7 +281,9 @@ def test_hot_spots_are_counted_in_the_planned_cell(target, waves):
         assert len(spots) == (waves == 4)
         assert all("in a cell of 2.51 mm" in line for line in spots)
     narrower = replace(numerics, lengths=(0.75 * side, 0.75 * side))  # as given to a run
-    assert judge(scene, narrower).facts.hot_spots == pytest.approx(0.75**2 * judge(scene).facts.hot_spots)
+    assert judge(scene, narrower).facts.hot_spots == pytest.approx(
+        0.75**2 * judge(scene).facts.hot_spots
+    )
 
 
 def test_contact_of_less_than_a_spot_or_a_pixel_is_told_for_the_grid_in_use(steel):
@@ -230,8 +299,13 @@ def test_contact_of_less_than_a_spot_or_a_pixel_is_told_for_the_grid_in_use(stee
 
 def test_a_nominal_pressure_of_the_size_of_the_modulus_is_told():
     rubber = rs.load_scene("rubber")
-    pressed = replace(rubber, sliding=replace(rubber.sliding, nominal_pressure=4e6))  # E* = 10 MPa/(1 − 0.5²)
-    assert "nominal_pressure = 4e+06 Pa is 0.3 of E* = 1.33e+07 Pa, above 0.1" in judge(pressed).warnings[1]
+    pressed = replace(
+        rubber, sliding=replace(rubber.sliding, nominal_pressure=4e6)
+    )  # E* = 10 MPa/(1 − 0.5²)
+    assert (
+        "nominal_pressure = 4e+06 Pa is 0.3 of E* = 1.33e+07 Pa, above 0.1"
+        in judge(pressed).warnings[1]
+    )
 
 
 def test_the_hot_spot_radius_is_where_the_pressure_has_lost_half_its_correlation(steel):
@@ -256,13 +330,18 @@ def test_heat_that_gets_in_less_than_its_carriers_go_is_told():
     assert ["Péclet" in " ".join(lines) for lines in found] == [False, True]
     # spots that are small by themselves are no matter of Péclet
     fine = replace(rubber, surface=replace(rubber.surface, q_max=1e10))
-    slow = replace(fine, sliding=replace(fine.sliding, speed=(0.95 * diffusivity / facts(fine).hot_spot_radius,)))
+    slow = replace(
+        fine,
+        sliding=replace(fine.sliding, speed=(0.95 * diffusivity / facts(fine).hot_spot_radius,)),
+    )
     assert facts(slow).hot_spot_radius < 6e-9
     assert not any("Péclet" in line for line in judge(slow).warnings)
 
 
 def melting(kelvin, more=""):
-    return warned(changed("heat_capacity =", f"melting_temperature = {kelvin}\n{more}heat_capacity =", even()))
+    return warned(
+        changed("heat_capacity =", f"melting_temperature = {kelvin}\n{more}heat_capacity =", even())
+    )
 
 
 def test_contact_above_the_melting_temperature_is_told_with_the_background():
@@ -271,12 +350,22 @@ def test_contact_above_the_melting_temperature_is_told_with_the_background():
     assert "at 100 m/s in theory, over an assumed background of 293 K" in line
     assert "above the melting_temperature" in line
     assert melting(hottest + 293.1) == []
-    text = changed("heat_capacity =", f"melting_temperature = {hottest + 293.1}\nheat_capacity =", even())
-    (line,) = warned(changed("friction_coefficient =", "background_temperature = 400\nfriction_coefficient =", text))
+    text = changed(
+        "heat_capacity =", f"melting_temperature = {hottest + 293.1}\nheat_capacity =", even()
+    )
+    (line,) = warned(
+        changed(
+            "friction_coefficient =", "background_temperature = 400\nfriction_coefficient =", text
+        )
+    )
     assert "over a background of 400 K" in line
     other = "conductivity = 30\ndensity = 7900\nheat_capacity = 500\nmelting_temperature = 300"
-    text = changed("poisson_ratio =", "melting_temperature = 900\npoisson_ratio =", with_counterface(other))
-    assert any("above the melting_temperature of 300 K" in line for line in warned(text))  # the lower one counts
+    text = changed(
+        "poisson_ratio =", "melting_temperature = 900\npoisson_ratio =", with_counterface(other)
+    )
+    assert any(
+        "above the melting_temperature of 300 K" in line for line in warned(text)
+    )  # the lower one counts
 
 
 def test_what_no_solid_is_hot_enough_for_needs_no_melting_temperature():
@@ -289,7 +378,11 @@ def test_what_no_solid_is_hot_enough_for_needs_no_melting_temperature():
 
 def stated_heat(text):
     """What the statements of a scene say of a stated heat share."""
-    (heat,) = (statement.because for statement in judge(parse_scene(text)).statements if statement.name == "heat")
+    (heat,) = (
+        statement.because
+        for statement in judge(parse_scene(text)).statements
+        if statement.name == "heat"
+    )
     return heat
 
 
@@ -297,17 +390,27 @@ def test_a_share_between_two_equally_rough_faces_of_one_material_is_told_unless_
     (line,) = warned(changed("0.938", '"all"'))
     assert "0.5 between equal faces, 1 for all" in line
     (line,) = warned(changed("0.938", '"mean"'))
-    share, times = map(float, re.search(r"heat share (\S+) at .* 0.5 makes temperatures (\S+) times", line).groups())
+    share, times = map(
+        float,
+        re.search(r"heat share (\S+) at .* 0.5 makes temperatures (\S+) times", line).groups(),
+    )
     assert times == pytest.approx(0.5 / share, rel=0.005)
     assert warned(STEEL) == []  # a number is the user's own choice, and stated with what it does
     assert stated_heat(STEEL).endswith(f"0.5 makes temperatures {0.5 / 0.938:.3g} times as high")
     assert stated_heat(changed("0.938", "0.5")) == "heat_partition states it"
     body = 'youngs_modulus = "200 GPa"\npoisson_ratio = 0.3\nconductivity = 30\ndensity = 7900\nheat_capacity = 500\n'
-    band = "hurst = 0.8\nq_min = 6350\nq_roll_off = 9.4e4\nroll_off_exponent = 1.5\nq_max = 4.15e7\n"
-    for other, count in ((f'rms_height = "0.9 um"\n{band}{body}', 1), (f'rms_height = "0.2 um"\n{band}{body}', 0)):
+    band = (
+        "hurst = 0.8\nq_min = 6350\nq_roll_off = 9.4e4\nroll_off_exponent = 1.5\nq_max = 4.15e7\n"
+    )
+    for other, count in (
+        (f'rms_height = "0.9 um"\n{band}{body}', 1),
+        (f'rms_height = "0.2 um"\n{band}{body}', 0),
+    ):
         text = with_counterface(other)
         assert stated_heat(text).count("equal faces share evenly") == count
-        assert sum("heat share" in line for line in warned(text.replace("0.938", '"mean"'))) == count
+        assert (
+            sum("heat share" in line for line in warned(text.replace("0.938", '"mean"'))) == count
+        )
     other = f'rms_height = "0.9 um"\n{band}{body.replace("= 30", "= 60")}'
     for text in (with_counterface(other), with_counterface(body)):
         assert warned(text) == []
@@ -320,11 +423,18 @@ def test_the_figures_of_a_resting_spot_are_those_of_docs_partition(steel):
     given = {"effective_modulus": 2e11 / 0.91 / 2, "nominal_pressure": 9e7}
     smooth = plasticity.smoothed_spectrum(steel.spectrum, **given, penetration_hardness=1.2e9)
     diffusivity = 30 / (7900 * 500)
-    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": diffusivity, "gamma": 0.294}
+    heat = {
+        "friction_coefficient": 0.11,
+        "conductivity": 30.0,
+        "diffusivity": diffusivity,
+        "gamma": 0.294,
+    }
     width = float(flash.flash_width(100.0, smooth, **given, **heat))
     radius = width / hertz.FAST.flash_width
     warm, lives = radius**2 / diffusivity, 2 * radius / 35.0
-    rows = dict(re.findall(r"(?m)^\| (\D[^|]*?) \| ([^|]*) \|$", (ROOT / "docs/partition.md").read_text()))
+    rows = dict(
+        re.findall(r"(?m)^\| (\D[^|]*?) \| ([^|]*) \|$", (ROOT / "docs/partition.md").read_text())
+    )
     told = {key: float(value.split()[0]) for key, value in rows.items() if value[:1].isdigit()}
     assert told["radius of a hot spot, R"] == pytest.approx(1e6 * radius, rel=0.005)
     assert told["time to warm up at rest, R²/D"] == pytest.approx(1e3 * warm, rel=0.05)
@@ -338,12 +448,16 @@ def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed():
     text = text[: text.index("rms_height")] + rows + text[text.index("[body]") :]
     assert warned(text) == []  # a table of one's own is taken as stated
     (line,) = warned(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention'))
-    assert line.startswith("C(q) was measured on a scan, and its error is unknown: psd_error is missing")
+    assert line.startswith(
+        "C(q) was measured on a scan, and its error is unknown: psd_error is missing"
+    )
     flatter = text.replace("psd = [[1e4", "psd = [[3e3, 4e-23], [1e4")
     error = 'psd_source = "scan"\npsd_error = [[{0}], [{0}], [{0}]]\npsd_convention'
     (line,) = warned(flatter.replace("psd_convention", error.format(0.3)))
     assert re.search(r"leaves .* % of error in the highest T_flash, above the target of 1 %", line)
-    rising = flatter.replace("4e-23", "6e-21")  # as q^(−4.4): longer waves have ever more of the heights
+    rising = flatter.replace(
+        "4e-23", "6e-21"
+    )  # as q^(−4.4): longer waves have ever more of the heights
     (line,) = warned(rising.replace("psd_convention", error.format(0.01)))
     assert line.endswith(
         "unknown: C(q) may rise without limit to waves longer than the scan; take a larger scan"
@@ -351,7 +465,11 @@ def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed():
     flat = flatter.replace("4e-23", "1e-27")  # no wave longer than the scan
     assert warned(flat.replace("psd_convention", error.format(1e-3))) == []
     for scanned in (False, True):
-        scene = parse_scene(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention') if scanned else text)
+        scene = parse_scene(
+            text.replace("psd_convention", 'psd_source = "scan"\npsd_convention')
+            if scanned
+            else text
+        )
         told = [reason.value for reason in rs.plan(scene).reasons if reason.choice == "scan"]
         assert told == ["unknown"] * scanned
 
@@ -360,11 +478,16 @@ def test_waves_too_steep_are_left_out_of_a_table_or_a_scan_where_no_key_cuts_the
     text = even()
     face = '[[1e4, 1e-19], [1e5, 7e-23], [4e7, 1e-32]]\npsd_convention = "persson"\n'
     table = text[: text.index("rms_height")] + f"psd = {face}" + text[text.index("[body]") :]
-    assert "or end the table of C(q) at " in next(line for line in warned(table) if "rms slope" in line)
+    assert "or end the table of C(q) at " in next(
+        line for line in warned(table) if "rms slope" in line
+    )
     scan = table.replace("psd_convention", 'psd_source = "scan"\npsd_convention')
     line = next(line for line in warned(scan) if "rms slope" in line)
     length, q = map(
-        float, re.search(r"smooth waves shorter than (\S+) µm out of the scan: q above (\S+)", line).groups()
+        float,
+        re.search(
+            r"smooth waves shorter than (\S+) µm out of the scan: q above (\S+)", line
+        ).groups(),
     )
     assert length * q == pytest.approx(2e6 * math.pi, rel=0.01)
 
@@ -381,10 +504,14 @@ def test_a_theory_that_cannot_be_evaluated_is_said_and_stops_nothing(quick, monk
         raise RuntimeError("the integral\nis not reached")
 
     monkeypatch.setattr("roughsim.planning.limits.Facts", none)
-    assert "rms slope" in warned(changed('"0.90 um"', '"2 m"'))[0]  # what needs no theory is told all the same
+    assert (
+        "rms slope" in warned(changed('"0.90 um"', '"2 m"'))[0]
+    )  # what needs no theory is told all the same
     found = judge(quick)
     (_, line) = found.warnings  # and of the speed 0 among those of this scene
-    assert line.startswith("the theory of this scene cannot be evaluated (the integral is not reached); contact area")
+    assert line.startswith(
+        "the theory of this scene cannot be evaluated (the integral is not reached); contact area"
+    )
     assert found.to_dict()["scene_facts"] is None
 
 
@@ -392,13 +519,24 @@ def test_theory_plan_run_and_report_all_say_it(quick, tmp_path, capsys):
     scene = replace(quick, body=replace(quick.body, melting_temperature=320.0))
     path = tmp_path / "s.toml"
     path.write_text(scene.to_toml())
-    hot, share = "above the melting_temperature of 320 K", "equal faces share evenly: 0.5 makes temperatures 0.556"
+    hot, share = (
+        "above the melting_temperature of 320 K",
+        "equal faces share evenly: 0.5 makes temperatures 0.556",
+    )
     for verb in ("theory", "plan"):
         with pytest.raises(SystemExit):
             main([verb, str(path)])
         shown = capsys.readouterr()
         assert shown.err.count(hot) == " ".join(shown.out.split()).count(share) == 1
-        for word in ("rms slope", "σ₀/σ_P", "contact area", "q_y = ", "hot spots", "Péclet number", "T_flash"):
+        for word in (
+            "rms slope",
+            "σ₀/σ_P",
+            "contact area",
+            "q_y = ",
+            "hot spots",
+            "Péclet number",
+            "T_flash",
+        ):
             assert word in shown.out
         with pytest.raises(SystemExit):
             main([verb, str(path), "--json"])
@@ -439,7 +577,11 @@ def test_every_slip_by_a_thousand_or_a_million_is_refused_told_or_lawful():
                 if key in lawful or not isinstance(value, (float, tuple)):
                     continue
                 for factor in (1e-6, 1e-3, 1e3, 1e6):
-                    slipped = tuple(v * factor for v in value) if isinstance(value, tuple) else value * factor
+                    slipped = (
+                        tuple(v * factor for v in value)
+                        if isinstance(value, tuple)
+                        else value * factor
+                    )
                     try:
                         other = replace(scene, **{section: replace(record, **{key: slipped})})
                     except SceneError:

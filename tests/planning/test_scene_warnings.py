@@ -14,7 +14,11 @@ from roughsim.outputs.run_report import header
 from roughsim.planning.limits import of_several
 from roughsim.surface.topography import encoded
 
-STEEP, SOFT, SHARE = "rms slope = 1.", "body.youngs_modulus = 210 Pa", "the counterface takes heat, too"
+STEEP, SOFT, SHARE = (
+    "rms slope = 1.",
+    "body.youngs_modulus = 210 Pa",
+    "the counterface takes heat, too",
+)
 SIDE = 0.5e-3
 
 
@@ -33,7 +37,10 @@ def odd(tmp_path):
         "body": body,
         "counterface": body | {"youngs_modulus": 2e11},
         "sliding": {"nominal_pressure": 10.0, "friction_coefficient": 0.2, "speed": [0.1]},
-        "numerics": {"lengths": 1e-3, "levels": [{"column": "elastic", "shape": [32, 32], "q_max": 4e4}]},
+        "numerics": {
+            "lengths": 1e-3,
+            "levels": [{"column": "elastic", "shape": [32, 32], "q_max": 4e4}],
+        },
         "ensemble": {"max_realizations": 2, "until": {}},
     }
     path = tmp_path / "odd.toml"
@@ -48,7 +55,9 @@ def given(function, *arguments, **options):
         warnings.simplefilter("always", rs.SceneWarning)
         function(*arguments, **options)
     remarks = [str(one.message) for one in caught if one.category is rs.SceneWarning]
-    assert {Path(one.filename) for one in caught if one.category is rs.SceneWarning} == {Path(__file__)}
+    assert {Path(one.filename) for one in caught if one.category is rs.SceneWarning} == {
+        Path(__file__)
+    }
     assert len(set(remarks)) == len(remarks)
     return remarks
 
@@ -132,10 +141,13 @@ def test_pages_notebooks_and_json_have_them(odd, tmp_path):
 
 def test_a_run_has_the_temperature_that_mean_gives_in_its_own_contacts(odd, tmp_path):
     run = rs.run(odd, tmp_path / "all", progress=False)
-    shared = rs.run(odd, tmp_path / "mean", changes={"sliding.heat_partition": "mean"}, progress=False)
+    shared = rs.run(
+        odd, tmp_path / "mean", changes={"sliding.heat_partition": "mean"}, progress=False
+    )
     (line,) = [line for line in run.warnings if SHARE in line]
     share, mean, everything = map(
-        float, re.search(r"share is (\S+) and T_flash (\S+) K in elastic .*, not (\S+) K", line).groups()
+        float,
+        re.search(r"share is (\S+) and T_flash (\S+) K in elastic .*, not (\S+) K", line).groups(),
     )
     # with the share measured at both, T of the run by "mean" is that of the same contacts
     assert mean == pytest.approx(shared.estimate("flash_temperature").mean[0], rel=1e-3)
@@ -150,15 +162,29 @@ def test_verbs_print_each_once_on_the_standard_error(odd, verb, tmp_path, capsys
         words += ["-o", str(tmp_path / verb)]
     if verb == "study":
         words[1] = str(tmp_path / "study.toml")
-        Path(words[1]).write_text('scene = "odd.toml"\n[vary]\n"sliding.friction_coefficient" = [0.2, 0.3]\n')
+        Path(words[1]).write_text(
+            'scene = "odd.toml"\n[vary]\n"sliding.friction_coefficient" = [0.2, 0.3]\n'
+        )
     with warnings.catch_warnings():
         warnings.simplefilter("always", rs.SceneWarning)  # as outside of tests
         with pytest.raises(SystemExit):
             main(words)
-    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("roughsim: warning: ")]
+    lines = [
+        line
+        for line in capsys.readouterr().err.splitlines()
+        if line.startswith("roughsim: warning: ")
+    ]
     assert [of(kind, lines) for kind in (STEEP, SOFT, SHARE)] == [True] * 3
 
 
 def test_of_several_names_where_numbers_differ():
-    told = {"a": ["T = 3.1e+05 K", "E = 2 Pa"], "b": ["T = 4 K", "E = 2 Pa"], "c": ["E = 2 Pa", "v = 0"]}
-    assert of_several(told) == ["a and 1 more with other numbers: T = 3.1e+05 K", "E = 2 Pa", "c: v = 0"]
+    told = {
+        "a": ["T = 3.1e+05 K", "E = 2 Pa"],
+        "b": ["T = 4 K", "E = 2 Pa"],
+        "c": ["E = 2 Pa", "v = 0"],
+    }
+    assert of_several(told) == [
+        "a and 1 more with other numbers: T = 3.1e+05 K",
+        "E = 2 Pa",
+        "c: v = 0",
+    ]

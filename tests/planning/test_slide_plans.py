@@ -12,14 +12,20 @@ from roughsim.planning.realization import slide_problem
 
 def test_too_short_a_slide_is_refused_before_any_work(tmp_path):
     short = 'history = "sliding"\nslid_distance = "0.2 mm"'
-    with pytest.raises(rs.errors.ResolutionError, match=r"^slid distance = 0.0002 m at 1 m/s is under 4 pixels of 6.3"):
+    with pytest.raises(
+        rs.errors.ResolutionError,
+        match=r"^slid distance = 0.0002 m at 1 m/s is under 4 pixels of 6.3",
+    ):
         rs.run(sliding_scene(short), tmp_path / "run")
     assert not (tmp_path / "run").exists()
 
 
 def test_hours_of_sliding_are_refused_before_any_work():
     hours = 'history = "sliding"\nduration = "2 h"'
-    with pytest.raises(rs.errors.ResolutionError, match=r"^slid_distance = 252000 m is 3.99e\+09 steps of 6.316e-05 m"):
+    with pytest.raises(
+        rs.errors.ResolutionError,
+        match=r"^slid_distance = 252000 m is 3.99e\+09 steps of 6.316e-05 m",
+    ):
         rs.plan(sliding_scene(hours))
 
 
@@ -29,7 +35,9 @@ def test_the_memory_of_both_bodies_is_planned(memory):
     words = "0.00089 GB for the slide: both bodies remember their heat, at each speed"
     assert reason == ("memory", "0.25 GB per worker", words)
     memory(1e6)
-    with pytest.raises(rs.errors.ResolutionError, match=r"memory = 0.000886 GB \(the slide: .* exceeds 80 % of the"):
+    with pytest.raises(
+        rs.errors.ResolutionError, match=r"memory = 0.000886 GB \(the slide: .* exceeds 80 % of the"
+    ):
         rs.plan(scene)
 
 
@@ -37,10 +45,15 @@ def test_the_plan_adds_a_slide_on_the_lowest_rung():
     scene = sliding_scene()
     free = replace(scene, numerics=replace(scene.numerics, levels=scene.numerics.levels[:1]))
     numerics = rs.plan(free)
-    assert numerics.levels == (free.numerics.levels[0], replace(free.numerics.levels[0], column="sliding", first=8))
+    assert numerics.levels == (
+        free.numerics.levels[0],
+        replace(free.numerics.levels[0], column="sliding", first=8),
+    )
     values = {reason.choice: reason for reason in numerics.reasons}
     assert values["slid distance"].value == "1 mm"
-    assert values["slid distance"].reason.startswith("0.5 lengths of the cell, in 16 steps of 63.2 µm")
+    assert values["slid distance"].reason.startswith(
+        "0.5 lengths of the cell, in 16 steps of 63.2 µm"
+    )
     assert values["slides"].value == "4"  # max_realizations
     more = replace(free, ensemble=replace(free.ensemble, max_realizations=20))
     assert {reason.choice: reason.value for reason in rs.plan(more).reasons}["slides"] == "8"
@@ -51,15 +64,23 @@ def test_a_speed_that_ends_earlier_costs_no_more_afterwards():
     scene = sliding_scene()
     problem = slide_problem(scene, rs.plan(scene))
     both = 1 + 0.75**3  # the coarser slide has fewer points and steps
-    contact, heat = (seconds * problem.grid.points * both for seconds in planning_slide.STEP_SECONDS)
+    contact, heat = (
+        seconds * problem.grid.points * both for seconds in planning_slide.STEP_SECONDS
+    )
     assert planning_slide.seconds_of_slide(problem) == pytest.approx(16 * (contact + 2 * heat))
     half = planning_slide.seconds_of_slide(replace(problem, distances=(0.5e-3, 1e-3)))
-    assert half == pytest.approx(16 * contact + (8 + 16) * heat)  # one speed is followed over half of the steps
+    assert half == pytest.approx(
+        16 * contact + (8 + 16) * heat
+    )  # one speed is followed over half of the steps
 
 
 def test_the_plan_of_a_frozen_scene_says_what_sliding_would_change(capped_scene):
     (said,) = [reason for reason in rs.plan(capped_scene).reasons if reason.choice == "history"]
     assert 'With history = "sliding" both faces move' in said.reason
     smooth = replace(capped_scene.counterface, like=None, youngs_modulus=2e11, poisson_ratio=0.3)
-    alone = replace(capped_scene, counterface=smooth, sliding=replace(capped_scene.sliding, heat_partition="all"))
+    alone = replace(
+        capped_scene,
+        counterface=smooth,
+        sliding=replace(capped_scene.sliding, heat_partition="all"),
+    )
     assert [reason for reason in rs.plan(alone).reasons if reason.choice == "history"] == []

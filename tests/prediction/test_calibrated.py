@@ -20,21 +20,34 @@ PECLET = np.array([1e-3, 1.0, 1e3])
 OUTSIDE = "nominal_pressure/penetration_hardness = 0.0005 lies outside 0.005 … 0.6"
 
 
-@pytest.mark.parametrize("contact", [c for c in CONTACTS["yielding"] if c.get("name") == "steel-1.2GPa"][::3])
+@pytest.mark.parametrize(
+    "contact", [c for c in CONTACTS["yielding"] if c.get("name") == "steel-1.2GPa"][::3]
+)
 def test_steel_is_as_hot_as_it_was_measured(contact):
     steel = rs.load_scene("steel-1.2GPa")
     q_roll_off = steel.spectrum.q_roll_off
     q_max = (contact["depth"] or 1e4) * contact["yields"] * q_roll_off
     # the points have the C(q) of the steel, whose end takes little of the rms height
-    height = steel.spectrum.truncated(q_max=min(q_max, steel.spectrum.q_max)).rms_height / np.sqrt(2.0)
+    height = steel.spectrum.truncated(q_max=min(q_max, steel.spectrum.q_max)).rms_height / np.sqrt(
+        2.0
+    )
     surface = replace(steel.surface, q_max=q_max, rms_height=height)
     speeds = tuple(steel.conduction().diffusivity * q_roll_off * PECLET)
     scene = replace(steel, surface=surface, sliding=replace(steel.sliding, speed=speeds))
     found = prediction.calibrated_predictions(scene)["flash_temperature"]
     # ⟨Tσ⟩ in units of E* h′ = σ_P/"hardness" and 1/q_roll_off, with μ = κ = D = 1
     unit = steel.penetration_hardness / contact["hardness"]
-    heating = steel.friction_coefficient() * steel.conduction().diffusivity / steel.conduction().conductivity
-    expected = np.array(contact["flash_temperature"]["value"]) * unit**2 * heating / steel.sliding.nominal_pressure
+    heating = (
+        steel.friction_coefficient()
+        * steel.conduction().diffusivity
+        / steel.conduction().conductivity
+    )
+    expected = (
+        np.array(contact["flash_temperature"]["value"])
+        * unit**2
+        * heating
+        / steel.sliding.nominal_pressure
+    )
     np.testing.assert_allclose(found, expected, rtol=0.07)
 
 
@@ -81,9 +94,14 @@ def test_the_table_of_the_theory_shows_temperatures_in_the_unit_that_its_titles_
     kelvin = [theory_table(demo).cells(k) for k in (1, 2)]
     monkeypatch.setitem(SHOWN, "K", ("mK", 1e3))
     table = theory_table(demo)
-    assert [column.title for column in table.columns][1:3] == ["flash_temperature, mK", "calibrated, mK"]
+    assert [column.title for column in table.columns][1:3] == [
+        "flash_temperature, mK",
+        "calibrated, mK",
+    ]
     for k, column in enumerate(kelvin, 1):
-        assert [float(text) for text in table.cells(k)] == pytest.approx([1e3 * float(text) for text in column])
+        assert [float(text) for text in table.cells(k)] == pytest.approx(
+            [1e3 * float(text) for text in column]
+        )
 
 
 def test_outside_its_range_there_is_no_number_but_what_lies_outside():
@@ -95,4 +113,6 @@ def test_outside_its_range_there_is_no_number_but_what_lies_outside():
     table = theory_table(granite)
     assert set(table.cells(2)) == {"–"}
     assert table.notes[1].startswith(f"calibrated: none, as {OUTSIDE}")
-    assert all(np.isnan(values).all() for values in prediction.calibrated_predictions(granite).values())
+    assert all(
+        np.isnan(values).all() for values in prediction.calibrated_predictions(granite).values()
+    )

@@ -55,8 +55,12 @@ def test_the_growth_of_junctions_lowers_the_hardness():
 
 def test_much_friction_has_a_line_on_the_growth_of_junctions():
     rubbing = {"sliding.friction_coefficient": 0.3, "sliding.speed": "35 m/s"}
-    assert "9 and 25 would change T_flash at 35 m/s by -23 % and -42 %" in growth_effects(rs.load_scene(STEEL, rubbing))
-    assert "make the yielded contact 2.3 and 3.6 times as large" in growth_effects(rs.load_scene("granite"))
+    assert "9 and 25 would change T_flash at 35 m/s by -23 % and -42 %" in growth_effects(
+        rs.load_scene(STEEL, rubbing)
+    )
+    assert "make the yielded contact 2.3 and 3.6 times as large" in growth_effects(
+        rs.load_scene("granite")
+    )
     assert growth_effects(rs.load_scene(STEEL)) == ""
     assert growth_effects(rs.load_scene(STEEL, rubbing | {"sliding.junction_growth": 9})) == ""
     elastic = {"body.penetration_hardness": None}
@@ -66,7 +70,10 @@ def test_much_friction_has_a_line_on_the_growth_of_junctions():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"body.penetration_hardness": None}, "sliding.junction_growth = 9 lowers a penetration_hardness, and no body"),
+        (
+            {"body.penetration_hardness": None},
+            "sliding.junction_growth = 9 lowers a penetration_hardness, and no body",
+        ),
         (
             {
                 "sliding.friction_coefficient": {"temperature": [300, 900], "value": [0.1, 0.2]},
@@ -86,7 +93,9 @@ def test_a_growth_that_does_not_fit_is_refused(changes, words):
 
 
 def test_a_hardness_that_is_never_reached_is_left_out_with_its_growth():
-    scene = rs.load_scene("rubber", {"body.penetration_hardness": "90 GPa", "sliding.junction_growth": 9})
+    scene = rs.load_scene(
+        "rubber", {"body.penetration_hardness": "90 GPa", "sliding.junction_growth": 9}
+    )
     assert prediction.computed(scene).elastic
 
 
@@ -95,7 +104,10 @@ def test_a_layer_as_thick_as_the_roughness_is_long_is_warned_of(key):
     for depth, warned in ((1e-3, True), (1e-5, False)):
         value = {"thickness": depth, "conductivity": 3} if key == "body.skin" else depth
         lines = judge(rs.load_scene(STEEL, {key: value})).warnings
-        assert any(line.startswith(key) and "above 0.1 of the cell of" in line for line in lines) == warned
+        assert (
+            any(line.startswith(key) and "above 0.1 of the cell of" in line for line in lines)
+            == warned
+        )
 
 
 def test_a_thick_layer_on_the_counterface_is_warned_of_by_its_own_name():
@@ -104,4 +116,6 @@ def test_a_thick_layer_on_the_counterface_is_warned_of_by_its_own_name():
         warned = judge(rs.load_scene(STEEL, {"counterface": own | {key: value}})).warnings
         line = next(line for line in warned if "above 0.1 of the cell of" in line)
         assert line.startswith(f"counterface.{key}")
-        assert ("changes the elastic contact" in line) == (key == "skin")  # a depth of the heat has no mechanics
+        assert ("changes the elastic contact" in line) == (
+            key == "skin"
+        )  # a depth of the heat has no mechanics

@@ -24,9 +24,15 @@ def steel(pressure=9e7):
 
 
 def rise_by_the_law(hardness, pressure):
-    arguments = {"effective_modulus": MODULUS, "nominal_pressure": pressure, "penetration_hardness": hardness}
+    arguments = {
+        "effective_modulus": MODULUS,
+        "nominal_pressure": pressure,
+        "penetration_hardness": hardness,
+    }
     stress = plasticity.stress_spectrum(SPECTRUM, **arguments)
-    return 0.938 * flash.flash_temperature(35.0, stress_spectrum=stress, nominal_pressure=pressure, **HEAT)
+    return 0.938 * flash.flash_temperature(
+        35.0, stress_spectrum=stress, nominal_pressure=pressure, **HEAT
+    )
 
 
 def rise_by_the_theory(hardness, pressure):
@@ -36,18 +42,25 @@ def rise_by_the_theory(hardness, pressure):
 
 
 @pytest.mark.parametrize(
-    ("pressure", "law", "rise"), [(9e7, "calibrated", rise_by_the_law), (1e6, "theory", rise_by_the_theory)]
+    ("pressure", "law", "rise"),
+    [(9e7, "calibrated", rise_by_the_law), (1e6, "theory", rise_by_the_theory)],
 )
 def test_the_hardness_is_that_of_the_temperature_which_the_named_law_gives(pressure, law, rise):
     found = hot_hardness(steel(pressure), *TABLE, background=300.0)
     assert found.law == law
-    assert found.flash_temperature == pytest.approx(float(rise(found.penetration_hardness, pressure)), rel=1e-6)
-    assert found.penetration_hardness == pytest.approx(np.interp(300.0 + found.flash_temperature, *TABLE), rel=1e-9)
+    assert found.flash_temperature == pytest.approx(
+        float(rise(found.penetration_hardness, pressure)), rel=1e-6
+    )
+    assert found.penetration_hardness == pytest.approx(
+        np.interp(300.0 + found.flash_temperature, *TABLE), rel=1e-9
+    )
     assert found.scene.penetration_hardness == found.penetration_hardness
 
 
 def test_it_says_which_law_was_used_and_why_not_the_other():
-    inside, outside = (hot_hardness(steel(pressure), *TABLE, background=300.0) for pressure in (9e7, 1e6))
+    inside, outside = (
+        hot_hardness(steel(pressure), *TABLE, background=300.0) for pressure in (9e7, 1e6)
+    )
     assert str(inside).endswith("T_flash is by the calibrated law")
     assert inside.range == "inside"
     assert "by the theory, as nominal_pressure/penetration_hardness = 0.00" in str(outside)
@@ -55,7 +68,9 @@ def test_it_says_which_law_was_used_and_why_not_the_other():
 
 
 def test_several_speeds_and_a_table_that_ends_are_refused():
-    with pytest.raises(ValueError, match="has 7 speeds, each with a hardness of its own; give a scene of one speed"):
+    with pytest.raises(
+        ValueError, match="has 7 speeds, each with a hardness of its own; give a scene of one speed"
+    ):
         hot_hardness(rs.load_scene("steel-1.2GPa"), *TABLE, background=300.0)
     with pytest.raises(ValueError, match="the contact becomes hotter than the table"):
         hot_hardness(steel(), [300.0, 350.0], [1.5e9, 1.4e9], background=300.0)

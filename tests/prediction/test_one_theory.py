@@ -75,8 +75,12 @@ def scene_of(name):
 def compared(request, tmp_path_factory):
     scene = scene_of(request.param)
     side = 8 * np.pi / scene.spectrum.breaks[0]
-    numerics = replace(scene.numerics, levels=TOYS[request.param], lengths=scene.numerics.lengths or (side, side))
-    toy = replace(scene, numerics=numerics, ensemble=replace(scene.ensemble, until={}, max_realizations=2))
+    numerics = replace(
+        scene.numerics, levels=TOYS[request.param], lengths=scene.numerics.lengths or (side, side)
+    )
+    toy = replace(
+        scene, numerics=numerics, ensemble=replace(scene.ensemble, until={}, max_realizations=2)
+    )
     return rs.compare(rs.run(toy, tmp_path_factory.mktemp("toys") / "run"))
 
 
@@ -85,10 +89,14 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, no_pictures):
     said = theory_dict(scene)["flash_temperature"]
     rows = [row for row in compared.rows if row.observable == "flash_temperature"]
     assert [row.theory for row in rows] == said
-    whole = [x["theory"] for x in compared.to_dict()["rows"] if x["observable"] == "flash_temperature"]
+    whole = [
+        x["theory"] for x in compared.to_dict()["rows"] if x["observable"] == "flash_temperature"
+    ]
     assert whole == said
     table = comparison_table(compared)
-    (theory,) = (table.cells(k) for k, column in enumerate(table.columns) if column.title == "theory")
+    (theory,) = (
+        table.cells(k) for k, column in enumerate(table.columns) if column.title == "theory"
+    )
     assert theory[: len(said)] == [f"{value:.4g}" for value in said]
     assert f'class="value">{digits(Number(said[-1]))}<small> K' in report.answer(compared)
     assert f">{digits(Number(said[0]))}</td>" in html_table(table)
@@ -98,7 +106,9 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, no_pictures):
     np.testing.assert_allclose([line[list(speed).index(v)] for v in scene.speeds], said, rtol=1e-12)
     bands = [line.half_width for line in axes.get_lines() if line.get_gid() == "measured"]
     for column, half in zip(compared.run.numerics.columns, bands, strict=True):
-        np.testing.assert_array_equal(half, compared.run.estimate("flash_temperature", column).total_error)
+        np.testing.assert_array_equal(
+            half, compared.run.estimate("flash_temperature", column).total_error
+        )
 
 
 def test_the_ratio_is_to_the_theory_of_the_same_modes_and_a_note_says_so(compared):
@@ -106,24 +116,43 @@ def test_the_ratio_is_to_the_theory_of_the_same_modes_and_a_note_says_so(compare
     column = run.numerics.columns[0]
     row = [row for row in compared.rows if row.observable == "flash_temperature"][-1]
     ratio = row.ratios[f"{column}_over_theory"]
-    measured = np.mean([run.members[0, i].numbers["flash_temperature"][-1] for i in (0, 1)])  # all heat in the body
-    assert ratio.value == pytest.approx(measured * run.heat_partition[-1] / row.theory_same_modes, rel=1e-12)
+    measured = np.mean(
+        [run.members[0, i].numbers["flash_temperature"][-1] for i in (0, 1)]
+    )  # all heat in the body
+    assert ratio.value == pytest.approx(
+        measured * run.heat_partition[-1] / row.theory_same_modes, rel=1e-12
+    )
     table = comparison_table(compared)
     assert f"{column}_over_theory" in [column.title for column in table.columns]
     assert any("The ratio to theory is over the modes of the cell" in note for note in table.notes)
 
 
 def test_a_value_that_the_run_cannot_continue_to_q_max_is_marked_at_q_c(compared):
-    unknown = {row.note for row in compared.rows if any("bandwidth" in x.unknown for x in row.columns.values())}
+    unknown = {
+        row.note
+        for row in compared.rows
+        if any("bandwidth" in x.unknown for x in row.columns.values())
+    }
     assert unknown <= {"at q_c", "identity"}
     if compared.run.scene.elastic:
         assert unknown == {"at q_c"}
-        known = [row.note for row in compared.rows if not any("bandwidth" in x.unknown for x in row.columns.values())]
+        known = [
+            row.note
+            for row in compared.rows
+            if not any("bandwidth" in x.unknown for x in row.columns.values())
+        ]
         assert set(known) == {""}
 
 
 @pytest.mark.parametrize(
-    "name", ["two faces", *(pytest.param(name, marks=pytest.mark.slow) for name in ("demo", "steel-1.2GPa", "granite"))]
+    "name",
+    [
+        "two faces",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("demo", "steel-1.2GPa", "granite")
+        ),
+    ],
 )
 def test_the_sum_over_the_modes_of_a_planned_cell_is_the_integral(name):
     scene = scene_of(name)

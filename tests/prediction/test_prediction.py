@@ -23,7 +23,9 @@ def sliding(scene, **changes):
 
 def test_the_share_used_is_what_the_scene_says(capped_scene):
     np.testing.assert_array_equal(prediction.heat_partition(capped_scene), 0.9)
-    np.testing.assert_array_equal(prediction.heat_partition(sliding(capped_scene, heat_partition="all")), 1.0)
+    np.testing.assert_array_equal(
+        prediction.heat_partition(sliding(capped_scene, heat_partition="all")), 1.0
+    )
 
 
 def test_the_rules_of_the_share_are_those_of_the_theory():
@@ -61,7 +63,11 @@ def test_the_total_temperatures_of_two_different_bodies_agree_in_theory_and_over
         "nominal_pressure": 9e7,
         "gamma": 0.294,
     }
-    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": steel.conduction().diffusivity}
+    heat = {
+        "friction_coefficient": 0.11,
+        "conductivity": 30.0,
+        "diffusivity": steel.conduction().diffusivity,
+    }
     moving = flash.flash_temperature(35.0, spectrum, **stress, **heat)
     moving += 2 * 0.11 * 9e7 * 35 / 30 * np.sqrt(steel.conduction().diffusivity * 1e-3 / np.pi)
     spread = np.sqrt(12 / (2700 * 900) * 1e-3)
@@ -71,7 +77,9 @@ def test_the_total_temperatures_of_two_different_bodies_agree_in_theory_and_over
         q = np.exp(0.5 * (high - low) * nodes + 0.5 * (high + low))
         density = 2 * np.pi * prediction.stress_spectrum(steel, q) * erf(q * spread)
         pieces.append(0.5 * (high - low) * weights @ (density * q))
-    resting = 0.11 * 35 / (12 * 9e7) * sum(pieces) + 2 * 0.11 * 9e7 * 35 / 12 * spread / np.sqrt(np.pi)
+    resting = 0.11 * 35 / (12 * 9e7) * sum(pieces) + 2 * 0.11 * 9e7 * 35 / 12 * spread / np.sqrt(
+        np.pi
+    )
     expected, k = resting / (resting + moving), steel.speeds.index(35.0)
     assert prediction.heat_partition(steel)[k] == pytest.approx(expected, rel=1e-6)
     assert prediction.predictions(steel)["heat_partition"][k] == pytest.approx(expected, rel=1e-6)
@@ -97,9 +105,13 @@ def test_a_cut_surface_that_yields_at_once_has_the_stress_of_the_whole_one(cappe
     assert smoothed.breaks[-3] / smoothed.breaks[0] - 1 < 1e-9
     cut = TruncatedSpectrum(smoothed, 1.5 * smoothed.breaks[0])
     stress = stress_arguments(soft)
-    whole, part = (float(persson.pressure_correlation(0.0, each, **stress)) for each in (smoothed, cut))
+    whole, part = (
+        float(persson.pressure_correlation(0.0, each, **stress)) for each in (smoothed, cut)
+    )
     assert part == pytest.approx(whole, rel=1e-11)
-    assert prediction.predictions(soft)["flash_width"] == pytest.approx(1 / soft.surface.q_min, rel=1e-9)
+    assert prediction.predictions(soft)["flash_width"] == pytest.approx(
+        1 / soft.surface.q_min, rel=1e-9
+    )
 
 
 def test_mode_sums_approach_the_integrals_as_the_cell_grows():
@@ -112,7 +124,9 @@ def test_mode_sums_approach_the_integrals_as_the_cell_grows():
         grid = rs.Grid((48 * waves, 48 * waves), (length, length))
         sums = prediction.mode_sums(steel, TruncatedSpectrum(spectrum, 1.3e5), grid)
         errors[waves] = {
-            name: abs(sums[name][-1] / whole[name][-1] - 1) for name in sums if name not in ("plastic_fraction",)
+            name: abs(sums[name][-1] / whole[name][-1] - 1)
+            for name in sums
+            if name not in ("plastic_fraction",)
         }
     for name in (
         "flash_temperature",
@@ -146,7 +160,11 @@ def wide():
             "surface": face | {"q_max": 400 * FIRST},
             "body": body,
             "counterface": face | body | {"q_max": 200.3 * FIRST, "conductivity": 10.0},
-            "sliding": {"nominal_pressure": 5e7, "friction_coefficient": 0.2, "speed": [1e-3, 0.1, 10.0]},
+            "sliding": {
+                "nominal_pressure": 5e7,
+                "friction_coefficient": 0.2,
+                "speed": [1e-3, 0.1, 10.0],
+            },
         }
     )
 
@@ -162,9 +180,14 @@ def test_rings_of_dense_modes_sum_as_the_modes_in_them(wide, sides, monkeypatch)
     monkeypatch.setattr("roughsim.prediction.modes._DENSE", np.inf)
     by_modes = summed_over_modes(wide, wide.spectrum, grid)
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian", "heat_partition"):
-        np.testing.assert_allclose(by_rings.values[name], by_modes.values[name], rtol=2e-5, err_msg=name)
+        np.testing.assert_allclose(
+            by_rings.values[name], by_modes.values[name], rtol=2e-5, err_msg=name
+        )
     radius = np.linspace(0.0, 0.5 * np.hypot(*lengths), 50)
-    rings, modes = (sums.correlation_radius.__self__.pressure_correlation(radius) for sums in (by_rings, by_modes))
+    rings, modes = (
+        sums.correlation_radius.__self__.pressure_correlation(radius)
+        for sums in (by_rings, by_modes)
+    )
     np.testing.assert_allclose(rings, modes, atol=3e-5 * modes[0])
 
 
@@ -193,7 +216,10 @@ def test_a_grid_too_coarse_for_the_modes_is_refused(wide):
 def test_the_areas_are_those_of_the_theory(capped_scene, full_scene):
     areas = prediction.area_fractions(capped_scene)
     assert 0 < areas["plastic_fraction"] < areas["contact_fraction"] < 1
-    assert prediction.area_fractions(full_scene) == {"contact_fraction": 1.0, "plastic_fraction": 0.0}
+    assert prediction.area_fractions(full_scene) == {
+        "contact_fraction": 1.0,
+        "plastic_fraction": 0.0,
+    }
 
 
 def test_totals_over_the_stress_spectrum_are_its_integrals():
@@ -204,7 +230,9 @@ def test_totals_over_the_stress_spectrum_are_its_integrals():
     for low, high in pairwise(np.log(prediction.smoothed_spectrum(steel).breaks)):
         q = np.exp(low + (high - low) * y**2)
         area = np.pi * weights * (high - low) * 2.0 * y * q**2  # 2π q dq
-        expected += [(area * prediction.stress_spectrum(steel, q)) @ q**power for power in (-1.0, 0.0, 1.0)]
+        expected += [
+            (area * prediction.stress_spectrum(steel, q)) @ q**power for power in (-1.0, 0.0, 1.0)
+        ]
     found = [integrals(steel).total(lambda q, power=power: q**power) for power in (-1.0, 0.0, 1.0)]
     np.testing.assert_allclose(found, expected, rtol=1e-8)
 
@@ -213,9 +241,17 @@ def test_totals_over_the_modes_of_a_cell_are_those_of_its_moments():
     # at v → 0 T_flash = (μv/κσ₀) Σ |σ_q|²/q
     steel = sliding(rs.load_scene("steel-2.0GPa"), speed=(1e-9,))
     grid = rs.Grid((128, 128), (4e-3, 4e-3))
-    sums = summed_over_modes(steel, TruncatedSpectrum(prediction.smoothed_spectrum(steel), 9e4), grid)
-    rate = steel.sliding.friction_coefficient * 1e-9 / (steel.body.conductivity * steel.sliding.nominal_pressure)
-    assert sums.values["flash_temperature"][0] == pytest.approx(rate * sums.total(lambda q: 1 / q), rel=1e-9, abs=0)
+    sums = summed_over_modes(
+        steel, TruncatedSpectrum(prediction.smoothed_spectrum(steel), 9e4), grid
+    )
+    rate = (
+        steel.sliding.friction_coefficient
+        * 1e-9
+        / (steel.body.conductivity * steel.sliding.nominal_pressure)
+    )
+    assert sums.values["flash_temperature"][0] == pytest.approx(
+        rate * sums.total(lambda q: 1 / q), rel=1e-9, abs=0
+    )
 
 
 @pytest.mark.parametrize("hardness", [None, 10e9])
@@ -223,7 +259,9 @@ def test_the_theory_up_to_a_cut_off_is_that_of_a_surface_that_ends_there(hardnes
     rock = rs.load_scene("granite")
     rock = replace(rock, body=replace(rock.body, penetration_hardness=hardness))
     ends = rock.spectrum.truncated(q_max=4e5)
-    short = replace(rock, surface=replace(rock.surface, q_max=4e5, rms_height=ends.rms_height / np.sqrt(2.0)))
+    short = replace(
+        rock, surface=replace(rock.surface, q_max=4e5, rms_height=ends.rms_height / np.sqrt(2.0))
+    )
     cut, whole = prediction.predictions(rock, 4e5), prediction.predictions(short)
     for name, values in whole.items():
         np.testing.assert_allclose(cut[name], values, rtol=1e-6, err_msg=name)
@@ -236,21 +274,28 @@ def test_the_theory_up_to_a_cut_off_is_that_of_a_surface_that_ends_there(hardnes
 
 def test_yielded_contact_falls_the_slower_the_rougher_its_short_waves():
     def falls(hurst, end=2e6, q_c=3e5):
-        spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=hurst, q_min=1e4, q_roll_off=2e4, q_max=end)
+        spectrum = rs.SelfAffineSpectrum.from_rms_height(
+            1e-6, hurst=hurst, q_min=1e4, q_roll_off=2e4, q_max=end
+        )
         return prediction.usual_exponent(SimpleNamespace(spectrum=spectrum), q_c)
 
     assert falls(0.3) == pytest.approx(0.3 + 1.05 * 0.3, rel=1e-9)
     assert falls(0.0) == pytest.approx(0.3, rel=1e-9)
     assert falls(0.8) == 1.0
     assert falls(0.3, end=3e5) == 1.0  # nothing follows
-    assert falls(0.3, end=3e5 * (1 + 1e-15)) == 1.0  # nor where a map's last wave and its cut-off differ by rounding
+    assert (
+        falls(0.3, end=3e5 * (1 + 1e-15)) == 1.0
+    )  # nor where a map's last wave and its cut-off differ by rounding
     # H is that of the next sixteen-fold of q: flat for a factor 2, then q^−3.2 for a factor 8, is H = 0.2
     assert falls(0.6, q_c=1e4) == pytest.approx(0.3 + 1.05 * 0.2, rel=1e-9)
     assert falls(0.3, q_c=1e4) == pytest.approx(0.3, rel=1e-9)  # less than none counts as none
 
 
 @pytest.mark.parametrize(
-    ("exponents", "follows"),  # of C(q) from 1e3, 1e4, 2e4, 4e4, 8e4, 1.6e5, 3.2e5 and 6.4e5 on, to 1e7
+    (
+        "exponents",
+        "follows",
+    ),  # of C(q) from 1e3, 1e4, 2e4, 4e4, 8e4, 1.6e5, 3.2e5 and 6.4e5 on, to 1e7
     [
         ([3.6] * 8, True),
         ([0.0] + [3.6] * 7, True),  # a plateau below
@@ -266,22 +311,32 @@ def test_yielded_contact_falls_the_slower_the_rougher_its_short_waves():
         ([3.95, 3.9, 3.8, 3.7, 3.6, 3.5, 3.35, 3.35], None),
     ],
 )
-def test_a_spectrum_follows_a_power_if_it_falls_alike_below_and_above_the_cut_off(exponents, follows):
+def test_a_spectrum_follows_a_power_if_it_falls_alike_below_and_above_the_cut_off(
+    exponents, follows
+):
     q = np.array([1e3, 1e4, 2e4, 4e4, 8e4, 1.6e5, 3.2e5, 6.4e5, 1e7])
     psd = np.exp(np.concatenate([[0.0], np.cumsum(-np.array(exponents) * np.diff(np.log(q)))]))
     scene = SimpleNamespace(spectrum=rs.TabulatedSpectrum(q, psd))
     assert prediction.follows_power(scene, (5e3, 1e4, 2e4, 4e4)) is follows
 
 
-@pytest.mark.parametrize(("steps", "follows"), [((3.6, 3.6), True), ((3.6, 20.0), False), ((3.6, -2.0), None)])
+@pytest.mark.parametrize(
+    ("steps", "follows"), [((3.6, 3.6), True), ((3.6, 20.0), False), ((3.6, -2.0), None)]
+)
 def test_the_last_part_of_an_octave_of_the_spectrum_is_seen(steps, follows):
     q = np.array([1e4, 8e4, 1.59e5])  # the end is just below two octaves above the cut-off
     psd = np.exp(np.concatenate([[0.0], np.cumsum(-np.array(steps) * np.diff(np.log(q)))]))
-    assert prediction.follows_power(SimpleNamespace(spectrum=rs.TabulatedSpectrum(q, psd)), (2e4, 4e4)) is follows
+    assert (
+        prediction.follows_power(SimpleNamespace(spectrum=rs.TabulatedSpectrum(q, psd)), (2e4, 4e4))
+        is follows
+    )
 
 
 def test_a_spectrum_with_a_gap_follows_no_power():
-    low, high = (rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=q, q_max=6 * q) for q in (1e4, 1e5))
+    low, high = (
+        rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=q, q_max=6 * q)
+        for q in (1e4, 1e5)
+    )
     scene = SimpleNamespace(spectrum=low + high)  # none from 6e4 to 1e5/m
     assert prediction.follows_power(scene, (2e4, 4e4)) is None
 
@@ -290,7 +345,9 @@ def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yi
     rock, rubber, steel = (rs.load_scene(name) for name in ("granite", "rubber", "steel-1.2GPa"))
     assert prediction.follows_theory(rubber, "elastic", (3e4,)) is True
     assert prediction.follows_theory(rock, "smoothed", (4e5,)) is True
-    assert prediction.follows_theory(rock, "capped", (4e5,)) is None  # 97 % of it yields up to q_max
+    assert (
+        prediction.follows_theory(rock, "capped", (4e5,)) is None
+    )  # 97 % of it yields up to q_max
     hard = replace(rock, body=replace(rock.body, penetration_hardness=30e9))
     assert prediction.follows_theory(hard, "capped", (4e5,)) is True
     assert prediction.follows_theory(steel, "capped", (4e5,)) is False
@@ -326,9 +383,15 @@ def test_contact_follows_the_theory_if_less_than_5_percent_yields_and_falls_if_b
     rock = rs.load_scene("granite")
     assert prediction.follows_theory(rock, "capped", (1e5, 2e5, 4e5)) is follows
     assert prediction.follows_theory(rock, "smoothed", (1e5, 2e5, 4e5)) is True
-    names = "contact_fraction", "plastic_fraction", "pressure_variance"  # what tends to a bound, from half on
+    names = (
+        "contact_fraction",
+        "plastic_fraction",
+        "pressure_variance",
+    )  # what tends to a bound, from half on
     theory = dict.fromkeys(names, np.ones(1))
-    monkeypatch.setattr("roughsim.prediction.cut_offs.predictions", lambda scene, q_max=np.inf: theory)
+    monkeypatch.setattr(
+        "roughsim.prediction.cut_offs.predictions", lambda scene, q_max=np.inf: theory
+    )
     for name in names:
         found = prediction.continuation(rock, "capped", (1e5, 2e5, 4e5), name)
         assert bounded is (False if found is None else True if np.isfinite(found).all() else None)

@@ -57,7 +57,9 @@ def test_rows_that_scatter_alone_add_up_as_squares(steel):
     together = np.log1p(scan_error(with_errors(steel, FLAT, *[(0.01,)] * 3))["flash_temperature"])
     np.testing.assert_allclose(together, np.sqrt(np.sum(np.square(alone), axis=0)), rtol=1e-3)
     # all at once would be 1 % of C, and so 1.96 % of T_flash: the parts of the rows add up to that
-    np.testing.assert_allclose(np.sum(alone, axis=0), 1.96 * 0.01, rtol=0.06)  # for steps of 10 % in C
+    np.testing.assert_allclose(
+        np.sum(alone, axis=0), 1.96 * 0.01, rtol=0.06
+    )  # for steps of 10 % in C
 
 
 def test_scans_that_differ_by_no_more_than_their_scatter_show_no_difference_of_places(steel):
@@ -70,7 +72,8 @@ def change_of(steel, rows, factors):
     """How ln T_flash changes if C of each row is so many times as large, by the theory."""
     changed = tuple((q, psd * factor) for (q, psd), factor in zip(rows, factors, strict=True))
     own, other = (
-        prediction.predictions(with_errors(steel, table, *[(0.0,)] * len(rows)))[NAME] for table in (rows, changed)
+        prediction.predictions(with_errors(steel, table, *[(0.0,)] * len(rows)))[NAME]
+        for table in (rows, changed)
     )
     return np.log(other / own)
 
@@ -81,9 +84,15 @@ def of_each_row(steel, rows):
 
 
 def test_the_difference_of_places_is_what_is_beyond_the_scatter_of_the_rows_that_scans_share(steel):
-    errors = ((0.1, 0.25, -0.25), (0.1, 0.25, -0.25), (0.1, 0.0, 0.0))  # the last row is of one scan alone
+    errors = (
+        (0.1, 0.25, -0.25),
+        (0.1, 0.25, -0.25),
+        (0.1, 0.0, 0.0),
+    )  # the last row is of one scan alone
     squares = (0.1 * of_each_row(steel, FLAT)) ** 2
-    between = sum(change_of(steel, FLAT, factors) ** 2 for factors in ((1.25, 1.25, 1.0), (0.75, 0.75, 1.0)))
+    between = sum(
+        change_of(steel, FLAT, factors) ** 2 for factors in ((1.25, 1.25, 1.0), (0.75, 0.75, 1.0))
+    )
     within = squares[:2].sum(axis=0)
     assert (between > 3.84 * within).all()  # χ² of one degree of freedom at 5 %
     expected = np.sqrt(1.96**2 * squares.sum(axis=0) + 12.706**2 * (between - within))
@@ -96,7 +105,9 @@ def test_the_difference_of_places_is_what_is_beyond_the_scatter_of_the_rows_that
 )  # χ² of two degrees of freedom: 5.99 = 2 · 3.0
 def test_three_scans_show_a_difference_of_places_at_five_percent(steel, ratio, shown):
     squares = (0.1 * of_each_row(steel, FLAT)) ** 2
-    part = math.sqrt(ratio * squares.sum(axis=0)[0] / 2)  # so that its square, twice, is `ratio` times the scatter
+    part = math.sqrt(
+        ratio * squares.sum(axis=0)[0] / 2
+    )  # so that its square, twice, is `ratio` times the scatter
     factors = [math.exp(sign * part) for sign in (1, -1)]  # T_flash ∝ C
     errors = [(0.1, factors[0] - 1, factors[1] - 1, 0.0)] * 3
     found = np.log1p(scan_error(with_errors(steel, FLAT, *errors), NAME)[NAME])
@@ -127,7 +138,9 @@ def test_waves_longer_than_the_scan_count_where_c_rises_to_them(steel):
     rows = tuple((q, 1e-32 * (q / 1e4) ** -1.0) for q in (1e4, 3e4, 1e5))
     found = scan_error(with_errors(steel, rows, *[(0.0,)] * 3))["flash_temperature"]
     own, longer = (
-        prediction.predictions(with_errors(steel, table, *[(0.0,)] * len(table)))["flash_temperature"]
+        prediction.predictions(with_errors(steel, table, *[(0.0,)] * len(table)))[
+            "flash_temperature"
+        ]
         for table in (rows, ((1.0, 1e-28), *rows))
     )
     np.testing.assert_allclose(found, longer / own - 1.0, rtol=0.05)
@@ -145,7 +158,9 @@ TEN = 1e4 * 10.0 ** (np.arange(21) / 10)
 
 def test_long_waves_go_on_as_the_rows_above_the_first_with_the_error_of_their_line():
     psd, error = 1e-32 * (TEN / TEN[0]) ** -1.5, np.full(TEN.size, 0.3)
-    x = np.log(10) / 10 * np.arange(5, 12)  # of a line through points with equal errors: σ²/Σ(x − x̄)²
+    x = (
+        np.log(10) / 10 * np.arange(5, 12)
+    )  # of a line through points with equal errors: σ²/Σ(x − x̄)²
     expected = 0.3 / math.sqrt(np.sum((x - x.mean()) ** 2))
     found = long_waves(TEN, psd, error)
     assert found == pytest.approx((1.5, expected, 1e-32), rel=1e-6, abs=0)
@@ -164,9 +179,13 @@ def test_rows_of_large_errors_count_little_for_the_long_waves():
 def test_where_c_ends_at_the_first_rows_they_say_how_it_goes_on():
     # it falls as q² to long waves: what the plane and the window take of rows as long as the map is less than that
     psd = 1e-32 * np.where(TEN[4] > TEN, (TEN / TEN[4]) ** 2.0, (TEN / TEN[4]) ** -3.0)
-    x = np.log(10) / 10 * np.arange(5)  # up to twice the second row, and half of the error of that line
+    x = (
+        np.log(10) / 10 * np.arange(5)
+    )  # up to twice the second row, and half of the error of that line
     error = 0.5 * 0.3 / math.sqrt(np.sum((x - x.mean()) ** 2))
-    assert long_waves(TEN, psd, np.full(TEN.size, 0.3)) == pytest.approx((2.7 - 2.0, error, psd[0]), rel=1e-6, abs=0)
+    assert long_waves(TEN, psd, np.full(TEN.size, 0.3)) == pytest.approx(
+        (2.7 - 2.0, error, psd[0]), rel=1e-6, abs=0
+    )
 
 
 def test_the_error_is_unknown_where_an_exponent_steeper_by_its_error_has_no_limit(steel):
@@ -181,15 +200,24 @@ def test_the_error_is_unknown_where_an_exponent_steeper_by_its_error_has_no_limi
 
 
 def test_errors_of_two_faces_add_up_as_squares(steel):
-    like = with_errors(steel, FLAT, *[(0.01,)] * 3)  # the counterface has the same C(q), and moves with it
-    keys = {key: getattr(like.surface, key) for key in ("psd", "psd_convention", "psd_source", "psd_error")}
+    like = with_errors(
+        steel, FLAT, *[(0.01,)] * 3
+    )  # the counterface has the same C(q), and moves with it
+    keys = {
+        key: getattr(like.surface, key)
+        for key in ("psd", "psd_convention", "psd_source", "psd_error")
+    }
     both = replace(like, counterface=replace(like.counterface, like=None, **keys))
     found, together = (np.log1p(scan_error(scene, NAME)[NAME]) for scene in (both, like))
-    np.testing.assert_allclose(found, together / math.sqrt(2.0), rtol=0.02)  # half of C each, tried in steps of 10 %
+    np.testing.assert_allclose(
+        found, together / math.sqrt(2.0), rtol=0.02
+    )  # half of C each, tried in steps of 10 %
 
 
 def test_the_error_is_unknown_without_that_of_c_and_absent_without_scans(steel):
-    unknown = replace(steel, surface=replace(with_errors(steel, FLAT, *[(0.0,)] * 3).surface, psd_error=None))
+    unknown = replace(
+        steel, surface=replace(with_errors(steel, FLAT, *[(0.0,)] * 3).surface, psd_error=None)
+    )
     assert np.isnan(scan_error(unknown)["flash_temperature"]).all()
     assert scan_of_hottest(steel) is None
     assert not scan_error(steel)["flash_temperature"].any()
@@ -204,22 +232,35 @@ def draws(kind, seeds, points, q_max):
     """Whether the stated error holds T_flash of the surface that a map of one longest wave was cut out of."""
     roll_off, exponent = kind
     face = SurfaceSection(
-        rms_height=9e-7, hurst=0.8, q_min=Q_MIN, q_roll_off=roll_off, q_max=q_max, roll_off_exponent=exponent
+        rms_height=9e-7,
+        hurst=0.8,
+        q_min=Q_MIN,
+        q_roll_off=roll_off,
+        q_max=q_max,
+        roll_off_exponent=exponent,
     )
     scene = replace(rs.load_scene("steel-1.2GPa"), surface=face)
     scene = replace(scene, sliding=replace(scene.sliding, speed=SPEEDS))
     true = prediction.predictions(scene)["flash_temperature"]
     side = 4 * 2 * math.pi / Q_MIN
-    grid, part = rs.Grid((points, points), (side, side)), rs.Grid((points // 4, points // 4), (side / 4, side / 4))
+    grid, part = (
+        rs.Grid((points, points), (side, side)),
+        rs.Grid((points // 4, points // 4), (side / 4, side / 4)),
+    )
     inside, errors = [], []
     for seed in seeds:
-        heights = rs.synthesize(scene.faces[0], grid, np.random.default_rng(seed), amplitudes="gaussian")
+        heights = rs.synthesize(
+            scene.faces[0], grid, np.random.default_rng(seed), amplitudes="gaussian"
+        )
         spectrum, error = combined(
             [map_spectrum(levelled(heights[: points // 4, : points // 4]), part, periodic=False)]
         )
         rows = tuple(zip(spectrum.q.tolist(), spectrum.psd.tolist(), strict=True))
         scan = with_errors(scene, rows, *map(tuple, error.tolist()))
-        found, stated = prediction.predictions(scan)["flash_temperature"], scan_error(scan, NAME)[NAME]
+        found, stated = (
+            prediction.predictions(scan)["flash_temperature"],
+            scan_error(scan, NAME)[NAME],
+        )
         inside.append(~(np.abs(found - true) > stated * found))  # unknown holds everything
         errors.append(stated)
     return np.sum(inside, axis=0), np.array(errors)

@@ -20,11 +20,23 @@ BODIES = {  # κ, ρ and c
 }
 MODULUS = 1 / (2 * 0.91 / 200e9)
 FRICTION, SPEEDS = 0.1, (1.0, 60.0)
-PART = {0.0: (1.0, 0.0), 0.2: (4.0, 1.0), 0.5: (1.0, 1.0), 0.8: (1.0, 4.0), 1.0: (0.0, 1.0)}  # resting, moving
+PART = {
+    0.0: (1.0, 0.0),
+    0.2: (4.0, 1.0),
+    0.5: (1.0, 1.0),
+    0.8: (1.0, 4.0),
+    1.0: (0.0, 1.0),
+}  # resting, moving
 
 
 def face(height):
-    return {"rms_height": height, "hurst": 0.8, "q_min": Q_MIN, "q_roll_off": Q_ROLL_OFF, "q_max": Q_MAX}
+    return {
+        "rms_height": height,
+        "hurst": 0.8,
+        "q_min": Q_MIN,
+        "q_roll_off": Q_ROLL_OFF,
+        "q_max": Q_MAX,
+    }
 
 
 def scene_of(moving, resting, part, pressure, rms_height=2e-7, **sliding):
@@ -37,7 +49,11 @@ def scene_of(moving, resting, part, pressure, rms_height=2e-7, **sliding):
         "surface": face(ride),
         "body": solid | dict(zip(keys, BODIES[moving], strict=True)),
         "counterface": face(rest) | solid | dict(zip(keys, BODIES[resting], strict=True)),
-        "sliding": {"nominal_pressure": pressure, "friction_coefficient": FRICTION, "speed": list(SPEEDS)}
+        "sliding": {
+            "nominal_pressure": pressure,
+            "friction_coefficient": FRICTION,
+            "speed": list(SPEEDS),
+        }
         | {"history": "sliding", "slid_distance": 5.0, "heat_partition": "mean"}
         | sliding,
     }
@@ -56,7 +72,9 @@ def full_contact(scene, part, moving, resting, pressure):
     (k1, d1), (k2, d2) = ((k, k / (rho * c)) for k, rho, c in (BODIES[resting], BODIES[moving]))
     found = []
     for speed in SPEEDS:
-        over_1, over_2 = (np.sqrt(q[:, None] ** 2 - 1j * q[:, None] * np.cos(angle) * speed / d) for d in (d1, d2))
+        over_1, over_2 = (
+            np.sqrt(q[:, None] ** 2 - 1j * q[:, None] * np.cos(angle) * speed / d) for d in (d1, d2)
+        )
         rests = (1 / (k1 * q[:, None] + k2 * over_2)).real.mean(axis=1)
         rides = (1 / (k1 * over_1 + k2 * q[:, None])).real.mean(axis=1)
         waves = 2 * np.pi * q**2 * stress * ((1 - part) * rests + part * rides)
@@ -67,12 +85,15 @@ def full_contact(scene, part, moving, resting, pressure):
 def full_pressure(scene):
     """Five standard deviations of the stress of full contact: A = 1."""
     q = np.geomspace(Q_MIN, Q_MAX, 2001)
-    return 5 * np.sqrt(np.trapezoid(2 * np.pi * q**2 * (MODULUS * q / 2) ** 2 * scene.spectrum(q), np.log(q)))
+    return 5 * np.sqrt(
+        np.trapezoid(2 * np.pi * q**2 * (MODULUS * q / 2) ** 2 * scene.spectrum(q), np.log(q))
+    )
 
 
 @pytest.mark.parametrize("part", [0.0, 0.2, 0.5, 0.8, 1.0])
 @pytest.mark.parametrize(
-    ("moving", "resting"), [("steel", "hot steel"), ("titanium", "brass"), ("brass", "titanium"), ("steel", "brass")]
+    ("moving", "resting"),
+    [("steel", "hot steel"), ("titanium", "brass"), ("brass", "titanium"), ("steel", "brass")],
 )
 def test_full_contact_is_in_the_band_or_there_is_none(moving, resting, part):
     pressure = full_pressure(scene_of(moving, resting, part, 1e8))
@@ -92,7 +113,9 @@ def test_full_contact_does_not_depend_on_the_background(moving, resting, part):
     pressure = 5 * full_pressure(scene_of(moving, resting, part, 1e8))
     scene = scene_of(moving, resting, part, pressure, slid_distance=50.0)
     found = prediction.sliding_prediction(scene).flash_temperature
-    np.testing.assert_allclose(found, full_contact(scene, part, moving, resting, pressure), rtol=0.04)
+    np.testing.assert_allclose(
+        found, full_contact(scene, part, moving, resting, pressure), rtol=0.04
+    )
 
 
 @pytest.mark.parametrize(

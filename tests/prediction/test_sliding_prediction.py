@@ -24,7 +24,9 @@ STEEL = {
 
 
 def by_the_theory(scene, speed, distance, **changes):
-    return two_bodies.sliding_temperatures(speed, scene.spectrum, slid_distance=distance, **STEEL | changes)
+    return two_bodies.sliding_temperatures(
+        speed, scene.spectrum, slid_distance=distance, **STEEL | changes
+    )
 
 
 def test_temperatures_are_means_over_the_last_half_of_the_distance():
@@ -41,7 +43,9 @@ def test_temperatures_are_means_over_the_last_half_of_the_distance():
 
 
 def test_with_a_duration_each_speed_slides_its_own_distance():
-    scene = sliding_scene('history = "sliding"\nduration = "20 us"', ("speed = [1, 35]", "speed = [10, 35]"))
+    scene = sliding_scene(
+        'history = "sliding"\nduration = "20 us"', ("speed = [1, 35]", "speed = [10, 35]")
+    )
     slid = prediction.sliding_prediction(scene)
     assert slid.slid_distance == pytest.approx([0.2e-3, 0.7e-3])
     ends = [slid.contact_temperature[k] - slid.flash_temperature[k] for k in (0, 1)]
@@ -55,10 +59,16 @@ def test_the_roughness_of_the_surface_rides_and_that_of_the_counterface_rests():
     resting += "conductivity = 300\ndensity = 8900\nheat_capacity = 400\nyoungs_modulus = 200e9\npoisson_ratio = 0.3\n"
     scene = sliding_scene(MILLIMETRE, ('like = "body"', resting))
     slid = prediction.sliding_prediction(scene)
-    bodies = {"resting_conductivity": 300.0, "resting_diffusivity": 300 / (8900 * 400), "moving_roughness": 0.8}
+    bodies = {
+        "resting_conductivity": 300.0,
+        "resting_diffusivity": 300 / (8900 * 400),
+        "moving_roughness": 0.8,
+    }
     distances = np.linspace(0.5e-3, 1e-3, 41)
     expected = by_the_theory(scene, 35.0, distances, **bodies)
-    assert slid.heat_partition[1] == pytest.approx(np.trapezoid(expected.moving_share, distances) / 0.5e-3, rel=1e-4)
+    assert slid.heat_partition[1] == pytest.approx(
+        np.trapezoid(expected.moving_share, distances) / 0.5e-3, rel=1e-4
+    )
     mean = np.trapezoid(expected.flash_temperature, distances) / 0.5e-3
     assert slid.flash_temperature[1] == pytest.approx(mean, rel=1e-4)
 
@@ -79,7 +89,9 @@ def test_theory_prints_both_bodies_in_motion():
     titles = [column.title for column in table.columns]
     at = titles.index("T_flash sliding, K")
     assert table.cells(at)[1] == f"{slid.flash_temperature[1]:.4g}"
-    assert any(note.startswith("sliding, calibrated: two bodies that slide") for note in table.notes)
+    assert any(
+        note.startswith("sliding, calibrated: two bodies that slide") for note in table.notes
+    )
     result = CliRunner().invoke(app, ["theory", "demo", "--json"])
     assert "sliding" not in json.loads(result.stdout)["calibrated"]
 
@@ -89,13 +101,20 @@ def test_a_slide_is_continued_by_the_theory_at_both_distances():
     resting = 'conductivity = 10\ndensity = 7900\nheat_capacity = 500\nyoungs_modulus = "200 GPa"\npoisson_ratio = 0.3'
     scene = sliding_scene('history = "sliding"\nslid_distance = "8 mm"', ('like = "body"', resting))
     found = prediction.sliding_continuation(scene, 2e-3)
-    bodies = {"resting_conductivity": 10.0, "resting_diffusivity": 10 / (7900 * 500), "moving_roughness": 0.0}
+    bodies = {
+        "resting_conductivity": 10.0,
+        "resting_diffusivity": 10 / (7900 * 500),
+        "moving_roughness": 0.0,
+    }
     for k, speed in enumerate(scene.speeds):
         means = []
         for end in (2e-3, 8e-3):
             late = np.linspace(0.5 * end, end, 41)
             slid = by_the_theory(scene, speed, late, **bodies)
-            averages = [np.trapezoid(y, late) / (0.5 * end) for y in (slid.flash_temperature, slid.moving_share)]
+            averages = [
+                np.trapezoid(y, late) / (0.5 * end)
+                for y in (slid.flash_temperature, slid.moving_share)
+            ]
             means.append([*averages, slid.background[-1]])
         expected = np.divide(means[1], means[0])
         assert (np.abs(expected - 1.0) > 3e-4).all()
@@ -104,14 +123,18 @@ def test_a_slide_is_continued_by_the_theory_at_both_distances():
 
 
 def test_twins_that_are_equally_rough_warm_as_the_root_of_the_distance():
-    found = prediction.sliding_continuation(sliding_scene('history = "sliding"\nslid_distance = "18 mm"'), 2e-3)
+    found = prediction.sliding_continuation(
+        sliding_scene('history = "sliding"\nslid_distance = "18 mm"'), 2e-3
+    )
     assert found.background == pytest.approx([3.0, 3.0], rel=1e-6)
     assert found.heat_partition == pytest.approx([1.0, 1.0], rel=1e-6)
     assert (found.flash_temperature > 1.0).all()  # summits of the moving body stay hot
 
 
 def test_a_speed_that_is_followed_to_its_end_is_not_continued():
-    scene = sliding_scene('history = "sliding"\nduration = "20 us"', ("speed = [1, 35]", "speed = [10, 200]"))
+    scene = sliding_scene(
+        'history = "sliding"\nduration = "20 us"', ("speed = [1, 35]", "speed = [10, 200]")
+    )
     found = prediction.sliding_continuation(scene, 1e-3)  # of 0.2 and 4 mm
     assert [values[0] for values in found] == [1.0, 1.0, 1.0, 0.0]
     assert (found.flash_temperature[1], found.error[1]) != (1.0, 0.0)
@@ -121,10 +144,12 @@ def test_a_speed_that_is_followed_to_its_end_is_not_continued():
 
 def test_without_a_theory_a_slide_that_ends_sooner_is_refused():
     full = sliding_scene(
-        'history = "sliding"\nslid_distance = "8 mm"', ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"')
+        'history = "sliding"\nslid_distance = "8 mm"',
+        ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"'),
     )
     assert prediction.sliding_prediction(full) is None
     with pytest.raises(
-        ValueError, match=r"^followed = 0\.002 m is less than the slid distance of 0\.008 m, and .*leave"
+        ValueError,
+        match=r"^followed = 0\.002 m is less than the slid distance of 0\.008 m, and .*leave",
     ):
         prediction.sliding_continuation(full, 2e-3)

@@ -33,7 +33,9 @@ def scene_of(counterface, sliding=""):
 
 
 def said(scene):
-    return {statement.name: statement.value for statement in statements(scene) if statement.name != SKIN}
+    return {
+        statement.name: statement.value for statement in statements(scene) if statement.name != SKIN
+    }
 
 
 ON_BOTH = 'history = "sliding"\nslid_distance = 1e-3\nheat_partition = 0.5\n'
@@ -53,7 +55,9 @@ ON_BOTH = 'history = "sliding"\nslid_distance = 1e-3\nheat_partition = 0.5\n'
         (BRASS, ON_BOTH, "on the resting face", "0.5 into the moving body"),
     ],
 )
-def test_a_scene_states_where_its_roughness_is_and_where_its_heat_goes(counterface, sliding, roughness, heat):
+def test_a_scene_states_where_its_roughness_is_and_where_its_heat_goes(
+    counterface, sliding, roughness, heat
+):
     assert said(scene_of(counterface, sliding)) == {"roughness": roughness, "heat": heat}
 
 
@@ -70,19 +74,26 @@ def test_a_lone_rough_face_is_computed_as_one_that_rests_on_the_counterface():
     at_rest = [float(prediction.heat_partition(scene)[0]) for scene in slow]
     np.testing.assert_allclose(at_rest, [30 / 150, 120 / 150], rtol=1e-3)
     for share, low in zip(shares, at_rest, strict=True):
-        assert low < share[0] < share[1] < 1.0  # the body over which the spots slide takes more, the faster the more
+        assert (
+            low < share[0] < share[1] < 1.0
+        )  # the body over which the spots slide takes more, the faster the more
 
 
 def test_of_two_faces_that_slide_the_first_rides_with_the_moving_body():
     heights = {}
-    for name, scene in {"two": scene_of(BRASS + OTHER, ON_BOTH), "lone": scene_of(BRASS, ON_BOTH)}.items():
+    for name, scene in {
+        "two": scene_of(BRASS + OTHER, ON_BOTH),
+        "lone": scene_of(BRASS, ON_BOTH),
+    }.items():
         problem = slide_problem(scene, rs.plan(scene))
         faces = problem.resting_spectrum, problem.moving_spectrum
         heights[name] = [None if face is None else face.rms_height for face in faces]
     np.testing.assert_allclose(
         heights["two"], [0.3e-6, 1e-6], rtol=0.03
     )  # but for waves beyond q_c; that of [counterface] rests
-    assert heights["lone"][0] == pytest.approx(1e-6, rel=0.03)  # it rests, though it is that of [surface]
+    assert heights["lone"][0] == pytest.approx(
+        1e-6, rel=0.03
+    )  # it rests, though it is that of [surface]
     assert heights["lone"][1] is None
 
 
@@ -96,7 +107,9 @@ def test_no_share_between_two_conductors_is_warned_of_with_what_mean_gives(count
     expected = 0.5 if "like" in counterface else 0.2
     scene = scene_of(counterface, form).with_("sliding.speed", [1e-6, 1e-7])
     (line,) = [line for line in judge(scene).warnings if "heat_partition" in line]
-    share, by_mean, by_all = map(float, re.search(r"share is (\S+) and T_flash (\S+) K .*, not (\S+) K", line).groups())
+    share, by_mean, by_all = map(
+        float, re.search(r"share is (\S+) and T_flash (\S+) K .*, not (\S+) K", line).groups()
+    )
     assert "the counterface takes heat, too" in line
     assert "at 1e-06 m/s" in line  # the hotter one
     assert (share, by_mean / by_all) == pytest.approx((expected, expected), rel=2e-3)
@@ -135,7 +148,9 @@ def test_no_value_of_the_theory_leaves_the_warning(monkeypatch):
     ],
 )
 def test_other_scenes_do_not_get_it(counterface, sliding):
-    assert not any("takes heat, too" in line for line in judge(scene_of(counterface, sliding)).warnings)
+    assert not any(
+        "takes heat, too" in line for line in judge(scene_of(counterface, sliding)).warnings
+    )
 
 
 def test_plan_theory_compare_and_report_print_the_same_statements(tmp_path):
@@ -159,6 +174,10 @@ def test_plan_theory_compare_and_report_print_the_same_statements(tmp_path):
         assert re.search(r"heat:?\s+all into the moving body", flat)
         assert "the counterface takes heat, too" in " ".join(flat.split())
     for verb in ("plan", "theory"):
-        told = json.loads(CliRunner().invoke(app, [verb, str(path), "--json"]).stdout)["scene_statements"]
-        assert [(row["name"], row["value"]) for row in told if row["name"] != SKIN] == list(said(scene).items())
+        told = json.loads(CliRunner().invoke(app, [verb, str(path), "--json"]).stdout)[
+            "scene_statements"
+        ]
+        assert [(row["name"], row["value"]) for row in told if row["name"] != SKIN] == list(
+            said(scene).items()
+        )
         assert all(row["because"] for row in told)

@@ -53,7 +53,9 @@ def crossings(angle, box):
 
 def influence(offset, pixel, p, direction, depth, spread):
     """κT at the centre of the pixel at this offset from a pixel with unit flux."""
-    centre = [-k * side for k, side in zip(offset, pixel, strict=True)]  # of the source, seen from the point
+    centre = [
+        -k * side for k, side in zip(offset, pixel, strict=True)
+    ]  # of the source, seen from the point
     box = [(c - side / 2, c + side / 2) for c, side in zip(centre, pixel, strict=True)]
     u = sqrt(spread)
 
@@ -61,7 +63,9 @@ def influence(offset, pixel, p, direction, depth, spread):
         limits = crossings(angle, box)
         if limits is None:
             return 0.0
-        slant = -cos(angle - direction)  # the point lies opposite to the direction in which it sees the source
+        slant = -cos(
+            angle - direction
+        )  # the point lies opposite to the direction in which it sees the source
 
         def along(distance):
             return source(distance, sqrt(max(distance**2 - depth**2, 0.0)) * slant, p, u)
@@ -72,7 +76,11 @@ def influence(offset, pixel, p, direction, depth, spread):
     corners = {atan2(y, x) for x in box[0] for y in box[1]}
     special = {direction + pi, direction - pi, 0.0, pi / 2, -pi / 2, pi, -pi}
     stops = sorted({-pi, pi, *(a for a in corners | special if -pi <= a <= pi)})
-    return sum(quad(ray, a, b, epsabs=1e-12, epsrel=1e-11, limit=400)[0] for a, b in pairwise(stops) if b > a)
+    return sum(
+        quad(ray, a, b, epsabs=1e-12, epsrel=1e-11, limit=400)[0]
+        for a, b in pairwise(stops)
+        if b > a
+    )
 
 
 def main():
@@ -81,7 +89,9 @@ def main():
     for case in CASES:
         row = dict(zip(names, case, strict=True)) | {"influence": influence(*case)}
         rows.append(row | {"spread": None if row["spread"] == inf else row["spread"]})
-    Path(__file__).with_name("half_space.json").write_text(json.dumps({"pixels": rows}, indent=1) + "\n")
+    Path(__file__).with_name("half_space.json").write_text(
+        json.dumps({"pixels": rows}, indent=1) + "\n"
+    )
 
 
 if __name__ == "__main__":

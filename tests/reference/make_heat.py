@@ -23,7 +23,11 @@ def mode(q, qx, drift, spread, depth):
         end = min(end, 12 / mp.sqrt(square.real))
 
     def flow(u):
-        return 2 / mp.sqrt(mp.pi) * mp.exp(-square * u**2 - (mp.mpf(depth) ** 2 / (4 * u**2) if depth else 0))
+        return (
+            2
+            / mp.sqrt(mp.pi)
+            * mp.exp(-square * u**2 - (mp.mpf(depth) ** 2 / (4 * u**2) if depth else 0))
+        )
 
     pieces = max(8, int(abs(square.imag) * end**2 / 6) + 1)
     return mp.quad(flow, [end * mp.sqrt(mp.mpf(k) / pieces) for k in range(pieces + 1)])
@@ -34,7 +38,9 @@ def angular(a):
     a = mp.mpf(a)
     edge = min(mp.pi / 4, 1 / a) if a > 0 else mp.pi / 4
     points = [0, mp.pi / 4, mp.pi / 2 - edge / 2, mp.pi / 2 - edge / 16, mp.pi / 2]
-    points = sorted({mp.mpf(0), mp.pi / 4, *points, *(mp.pi / 2 - mp.mpf(10) ** -k for k in range(1, 8))})
+    points = sorted(
+        {mp.mpf(0), mp.pi / 4, *points, *(mp.pi / 2 - mp.mpf(10) ** -k for k in range(1, 8))}
+    )
     even = mp.quad(lambda x: mp.re((1 - 1j * a * mp.cos(x)) ** -0.5), points)
     odd = mp.quad(lambda x: mp.re(1j * mp.cos(x) * (1 - 1j * a * mp.cos(x)) ** -0.5), points)
     return float(even), float(odd)
@@ -46,12 +52,26 @@ def hertz(peclet, fourier_number, q_end=3000.0):
     edges = np.linspace(0.0, q_end, 1501)
     half = np.diff(edges)[:, None] / 2
     q = (edges[:-1, None] + half + half * nodes).ravel()
-    source = 2 * np.pi * np.where(q < 1e-3, 1 / 3 - q**2 / 30, (np.sin(q) - q * np.cos(q)) / np.maximum(q, 1e-3) ** 3)
+    source = (
+        2
+        * np.pi
+        * np.where(
+            q < 1e-3, 1 / 3 - q**2 / 30, (np.sin(q) - q * np.cos(q)) / np.maximum(q, 1e-3) ** 3
+        )
+    )
     weight = (half * weights).ravel() * q * source**2 / (2 * np.pi)
-    total, pieces = 0.0, np.sqrt(fourier_number) * np.concatenate(([0.0], np.geomspace(1e-4, 1.0, 25)))
+    total, pieces = (
+        0.0,
+        np.sqrt(fourier_number) * np.concatenate(([0.0], np.geomspace(1e-4, 1.0, 25))),
+    )
     for low, high in pairwise(pieces):
         for node, share in zip((low + high) / 2 + (high - low) / 2 * nodes, weights, strict=True):
-            total += (high - low) / 2 * share * np.sum(weight * np.exp(-((q * node) ** 2)) * j0(q * peclet * node**2))
+            total += (
+                (high - low)
+                / 2
+                * share
+                * np.sum(weight * np.exp(-((q * node) ** 2)) * j0(q * peclet * node**2))
+            )
     return 2 / np.sqrt(np.pi) * total / (2 * np.pi / 3)
 
 
@@ -82,7 +102,8 @@ def main():
         "modes": modes,
         "angular": [dict(zip(("a", "A", "B"), (a, *angular(a)), strict=True)) for a in ratios],
         "hertz_from_rest": [
-            {"peclet": p, "fourier_number": f, "flash_temperature": hertz(p, f)} for p, f in [(0, 0.3), (10, 0.3)]
+            {"peclet": p, "fourier_number": f, "flash_temperature": hertz(p, f)}
+            for p, f in [(0, 0.3), (10, 0.3)]
         ],
     }
     Path(__file__).with_name("heat.json").write_text(json.dumps(content, indent=1) + "\n")

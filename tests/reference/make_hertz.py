@@ -62,7 +62,9 @@ def against_disc(flux, r):
     def ring(rho):
         if rho <= 1 - r:
             return 2 * np.pi * rho * flux(rho)
-        return 2 * np.arccos(np.clip((r * r + rho * rho - 1) / (2 * r * rho), -1, 1)) * rho * flux(rho)
+        return (
+            2 * np.arccos(np.clip((r * r + rho * rho - 1) / (2 * r * rho), -1, 1)) * rho * flux(rho)
+        )
 
     def bent(u):  # ρ = b + (1 − b) sin² u: the roots at both ends are gone
         rho = edge + (1 - edge) * np.sin(u) ** 2
@@ -97,20 +99,27 @@ def square(pe):
 
     def mean_spread(shift, u):
         def second(x):
-            return x * special.erf(x / (2 * u)) + 2 * u / np.sqrt(np.pi) * np.exp(-((x / (2 * u)) ** 2))
+            return x * special.erf(x / (2 * u)) + 2 * u / np.sqrt(np.pi) * np.exp(
+                -((x / (2 * u)) ** 2)
+            )
 
         return (second(shift + 2) - 2 * second(shift) + second(shift - 2)) / 4
 
     def over_time(function):
         cuts = [0, *np.geomspace(1e-5, 1e5, 1500)]
         x, w = np.polynomial.legendre.leggauss(20)
-        total = sum((b - a) / 2 * w @ function((a + b) / 2 + (b - a) / 2 * x) for a, b in itertools.pairwise(cuts))
+        total = sum(
+            (b - a) / 2 * w @ function((a + b) / 2 + (b - a) / 2 * x)
+            for a, b in itertools.pairwise(cuts)
+        )
         return 2 / np.sqrt(np.pi) * total
 
     def at(x):
         return over_time(lambda u: spread(x + pe * u * u, u) * spread(0.0, u))
 
-    found = optimize.minimize_scalar(lambda x: -at(x), bounds=(-1, 0), method="bounded", options={"xatol": 1e-9})
+    found = optimize.minimize_scalar(
+        lambda x: -at(x), bounds=(-1, 0), method="bounded", options={"xatol": 1e-9}
+    )
     average = over_time(lambda u: mean_spread(pe * u * u, u) * mean_spread(0.0, u))
     return {"T_max": at(found.x), "x_max": found.x, "T_av": average}
 
@@ -132,7 +141,9 @@ def rays(pe, flux_along):
         inner = (flux_along(reach * place, reach, back) * np.exp(-decay * reach * place)) @ step
         return float(d_phi @ (reach[:, 0] * inner)) / np.pi
 
-    found = optimize.minimize_scalar(lambda x0: -at(x0), bounds=(-1, 0), method="bounded", options={"xatol": 1e-9})
+    found = optimize.minimize_scalar(
+        lambda x0: -at(x0), bounds=(-1, 0), method="bounded", options={"xatol": 1e-9}
+    )
     return {"T_max": at(found.x), "x_max": found.x}
 
 
@@ -146,14 +157,19 @@ def fast():
             return mp.re(mp.quad(lambda z: 2 * mp.sqrt(1 - (t - z * z) ** 2), [0, mp.sqrt(1 + t)]))
 
         def slope(t):  # ∫ −u/√(1−u²)/√(t−u) du
-            return mp.re(mp.quad(lambda z: -2 * (t - z * z) / mp.sqrt(1 - (t - z * z) ** 2), [0, mp.sqrt(1 + t)]))
+            return mp.re(
+                mp.quad(
+                    lambda z: -2 * (t - z * z) / mp.sqrt(1 - (t - z * z) ** 2), [0, mp.sqrt(1 + t)]
+                )
+            )
 
         cuts = mp.linspace(-1, 1, 9)
         weighted = mp.quad(lambda t: f(t) * mp.sqrt(1 - t * t), cuts)
         plain = mp.quad(f, cuts)
         tilt = mp.quad(lambda t: f(t) * t / mp.sqrt(1 - t * t), cuts)  # ∫ ∂ₓf q̇ by parts
         power = [
-            mp.quad(lambda y, n=n: (1 - y * y) ** n, [-1, 1]) for n in (mp.mpf(7) / 4, mp.mpf(5) / 4, mp.mpf(5) / 4)
+            mp.quad(lambda y, n=n: (1 - y * y) ** n, [-1, 1])
+            for n in (mp.mpf(7) / 4, mp.mpf(5) / 4, mp.mpf(5) / 4)
         ]
         top = mp.findroot(slope, 0.65)
         flash = weighted * power[0] / (2 * mp.pi / 3)
@@ -164,9 +180,14 @@ def fast():
             "slope": float(-tilt * power[2] / (2 * mp.pi / 3) / root),
             "T_max": float(f(top) / root),
             "x_max": float(-top),
-            "line": [[t, float(f(mp.mpf(t)) / root)] for t in (-0.9, -0.3, 0.5, 0.95, 1.0, 1.2, 4.0, 9.0, 40.0)],
+            "line": [
+                [t, float(f(mp.mpf(t)) / root)]
+                for t in (-0.9, -0.3, 0.5, 0.95, 1.0, 1.2, 4.0, 9.0, 40.0)
+            ],
             "disc_T_av": float(
-                mp.quad(lambda y: mp.mpf(4) / 3 * (2 * mp.sqrt(1 - y * y)) ** 1.5, [-1, 0, 1]) / mp.pi / root
+                mp.quad(lambda y: mp.mpf(4) / 3 * (2 * mp.sqrt(1 - y * y)) ** 1.5, [-1, 0, 1])
+                / mp.pi
+                / root
             ),
         }
 
@@ -180,8 +201,14 @@ def main():
 
     reference = {"fast": fast(), "peclet": {}}
     for pe in PECLET:
-        entry = {"hertz": {**moments(pe), "T_av": mean(hertz, pe), **rays(pe, along)}, "square": square(pe)}
-        entry["disc"] = {"T_av": mean(lambda rho: 1.0, pe), **rays(pe, lambda r, reach, back: np.ones_like(reach * r))}
+        entry = {
+            "hertz": {**moments(pe), "T_av": mean(hertz, pe), **rays(pe, along)},
+            "square": square(pe),
+        }
+        entry["disc"] = {
+            "T_av": mean(lambda rho: 1.0, pe),
+            **rays(pe, lambda r, reach, back: np.ones_like(reach * r)),
+        }
         reference["peclet"][f"{pe:g}"] = entry
     Path(__file__).with_name("hertz.json").write_text(json.dumps(reference, indent=1) + "\n")
 

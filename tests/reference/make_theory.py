@@ -77,7 +77,11 @@ BEST = {
 def angular(a):
     with mp.workdps(40):
         a = mp.mpf(a)
-        cuts = [0, mp.pi / 2] if a < 1 else [0, *(mp.pi / 2 - mp.mpf(10) ** -k for k in range(1, 14)), mp.pi / 2]
+        cuts = (
+            [0, mp.pi / 2]
+            if a < 1
+            else [0, *(mp.pi / 2 - mp.mpf(10) ** -k for k in range(1, 14)), mp.pi / 2]
+        )
 
         def root(x):
             return 1 / mp.sqrt(1 - 1j * a * mp.cos(x))
@@ -91,7 +95,9 @@ def areas(s, g):
     with mp.workdps(60):
         s, g = mp.mpf(s), mp.mpf(g)
         w = 1 / (2 * mp.sqrt(g))
-        walls = [(k, mp.erfc((2 * k + 1 - s) * w) - mp.erfc((2 * k + 1 + s) * w)) for k in range(60)]
+        walls = [
+            (k, mp.erfc((2 * k + 1 - s) * w) - mp.erfc((2 * k + 1 + s) * w)) for k in range(60)
+        ]
         plastic = mp.fsum(term for _, term in walls)
         bare = mp.fsum(mp.erfc((2 * k + s) * w) - mp.erfc((2 * k + 2 - s) * w) for k in range(60))
         ratio = plastic / s
@@ -99,7 +105,11 @@ def areas(s, g):
 
 
 def psd(q, c):
-    return c["psd"] * ((q / c["q"][1]) ** (-c["low"]) if q <= c["q"][1] else (q / c["q"][1]) ** (-2 - 2 * c["hurst"]))
+    return c["psd"] * (
+        (q / c["q"][1]) ** (-c["low"])
+        if q <= c["q"][1]
+        else (q / c["q"][1]) ** (-2 - 2 * c["hurst"])
+    )
 
 
 def cube(q, c):
@@ -121,13 +131,23 @@ def whole_case(c):
     def stress(q):
         half = max(mp.pi / 4 * c["modulus"] ** 2 * cube(q, c), 0)  # ln q_min may round below q_min
         p = mp.erf(c["pressure"] / (2 * mp.sqrt(half))) if half else mp.mpf(1)
-        return mp.pi / 2 * c["modulus"] ** 2 * q**3 * psd(q, c) * p * (c["gamma"] + (1 - c["gamma"]) * p**2)
+        return (
+            mp.pi
+            / 2
+            * c["modulus"] ** 2
+            * q**3
+            * psd(q, c)
+            * p
+            * (c["gamma"] + (1 - c["gamma"]) * p**2)
+        )
 
     def integral(kernel):
         lo, kink, hi = c["q"]
         near = [mp.log(lo) + (mp.log(kink / lo)) * mp.mpf(2) ** -k for k in (24, 16, 8, 4, 2, 1)]
         cuts = [mp.log(lo), *near, *mp.linspace(mp.log(kink), mp.log(hi), 10)]
-        return mp.quad(lambda x: kernel(mp.exp(x)) * stress(mp.exp(x)) * mp.exp(x), sorted(set(cuts)))
+        return mp.quad(
+            lambda x: kernel(mp.exp(x)) * stress(mp.exp(x)) * mp.exp(x), sorted(set(cuts))
+        )
 
     def even(a):
         h = mp.sqrt(1 + a * a)
@@ -138,7 +158,11 @@ def whole_case(c):
 
     def moments(v):
         d, f = c["diffusivity"], c["friction"] * v / c["conductivity"] / c["pressure"] * 2 / mp.pi
-        kernels = [lambda q: even(v / d / q) / q, lambda q: odd(v / d / q), lambda q: -even(v / d / q) * q]
+        kernels = [
+            lambda q: even(v / d / q) / q,
+            lambda q: odd(v / d / q),
+            lambda q: -even(v / d / q) * q,
+        ]
         return [float(f * integral(kernel)) for kernel in kernels]
 
     def correlation(r):
@@ -157,9 +181,27 @@ def single_power(c):
     c["psd"] = c["rms_height"] ** 2 * h2 / (2 * np.pi * lo**2 * (1 - (hi / lo) ** -h2))
 
     def stress(q):
-        half = np.pi / 4 * c["modulus"] ** 2 * c["psd"] * lo**4 * np.expm1((2 - h2) * np.log(q / lo)) / (2 - h2)
+        half = (
+            np.pi
+            / 4
+            * c["modulus"] ** 2
+            * c["psd"]
+            * lo**4
+            * np.expm1((2 - h2) * np.log(q / lo))
+            / (2 - h2)
+        )
         p = special.erf(c["pressure"] / 2 / np.sqrt(np.maximum(half, 1e-300)))
-        return np.pi / 2 * c["modulus"] ** 2 * q * c["psd"] * lo**2 * (q / lo) ** -h2 * p * (0.45 + 0.55 * p**2)
+        return (
+            np.pi
+            / 2
+            * c["modulus"] ** 2
+            * q
+            * c["psd"]
+            * lo**2
+            * (q / lo) ** -h2
+            * p
+            * (0.45 + 0.55 * p**2)
+        )
 
     return stress
 
@@ -193,7 +235,10 @@ def six_decades(c):
 
     cuts = {"points": [1e-6, 1e-4, 1e-2, 0.1, 0.3], "limit": 2000, "epsabs": 0, "epsrel": 2e-13}
     t = integrate.quad(heat, 0, np.sqrt(np.log(hi / lo)), **cuts)[0]
-    return {"g(5 mm)": total, "T(1 m/s)": 2 / np.pi * c["friction"] / c["conductivity"] / c["pressure"] * t}
+    return {
+        "g(5 mm)": total,
+        "T(1 m/s)": 2 / np.pi * c["friction"] / c["conductivity"] / c["pressure"] * t,
+    }
 
 
 def even_root(c, q):
@@ -210,9 +255,18 @@ def smoothing(s, g):
     if g < 0.15:
         w = 0.5 / np.sqrt(g)
         k = np.arange(6)
-        return 1 - ((special.erfc((2 * k + 1 - s) * w) - special.erfc((2 * k + 1 + s) * w)).sum() / s) ** 6
+        return (
+            1
+            - ((special.erfc((2 * k + 1 - s) * w) - special.erfc((2 * k + 1 + s) * w)).sum() / s)
+            ** 6
+        )
     n = np.arange(1, 8)
-    delta = 2 / np.pi / s * ((-1.0) ** (n + 1) * np.sin(n * np.pi * s) / n * np.exp(-((n * np.pi) ** 2) * g)).sum()
+    delta = (
+        2
+        / np.pi
+        / s
+        * ((-1.0) ** (n + 1) * np.sin(n * np.pi * s) / n * np.exp(-((n * np.pi) ** 2) * g)).sum()
+    )
     return -np.expm1(6 * np.log1p(-delta))
 
 
@@ -222,7 +276,9 @@ def steel(hardness):
     lo, kink, hi = c["q"]
 
     def to_q(g):
-        return optimize.brentq(lambda x: rate * cube(np.exp(x), c) - g, np.log(lo), np.log(hi) - 1e-12, xtol=1e-15)
+        return optimize.brentq(
+            lambda x: rate * cube(np.exp(x), c) - g, np.log(lo), np.log(hi) - 1e-12, xtol=1e-15
+        )
 
     # smoothed half variance on Gauss nodes of panels in √g, cumulated by quad over g
     cuts = np.sqrt([0, 1e-3, 1e-2, *np.geomspace(0.03, 6, 12), rate * cube(kink, c)])
@@ -233,16 +289,30 @@ def steel(hardness):
     for a, b in itertools.pairwise(cuts):
         for node, weight in zip((a + b) / 2 + (b - a) / 2 * x, (b - a) / 2 * w, strict=True):
             g = node * node
-            reached += integrate.quad(lambda z: smoothing(s, z), at, g, epsabs=1e-16, epsrel=1e-13)[0]
+            reached += integrate.quad(lambda z: smoothing(s, z), at, g, epsabs=1e-16, epsrel=1e-13)[
+                0
+            ]
             at = g
             p = special.erf(s / 2 / np.sqrt(reached))
-            stress = 2 * hardness**2 * smoothing(s, g) * p * (c["gamma"] + (1 - c["gamma"]) * p * p) * 2 * node * weight
+            stress = (
+                2
+                * hardness**2
+                * smoothing(s, g)
+                * p
+                * (c["gamma"] + (1 - c["gamma"]) * p * p)
+                * 2
+                * node
+                * weight
+            )
             q = np.exp(to_q(g))
             ratio = 35.0 / c["diffusivity"] / q
             h = np.hypot(1, ratio)
             m = (h - 1) / 2 / h
             even = special.ellipk(m) / np.sqrt(h)
-            odd = (special.ellipk(m) / np.sqrt(h) - np.sqrt(h) * (2 * special.ellipe(m) - special.ellipk(m))) / ratio
+            odd = (
+                special.ellipk(m) / np.sqrt(h)
+                - np.sqrt(h) * (2 * special.ellipe(m) - special.ellipk(m))
+            ) / ratio
             for name, value in zip(sums, (1, np.pi / 2 / q, even / q, odd, even * q), strict=True):
                 sums[name] += float(stress * value)
     f = 2 / np.pi * c["friction"] * 35.0 / c["conductivity"] / c["pressure"]
@@ -267,7 +337,11 @@ def main():
         ],
         "cases": {name: {"given": case, **whole_case(case)} for name, case in CASES.items()},
         "six_decades": {**six_decades(SIX_DECADES), "given": SIX_DECADES},
-        "far": {"given": FAR, "r": [0.03, 0.3, 2.0], "g": [brute_force(FAR, r) for r in (0.03, 0.3, 2.0)]},
+        "far": {
+            "given": FAR,
+            "r": [0.03, 0.3, 2.0],
+            "g": [brute_force(FAR, r) for r in (0.03, 0.3, 2.0)],
+        },
         "steel": {"given": BEST, **{f"{y:g}": steel(y) for y in (0.5e9, 1.2e9, 2e9)}},
     }
     path = Path(__file__).with_name("theory.json")

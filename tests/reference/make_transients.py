@@ -46,13 +46,21 @@ def smeared(correlation, u, d):
     """∫ g N d²r over 0 ≤ r < 2."""
 
     def ring(r):
-        return correlation(r) * exp(-(((r - d) / (2 * u)) ** 2)) * i0e(r * d / (2 * u * u)) * r / (2 * u * u)
+        return (
+            correlation(r)
+            * exp(-(((r - d) / (2 * u)) ** 2))
+            * i0e(r * d / (2 * u * u))
+            * r
+            / (2 * u * u)
+        )
 
     low, high = max(0.0, d - 14 * u), min(2.0, d + 14 * u)
     if low >= high:
         return 0.0
     stops = sorted({min(max(d + k * u, low), high) for k in (-14, -5, -2, 0, 2, 5, 14)})
-    return sum(quad(ring, a, b, epsabs=1e-13, epsrel=1e-11, limit=200)[0] for a, b in pairwise(stops))
+    return sum(
+        quad(ring, a, b, epsabs=1e-13, epsrel=1e-11, limit=200)[0] for a, b in pairwise(stops)
+    )
 
 
 def spread_line(u, d):
@@ -91,11 +99,18 @@ def main():
     rows = []
     for peclet, fourier in CASES:
         values = {
-            "hertz_flash": transient(lambda u, d: smeared(hertz, u, d), peclet, fourier) / (2 * pi / 3),
+            "hertz_flash": transient(lambda u, d: smeared(hertz, u, d), peclet, fourier)
+            / (2 * pi / 3),
             "disc_mean": transient(lambda u, d: smeared(disc, u, d), peclet, fourier) / pi,
-            "square_mean": transient(lambda u, d: spread_line(u, d) * spread_line(u, 0.0), peclet, fourier),
-            "square_centre": transient(lambda u, d: at(0.0, u, d) * at(0.0, u, 0.0), peclet, fourier),
-            "square_trailing_edge": transient(lambda u, d: at(-1.0, u, d) * at(0.0, u, 0.0), peclet, fourier),
+            "square_mean": transient(
+                lambda u, d: spread_line(u, d) * spread_line(u, 0.0), peclet, fourier
+            ),
+            "square_centre": transient(
+                lambda u, d: at(0.0, u, d) * at(0.0, u, 0.0), peclet, fourier
+            ),
+            "square_trailing_edge": transient(
+                lambda u, d: at(-1.0, u, d) * at(0.0, u, 0.0), peclet, fourier
+            ),
         }
         rows.append({"peclet": peclet, "fourier_number": fourier} | values)
     Path(__file__).with_name("transients.json").write_text(json.dumps(rows, indent=1) + "\n")

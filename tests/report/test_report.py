@@ -56,14 +56,20 @@ HOSTILE = "<script>alert(1)</script>\"><img src=x onerror=alert(2)>&amp;' $body 
 @pytest.fixture(scope="module")
 def kept_run(capped_scene, tmp_path_factory):
     """Three realizations, the fields of one kept."""
-    scene = replace(capped_scene, title=HOSTILE, numerics=replace(capped_scene.numerics, keep_fields=1))
+    scene = replace(
+        capped_scene, title=HOSTILE, numerics=replace(capped_scene.numerics, keep_fields=1)
+    )
     return rs.run(scene, tmp_path_factory.mktemp("report") / "kept", max_realizations=3)
 
 
 @pytest.fixture(scope="module")
 def written(kept_run, tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:  # one of lines and one of points: each takes its time
-        patch.setattr(report, "PICTURES", {name: report.PICTURES[name] for name in ("pressure", "profile")})
+    with (
+        pytest.MonkeyPatch.context() as patch
+    ):  # one of lines and one of points: each takes its time
+        patch.setattr(
+            report, "PICTURES", {name: report.PICTURES[name] for name in ("pressure", "profile")}
+        )
         return report_run(kept_run, tmp_path_factory.mktemp("page") / "new" / "report.html")
 
 
@@ -85,7 +91,9 @@ def test_the_page_needs_nothing_else(written):
             assert value.startswith("#")
     assert "url(" not in source
     assert "@import" not in source
-    policy = next(value for _, key, value in seen.attributes if key == "content" and "default-src" in value)
+    policy = next(
+        value for _, key, value in seen.attributes if key == "content" and "default-src" in value
+    )
     assert policy.startswith("default-src 'none'; img-src data:")
 
 
@@ -96,13 +104,20 @@ def images_of(source):
 @pytest.mark.slow
 def test_all_pictures_are_drawn(kept_run):
     images = images_of(page(kept_run))
-    assert [kind for kind, _ in images] == ["image/svg+xml", *["image/png"] * 3, *["image/svg+xml"] * 2]
+    assert [kind for kind, _ in images] == [
+        "image/svg+xml",
+        *["image/png"] * 3,
+        *["image/svg+xml"] * 2,
+    ]
 
 
 @pytest.mark.slow
 def test_the_page_of_a_run_that_slides_shows_its_slide_too(sliding_run, tmp_path):
     page = report_run(sliding_run, tmp_path / "one.html").read_text()
-    for caption in ("turnover of the contact over the slid distance", "at four slid distances of one member"):
+    for caption in (
+        "turnover of the contact over the slid distance",
+        "at four slid distances of one member",
+    ):
         assert page.count(f"{caption}.</figcaption>") == 1
     assert "Not shown" not in page
 
@@ -130,12 +145,18 @@ def test_links_lead_to_the_sections(written):
 
 def two_digits(value, error, unknown):
     places = 1 - int(np.floor(np.log10(error)))
-    return (" ± ≥" if unknown else " ± ").join(f"{round(x, places):.{max(places, 0)}f}" for x in (value, error))
+    return (" ± ≥" if unknown else " ± ").join(
+        f"{round(x, places):.{max(places, 0)}f}" for x in (value, error)
+    )
 
 
 def test_the_page_says_what_the_run_says(kept_run, written):
     words = Reader(written.read_text()).words
-    row = next(r for r in rs.compare(kept_run).rows if r.observable == "flash_temperature" and r.speed == 35.0)
+    row = next(
+        r
+        for r in rs.compare(kept_run).rows
+        if r.observable == "flash_temperature" and r.speed == 35.0
+    )
     for cell in row.columns.values():
         assert two_digits(cell.mean, cell.total_error, cell.unknown) in words
     for ratio in row.ratios.values():
@@ -170,7 +191,9 @@ def test_the_scene_in_the_page_gives_the_run_again(kept_run, written):
 def test_the_plan_stands_with_its_reasons(kept_run, written):
     words = Reader(written.read_text()).words
     plan = rs.plan(kept_run.scene)
-    assert [tuple(reason) for reason in kept_run.reasons] == [tuple(reason) for reason in plan.reasons]
+    assert [tuple(reason) for reason in kept_run.reasons] == [
+        tuple(reason) for reason in plan.reasons
+    ]
     for reason in plan.reasons:
         assert " ".join(reason.reason.split()) in words
 
@@ -178,7 +201,9 @@ def test_the_plan_stands_with_its_reasons(kept_run, written):
 @pytest.mark.usefixtures("no_pictures")
 def test_numerics_that_no_plan_made_are_shown_without_reasons(quick, tmp_path):
     numerics = replace(rs.plan(quick), tolerance=1e-3, reasons=())
-    words = Reader(page(rs.run(quick, tmp_path / "run", numerics=numerics, max_realizations=1))).words
+    words = Reader(
+        page(rs.run(quick, tmp_path / "run", numerics=numerics, max_realizations=1))
+    ).words
     assert "These numerics were given to the run without a plan" in words
     assert "tolerance 0.001" in words
     assert "32 × 32 to q_c = 4e+04 rad/m" in words
@@ -205,11 +230,15 @@ def test_a_run_that_has_just_begun_has_a_page(copy):
         path.unlink()
     one = Reader(page(rs.open_run(copy))).words
     assert "There is nothing to compare yet" in one
-    assert re.search(r"State when this was written: 1 realizations, .*; not being computed now", one)
+    assert re.search(
+        r"State when this was written: 1 realizations, .*; not being computed now", one
+    )
     for path in (copy / "realizations").glob("*.h5"):
         path.unlink()
     none = Reader(page(rs.open_run(copy))).words
-    assert re.search(r"State when this was written: 0 realizations, .*; not being computed now", none)
+    assert re.search(
+        r"State when this was written: 0 realizations, .*; not being computed now", none
+    )
     assert "no sound realization" in none
 
 
@@ -242,9 +271,14 @@ def test_a_damaged_file_is_named_and_the_others_are_shown(copy, kept_run):
     # level 1 and, on the same surfaces, level 0 lack the damaged one; the step to level 2 has surfaces of its own
     lowest = np.mean([kept_run.members[1, i].numbers["flash_temperature"][2] for i in (0, 2)])
     steps = [kept_run.members[2, i] for i in range(3)]
-    fine, coarse = (np.mean([one.moments[below].numbers["flash_temperature"][2] for one in steps]) for below in (0, 1))
+    fine, coarse = (
+        np.mean([one.moments[below].numbers["flash_temperature"][2] for one in steps])
+        for below in (0, 1)
+    )
     estimate = run.estimate("flash_temperature")
-    np.testing.assert_allclose((estimate.mean + estimate.bias)[2], 0.9 * lowest * fine / coarse, rtol=1e-12)
+    np.testing.assert_allclose(
+        (estimate.mean + estimate.bias)[2], 0.9 * lowest * fine / coarse, rtol=1e-12
+    )
 
 
 def test_pictures_that_cannot_be_drawn_say_why(quick, tmp_path):
@@ -300,10 +334,19 @@ def test_numbers_are_written_with_their_powers_of_ten(number, written):
 
 def test_names_that_repeat_stand_above_their_rows():
     columns = [Column("what", name=True), Column("m/s", number=True), Column("note")]
-    table = Table(columns, [("a <b>", "1", ""), ("a <b>", Number(2.0), "x"), ("c", "3", "")], notes=["± & more"])
+    table = Table(
+        columns,
+        [("a <b>", "1", ""), ("a <b>", Number(2.0), "x"), ("c", "3", "")],
+        notes=["± & more"],
+    )
     page = html_table(table)
     Reader(page)
-    assert re.findall(r"<th[^>]*>(.*?)</th>", page.replace("<thead", "<head")) == ["m/s", "note", "a &lt;b&gt;", "c"]
+    assert re.findall(r"<th[^>]*>(.*?)</th>", page.replace("<thead", "<head")) == [
+        "m/s",
+        "note",
+        "a &lt;b&gt;",
+        "c",
+    ]
     assert re.findall(r"<td[^>]*>(.*?)</td>", page) == ["1", "", "2", "x", "3", ""]
     assert '<p class="note">± &amp; more</p>' in page
     once = html_table(Table(columns, [("a", "1", ""), ("c", Number(3.0), "")]))
@@ -320,8 +363,12 @@ def test_control_characters_do_not_reach_the_page():
 def test_a_study_is_a_page_with_its_table_and_charts(quick, tmp_path):
     from roughsim.outputs.study_report import report_study
 
-    scene = replace(quick, ensemble=replace(quick.ensemble, until={}, max_realizations=4), title="<b>steel</b>")
-    study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path / "study")
+    scene = replace(
+        quick, ensemble=replace(quick.ensemble, until={}, max_realizations=4), title="<b>steel</b>"
+    )
+    study = rs.study(
+        scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path / "study"
+    )
     page = report_study(study)
     assert page == tmp_path / "study.html"
     text = page.read_text()

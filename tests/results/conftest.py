@@ -29,7 +29,9 @@ def whole(capped_scene, tmp_path_factory):
         {"column": "capped", "shape": [32, 32], "q_max": 2.5e4},
         {"column": "capped", "shape": [32, 32], "q_max": 4e4},
     )
-    scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels, keep_fields=1))
+    scene = replace(
+        capped_scene, numerics=replace(capped_scene.numerics, levels=levels, keep_fields=1)
+    )
     return rs.run(scene, tmp_path_factory.mktemp("whole") / "run", max_realizations=COUNT)
 
 

@@ -57,7 +57,9 @@ def test_stress_spectra_are_those_of_the_files(kept_run):
     data = kept_run.to_xarray()
     for level, index in ((0, 0), (1, 2), (2, 1)):
         member = read_member(member_path(kept_run.folder, level, index))
-        np.testing.assert_array_equal(data[f"stress_spectrum_L{level}"][index], member.moments[0].spectrum)
+        np.testing.assert_array_equal(
+            data[f"stress_spectrum_L{level}"][index], member.moments[0].spectrum
+        )
         np.testing.assert_array_equal(data[f"wavenumber_L{level}"], member.moments[0].wavenumber)
 
 
@@ -66,7 +68,9 @@ def test_the_file_opens_in_xarray_with_the_numbers_of_the_run(kept_run, file, en
     xarray = pytest.importorskip("xarray")
     pytest.importorskip({"netcdf4": "netCDF4"}.get(engine, engine))
     flat = kept_run.to_xarray()
-    with xarray.open_dataset(file, engine=engine, group="members") as stored:  # warnings are errors here
+    with xarray.open_dataset(
+        file, engine=engine, group="members"
+    ) as stored:  # warnings are errors here
         assert set(stored.variables) == set(flat.variables)
         for name in flat.variables:
             np.testing.assert_array_equal(stored[name], flat[name])
@@ -84,7 +88,9 @@ def test_levels_have_their_own_numbers_of_members_and_nan_beyond(whole):
     counts = np.array(whole.counts)
     assert data.sizes["realization"] == counts.max() > counts.min()
     for level, count in enumerate(counts):
-        assert np.isfinite(data.contact_fraction[level]).values.tolist() == [i < count for i in range(counts.max())]
+        assert np.isfinite(data.contact_fraction[level]).values.tolist() == [
+            i < count for i in range(counts.max())
+        ]
         assert np.isfinite(data[f"stress_spectrum_L{level}"][:, 0]).sum() == count
         assert data.converged[level].sum() == count
 
@@ -97,8 +103,12 @@ def test_numbers_of_the_level_below_stand_beside_those_of_the_level(whole):
         member = read_member(member_path(whole.folder, 1, index))
         for name, share in (("flash_temperature", 0.9), ("contact_fraction", 1.0)):
             values = data[f"{name}_below"][1, index]
-            np.testing.assert_allclose(np.atleast_1d(values), member.moments[1].numbers[name] * share, rtol=1e-15)
-        np.testing.assert_array_equal(data.stress_spectrum_below_L1[index], member.moments[1].spectrum)
+            np.testing.assert_allclose(
+                np.atleast_1d(values), member.moments[1].numbers[name] * share, rtol=1e-15
+            )
+        np.testing.assert_array_equal(
+            data.stress_spectrum_below_L1[index], member.moments[1].spectrum
+        )
         np.testing.assert_array_equal(data.wavenumber_below_L1, member.moments[1].wavenumber)
     assert data.flash_temperature_below.attrs["units"] == "K"
 
@@ -121,14 +131,18 @@ def test_a_dataset_is_pickled_with_the_paths_of_its_fields_and_read_in_another_d
         data = rs.open_run(kept_run.folder.name).to_xarray()
         content = pickle.dumps(data)
     code = "import pickle, sys; print(float(pickle.load(sys.stdin.buffer).pressure_L0.sum()))"
-    elsewhere = subprocess.run([sys.executable, "-c", code], cwd="/", input=content, capture_output=True, check=True)
+    elsewhere = subprocess.run(
+        [sys.executable, "-c", code], cwd="/", input=content, capture_output=True, check=True
+    )
     copy = pickle.loads(content)
     assert copy.identical(data)
     assert float(elsewhere.stdout) == pytest.approx(float(copy.pressure_L0.sum()), rel=1e-12)
     assert float(copy.pressure_L0[0].sum()) > 0.0
 
 
-@pytest.mark.parametrize("what", [lambda run: run, lambda run: run.estimate("flash_temperature"), rs.compare])
+@pytest.mark.parametrize(
+    "what", [lambda run: run, lambda run: run.estimate("flash_temperature"), rs.compare]
+)
 def test_runs_estimates_and_comparisons_are_pickled(kept_run, what):
     copy = pickle.loads(pickle.dumps(what(kept_run)))
     assert repr(type(copy)) == repr(type(what(kept_run)))

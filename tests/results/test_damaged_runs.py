@@ -18,7 +18,9 @@ from roughsim.store.member_files import FIELDS, member_path, read_member, write_
 
 
 @pytest.mark.parametrize("number", PASSING)
-def test_members_that_cannot_be_read_now_are_an_error_and_stay_where_they_are(folder, whole, number, unreadable):
+def test_members_that_cannot_be_read_now_are_an_error_and_stay_where_they_are(
+    folder, whole, number, unreadable
+):
     before = {path.name: path.read_bytes() for path in (folder / "realizations").iterdir()}
     with unreadable("*.h5", number):
         for how in ("refuse", "skip"):
@@ -26,7 +28,9 @@ def test_members_that_cannot_be_read_now_are_an_error_and_stay_where_they_are(fo
                 rs.open_run(folder, damaged=how)
             assert not isinstance(told.value, rs.RecordError)
         with pytest.raises(OSError, match=r"L\d-000000.h5 cannot be read now"):
-            rs.run(whole.scene, folder, max_realizations=COUNT + 1)  # goes on with nothing, redoes nothing
+            rs.run(
+                whole.scene, folder, max_realizations=COUNT + 1
+            )  # goes on with nothing, redoes nothing
     assert {path.name: path.read_bytes() for path in (folder / "realizations").iterdir()} == before
     assert rs.open_run(folder).members.available[0] == COUNT
 
@@ -43,7 +47,9 @@ def test_a_flipped_bit_in_a_kept_field_is_found_and_mended(folder, whole, name):
         read_member(path)
     with pytest.raises(rs.RecordError, match="L0-000000.h5 is damaged"):
         rs.open_run(folder)
-    with pytest.warns(RuntimeWarning, match=r"L0-000000.h5 is damaged .* moved to .*damaged/L0-000000.h5"):
+    with pytest.warns(
+        RuntimeWarning, match=r"L0-000000.h5 is damaged .* moved to .*damaged/L0-000000.h5"
+    ):
         rs.run(whole.scene, folder, max_realizations=COUNT)
     assert (folder / "damaged" / "L0-000000.h5").read_bytes() == content
     true = read_member(member_path(whole.folder, 0, 0), FIELDS)
@@ -51,13 +57,18 @@ def test_a_flipped_bit_in_a_kept_field_is_found_and_mended(folder, whole, name):
     assert bits(rs.open_run(folder)) == bits(whole)
 
 
-def test_a_damaged_member_that_is_skipped_counts_as_failed_until_the_run_is_opened_again(folder, whole):
+def test_a_damaged_member_that_is_skipped_counts_as_failed_until_the_run_is_opened_again(
+    folder, whole
+):
     path = member_path(folder, 1, 4)
     sound = path.read_bytes()
     path.write_bytes(sound[:-100])
     run = rs.open_run(folder, damaged="skip")
     assert list(run.damaged) == [(1, 4)]
-    assert (run.failed, run.members.available[1]) == (0, whole.members.available[1])  # its contact converged
+    assert (run.failed, run.members.available[1]) == (
+        0,
+        whole.members.available[1],
+    )  # its contact converged
     assert 4 not in run.pairs()[1].sample.rows
     path.write_bytes(sound)
     run.refresh()
@@ -80,7 +91,9 @@ def foreign(whole, elsewhere, how):
     one = read_member(path, FIELDS)
     if how == "seed":
         scene = replace(whole.scene, ensemble=replace(whole.scene.ensemble, seed=8))
-        other = rs.run(scene, elsewhere.with_name("other"), numerics=whole.numerics, max_realizations=3)
+        other = rs.run(
+            scene, elsewhere.with_name("other"), numerics=whole.numerics, max_realizations=3
+        )
         shutil.copy(member_path(other.folder, 1, 2), path)
     elif how == "index":
         shutil.copy(member_path(elsewhere, 1, 3), path)
@@ -94,7 +107,8 @@ def foreign(whole, elsewhere, how):
             "no level below": {"moments": one.moments[:1]},
             "modes": {
                 "moments": tuple(
-                    part._replace(wavenumber=part.wavenumber[1:], spectrum=part.spectrum[1:]) for part in one.moments
+                    part._replace(wavenumber=part.wavenumber[1:], spectrum=part.spectrum[1:])
+                    for part in one.moments
                 )
             },
             "fields": {"fields": {"pressure": np.zeros((16, 16), np.float32)}},
@@ -107,11 +121,17 @@ def foreign(whole, elsewhere, how):
 def test_what_readers_refuse_the_run_moves_aside_and_does_again(folder, whole, how):
     path = foreign(whole, folder, how)
     wrong = path.read_bytes()
-    with pytest.raises(rs.RecordError, match=r"L1-000002.h5 is (of another run|damaged) .*|L1-000002.h5 is of") as told:
+    with pytest.raises(
+        rs.RecordError, match=r"L1-000002.h5 is (of another run|damaged) .*|L1-000002.h5 is of"
+    ) as told:
         rs.open_run(folder)
-    assert str(told.value).endswith("folder: it moves the file into 'damaged' and computes the member again")
+    assert str(told.value).endswith(
+        "folder: it moves the file into 'damaged' and computes the member again"
+    )
     assert list(rs.open_run(folder, damaged="skip").damaged) == [(1, 2)]
-    with pytest.warns(RuntimeWarning, match=r"L1-000002.h5 is .*; it was moved to .*damaged/L1-000002.h5"):
+    with pytest.warns(
+        RuntimeWarning, match=r"L1-000002.h5 is .*; it was moved to .*damaged/L1-000002.h5"
+    ):
         again = rs.run(whole.scene, folder, max_realizations=COUNT)
     assert (folder / "damaged" / "L1-000002.h5").read_bytes() == wrong
     assert (again.damaged, bits(again)) == ({}, bits(whole))
@@ -122,7 +142,9 @@ def test_members_of_one_level_with_other_wavenumbers_are_named_and_all_of_them_s
     path = foreign(whole, folder, "modes")
     wrong = path.read_bytes()
     for look in (rs.open_run, lambda place: rs.run(whole.scene, place, max_realizations=COUNT)):
-        with pytest.raises(rs.RecordError, match="L1-000002.h5 or the members .* move files of other runs"):
+        with pytest.raises(
+            rs.RecordError, match="L1-000002.h5 or the members .* move files of other runs"
+        ):
             look(folder)
     assert path.read_bytes() == wrong
     assert not (folder / "damaged").exists()
@@ -133,7 +155,9 @@ def test_a_member_that_is_wrong_again_once_it_was_computed_ends_the_run(folder, 
     foreign(whole, folder, "speeds")
     genuine = workers.write_member
     monkeypatch.setattr(
-        workers, "write_member", lambda place, one: genuine(place, replace(one, speeds=(1.0, 2.0, 3.0)))
+        workers,
+        "write_member",
+        lambda place, one: genuine(place, replace(one, speeds=(1.0, 2.0, 3.0))),
     )
     with (
         pytest.warns(RuntimeWarning, match="moved to"),
@@ -149,6 +173,9 @@ def test_a_folder_or_a_pipe_in_the_place_of_a_member_is_one_sentence(folder, who
     path.unlink()
     path.mkdir() if kind == "folder" else os.mkfifo(path)
     for look in (rs.open_run, lambda place: rs.run(whole.scene, place, max_realizations=COUNT)):
-        with pytest.raises(rs.RecordError, match=r"^/.*L0-000001.h5 is a folder, a pipe or a device; a file is needed"):
+        with pytest.raises(
+            rs.RecordError,
+            match=r"^/.*L0-000001.h5 is a folder, a pipe or a device; a file is needed",
+        ):
             look(folder)
     assert list(rs.open_run(folder, damaged="skip").damaged) == [(0, 1)]

@@ -35,7 +35,9 @@ contact_length = "1 mm"
 
 def asking(rule):
     history = 'history = "sliding"\nbackground_temperature = "250 K"\nduration = "0.5 ms"'
-    text = TEXT.replace("heat_partition = 0.9", f"heat_partition = {rule}\n{history}").replace("[1, 35]", "[1, 3]")
+    text = TEXT.replace("heat_partition = 0.9", f"heat_partition = {rule}\n{history}").replace(
+        "[1, 35]", "[1, 3]"
+    )
     smoothed = '{ column = "smoothed", shape = [32, 32], q_max = 2.5e4 },\n'
     return parse_scene(text.replace("levels = [\n", f"levels = [\n{smoothed}") + ASKS)
 
@@ -49,7 +51,9 @@ def slid(request, tmp_path_factory):
 def pressed(capped_scene, tmp_path_factory):
     folder = tmp_path_factory.mktemp("pressed")
     path = write_scene(folder, drawn_map(), capped_scene)
-    text = path.read_text().replace("speed = [0.0, 0.1, 35.0]", "speed = [35.0]\nbackground_temperature = 250.0")
+    text = path.read_text().replace(
+        "speed = [0.0, 0.1, 35.0]", "speed = [35.0]\nbackground_temperature = 250.0"
+    )
     path.write_text(text[: text.index("[numerics]")] + ASKS)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -88,7 +92,9 @@ def inject(monkeypatch, part, relative):
     elif part == "size":
         monkeypatch.setattr(means, "size_error", lambda *args: relative)
     elif part == "scan":
-        monkeypatch.setattr(means, "scan_error", lambda scene: dict.fromkeys(means.OBSERVABLES, relative))
+        monkeypatch.setattr(
+            means, "scan_error", lambda scene: dict.fromkeys(means.OBSERVABLES, relative)
+        )
         monkeypatch.setattr(rs.Scene, "scanned", True)
     else:
         for module in (means, reactions):
@@ -118,16 +124,29 @@ def test_every_number_has_every_part(slid, monkeypatch, part, relative):
             continue
         assert part in found.budget, (name, column)
         error = found.budget[part][changes]
-        cancels = part == "scan" and ("over" in column or column == "paired")  # nothing shows whether it does
+        cancels = part == "scan" and (
+            "over" in column or column == "paired"
+        )  # nothing shows whether it does
         # no level of this run shows what else the pixel changes of a reaction
-        if np.isnan(relative) or cancels or (part == "pixel" and name in OF_REACTIONS and column != SLIDING):
+        if (
+            np.isnan(relative)
+            or cancels
+            or (part == "pixel" and name in OF_REACTIONS and column != SLIDING)
+        ):
             assert np.isnan(error).all(), (name, column)
             assert all(part in found.unknown_at(k) for k in np.nonzero(changes)[0]), (name, column)
         else:
             least = LEAST.get(name, 0.2) * relative
             assert (error > least * np.abs(found.mean[changes])).all(), (name, column)
     columns = {column for _, column in seen}
-    assert columns == {"smoothed", "capped", SLIDING, "smoothed_over_theory", "capped_over_smoothed", "paired"}
+    assert columns == {
+        "smoothed",
+        "capped",
+        SLIDING,
+        "smoothed_over_theory",
+        "capped_over_smoothed",
+        "paired",
+    }
     of_capped = {name for name, column in seen if column == "capped"}
     assert of_capped == {*slid.observables, *OF_REACTIONS, "contact_temperature"}
     assert {*OF_LEVELS, *SHOWN_BY_NO_LEVEL, "statistical", "tail", "slide"} == {*SOURCES}
@@ -138,7 +157,10 @@ def test_a_pressed_map_has_every_part(pressed, monkeypatch, unknown):
     overshoot = {OVERSHOOT: 0.02 if unknown else 0.0}  # share of the load on spikes
     monkeypatch.setattr("roughsim.results.pressed._of_last_level", lambda run, index: overshoot)
     run = rs.open_run(pressed.folder)
-    numbers = [*run.estimates().items(), *((asked.estimate.observable, asked.estimate) for asked in run.reactions())]
+    numbers = [
+        *run.estimates().items(),
+        *((asked.estimate.observable, asked.estimate) for asked in run.reactions()),
+    ]
     for name, found in numbers:
         assert {"statistical", "bandwidth", "pixel", "size", "solver"} <= {*found.budget}
         if found.mean.any() and np.isfinite(found.mean).all():
@@ -153,7 +175,9 @@ def test_reactions_follow_the_error_of_the_scan(slid, monkeypatch, name, wrong):
     run = rs.open_run(slid.folder)
 
     def found():
-        return next(asked.estimate for asked in run.reactions("capped") if asked.estimate.observable == name)
+        return next(
+            asked.estimate for asked in run.reactions("capped") if asked.estimate.observable == name
+        )
 
     before, genuine = found().mean, means.Means.values
 

@@ -25,9 +25,15 @@ def test_each_level_holds_every_number_of_every_member(kept_run, file):
                 member = read_member(member_path(kept_run.folder, level, index))
                 for name, values in member.numbers.items():
                     share = 0.9 if "flash" in name else 1.0
-                    np.testing.assert_allclose(group[name][level, index], np.squeeze(values * share), rtol=1e-15)
-                np.testing.assert_array_equal(group[f"stress_spectrum_L{level}"][index], member.moments[0].spectrum)
-                np.testing.assert_array_equal(group[f"wavenumber_L{level}"], member.moments[0].wavenumber)
+                    np.testing.assert_allclose(
+                        group[name][level, index], np.squeeze(values * share), rtol=1e-15
+                    )
+                np.testing.assert_array_equal(
+                    group[f"stress_spectrum_L{level}"][index], member.moments[0].spectrum
+                )
+                np.testing.assert_array_equal(
+                    group[f"wavenumber_L{level}"], member.moments[0].wavenumber
+                )
         assert list(group["column"].asstr()) == ["smoothed", "capped", "capped"]
         np.testing.assert_array_equal(group["q_max"], [5e4, 5e4, 1e5])
         np.testing.assert_array_equal(stored["speed"], [0.0, 0.1, 35.0])
@@ -63,7 +69,9 @@ def test_the_temperature_map_is_that_of_the_plot_at_the_highest_speed(kept_run, 
         for level in (0, 2):  # the finest of each column
             maps = stored[f"members/temperature_L{level}"]
             assert (maps.attrs["units"], maps.attrs["speed"]) == ("K", 35.0)
-            np.testing.assert_array_equal(maps[1], kept_run.field(level, 1, "temperature", speed=35.0))
+            np.testing.assert_array_equal(
+                maps[1], kept_run.field(level, 1, "temperature", speed=35.0)
+            )
             # the mean over the cell is the background, so it is zero to rounding
             assert abs(maps[1].mean(dtype=float)) < 1e-5 * maps[1].max()
         assert "temperature_L1" not in stored["members"]
@@ -71,7 +79,9 @@ def test_the_temperature_map_is_that_of_the_plot_at_the_highest_speed(kept_run, 
 
 def test_a_run_at_rest_has_no_temperature_map(quick, tmp_path):
     scene = replace(quick, sliding=replace(quick.sliding, speed=(0.0,)))
-    with h5py.File(export_run(rs.run(scene, tmp_path / "rest", max_realizations=1), tmp_path / "rest.h5")) as stored:
+    with h5py.File(
+        export_run(rs.run(scene, tmp_path / "rest", max_realizations=1), tmp_path / "rest.h5")
+    ) as stored:
         assert "pressure_L0" in stored["members"]
         assert "temperature_L0" not in stored["members"]
 
@@ -91,7 +101,9 @@ def test_every_array_has_its_axes_and_unit_and_no_long_name(file):
         for name, unit in UNITS.items():
             assert stored[name].attrs["units"] == unit
         arrays = []
-        stored.visititems(lambda _, entry: arrays.append(entry) if isinstance(entry, h5py.Dataset) else None)
+        stored.visititems(
+            lambda _, entry: arrays.append(entry) if isinstance(entry, h5py.Dataset) else None
+        )
         assert len(arrays) > 90
         for array in arrays:
             assert "long_name" not in array.attrs
@@ -105,7 +117,9 @@ def test_every_array_has_its_axes_and_unit_and_no_long_name(file):
 
 def test_an_oblong_cell_has_its_own_axes(quick, tmp_path):
     levels = ({"column": "capped", "shape": [48, 32], "q_max": 4e4},)
-    scene = replace(quick, numerics=replace(quick.numerics, lengths=(3e-3, 2e-3 * 1.1), levels=levels))
+    scene = replace(
+        quick, numerics=replace(quick.numerics, lengths=(3e-3, 2e-3 * 1.1), levels=levels)
+    )
     run = rs.run(scene, tmp_path / "oblong", max_realizations=1)
     with h5py.File(export_run(run, tmp_path / "oblong.nc")) as stored:
         assert stored["members/pressure_L0"].shape == (1, 48, 32)
@@ -113,7 +127,9 @@ def test_an_oblong_cell_has_its_own_axes(quick, tmp_path):
         np.testing.assert_allclose(stored["members/y_L0"], np.arange(32) * 2.2e-3 / 32)
 
 
-def test_viewers_draw_the_flash_temperature_with_its_error_beside_both_theories_first(kept_run, file):
+def test_viewers_draw_the_flash_temperature_with_its_error_beside_both_theories_first(
+    kept_run, file
+):
     with h5py.File(file) as stored:
         place = stored
         while "default" in place.attrs:
@@ -121,7 +137,12 @@ def test_viewers_draw_the_flash_temperature_with_its_error_beside_both_theories_
         assert place.attrs["NX_class"] == "NXdata"
         assert list(place.attrs["axes"]) == ["speed"]
         signal = place.attrs["signal"]
-        assert [signal, *place.attrs["auxiliary_signals"]] == ["capped", "theory", "calibrated", "smoothed"]
+        assert [signal, *place.attrs["auxiliary_signals"]] == [
+            "capped",
+            "theory",
+            "calibrated",
+            "smoothed",
+        ]
         estimate = kept_run.estimate("flash_temperature")
         np.testing.assert_array_equal(place[signal], estimate.mean)
         np.testing.assert_array_equal(place[f"{signal}_errors"], estimate.total_error)
@@ -136,7 +157,10 @@ def test_a_run_without_fields_has_answers_and_numbers(quick, tmp_path):
     run = rs.run(scene, tmp_path / "none", max_realizations=1)
     with h5py.File(export_run(run, tmp_path / "none.h5")) as stored:
         assert list(stored["entry"]) == ["flash_temperature"]
-        assert not any(f"{name}_L0" in stored["members"] for name in ("pressure", "heights", "temperature", "x"))
+        assert not any(
+            f"{name}_L0" in stored["members"]
+            for name in ("pressure", "heights", "temperature", "x")
+        )
 
 
 @pytest.mark.parametrize("bits", [1, 4, 7, 12, 22, 23])
@@ -146,12 +170,16 @@ def test_rounding_errs_by_half_a_unit_in_the_last_bit_kept(bits):
     there = rounded(values, bits)
     error = np.abs(there.astype(float) / values - 1)
     assert error.max() <= 2.0 ** -(bits + 1)
-    if bits < 22:  # and no more bits than were asked for: the worst case is half a unit just above a power of two
+    if (
+        bits < 22
+    ):  # and no more bits than were asked for: the worst case is half a unit just above a power of two
         assert error.max() > 0.98 / (2.0 ** (bits + 1) + 1)
     mantissa, _ = np.frexp(there.astype(float))
     np.testing.assert_array_equal(mantissa * 2.0 ** (bits + 1) % 1, 0.0)
     np.testing.assert_array_equal(rounded(there, bits), there)
-    assert abs(np.mean(there.astype(float) / values - 1)) < 5 * 2.0**-bits / np.sqrt(values.size)  # without drift
+    assert abs(np.mean(there.astype(float) / values - 1)) < 5 * 2.0**-bits / np.sqrt(
+        values.size
+    )  # without drift
 
 
 def test_ties_go_to_even_and_zero_stays():
@@ -225,7 +253,9 @@ def test_readers_by_reference_find_every_array(file):
     # kerchunk and others know gzip and shuffle, not fletcher32
     filters = {}
     with h5py.File(file) as opened:
-        opened.visititems(lambda name, one: filters.update({name: getattr(one, "fletcher32", False)}))
+        opened.visititems(
+            lambda name, one: filters.update({name: getattr(one, "fletcher32", False)})
+        )
     assert len(filters) > 50
     assert not any(filters.values())
 

@@ -15,7 +15,9 @@ from roughsim.results.description import folder_state, read_description
 @pytest.fixture(scope="module")
 def finished(capped_scene, tmp_path_factory):
     """A small run; tests work on copies."""
-    numerics = replace(capped_scene.numerics, levels=({"column": "capped", "shape": [32, 32], "q_max": 4e4},))
+    numerics = replace(
+        capped_scene.numerics, levels=({"column": "capped", "shape": [32, 32], "q_max": 4e4},)
+    )
     scene = replace(capped_scene, numerics=numerics)
     return rs.run(scene, tmp_path_factory.mktemp("finished") / "run", max_realizations=2)
 
@@ -72,7 +74,9 @@ def test_a_link_to_a_folder_that_is_gone_is_named(quick, tmp_path, place):
 def test_a_run_goes_on_from_each_moment_of_its_start(finished, tmp_path):
     for number, names in enumerate((MADE[2], MADE[5])):
         made(tmp_path / f"run{number}", names)
-        assert rs.run(finished.scene, tmp_path / f"run{number}", max_realizations=1).realizations == 1
+        assert (
+            rs.run(finished.scene, tmp_path / f"run{number}", max_realizations=1).realizations == 1
+        )
     (tmp_path / "run0" / "scene.toml").unlink()  # it is written after run.json
     assert rs.run(finished.scene, tmp_path / "run0", max_realizations=2).realizations == 2
 
@@ -90,7 +94,9 @@ def test_a_start_leaves_nothing_of_killed_ones_behind(finished, folder):
 def test_an_edited_scene_of_a_run_is_refused_by_the_key(folder):
     text = (folder / "scene.toml").read_text()
     (folder / "scene.toml").write_text(text.replace("hurst = 0.8", "hurst = 0.7"))
-    with pytest.raises(rs.RecordError, match=r"of different scenes: surface\.hurst differs; undo the edit"):
+    with pytest.raises(
+        rs.RecordError, match=r"of different scenes: surface\.hurst differs; undo the edit"
+    ):
         rs.open_run(folder)
 
 
@@ -118,9 +124,13 @@ def test_a_changed_value_of_run_json_is_refused_by_name(folder, key):
     path = folder / "run.json"
     description = json.loads(path.read_text())
     path.write_text(json.dumps(description | {key: CHANGES[key]}))
-    with pytest.raises(rs.RecordError, match=rf"^{key} in .*run.json was changed since the run wrote it"):
+    with pytest.raises(
+        rs.RecordError, match=rf"^{key} in .*run.json was changed since the run wrote it"
+    ):
         rs.open_run(folder)
-    path.write_text(json.dumps(description, indent=4, sort_keys=True))  # the same values, written otherwise
+    path.write_text(
+        json.dumps(description, indent=4, sort_keys=True)
+    )  # the same values, written otherwise
     assert rs.open_run(folder).realizations == 2
     del description[key]
     path.write_text(json.dumps(description))
@@ -140,7 +150,9 @@ def test_a_run_json_without_checksums_is_refused(folder):
 def test_a_run_of_an_older_version_is_refused_in_one_sentence(folder):
     path = folder / "run.json"
     description = json.loads(path.read_text())
-    path.write_text(json.dumps(description | {"format_version": 4, "versions": {"roughsim": "0.1.0"}}))
+    path.write_text(
+        json.dumps(description | {"format_version": 4, "versions": {"roughsim": "0.1.0"}})
+    )
     words = r"run\.json has the older format 4, and this roughsim reads 6; read .* that wrote it \(0\.1\.0\)$"
     for call in (rs.open_run, lambda place: rs.run(rs.load_scene("demo"), place)):
         with pytest.raises(rs.RecordError, match=words):
@@ -151,18 +163,24 @@ def test_an_identity_with_a_key_of_no_value_is_not_that_of_the_scene(folder, fin
     description = read_description(folder)
     more = replace(description, scene=description.scene | {"surface.of_nothing": None})
     more.write(folder, finished.scene)
-    with pytest.raises(rs.RecordError, match=r"run\.json and scene\.toml are of different scenes: a key differs"):
+    with pytest.raises(
+        rs.RecordError, match=r"run\.json and scene\.toml are of different scenes: a key differs"
+    ):
         rs.open_run(folder)
 
 
 @pytest.mark.parametrize(("memory", "opens"), [(2 * 8 * 32**2 - 1, False), (2 * 8 * 32**2, True)])
-def test_a_run_whose_field_needs_more_than_half_of_the_memory_is_refused(quick, tmp_path, monkeypatch, memory, opens):
+def test_a_run_whose_field_needs_more_than_half_of_the_memory_is_refused(
+    quick, tmp_path, monkeypatch, memory, opens
+):
     run = rs.run(quick, tmp_path / "run", max_realizations=1)
     monkeypatch.setattr(folder_module, "exceeds", lambda needed, share: needed > share * memory)
     if opens:
         assert rs.open_run(run.folder).realizations == 1
     else:
-        with pytest.raises(rs.RecordError, match=r"a field of 1024 points needs 8.19e-06 GB, more than half of"):
+        with pytest.raises(
+            rs.RecordError, match=r"a field of 1024 points needs 8.19e-06 GB, more than half of"
+        ):
             rs.open_run(run.folder)
 
 

@@ -47,7 +47,10 @@ def test_what_a_run_lacks_while_a_process_computes_it_is_not_lost(folder, tmp_pa
         (line,) = (line for line in str(rs.status(run)).splitlines() if "L0-000003" in line)
         assert line.startswith(f"not there yet: L0-000003; process {os.getpid()} on ")
         assert line.endswith(" computes the run now; only the 3 realizations before count so far")
-        assert (rs.status(run).to_dict()["missing"], rs.status(run).to_dict()["lost"]) == (["L0-000003"], [])
+        assert (rs.status(run).to_dict()["missing"], rs.status(run).to_dict()["lost"]) == (
+            ["L0-000003"],
+            [],
+        )
         assert f"being computed by process {os.getpid()} on " in str(rs.status(run)).splitlines()[1]
     assert rs.status(run).to_dict()["lost"] == ["L0-000003"]
 
@@ -61,7 +64,9 @@ def test_what_is_stored_while_the_last_process_ends_is_not_lost(folder, monkeypa
     assert folder_module.gap(run) == []
     path.unlink()
     run = rs.open_run(folder)
-    monkeypatch.setattr("roughsim.outputs.status.writer", lambda folder: path.write_bytes(content) and None)
+    monkeypatch.setattr(
+        "roughsim.outputs.status.writer", lambda folder: path.write_bytes(content) and None
+    )
     lines = str(rs.status(run)).splitlines()
     assert not any("L0-000003" in line for line in lines)
     assert f"{whole.realizations} " in lines[1]
@@ -70,9 +75,14 @@ def test_what_is_stored_while_the_last_process_ends_is_not_lost(folder, monkeypa
 
 
 @pytest.mark.slow
-def test_files_and_pages_of_a_run_with_a_gap_are_not_shorter_without_a_word(folder, tmp_path, capsys):
+def test_files_and_pages_of_a_run_with_a_gap_are_not_shorter_without_a_word(
+    folder, tmp_path, capsys
+):
     (folder / "realizations" / "L0-000003.h5").unlink()
-    for words in (["export", str(folder), "-o", str(tmp_path / "a.h5")], ["plot", str(folder), "spectrum"]):
+    for words in (
+        ["export", str(folder), "-o", str(tmp_path / "a.h5")],
+        ["plot", str(folder), "spectrum"],
+    ):
         with pytest.raises(SystemExit) as ended:
             main(words)
         assert ended.value.code == 0
@@ -85,7 +95,9 @@ def test_a_whole_run_and_one_that_met_its_target_miss_nothing(folder):
     assert run.missing == []
     (folder / "realizations" / "L0-000007.h5").unlink()
     assert rs.open_run(folder).missing == ["L0-000007"]
-    (folder / "realizations" / "L0-000008.h5").unlink()  # the last of its level: as if it had not been computed yet
+    (
+        folder / "realizations" / "L0-000008.h5"
+    ).unlink()  # the last of its level: as if it had not been computed yet
     assert rs.open_run(folder).missing == []
 
 
@@ -94,6 +106,12 @@ def test_damaged_members_are_named_and_not_said_to_have_not_converged(folder):
     path.write_bytes(path.read_bytes()[:-300])
     run = rs.open_run(folder, damaged="skip")
     lines = str(rs.status(run)).splitlines()
-    assert any(line.startswith("damaged and left out of the means: L0-000002; repeat the command") for line in lines)
+    assert any(
+        line.startswith("damaged and left out of the means: L0-000002; repeat the command")
+        for line in lines
+    )
     assert not any("did not converge" in line for line in lines)
-    assert (rs.status(run).to_dict()["damaged"], rs.status(run).to_dict()["failed"]) == (["L0-000002"], 0)
+    assert (rs.status(run).to_dict()["damaged"], rs.status(run).to_dict()["failed"]) == (
+        ["L0-000002"],
+        0,
+    )

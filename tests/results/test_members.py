@@ -24,7 +24,9 @@ LEVELS = (
 @pytest.fixture
 def members():
     """Five members of each level; index 1 failed in smoothed contact, index 2 at the second capped level."""
-    table = Members(Path("run"), Description({}, Numerics(LEVELS, (2.0e-3, 1.5e-3)), {}), SPEEDS, "refuse")
+    table = Members(
+        Path("run"), Description({}, Numerics(LEVELS, (2.0e-3, 1.5e-3)), {}), SPEEDS, "refuse"
+    )
     table.counts = (5,) * 4
     for level in range(4):
         for index in range(5):
@@ -67,7 +69,10 @@ def test_numbers_are_those_of_the_members_in_the_order_asked_for_and_nan_without
     assert np.isnan(rows[1:]).all()
     below = members.sample(2, below=True, indices=[3]).numbers["contact_fraction"]
     np.testing.assert_array_equal(below, [member(23).moments[1].numbers["contact_fraction"]])
-    assert members.sample(2, indices=[3]).numbers["plastic_fraction"].shape == (1, 1)  # which these have not stored
+    assert members.sample(2, indices=[3]).numbers["plastic_fraction"].shape == (
+        1,
+        1,
+    )  # which these have not stored
     assert members.sample(2, indices=[]).numbers["flash_temperature"].shape == (0, 3)
 
 
@@ -83,10 +88,15 @@ def test_a_sample_has_the_cut_off_and_the_pixel_of_its_level_in_its_own_cell(mem
     sample, below = members.sample(2), members.sample(2, below=True)
     assert sample.rows.tolist() == below.rows.tolist() == members.sound(2)
     assert (sample.q_max, below.q_max) == (4e4, 2e4)
-    assert (sample.side, below.side) == (32.0, 16.0)  # half the cell has half the points of the level below
+    assert (sample.side, below.side) == (
+        32.0,
+        16.0,
+    )  # half the cell has half the points of the level below
     assert sample.reach == below.reach == pytest.approx(0.5 * np.hypot(1.0e-3, 0.75e-3))
     assert sample.part
-    np.testing.assert_array_equal(sample.numbers["flash_temperature"][1], member(21).numbers["flash_temperature"])
+    np.testing.assert_array_equal(
+        sample.numbers["flash_temperature"][1], member(21).numbers["flash_temperature"]
+    )
     np.testing.assert_array_equal(below.spectrum[1], member(21).moments[1].spectrum)
     partner = members.sample(3, below=True)
     assert (partner.q_max, partner.side) == (4e4, 32.0)

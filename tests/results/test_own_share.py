@@ -31,8 +31,12 @@ BRASS = "youngs_modulus = 100e9\npoisson_ratio = 0.3\nconductivity = 60\ndensity
 
 
 def scene_with(rule, count=6, q_max=5e4, duration=2e-6):
-    text = CAPPED.replace("heat_partition = 0.9", f'heat_partition = "{rule}"').replace('like = "body"', BRASS)
-    text = text.replace("[0, 0.1, 35]", str(list(SPEEDS))).replace("q_max = 2e5", f"q_max = {q_max}")
+    text = CAPPED.replace("heat_partition = 0.9", f'heat_partition = "{rule}"').replace(
+        'like = "body"', BRASS
+    )
+    text = text.replace("[0, 0.1, 35]", str(list(SPEEDS))).replace(
+        "q_max = 2e5", f"q_max = {q_max}"
+    )
     if rule == "total":
         text = text.replace("[theory]", f"duration = {duration}\n[theory]")
     # one level a column, up to the end of C(q): what its members store is what is averaged
@@ -55,7 +59,8 @@ def moments(run, level):
     """⟨Tσ⟩/⟨σ⟩ with all the heat in the moving body, and in the resting one, of each member, (members, speeds)."""
     members = [run.members[level, index].numbers for index in range(run.realizations)]
     moving, resting = (
-        np.array([m[name] for m in members]) for name in ("flash_temperature", "resting_flash_temperature")
+        np.array([m[name] for m in members])
+        for name in ("flash_temperature", "resting_flash_temperature")
     )
     return moving, resting * KAPPA / OTHER_KAPPA
 
@@ -73,7 +78,9 @@ def test_the_share_is_that_of_the_runs_own_members_and_temperatures_carry_it(mea
     moving = np.array(SPEEDS) > 0.0
     np.testing.assert_allclose(run.share(column), share, rtol=1e-12)
     np.testing.assert_allclose(run.estimate("heat_partition", column).mean, share, rtol=1e-12)
-    np.testing.assert_allclose(run.estimate("flash_temperature", column).mean[moving], temperature[moving], rtol=1e-12)
+    np.testing.assert_allclose(
+        run.estimate("flash_temperature", column).mean[moving], temperature[moving], rtol=1e-12
+    )
     assert run.estimate("flash_temperature", column).mean[0] == 0.0
     # the theory's share would have made another number, beyond the statistical error
     theory = prediction.heat_partition(run.scene)[2]
@@ -81,18 +88,24 @@ def test_the_share_is_that_of_the_runs_own_members_and_temperatures_carry_it(mea
     estimate = run.estimate("flash_temperature", column)
     assert apart > 0.03
     for name in ("flash_gradient", "flash_laplacian"):
-        plain = np.array([run.members[level, index].numbers[name] for index in range(run.realizations)]).mean(axis=0)
+        plain = np.array(
+            [run.members[level, index].numbers[name] for index in range(run.realizations)]
+        ).mean(axis=0)
         found = run.estimate(name, column).mean
         np.testing.assert_allclose(found[moving], (share * plain)[moving], rtol=1e-12)
     assert any("both bodies in this contact" in note for note in estimate.notes)
 
 
 @pytest.mark.parametrize("level", [0, 1])
-def test_the_error_of_the_share_is_in_that_of_the_temperature_with_their_correlation(mean_run, level):
+def test_the_error_of_the_share_is_in_that_of_the_temperature_with_their_correlation(
+    mean_run, level
+):
     # leave one member out: the usual error of a function of two means, to second order in the scatter
     values = moments(mean_run, level)
     count = len(values[0])
-    left_out = [by_hand(*(np.delete(rows, index, axis=0) for rows in values))[1] for index in range(count)]
+    left_out = [
+        by_hand(*(np.delete(rows, index, axis=0) for rows in values))[1] for index in range(count)
+    ]
     jackknife = np.sqrt((count - 1) * np.var(left_out, axis=0))
     error = mean_run.estimate("flash_temperature", COLUMNS[level]).standard_error
     np.testing.assert_allclose(error[1:], jackknife[1:], rtol=0.03)
@@ -108,8 +121,12 @@ def test_by_the_rule_total_the_backgrounds_are_in_the_balance(tmp_path):
     effusivity = KAPPA / np.sqrt(D), OTHER_KAPPA / np.sqrt(OTHER_D)
     for column in COLUMNS:
         np.testing.assert_allclose(run.share(column), effusivity[0] / sum(effusivity), rtol=0.01)
-        alone = np.mean([run.members[COLUMNS.index(column), k].numbers["flash_temperature"] for k in (0, 1)])
-        assert run.estimate("flash_temperature", column).mean == pytest.approx(run.share(column) * alone, rel=1e-12)
+        alone = np.mean(
+            [run.members[COLUMNS.index(column), k].numbers["flash_temperature"] for k in (0, 1)]
+        )
+        assert run.estimate("flash_temperature", column).mean == pytest.approx(
+            run.share(column) * alone, rel=1e-12
+        )
 
 
 def test_other_parts_of_the_error_of_the_share_add_to_those_of_the_temperature(tmp_path):
@@ -119,10 +136,16 @@ def test_other_parts_of_the_error_of_the_share_add_to_those_of_the_temperature(t
         {"column": "elastic", "shape": [128, 128], "q_max": 5e4},
     ]
     scene = scene_with("mean", q_max=2e5)
-    soft, numerics = replace(scene.body, penetration_hardness=None), replace(scene.numerics, levels=tuple(levels))
+    soft, numerics = (
+        replace(scene.body, penetration_hardness=None),
+        replace(scene.numerics, levels=tuple(levels)),
+    )
     run = rs.run(replace(scene, body=soft, numerics=numerics), tmp_path / "run")
     all_heat = run.single("flash_temperature", "elastic", all_heat=True)
-    share, found = run.estimate("heat_partition", "elastic"), run.estimate("flash_temperature", "elastic")
+    share, found = (
+        run.estimate("heat_partition", "elastic"),
+        run.estimate("flash_temperature", "elastic"),
+    )
     np.testing.assert_allclose(found.mean, share.mean * all_heat.mean, rtol=1e-12)
     for part in ("bandwidth", "pixel"):
         expected = share.mean * all_heat.budget[part] + np.abs(all_heat.mean) * share.budget[part]
@@ -145,20 +168,32 @@ def test_the_theory_keeps_its_own_share_and_ratios_have_none(run):
     share = prediction.heat_partition(scene)
     for k, speed in enumerate(SPEEDS[1:], 1):
         row = next(r for r in rows if (r.observable, r.speed) == ("flash_temperature", speed))
-        assert row.theory == pytest.approx(share[k] * prediction.predictions(scene)["flash_temperature"][k], rel=1e-12)
+        assert row.theory == pytest.approx(
+            share[k] * prediction.predictions(scene)["flash_temperature"][k], rel=1e-12
+        )
         alone = [moments(run, level)[0].mean(axis=0)[k] for level in (0, 1)]
-        assert row.ratios["capped_over_smoothed"].value == pytest.approx(alone[1] / alone[0], rel=1e-12)
+        assert row.ratios["capped_over_smoothed"].value == pytest.approx(
+            alone[1] / alone[0], rel=1e-12
+        )
         theory = row.theory_same_modes / share[k]
         # the first ratio is at the grid of the level, as the column is
-        assert row.ratios["smoothed_over_theory"].value == pytest.approx(alone[0] / theory, rel=1e-12)
+        assert row.ratios["smoothed_over_theory"].value == pytest.approx(
+            alone[0] / theory, rel=1e-12
+        )
 
 
 def calibrated_by_hand(scene):
     """Share and T_flash of the calibrated law at each speed, by trapezia over ln q of its stress spectrum, Eq. (4)."""
-    solid = {"effective_modulus": scene.effective_modulus, "nominal_pressure": 90e6, "penetration_hardness": 1e9}
+    solid = {
+        "effective_modulus": scene.effective_modulus,
+        "nominal_pressure": 90e6,
+        "penetration_hardness": 1e9,
+    }
     law = plasticity.stress_spectrum(scene.spectrum, **solid)
     ends = np.array(law.breaks)
-    q = np.concatenate([np.geomspace(a * (1 + 1e-12), b * (1 - 1e-12), 4000) for a, b in pairwise(ends)])
+    q = np.concatenate(
+        [np.geomspace(a * (1 + 1e-12), b * (1 - 1e-12), 4000) for a, b in pairwise(ends)]
+    )
     weight = 2 * np.pi * q * law(q)  # times dq/q: the integrand over ln q of ∫ 2π q |σ_q|² (1/q) dq
     time = scene.sliding.duration
     grown = 1.0 if time is None else special.erf(q * np.sqrt(OTHER_D * time))
@@ -200,8 +235,12 @@ def calibrated_outputs(run, folder):
     x, line = axes.get_lines()[1].get_data()
     yield "chart", line[np.argmin(np.abs(x - 1.0))]
     if scene.sliding.duration is not None:
-        warm = next(r for r in comparison.rows if (r.observable, r.speed) == ("contact_temperature", 1.0))
-        rise = share.calibrated * 2 * 0.11 * 90e6 / KAPPA * np.sqrt(D * scene.sliding.duration / np.pi)
+        warm = next(
+            r for r in comparison.rows if (r.observable, r.speed) == ("contact_temperature", 1.0)
+        )
+        rise = (
+            share.calibrated * 2 * 0.11 * 90e6 / KAPPA * np.sqrt(D * scene.sliding.duration / np.pi)
+        )
         yield "contact temperature", warm.calibrated - rise
 
 
@@ -222,11 +261,15 @@ def test_what_reacts_by_the_calibrated_law_has_its_share():
     told = rs.theory(scene).to_dict()["calibrated"]
     hottest = drawn.quantiles([0.99], by="heat").value[0][2]
     assert told["temperature_quantile_99"]["value"][2] == pytest.approx(share * hottest, rel=1e-5)
-    assert told["heat_share_above"][0]["value"][2] == pytest.approx(drawn.share_above(49.0 / share).value[2], rel=1e-3)
+    assert told["heat_share_above"][0]["value"][2] == pytest.approx(
+        drawn.share_above(49.0 / share).value[2], rel=1e-3
+    )
 
 
 def test_without_the_law_its_share_is_unknown():
-    granite = {rule: rs.load_scene("granite", {"sliding.heat_partition": rule}) for rule in ("mean", 0.7)}
+    granite = {
+        rule: rs.load_scene("granite", {"sliding.heat_partition": rule}) for rule in ("mean", 0.7)
+    }
     assert np.isnan(prediction.calibrated_share(granite["mean"])).all()
     np.testing.assert_array_equal(prediction.calibrated_share(granite[0.7]), 0.7)
 
@@ -236,8 +279,15 @@ def outputs(run, column, folder):
     comparison = rs.compare(run)
     row = next(r for r in comparison.rows if (r.observable, r.speed) == ("flash_temperature", 1.0))
     yield "row", row.columns[column].mean
-    told = json.loads(CliRunner().invoke(app, ["compare", str(run.folder), "--json"]).stdout)["rows"]
-    yield "JSON", next(r for r in told if (r["observable"], r["speed"]) == ("flash_temperature", 1.0))[column]["mean"]
+    told = json.loads(CliRunner().invoke(app, ["compare", str(run.folder), "--json"]).stdout)[
+        "rows"
+    ]
+    yield (
+        "JSON",
+        next(r for r in told if (r["observable"], r["speed"]) == ("flash_temperature", 1.0))[
+            column
+        ]["mean"],
+    )
     frame = comparison.to_dataframe().loc["flash_temperature"]
     yield "data frame", float(frame[frame.speed == 1.0][column].iloc[0])
     yield "explore", float(np.interp(1.0, *measured_curves(run, column)["flash_temperature"][:2]))
@@ -288,8 +338,12 @@ def test_the_share_at_other_speeds_passes_through_those_of_the_run_and_ends_at_r
     for speed, share in zip(SPEEDS, shares, strict=True):
         assert mean_run.heat_share(-speed, "capped") == share
         if speed:
-            assert mean_run.heat_share(speed * (1 + 1e-9), "capped") == pytest.approx(share, rel=1e-7)
-    assert mean_run.heat_share(1e-9, "capped") == pytest.approx(KAPPA / (KAPPA + OTHER_KAPPA), rel=1e-4)
+            assert mean_run.heat_share(speed * (1 + 1e-9), "capped") == pytest.approx(
+                share, rel=1e-7
+            )
+    assert mean_run.heat_share(1e-9, "capped") == pytest.approx(
+        KAPPA / (KAPPA + OTHER_KAPPA), rel=1e-4
+    )
     curve = [mean_run.heat_share(v, "capped") for v in np.geomspace(1e-3, 1e3, 40)]
     assert np.all(np.diff(curve) > 0.0)
     assert curve[-1] < 1.0
@@ -299,7 +353,10 @@ def test_the_rounds_count_the_error_of_what_is_reported(tmp_path):
     scene = scene_with("mean", count=12)  # a whole first round
     run = rs.run(scene, tmp_path / "run")
     alone = run.single("flash_temperature", all_heat=True)
-    errors = [np.max(found.total_error[1:] / found.mean[1:]) for found in (run.estimate("flash_temperature"), alone)]
+    errors = [
+        np.max(found.total_error[1:] / found.mean[1:])
+        for found in (run.estimate("flash_temperature"), alone)
+    ]
     assert abs(errors[0] / errors[1] - 1.0) > 0.02
     between = float(np.sqrt(errors[0] * errors[1]))
     run = rs.run(scene, tmp_path / "run", until={"flash_temperature": between})
@@ -312,26 +369,46 @@ def test_a_contact_temperature_has_the_background_of_the_same_share(tmp_path):
     run = rs.run(scene, tmp_path / "run", max_realizations=3)
     rows = rs.compare(run).rows
     for k, speed in enumerate(SPEEDS[1:], 1):
-        warm = background.temperature(1e-5, heat_flux=0.11 * 9e7 * speed, conductivity=KAPPA, diffusivity=D)
+        warm = background.temperature(
+            1e-5, heat_flux=0.11 * 9e7 * speed, conductivity=KAPPA, diffusivity=D
+        )
         row = next(r for r in rows if (r.observable, r.speed) == ("contact_temperature", speed))
         for level, column in enumerate(COLUMNS):
             share, temperature = by_hand(*moments(run, level))
-            assert row.columns[column].mean == pytest.approx(temperature[k] + share[k] * warm, rel=1e-9)
-            flash, of_share = (run.estimate(name, column) for name in ("flash_temperature", "heat_partition"))
+            assert row.columns[column].mean == pytest.approx(
+                temperature[k] + share[k] * warm, rel=1e-9
+            )
+            flash, of_share = (
+                run.estimate(name, column) for name in ("flash_temperature", "heat_partition")
+            )
             for part, error in flash.budget.items():
                 if np.isfinite(error[k]):
-                    found = run.contact_temperature(column, np.full(len(SPEEDS), float(warm))).budget[part][k]
-                    assert found == pytest.approx(error[k] + float(warm) * of_share.budget[part][k], rel=1e-12)
+                    found = run.contact_temperature(
+                        column, np.full(len(SPEEDS), float(warm))
+                    ).budget[part][k]
+                    assert found == pytest.approx(
+                        error[k] + float(warm) * of_share.budget[part][k], rel=1e-12
+                    )
 
 
 def test_the_page_names_the_share_of_each_column(mean_run, no_pictures):
     page = report.answer(rs.compare(mean_run))
-    for name, share in {"theory": mean_run.heat_partition, **{c: mean_run.share(c) for c in COLUMNS}}.items():
+    for name, share in {
+        "theory": mean_run.heat_partition,
+        **{c: mean_run.share(c) for c in COLUMNS},
+    }.items():
         assert f"{share.min():.3g} to {share.max():.3g} ({name})" in page
 
 
 def test_a_stated_share_is_that_of_all_columns(capped_run):
-    for share in (capped_run.heat_partition, capped_run.share("smoothed"), capped_run.share("capped")):
+    for share in (
+        capped_run.heat_partition,
+        capped_run.share("smoothed"),
+        capped_run.share("capped"),
+    ):
         np.testing.assert_array_equal(share, 0.9)
     assert capped_run.share_text() == "0.9"
-    assert not any("both bodies in this contact" in note for note in capped_run.estimate("flash_temperature").notes)
+    assert not any(
+        "both bodies in this contact" in note
+        for note in capped_run.estimate("flash_temperature").notes
+    )

@@ -54,11 +54,16 @@ def test_members_store_quantiles_and_bins_of_both_levels(asked):
     for moments in member.moments:
         assert {*NAMES} < {*moments.numbers}
         assert moments.bins.temperature.shape == (2, BIN_AREAS.size)
-        heat = BIN_AREAS * moments.bins.pressure  # T_flash is the mean weighted by the heat, up to the width of bins
+        heat = (
+            BIN_AREAS * moments.bins.pressure
+        )  # T_flash is the mean weighted by the heat, up to the width of bins
         flash = (heat * moments.bins.temperature).sum(axis=1) / heat.sum(axis=1)
         np.testing.assert_allclose(flash, moments.numbers["flash_temperature"], rtol=0.02)
         # heat is set free where the pressure is high and hot
-        assert np.all(moments.numbers["temperature_quantile_area_50"] < moments.numbers["temperature_quantile_50"])
+        assert np.all(
+            moments.numbers["temperature_quantile_area_50"]
+            < moments.numbers["temperature_quantile_50"]
+        )
     with h5py.File(path, "r") as file:
         assert file["bin_temperature"].dims[2].keys() == ["contact_area"]
         np.testing.assert_array_equal(file["contact_area"], BIN_AREAS)
@@ -66,23 +71,37 @@ def test_members_store_quantiles_and_bins_of_both_levels(asked):
 
 
 def test_a_scene_that_does_not_ask_stores_and_estimates_nothing_of_it(tmp_path, asked):
-    quiet = {key: value for key, value in ASKS.items() if key.split(".")[0] not in ("reaction", "observables")}
+    quiet = {
+        key: value
+        for key, value in ASKS.items()
+        if key.split(".")[0] not in ("reaction", "observables")
+    }
     del quiet["sliding.background_temperature"]
     run = rs.run(rs.load_scene("steel-1.2GPa", quiet), tmp_path / "run", max_realizations=2)
     member, loud = (read_member(member_path(one.folder, 1, 0)) for one in (run, asked))
     assert member.moments[0].bins is None
     assert not {*NAMES} & {*member.numbers}
     assert {*loud.numbers} == {*member.numbers} | {*NAMES}
-    np.testing.assert_array_equal(member.numbers["flash_temperature"], loud.numbers["flash_temperature"])
-    assert {*run.estimates()} == {*observables_of(distribution=False)} == {*asked.estimates()} - {*NAMES}
-    with pytest.raises(ValueError, match=r"is not in this run, whose scene lacks \[observables\] temp"):
+    np.testing.assert_array_equal(
+        member.numbers["flash_temperature"], loud.numbers["flash_temperature"]
+    )
+    assert (
+        {*run.estimates()}
+        == {*observables_of(distribution=False)}
+        == {*asked.estimates()} - {*NAMES}
+    )
+    with pytest.raises(
+        ValueError, match=r"is not in this run, whose scene lacks \[observables\] temp"
+    ):
         run.estimate("temperature_quantile_99")
     assert run.reactions() == []
 
 
 def test_quantiles_ascend_and_bracket_the_flash_temperature(asked):
     for of in ("", "area_"):
-        means = np.array([asked.estimate(f"temperature_quantile_{of}{name}").mean for name in LEVELS])
+        means = np.array(
+            [asked.estimate(f"temperature_quantile_{of}{name}").mean for name in LEVELS]
+        )
         assert np.all(means[:, 0] == 0.0)
         assert np.all(np.diff(means[:, 1]) > 0.0)
     flash = asked.estimate("flash_temperature")
@@ -98,7 +117,9 @@ def test_rows_of_a_reaction_have_their_energy_in_ev(asked):
     rows = json.loads(json.dumps(table.to_dict()))["rows"]
     about = [(row["observable"], row["energy"], row["speed"]) for row in rows if "energy" in row]
     of_energy = [
-        (name, speed) for name in ("reaction_rate", "activation_temperature", "conversion") for speed in (0, 10)
+        (name, speed)
+        for name in ("reaction_rate", "activation_temperature", "conversion")
+        for speed in (0, 10)
     ]
     assert about == [(name, energy, speed) for energy in (0.0, 1.0) for name, speed in of_energy]
     (still, moving) = [row for row in rows if row["observable"] == "heat_share_above"]
@@ -134,22 +155,36 @@ def test_at_rest_the_contact_reacts_at_the_background_temperature(asked):
     assert rate.mean[1] / area == pytest.approx(arrhenius[1], rel=0.05)  # of levels by their ratios
     # Jensen: the rate exceeds that at the mean temperature, so its temperature exceeds T₀ + s T_flash
     assert warm.mean[1] > 500.0 + asked.estimate("flash_temperature").mean[1]
-    assert warm.mean[1] < 500.0 + asked.estimate("temperature_quantile_90").mean[1]  # with half of the heat
+    assert (
+        warm.mean[1] < 500.0 + asked.estimate("temperature_quantile_90").mean[1]
+    )  # with half of the heat
     assert warm.unit == "K"
     # errors of the rate and of its temperature belong together: dT = k T² d ln rate / E
     slope = 1.380649e-23 * warm.mean[1] ** 2 / 1.602176634e-19
-    assert warm.standard_error[1] == pytest.approx(slope * rate.standard_error[1] / rate.mean[1], rel=0.5)
+    assert warm.standard_error[1] == pytest.approx(
+        slope * rate.standard_error[1] / rate.mean[1], rel=0.5
+    )
 
 
 def test_errors_of_solver_and_cell_count_by_what_a_change_of_all_temperatures_does_to_a_rate(asked):
-    warm, rate = found(asked, "activation_temperature", 1.0).mean[1], found(asked, "reaction_rate", 1.0)
-    by_temperatures = 1.602176634e-19 * (warm - 500.0) / (1.380649e-23 * warm**2)  # d ln k/d ln(T − T₀)
+    warm, rate = (
+        found(asked, "activation_temperature", 1.0).mean[1],
+        found(asked, "reaction_rate", 1.0),
+    )
+    by_temperatures = (
+        1.602176634e-19 * (warm - 500.0) / (1.380649e-23 * warm**2)
+    )  # d ln k/d ln(T − T₀)
     flash, area = asked.estimate("flash_temperature"), asked.estimate("contact_fraction")
-    of_flash = {"solver": 2.0 * asked.numerics.tolerance, "size": flash.budget["size"][1] / flash.mean[1]}
+    of_flash = {
+        "solver": 2.0 * asked.numerics.tolerance,
+        "size": flash.budget["size"][1] / flash.mean[1],
+    }
     without = found(asked, "reaction_rate", 0.0)  # the rate is in proportion to the area
     for part, relative in of_flash.items():
         of_area = area.budget[part][0] / area.mean[0]
-        assert rate.budget[part][1] / rate.mean[1] - of_area == pytest.approx(by_temperatures * relative, rel=0.3)
+        assert rate.budget[part][1] / rate.mean[1] - of_area == pytest.approx(
+            by_temperatures * relative, rel=0.3
+        )
         np.testing.assert_allclose(without.budget[part], of_area * without.mean, rtol=1e-9)
 
 
@@ -158,7 +193,9 @@ def test_the_conversion_in_a_pass_follows_from_the_rate(asked):
     assert conversion.mean[0] == 1.0  # a pass at rest never ends
     assert conversion.mean[1] == pytest.approx(-np.expm1(-rate.mean[1] * 1e-3 / 10.0), rel=1e-9)
     left = 1.0 - conversion.mean[1]
-    assert conversion.standard_error[1] == pytest.approx(rate.standard_error[1] * 1e-4 * left, rel=1e-6)
+    assert conversion.standard_error[1] == pytest.approx(
+        rate.standard_error[1] * 1e-4 * left, rel=1e-6
+    )
 
 
 def test_a_mean_that_one_member_carries_has_an_unknown_scatter(asked):
@@ -171,10 +208,16 @@ def test_a_mean_that_one_member_carries_has_an_unknown_scatter(asked):
 
 
 def test_the_background_is_absolute_and_warms_with_the_share_of_the_heat():
-    changes = {"sliding.background_temperature": 400.0, "sliding.speed": [2.0, 5.0], "sliding.duration": 1e-3}
+    changes = {
+        "sliding.background_temperature": 400.0,
+        "sliding.speed": [2.0, 5.0],
+        "sliding.duration": 1e-3,
+    }
     scene = rs.load_scene("steel-1.2GPa", changes | {"observables.heat_above": [600.0]})
     # 2q̇√(t/(πκρc)) of a uniform flux q̇ = μσ₀v
-    warming = 2.0 * 0.11 * 90e6 * np.array([2.0, 5.0]) * np.sqrt(1e-3 / (np.pi * 30.0 * 7900.0 * 500.0))
+    warming = (
+        2.0 * 0.11 * 90e6 * np.array([2.0, 5.0]) * np.sqrt(1e-3 / (np.pi * 30.0 * 7900.0 * 500.0))
+    )
     for share in (1.0, 0.25):
         run = SimpleNamespace(scene=scene, share=lambda column, share=share: np.full(2, share))
         warm = background_temperature(run)
@@ -190,7 +233,9 @@ def test_the_theory_of_a_reaction_is_in_the_column_calibrated(asked):
     assert of_theory["temperature_quantile_50", None, 10.0] == pytest.approx(flash, rel=0.15)
     assert of_theory["temperature_quantile_99", None, 10.0] > 1.5 * flash
     law = prediction.calibrated(asked.scene).stress_spectrum
-    assert of_theory["reaction_rate", 0.0, 10.0] == pytest.approx(1e13 * law.contact_fraction, rel=1e-9)
+    assert of_theory["reaction_rate", 0.0, 10.0] == pytest.approx(
+        1e13 * law.contact_fraction, rel=1e-9
+    )
     assert of_theory["activation_temperature", 1.0, 0.0] == pytest.approx(500.0, rel=1e-9)
     hottest = of_theory["temperature_quantile_90", None, 10.0]  # with half of the heat, as T_flash
     assert 500.0 + flash < of_theory["activation_temperature", 1.0, 10.0] < 500.0 + hottest
@@ -209,7 +254,9 @@ def test_an_export_has_the_rates_over_column_energy_and_speed(asked, tmp_path):
         assert [axis.keys()[0] for axis in rate.dims] == ["column", "energy", "speed"]
         estimate = found(asked, "reaction_rate", 1.0)
         np.testing.assert_allclose(rate[columns.index("capped"), 1], estimate.mean)
-        np.testing.assert_allclose(file["reaction_rate_total_error"][columns.index("capped"), 1], estimate.total_error)
+        np.testing.assert_allclose(
+            file["reaction_rate_total_error"][columns.index("capped"), 1], estimate.total_error
+        )
         assert np.isfinite(rate[columns.index("calibrated")]).all()
         assert np.isnan(rate[columns.index("theory")]).all()
         assert file["heat_share_above"].shape == (len(columns), 1, 2)
@@ -220,17 +267,24 @@ def test_the_picture_has_the_numbers_of_the_run(asked, tmp_path):
     numbers = tmp_path / "numbers.csv"
     plot_run(asked, "reaction", tmp_path / "reaction.svg", look=Look(csv=numbers))
     values = [
-        float(word) for word in re.split(r"[,\n]", numbers.read_text()) if re.fullmatch(r"-?[0-9.]+(e[-+]?\d+)?", word)
+        float(word)
+        for word in re.split(r"[,\n]", numbers.read_text())
+        if re.fullmatch(r"-?[0-9.]+(e[-+]?\d+)?", word)
     ]
     for name in ("temperature_quantile_99", "temperature_quantile_area_50"):
         assert min(abs(np.array(values) / asked.estimate(name).mean[1] - 1.0)) < 1e-4
-    assert min(abs(np.array(values) / found(asked, "activation_temperature", 1.0).mean[1] - 1.0)) < 1e-4
+    assert (
+        min(abs(np.array(values) / found(asked, "activation_temperature", 1.0).mean[1] - 1.0))
+        < 1e-4
+    )
     assert min(abs(np.array(values) / found(asked, "reaction_rate", 1.0).mean[1] - 1.0)) < 1e-4
     with pytest.raises(ValueError, match="leave it out"):
         plot_run(asked, "reaction", tmp_path / "reaction.svg", speed=10.0)
 
 
-@pytest.mark.parametrize("name", ["reaction_rate", "activation_temperature", "conversion", "heat_share_above"])
+@pytest.mark.parametrize(
+    "name", ["reaction_rate", "activation_temperature", "conversion", "heat_share_above"]
+)
 def test_each_row_that_is_asked_is_drawn_over_the_speed_with_its_errors(asked, tmp_path, name):
     numbers = tmp_path / "numbers.csv"
     rs.plot(asked, name, tmp_path / "one.svg", csv=numbers)
@@ -287,7 +341,10 @@ def test_what_one_field_does_not_show_is_unknown(unlike, asked):
         estimate = unlike.estimate(name)
         assert np.isfinite(estimate.mean[0])
         assert np.isnan(estimate.mean[1])
-        assert "unknown where T_flash of the field of one direction lies too far from the mean" in estimate.explain()
+        assert (
+            "unknown where T_flash of the field of one direction lies too far from the mean"
+            in estimate.explain()
+        )
         assert "unknown where" not in asked.estimate(name).explain()
     for asks in unlike.reactions():
         if asks.energy != 0.0:
@@ -295,4 +352,6 @@ def test_what_one_field_does_not_show_is_unknown(unlike, asked):
             assert np.isfinite(asks.estimate.mean[0]), asks.key
     rows = [row for row in rs.compare(unlike).rows if row.observable == "temperature_quantile_99"]
     assert [np.isnan(row.columns["capped"].mean) for row in rows] == [False, True]
-    assert unlike.estimate("flash_temperature").mean[1] == asked.estimate("flash_temperature").mean[1]
+    assert (
+        unlike.estimate("flash_temperature").mean[1] == asked.estimate("flash_temperature").mean[1]
+    )

@@ -25,18 +25,26 @@ def test_a_comparison_opens_the_file_of_each_member_once(folder):
     rs.compare(rs.open_run(folder)).to_dict()
     watching.clear()
     names = sorted(path.name for path in (folder / "realizations").iterdir())
-    assert sorted(name for name in opened if name in names) == names  # it also tries the next one, which is not there
+    assert (
+        sorted(name for name in opened if name in names) == names
+    )  # it also tries the next one, which is not there
 
 
 def test_samples_are_those_of_the_files(folder):
     run = rs.open_run(folder)
     for pair in run.pairs():
         files = [read_member(member_path(folder, pair.level, index)) for index in pair.sample.rows]
-        np.testing.assert_array_equal(pair.sample.spectrum, [one.moments[0].spectrum for one in files])
+        np.testing.assert_array_equal(
+            pair.sample.spectrum, [one.moments[0].spectrum for one in files]
+        )
         for name in ("flash_temperature", "contact_fraction"):
-            np.testing.assert_array_equal(pair.sample.numbers[name], [one.numbers[name] for one in files])
+            np.testing.assert_array_equal(
+                pair.sample.numbers[name], [one.numbers[name] for one in files]
+            )
             if pair.below is not None:
-                np.testing.assert_array_equal(pair.below.numbers[name], [one.moments[1].numbers[name] for one in files])
+                np.testing.assert_array_equal(
+                    pair.below.numbers[name], [one.moments[1].numbers[name] for one in files]
+                )
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -95,7 +103,10 @@ def test_members_that_did_not_converge_are_left_out_and_counted(folder):
     run = rs.open_run(folder)
     assert run.failed == 3
     run.count((9, 6))
-    assert [pair.sample.rows.tolist() for pair in run.pairs()] == [[0, 1, 2, 4, 5, 6, 7, 8], [1, 2, 3, 4]]
+    assert [pair.sample.rows.tolist() for pair in run.pairs()] == [
+        [0, 1, 2, 4, 5, 6, 7, 8],
+        [1, 2, 3, 4],
+    ]
     assert run.members[0, 3].failure == "stalled at 3"
 
 
@@ -104,9 +115,13 @@ def test_a_failed_member_that_does_not_count_leaves_its_surface_to_the_other_col
     smoothed, capped = (run.numerics.of_column(column)[0] for column in ("smoothed", "capped"))
     counts = run.counts
     last = counts[smoothed] - 1
-    run.members[smoothed, last] = replace(run.members[smoothed, last], failure="not converged", moments=())
+    run.members[smoothed, last] = replace(
+        run.members[smoothed, last], failure="not converged", moments=()
+    )
     assert last not in run.members.sound(capped)
-    run.members.counts = tuple(last if level == smoothed else count for level, count in enumerate(counts))
+    run.members.counts = tuple(
+        last if level == smoothed else count for level, count in enumerate(counts)
+    )
     assert run.members.sound(capped) == [*range(counts[capped])]
 
 

@@ -13,7 +13,12 @@ from roughsim.results.export import export_run
 from roughsim.store.member_files import member_path
 
 # warnings are errors in all tests, so each of these also says that the reader has nothing to complain about
-UNITS = {"flash_temperature": "K", "flash_laplacian": "K/m^2", "contact_fraction": "1", "pressure_variance": "Pa^2"}
+UNITS = {
+    "flash_temperature": "K",
+    "flash_laplacian": "K/m^2",
+    "contact_fraction": "1",
+    "pressure_variance": "Pa^2",
+}
 MEMBER = {
     "speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2", "x": "m", "y": "m", "heights": "m", "pressure": "Pa"
 }  # fmt: skip
@@ -64,7 +69,9 @@ def files(kept_run, capped_scene, tmp_path_factory):
 def nothing_logged(caplog):
     """silx and nexusformat log where others warn."""
     yield
-    assert [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING] == []
+    assert [
+        record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING
+    ] == []
 
 
 def expected(case):
@@ -163,7 +170,9 @@ def test_stored_numbers_are_found_by_their_names(kept_run, files, engine, as_tex
                 found = data.numbers.sel(number=as_text(name), below=below)
                 np.testing.assert_array_equal(found[: len(numbers[name])], numbers[name])
         np.testing.assert_array_equal(data.speed, kept_run.scene.speeds)
-        assert float(data.pressure.mean()) == pytest.approx(90e6, rel=1e-4)  # force balance, solver tolerance 1e-4
+        assert float(data.pressure.mean()) == pytest.approx(
+            90e6, rel=1e-4
+        )  # force balance, solver tolerance 1e-4
 
 
 def test_the_examples_of_the_page_on_files_run(kept_run, tmp_path, in_tmp_path):
@@ -171,7 +180,9 @@ def test_the_examples_of_the_page_on_files_run(kept_run, tmp_path, in_tmp_path):
         pytest.importorskip(name)
     (tmp_path / "runs").mkdir()
     (tmp_path / "runs" / "steel").symlink_to(kept_run.folder)
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "files.md").read_text(encoding="utf-8"), re.DOTALL)
+    blocks = re.findall(
+        r"```python\n(.*?)```", (ROOT / "docs" / "files.md").read_text(encoding="utf-8"), re.DOTALL
+    )
     assert len(blocks) == 4
     names = {}
     for block in blocks:

@@ -17,7 +17,9 @@ from roughsim.store.member_files import FIELDS, member_path, read_member
 def finished(capped_scene, tmp_path_factory):
     """The run of `quick` with three realizations; tests work on copies."""
     levels = ({"column": "capped", "shape": [32, 32], "q_max": 4e4},)
-    scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels, keep_fields=1))
+    scene = replace(
+        capped_scene, numerics=replace(capped_scene.numerics, levels=levels, keep_fields=1)
+    )
     return rs.run(scene, tmp_path_factory.mktemp("finished") / "run", max_realizations=3)
 
 
@@ -27,10 +29,16 @@ def folder(finished, tmp_path):
 
 
 def contents(folder):
-    return {path.name: path.read_bytes() for path in (folder / "realizations").iterdir() if path.is_file()}
+    return {
+        path.name: path.read_bytes()
+        for path in (folder / "realizations").iterdir()
+        if path.is_file()
+    }
 
 
-@pytest.mark.parametrize("number", [errno.ENOLCK, errno.ESTALE, errno.EIO, errno.EACCES, errno.EMFILE, errno.EAGAIN])
+@pytest.mark.parametrize(
+    "number", [errno.ENOLCK, errno.ESTALE, errno.EIO, errno.EACCES, errno.EMFILE, errno.EAGAIN]
+)
 def test_a_member_that_cannot_be_read_now_stops_the_run_with_a_sentence_and_nothing_is_done_to_it(
     quick, folder, unreadable, number
 ):
@@ -54,7 +62,9 @@ def test_a_damaged_member_is_moved_aside_whole_and_done_again(quick, folder, whe
     broken[len(sound) // 2 if where == "field" else where] ^= 4
     path.write_bytes(broken)
     for round in (0, 1):
-        with pytest.warns(RuntimeWarning, match=r"L0-000000.h5 is damaged .*; it was moved to .*damaged.L0-000000"):
+        with pytest.warns(
+            RuntimeWarning, match=r"L0-000000.h5 is damaged .*; it was moved to .*damaged.L0-000000"
+        ):
             rs.run(quick, folder, max_realizations=3)
         assert len(list((folder / "damaged").iterdir())) == round + 1
         for name, values in read_member(path, FIELDS).numbers.items():
@@ -67,7 +77,14 @@ def test_folders_and_files_of_others_are_left_alone(quick, folder):
     place = folder / "realizations"
     (place / "mine").mkdir()
     (place / "mine" / "L0-000000.h5").write_text("broken")
-    others = ("notes.txt", "L0-000001.h5.bak", "old-L0-000002.h5", ".draft.tmp", ".L0-000001.h5", "L0-1.h5")
+    others = (
+        "notes.txt",
+        "L0-000001.h5.bak",
+        "old-L0-000002.h5",
+        ".draft.tmp",
+        ".L0-000001.h5",
+        "L0-1.h5",
+    )
     for name in others:
         (place / name).write_text(name)
     assert rs.run(quick, folder, max_realizations=4).realizations == 4

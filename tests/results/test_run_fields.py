@@ -57,9 +57,15 @@ def test_the_slid_distance_of_the_numerics_is_used(kept_run):
 def test_the_hot_spot_trails_where_the_source_came_from(kept_run):
     # heat lies behind the source: T at a distance behind the contact exceeds T as far ahead
     pressure = next(kept_run.fields("pressure"))[1].astype(float)
-    for speed, direction, axis, sign in ((35.0, 0.0, 0, 1), (-35.0, 0.0, 0, -1), (35.0, np.pi / 2, 1, 1)):
+    for speed, direction, axis, sign in (
+        (35.0, 0.0, 0, 1),
+        (-35.0, 0.0, 0, -1),
+        (35.0, np.pi / 2, 1, 1),
+    ):
         temperature = next(kept_run.fields("temperature", speed=speed, direction=direction))[1]
-        behind = (temperature * np.roll(pressure, -6 * sign, axis)).mean()  # pressure taken 6 points ahead
+        behind = (
+            temperature * np.roll(pressure, -6 * sign, axis)
+        ).mean()  # pressure taken 6 points ahead
         ahead = (temperature * np.roll(pressure, 6 * sign, axis)).mean()
         assert behind > ahead
 
@@ -79,7 +85,11 @@ def test_one_field_is_in_memory_at_a_time(kept_run, calls):
 
 
 WRONG_FIELDS = {
-    "unknown": (("temp",), {}, "name = 'temp' is no field; choose one of heights, pressure, heat_flux, temperature"),
+    "unknown": (
+        ("temp",),
+        {},
+        "name = 'temp' is no field; choose one of heights, pressure, heat_flux, temperature",
+    ),
     "no speed": (("temperature",), {}, "speed is missing"),
     "useless speed": (("heights",), {"speed": 1.0}, "heights does not depend on it"),
     "speed": (("heat_flux",), {"speed": np.nan}, "speed = nan m/s must be finite"),
@@ -128,8 +138,12 @@ def test_a_field_of_another_grid_is_not_shown(kept_run, tmp_path):
     path = member_path(tmp_path / "run", 2, 0)
     one = read_member(path, FIELDS)
     path.unlink()
-    write_member(tmp_path / "run", replace(one, fields={name: f[:, :64] for name, f in one.fields.items()}))
-    with pytest.raises(rs.RecordError, match=r"L2-000000.h5 is of another run: its speeds, levels or points differ"):
+    write_member(
+        tmp_path / "run", replace(one, fields={name: f[:, :64] for name, f in one.fields.items()})
+    )
+    with pytest.raises(
+        rs.RecordError, match=r"L2-000000.h5 is of another run: its speeds, levels or points differ"
+    ):
         rs.open_run(tmp_path / "run")
     run = rs.open_run(tmp_path / "run", damaged="skip")
     assert run.kept(2) == [1]
@@ -139,7 +153,9 @@ def test_a_run_whose_files_lack_a_field_has_the_others(kept_run, tmp_path):
     shutil.copytree(kept_run.folder, tmp_path / "run")
     for path in (tmp_path / "run" / "realizations").glob("L*-000001.h5"):
         member = read_member(path, FIELDS)
-        write_member(tmp_path / "run", replace(member, fields={"pressure": member.fields["pressure"]}))
+        write_member(
+            tmp_path / "run", replace(member, fields={"pressure": member.fields["pressure"]})
+        )
     part = rs.open_run(tmp_path / "run")
     assert [index for index, _ in part.fields("heights")] == [0]
     assert [index for index, _ in part.fields("temperature", speed=35.0)] == [0, 1]

@@ -16,7 +16,14 @@ LINES = {"cell", "CPU time", "workers", "tolerance", "memory"}
 
 
 def test_the_scenes_are_these():
-    assert bundled_scenes() == ("demo", "granite", "rubber", "steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa")
+    assert bundled_scenes() == (
+        "demo",
+        "granite",
+        "rubber",
+        "steel-0.5GPa",
+        "steel-1.2GPa",
+        "steel-2.0GPa",
+    )
 
 
 @pytest.mark.parametrize("name", bundled_scenes())
@@ -26,9 +33,14 @@ def test_a_bundled_scene_is_commented_throughout(name):
     assert max(map(len, text.splitlines())) <= 125
     keys = [line for line in text.splitlines() if re.match(r"[a-z_]+ = ", line)]
     bare = [line.split(" = ")[0] for line in keys if "#" not in line]
-    assert set(bare) <= {"title", "poisson_ratio", "density", "heat_capacity", "conductivity", "speed"} | {
-        "friction_coefficient"
-    }
+    assert set(bare) <= {
+        "title",
+        "poisson_ratio",
+        "density",
+        "heat_capacity",
+        "conductivity",
+        "speed",
+    } | {"friction_coefficient"}
 
 
 @pytest.mark.parametrize("name", ["granite", "rubber"])
@@ -54,14 +66,17 @@ def test_scenes_beyond_any_grid_are_cut_with_a_word_and_say_what_is_left_to_q_ma
 
 # rubber touches less than steel and runs hot at its finest roughness; rock yields at the short waves alone
 @pytest.mark.parametrize(
-    ("name", "contact", "yielded"), [("rubber", (1e-3, 1e-2), (0, 0)), ("granite", (4e-4, 6e-4), (0.9, 1))]
+    ("name", "contact", "yielded"),
+    [("rubber", (1e-3, 1e-2), (0, 0)), ("granite", (4e-4, 6e-4), (0.9, 1))],
 )
 def test_theory_of_the_assumed_scenes_is_of_the_size_their_comments_say(name, contact, yielded):
     told = theory_dict(rs.load_scene(name))
     assert contact[0] < told["contact_fraction"] < contact[1]
     assert yielded[0] <= told["plastic_fraction"] / told["contact_fraction"] <= yielded[1]
     assert np.all(np.diff(told["flash_temperature"]) > 0)
-    assert np.all(np.diff(told["heat_partition"]) > 0)  # more heat stays in the body over which the spots slide
+    assert np.all(
+        np.diff(told["heat_partition"]) > 0
+    )  # more heat stays in the body over which the spots slide
     assert told["heat_partition"] == told["heat_partition_theory"]
 
 
@@ -71,7 +86,9 @@ def test_a_bundled_scene_computes_at_toy_size(name):
     column = "elastic" if scene.elastic else "capped"
     length = 4 * 2 * np.pi / scene.spectrum.breaks[0]
     level = {"column": column, "shape": [64, 64], "q_max": 0.9 * 64 * np.pi / length}
-    toy = replace(scene, numerics=replace(scene.numerics, levels=(level,), lengths=(length, length)))
+    toy = replace(
+        scene, numerics=replace(scene.numerics, levels=(level,), lengths=(length, length))
+    )
     one = rs.realize(toy, rs.plan(toy), seed=1, level=0, index=0)
     assert one.observables.flash_temperature.shape == (len(scene.speeds),)
     assert np.all(one.observables.flash_temperature > 0)
@@ -115,7 +132,9 @@ def test_the_form_holds_every_key_and_says_what_is_missing():
         "thickness",
     }
     assert {key for key in keys if not re.search(rf"(?m)^# {key} = ", form)} == set()
-    with pytest.raises(SceneError, match=r"^blank: surface.rms_height is missing; give exactly one of"):
+    with pytest.raises(
+        SceneError, match=r"^blank: surface.rms_height is missing; give exactly one of"
+    ):
         rs.load_scene(BLANK)
 
 
@@ -124,7 +143,11 @@ def test_the_form_filled_in_with_its_own_examples_is_a_scene():
     text = without(text, RIVALS)
     scene = parse_scene(text)
     assert scene.counterface.like == "body"
-    assert (scene.theory.gamma, scene.ensemble.seed, scene.ensemble.max_realizations) == (0.45, 1, 400)
+    assert (scene.theory.gamma, scene.ensemble.seed, scene.ensemble.max_realizations) == (
+        0.45,
+        1,
+        400,
+    )
     assert rs.plan(scene).levels[0].shape == (1024, 1024)
 
 

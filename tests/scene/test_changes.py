@@ -11,7 +11,9 @@ from roughsim.scene.changes import read_changes, with_changes
 
 
 def test_a_changed_scene_is_that_of_the_changed_file():
-    text = scene_text("steel-1.2GPa").replace('nominal_pressure = "90 MPa"', 'nominal_pressure = "5 MPa"')
+    text = scene_text("steel-1.2GPa").replace(
+        'nominal_pressure = "90 MPa"', 'nominal_pressure = "5 MPa"'
+    )
     expected = rs.load_scene(tomllib.loads(text))
     assert expected.sliding.nominal_pressure == 5e6
     assert rs.load_scene("steel-1.2GPa").with_("sliding.nominal_pressure", "5 MPa") == expected
@@ -43,7 +45,11 @@ def test_none_takes_a_key_or_a_section_away():
         ("sliding.nominal_pressure", "5 GPa", r"5e\+09 Pa exceeds body.penetration_hardness"),
         ("sliding.nominal_presure", 3.0, r'did you mean "nominal_pressure"\?'),
         ("surface.rms_slope", 0.3, "rms_height and rms_slope are both given"),
-        ("surface.psd_file", "psd.csv", r"it names a file, .*load_scene\(SCENE, \{\"surface.psd_file\": PATH\}\)"),
+        (
+            "surface.psd_file",
+            "psd.csv",
+            r"it names a file, .*load_scene\(SCENE, \{\"surface.psd_file\": PATH\}\)",
+        ),
     ],
 )
 def test_a_change_is_checked_as_a_file_is(key, value, message):
@@ -67,7 +73,12 @@ def test_what_was_handed_in_stays_as_it_was():
 
 
 def test_words_of_the_command_line_are_toml_or_text():
-    words = ["sliding.speed = [1, 2]", "sliding.nominal_pressure=5 MPa", "body.density=7800", "counterface="]
+    words = [
+        "sliding.speed = [1, 2]",
+        "sliding.nominal_pressure=5 MPa",
+        "body.density=7800",
+        "counterface=",
+    ]
     assert read_changes(words) == {
         "sliding.speed": [1, 2],
         "sliding.nominal_pressure": "5 MPa",
@@ -77,7 +88,8 @@ def test_words_of_the_command_line_are_toml_or_text():
 
 
 @pytest.mark.parametrize(
-    ("words", "message"), [(["sliding.speed"], "must be a key and a value"), (["a=1", "a=2"], "--set a is given twice")]
+    ("words", "message"),
+    [(["sliding.speed"], "must be a key and a value"), (["a=1", "a=2"], "--set a is given twice")],
 )
 def test_words_that_change_nothing_are_refused(words, message):
     with pytest.raises(SceneError, match=message):

@@ -14,7 +14,16 @@ MENDS = re.compile(
     r"needs quotes|is it the right file|it belongs in|keep exactly one|leave|is expected|the choice is|enough"
 )
 NEEDED = (
-    *("hurst", "q_min", "q_max", "youngs_modulus", "poisson_ratio", "conductivity", "density", "heat_capacity"),
+    *(
+        "hurst",
+        "q_min",
+        "q_max",
+        "youngs_modulus",
+        "poisson_ratio",
+        "conductivity",
+        "density",
+        "heat_capacity",
+    ),
     *("nominal_pressure", "friction_coefficient", "speed"),
 )
 WITH_UNIT = {
@@ -28,7 +37,15 @@ WITH_UNIT = {
     "nominal_pressure": ("N", "m/s"),
     "speed": ("m", "MPa"),
 }
-POSITIVE = (*WITH_UNIT, "hurst", "friction_coefficient", "heat_partition", "gamma", "seed", "max_realizations")
+POSITIVE = (
+    *WITH_UNIT,
+    "hurst",
+    "friction_coefficient",
+    "heat_partition",
+    "gamma",
+    "seed",
+    "max_realizations",
+)
 NUMBERS = (*WITH_UNIT, "hurst", "poisson_ratio", "friction_coefficient", "heat_partition", "gamma")
 
 
@@ -49,7 +66,11 @@ def having(text, keys, rng):
 def misspelt(text, rng):
     key = having(text, NEEDED, rng)
     place = rng.randrange(1, len(key))
-    wrong = key[:place] + rng.choice([key[place] * 2, "", "x", key[place].upper() + "z"]) + key[place + 1 :]
+    wrong = (
+        key[:place]
+        + rng.choice([key[place] * 2, "", "x", key[place].upper() + "z"])
+        + key[place + 1 :]
+    )
     return re.sub(rf"(?m)^{key} = ", f"{wrong} = ", text), wrong
 
 
@@ -65,7 +86,9 @@ def wrong_unit(text, rng):
 
 def unknown_unit(text, rng):
     key = having(text, WITH_UNIT, rng)
-    return with_value(text, key, f'"3 {rng.choice(["umm", "GigaPa", "1//m", "%%", "m/", "°K/"])}"'), key
+    return with_value(
+        text, key, f'"3 {rng.choice(["umm", "GigaPa", "1//m", "%%", "m/", "°K/"])}"'
+    ), key
 
 
 def unquoted_unit(text, rng):
@@ -80,16 +103,22 @@ def wrong_sign(text, rng):
 
 def not_a_number(text, rng):
     key = having(text, NUMBERS, rng)
-    return with_value(text, key, rng.choice(["nan", "-nan", "inf", '"nan"', '"NaN m"', "[nan, nan]"])), key
+    return with_value(
+        text, key, rng.choice(["nan", "-nan", "inf", '"nan"', '"NaN m"', "[nan, nan]"])
+    ), key
 
 
 def not_the_kind(text, rng):
     key = having(text, NEEDED[:-1], rng)
-    return with_value(text, key, rng.choice(["true", "[]", "{}", '""', "[[1]]", "1979-05-27", '"many"'])), key
+    return with_value(
+        text, key, rng.choice(["true", "[]", "{}", '""', "[[1]]", "1979-05-27", '"many"'])
+    ), key
 
 
 def swapped(text, rng):
-    low, high = rng.choice([pair for pair in (("q_min", "q_max"), ("q_roll_off", "q_max")) if value_of(text, pair[0])])
+    low, high = rng.choice(
+        [pair for pair in (("q_min", "q_max"), ("q_roll_off", "q_max")) if value_of(text, pair[0])]
+    )
     first, second = value_of(text, low)[1], value_of(text, high)[1]
     return with_value(with_value(text, low, second), high, first), "q_"
 
@@ -97,16 +126,16 @@ def swapped(text, rng):
 def beyond_nyquist(text, rng):
     points = rng.choice([16, 64, 255])
     column = "smoothed" if value_of(text, "penetration_hardness") else "elastic"
-    level = (
-        f'lengths = "4 mm"\nlevels = [{{ column = "{column}", shape = {points}, q_max = {points * 3142 / 4 * 1.1} }}]\n'
-    )
+    level = f'lengths = "4 mm"\nlevels = [{{ column = "{column}", shape = {points}, q_max = {points * 3142 / 4 * 1.1} }}]\n'
     return text.split("[numerics]")[0] + "[numerics]\n" + level, "levels[0].q_max"
 
 
 def soft(text, rng):
     if not value_of(text, "penetration_hardness"):
         text = text.replace("[body]", '[body]\npenetration_hardness = "1 GPa"')
-    return with_value(text, "penetration_hardness", f'"{rng.uniform(0.001, 0.099)} MPa"'), "penetration_hardness"
+    return with_value(
+        text, "penetration_hardness", f'"{rng.uniform(0.001, 0.099)} MPa"'
+    ), "penetration_hardness"
 
 
 def huge(text, rng):
@@ -139,7 +168,9 @@ def refusal(capsys, path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
-def test_each_mistake_is_refused_in_one_line_that_names_the_key_and_the_cure(kind, capsys, tmp_path):
+def test_each_mistake_is_refused_in_one_line_that_names_the_key_and_the_cure(
+    kind, capsys, tmp_path
+):
     rng = random.Random(f"{SEED} {kind.__name__}")
     for trial in range(EACH):
         text, named = kind(scene_text(rng.choice(bundled_scenes())), rng)

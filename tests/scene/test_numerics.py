@@ -44,7 +44,9 @@ def test_a_level_corrects_the_next_lower_cut_off_and_a_partner_the_pixel(numeric
     below |= {SMOOTHED: None, FINE_SMOOTHED: SMOOTHED, SLIDE: None}
     assert {level: numerics.below(level) for level in range(8)} == below
     partners = {LOWEST: PARTNER, MIDDLE: MIDDLE_PARTNER, SMOOTHED: FINE_SMOOTHED}
-    assert {level: numerics.partner(level) for level in range(8)} == dict.fromkeys(range(8)) | partners
+    assert {level: numerics.partner(level) for level in range(8)} == dict.fromkeys(
+        range(8)
+    ) | partners
     assert [level for level in range(8) if numerics.is_partner(level)] == sorted(partners.values())
 
 
@@ -64,7 +66,9 @@ def test_the_level_below_keeps_its_pixel_in_the_cell_of_the_level(numerics):
 def test_each_level_has_surfaces_of_its_own_but_the_lowest_ones_are_paired(numerics):
     streams = [numerics.stream(level) for level in range(8)]
     assert streams[LOWEST] == streams[SMOOTHED] == LOWEST
-    assert [streams[level] for level in (TOP, FINE_SMOOTHED, PARTNER, MIDDLE, MIDDLE_PARTNER, SLIDE)] == [
+    assert [
+        streams[level] for level in (TOP, FINE_SMOOTHED, PARTNER, MIDDLE, MIDDLE_PARTNER, SLIDE)
+    ] == [
         TOP,
         FINE_SMOOTHED,
         PARTNER,
@@ -86,7 +90,11 @@ def test_rectangular_cells_keep_their_sides():
 
 
 def test_numerics_survive_their_json(numerics):
-    for one in (numerics, replace(numerics, slid_distance=np.inf), replace(numerics, slid_distance=1e-3)):
+    for one in (
+        numerics,
+        replace(numerics, slid_distance=np.inf),
+        replace(numerics, slid_distance=1e-3),
+    ):
         assert Numerics.from_dict(one.to_dict()) == one
     with pytest.raises(ValueError, match='solver = "other" is not known; the choice is active_set'):
         replace(numerics, solver="other")
@@ -103,7 +111,10 @@ LOW = Level("capped", (64, 64), 5e4)
 UNFIT = {
     r'levels\[0\].cell = "half", but no capped level lies below it': (replace(LOW, cell="half"),),
     r"levels\[1\] has the q_max and the pixel of levels\[0\], so that neither": (LOW, LOW),
-    r"levels\[1\] has the q_max and the pixel of levels\[0\]": (LOW, replace(LOW, shape=(32, 32), cell="half")),
+    r"levels\[1\] has the q_max and the pixel of levels\[0\]": (
+        LOW,
+        replace(LOW, shape=(32, 32), cell="half"),
+    ),
     r"levels\[1\] lies in half the cell and corrects levels\[0\], whose 63 × 63 points do not divide by 2": (
         replace(LOW, shape=(63, 63)),
         Level("capped", (64, 64), 1e5, "half"),
@@ -112,14 +123,20 @@ UNFIT = {
         replace(LOW, shape=(66, 66)),
         Level("capped", (64, 64), 1e5, "quarter"),
     ),
-    r"q_max = 5e\+05 rad/m exceeds the Nyquist wavenumber 1.005e\+05 rad/m": (replace(LOW, q_max=5e5),),
+    r"q_max = 5e\+05 rad/m exceeds the Nyquist wavenumber 1.005e\+05 rad/m": (
+        replace(LOW, q_max=5e5),
+    ),
     r"levels\[0\].q_max = 2.4e\+04 rad/m exceeds .* of the grid \(2, 128\), in the cell of levels\[1\]": (
         Level("capped", (1, 64), 2.4e4, "half"),
         Level("capped", (17, 23), 2.4e4),
         Level("capped", (32, 8), 1e4),
     ),
-    r"levels\[0\].q_max = 1500 rad/m leaves no wave in a cell of 0.002 × 0.002 m": (replace(LOW, q_max=1.5e3),),
-    r"levels\[0\].q_max = 5e\+04 rad/m leaves no wave .* with \(1, 1\) points": (replace(LOW, shape=(1, 1)),),
+    r"levels\[0\].q_max = 1500 rad/m leaves no wave in a cell of 0.002 × 0.002 m": (
+        replace(LOW, q_max=1.5e3),
+    ),
+    r"levels\[0\].q_max = 5e\+04 rad/m leaves no wave .* with \(1, 1\) points": (
+        replace(LOW, shape=(1, 1)),
+    ),
     r"levels\[0\].q_max = 2000 rad/m leaves no wave in a cell of 0.001 × .*, in the cell of levels\[1\]": (
         replace(LOW, q_max=2e3),
         Level("capped", (64, 64), 1e5, "half"),
@@ -162,7 +179,9 @@ def test_bad_numerics_are_refused_by_name(match):
 
 
 def test_a_level_beyond_nyquist_raises_the_error_of_resolution():
-    with pytest.raises(rs.ResolutionError, match=r"q_max = .* rad/m exceeds the Nyquist wavenumber"):
+    with pytest.raises(
+        rs.ResolutionError, match=r"q_max = .* rad/m exceeds the Nyquist wavenumber"
+    ):
         Numerics((Level("elastic", (64, 64), 1e4),), (1.0, 1.0))
 
 

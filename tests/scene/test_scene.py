@@ -16,15 +16,30 @@ from roughsim.scene.schema import USUAL
 
 def test_the_bundled_steel_is_the_paper_s_in_si_to_the_last_bit(steel):
     assert steel.surface.rms_height == 9e-7
-    assert (steel.surface.q_min, steel.surface.q_roll_off, steel.surface.q_max) == (6350.0, 9.4e4, 4.15e7)
+    assert (steel.surface.q_min, steel.surface.q_roll_off, steel.surface.q_max) == (
+        6350.0,
+        9.4e4,
+        4.15e7,
+    )
     assert (steel.surface.hurst, steel.surface.roll_off_exponent) == (0.8, 1.5)
     assert (steel.body.youngs_modulus, steel.body.poisson_ratio) == (2e11, 0.3)
-    assert (steel.body.conductivity, steel.body.density, steel.body.heat_capacity) == (30.0, 7900.0, 500.0)
+    assert (steel.body.conductivity, steel.body.density, steel.body.heat_capacity) == (
+        30.0,
+        7900.0,
+        500.0,
+    )
     assert (steel.sliding.nominal_pressure, steel.sliding.friction_coefficient) == (9e7, 0.11)
     assert steel.speeds == (0.001, 0.01, 0.1, 1.0, 10.0, 35.0, 100.0)
     assert (steel.sliding.heat_partition, steel.sliding.duration) == (0.938, None)
-    assert (steel.theory.gamma, steel.ensemble.seed, steel.ensemble.max_realizations) == (0.294, 1, 400)
-    assert (steel.ensemble.until, steel.numerics.tolerance) == ((("flash_temperature", 0.01),), 3e-3)
+    assert (steel.theory.gamma, steel.ensemble.seed, steel.ensemble.max_realizations) == (
+        0.294,
+        1,
+        400,
+    )
+    assert (steel.ensemble.until, steel.numerics.tolerance) == (
+        (("flash_temperature", 0.01),),
+        3e-3,
+    )
 
 
 @pytest.mark.parametrize(("name", "hardness"), [("0.5", 5e8), ("1.2", 1.2e9), ("2.0", 2e9)])
@@ -61,7 +76,9 @@ def test_conversion_rounds_once_as_if_the_si_number_had_been_written():
 @pytest.mark.parametrize("name", USUAL)
 def test_the_usual_units_are_those_of_pint(name):
     unit, factor = USUAL[name]
-    assert pint.UnitRegistry(non_int_type=Decimal).Quantity(Decimal(1), name).to(unit).magnitude == Decimal(factor)
+    assert pint.UnitRegistry(non_int_type=Decimal).Quantity(Decimal(1), name).to(
+        unit
+    ).magnitude == Decimal(factor)
 
 
 @pytest.mark.parametrize("micro", ["um", "\u00b5m", "\u03bcm", "micrometer"])
@@ -85,14 +102,20 @@ def test_wavenumbers_are_angular_and_pure_numbers_may_be_percentages(old, new, k
 
 
 def test_one_speed_is_a_list_of_one_and_rest_is_allowed():
-    text = changed(STEEL[STEEL.index("speed = [") : STEEL.index("heat_partition")], 'speed = "36 km/h"\n')
+    text = changed(
+        STEEL[STEEL.index("speed = [") : STEEL.index("heat_partition")], 'speed = "36 km/h"\n'
+    )
     assert parse_scene(text).speeds == (10.0,)
     assert parse_scene(changed('"36 km/h"', "0", text)).speeds == (0.0,)
 
 
 def test_optional_sections_have_the_stated_defaults():
     scene = parse_scene(STEEL[: STEEL.index("[theory]")])
-    assert (scene.theory.gamma, scene.ensemble.seed, scene.ensemble.max_realizations) == (0.45, 1, 400)
+    assert (scene.theory.gamma, scene.ensemble.seed, scene.ensemble.max_realizations) == (
+        0.45,
+        1,
+        400,
+    )
     assert scene.ensemble.until == (("flash_temperature", 0.01),)
     assert scene.numerics.tolerance is None
     assert scene.numerics.levels is None
@@ -114,5 +137,9 @@ keep_fields = 0"""
         ("capped", (512, 256), 4e5),
         ("smoothed", (64, 64), 1e5),
     ]
-    assert (numerics.lengths, numerics.precision, numerics.slid_distance) == ((4e-3, 4e-3), "single", math.inf)
+    assert (numerics.lengths, numerics.precision, numerics.slid_distance) == (
+        (4e-3, 4e-3),
+        "single",
+        math.inf,
+    )
     assert (numerics.threads, numerics.keep_fields) == (2, 0)

@@ -47,7 +47,12 @@ def test_different_faces_add_their_spectra_and_compliances():
     alone = replace(scene, counterface=None).spectrum
     # C = a q^(-3) with rms slope 0.1: 2π ∫ q³ C dq = 2π a (q_max - q_min)
     level = 0.1**2 / (2 * math.pi * (1e6 - 2e4))
-    for q in (1e4, 3e4, 5e5, 2e6):  # outside, inside, inside and outside the band of the second face
+    for q in (
+        1e4,
+        3e4,
+        5e5,
+        2e6,
+    ):  # outside, inside, inside and outside the band of the second face
         second = level * q**-3 if 2e4 <= q <= 1e6 else 0.0
         assert scene.spectrum(q) == approx(alone(q) + second, rel=1e-12)
 
@@ -69,7 +74,9 @@ def test_a_scene_without_hardness_is_elastic():
 def test_a_counterface_without_keys_of_a_kind_is_rigid_smooth_or_insulating(steel):
     alone = replace(steel, counterface=None)
     smooth = parse_scene(with_counterface('youngs_modulus = "200 GPa"\npoisson_ratio = 0.3'))
-    rough = parse_scene(with_counterface('rms_height = "0.9 um"\nhurst = 0.8\nq_min = 6350\nq_max = 1e6'))
+    rough = parse_scene(
+        with_counterface('rms_height = "0.9 um"\nhurst = 0.8\nq_min = 6350\nq_max = 1e6')
+    )
     assert smooth.spectrum == alone.spectrum
     assert smooth.effective_modulus == steel.effective_modulus
     assert rough.effective_modulus == alone.effective_modulus
@@ -79,7 +86,9 @@ def test_a_counterface_without_keys_of_a_kind_is_rigid_smooth_or_insulating(stee
 
 
 def test_the_spectrum_has_the_exponents_of_the_scene_on_both_sides_of_the_roll_off(steel):
-    assert steel.spectrum(6350.0) / steel.spectrum(9.4e4) == approx((9.4e4 / 6350.0) ** 1.5, rel=1e-12)
+    assert steel.spectrum(6350.0) / steel.spectrum(9.4e4) == approx(
+        (9.4e4 / 6350.0) ** 1.5, rel=1e-12
+    )
     assert steel.spectrum(9.4e4) / steel.spectrum(9.4e5) == approx(10**3.6, rel=1e-12)
     assert steel.spectrum.breaks == (6350.0, 9.4e4, 4.15e7)
 

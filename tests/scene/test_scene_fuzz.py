@@ -15,7 +15,24 @@ from roughsim.scene import SceneError, bundled_scenes, parse_scene, scene_text
 
 LINES = [line for name in bundled_scenes() for line in scene_text(name).splitlines()]
 STEADY = {"derandomize": True, "deadline": None, "database": None}  # the same cases in every run
-UNITS = ("m", "um", "1/m", "Pa", "GPa", "W/(m K)", "m/s", "%", "", "degC", "dB", "m**9999", "µ", "1/0", "é", "kg/m^3")
+UNITS = (
+    "m",
+    "um",
+    "1/m",
+    "Pa",
+    "GPa",
+    "W/(m K)",
+    "m/s",
+    "%",
+    "",
+    "degC",
+    "dB",
+    "m**9999",
+    "µ",
+    "1/0",
+    "é",
+    "kg/m^3",
+)
 
 
 def literal(value):
@@ -23,21 +40,45 @@ def literal(value):
     if isinstance(value, list):
         return "[" + ", ".join(map(literal, value)) + "]"
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(key)} = {literal(entry)}" for key, entry in value.items()) + "}"
-    return str(value).lower() if isinstance(value, bool) else repr(value) if not isinstance(value, str) else value
+        return (
+            "{"
+            + ", ".join(f"{json.dumps(key)} = {literal(entry)}" for key, entry in value.items())
+            + "}"
+        )
+    return (
+        str(value).lower()
+        if isinstance(value, bool)
+        else repr(value)
+        if not isinstance(value, str)
+        else value
+    )
 
 
-numbers = st.one_of(st.floats(), st.integers(), st.sampled_from([0, -0.0, 1e-320, 1e308, 2**63, "nan", "inf", "-inf"]))
+numbers = st.one_of(
+    st.floats(),
+    st.integers(),
+    st.sampled_from([0, -0.0, 1e-320, 1e308, 2**63, "nan", "inf", "-inf"]),
+)
 strings = st.one_of(
     st.text(max_size=20).map(json.dumps),
     st.tuples(st.floats(), st.sampled_from(UNITS)).map(lambda p: f'"{p[0]} {p[1]}"'),
 )
-scalars = st.one_of(numbers, strings, st.booleans(), st.sampled_from(["1979-05-27", "07:32:00", "''", "0x10", '"""']))
+scalars = st.one_of(
+    numbers,
+    strings,
+    st.booleans(),
+    st.sampled_from(["1979-05-27", "07:32:00", "''", "0x10", '"""']),
+)
 values = st.recursive(
-    scalars, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=2)
+    scalars,
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=2)
+    ),
 )
 keys = st.one_of(
-    st.sampled_from(sorted(KEYS)), st.sampled_from(["[surface]", "psd_file", "x.y", "''"]), st.text(max_size=8)
+    st.sampled_from(sorted(KEYS)),
+    st.sampled_from(["[surface]", "psd_file", "x.y", "''"]),
+    st.text(max_size=8),
 )
 lines = st.one_of(
     st.tuples(keys, values).map(lambda pair: f"{pair[0]} = {literal(pair[1])}"),
@@ -47,7 +88,10 @@ lines = st.one_of(
 
 
 @settings(max_examples=100, **STEADY)
-@given(st.sampled_from(bundled_scenes()), st.lists(st.tuples(st.integers(0, 60), lines), min_size=1, max_size=4))
+@given(
+    st.sampled_from(bundled_scenes()),
+    st.lists(st.tuples(st.integers(0, 60), lines), min_size=1, max_size=4),
+)
 @pytest.mark.slow
 def test_any_lines_in_a_scene_make_a_scene_or_one_line_of_refusal(name, edits):
     text = [line.split("  #")[0] for line in scene_text(name).splitlines()]
@@ -91,7 +135,9 @@ def lawful(draw):
     if draw(st.booleans()):
         text += f"q_roll_off = {q_min * (q_max / q_min) ** 0.4}\nroll_off_exponent = {draw(st.floats(0, 4))}\n"
     text += f"[body]\nyoungs_modulus = {draw(powers(3, 13))}\npoisson_ratio = {draw(st.floats(-0.9, 0.5))}\n"
-    text += "".join(f"{key} = {draw(powers(-2, 5))}\n" for key in ("conductivity", "density", "heat_capacity"))
+    text += "".join(
+        f"{key} = {draw(powers(-2, 5))}\n" for key in ("conductivity", "density", "heat_capacity")
+    )
     if draw(st.booleans()):
         text += f"penetration_hardness = {load * draw(powers(0, 8))}\n"
     text += draw(st.sampled_from(["", '[counterface]\nlike = "body"\n']))
@@ -120,6 +166,9 @@ def answered_or_refused(ask, text):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
             ask(parse_scene(text))
-    except (ValueError, RuntimeError) as refusal:  # an integral that is not reached names nothing to mend
+    except (
+        ValueError,
+        RuntimeError,
+    ) as refusal:  # an integral that is not reached names nothing to mend
         return len(str(refusal))
     return 0

@@ -19,13 +19,27 @@ def scene(history, text=MOVING):
     ("history", "text", "sentence"),
     [
         ("slid_distance = 1e-3", MOVING, "sliding.slid_distance = 0.001 m goes with history"),
-        ('history = "sliding"', MOVING, "sliding.slid_distance and sliding.duration are both missing; history"),
-        ('history = "sliding"\nduration = 1\nslid_distance = 1', MOVING, ".* are both given; history"),
-        ('history = "sliding"\nslid_distance = 1', CAPPED, "sliding.speed = 0 m/s does not go with history"),
+        (
+            'history = "sliding"',
+            MOVING,
+            "sliding.slid_distance and sliding.duration are both missing; history",
+        ),
+        (
+            'history = "sliding"\nduration = 1\nslid_distance = 1',
+            MOVING,
+            ".* are both given; history",
+        ),
+        (
+            'history = "sliding"\nslid_distance = 1',
+            CAPPED,
+            "sliding.speed = 0 m/s does not go with history",
+        ),
         ('history = "melting"', MOVING, ".*sliding.history"),
         (
             'history = "sliding"\nslid_distance = 1',
-            MOVING.replace('[counterface]\nlike = "body"\n', "").replace("heat_partition = 0.9", ""),
+            MOVING.replace('[counterface]\nlike = "body"\n', "").replace(
+                "heat_partition = 0.9", ""
+            ),
             r'sliding.history = "sliding" follows the heat of two bodies, but \[counterface\] is missing',
         ),
     ],
@@ -39,7 +53,9 @@ def test_a_slide_among_the_levels_needs_the_history_and_the_last_place():
     slide = '{ column = "sliding", shape = [64, 64], q_max = 5e4, first = 3 },\n]'
     text = MOVING.replace("},\n]", f"}},\n  {slide}")
     assert scene('history = "sliding"\nslid_distance = 1', text).numerics.levels[-1].first == 3
-    with pytest.raises(SceneError, match=r'levels\[3\].column = "sliding" needs sliding.history = "sliding"'):
+    with pytest.raises(
+        SceneError, match=r'levels\[3\].column = "sliding" needs sliding.history = "sliding"'
+    ):
         scene("", text)
     single, slid = Level("capped", (32, 32), 1e4), Level("sliding", (32, 32), 1e4)
     for levels in ((slid, single), (slid,), (single, slid, slid)):
@@ -63,7 +79,9 @@ def test_the_surface_rides_with_the_body_if_both_faces_are_rough():
 
 
 def test_distances_follow_from_the_speeds_and_a_duration():
-    assert scene('history = "sliding"\nduration = "2 ms"').sliding.distances == pytest.approx((2e-4, 7e-2))
+    assert scene('history = "sliding"\nduration = "2 ms"').sliding.distances == pytest.approx(
+        (2e-4, 7e-2)
+    )
     assert scene('history = "sliding"\nslid_distance = "2 mm"').sliding.distances == (2e-3, 2e-3)
 
 
@@ -74,5 +92,9 @@ def test_the_identity_of_frozen_scenes_is_what_it_was():
     assert all("first" not in level for level in frozen.identity()["numerics.levels"])
     assert scene('history = "frozen"').identity() == frozen.identity()
     sliding = scene('history = "sliding"\nslid_distance = 1e-3')
-    assert {**frozen.identity(), "sliding.history": "sliding", "sliding.slid_distance": 1e-3} == sliding.identity()
+    assert {
+        **frozen.identity(),
+        "sliding.history": "sliding",
+        "sliding.slid_distance": 1e-3,
+    } == sliding.identity()
     assert parse_scene(sliding.to_toml()) == sliding

@@ -23,9 +23,12 @@ def variants() -> list[str]:
         ),
         total.replace('title = "', 'title = "\\"µ\\\\ 𝛾 '),
         changed('"0.90 um"', "0.1234567890123456789e-6"),
-        changed('{ flash_temperature = "1 %" }', '{ flash_width = 0.02, plastic_fraction = "3 %" }'),
+        changed(
+            '{ flash_temperature = "1 %" }', '{ flash_width = 0.02, plastic_fraction = "3 %" }'
+        ),
         changed('{ flash_temperature = "1 %" }', "{}"),
-        STEEL + 'levels = [{ column = "capped", shape = [3, 4], q_max = 7e3 }]\nlengths = [1, 2]\nslid_distance = inf',
+        STEEL
+        + 'levels = [{ column = "capped", shape = [3, 4], q_max = 7e3 }]\nlengths = [1, 2]\nslid_distance = inf',
         STEEL[: STEEL.index("[counterface]")] + STEEL[STEEL.index("[sliding]") :],
     ]
 
@@ -59,14 +62,20 @@ DIFFERENT = [
     (
         '["0.001 m/s", ',
         "[",
-        ("sliding.speed", [0.001, 0.01, 0.1, 1.0, 10.0, 35.0, 100.0], [0.01, 0.1, 1.0, 10.0, 35.0, 100.0]),
+        (
+            "sliding.speed",
+            [0.001, 0.01, 0.1, 1.0, 10.0, 35.0, 100.0],
+            [0.01, 0.1, 1.0, 10.0, 35.0, 100.0],
+        ),
     ),
 ]
 
 
 def test_a_background_counts_where_a_table_or_nothing_but_melting_needs_it(steel):
     melting = changed("heat_capacity =", "melting_temperature = 1420\nheat_capacity =")
-    cold = changed("friction_coefficient =", "background_temperature = 77\nfriction_coefficient =", melting)
+    cold = changed(
+        "friction_coefficient =", "background_temperature = 77\nfriction_coefficient =", melting
+    )
     assert parse_scene(cold).sliding.background_temperature == 77.0
     assert steel.identity() == parse_scene(cold).identity()  # no number of the results changes
 
@@ -106,7 +115,9 @@ def test_what_changes_a_number_changes_one_key_of_the_identity(old, new, differe
 
 def test_identity_does_not_depend_on_writing_out_a_default():
     bare = changed('q_roll_off = "9.4e4 1/m"', "", changed("roll_off_exponent = 1.5", ""))
-    full = changed('"9.4e4 1/m"', '"6350 1/m"', changed("roll_off_exponent = 1.5", "roll_off_exponent = 0"))
+    full = changed(
+        '"9.4e4 1/m"', '"6350 1/m"', changed("roll_off_exponent = 1.5", "roll_off_exponent = 0")
+    )
     assert parse_scene(bare).identity() == parse_scene(full).identity()
 
 
@@ -125,9 +136,7 @@ psd_error = [[0.1], [0.2]]
 psd_texture = [[1.1, 0.3, 1.2, 0.4, 1e4, 2e4, 0.0, 3.0, 0.0, 1.0]]
 psd_filled = 0.1
 psd_scans = ["map.gwy: heights in m"]"""
-NAMED_FACE = (
-    'spectrum = { name = "k_correlation", rms_height = 1e-7, hurst = 0.7, q_min = 1e3, q_roll_off = 1e4, q_max = 1e6 }'
-)
+NAMED_FACE = 'spectrum = { name = "k_correlation", rms_height = 1e-7, hurst = 0.7, q_min = 1e3, q_roll_off = 1e4, q_max = 1e6 }'
 NUMERICS = """[numerics]
 levels = [{ column = "capped", shape = 64, q_max = 1.5e4 }]
 lengths = 0.01
@@ -163,17 +172,32 @@ realizations = 3
 max_realizations = 5
 until = { flash_width = 0.02 }
 """
-FACES = (f"rms_height = 1e-7\n{SELF_AFFINE}", f"rms_slope = 0.1\n{SELF_AFFINE}", TABLE_FACE, NAMED_FACE)
+FACES = (
+    f"rms_height = 1e-7\n{SELF_AFFINE}",
+    f"rms_slope = 0.1\n{SELF_AFFINE}",
+    TABLE_FACE,
+    NAMED_FACE,
+)
 # what a run may change and stay the same run, or what changes no number
 LEFT_OUT = {
-    *("ensemble.realizations", "ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"),
+    *(
+        "ensemble.realizations",
+        "ensemble.max_realizations",
+        "ensemble.until",
+        "numerics.keep_fields",
+    ),
 } | {
     *("surface.psd_source", "counterface.psd_source", "surface.psd_error", "counterface.psd_error"),
     *("surface.psd_texture", "counterface.psd_texture"),
     *("surface.psd_filled", "counterface.psd_filled"),
     *("surface.psd_scans", "counterface.psd_scans"),
     *("body.melting_temperature", "counterface.melting_temperature"),
-    *("reaction.activation_energy", "reaction.activation_volume", "reaction.prefactor", "reaction.contact_length"),
+    *(
+        "reaction.activation_energy",
+        "reaction.activation_volume",
+        "reaction.prefactor",
+        "reaction.contact_length",
+    ),
     "observables.heat_above",
 }
 
@@ -186,9 +210,17 @@ def test_identity_leaves_out_no_key_but_those_that_change_no_number():
         )
         for face in FACES
     ]
-    scenes.append(parse_scene(f'[surface]\n{FACES[0]}\n[body]\n{BODY}{TABLE}[counterface]\nlike = "body"\n{REST}'))
+    scenes.append(
+        parse_scene(
+            f'[surface]\n{FACES[0]}\n[body]\n{BODY}{TABLE}[counterface]\nlike = "body"\n{REST}'
+        )
+    )
     moving = REST.replace('"total"\nduration = 1', '"all"\nhistory = "sliding"\nslid_distance = 1')
-    scenes.append(parse_scene(f'[surface]\n{FACES[0]}\n[body]\n{BODY}{TABLE}[counterface]\nlike = "body"\n{moving}'))
+    scenes.append(
+        parse_scene(
+            f'[surface]\n{FACES[0]}\n[body]\n{BODY}{TABLE}[counterface]\nlike = "body"\n{moving}'
+        )
+    )
     seen = set()
     for scene in scenes:
         keys = {name: getattr(scene, name) for name in SECTIONS[""].known_keys()}
@@ -199,7 +231,9 @@ def test_identity_leaves_out_no_key_but_those_that_change_no_number():
             for field in fields(section)
             if getattr(section, field.name) is not None
         }
-        default = {"sliding.history"} if scene.sliding.history == "frozen" else set()  # older runs do not have it
+        default = (
+            {"sliding.history"} if scene.sliding.history == "frozen" else set()
+        )  # older runs do not have it
         assert {*scene.identity()} == stated - LEFT_OUT - default
         seen |= stated
     every = {f"{name}.{field.name}" for name in sections for field in fields(SECTIONS[name])}

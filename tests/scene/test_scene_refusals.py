@@ -14,9 +14,21 @@ from roughsim.scene import SceneError, bundled_scenes, parse_scene, scene_text
 
 PRESSURE = '"90 MPa"'
 REFUSED = [
-    (PRESSURE, '"90 MPaa"', 'sliding.nominal_pressure = "90 MPaa": the unit "MPaa" is not known; a quantity in Pa'),
-    (PRESSURE, '"90 m/s"', 'sliding.nominal_pressure = "90 m/s" has the dimension [length] / [time]; a quantity in Pa'),
-    (PRESSURE, '"90"', 'sliding.nominal_pressure = "90" has no unit; write "90 Pa" or the number 90'),
+    (
+        PRESSURE,
+        '"90 MPaa"',
+        'sliding.nominal_pressure = "90 MPaa": the unit "MPaa" is not known; a quantity in Pa',
+    ),
+    (
+        PRESSURE,
+        '"90 m/s"',
+        'sliding.nominal_pressure = "90 m/s" has the dimension [length] / [time]; a quantity in Pa',
+    ),
+    (
+        PRESSURE,
+        '"90"',
+        'sliding.nominal_pressure = "90" has no unit; write "90 Pa" or the number 90',
+    ),
     (PRESSURE, '"35 degC"', "sliding.nominal_pressure"),
     (PRESSURE, '"9,0 MPa"', "sliding.nominal_pressure"),
     (PRESSURE, '"9**9**9**9"', "sliding.nominal_pressure"),
@@ -34,10 +46,22 @@ REFUSED = [
     (PRESSURE, "[9e7]", "sliding.nominal_pressure"),
     (PRESSURE, "0x" + "f" * 20000, "sliding.nominal_pressure"),
     (PRESSURE, "1979-05-27", "sliding.nominal_pressure"),
-    (PRESSURE, '"1.21 GPa"', "sliding.nominal_pressure = 1.21e+09 Pa exceeds body.penetration_hardness = 1.2e+09 Pa"),
+    (
+        PRESSURE,
+        '"1.21 GPa"',
+        "sliding.nominal_pressure = 1.21e+09 Pa exceeds body.penetration_hardness = 1.2e+09 Pa",
+    ),
     (PRESSURE, "90 MPa", 'line 27, column 23): "nominal_pressure = 90 MPa'),
-    ("hurst = 0.8", "hurts = 0.8", 'surface.hurts = 0.8 is not a key of a scene; did you mean "hurst"?'),
-    ("hurst = 0.8", "hurst = 0.8\ngamma = 1", "surface.gamma = 1 is not a key of a scene; it belongs in [theory]"),
+    (
+        "hurst = 0.8",
+        "hurts = 0.8",
+        'surface.hurts = 0.8 is not a key of a scene; did you mean "hurst"?',
+    ),
+    (
+        "hurst = 0.8",
+        "hurst = 0.8\ngamma = 1",
+        "surface.gamma = 1 is not a key of a scene; it belongs in [theory]",
+    ),
     ("hurst = 0.8", "hurst = 0.8\n'a\\nb' = 1", "surface."),
     ("hurst = 0.8", "hurst = 0.8\n'' = 1", 'surface."" = 1'),
     ("hurst = 0.8", "hurst = 0.8\nhurst = 0.8", 'line 9, column 12): "hurst = 0.8'),
@@ -48,35 +72,83 @@ REFUSED = [
     ('"6350 1/m"', "4.15e7", "surface.q_min = 4.15e+07 rad/m must be below q_max = 4.15e+07 rad/m"),
     ('"6350 1/m"', "1e-320", "surface"),
     ('"0.90 um"', "1e200", "surface"),
-    ('"7900 kg/m^3"', "1e-310", "body.density = 1e-310 kg/m^3 must be of a size from 1e-30 to 1e+30 kg/m^3"),
-    ('"9.4e4 1/m"', "6000", "surface.q_roll_off = 6000 rad/m must lie between q_min = 6350 rad/m and q_max"),
+    (
+        '"7900 kg/m^3"',
+        "1e-310",
+        "body.density = 1e-310 kg/m^3 must be of a size from 1e-30 to 1e+30 kg/m^3",
+    ),
+    (
+        '"9.4e4 1/m"',
+        "6000",
+        "surface.q_roll_off = 6000 rad/m must lie between q_min = 6350 rad/m and q_max",
+    ),
     ('"9.4e4 1/m"', "4.2e7", "surface.q_roll_off = 4.2e+07 rad/m must lie between"),
     ('q_roll_off = "9.4e4 1/m"', "", "surface.roll_off_exponent = 1.5 needs q_roll_off"),
     ('rms_height = "0.90 um"', "", "surface.rms_height is missing; give exactly one of"),
     ('rms_height = "0.90 um"', "rms_slope = 0", "surface.rms_slope = 0 must be above 0"),
-    ('rms_height = "0.90 um"', "rms_height = 1e-6\nrms_slope = 0.3", "surface.rms_height and rms_slope are both given"),
-    ('rms_height = "0.90 um"', 'rms_height = 1e-6\npsd_convention = "persson"', "surface.psd_convention goes with"),
-    ("poisson_ratio = 0.3", "poisson_ratio = -1", "body.poisson_ratio = -1 must be above -1 and at most 0.5"),
-    ("poisson_ratio = 0.3", "poisson_ratio = 1", "body.poisson_ratio = 1 must be above -1 and at most 0.5"),
+    (
+        'rms_height = "0.90 um"',
+        "rms_height = 1e-6\nrms_slope = 0.3",
+        "surface.rms_height and rms_slope are both given",
+    ),
+    (
+        'rms_height = "0.90 um"',
+        'rms_height = 1e-6\npsd_convention = "persson"',
+        "surface.psd_convention goes with",
+    ),
+    (
+        "poisson_ratio = 0.3",
+        "poisson_ratio = -1",
+        "body.poisson_ratio = -1 must be above -1 and at most 0.5",
+    ),
+    (
+        "poisson_ratio = 0.3",
+        "poisson_ratio = 1",
+        "body.poisson_ratio = 1 must be above -1 and at most 0.5",
+    ),
     ("poisson_ratio = 0.3", "poisson_ratio = 0.51", "body.poisson_ratio = 0.51"),
     ('"200 GPa"', "0", "body.youngs_modulus = 0 Pa must be above 0 Pa"),
     ('"30 W/(m K)"', '"30 W/m"', "body.conductivity"),
     ('"1.2 GPa"', '"89 MPa"', "exceeds body.penetration_hardness = 8.9e+07 Pa"),
     ('"1.2 GPa"', "inf", "body.penetration_hardness"),
-    ("density =", "diffusivity =", 'body.diffusivity = "7900 kg/m^3" is not a key of a scene; it is conductivity/(den'),
-    ("penetration_hardness", "hardness", 'is not a key of a scene; did you mean "penetration_hardness"?'),
-    ("friction_coefficient", "friction", 'is not a key of a scene; did you mean "friction_coefficient"?'),
-    ("rms_height", "h_rms", 'surface.h_rms = "0.90 um" is not a key of a scene; did you mean "rms_height"?'),
+    (
+        "density =",
+        "diffusivity =",
+        'body.diffusivity = "7900 kg/m^3" is not a key of a scene; it is conductivity/(den',
+    ),
+    (
+        "penetration_hardness",
+        "hardness",
+        'is not a key of a scene; did you mean "penetration_hardness"?',
+    ),
+    (
+        "friction_coefficient",
+        "friction",
+        'is not a key of a scene; did you mean "friction_coefficient"?',
+    ),
+    (
+        "rms_height",
+        "h_rms",
+        'surface.h_rms = "0.90 um" is not a key of a scene; did you mean "rms_height"?',
+    ),
     ("rms_height", "Ra", "for Gaussian heights the rms_height is 1.25 Ra; give that"),
     ("friction_coefficient", "mu", 'is not a key of a scene; did you mean "friction_coefficient"?'),
-    ("poisson_ratio", "shear_modulus", "it is youngs_modulus/(2 (1 + poisson_ratio)); give these two"),
+    (
+        "poisson_ratio",
+        "shear_modulus",
+        "it is youngs_modulus/(2 (1 + poisson_ratio)); give these two",
+    ),
     ("[body]", "[bodi]", 'did you mean "body"?'),
     (
         '"1.2 GPa"',
         "{ temperature = [300, 900], value = [1e9, 5e8] }",
         "body.penetration_hardness is a table over temperature, with which each speed would have a contact of its own",
     ),
-    ("friction_coefficient = 0.11", "friction_coefficient = 0", "sliding.friction_coefficient = 0 must be above 0"),
+    (
+        "friction_coefficient = 0.11",
+        "friction_coefficient = 0",
+        "sliding.friction_coefficient = 0 must be above 0",
+    ),
     ('"35 m/s"', '"10 m/s"', 'sliding.speed[5] = "10 m/s" is there twice'),
     ('"35 m/s"', '"36 km/h"', 'sliding.speed[5] = "36 km/h" is there twice'),
     ('"35 m/s"', "-35", "sliding.speed[5] = -35 m/s must be at least 0 m/s"),
@@ -99,18 +171,38 @@ REFUSED = [
     ("seed = 1", 'seed = "1"', 'ensemble.seed = "1" must be a whole number'),
     ("seed = 1", f"seed = {2**63}", "ensemble.seed"),
     ("= 400", "= 0", "ensemble.max_realizations = 0 must be at least 1"),
-    ("flash_temperature =", "flash_temp =", 'ensemble.until.flash_temp is not an observable; did you mean "flash_temp'),
+    (
+        "flash_temperature =",
+        "flash_temp =",
+        'ensemble.until.flash_temp is not an observable; did you mean "flash_temp',
+    ),
     ('"1 %"', "1", "ensemble.until.flash_temperature = 1 must be above 0 and below 1"),
     ('{ flash_temperature = "1 %" }', "1", "ensemble.until = 1 must name observables"),
     ("tolerance = 3e-3", "tolerance = 1", "numerics.tolerance = 1 must be above 0 and below 1"),
     ("tolerance = 3e-3", 'precision = "half"', 'numerics.precision = "half" is not known'),
-    ("tolerance = 3e-3", "precision = 0x" + "f" * 5000, "numerics.precision = a number of thousands of digits is not"),
-    ("tolerance = 3e-3", "lengths = [1, 2, 3]", "numerics.lengths = [1, 2, 3] must be one number or two"),
+    (
+        "tolerance = 3e-3",
+        "precision = 0x" + "f" * 5000,
+        "numerics.precision = a number of thousands of digits is not",
+    ),
+    (
+        "tolerance = 3e-3",
+        "lengths = [1, 2, 3]",
+        "numerics.lengths = [1, 2, 3] must be one number or two",
+    ),
     ("tolerance = 3e-3", "threads = 0", "numerics.threads = 0"),
-    ("tolerance = 3e-3", "levels = []", "numerics.levels = [] must be a list of at least one level"),
+    (
+        "tolerance = 3e-3",
+        "levels = []",
+        "numerics.levels = [] must be a list of at least one level",
+    ),
     ("tolerance = 3e-3", "levels = 3", "numerics.levels = 3 must be a list of at least one level"),
     ("tolerance = 3e-3", "levels = [{}]", "numerics.levels[0].column is missing"),
-    ("tolerance = 3e-3", 'levels = [{ column = "cap" }]', 'numerics.levels[0].column = "cap" is not known'),
+    (
+        "tolerance = 3e-3",
+        'levels = [{ column = "cap" }]',
+        'numerics.levels[0].column = "cap" is not known',
+    ),
     (
         "tolerance = 3e-3",
         'levels = [{ column = "capped", shape = 64, q_max = 6e3 }]',
@@ -131,19 +223,39 @@ REFUSED = [
         'speed = "1 m/s, 2 m/s" # [',
         'is not a number with a unit; write for example "35 m/s", or a list of such',
     ),
-    ('like = "body"', 'like = "bodies"', 'counterface.like = "bodies" is not known; did you mean "body"?'),
-    ('like = "body"', 'like = "body"\nhurst = 1', 'counterface.hurst does not go with like = "body"'),
+    (
+        'like = "body"',
+        'like = "bodies"',
+        'counterface.like = "bodies" is not known; did you mean "body"?',
+    ),
+    (
+        'like = "body"',
+        'like = "body"\nhurst = 1',
+        'counterface.hurst does not go with like = "body"',
+    ),
     ('like = "body"', "", "counterface.like is missing"),
     ('like = "body"', "hurst = 0.8", "counterface.rms_height is missing"),
     ('like = "body"', "conductivity = 3", "counterface.density is missing beside conductivity"),
-    ('like = "body"', "youngs_modulus = 3", "counterface.poisson_ratio is missing beside youngs_modulus"),
-    ('like = "body"', "penetration_hardness = 8e7", "exceeds counterface.penetration_hardness = 8e+07 Pa"),
+    (
+        'like = "body"',
+        "youngs_modulus = 3",
+        "counterface.poisson_ratio is missing beside youngs_modulus",
+    ),
+    (
+        'like = "body"',
+        "penetration_hardness = 8e7",
+        "exceeds counterface.penetration_hardness = 8e+07 Pa",
+    ),
     ('title = "', "title = 3 # ", "title = 3 must be one line"),
     ('title = "', 'title = "a\\n', "title = "),
     ('title = "', "surface = 3 # ", "line 6"),
     ('title = "', f"title = {'[' * 5000} # ", "nested too deeply"),
     ('title = "', "[[[ # ", "line 4"),
-    ('title = "', 'titel = "', 'titel = "Steel on steel, Sutter & Ranc, hardness 1.2 GPa" is not a key'),
+    (
+        'title = "',
+        'titel = "',
+        'titel = "Steel on steel, Sutter & Ranc, hardness 1.2 GPa" is not a key',
+    ),
 ]
 
 
@@ -184,14 +296,20 @@ def test_a_section_that_is_missing_or_no_section_is_named(name):
 
 
 def test_replace_checks_again_and_nothing_can_be_assigned(steel):
-    with pytest.raises(SceneError, match=r"^sliding\.nominal_pressure = -1\.0 Pa must be above 0 Pa"):
+    with pytest.raises(
+        SceneError, match=r"^sliding\.nominal_pressure = -1\.0 Pa must be above 0 Pa"
+    ):
         replace(steel.sliding, nominal_pressure=-1.0)
     with pytest.raises(SceneError, match=r"^surface\.q_min = 1e\+08 rad/m must be below"):
         replace(steel.surface, q_min=1e8)
     with pytest.raises(SceneError, match=r"^sliding\.nominal_pressure = 2e\+09 Pa exceeds"):
         replace(steel, sliding=replace(steel.sliding, nominal_pressure=2e9))
     with pytest.raises(SceneError, match=r"^numerics\.levels\.q_max is missing"):
-        type(parse_scene(STEEL + 'levels = [{ column = "capped", shape = 3, q_max = 1e4 }]').numerics.levels[0])(  # type: ignore[index]
+        type(
+            parse_scene(
+                STEEL + 'levels = [{ column = "capped", shape = 3, q_max = 1e4 }]'
+            ).numerics.levels[0]
+        )(  # type: ignore[index]
             column="capped", shape=(3, 3)
         )
     with pytest.raises(FrozenInstanceError):

@@ -25,13 +25,17 @@ def test_a_counterface_has_the_keys_of_a_surface_and_of_a_body_with_their_units_
     assert {field.name for field in fields(CounterfaceSection)} == ours | {"like"}
     for record in (SurfaceSection, BodySection):
         for field in fields(record):
-            assert quantity(CounterfaceSection, field.name) == quantity(record, field.name), field.name
+            assert quantity(CounterfaceSection, field.name) == quantity(record, field.name), (
+                field.name
+            )
 
 
 def test_the_section_numerics_has_the_keys_of_the_numerics_and_its_levels_are_theirs():
     keys = [field.name for field in fields(rs.Numerics) if field.name != "reasons"]
     assert [field.name for field in fields(NumericsSection)] == keys
-    lines = 'levels = [{ column = "capped", shape = [64, 32], q_max = "5e4 1/m" }]\nlengths = "2 mm"'
+    lines = (
+        'levels = [{ column = "capped", shape = [64, 32], q_max = "5e4 1/m" }]\nlengths = "2 mm"'
+    )
     assert parse_scene(STEEL + lines).numerics.levels == (LEVEL,)
 
 
@@ -46,13 +50,23 @@ def test_numerics_read_units_and_are_frozen_hashable_and_whole_after_json_and_pi
 
 
 def test_what_is_stored_of_numerics_stays_what_it_was():
-    numerics = rs.Numerics((LEVEL, replace(LEVEL, q_max=1e4)), (2e-3, 1e-3), slid_distance=float("inf"))
+    numerics = rs.Numerics(
+        (LEVEL, replace(LEVEL, q_max=1e4)), (2e-3, 1e-3), slid_distance=float("inf")
+    )
     level = {"column": "capped", "shape": [64, 32], "q_max": 5e4}
     stored = {"levels": [level, level | {"q_max": 1e4}], "lengths": [2e-3, 1e-3], "tolerance": 3e-3}
-    stored |= {"precision": "double", "slid_distance": "inf", "threads": 1, "keep_fields": 1, "solver": "active_set"}
+    stored |= {
+        "precision": "double",
+        "slid_distance": "inf",
+        "threads": 1,
+        "keep_fields": 1,
+        "solver": "active_set",
+    }
     assert numerics.to_dict() == stored
     assert replace(numerics, slid_distance=1e-3).to_dict()["slid_distance"] == 1e-3
-    assert rs.Numerics.from_dict(stored | {"levels": [level], "of_a_later_version": 3}).levels == (LEVEL,)
+    assert rs.Numerics.from_dict(stored | {"levels": [level], "of_a_later_version": 3}).levels == (
+        LEVEL,
+    )
     with pytest.raises(KeyError, match="tolerance"):
         rs.Numerics.from_dict({key: value for key, value in stored.items() if key != "tolerance"})
 
@@ -64,8 +78,14 @@ def test_what_is_stored_of_numerics_stays_what_it_was():
             lambda: rs.Level("plastic", 8, 1.0),
             'numerics.levels.column = "plastic" is not known; did you mean',
         ),
-        (lambda: rs.Level("elastic", (8, 8, 8), 1.0), "numerics.levels.shape = (8, 8, 8) must be one number or two"),
-        (lambda: rs.Level("elastic", 8, -1), "numerics.levels.q_max = -1 rad/m must be above 0 rad/m"),
+        (
+            lambda: rs.Level("elastic", (8, 8, 8), 1.0),
+            "numerics.levels.shape = (8, 8, 8) must be one number or two",
+        ),
+        (
+            lambda: rs.Level("elastic", 8, -1),
+            "numerics.levels.q_max = -1 rad/m must be above 0 rad/m",
+        ),
         (lambda: rs.Level("elastic", 8.0, 1), "numerics.levels.shape = 8.0 must be a whole number"),
         (lambda: rs.Level("elastic"), "numerics.levels.shape is missing"),
         (
@@ -161,6 +181,10 @@ def test_the_limits_of_every_number_of_a_scene_are_tried():
 
 
 def test_a_misspelt_word_stands_for_the_nearest_name_if_three_fifths_are_alike():
-    assert did_you_mean("HurXX", ["hurst", "q_max"]) == 'did you mean "hurst"?'  # 2·3 letters of 5 + 5
-    assert did_you_mean("hurxxx", ["hurst", "q_max"]) == "the choice is hurst, q_max"  # 2·3 of 6 + 5
+    assert (
+        did_you_mean("HurXX", ["hurst", "q_max"]) == 'did you mean "hurst"?'
+    )  # 2·3 letters of 5 + 5
+    assert (
+        did_you_mean("hurxxx", ["hurst", "q_max"]) == "the choice is hurst, q_max"
+    )  # 2·3 of 6 + 5
     assert nearest("steel-1", ["steel-22", "Steel-1.2"]) == "Steel-1.2"

@@ -13,7 +13,12 @@ from roughsim.scene.files import parse_scene
 from roughsim.studies.vary import points_of, read_axes
 from theory import flash
 
-OXIDE = {"thickness": "0.3 um", "conductivity": "3 W/(m K)", "density": "5200 kg/m^3", "heat_capacity": "650 J/(kg K)"}
+OXIDE = {
+    "thickness": "0.3 um",
+    "conductivity": "3 W/(m K)",
+    "density": "5200 kg/m^3",
+    "heat_capacity": "650 J/(kg K)",
+}
 STEEL = "steel-1.2GPa"
 
 
@@ -61,17 +66,32 @@ def test_a_number_within_a_skin_is_set_and_varied():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"body__skin": {"thickness": "1 um"}}, "body.skin.conductivity is missing; write for example conductivity ="),
-        ({"body__skin": OXIDE | {"thickness": "-1 um"}}, 'body.skin.thickness = "-1 um" must be above 0 m'),
+        (
+            {"body__skin": {"thickness": "1 um"}},
+            "body.skin.conductivity is missing; write for example conductivity =",
+        ),
+        (
+            {"body__skin": OXIDE | {"thickness": "-1 um"}},
+            'body.skin.thickness = "-1 um" must be above 0 m',
+        ),
         (
             {"body__skin": OXIDE | {"thicknes": 1}},
             'body.skin.thicknes = 1 is not a key of a scene; did you mean "thick',
         ),
         ({"body__skin": "1 um"}, 'body.skin = "1 um" must be a section'),
-        ({"body__conductivity__value": 3}, 'conductivity.value" is not a key of a scene: "body.conductivity" is no'),
+        (
+            {"body__conductivity__value": 3},
+            'conductivity.value" is not a key of a scene: "body.conductivity" is no',
+        ),
         ({"body__heat_depth": "-1 um"}, 'body.heat_depth = "-1 um" must be at least 0 m'),
-        ({"counterface": {"skin": OXIDE}}, "skin goes with a counterface that takes heat; give its conductivity"),
-        ({"counterface": {"heat_depth": 1e-7}}, "heat_depth goes with a counterface that takes heat"),
+        (
+            {"counterface": {"skin": OXIDE}},
+            "skin goes with a counterface that takes heat; give its conductivity",
+        ),
+        (
+            {"counterface": {"heat_depth": 1e-7}},
+            "heat_depth goes with a counterface that takes heat",
+        ),
         ({"counterface__skin": OXIDE}, 'skin does not go with like = "body", which fixes it'),
     ],
 )
@@ -97,7 +117,9 @@ def test_the_theory_of_a_scene_has_its_skin_in_every_column():
             prediction.predictions(scene),
         ),
     ):
-        expected = flash.flash_temperature(scene.speeds, nominal_pressure=9e7, **stress, **body, **layers)
+        expected = flash.flash_temperature(
+            scene.speeds, nominal_pressure=9e7, **stress, **body, **layers
+        )
         np.testing.assert_allclose(by_scene["flash_temperature"], expected, rtol=1e-12)
 
 
@@ -132,7 +154,9 @@ def test_the_share_of_a_scene_feels_both_skins():
 
 def test_a_duration_too_short_for_a_skin_is_refused_by_key_with_the_one_that_is_not(tmp_path):
     young = {"sliding__duration": 1e-8, "body__skin": OXIDE}
-    with pytest.raises(SceneError, match=r"^sliding.duration = 1e-08 s is too short: heat spreads") as refused:
+    with pytest.raises(
+        SceneError, match=r"^sliding.duration = 1e-08 s is too short: heat spreads"
+    ) as refused:
         rs.run(steel(**young), tmp_path / "run")
     assert not (tmp_path / "run").exists()
     times = float(re.search(r"take ([\d.e+]+) times the duration, or more$", str(refused.value))[1])

@@ -26,16 +26,25 @@ def test_a_table_counts_by_content_however_it_is_stored(tmp_path, separator):
 
 def test_surfacetopography_s_spectrum_is_4_pi_squared_larger():
     rows = "psd = [[1e4, 3e-23], [1e5, 7e-27], [2.5e5, 1e-29]]"
-    persson, other = parse_scene(table_scene(rows)), parse_scene(table_scene(rows, "surfacetopography"))
+    persson, other = (
+        parse_scene(table_scene(rows)),
+        parse_scene(table_scene(rows, "surfacetopography")),
+    )
     assert persson.spectrum(1e5) / other.spectrum(1e5) == approx(39.47841760435743, rel=1e-12)
 
 
 def test_a_table_over_the_spatial_frequency_is_the_density_in_the_plane_of_frequencies():
     # white from f₁ to f₂: ⟨h²⟩ = ∫ C d²f = πC(f₂² − f₁²), and ⟨|∇h|²⟩ = ∫ (2πf)² C d²f = 2π³C(f₂⁴ − f₁⁴); two faces
     low, high, density = 1e4, 3e5, 2e-26
-    scene = parse_scene(table_scene(f"psd = [[{low}, {density}], [{high}, {density}]]", "frequency"))
-    assert scene.spectrum.rms_height == approx(math.sqrt(2 * math.pi * density * (high**2 - low**2)), rel=1e-9)
-    assert scene.spectrum.rms_slope == approx(math.sqrt(4 * math.pi**3 * density * (high**4 - low**4)), rel=1e-9)
+    scene = parse_scene(
+        table_scene(f"psd = [[{low}, {density}], [{high}, {density}]]", "frequency")
+    )
+    assert scene.spectrum.rms_height == approx(
+        math.sqrt(2 * math.pi * density * (high**2 - low**2)), rel=1e-9
+    )
+    assert scene.spectrum.rms_slope == approx(
+        math.sqrt(4 * math.pi**3 * density * (high**4 - low**4)), rel=1e-9
+    )
     assert scene.spectrum.breaks[-1] == approx(2 * math.pi * high, rel=1e-12)
     assert parse_scene(scene.to_toml()) == scene
 
@@ -43,7 +52,10 @@ def test_a_table_over_the_spatial_frequency_is_the_density_in_the_plane_of_frequ
 def test_the_spatial_frequency_is_that_of_a_drawn_map(tmp_path):
     grid = rs.Grid((128, 128), (1e-3, 1e-3))
     spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=1.5e4, q_max=3e5)
-    maps = [rs.synthesize(spectrum, grid, np.random.default_rng(seed), amplitudes="fixed") for seed in range(4)]
+    maps = [
+        rs.synthesize(spectrum, grid, np.random.default_rng(seed), amplitudes="fixed")
+        for seed in range(4)
+    ]
     # the periodogram per unit area of the plane of frequencies, mean over rings of f
     power = np.mean([np.abs(np.fft.fft2(heights)) ** 2 for heights in maps], axis=0) / 128**4 * 1e-6
     f = np.hypot(*np.meshgrid(*[np.fft.fftfreq(128, 1e-3 / 128)] * 2))
@@ -55,18 +67,26 @@ def test_the_spatial_frequency_is_that_of_a_drawn_map(tmp_path):
     (tmp_path / "s.toml").write_text(table_scene('psd_file = "psd.csv"', "frequency"))
     found = load_scene(tmp_path / "s.toml").spectrum
     q = np.array([3e4, 6e4, 1.2e5, 2e5])
-    assert found(q) == approx(2 * spectrum(q), rel=0.1)  # rings are wide, and C falls by 3 across one
+    assert found(q) == approx(
+        2 * spectrum(q), rel=0.1
+    )  # rings are wide, and C falls by 3 across one
 
 
 def test_the_longest_tables_still_fit_into_a_scene_file(tmp_path):
     rng = random.Random(3)
-    rows = [[1e4 * 1.005**i * (1 + 1e-4 * rng.random()), 1e-20 * 1.1**-i * rng.random()] for i in range(1200)]
+    rows = [
+        [1e4 * 1.005**i * (1 + 1e-4 * rng.random()), 1e-20 * 1.1**-i * rng.random()]
+        for i in range(1200)
+    ]
     scene = parse_scene(table_scene(f"psd = {rows}"))
     (tmp_path / "s.toml").write_text(scene.to_toml())
     assert load_scene(tmp_path / "s.toml") == scene
-    face = with_counterface("").replace("[sliding]", f'psd = {rows[:700]}\npsd_convention = "persson"\n[sliding]')
+    face = with_counterface("").replace(
+        "[sliding]", f'psd = {rows[:700]}\npsd_convention = "persson"\n[sliding]'
+    )
     both = face.replace(
-        face[face.index("rms_height") : face.index("[body]")], f'psd = {rows[:501]}\npsd_convention = "persson"\n'
+        face[face.index("rms_height") : face.index("[body]")],
+        f'psd = {rows[:501]}\npsd_convention = "persson"\n',
     )
     assert "counterface.psd and surface.psd together have 1201 rows" in refusal(both)
 
@@ -77,7 +97,10 @@ def test_the_longest_tables_still_fit_into_a_scene_file(tmp_path):
         ("1e4 3e-23", "surface.psd = 1 rows"),
         ("1e4 3e-23\n1e5", 'surface.psd_file = "psd.txt": line 2: "1e5" must be two numbers'),
         ("1e4 3e-23\n1e5 x", "line 2"),
-        ("1e4 3e-23\n1e4 1e-24", "surface.psd[1] has q = 10000.0 rad/m after 10000.0 rad/m; q must rise"),
+        (
+            "1e4 3e-23\n1e4 1e-24",
+            "surface.psd[1] has q = 10000.0 rad/m after 10000.0 rad/m; q must rise",
+        ),
         ("1e4 3e-23\n1e5 -1e-24", "surface.psd[1] C = -1e-24 must be above 0"),
         ("0 3e-23\n1e5 1e-24", "surface.psd[0] q = 0.0 rad/m must be above 0 rad/m"),
         (
@@ -86,7 +109,10 @@ def test_the_longest_tables_still_fit_into_a_scene_file(tmp_path):
         ),
         ("1e4 nan\n1e5 1e-24", "surface.psd[0] C = nan must be finite"),
         ("", "surface.psd = 0 rows"),
-        ("\n".join(f"{i} 1" for i in range(1, 1300)), "surface.psd = 1299 rows: a table C(q) has 2 to 1200 rows"),
+        (
+            "\n".join(f"{i} 1" for i in range(1, 1300)),
+            "surface.psd = 1299 rows: a table C(q) has 2 to 1200 rows",
+        ),
     ],
 )
 def test_a_table_that_is_no_spectrum_is_refused(tmp_path, content, words):
@@ -100,7 +126,9 @@ def test_a_table_that_is_no_spectrum_is_refused(tmp_path, content, words):
 
 def test_a_table_that_is_not_there_is_refused_by_name(tmp_path):
     (tmp_path / "s.toml").write_text(table_scene('psd_file = "psd.txt"'))
-    with pytest.raises(SceneError, match=r"surface\.psd_file = \"psd\.txt\": the table .* does not exist"):
+    with pytest.raises(
+        SceneError, match=r"surface\.psd_file = \"psd\.txt\": the table .* does not exist"
+    ):
         load_scene(tmp_path / "s.toml")
     assert "surface.psd_file" in refusal(table_scene('psd_file = "psd.txt"'))
     assert "surface.psd_file" in refusal(table_scene("psd_file = 3"))
@@ -111,9 +139,15 @@ def test_a_table_that_is_not_there_is_refused_by_name(tmp_path):
 
 def test_a_table_must_state_its_convention_and_excludes_the_self_affine_keys():
     rows = "psd = [[1e4, 3e-23], [1e5, 7e-27]]"
-    assert "surface.psd_convention is missing" in refusal(table_scene(rows).replace('psd_convention = "persson"\n', ""))
-    assert "surface.hurst = 0.8 does not go with psd_file" in refusal(table_scene(rows + "\nhurst = 0.8"))
-    assert "surface.rms_height and psd_file are both given" in refusal(table_scene(rows + "\nrms_height = 1e-6"))
+    assert "surface.psd_convention is missing" in refusal(
+        table_scene(rows).replace('psd_convention = "persson"\n', "")
+    )
+    assert "surface.hurst = 0.8 does not go with psd_file" in refusal(
+        table_scene(rows + "\nhurst = 0.8")
+    )
+    assert "surface.rms_height and psd_file are both given" in refusal(
+        table_scene(rows + "\nrms_height = 1e-6")
+    )
     assert 'surface.psd_convention = "person" is not known; did you mean "persson"?' in refusal(
         table_scene(rows, "person")
     )
@@ -121,7 +155,10 @@ def test_a_table_must_state_its_convention_and_excludes_the_self_affine_keys():
 
 def test_where_a_table_comes_from_is_kept_in_the_file_and_is_no_part_of_the_identity():
     text = table_scene("psd = [[1e4, 3e-23], [1e5, 7e-27]]")
-    stated, scanned = parse_scene(text), parse_scene(text.replace("psd_conv", 'psd_source = "scan"\npsd_conv'))
+    stated, scanned = (
+        parse_scene(text),
+        parse_scene(text.replace("psd_conv", 'psd_source = "scan"\npsd_conv')),
+    )
     assert (stated.scanned, scanned.scanned) == (False, True)
     assert parse_scene(scanned.to_toml()).scanned
     assert stated.identity() == scanned.identity()

@@ -51,10 +51,14 @@ def test_decimal_commas_are_named():
     assert "the decimal sign is a point: 1.2 GPa" in refusal(
         changed("penetration_hardness =", 'penetration_hardness = "1,2 GPa" #')
     )
-    assert "the decimal sign is a point: 0.35" in refusal(changed("poisson_ratio =", "poisson_ratio = 0,35 #"))
+    assert "the decimal sign is a point: 0.35" in refusal(
+        changed("poisson_ratio =", "poisson_ratio = 0,35 #")
+    )
 
 
 def test_a_background_temperature_may_stand_alone():
     scene = parse_scene(changed("[sliding]", '[sliding]\nbackground_temperature = "473 K"'))
     assert scene.sliding.background_temperature == 473.0
-    assert scene.identity() == parse_scene(changed("[sliding]", "[sliding]")).identity()  # rises do not depend on it
+    assert (
+        scene.identity() == parse_scene(changed("[sliding]", "[sliding]")).identity()
+    )  # rises do not depend on it

@@ -23,8 +23,23 @@ TITLES = {
     "mixed": "[bold]x[/nope] [/] :smile: {0} %s ${name} <script>alert(1)</script> &amp; \"'> ]]> \\",
     "formula": "$\\frac{ $ ^ _ \\ $x$ $$y$$ \\$ \\\\$",
 }
-FOLDERS = ("[bold]x[nope] $\\frac{ <script> {0} %s", "a\x1b[31mb\x1b]0;owned\x07\u202e", "a\udcffb", "-", "[]")
-PLOTS = ("heights", "pressure", "temperature", "heat_flux", "distribution", "spectrum", "correlation", "profile")
+FOLDERS = (
+    "[bold]x[nope] $\\frac{ <script> {0} %s",
+    "a\x1b[31mb\x1b]0;owned\x07\u202e",
+    "a\udcffb",
+    "-",
+    "[]",
+)
+PLOTS = (
+    "heights",
+    "pressure",
+    "temperature",
+    "heat_flux",
+    "distribution",
+    "spectrum",
+    "correlation",
+    "profile",
+)
 
 
 @pytest.fixture
@@ -51,10 +66,14 @@ def runs(capped_scene, tmp_path_factory):
     def of(name):
         if name not in made:
             numerics = replace(
-                capped_scene.numerics, levels=({"column": "capped", "shape": [32, 32], "q_max": 4e4},), keep_fields=1
+                capped_scene.numerics,
+                levels=({"column": "capped", "shape": [32, 32], "q_max": 4e4},),
+                keep_fields=1,
             )
             scene = replace(capped_scene, title=TITLES[name], numerics=numerics)
-            made[name] = rs.run(scene, tmp_path_factory.mktemp("hostile") / name, max_realizations=2).folder
+            made[name] = rs.run(
+                scene, tmp_path_factory.mktemp("hostile") / name, max_realizations=2
+            ).folder
         return made[name]
 
     return of
@@ -117,7 +136,9 @@ def test_every_chart_shows_a_title_letter_by_letter(told, runs, tmp_path, name):
     pictures = sorted(tmp_path.glob("*.svg"))
     assert len(pictures) == len(PLOTS) + 2
     for picture in pictures:
-        words = "".join(ET.parse(picture).getroot().itertext())  # a file with control characters is not XML
+        words = "".join(
+            ET.parse(picture).getroot().itertext()
+        )  # a file with control characters is not XML
         start = squeezed(plain(TITLES[name]))[:20]
         assert start in squeezed(words), picture
 
@@ -140,10 +161,14 @@ def test_a_folder_may_have_any_name(told, runs, tmp_path, name):
 def test_a_file_in_place_of_a_run_is_named(told, tmp_path):
     (tmp_path / "[x].toml").write_text("")
     for verb in ("status", "compare"):
-        assert "[x].toml is a file; name the folder of a run" in told(verb, tmp_path / "[x].toml", expect=1)
+        assert "[x].toml is a file; name the folder of a run" in told(
+            verb, tmp_path / "[x].toml", expect=1
+        )
 
 
-def test_letters_that_the_font_lacks_are_named_once_for_all_pictures(capsys, theory_table, tmp_path):
+def test_letters_that_the_font_lacks_are_named_once_for_all_pictures(
+    capsys, theory_table, tmp_path
+):
     from matplotlib.figure import Figure
 
     from roughsim.charts.style import save
@@ -161,7 +186,9 @@ def test_letters_that_the_font_lacks_are_named_once_for_all_pictures(capsys, the
         with pytest.raises(SystemExit):
             cli.main(["theory", "demo"])
     (line,) = capsys.readouterr().err.splitlines()
-    assert line == "roughsim: warning: the font of the pictures has no 日 本: boxes are drawn instead"
+    assert (
+        line == "roughsim: warning: the font of the pictures has no 日 本: boxes are drawn instead"
+    )
 
 
 def test_words_that_the_command_line_does_not_know_are_shown_as_they_are(told):
@@ -186,7 +213,10 @@ def test_a_path_in_an_error_commands_no_terminal(told, tmp_path, name):
 
 
 def test_plain_text_is_one_printable_line():
-    assert plain("a\x1b[31mb\x9b\u202e\udcff[/b] :x: \n\t$x$ é 漢 ±") == "a?[31mb???[/b] :x:   $x$ é 漢 ±"
+    assert (
+        plain("a\x1b[31mb\x9b\u202e\udcff[/b] :x: \n\t$x$ é 漢 ±")
+        == "a?[31mb???[/b] :x:   $x$ é 漢 ±"
+    )
 
 
 def test_a_narrow_terminal_cuts_no_number(capped_run):

@@ -24,7 +24,20 @@ class Strict(HTMLParser):
         self.text = " ".join(" ".join(self.words).split())
 
     def handle_starttag(self, tag, attributes):
-        assert tag in {"div", "p", "strong", "table", "thead", "tbody", "tr", "th", "td", "details", "summary", "sup"}
+        assert tag in {
+            "div",
+            "p",
+            "strong",
+            "table",
+            "thead",
+            "tbody",
+            "tr",
+            "th",
+            "td",
+            "details",
+            "summary",
+            "sup",
+        }
         self.open.append(tag)
         self.tables += tag == "table"
         for name, value in attributes:
@@ -42,7 +55,11 @@ class Strict(HTMLParser):
 @pytest.fixture(scope="module")
 def hostile(quick_module, tmp_path_factory):
     """A run whose title is HTML."""
-    return rs.run(replace(quick_module, title=HOSTILE), tmp_path_factory.mktemp("html") / "run", max_realizations=3)
+    return rs.run(
+        replace(quick_module, title=HOSTILE),
+        tmp_path_factory.mktemp("html") / "run",
+        max_realizations=3,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +75,13 @@ def shown(thing):
 
 
 def test_all_are_tables_that_only_say_what_is_in_them(hostile):
-    things = [hostile, rs.compare(hostile), hostile.estimate("flash_temperature"), hostile.scene, hostile.numerics]
+    things = [
+        hostile,
+        rs.compare(hostile),
+        hostile.estimate("flash_temperature"),
+        hostile.scene,
+        hostile.numerics,
+    ]
     for thing in things:
         assert shown(thing).tables == 1
     for thing in (hostile, rs.compare(hostile), hostile.scene):
@@ -74,7 +97,14 @@ def test_a_run_shows_its_flash_temperature_with_the_total_error(hostile):
 
 def test_an_estimate_shows_its_speeds_and_the_parts_of_its_error(hostile):
     text = shown(hostile.estimate("flash_temperature")).text
-    for word in ("flash_temperature, K: 3 realizations", "speed, m/s", "35", "statistical", "bandwidth", "solver"):
+    for word in (
+        "flash_temperature, K: 3 realizations",
+        "speed, m/s",
+        "35",
+        "statistical",
+        "bandwidth",
+        "solver",
+    ):
         assert word in text
     assert "speed" not in shown(hostile.estimate("contact_fraction")).text.partition("notes")[0]
 
@@ -88,7 +118,10 @@ def test_a_run_without_realizations_says_so(quick_module, tmp_path):
 
 def test_a_scene_shows_its_keys_with_their_units(hostile):
     text = shown(hostile.scene).text
-    assert "sliding.nominal_pressure 90000000 Pa" in text or "sliding.nominal_pressure 9e+07 Pa" in text
+    assert (
+        "sliding.nominal_pressure 90000000 Pa" in text
+        or "sliding.nominal_pressure 9e+07 Pa" in text
+    )
     assert "sliding.speed 0, 0.1, 35 m/s" in text
     assert "surface.hurst 0.8" in text
 
@@ -112,7 +145,14 @@ def test_printing_a_comparison_is_the_table_of_the_command_line(capped_run, caps
         assert printed[: len(text.splitlines())] == text.splitlines()
     for row in comparison.rows:
         assert any(line.startswith(row.observable) for line in shown["--all"].splitlines())
-    for key in ("theory", "calibrated", "smoothed", "capped", "smoothed_over_theory", "capped_over_smoothed"):
+    for key in (
+        "theory",
+        "calibrated",
+        "smoothed",
+        "capped",
+        "smoothed_over_theory",
+        "capped_over_smoothed",
+    ):
         assert key in comparison.to_dict()["rows"][0]
         assert key in shown["--all"]
 

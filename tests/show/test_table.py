@@ -5,9 +5,17 @@ import pytest
 from roughsim.show.table import Column, Number, Table
 from roughsim.show.terminal import PlainConsole, table_text
 
-COLUMNS = (Column("observable", name=True), Column("value, µm (of all)", number=True), Column("because"))
+COLUMNS = (
+    Column("observable", name=True),
+    Column("value, µm (of all)", number=True),
+    Column("because"),
+)
 ROWS = (
-    ("slope_length, µm", Number(2e-4, "m", 1.2e-6), "a reason of several words that may be broken between any two"),
+    (
+        "slope_length, µm",
+        Number(2e-4, "m", 1.2e-6),
+        "a reason of several words that may be broken between any two",
+    ),
     ("slope_length, µm", Number(3e-4, "m"), "[bold]no markup[/] :smile:"),
     ("flash_width, µm", Number(float("nan"), "m"), ""),
 )
@@ -17,11 +25,22 @@ TABLE = Table(COLUMNS, ROWS, "Title", ("A note of two lines:\nhere.",))
 def test_a_group_is_named_once_and_numbers_stand_right():
     lines = table_text(TABLE).splitlines()
     assert lines[0] == "Title"
-    assert [line.split() for line in lines[1:3]] == [["value,", "µm"], ["observable", "(of", "all)", "because"]]
+    assert [line.split() for line in lines[1:3]] == [
+        ["value,", "µm"],
+        ["observable", "(of", "all)", "because"],
+    ]
     assert lines[3].startswith("slope_length, µm ")
     assert lines[4].startswith(" " * len("slope_length, µm"))
-    assert lines[3].index("a reason") == lines[4].index("[bold]no markup[/] :smile:") == lines[2].index("because")
-    assert lines[3].index("a reason") - 2 == len(lines[3].partition(" 1.2")[0] + " 1.2") == lines[4].index("300") + 3
+    assert (
+        lines[3].index("a reason")
+        == lines[4].index("[bold]no markup[/] :smile:")
+        == lines[2].index("because")
+    )
+    assert (
+        lines[3].index("a reason") - 2
+        == len(lines[3].partition(" 1.2")[0] + " 1.2")
+        == lines[4].index("300") + 3
+    )
     assert lines[5].split() == ["flash_width,", "µm", "–"]
     assert lines[6:] == ["A note of two lines:", "here."]
 
@@ -55,4 +74,7 @@ def test_a_name_is_written_again_where_a_name_to_its_left_is_another():
     table = Table(columns, [["pressure", "0.18"], ["area", "0.18"], ["area", "0.18"]])
     assert table.cells(0) == ["pressure", "area", ""]
     assert table.cells(1) == ["0.18", "0.18", ""]
-    assert Table(columns, [["area", "1"], ["area", "1"]]).cells(0) == ["area", ""]  # all rows are of one group
+    assert Table(columns, [["area", "1"], ["area", "1"]]).cells(0) == [
+        "area",
+        "",
+    ]  # all rows are of one group

@@ -52,5 +52,9 @@ def test_a_number_of_a_table_is_written_in_the_unit_of_the_tables():
     assert str(Number(-777.3e3, "K/m")) == "-777.3"
     assert str(Number(3.0e-4, "m", 1e-6, ["size"])) == "300.0 ± ≥1.0"
     assert str(Number(1.234e-4, "m", digits=2)) == "120"
-    assert [str(Number(x)) for x in (12345.6, 99999.0, 123456.0)] == ["12350", "100000", "1.235e+05"]
+    assert [str(Number(x)) for x in (12345.6, 99999.0, 123456.0)] == [
+        "12350",
+        "100000",
+        "1.235e+05",
+    ]
     assert Number(1.6328e-4, "1", 8.1e-7).written() == ("1.6328", "0.0081", -4)

@@ -13,7 +13,10 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.scene import SceneError
 
 SLIDE = 1  # its level
-WITHOUT = ('  { column = "sliding", shape = [32, 32], q_max = 2.5e4, first = 2 },\n', "")  # numerics without it
+WITHOUT = (
+    '  { column = "sliding", shape = [32, 32], q_max = 2.5e4, first = 2 },\n',
+    "",
+)  # numerics without it
 
 
 def continued_scene(distance, *changes):
@@ -28,7 +31,9 @@ def test_a_plan_follows_slides_once_around_their_cell():
     assert rs.plan(continued_scene("8 mm", WITHOUT, asks)).levels[-1].followed is None
     lawless = ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"')
     assert rs.plan(continued_scene("8 mm", WITHOUT, lawless)).levels[-1].followed is None
-    reason = next(r for r in rs.plan(continued_scene("8 mm", WITHOUT)).reasons if r.choice == "slid distance")
+    reason = next(
+        r for r in rs.plan(continued_scene("8 mm", WITHOUT)).reasons if r.choice == "slid distance"
+    )
     assert reason.value == "2 mm"
     assert reason.reason.endswith("; the theory continues it to 8 mm, within 2.5 %")
 
@@ -38,31 +43,56 @@ def test_a_run_multiplies_what_it_followed_by_the_theory(tmp_path):
     run = rs.run(scene, tmp_path / "run", max_realizations=2)
     followed = rs.run(sliding_scene(), tmp_path / "followed", max_realizations=2)
     factors = prediction.sliding_continuation(scene, 1e-3)
-    for name, factor in (("flash_temperature", factors.flash_temperature), ("heat_partition", factors.heat_partition)):
+    for name, factor in (
+        ("flash_temperature", factors.flash_temperature),
+        ("heat_partition", factors.heat_partition),
+    ):
         short, whole = (one.estimate(name, "sliding") for one in (followed, run))
         assert whole.mean == pytest.approx(short.mean * factor, rel=1e-12)
         assert (whole.budget["slide"] / whole.mean > short.budget["slide"] / short.mean).all()
-    before, after = (one.contact_temperature("sliding", np.zeros(2)).mean for one in (followed, run))
+    before, after = (
+        one.contact_temperature("sliding", np.zeros(2)).mean for one in (followed, run)
+    )
     short = followed.estimate("flash_temperature", "sliding").mean
     expected = short * factors.flash_temperature + (before - short) * factors.background
     assert after == pytest.approx(expected, rel=1e-12)
     assert run.curves()["slid_distance"][-1] == pytest.approx(1e-3, rel=0.05)
     assert rs.open_run(tmp_path / "run").numerics.levels[-1].followed == 1e-3
     # chart and notes state how far slides were followed; where they ended nothing is added
-    assert "2 members, followed over 1 of 3 mm" in plot_run(run, "sliding", tmp_path / "one.svg").read_text()
+    assert (
+        "2 members, followed over 1 of 3 mm"
+        in plot_run(run, "sliding", tmp_path / "one.svg").read_text()
+    )
     assert "followed over" not in plot_run(followed, "sliding", tmp_path / "two.svg").read_text()
     notes = [" ".join(comparison_table(rs.compare(one)).notes) for one in (run, followed)]
-    assert "Slides are followed over 1 of 3 mm; the theory of sliding, calibrated multiplies" in notes[0]
+    assert (
+        "Slides are followed over 1 of 3 mm; the theory of sliding, calibrated multiplies"
+        in notes[0]
+    )
     assert "are followed over" not in notes[1]
 
 
-POOR = 'like = "body"', "youngs_modulus = 2e11\npoisson_ratio = 0.3\ndensity = 7900\nheat_capacity = 500\n"
+POOR = (
+    'like = "body"',
+    "youngs_modulus = 2e11\npoisson_ratio = 0.3\ndensity = 7900\nheat_capacity = 500\n",
+)
 NEARLY_FLAT = (
-    POOR[1] + 'conductivity = 30\nrms_height = "RMS um"\nhurst = 0.8\nq_min = 6350\nq_roll_off = 2e4\nq_max = 2e5\n'
+    POOR[1]
+    + 'conductivity = 30\nrms_height = "RMS um"\nhurst = 0.8\nq_min = 6350\nq_roll_off = 2e4\nq_max = 2e5\n'
 )
 REFUSED = {
-    "further than was compared": ("16.1 mm", "1e-3", (), r"is less than 0\.001006 m, which is 1/16 of the slid dist"),
-    "under half of the cell": ("3 mm", "0.9e-3", (), r"is less than 0\.001 m, .* or 0\.5 of the side of the cell"),
+    "further than was compared": (
+        "16.1 mm",
+        "1e-3",
+        (),
+        r"is less than 0\.001006 m, which is 1/16 of the slid dist",
+    ),
+    "under half of the cell": (
+        "3 mm",
+        "0.9e-3",
+        (),
+        r"is less than 0\.001 m, .* or 0\.5 of the side of the cell",
+    ),
     "on a better conductor": (
         *("8 mm", "2e-3", (POOR[0], POOR[1] + "conductivity = 61")),
         r"conducts 2\.03 times as well as the moving one, over 2 times, .* leave out followed$",
@@ -71,7 +101,12 @@ REFUSED = {
         *("8 mm", "2e-3", (POOR[0], NEARLY_FLAT.replace("RMS", "0.19"))),
         r"over 95% of C\(q\) is on the moving face, .* leave out followed$",
     ),
-    "outside the law": ("8 mm", "2e-3", ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"'), "leave out"),
+    "outside the law": (
+        "8 mm",
+        "2e-3",
+        ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"'),
+        "leave out",
+    ),
     "with a distribution": (
         *("8 mm", "2e-3", ("[theory]", "[observables]\ntemperature_distribution = true\n[theory]")),
         "no theory continues the distribution of the temperature, which the scene asks for; leave out followed$",
@@ -83,7 +118,9 @@ REFUSED = {
 def test_slides_that_the_theory_cannot_continue_are_refused_before_any_work(case, tmp_path):
     distance, followed, change, words = REFUSED[case]
     changes = [change] if change else []
-    scene = continued_scene(distance, ("first = 2 }", f"first = 2, followed = {followed} }}"), *changes)
+    scene = continued_scene(
+        distance, ("first = 2 }", f"first = 2, followed = {followed} }}"), *changes
+    )
     with pytest.raises(ValueError, match=rf"^followed = .*{words}"):
         rs.plan(scene)
     numerics = replace(rs.plan(continued_scene("3 mm")), levels=scene.numerics.levels)
@@ -114,7 +151,9 @@ def test_a_slide_that_is_followed_further_than_it_slides_is_not_continued():
 def test_too_short_a_distance_is_that_of_the_level():
     # half of the cell is 3 pixels
     level = '{ column = "sliding", shape = [32, 32], q_max = 2.5e4, first = 2 }'
-    coarse = level.replace("[32, 32], q_max = 2.5e4", "[6, 6], q_max = 7e3").replace(" }", ", followed = 1e-3 }")
+    coarse = level.replace("[32, 32], q_max = 2.5e4", "[6, 6], q_max = 7e3").replace(
+        " }", ", followed = 1e-3 }"
+    )
     with pytest.raises(rs.ResolutionError, match=r"^followed = 0\.001 m is under 4 pixels of "):
         rs.plan(continued_scene("3 mm", (level, coarse)))
 
@@ -124,7 +163,9 @@ FEW = ("max_realizations = 4", "max_realizations = 1")
 
 def test_the_slides_of_a_study_are_followed_as_far_as_the_longest_needs(tmp_path):
     vary = {"sliding.slid_distance": ["2 mm", "8 mm", "48 mm"]}
-    study = rs.study(continued_scene("8 mm", WITHOUT, FEW), vary=vary, folder=tmp_path / "study", progress=False)
+    study = rs.study(
+        continued_scene("8 mm", WITHOUT, FEW), vary=vary, folder=tmp_path / "study", progress=False
+    )
     runs = [study.run(point) for point in study.points]
     assert [run.numerics.levels[-1].followed for run in runs] == [3e-3] * 3
     assert [len(run.members.sound(SLIDE)) for run in runs] == [1] * 3
@@ -132,14 +173,24 @@ def test_the_slides_of_a_study_are_followed_as_far_as_the_longest_needs(tmp_path
     assert reason.value == "3 mm"
     # a later point slides too far for the distance that was planned
     vary["sliding.slid_distance"].append("60 mm")
-    with pytest.raises(SceneError, match=r"^slid_distance=0\.06: followed = 0\.003 m is less than 0\.00375 m.*folder"):
-        rs.study(continued_scene("8 mm", WITHOUT, FEW), vary=vary, folder=tmp_path / "study", progress=False)
+    with pytest.raises(
+        SceneError,
+        match=r"^slid_distance=0\.06: followed = 0\.003 m is less than 0\.00375 m.*folder",
+    ):
+        rs.study(
+            continued_scene("8 mm", WITHOUT, FEW),
+            vary=vary,
+            folder=tmp_path / "study",
+            progress=False,
+        )
     assert len(rs.open_study(tmp_path / "study").points) == 3
 
 
 def test_a_study_with_a_point_that_no_theory_continues_follows_all_slides_to_their_end(tmp_path):
     vary = {"sliding.nominal_pressure": ["1 MPa", "90 MPa", "100 MPa"]}
-    study = rs.study(continued_scene("3 mm", WITHOUT, FEW), vary=vary, folder=tmp_path / "study", progress=False)
+    study = rs.study(
+        continued_scene("3 mm", WITHOUT, FEW), vary=vary, folder=tmp_path / "study", progress=False
+    )
     for point in study.points:
         run = study.run(point)
         assert run.numerics.levels[-1].followed is None

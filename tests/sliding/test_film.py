@@ -33,16 +33,25 @@ def test_the_temperature_of_the_maps_is_that_of_the_slide(film):
     for k in range(2):
         flash = (film.maps.temperature[k] * pressure).sum(axis=(1, 2)) / pressure.sum(axis=(1, 2))
         assert flash == pytest.approx(film.curves["slide_flash_temperature"][k], rel=1e-6)
-    assert film.maps.temperature.mean(axis=(2, 3)) == pytest.approx(0.0, abs=1e-4)  # above the background
+    assert film.maps.temperature.mean(axis=(2, 3)) == pytest.approx(
+        0.0, abs=1e-4
+    )  # above the background
     assert pressure.mean(axis=(1, 2)) == pytest.approx(9e7, rel=1e-6)
     assert (pressure > 0).mean(axis=(1, 2)) == pytest.approx(film.curves["slide_contact_fraction"])
 
 
 def test_bodies_touch_where_the_faces_redrawn_stand_highest(sliding_run, film):
-    grid, spectrum = sliding_run.numerics.grid(SLIDE), sliding_run.scene.faces[0].truncated(q_max=2.5e4)
+    grid, spectrum = (
+        sliding_run.numerics.grid(SLIDE),
+        sliding_run.scene.faces[0].truncated(q_max=2.5e4),
+    )
     keys = (SLIDE, 0), (SLIDE, 0, 1)
     resting, moving = (
-        synthesize(spectrum, grid, np.random.default_rng(np.random.SeedSequence(sliding_run.seed, spawn_key=key)))
+        synthesize(
+            spectrum,
+            grid,
+            np.random.default_rng(np.random.SeedSequence(sliding_run.seed, spawn_key=key)),
+        )
         for key in keys
     )
     offsets = oblique_path(grid, 1e-3).offsets
@@ -53,20 +62,30 @@ def test_bodies_touch_where_the_faces_redrawn_stand_highest(sliding_run, film):
         assert heights[touching].mean() > heights.mean() + 1.5 * heights.std()
         # the summits shown are the highest maxima of the face as it stands then
         points = np.rint(film.moving_summits[place] / grid.spacing).astype(int)
-        neighbours = [np.roll(standing, shift, axis=(0, 1)) for shift in ((0, 1), (1, 0), (0, -1), (-1, -1), (1, -1))]
+        neighbours = [
+            np.roll(standing, shift, axis=(0, 1))
+            for shift in ((0, 1), (1, 0), (0, -1), (-1, -1), (1, -1))
+        ]
         assert all((standing >= other)[tuple(points.T)].all() for other in neighbours)
         assert standing[tuple(points[0])] == standing.max()
     points = np.rint(film.resting_summits / grid.spacing).astype(int)
     assert resting[tuple(points[0])] == resting.max()
 
 
-def test_maps_of_a_larger_grid_are_means_over_blocks_under_the_same_summits(film, tmp_path, monkeypatch):
+def test_maps_of_a_larger_grid_are_means_over_blocks_under_the_same_summits(
+    film, tmp_path, monkeypatch
+):
     monkeypatch.setattr(film_module, "MOST_POINTS", 16)
     monkeypatch.setattr(film_module, "LEAST_POINTS", 8)
     coarse = read_film(rs.run(sliding_scene(), tmp_path / "run", max_realizations=1), 0)
     fine = film.maps
-    for mine, his in ((coarse.maps.pressure, fine.pressure), (coarse.maps.temperature, fine.temperature)):
-        means = (his[..., ::2, ::2] + his[..., 1::2, ::2] + his[..., ::2, 1::2] + his[..., 1::2, 1::2]) / 4
+    for mine, his in (
+        (coarse.maps.pressure, fine.pressure),
+        (coarse.maps.temperature, fine.temperature),
+    ):
+        means = (
+            his[..., ::2, ::2] + his[..., 1::2, ::2] + his[..., ::2, 1::2] + his[..., 1::2, 1::2]
+        ) / 4
         np.testing.assert_allclose(mine, means, rtol=1e-4, atol=1e-6 * np.abs(means).max())
     # the first point of a map of blocks of 2 × 2 lies between the first two points of the grid
     spacing = film.grid.spacing[0]
@@ -84,17 +103,23 @@ def test_a_film_changes_no_number_and_goes_with_the_fields_that_are_kept(sliding
     scene = sliding_scene()
     none = replace(scene, numerics=replace(scene.numerics, keep_fields=0))
     run = rs.run(none, tmp_path / "run", max_realizations=1)
-    with_film, without = (read_member(member_path(one.folder, SLIDE, 0)) for one in (sliding_run, run))
+    with_film, without = (
+        read_member(member_path(one.folder, SLIDE, 0)) for one in (sliding_run, run)
+    )
     for name, values in with_film.numbers.items():
         assert (without.numbers[name] == values).all()
     assert without.kept == {}
-    with pytest.raises(ValueError, match="has no film of realization 0; run .* with --keep-fields 1$"):
+    with pytest.raises(
+        ValueError, match="has no film of realization 0; run .* with --keep-fields 1$"
+    ):
         read_film(run, 0)
 
 
 def test_a_frozen_run_has_no_film(capped_run):
     assert filmed(capped_run) == []
-    with pytest.raises(ValueError, match='has no film of realization 0; run a scene with history = "sliding"'):
+    with pytest.raises(
+        ValueError, match='has no film of realization 0; run a scene with history = "sliding"'
+    ):
         read_film(capped_run, 0)
 
 
@@ -115,9 +140,18 @@ def test_a_changed_byte_of_a_film_is_noticed(sliding_run, tmp_path):
             lambda f: {name: f[name] for name in ("film_distance", "film_pressure")},
             "holds a film without film_temperature",
         ),
-        (lambda f: f | {"film_distance": 3 * f["film_distance"]}, "holds a film of other speeds, distances"),
-        (lambda f: f | {"film_temperature": f["film_temperature"][:1]}, "holds a film of other speeds, distances"),
-        (lambda f: f | {"film_pressure": f["film_pressure"][:, :8]}, "is of another run: its speeds, levels or points"),
+        (
+            lambda f: f | {"film_distance": 3 * f["film_distance"]},
+            "holds a film of other speeds, distances",
+        ),
+        (
+            lambda f: f | {"film_temperature": f["film_temperature"][:1]},
+            "holds a film of other speeds, distances",
+        ),
+        (
+            lambda f: f | {"film_pressure": f["film_pressure"][:, :8]},
+            "is of another run: its speeds, levels or points",
+        ),
     ],
 )
 def test_a_forged_film_is_refused_by_name(sliding_run, tmp_path, change, told):
@@ -131,8 +165,13 @@ def test_a_forged_film_is_refused_by_name(sliding_run, tmp_path, change, told):
 def test_the_file_of_a_member_says_what_its_maps_are(sliding_run):
     with h5py.File(member_path(sliding_run.folder, SLIDE, 0)) as file:
         temperature = file["film_temperature"]
-        assert [axis[0] for axis in temperature.dims] == [file[name] for name in ("speed", "film_distance", "x", "y")]
-        assert {name: file[name].attrs["units"] for name in ("film_distance", "film_pressure", "film_temperature")} == {
+        assert [axis[0] for axis in temperature.dims] == [
+            file[name] for name in ("speed", "film_distance", "x", "y")
+        ]
+        assert {
+            name: file[name].attrs["units"]
+            for name in ("film_distance", "film_pressure", "film_temperature")
+        } == {
             "film_distance": "m",
             "film_pressure": "Pa",
             "film_temperature": "K",
@@ -151,7 +190,9 @@ def test_a_film_has_few_positions_and_the_last():
     assert 1 <= steps[0] <= 3
 
 
-@pytest.mark.parametrize(("points", "shown"), [(32, 32), (256, 256), (300, 150), (512, 256), (768, 256), (509, 509)])
+@pytest.mark.parametrize(
+    ("points", "shown"), [(32, 32), (256, 256), (300, 150), (512, 256), (768, 256), (509, 509)]
+)
 def test_large_fields_are_averaged_in_whole_blocks(points, shown):
     assert film_shape((points, 64)) == (shown, 64)  # 509 is prime
 
@@ -164,7 +205,15 @@ def test_blocks_are_means():
 @pytest.mark.slow
 def test_its_picture_has_four_positions_in_both_fields(sliding_run, tmp_path):
     text = plot_run(sliding_run, "film", tmp_path / "one.svg", speed=1.0).read_text()
-    for words in ("after 63.2 µm", "after 379 µm", "after 695 µm", "after 1.01 mm", "1 m/s", "realization 0", ", GPa"):
+    for words in (
+        "after 63.2 µm",
+        "after 379 µm",
+        "after 695 µm",
+        "after 1.01 mm",
+        "1 m/s",
+        "realization 0",
+        ", GPa",
+    ):
         assert words in text
     assert text.count("after ") == 4
     wrong = {

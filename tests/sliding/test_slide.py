@@ -31,7 +31,9 @@ def full(first, second, distance, speed=5.0, moving=STEEL, resting=STEEL, **kwar
     )
 
 
-@pytest.mark.parametrize(("moving", "resting"), [(STEEL, STEEL), (COPPER, STEEL)], ids=["steels", "copper"])
+@pytest.mark.parametrize(
+    ("moving", "resting"), [(STEEL, STEEL), (COPPER, STEEL)], ids=["steels", "copper"]
+)
 @pytest.mark.parametrize("part", [0.0, 0.3, 1.0])
 def test_full_contact_is_the_mode_sum_of_each_wave_in_its_own_body(part, moving, resting):
     # the longest wave takes L²/(4π²D) = 3.3 ms to warm the body that carries it: 4 cells take .8 ms at 5 m/s
@@ -94,7 +96,10 @@ def test_the_temperatures_of_both_bodies_agree_and_all_heat_goes_into_them():
     slid = partial(bumps(64, 1), bumps(64, 2), 5.0, moving=COPPER)
     assert (slid.residual <= 1e-5).all()
     assert (slid.contact_fraction < 0.6).all()
-    both = slid.flash_temperature + slid.background, slid.resting_flash_temperature + slid.resting_background
+    both = (
+        slid.flash_temperature + slid.background,
+        slid.resting_flash_temperature + slid.resting_background,
+    )
     assert both[0] == pytest.approx(both[1], rel=1e-4)
     assert slid.contact_temperature == pytest.approx(both[0], rel=1e-12)
     # the backgrounds follow from the shares alone: heat flows one way in the mean
@@ -105,7 +110,10 @@ def test_the_temperatures_of_both_bodies_agree_and_all_heat_goes_into_them():
     n = share.size - 1
     times = (np.arange(200 * n) + 0.5) / 200
     kernel = 2 * (np.sqrt(n - times + 0.5 / 200) - np.sqrt(n - times - 0.5 / 200))
-    for part, rise, e in ((share, slid.background, effusivity[0]), (1 - share, slid.resting_background, effusivity[1])):
+    for part, rise, e in (
+        (share, slid.background, effusivity[0]),
+        (1 - share, slid.resting_background, effusivity[1]),
+    ):
         flux = 0.3 * 5.0 * 1e6 * np.interp(times, np.arange(n + 1), part)
         assert rise[-1] == pytest.approx((kernel @ flux) * sqrt(step / pi) / e, rel=1e-5)
 
@@ -144,7 +152,11 @@ def test_over_a_flat_the_answer_is_that_of_the_frozen_contact():
     )
     flux = 0.3 * speed * slid.contact.pressure
     frozen = partition_heat(
-        flux, grid, moving=replace(STEEL, speed=speed), resting=STEEL, time=slid.slid_distance[-1] / speed
+        flux,
+        grid,
+        moving=replace(STEEL, speed=speed),
+        resting=STEEL,
+        time=slid.slid_distance[-1] / speed,
     )
     assert slid.contact_fraction[-1] < 0.05
     assert slid.moving_share[-1] == pytest.approx(frozen.moving_share, abs=0.01)
@@ -168,7 +180,9 @@ def test_a_step_is_whole_pixels_and_laps_meet_new_rows():
     rows = path.offsets[[64, 128, 192 - 3], 1] % 64
     assert len({int(row) // 4 for row in rows}) == 3
     assert np.diff(oblique_path(grid, CELL, 16).offsets[:, 0]).tolist() == [4] * 16
-    assert (oblique_path(grid, CELL, backwards=True).offsets == -oblique_path(grid, CELL).offsets).all()
+    assert (
+        oblique_path(grid, CELL, backwards=True).offsets == -oblique_path(grid, CELL).offsets
+    ).all()
 
 
 def test_in_a_tall_cell_the_path_is_no_steeper():
@@ -207,13 +221,22 @@ def test_speeds_of_the_bodies_may_be_rounded():
     [
         ({"speed": 0.0}, "speed = 0.0 m/s must be finite, not 0"),
         ({"speed": [1.0, -1.0]}, "of one sign"),
-        ({"speed": [1.0, 2.0], "moving": replace(STEEL, speed=1.0)}, "several speeds, but moving.speed"),
-        ({"moving": replace(STEEL, speed=2.0)}, "moving.speed − resting.speed = 2 m/s, but speed = 1 m/s"),
+        (
+            {"speed": [1.0, 2.0], "moving": replace(STEEL, speed=1.0)},
+            "several speeds, but moving.speed",
+        ),
+        (
+            {"moving": replace(STEEL, speed=2.0)},
+            "moving.speed − resting.speed = 2 m/s, but speed = 1 m/s",
+        ),
         ({"slid_distance": 1e-6}, "slid_distance = 1e-06 m is under a step of one pixel"),
         ({"slid_distance": -1.0}, "slid_distance = -1 m must be positive"),
         ({"steps": 100}, "steps = 100 over 0.001 m would be shorter than one pixel"),
         ({"steps": 0}, "steps = 0 must be a whole number"),
-        ({"slid_distance": 1e5}, "slid_distance = 100000 m is 1.58e.09 steps of 6.316e-05 m, of which 1000000 are"),
+        (
+            {"slid_distance": 1e5},
+            "slid_distance = 100000 m is 1.58e.09 steps of 6.316e-05 m, of which 1000000 are",
+        ),
         ({"friction_coefficient": -0.1}, "friction_coefficient = -0.1 must be positive"),
         ({"friction_coefficient": 0}, "friction_coefficient = 0 must be positive"),
         ({"counter_heights": np.zeros((8, 8))}, "counter_heights has shape"),

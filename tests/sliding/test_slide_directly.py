@@ -34,7 +34,9 @@ def layered_over_bare(body, reach):
     """Kernel of a body with a skin of its own diffusivity, or heated in depth, over that of a bare one; √(Dτ)."""
     if body.skin:
         ratio = body.skin[1] / body.conductivity
-        echo = (ratio - 1) / (ratio + 1)  # of the images of the surface in the two faces of the skin
+        echo = (ratio - 1) / (
+            ratio + 1
+        )  # of the images of the surface in the two faces of the skin
         images = sum(echo**n * np.exp(-((n * body.skin[0] / reach) ** 2)) for n in range(1, 60))
         return (1 + 2 * images) / ratio
     if body.heat_depth:
@@ -44,10 +46,15 @@ def layered_over_bare(body, reach):
 
 def positions(bodies):
     rng = np.random.default_rng(4)
-    first, second = (np.real(np.fft.ifft2(np.fft.fft2(rng.standard_normal((COUNT, COUNT))) * LOW)) for _ in range(2))
+    first, second = (
+        np.real(np.fft.ifft2(np.fft.fft2(rng.standard_normal((COUNT, COUNT))) * LOW))
+        for _ in range(2)
+    )
     grid = Grid((COUNT, COUNT), (CELL, CELL))
     path = oblique_path(grid, 1.7 * CELL)
-    contacts_along = contacts(1e-5 * first, 1e-5 * second, grid, Solid(1e9, 4e7), 1e7, path, tolerance=3e-3)
+    contacts_along = contacts(
+        1e-5 * first, 1e-5 * second, grid, Solid(1e9, 4e7), 1e7, path, tolerance=3e-3
+    )
     return list(walk(contacts_along, grid, path, [Motion(SPEED, 0.3, bodies[1], bodies[0])]))
 
 
@@ -64,7 +71,11 @@ def directly(steps, bodies):
             kernel = layered_over_bare(body, np.sqrt(body.diffusivity * duration) * w)
             decay = np.exp(-body.diffusivity * duration * distinct[:, None] * w**2)
             values = values + decay @ ((b - a) * WEIGHTS * (1 - abs(w**2 - lag)) * kernel)
-        return np.sqrt(body.diffusivity * duration / pi) / body.conductivity * values[place].reshape(COUNT, COUNT)
+        return (
+            np.sqrt(body.diffusivity * duration / pi)
+            / body.conductivity
+            * values[place].reshape(COUNT, COUNT)
+        )
 
     def spectrum(body, lag):
         return weights(body, lag, [end for end in (lag - 1, lag, lag + 1) if end >= 0])
@@ -74,7 +85,10 @@ def directly(steps, bodies):
 
     spectra = [[spectrum(body, lag) for lag in range(len(steps))] for body in bodies]
     # a uniform flux of the first step warms both alike
-    warming = [spectra[b][0][0, 0] + (spectra[b][1] - before(body, 1))[0, 0] for b, body in enumerate(bodies)]
+    warming = [
+        spectra[b][0][0, 0] + (spectra[b][1] - before(body, 1))[0, 0]
+        for b, body in enumerate(bodies)
+    ]
     past = [[], []]
     rows = []
     for n, step in enumerate(steps):
@@ -95,19 +109,25 @@ def directly(steps, bodies):
             field = np.fft.ifft2(np.fft.fft2(flux) * factor).real
             return np.roll(field, [-s for s in shift[body]], axis=(0, 1))
 
-        known = [sum(warmed(body, flux, n - m) for m, flux in enumerate(past[body])) for body in range(2)]
+        known = [
+            sum(warmed(body, flux, n - m) for m, flux in enumerate(past[body])) for body in range(2)
+        ]
         touching = np.flatnonzero(step.contact.pressure > 0)
         unit = np.zeros((COUNT, COUNT))
         unit[0, 0] = 1.0
         kernels = [np.fft.ifft2(np.fft.fft2(unit) * spectra[body][0]).real for body in range(2)]
         i, j = np.unravel_index(touching, (COUNT, COUNT))
-        matrix = sum(kernel[(i[:, None] - i) % COUNT, (j[:, None] - j) % COUNT] for kernel in kernels)
+        matrix = sum(
+            kernel[(i[:, None] - i) % COUNT, (j[:, None] - j) % COUNT] for kernel in kernels
+        )
         hot = known[0] + np.fft.ifft2(np.fft.fft2(heat) * spectra[0][0]).real
         entering = np.zeros(COUNT * COUNT)
         entering[touching] = np.linalg.solve(matrix, (hot - known[1]).ravel()[touching])
         entering = entering.reshape(COUNT, COUNT)
         parts = heat - entering, entering
-        fields = [known[b] + np.fft.ifft2(np.fft.fft2(parts[b]) * spectra[b][0]).real for b in range(2)]
+        fields = [
+            known[b] + np.fft.ifft2(np.fft.fft2(parts[b]) * spectra[b][0]).real for b in range(2)
+        ]
         past[0].append(parts[0])
         past[1].append(np.roll(entering, offset, axis=(0, 1)))
         weight = heat / heat.sum()

@@ -13,9 +13,13 @@ def test_an_export_has_the_column_sliding_and_the_numbers_of_the_slides(sliding_
         assert columns[-1] == "sliding"
         estimate = run.estimate("flash_temperature", "sliding")
         np.testing.assert_array_equal(file["flash_temperature"][-1], estimate.mean)
-        np.testing.assert_array_equal(file["flash_temperature_total_error"][-1], estimate.total_error)
+        np.testing.assert_array_equal(
+            file["flash_temperature_total_error"][-1], estimate.total_error
+        )
         assert np.isnan(file["slope_length"][-1]).all()  # a slide does not measure it
         for index in range(run.counts[slide]):
             numbers = run.members[slide, index].numbers
-            np.testing.assert_array_equal(file["members/sliding_share"][slide, index], numbers["sliding_share"])
+            np.testing.assert_array_equal(
+                file["members/sliding_share"][slide, index], numbers["sliding_share"]
+            )
         assert '"sliding" over the speed' in file.attrs["README"]

@@ -42,8 +42,12 @@ def slide_of(moving, resting, speeds, pixels, points=POINTS):
         (SKIN, SKIN, [10.0, 35.0], 20),
     ],
 )
-def test_the_planned_memory_of_a_slide_is_its_peak_and_at_most_half_more(moving, resting, speeds, pixels):
-    solve_slide(slide_of(moving, resting, speeds, 4, points=32))  # compiled code and tables are there
+def test_the_planned_memory_of_a_slide_is_its_peak_and_at_most_half_more(
+    moving, resting, speeds, pixels
+):
+    solve_slide(
+        slide_of(moving, resting, speeds, 4, points=32)
+    )  # compiled code and tables are there
     problem = slide_of(moving, resting, speeds, pixels)
     tracemalloc.start()
     try:

@@ -61,7 +61,9 @@ def test_a_wave_of_pressure_and_temperature_has_closed_quantiles():
     pressure = np.broadcast_to((1.0 + 0.6 * np.cos(x))[:, None], (4096, 2))
     sampler = Sampler(rs.Grid((4096, 2), (1.0, 1.0)), [2], 0.5)
     for amplitude in (50.0, 999.0, 150.0):  # steps 1 to 3, of which the second is the last position
-        spectrum = fourier.forward(np.ascontiguousarray(40.0 + amplitude * np.cos(x)[:, None] * np.ones(2)))
+        spectrum = fourier.forward(
+            np.ascontiguousarray(40.0 + amplitude * np.cos(x)[:, None] * np.ones(2))
+        )
         step = SimpleNamespace(contact=SimpleNamespace(pressure=pressure), temperatures=[spectrum])
         sampler.add({50.0: 1, 999.0: 2, 150.0: 3}[amplitude], step)
     theta = np.linspace(0.0, pi, 200_001)
@@ -69,7 +71,9 @@ def test_a_wave_of_pressure_and_temperature_has_closed_quantiles():
     found = sampler.together(np.array([90.0]))  # ⟨Tσ⟩ = A a/2: scaled to 90 K, A is 300 K
     expected = 300.0 * np.cos(np.interp(list(LEVELS.values()), heat[::-1], theta[::-1]))
     assert found.by_heat[0] == pytest.approx(expected, abs=0.3)
-    assert found.by_area[0] == pytest.approx(-300.0 * np.cos(pi * np.array([*LEVELS.values()])), abs=0.3)
+    assert found.by_area[0] == pytest.approx(
+        -300.0 * np.cos(pi * np.array([*LEVELS.values()])), abs=0.3
+    )
 
 
 def test_a_member_has_the_quantiles_of_the_fields_of_its_film(asked):
@@ -80,11 +84,19 @@ def test_a_member_has_the_quantiles_of_the_fields_of_its_film(asked):
     for k in (0, 1):
         temperature, heat = film.temperature[k, 8:][touching], pressure[touching].astype(float)
         # T_flash over all positions is that of the member: no factor is needed
-        assert temperature @ heat / heat.sum() == pytest.approx(numbers["sliding_flash_temperature"][k], rel=1e-5)
+        assert temperature @ heat / heat.sum() == pytest.approx(
+            numbers["sliding_flash_temperature"][k], rel=1e-5
+        )
         for name, level in LEVELS.items():
-            by_heat, by_area = (by_sorting(temperature, weight, level) for weight in (heat, np.ones_like(heat)))
-            assert numbers[f"sliding_temperature_quantile_{name}"][k] == pytest.approx(by_heat, rel=1e-4, abs=1e-3)
-            assert numbers[f"sliding_temperature_quantile_area_{name}"][k] == pytest.approx(by_area, rel=1e-4, abs=1e-3)
+            by_heat, by_area = (
+                by_sorting(temperature, weight, level) for weight in (heat, np.ones_like(heat))
+            )
+            assert numbers[f"sliding_temperature_quantile_{name}"][k] == pytest.approx(
+                by_heat, rel=1e-4, abs=1e-3
+            )
+            assert numbers[f"sliding_temperature_quantile_area_{name}"][k] == pytest.approx(
+                by_area, rel=1e-4, abs=1e-3
+            )
 
 
 def one_rough_face(speeds, distance, resting, points=64):
@@ -95,17 +107,29 @@ def one_rough_face(speeds, distance, resting, points=64):
     resting = (resting,) * len(speeds)
     distances = (distance,) * len(speeds)
     return replace(
-        problem, moving_spectrum=None, grid=grid, sliding=source, resting=resting, distances=distances, tolerance=1e-4
+        problem,
+        moving_spectrum=None,
+        grid=grid,
+        sliding=source,
+        resting=resting,
+        distances=distances,
+        tolerance=1e-4,
     )
 
 
 def frozen_of(problem):
     heights, _ = faces(problem)
     contact = rs.solve_contact(
-        heights, problem.grid, problem.solid, nominal_pressure=problem.nominal_pressure, tolerance=1e-4
+        heights,
+        problem.grid,
+        problem.solid,
+        nominal_pressure=problem.nominal_pressure,
+        tolerance=1e-4,
     )
     flash = rs.measure(contact, problem.grid, problem.sliding).flash_temperature
-    return flash, temperature_distribution(contact.pressure, problem.grid, problem.sliding, flash, Slide())
+    return flash, temperature_distribution(
+        contact.pressure, problem.grid, problem.sliding, flash, Slide()
+    )
 
 
 def test_a_smooth_body_that_takes_all_heat_feels_the_frozen_contact():
@@ -135,7 +159,9 @@ def test_twins_that_slide_slowly_have_half_the_temperatures_of_a_resting_contact
             0.5 * frozen.by_heat[:, place], rel=5e-3, abs=5e-3 * flash[0]
         )
     heat = BIN_AREAS * slid.bins.pressure
-    assert (heat * slid.bins.temperature).sum() / heat.sum() == pytest.approx(0.5 * flash[0], rel=0.01)
+    assert (heat * slid.bins.temperature).sum() / heat.sum() == pytest.approx(
+        0.5 * flash[0], rel=0.01
+    )
 
 
 def test_the_column_sliding_has_quantiles_about_its_own_flash_temperature(asked):
@@ -148,21 +174,33 @@ def test_the_column_sliding_has_quantiles_about_its_own_flash_temperature(asked)
         # one level, and so nothing beyond it to continue
         assert found.mean == pytest.approx(flash.mean * hot / slid, rel=1e-9)
         assert (found.budget["slide"] > 0.03 * np.abs(flash.mean) * 0.99).all()
-    assert {*asked.estimates("sliding")} == {"flash_temperature", "heat_partition", "contact_fraction", *NAMES}
+    assert {*asked.estimates("sliding")} == {
+        "flash_temperature",
+        "heat_partition",
+        "contact_fraction",
+        *NAMES,
+    }
 
 
 def found(run, name, energy=None):
     return next(
-        one.estimate for one in run.reactions("sliding") if one.estimate.observable == name and one.energy == energy
+        one.estimate
+        for one in run.reactions("sliding")
+        if one.estimate.observable == name and one.energy == energy
     )
 
 
 def test_reactions_of_the_column_sliding(asked):
-    area, flash = asked.estimate("contact_fraction").mean[0], asked.estimate("flash_temperature", "sliding")
+    area, flash = (
+        asked.estimate("contact_fraction").mean[0],
+        asked.estimate("flash_temperature", "sliding"),
+    )
     assert found(asked, "reaction_rate", 0.0).mean == pytest.approx(1e13 * area)
     rate, warm = found(asked, "reaction_rate", 1.0), found(asked, "activation_temperature", 1.0)
     bins = [read_member(member_path(asked.folder, SLIDE, i)).moments[0].bins for i in (0, 1)]
-    slid = np.mean([asked.members[SLIDE, i].numbers["sliding_flash_temperature"] for i in (0, 1)], axis=0)
+    slid = np.mean(
+        [asked.members[SLIDE, i].numbers["sliding_flash_temperature"] for i in (0, 1)], axis=0
+    )
     mean = np.zeros(2)
     for one in bins:
         kelvin = 600.0 + one.temperature * (flash.mean / slid)[:, None]
@@ -184,8 +222,12 @@ def test_compare_and_exports_have_them_in_the_column_sliding(asked):
     assert cells["reaction_rate", 1.0, 35.0]["mean"] == found(asked, "reaction_rate", 1.0).mean[1]
     arrays = {one.name: one.data for one in answers(asked)}
     at = [*arrays["column"]].index("sliding")
-    assert arrays["activation_temperature"][at, 1] == pytest.approx(found(asked, "activation_temperature", 1.0).mean)
-    assert arrays["temperature_quantile_99"][at] == pytest.approx(asked.estimate(NAMES[5], "sliding").mean)
+    assert arrays["activation_temperature"][at, 1] == pytest.approx(
+        found(asked, "activation_temperature", 1.0).mean
+    )
+    assert arrays["temperature_quantile_99"][at] == pytest.approx(
+        asked.estimate(NAMES[5], "sliding").mean
+    )
 
 
 def test_the_picture_of_reactions_is_also_of_the_column_sliding(asked, tmp_path):
@@ -197,7 +239,11 @@ def test_the_picture_of_reactions_is_also_of_the_column_sliding(asked, tmp_path)
     picture, numbers = drawn("sliding")
     assert "sliding contact, total errors" in picture
     assert "calibrated" not in picture
-    rate = next(one.estimate for one in asked.reactions("sliding") if one.key == ("reaction_rate", 1.0, None))
+    rate = next(
+        one.estimate
+        for one in asked.reactions("sliding")
+        if one.key == ("reaction_rate", 1.0, None)
+    )
     assert all(f"{value:.7g}" in numbers for value in rate.mean)
     assert "calibrated theory" in drawn("capped")[0]
     with pytest.raises(ValueError, match="column = 'sliding' is not in this run"):
@@ -208,7 +254,10 @@ def test_with_a_duration_the_contact_reacts_above_the_background_of_the_slide(tm
     history = f'history = "sliding"\nduration = {1e-3 / 35}\nbackground_temperature = "600 K"\n'
     scene = asking(history).with_("sliding.speed", [14.0, 35.0])
     run = rs.run(scene, tmp_path / "run", max_realizations=1)
-    numbers, flash = run.members[SLIDE, 0].numbers, run.estimate("flash_temperature", "sliding").mean
+    numbers, flash = (
+        run.members[SLIDE, 0].numbers,
+        run.estimate("flash_temperature", "sliding").mean,
+    )
     bins = read_member(member_path(run.folder, SLIDE, 0)).moments[0].bins
     scaled = bins.temperature * (flash / numbers["sliding_flash_temperature"])[:, None]
     kelvin = 600.0 + numbers["sliding_background"][:, None] + scaled
@@ -221,7 +270,9 @@ def test_with_a_duration_the_contact_reacts_above_the_background_of_the_slide(tm
 def test_a_scene_that_does_not_ask_stores_nothing_of_it(asked, sliding_run):
     quiet, loud = (run.members[SLIDE, 0].numbers for run in (sliding_run, asked))
     assert {*loud} == {*quiet} | {f"sliding_{name}" for name in NAMES}
-    np.testing.assert_array_equal(quiet["sliding_flash_temperature"], loud["sliding_flash_temperature"])
+    np.testing.assert_array_equal(
+        quiet["sliding_flash_temperature"], loud["sliding_flash_temperature"]
+    )
     assert sliding_run.members[SLIDE, 0].moments[0].bins is None
     assert sliding_run.reacting_columns == ()
 
@@ -231,8 +282,13 @@ def test_slides_of_an_older_version_have_no_reactions(asked, tmp_path):
     rs.run(asking(), folder)
     for index in (0, 1):
         member = read_member(member_path(folder, SLIDE, index), FIELDS)
-        numbers = {name: values for name, values in member.numbers.items() if "quantile" not in name}
-        write_member(folder, replace(member, moments=(member.moments[0]._replace(numbers=numbers, bins=None),)))
+        numbers = {
+            name: values for name, values in member.numbers.items() if "quantile" not in name
+        }
+        write_member(
+            folder,
+            replace(member, moments=(member.moments[0]._replace(numbers=numbers, bins=None),)),
+        )
     run = rs.open_run(folder)
     assert run.reacting_columns == ("capped",)
     rows = rs.compare(run).to_dict()["rows"]

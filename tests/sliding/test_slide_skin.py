@@ -14,14 +14,34 @@ OXIDE = Body(30.0, 7.6e-6, skin=Skin(1e-5, 3.0, 0.9e-6))
 SILVER = Body(30.0, 7.6e-6, skin=Skin(2e-5, 300.0, 1e-4))
 DEEP = Body(30.0, 7.6e-6, heat_depth=2e-5)
 BOTH = Body(30.0, 7.6e-6, skin=Skin(1e-5, 3.0, 0.9e-6), heat_depth=1.5e-5)
-NUMBERS = ("flash_temperature", "resting_flash_temperature", "moving_share", "background", "contact_temperature")
+NUMBERS = (
+    "flash_temperature",
+    "resting_flash_temperature",
+    "moving_share",
+    "background",
+    "contact_temperature",
+)
 
 
 def slid(first, second, moving, resting, speed=1.0, distance=CELL / 2, load=1e6, **kwargs):
     grid = Grid(first.shape, (CELL, CELL))
-    numbers = {"nominal_pressure": load, "friction_coefficient": 0.3, "speed": speed, "slid_distance": distance}
+    numbers = {
+        "nominal_pressure": load,
+        "friction_coefficient": 0.3,
+        "speed": speed,
+        "slid_distance": distance,
+    }
     moving = replace(moving, speed=speed)
-    return slide(first, grid, Solid(E), moving=moving, resting=resting, counter_heights=second, **numbers, **kwargs)
+    return slide(
+        first,
+        grid,
+        Solid(E),
+        moving=moving,
+        resting=resting,
+        counter_heights=second,
+        **numbers,
+        **kwargs,
+    )
 
 
 @pytest.mark.parametrize(
@@ -55,7 +75,9 @@ def test_a_skin_of_the_same_material_is_no_skin():
     bare, layered = (slid(rough(32, 1), rough(32, 2), body, body) for body in (BARE, same))
     for name in NUMBERS:
         assert getattr(layered, name) == pytest.approx(getattr(bare, name), rel=1e-4), name
-    assert layered.frozen_flash_temperature == pytest.approx(bare.frozen_flash_temperature, rel=1e-9)
+    assert layered.frozen_flash_temperature == pytest.approx(
+        bare.frozen_flash_temperature, rel=1e-9
+    )
 
 
 @pytest.mark.parametrize(
@@ -100,5 +122,9 @@ def test_the_frozen_temperature_has_the_skin_of_the_moving_body():
     got = slid(x, None, OXIDE, BARE, load=LOAD)
     q = 2 * pi / CELL
     angles = np.cos((np.arange(2000) + 0.5) * pi / 2000)
-    mean = response(OXIDE, np.full(2000, q * q), q * angles).real.mean()  # over the directions of sliding
-    assert got.frozen_flash_temperature[-1] == pytest.approx(0.3 * (E * q * 1e-6 / 2) ** 2 / 2 / LOAD * mean, rel=1e-6)
+    mean = response(
+        OXIDE, np.full(2000, q * q), q * angles
+    ).real.mean()  # over the directions of sliding
+    assert got.frozen_flash_temperature[-1] == pytest.approx(
+        0.3 * (E * q * 1e-6 / 2) ** 2 / 2 / LOAD * mean, rel=1e-6
+    )

@@ -39,7 +39,9 @@ def test_each_body_of_a_slide_has_its_own_skin():
         assert motion.moving.heat_depth == 0.0
         assert motion.resting.skin == RESTING
         assert motion.resting.heat_depth == 0.7e-6
-    both = slide_of(sliding_scene(MILLIMETRE, (f"{HEAT}[counterface]", f"{HEAT}{SKIN}[counterface]")))
+    both = slide_of(
+        sliding_scene(MILLIMETRE, (f"{HEAT}[counterface]", f"{HEAT}{SKIN}[counterface]"))
+    )
     assert [motion.resting.skin for motion in both.motions] == [MOVING, MOVING]
 
 
@@ -72,7 +74,11 @@ def test_the_theory_of_a_scene_has_the_skins_of_both_bodies():
     scene = layered_scene()
     by_scene = sliding_prediction(scene)
     points, weights = np.polynomial.legendre.leggauss(3)
-    load = {"effective_modulus": scene.effective_modulus, "nominal_pressure": 9e7, "friction_coefficient": 0.11}
+    load = {
+        "effective_modulus": scene.effective_modulus,
+        "nominal_pressure": 9e7,
+        "friction_coefficient": 0.11,
+    }
     part = 0.5 if scene.sliding_faces[1] is not None else 0.0
     slid = two_bodies.sliding_temperatures(
         scene.speeds,
@@ -87,5 +93,7 @@ def test_the_theory_of_a_scene_has_the_skins_of_both_bodies():
         slid_distance=1e-3 * (0.75 + 0.25 * points)[:, None],
         **load,
     )
-    assert by_scene.flash_temperature == pytest.approx(weights / 2 @ slid.flash_temperature, rel=1e-9)
+    assert by_scene.flash_temperature == pytest.approx(
+        weights / 2 @ slid.flash_temperature, rel=1e-9
+    )
     assert by_scene.heat_partition == pytest.approx(weights / 2 @ slid.moving_share, rel=1e-9)

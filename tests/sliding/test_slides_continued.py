@@ -59,7 +59,11 @@ def errors(moving, resting):
             late = (slid.slid_distance > 0.5 * end) & (slid.slid_distance <= end * (1 + 1e-6))
             flash, frozen, share = (
                 curve[:, late].mean(axis=1)
-                for curve in (slid.flash_temperature, slid.frozen_flash_temperature, slid.moving_share)
+                for curve in (
+                    slid.flash_temperature,
+                    slid.frozen_flash_temperature,
+                    slid.moving_share,
+                )
             )
             numbers.append([flash / frozen, share, slid.background[:, late][:, -1]])
         members.append(numbers)

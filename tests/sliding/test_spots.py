@@ -60,7 +60,9 @@ def lives_of(ended, so_far=()):
 def test_where_all_have_died_survival_is_the_share_that_lived_for_longer():
     ended = [1.0, 2.0, 2.0, 3.0, 7.0]
     expected = [np.mean(np.array(ended) > d) for d in (0.5, 1.0, 2.0, 6.0, 7.0, 9.0)]
-    assert survival(lives_of(ended), np.array([0.5, 1.0, 2.0, 6.0, 7.0, 9.0])) == pytest.approx(expected)
+    assert survival(lives_of(ended), np.array([0.5, 1.0, 2.0, 6.0, 7.0, 9.0])) == pytest.approx(
+        expected
+    )
 
 
 def test_a_spot_that_lives_still_counts_as_long_as_it_was_seen():
@@ -97,5 +99,9 @@ def test_a_short_watch_does_not_make_lives_short():
     lives = lives_of(life[dead], watch - born[~dead] + 0.5)
     steps = np.arange(1, 8)
     expected = (1 - fall) ** steps
-    assert survival(lives, steps.astype(float)) == pytest.approx(expected, abs=4 * 0.5 / np.sqrt(spots / 4))
-    assert np.mean(life[dead] > 5) < expected[4] - 0.2  # those alone that were seen to die live for a shorter time
+    assert survival(lives, steps.astype(float)) == pytest.approx(
+        expected, abs=4 * 0.5 / np.sqrt(spots / 4)
+    )
+    assert (
+        np.mean(life[dead] > 5) < expected[4] - 0.2
+    )  # those alone that were seen to die live for a shorter time

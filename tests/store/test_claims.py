@@ -41,7 +41,9 @@ def test_an_interrupt_as_soon_as_a_claim_is_made_leaves_none(tmp_path, monkeypat
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_process_that_begins_while_the_last_one_leaves_signs_in_a_folder_of_its_own(tmp_path, monkeypatch):
+def test_a_process_that_begins_while_the_last_one_leaves_signs_in_a_folder_of_its_own(
+    tmp_path, monkeypatch
+):
     genuine, calls = Path.mkdir, []
 
     def mkdir(folder, **options):
@@ -95,7 +97,9 @@ def test_the_times_of_files_count_for_nothing(tmp_path, moment, soon):
             time.sleep(0.02)
 
 
-def test_a_container_that_starts_again_with_the_same_host_and_number_is_another_process(tmp_path, soon):
+def test_a_container_that_starts_again_with_the_same_host_and_number_is_another_process(
+    tmp_path, soon
+):
     # its number is that of the dead one: it lives, so only silence tells
     with Claims(tmp_path) as before:
         host = before.name.rsplit("-", 2)[0]
@@ -107,7 +111,9 @@ def test_a_container_that_starts_again_with_the_same_host_and_number_is_another_
 
 
 def test_a_process_of_this_machine_that_has_ended_is_gone_at_once(tmp_path):
-    ended = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, check=True)
+    ended = subprocess.run(
+        [sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, check=True
+    )
     silent(tmp_path, pid=int(ended.stdout), space=process_space())
     (tmp_path / "claims" / TWO).write_text("elsewhere-1-ab")
     with Claims(tmp_path) as mine:

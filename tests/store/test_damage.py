@@ -28,7 +28,10 @@ def path(tmp_path):
 @pytest.mark.parametrize("kind", ["flipped bit", "64 zeroed bytes"])
 def test_no_damaged_byte_goes_unseen_wherever_it_lies(path, kind):
     sound = path.read_bytes()
-    places = [*np.linspace(0, len(sound) - 1, 80, dtype=int), *range(len(sound) - 100, len(sound), 3)]
+    places = [
+        *np.linspace(0, len(sound) - 1, 80, dtype=int),
+        *range(len(sound) - 100, len(sound), 3),
+    ]
     for place in places:
         broken = bytearray(sound)
         if kind == "flipped bit":
@@ -38,7 +41,9 @@ def test_no_damaged_byte_goes_unseen_wherever_it_lies(path, kind):
         if broken == sound:
             continue  # zeros were there before
         path.write_bytes(broken)
-        with pytest.raises(rs.RecordError, match=r"L1-000042.h5 is damaged \(.*moves the file into 'damaged'"):
+        with pytest.raises(
+            rs.RecordError, match=r"L1-000042.h5 is damaged \(.*moves the file into 'damaged'"
+        ):
             read_member(path)
 
 
@@ -121,9 +126,12 @@ def test_a_level_or_index_that_is_not_that_of_the_name_is_refused(path, changes)
 
 def test_a_member_of_a_format_whose_headers_have_no_version_is_an_older_one_and_no_damage(path):
     with forged(path) as file:
-        file.attrs["header"] = json.dumps({"level": 1, "index": 42, "provenance": {"versions": {"roughsim": "0.1"}}})
+        file.attrs["header"] = json.dumps(
+            {"level": 1, "index": 42, "provenance": {"versions": {"roughsim": "0.1"}}}
+        )
     with pytest.raises(
-        rs.RecordError, match=r"older format 4, and this roughsim reads 6; read or export it with .* \(0\.1\)"
+        rs.RecordError,
+        match=r"older format 4, and this roughsim reads 6; read or export it with .* \(0\.1\)",
     ) as told:
         read_member(path)
     assert not isinstance(told.value, disk.DamagedError)
@@ -139,10 +147,14 @@ def test_damaged_files_are_kept_under_free_names(path, tmp_path):
     assert kept == {"L1-000042.h5": 0, "L1-000042-1.h5": 1, "L1-000042-2.h5": 2}
     with pytest.raises(FileNotFoundError):
         set_aside(path, tmp_path / "damaged")
-    assert len(list((tmp_path / "damaged").iterdir())) == 3  # no empty file stands for one that was gone
+    assert (
+        len(list((tmp_path / "damaged").iterdir())) == 3
+    )  # no empty file stands for one that was gone
 
 
-def test_a_temporary_file_that_another_process_sweeps_away_is_written_again(path, tmp_path, monkeypatch):
+def test_a_temporary_file_that_another_process_sweeps_away_is_written_again(
+    path, tmp_path, monkeypatch
+):
     true, swept = os.replace, []
 
     def replace(source, target):
@@ -161,7 +173,9 @@ def test_a_temporary_file_that_another_process_sweeps_away_is_written_again(path
     assert [p.name for p in path.parent.iterdir()] == [path.name]
 
 
-def test_a_disk_that_takes_nothing_and_removes_nothing_is_named_with_the_file_that_was_to_be_written(path, unreadable):
+def test_a_disk_that_takes_nothing_and_removes_nothing_is_named_with_the_file_that_was_to_be_written(
+    path, unreadable
+):
     # mounted for reading only, or remounted so after an error
     said = rf"cannot write .*{path.name}: Read-only file system"
     with unreadable("*.tmp", errno.EROFS), pytest.raises(OSError, match=said):

@@ -10,7 +10,15 @@ from damage_cases import forged, member, with_header
 
 import roughsim as rs
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.store.member_files import FIELDS, Member, Moments, member_path, read_field, read_member, write_member
+from roughsim.store.member_files import (
+    FIELDS,
+    Member,
+    Moments,
+    member_path,
+    read_field,
+    read_member,
+    write_member,
+)
 
 
 @pytest.fixture
@@ -23,7 +31,11 @@ def path(tmp_path):
 
 def assert_the_same(one, other):
     assert (one.level, one.index, one.failure) == (other.level, other.index, other.failure)
-    assert (one.lengths, one.speeds, one.provenance) == (other.lengths, other.speeds, other.provenance)
+    assert (one.lengths, one.speeds, one.provenance) == (
+        other.lengths,
+        other.speeds,
+        other.provenance,
+    )
     for a, b in zip(one.moments, other.moments, strict=True):
         assert list(a.numbers) == list(b.numbers)
         for name, values in a.numbers.items():
@@ -39,7 +51,9 @@ KINDS = {
     "one speed": replace(
         member(),
         speeds=(1.0,),
-        moments=(Moments({"peak_volume": np.array([-0.5])}, np.arange(8.0), np.linspace(0.0, 1.0, 8)),),
+        moments=(
+            Moments({"peak_volume": np.array([-0.5])}, np.arange(8.0), np.linspace(0.0, 1.0, 8)),
+        ),
     ),
     "long header": replace(member(), provenance={"text": "ü" * 200_000}),
     "failed": Member(1, 42, failure="stalled at ½", provenance={"residual": 1.0}),
@@ -72,15 +86,27 @@ def test_a_number_of_either_level_lies_where_its_axes_say(path):
                 np.testing.assert_array_equal(row[: len(values)], numbers[name])
                 assert np.isnan(row[len(values) :]).all()
         np.testing.assert_array_equal(file["stress_spectrum"][0], one.moments[0].spectrum)
-        np.testing.assert_array_equal(file["stress_spectrum"][1], [*one.moments[1].spectrum, *[np.nan] * 3])
-        for name, axes in {"numbers": ("below", "number", "speed"), "stress_spectrum": ("below", "wavenumber")}.items():
-            assert [file[name].dims[axis][0] for axis in range(len(axes))] == [file[axis] for axis in axes]
+        np.testing.assert_array_equal(
+            file["stress_spectrum"][1], [*one.moments[1].spectrum, *[np.nan] * 3]
+        )
+        for name, axes in {
+            "numbers": ("below", "number", "speed"),
+            "stress_spectrum": ("below", "wavenumber"),
+        }.items():
+            assert [file[name].dims[axis][0] for axis in range(len(axes))] == [
+                file[axis] for axis in axes
+            ]
             assert file[name].dtype == np.float64
-            assert not file[name].fletcher32  # readers by reference do not know it; the file has its SHA-256
+            assert not file[
+                name
+            ].fletcher32  # readers by reference do not know it; the file has its SHA-256
 
 
 def test_levels_with_wavenumbers_of_their_own_are_told_apart(path, tmp_path):
-    own, below = Moments(member().numbers, np.array([1.0, 2.0, 4.0]), np.array([1.0, -0.5, 0.0])), member().moments[1]
+    own, below = (
+        Moments(member().numbers, np.array([1.0, 2.0, 4.0]), np.array([1.0, -0.5, 0.0])),
+        member().moments[1],
+    )
     below = below._replace(wavenumber=np.array([1.0, 3.0]), spectrum=np.array([7.0, 8.0]))
     write_member(tmp_path, replace(member(), moments=(own, below)))
     assert_the_same(replace(member(), moments=(own, below)), read_member(path))
@@ -146,7 +172,12 @@ def test_a_header_that_no_writer_makes_is_refused(path, changes):
 
 
 def test_what_another_package_has_stored_is_left_out_where_it_is_not_installed(path):
-    with_header(path, numbers=["flash_temperature", "gap"], fields=["displacement", "pressure"], curves=["wear"])
+    with_header(
+        path,
+        numbers=["flash_temperature", "gap"],
+        fields=["displacement", "pressure"],
+        curves=["wear"],
+    )
     back = read_member(path, FIELDS)
     assert list(back.numbers) == ["flash_temperature"]
     assert list(back.fields) == list(back.kept) == ["pressure"]
@@ -170,7 +201,9 @@ def test_a_file_without_an_array_that_its_header_names_is_damaged(path, name):
 
 def test_a_newer_format_is_refused(path):
     with_header(path, format_version=99)
-    with pytest.raises(rs.RecordError, match=r"format version 99; this roughsim reads 6: update it"):
+    with pytest.raises(
+        rs.RecordError, match=r"format version 99; this roughsim reads 6: update it"
+    ):
         read_member(path)
 
 
@@ -201,6 +234,8 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path):
         (99, "format version 99"),
         (4, r"older format 4, and .* reads 6; .* wrote it \(1.2\)"),
     ):
-        (tmp_path / "run.json").write_text(json.dumps({"format_version": version, "versions": {"roughsim": "1.2"}}))
+        (tmp_path / "run.json").write_text(
+            json.dumps({"format_version": version, "versions": {"roughsim": "1.2"}})
+        )
         with pytest.raises(rs.RecordError, match=words):
             rs.open_run(tmp_path)

@@ -18,7 +18,9 @@ from roughsim.store.member_files import member_path, read_member
 def test_where_claims_cannot_be_made_the_run_goes_on_and_says_so_once(quick, tmp_path):
     folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
     (folder / "claims").write_text("a file of somebody")
-    with pytest.warns(RuntimeWarning, match=r"claims cannot be made in .*claims \(.*\): the run goes on") as told:
+    with pytest.warns(
+        RuntimeWarning, match=r"claims cannot be made in .*claims \(.*\): the run goes on"
+    ) as told:
         assert rs.run(quick, folder, max_realizations=4).realizations == 4
     assert [one.category for one in told].count(RuntimeWarning) == 1
     assert (folder / "claims").read_text() == "a file of somebody"
@@ -50,7 +52,9 @@ class Recording(SerialExecutor):
 
 def copy_member(source, target, index):
     """Store a member as another process does."""
-    member_path(target.folder, 0, index).write_bytes(member_path(source.folder, 0, index).read_bytes())
+    member_path(target.folder, 0, index).write_bytes(
+        member_path(source.folder, 0, index).read_bytes()
+    )
 
 
 def test_members_of_another_process_are_counted_and_not_computed_again(quick, tmp_path, soon):
@@ -128,12 +132,16 @@ def test_the_versions_are_those_of_the_process_that_began(quick, tmp_path):
 
 def test_the_reasons_are_those_of_the_process_that_began(quick, tmp_path):
     run = rs.run(quick, tmp_path / "run", max_realizations=1)
-    others = replace(run.numerics, reasons=(*run.reasons, Reason("cut-off", "1 rad/m", "of another version")))
+    others = replace(
+        run.numerics, reasons=(*run.reasons, Reason("cut-off", "1 rad/m", "of another version"))
+    )
     ensemble_run.begin(quick, run.folder, others)
     assert read_description(run.folder).numerics.reasons == run.reasons
 
 
-def test_a_member_that_is_damaged_while_the_run_goes_on_is_moved_aside_and_done_again(quick, tmp_path, soon):
+def test_a_member_that_is_damaged_while_the_run_goes_on_is_moved_aside_and_done_again(
+    quick, tmp_path, soon
+):
     whole = rs.run(quick, tmp_path / "whole", max_realizations=3)
     folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
 
@@ -143,20 +151,25 @@ def test_a_member_that_is_damaged_while_the_run_goes_on_is_moved_aside_and_done_
             path.write_bytes(path.read_bytes()[:999] if path.exists() else b"broken")
 
     with pytest.warns(
-        RuntimeWarning, match=r"L0-000002.h5 is damaged .*; it was moved to .*damaged.* and is done again"
+        RuntimeWarning,
+        match=r"L0-000002.h5 is damaged .*; it was moved to .*damaged.* and is done again",
     ):
         run = rs.run(quick, folder, max_realizations=3, observer=spoil)
     assert run.realizations == 3
     assert [path.name for path in (folder / "damaged").iterdir()] == ["L0-000002.h5"]
     for index in range(3):
-        mine, theirs = (read_member(member_path(place, 0, index)).numbers for place in (folder, whole.folder))
+        mine, theirs = (
+            read_member(member_path(place, 0, index)).numbers for place in (folder, whole.folder)
+        )
         assert all((mine[name] == theirs[name]).all() for name in theirs)
 
 
 def test_a_member_that_was_stored_between_two_looks_is_not_computed_again(quick, tmp_path, soon):
     whole = rs.run(quick, tmp_path / "whole", max_realizations=3)
     run = rs.run(quick, tmp_path / "run", max_realizations=1)
-    pool = Recording(lambda _: copy_member(whole, run, 2))  # between the submissions of the first member and the next
+    pool = Recording(
+        lambda _: copy_member(whole, run, 2)
+    )  # between the submissions of the first member and the next
     assert rs.run(quick, run.folder, max_realizations=3, executor=pool, workers=1).realizations == 3
     assert pool.computed == [1]
 
@@ -174,7 +187,9 @@ def test_what_a_living_process_is_writing_is_not_swept_away(quick, tmp_path, soo
     assert not begun[0].exists()
 
 
-def test_a_process_keeps_its_own_end_when_another_writes_run_json_at_its_start(quick, tmp_path, monkeypatch):
+def test_a_process_keeps_its_own_end_when_another_writes_run_json_at_its_start(
+    quick, tmp_path, monkeypatch
+):
     rs.run(quick, tmp_path / "run", max_realizations=1)
     genuine = ensemble_run.unread_run
 
@@ -213,5 +228,8 @@ def test_a_member_that_another_process_has_left_comes_before_those_after_it(quic
     pool = Recording(left)
     with Claims(run.folder) as other:
         other.take(TWO)
-        assert rs.run(quick, run.folder, max_realizations=9, executor=pool, workers=1).realizations == 9
+        assert (
+            rs.run(quick, run.folder, max_realizations=9, executor=pool, workers=1).realizations
+            == 9
+        )
     assert pool.computed == [2, 3, 4, 1, 5, 6, 7, 8]

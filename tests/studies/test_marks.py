@@ -26,7 +26,9 @@ def with_unknown_bandwidth(done, monkeypatch):
             found = estimate(run, observable, column)
             budget = dict(found.budget)
             if else_known:
-                budget = {name: np.where(np.isnan(part), 0.0, part) for name, part in budget.items()}
+                budget = {
+                    name: np.where(np.isnan(part), 0.0, part) for name, part in budget.items()
+                }
             if run.scene.sliding.nominal_pressure in loads:
                 budget["bandwidth"] = np.full_like(found.mean, np.nan)
             return replace(found, budget=budget)
@@ -78,7 +80,10 @@ def test_the_table_for_people_has_a_lower_bound_and_a_note_as_that_of_a_run(mixe
     cells = [str(row[titles.index("capped, K")]) for row in table.rows]
     assert ["≥" in cell for cell in cells] == [False] * 4 + [True] * 2
     assert [row[titles.index("note")] for row in table.rows] == [""] * 4 + ["at q_c"] * 2
-    assert any(note.startswith("≥: a part of the error is unknown") and "(bandwidth)" in note for note in table.notes)
+    assert any(
+        note.startswith("≥: a part of the error is unknown") and "(bandwidth)" in note
+        for note in table.notes
+    )
     assert any(note.startswith("at q_c: ") for note in table.notes)
 
 
@@ -104,7 +109,10 @@ def test_the_largest_error_is_a_lower_bound_where_a_part_of_it_is_unknown(done):
     # no run of this study shows the error of the pixel
     study = rs.open_study(done.folder)
     study.target_error = 0.9
-    assert ": 0 points; at 6 points a part of it is unknown (pixel); the largest is ≥" in target_note(study)[0]
+    assert (
+        ": 0 points; at 6 points a part of it is unknown (pixel); the largest is ≥"
+        in target_note(study)[0]
+    )
 
 
 def test_there_is_no_exponent_between_values_of_different_kind(mixed):
@@ -122,7 +130,11 @@ def test_there_is_no_exponent_between_values_of_different_kind(mixed):
 
 def test_values_that_all_lack_a_part_are_not_said_to_have_all_parts_known(with_unknown_bandwidth):
     study = with_unknown_bandwidth([HEAVY], else_known=False)
-    found = {row["unknown"] for row in study.rows("flash_temperature") if row["column"] == "capped" and row["speed"]}
+    found = {
+        row["unknown"]
+        for row in study.rows("flash_temperature")
+        if row["column"] == "capped" and row["speed"]
+    }
     assert "" not in found
     (note,) = [note for note in study_table(study).notes if "different kind" in note]
     assert "known," not in note
@@ -131,7 +143,9 @@ def test_values_that_all_lack_a_part_are_not_said_to_have_all_parts_known(with_u
 
 def test_an_exponent_that_a_value_of_zero_lacks_has_a_note(quick, tmp_path):
     quick = replace(quick, ensemble=replace(quick.ensemble, max_realizations=2))
-    notes = study_table(rs.study(quick, vary={"surface.hurst": [0.0, 0.8]}, folder=tmp_path / "s")).notes
+    notes = study_table(
+        rs.study(quick, vary={"surface.hurst": [0.0, 0.8]}, folder=tmp_path / "s")
+    ).notes
     assert any("– at values of the key that are not above 0" in note for note in notes)
     assert not any("different kind" in note for note in notes)
 
@@ -158,16 +172,25 @@ def test_files_of_a_study_have_the_marks(mixed, tmp_path):
         assert file["flash_temperature_unknown"].asstr()[2, 1, column, -1] == "bandwidth"
         assert file["flash_temperature_note"].asstr()[2, 1, column, -1] == "at q_c"
         assert file["flash_temperature_unknown"].asstr()[0, 0, column, -1] == ""
-        words = "total error of the mean, 95 %; a lower bound if parts of it are unknown (bandwidth)"
+        words = (
+            "total error of the mean, 95 %; a lower bound if parts of it are unknown (bandwidth)"
+        )
         assert file["flash_temperature_total_error"].attrs["description"] == words
         beside = file["flash_temperature"].attrs["ancillary_variables"].split()
-        assert beside == [f"flash_temperature_{part}" for part in ("total_error", "unknown", "note")]
+        assert beside == [
+            f"flash_temperature_{part}" for part in ("total_error", "unknown", "note")
+        ]
 
 
 def test_arrays_and_data_frames_of_a_study_have_the_marks(mixed, tmp_path):
     pandas, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")
-    place = {"nominal_pressure": HEAVY, "friction_coefficient": 0.2, "column": "capped", "speed": 35.0}
+    place = {
+        "nominal_pressure": HEAVY,
+        "friction_coefficient": 0.2,
+        "column": "capped",
+        "speed": 35.0,
+    }
     with xarray.open_dataset(mixed.save(tmp_path / "s.nc"), engine="h5netcdf") as stored:
         for data in (stored, mixed.to_xarray()):
             assert data.flash_temperature_unknown.sel(place).item() == "bandwidth"
@@ -183,8 +206,18 @@ def test_a_chart_has_hollow_markers_without_a_line_where_a_value_is_marked(mixed
     axes = drawn[0].axes[0]
     circles = [line for line in axes.lines if line.get_marker() == "o"]
     white = to_rgba("white")
-    hollow = {load for line in circles if to_rgba(line.get_markerfacecolor()) == white for load in line.get_xdata()}
-    filled = {load for line in circles if to_rgba(line.get_markerfacecolor()) != white for load in line.get_xdata()}
+    hollow = {
+        load
+        for line in circles
+        if to_rgba(line.get_markerfacecolor()) == white
+        for load in line.get_xdata()
+    }
+    filled = {
+        load
+        for line in circles
+        if to_rgba(line.get_markerfacecolor()) != white
+        for load in line.get_xdata()
+    }
     assert (filled, hollow) == ({100.0, 120.0}, {300.0})  # MPa
     for line in axes.lines:
         if line.get_gid() == "measured":

@@ -44,15 +44,26 @@ def test_rows_have_the_estimates_of_each_run_at_each_energy_and_temperature(aske
     found = {}
     for row in asked.rows():
         if row["observable"] in ABOUT and row["column"] == "capped":
-            key = row["point"], row["observable"], row.get("energy"), row.get("temperature"), row["speed"]
+            key = (
+                row["point"],
+                row["observable"],
+                row.get("energy"),
+                row.get("temperature"),
+                row["speed"],
+            )
             assert key not in found
             found[key] = row["value"], row["total_error"]
     expected = {}
     for point, run in asked.results:
         for one in run.reactions():
             for k, speed in enumerate(run.scene.speeds):
-                if not np.isnan(one.estimate.mean[k]):  # the activation temperature without a barrier
-                    expected[point.name, *one.key, speed] = one.estimate.mean[k], one.estimate.total_error[k]
+                if not np.isnan(
+                    one.estimate.mean[k]
+                ):  # the activation temperature without a barrier
+                    expected[point.name, *one.key, speed] = (
+                        one.estimate.mean[k],
+                        one.estimate.total_error[k],
+                    )
     assert found.keys() == expected.keys()
     for key, both in expected.items():
         np.testing.assert_array_equal(found[key], both)
@@ -61,7 +72,11 @@ def test_rows_have_the_estimates_of_each_run_at_each_energy_and_temperature(aske
 def test_a_rate_without_a_barrier_is_the_prefactor_times_the_area_at_each_point(asked):
     for point, run in asked.results:
         area = run.estimate("contact_fraction").mean[0]
-        rows = [row for row in asked.rows("reaction_rate") if row["point"] == point.name and row["energy"] == 0.0]
+        rows = [
+            row
+            for row in asked.rows("reaction_rate")
+            if row["point"] == point.name and row["energy"] == 0.0
+        ]
         measured = [row["value"] for row in rows if row["column"] == "capped"]
         np.testing.assert_allclose(measured, [1e13 * area] * 2, rtol=1e-9)
 
@@ -71,14 +86,26 @@ def test_files_have_energy_and_temperature_beside_the_values(asked, tmp_path):
     rate = next(one.estimate for one in run.reactions() if one.key == ("reaction_rate", 1.0, None))
     hot = next(one.estimate for one in run.reactions() if one.temperature == 560.0)
     with asked.save(tmp_path / "t.csv").open() as file:
-        rows = [row for row in csv.DictReader(file) if row["point"] == point.name and row["column"] == "capped"]
-    values = [float(row["value"]) for row in rows if row["observable"] == "reaction_rate" and row["energy"] == "1.0"]
+        rows = [
+            row
+            for row in csv.DictReader(file)
+            if row["point"] == point.name and row["column"] == "capped"
+        ]
+    values = [
+        float(row["value"])
+        for row in rows
+        if row["observable"] == "reaction_rate" and row["energy"] == "1.0"
+    ]
     assert values == list(rate.mean)
     values = [float(row["value"]) for row in rows if row["temperature"] == "560.0"]
     assert values == list(hot.mean)
     assert {row["energy"] for row in rows if row["observable"] == "flash_temperature"} == {""}
     stored = json.loads(asked.save(tmp_path / "t.json").read_text())["rows"]
-    values = [row["value"] for row in stored if row.get("temperature") == 560.0 and row["column"] == "capped"]
+    values = [
+        row["value"]
+        for row in stored
+        if row.get("temperature") == 560.0 and row["column"] == "capped"
+    ]
     assert values[:2] == list(hot.mean)
     with h5py.File(asked.save(tmp_path / "t.h5")) as file:
         place = [name.decode() for name in file["column"][()]].index("capped")
@@ -96,14 +123,20 @@ def test_a_table_of_a_run_has_the_same_rows(asked, tmp_path):
     rs.export(run, tmp_path / "t.csv")
     with (tmp_path / "t.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["observable"] in ABOUT]
-    of_study = [row for row in asked.rows() if row["point"] == point.name and row["observable"] in ABOUT]
+    of_study = [
+        row for row in asked.rows() if row["point"] == point.name and row["observable"] in ABOUT
+    ]
     assert [float(row["value"]) for row in rows] == [row["value"] for row in of_study]
 
 
 def test_tables_have_a_row_for_each_point_at_each_energy(asked):
     table = asked_table(asked)
     heads = [(row[0], row[1]) for row in table.rows]
-    expected = ["reaction_rate, 0 eV, 1/s", "reaction_rate, 1 eV, 1/s", "activation_temperature, 1 eV, K"]
+    expected = [
+        "reaction_rate, 0 eV, 1/s",
+        "reaction_rate, 1 eV, 1/s",
+        "activation_temperature, 1 eV, K",
+    ]
     expected += ["heat_share_above, 520 K", "heat_share_above, 560 K"]
     assert heads == [(name, load) for name in expected for load in ("50", "100")]
     (_, first), (_, second) = asked.results
@@ -111,7 +144,9 @@ def test_tables_have_a_row_for_each_point_at_each_energy(asked):
         next(o.estimate for o in run.reactions() if o.key[:2] == ("activation_temperature", 1.0))
         for run in (first, second)
     ]
-    assert [row[-1].value for row in table.rows[4:6]] == [estimate.mean[1] for estimate in warm]  # the highest speed
+    assert [row[-1].value for row in table.rows[4:6]] == [
+        estimate.mean[1] for estimate in warm
+    ]  # the highest speed
     both = table_text(rs.compare(asked).table(None))
     for name in expected:
         assert name.replace("above,", "above") in both
@@ -136,7 +171,9 @@ def test_a_chart_has_a_curve_for_each_energy_or_the_energy_along_its_axis(asked,
     drawn = {"reaction_rate": None, "heat_share_above": None, "activation_temperature": "energy"}
     for name, over in drawn.items():
         path = rs.plot(asked, name, tmp_path / f"{name}.svg", over=over)
-        assert ("energy, eV" if name != "heat_share_above" else "temperature, K") in path.read_text()
+        assert (
+            "energy, eV" if name != "heat_share_above" else "temperature, K"
+        ) in path.read_text()
 
 
 def test_a_study_that_does_not_ask_has_none_of_it(asked, tmp_path):

@@ -21,34 +21,58 @@ def test_every_point_is_an_ordinary_run_with_the_bits_of_its_scene_alone(done, s
     for point in (done.points[0], done.points[-1]):
         run = rs.open_run(done.folder / "points" / point.name)
         scene = small.with_("sliding.nominal_pressure", point.values["sliding.nominal_pressure"])
-        scene = scene.with_("sliding.friction_coefficient", point.values["sliding.friction_coefficient"])
+        scene = scene.with_(
+            "sliding.friction_coefficient", point.values["sliding.friction_coefficient"]
+        )
         alone = rs.run(scene, tmp_path / point.name, numerics=run.numerics)
         assert alone.scene.identity() == run.scene.identity()
-        assert np.array_equal(alone.estimate("flash_temperature").mean, run.estimate("flash_temperature").mean)
+        assert np.array_equal(
+            alone.estimate("flash_temperature").mean, run.estimate("flash_temperature").mean
+        )
 
 
-def test_surfaces_are_drawn_and_contacts_solved_once_for_all_points_that_share_them(small, tmp_path, calls):
+def test_surfaces_are_drawn_and_contacts_solved_once_for_all_points_that_share_them(
+    small, tmp_path, calls
+):
     drawn, solved = calls(pipeline, "synthesize"), calls(pipeline, "loaded")
     study = rs.study(small, vary=VARY, folder=tmp_path / "study")
     members = [len(run.members) for _, run in study.results]
-    assert set(members) == {18}  # 12 of the lower level, and 6 of the higher one, which are solved at both
+    assert set(members) == {
+        18
+    }  # 12 of the lower level, and 6 of the higher one, which are solved at both
     assert len(drawn) == 24
     assert len(solved) == 24 * len(LOADS)  # points with another friction share them
 
 
-def test_a_study_over_skin_heat_depth_and_load_solves_the_contact_of_each_load_once(small, tmp_path, calls):
+def test_a_study_over_skin_heat_depth_and_load_solves_the_contact_of_each_load_once(
+    small, tmp_path, calls
+):
     drawn, solved = calls(pipeline, "synthesize"), calls(pipeline, "loaded")
-    vary = {"body.skin.thickness": ["0.1 um", "1 um", "10 um"], "body.skin.conductivity": ["3 W/(m K)"]}
-    vary |= {"body.heat_depth": ["0 m", "1 um"], "sliding.nominal_pressure": ["100 MPa", "300 MPa"]}  # varies fastest
+    vary = {
+        "body.skin.thickness": ["0.1 um", "1 um", "10 um"],
+        "body.skin.conductivity": ["3 W/(m K)"],
+    }
+    vary |= {
+        "body.heat_depth": ["0 m", "1 um"],
+        "sliding.nominal_pressure": ["100 MPa", "300 MPa"],
+    }  # varies fastest
     study = rs.study(small, vary=vary, folder=tmp_path / "study")
     members = [len(run.members) for _, run in study.results]
     assert (len(members), set(members)) == (12, {18})
-    assert (len(drawn), len(solved)) == (24, 2 * 24)  # as in the test above: 18 members, of which 6 have two levels
+    assert (len(drawn), len(solved)) == (
+        24,
+        2 * 24,
+    )  # as in the test above: 18 members, of which 6 have two levels
 
 
-def test_points_with_junction_growth_share_the_contacts_of_an_equal_friction(small, tmp_path, calls):
+def test_points_with_junction_growth_share_the_contacts_of_an_equal_friction(
+    small, tmp_path, calls
+):
     solved = calls(pipeline, "loaded")
-    vary = {"body.conductivity": [20, 30], "sliding.friction_coefficient": [0.1, 0.3]}  # friction varies fastest
+    vary = {
+        "body.conductivity": [20, 30],
+        "sliding.friction_coefficient": [0.1, 0.3],
+    }  # friction varies fastest
     rs.study(small.with_("sliding.junction_growth", 9), vary=vary, folder=tmp_path / "study")
     assert len(solved) == 2 * 24
 
@@ -75,7 +99,10 @@ def test_a_resumed_study_computes_only_what_is_missing_and_may_grow(small, done,
 @pytest.mark.parametrize(
     ("vary", "message"),
     [
-        ({"sliding.nominal_pressure": [1e8, 5e9]}, r"nominal_pressure=5e\+09.*exceeds body.penetration_hardness"),
+        (
+            {"sliding.nominal_pressure": [1e8, 5e9]},
+            r"nominal_pressure=5e\+09.*exceeds body.penetration_hardness",
+        ),
         ({"sliding.nominal_presure": [1e8]}, "did you mean"),
         (
             {"body.melting_temperature": [1500.0, 1800.0]},
@@ -99,9 +126,14 @@ def test_a_target_that_cannot_be_is_refused(small, tmp_path, target):
 def test_speeds_may_be_varied_one_by_one(small, tmp_path):
     study = rs.study(small, vary={"sliding.speed": [1.0, 35.0]}, folder=tmp_path / "speeds")
     value = study.to_dict()["rows"]
-    assert {(row["sliding_speed"], row["speed"]) for row in value if row["speed"]} == {(1.0, 1.0), (35.0, 35.0)}
+    assert {(row["sliding_speed"], row["speed"]) for row in value if row["speed"]} == {
+        (1.0, 1.0),
+        (35.0, 35.0),
+    }
     assert study.common_speeds() is None
-    assert list(study.trends()) == []  # the contacts are one, but the theory of trends needs the same speeds
+    assert (
+        list(study.trends()) == []
+    )  # the contacts are one, but the theory of trends needs the same speeds
     study.save(tmp_path / "s.h5")
 
 
@@ -126,7 +158,10 @@ def test_processes_with_other_lists_of_points_share_their_claims(small, done, tm
     folder = tmp_path / "copy"
     shutil.copytree(done.folder, folder)
     name = "nominal_pressure=100000000,friction_coefficient=0.1"
-    writing = [folder / "points" / name / "realizations" / f".{m}.h5.here-1-ab.tmp" for m in ("L0-000003", "L0-000004")]
+    writing = [
+        folder / "points" / name / "realizations" / f".{m}.h5.here-1-ab.tmp"
+        for m in ("L0-000003", "L0-000004")
+    ]
     for path in writing:
         path.write_text("half")
     seen = []
@@ -137,7 +172,12 @@ def test_processes_with_other_lists_of_points_share_their_claims(small, done, tm
 
     with Claims(folder) as other:
         other.take("L0-000003")
-        rs.study(small, vary=VARY | {"sliding.nominal_pressure": [5e7, *LOADS]}, folder=folder, observer=look)
+        rs.study(
+            small,
+            vary=VARY | {"sliding.nominal_pressure": [5e7, *LOADS]},
+            folder=folder,
+            observer=look,
+        )
     assert seen[0] == [True, False]
 
 
@@ -151,9 +191,14 @@ def test_a_study_returns_the_points_that_it_was_asked_for(quick, tmp_path):
     assert len(rs.open_study(tmp_path).points) == 3
 
 
-def test_points_that_come_later_have_the_levels_of_the_others_and_the_table_says_so(small, tmp_path, monkeypatch):
+def test_points_that_come_later_have_the_levels_of_the_others_and_the_table_says_so(
+    small, tmp_path, monkeypatch
+):
     scene = replace(small, numerics=replace(small.numerics, levels=None))
-    planned = [rs.plan(small), rs.Numerics(levels=small.numerics.levels[:1], lengths=small.numerics.lengths)]
+    planned = [
+        rs.plan(small),
+        rs.Numerics(levels=small.numerics.levels[:1], lengths=small.numerics.lengths),
+    ]
     monkeypatch.setattr(work, "numerics_of", lambda *_: planned.pop(0))
     scene = replace(scene, ensemble=replace(scene.ensemble, until={}, max_realizations=2))
     first = rs.study(scene, vary={"sliding.nominal_pressure": [1e8]}, folder=tmp_path)
@@ -161,6 +206,9 @@ def test_points_that_come_later_have_the_levels_of_the_others_and_the_table_says
     study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path)
     assert len({run.numerics.levels for _, run in study.results}) == 1
     assert study.later == ["nominal_pressure=200000000"]
-    assert "1 points came later and have the levels planned for the others: nominal_pressure=200000000." in str(study)
+    assert (
+        "1 points came later and have the levels planned for the others: nominal_pressure=200000000."
+        in str(study)
+    )
     again = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path)
     assert again.later == study.later

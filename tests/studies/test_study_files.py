@@ -16,7 +16,9 @@ from roughsim.studies.folder import read, study_file, write
 def test_the_folder_of_another_scene_or_of_something_else_is_refused(small, done, tmp_path):
     with pytest.raises(RecordError, match="study of another scene: surface.hurst is"):
         rs.study(small.with_("surface.hurst", 0.7), vary=VARY, folder=done.folder)
-    with pytest.raises(RecordError, match="holds a study with target_error = None, here it is 0.05"):
+    with pytest.raises(
+        RecordError, match="holds a study with target_error = None, here it is 0.05"
+    ):
         rs.study(small, vary=VARY, folder=done.folder, target_error="5 %")
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(RecordError, match="holds other files"):
@@ -29,10 +31,14 @@ def test_the_folder_of_another_scene_or_of_something_else_is_refused(small, done
 
 def test_a_study_file_names_a_scene_beside_it(tmp_path, small):
     (tmp_path / "my.toml").write_text(small.to_toml())
-    (tmp_path / "study.toml").write_text('scene = "my.toml"\n[vary]\n"sliding.nominal_pressure" = ["1 MPa"]\n')
+    (tmp_path / "study.toml").write_text(
+        'scene = "my.toml"\n[vary]\n"sliding.nominal_pressure" = ["1 MPa"]\n'
+    )
     content = study_file(tmp_path / "study.toml")
     assert content["scene"] == tmp_path / "my.toml"
-    (tmp_path / "study.toml").write_text('scene = "demo"\ntarget_error = "2 %"\n[vary]\n"sliding.speed" = [1.0]\n')
+    (tmp_path / "study.toml").write_text(
+        'scene = "demo"\ntarget_error = "2 %"\n[vary]\n"sliding.speed" = [1.0]\n'
+    )
     assert study_file(tmp_path / "study.toml")["scene"] == "demo"
 
 
@@ -44,7 +50,9 @@ def test_the_keys_of_a_study_file_need_no_quotes(tmp_path):
 
 
 def test_a_scene_whose_name_no_file_can_have_is_refused_as_any_other(tmp_path):
-    (tmp_path / "study.toml").write_text(f'scene = "{"a" * 5000}"\n[vary]\n"sliding.speed" = [1.0]\n')
+    (tmp_path / "study.toml").write_text(
+        f'scene = "{"a" * 5000}"\n[vary]\n"sliding.speed" = [1.0]\n'
+    )
     content = study_file(tmp_path / "study.toml")
     with pytest.raises(SceneError, match="is not bundled"):
         rs.study(content["scene"], vary=content["vary"], folder=tmp_path / "study")
@@ -76,7 +84,14 @@ def sealed(content):
 
 @pytest.mark.parametrize(
     "content",
-    ["", "{}", "[]", '{"format_version": 9}', '{"format_version": 1e400}', '{"format_version": 1, "axes": 3}'],
+    [
+        "",
+        "{}",
+        "[]",
+        '{"format_version": 9}',
+        '{"format_version": 1e400}',
+        '{"format_version": 1, "axes": 3}',
+    ],
 )
 def test_a_damaged_description_is_refused(done, tmp_path, content):
     shutil.copy(done.folder / "scene.toml", tmp_path)
@@ -94,7 +109,9 @@ def test_a_foreign_description_leads_to_no_other_folder(done, tmp_path):
         rs.open_study(tmp_path)
 
 
-def test_a_foreign_description_of_too_many_points_or_impossible_numbers_is_refused_at_once(done, tmp_path):
+def test_a_foreign_description_of_too_many_points_or_impossible_numbers_is_refused_at_once(
+    done, tmp_path
+):
     shutil.copy(done.folder / "scene.toml", tmp_path)
     content = json.loads((done.folder / "study.json").read_text())
     many = [{"keys": [f"sliding.a{i}"], "values": [[j] for j in range(100)]} for i in range(8)]
@@ -107,7 +124,9 @@ def test_a_foreign_description_of_too_many_points_or_impossible_numbers_is_refus
 
 def test_a_description_with_a_changed_value_is_damaged(done, tmp_path):
     text = (done.folder / "study.json").read_text()
-    (tmp_path / "study.json").write_text(text.replace('"target_error": null', '"target_error": 0.5'))
+    (tmp_path / "study.json").write_text(
+        text.replace('"target_error": null', '"target_error": 0.5')
+    )
     with pytest.raises(RecordError, match="is damaged .its checksum does not match"):
         rs.open_study(tmp_path)
 

@@ -33,7 +33,10 @@ def copy(done, tmp_path):
 
 def numbers(study):
     """The results, in their order."""
-    return [(row["point"], row["observable"], row["column"], row["speed"], row["value"]) for row in study.rows()]
+    return [
+        (row["point"], row["observable"], row["column"], row["speed"], row["value"])
+        for row in study.rows()
+    ]
 
 
 def exchange(first, second):
@@ -44,10 +47,19 @@ def exchange(first, second):
     aside.rename(second)
 
 
-@pytest.mark.parametrize("reader", ["rows", "str", "save", "chart", "report", "page", "status", "study"])
-def test_every_reader_refuses_a_study_of_which_two_folders_were_exchanged(copy, small, tmp_path, reader):
+@pytest.mark.parametrize(
+    "reader", ["rows", "str", "save", "chart", "report", "page", "status", "study"]
+)
+def test_every_reader_refuses_a_study_of_which_two_folders_were_exchanged(
+    copy, small, tmp_path, reader
+):
     points = copy / "points"
-    exchange(*(points / f"nominal_pressure={load},friction_coefficient=0.1" for load in (100000000, 300000000)))
+    exchange(
+        *(
+            points / f"nominal_pressure={load},friction_coefficient=0.1"
+            for load in (100000000, 300000000)
+        )
+    )
 
     def page():
         pytest.importorskip("bokeh")
@@ -116,7 +128,9 @@ def begin_again_and_again(folder, scene, barrier):
         (folder / f"{k}-{description.scene.surface.hurst}").write_text(answer)
 
 
-def test_of_two_different_studies_begun_at_once_one_has_the_folder_and_the_other_is_refused(small, tmp_path):
+def test_of_two_different_studies_begun_at_once_one_has_the_folder_and_the_other_is_refused(
+    small, tmp_path
+):
     spawn = get_context("spawn")
     barrier = spawn.Barrier(2)
     scenes = {hurst: small.with_("surface.hurst", hurst) for hurst in (0.75, 0.8)}
@@ -151,13 +165,17 @@ def test_a_study_that_waited_for_the_plan_of_another_one_is_refused(small, tmp_p
         return plan(folder)
 
     monkeypatch.setattr(work, "planning_alone", planning_after_the_other)
-    with pytest.raises(RecordError, match=r"holds a study of another scene: surface.hurst is 0.7 there"):
+    with pytest.raises(
+        RecordError, match=r"holds a study of another scene: surface.hurst is 0.7 there"
+    ):
         rs.study(small, vary=VARY, folder=tmp_path / "study")
     assert read(tmp_path / "study").scene.surface.hurst == 0.7
     assert not any((tmp_path / "study" / "points").iterdir())
 
 
-def test_a_study_whose_plan_is_refused_leaves_nothing_and_runs_there_once_it_is_mended(small, tmp_path, monkeypatch):
+def test_a_study_whose_plan_is_refused_leaves_nothing_and_runs_there_once_it_is_mended(
+    small, tmp_path, monkeypatch
+):
     plan, planned = work.numerics_of, []
 
     def refuse_the_second(scene):
@@ -184,29 +202,44 @@ def test_a_refused_plan_leaves_an_older_folder_as_it_was(small, tmp_path, monkey
     assert not any((tmp_path / "study").iterdir())
 
 
-@pytest.mark.parametrize("damage", ["cut", "lost", "no json", "no scene", "scene cut", "scene lost", "both lost"])
-def test_a_study_with_damaged_or_lost_files_goes_on_with_all_that_is_computed(done, copy, small, damage):
+@pytest.mark.parametrize(
+    "damage", ["cut", "lost", "no json", "no scene", "scene cut", "scene lost", "both lost"]
+)
+def test_a_study_with_damaged_or_lost_files_goes_on_with_all_that_is_computed(
+    done, copy, small, damage
+):
     description, scene = copy / "study.json", copy / "scene.toml"
     content, before = json.loads(description.read_text()), description.read_bytes()
     {
         "cut": lambda: description.write_bytes(before[: len(before) // 2]),
         "lost": description.unlink,
         "no json": lambda: description.write_bytes(b"\xff\x00"),
-        "no scene": lambda: description.write_text(json.dumps({k: v for k, v in content.items() if k != "scene"})),
+        "no scene": lambda: description.write_text(
+            json.dumps({k: v for k, v in content.items() if k != "scene"})
+        ),
         "scene cut": lambda: scene.write_bytes(scene.read_bytes()[:50]),
         "scene lost": scene.unlink,
         "both lost": lambda: (description.unlink(), scene.unlink()),
     }[damage]()
-    moved = {"cut": "study.json", "no json": "study.json", "no scene": "study.json", "scene cut": "scene.toml"}
+    moved = {
+        "cut": "study.json",
+        "no json": "study.json",
+        "no scene": "study.json",
+        "scene cut": "scene.toml",
+    }
     times = {path: path.stat().st_mtime_ns for path in copy.glob("points/*/realizations/*.h5")}
     name = moved.get(damage)
     says = (
-        pytest.warns(RuntimeWarning, match=f"{name} was damaged: it was moved to .*damaged") if name else nullcontext()
+        pytest.warns(RuntimeWarning, match=f"{name} was damaged: it was moved to .*damaged")
+        if name
+        else nullcontext()
     )
     with says:
         again = rs.study(small, vary=VARY, folder=copy)
     assert numbers(again) == numbers(done)
-    assert {path: path.stat().st_mtime_ns for path in times} == times  # no member was computed again
+    assert {
+        path: path.stat().st_mtime_ns for path in times
+    } == times  # no member was computed again
     assert description.read_bytes() == before
     assert parse_scene(scene.read_text()).identity() == small.identity()
     assert [path.name for path in copy.glob("damaged/*")] == ([name] if name else [])
@@ -216,22 +249,30 @@ def test_a_study_with_damaged_or_lost_files_goes_on_with_all_that_is_computed(do
 def test_readers_say_how_a_damaged_or_lost_description_is_written_anew(copy, damage):
     path = copy / "study.json"
     path.write_text("{") if damage == "cut" else path.unlink()
-    with pytest.raises(RecordError, match="study.json is .*give the study again.*roughsim study STUDY -o"):
+    with pytest.raises(
+        RecordError, match="study.json is .*give the study again.*roughsim study STUDY -o"
+    ):
         opened(copy)
 
 
-def test_a_lost_description_is_not_written_anew_from_a_study_that_the_points_do_not_fit(copy, small):
+def test_a_lost_description_is_not_written_anew_from_a_study_that_the_points_do_not_fit(
+    copy, small
+):
     (copy / "study.json").unlink()
     with pytest.raises(RecordError, match="does not hold the scene of its point"):
         rs.study(small.with_("surface.hurst", 0.7), vary=VARY, folder=copy)
-    with pytest.raises(RecordError, match="holds other files than points of this study.*give the study as it was"):
+    with pytest.raises(
+        RecordError, match="holds other files than points of this study.*give the study as it was"
+    ):
         rs.study(small, vary={"sliding.nominal_pressure": [5e7]}, folder=copy)
     assert not (copy / "study.json").exists()
 
 
 def test_a_description_of_a_newer_version_is_never_moved_aside(copy, small):
     content = json.loads((copy / "study.json").read_text())
-    (copy / "study.json").write_text(json.dumps(content | {"format_version": study_folder.FORMAT + 1}))
+    (copy / "study.json").write_text(
+        json.dumps(content | {"format_version": study_folder.FORMAT + 1})
+    )
     with pytest.raises(RecordError, match="has format version 3; this roughsim reads 2: update it"):
         rs.study(small, vary=VARY, folder=copy)
     assert (copy / "study.json").exists()

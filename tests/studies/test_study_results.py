@@ -24,8 +24,12 @@ def test_the_tidy_table_has_the_estimates_of_the_runs(done):
     rows = list(done.rows())
     for point, run in done.results:
         e = run.estimate("flash_temperature")
-        mine = [r for r in rows if r["point"] == point.name and r["observable"] == "flash_temperature"]
-        capped = {r["speed"]: (r["value"], r["total_error"]) for r in mine if r["column"] == "capped"}
+        mine = [
+            r for r in rows if r["point"] == point.name and r["observable"] == "flash_temperature"
+        ]
+        capped = {
+            r["speed"]: (r["value"], r["total_error"]) for r in mine if r["column"] == "capped"
+        }
         for k, speed in enumerate(run.scene.speeds):
             if speed:
                 assert capped[speed] == (e.mean[k], e.total_error[k])
@@ -64,8 +68,12 @@ def test_a_study_opens_in_xarray_with_the_varied_keys_as_coordinates(done, tmp_p
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")
     dataset = done.to_xarray()
-    one = dataset.flash_temperature.sel(nominal_pressure=1e8, friction_coefficient=0.2, column="capped")
-    run = done.run(next(p for p in done.points if p.values == dict(zip(VARY, (1e8, 0.2), strict=True))))
+    one = dataset.flash_temperature.sel(
+        nominal_pressure=1e8, friction_coefficient=0.2, column="capped"
+    )
+    run = done.run(
+        next(p for p in done.points if p.values == dict(zip(VARY, (1e8, 0.2), strict=True)))
+    )
     assert np.array_equal(one, run.estimate("flash_temperature").mean)
     with xarray.open_dataset(done.save(tmp_path / "s.nc"), engine="h5netcdf") as stored:
         assert stored.flash_temperature.equals(dataset.flash_temperature)
@@ -79,7 +87,9 @@ def test_a_study_is_a_data_frame_where_pandas_is_there(done, tmp_path):
     assert len(frame) == len(list(done.rows()))
 
 
-def test_a_parquet_without_its_packages_is_refused_with_the_command_that_installs_them(done, tmp_path, monkeypatch):
+def test_a_parquet_without_its_packages_is_refused_with_the_command_that_installs_them(
+    done, tmp_path, monkeypatch
+):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ImportError, match="type: pip install pandas pyarrow$"):
         done.save(tmp_path / "study.parquet")
@@ -99,7 +109,12 @@ def test_the_table_for_people_has_a_row_for_each_point_in_readable_units(done):
 
 def test_the_table_says_how_many_points_are_within_the_total_error_asked_for(quick, tmp_path):
     scene = replace(quick, ensemble=replace(quick.ensemble, max_realizations=24))
-    study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 4e8]}, folder=tmp_path / "study", target_error=0.04)
+    study = rs.study(
+        scene,
+        vary={"sliding.nominal_pressure": [1e8, 4e8]},
+        folder=tmp_path / "study",
+        target_error=0.04,
+    )
     worst = {}
     for point, run in study.results:
         estimate = run.estimate("flash_temperature")
@@ -114,7 +129,10 @@ def test_the_table_says_how_many_points_are_within_the_total_error_asked_for(qui
 def test_points_whose_levels_or_cell_do_not_suit_them_are_named():
     # an error that more realizations do not lower, above what was asked for; the statistical one is left to the run
     def run(target, **parts):
-        budget = dict.fromkeys(("statistical", "bandwidth", "pixel", "size"), np.array([0.0, 0.1, 0.1])) | parts
+        budget = (
+            dict.fromkeys(("statistical", "bandwidth", "pixel", "size"), np.array([0.0, 0.1, 0.1]))
+            | parts
+        )
         estimate = SimpleNamespace(mean=np.array([0.0, 10.0, 100.0]), budget=budget)
         return SimpleNamespace(estimate=lambda _: estimate, until={"flash_temperature": target})
 
@@ -156,7 +174,11 @@ def test_a_study_is_drawn(done, tmp_path, observable):
 @pytest.fixture(scope="module")
 def odd(small, tmp_path_factory):
     """A study over a number, words that name an observable, too, and a number that leaves no pairs."""
-    vary = {"sliding.nominal_pressure": [1e8, 3e8], "sliding.heat_partition": ["mean", "all"], "ensemble.seed": [1, 2]}
+    vary = {
+        "sliding.nominal_pressure": [1e8, 3e8],
+        "sliding.heat_partition": ["mean", "all"],
+        "ensemble.seed": [1, 2],
+    }
     return rs.study(small, vary=vary, folder=tmp_path_factory.mktemp("studies") / "odd")
 
 
@@ -181,8 +203,13 @@ def test_without_pairs_there_is_no_column_of_trends(quick, tmp_path):
 
 def test_numbers_and_words_of_one_key_are_texts_in_a_table_for_other_programs(tmp_path):
     pandas, _ = pytest.importorskip("pandas"), pytest.importorskip("pyarrow")
-    rows = [{"share": "mean", "lengths": (2e-3, 1e-3), "value": 1.0}, {"share": 0.5, "lengths": 2e-3, "value": 2.0}]
-    study = SimpleNamespace(keys={"sliding.heat_partition": "share", "numerics.lengths": "lengths"}, rows=lambda: rows)
+    rows = [
+        {"share": "mean", "lengths": (2e-3, 1e-3), "value": 1.0},
+        {"share": 0.5, "lengths": 2e-3, "value": 2.0},
+    ]
+    study = SimpleNamespace(
+        keys={"sliding.heat_partition": "share", "numerics.lengths": "lengths"}, rows=lambda: rows
+    )
     frame = pandas.read_parquet(save_study(study, tmp_path / "study.parquet"))
     assert frame["share"].tolist() == ["mean", "0.5"]
     assert frame["lengths"].tolist() == ["[0.002, 0.001]", "0.002"]
@@ -210,11 +237,15 @@ def test_a_choice_has_one_speed_unless_speeds_are_drawn(done):
 
     names = "nominal_pressure", "friction_coefficient"
     assert {row["speed"] for row in chosen("flash_temperature", *names)} == {max(speeds)}
-    assert {row["speed"] for row in chosen("flash_temperature", *names, speed=speeds[1])} == {speeds[1]}
+    assert {row["speed"] for row in chosen("flash_temperature", *names, speed=speeds[1])} == {
+        speeds[1]
+    }
     assert {row["speed"] for row in chosen("flash_temperature", names[0], SPEED)} == {*speeds}
     over_speed = chosen("flash_temperature", SPEED, NONE)
     assert {row["point"] for row in over_speed} == {done.points[0].name}
-    assert {row["point"] for row in chosen("contact_fraction", names[0], NONE)} == {p.name for p in done.points[::2]}
+    assert {row["point"] for row in chosen("contact_fraction", names[0], NONE)} == {
+        p.name for p in done.points[::2]
+    }
     assert chosen("contact_fraction", SPEED, NONE) == []
 
 
@@ -222,10 +253,16 @@ def test_the_curves_of_a_chart_have_the_estimates_in_their_units(done, drawn):
     done.chart("chart.svg")
     lines = [line for line in drawn[0].axes[0].lines if line.get_gid() == "measured"]
     for line, friction in zip(lines, VARY["sliding.friction_coefficient"], strict=True):
-        runs = [run for point, run in done.results if point.values["sliding.friction_coefficient"] == friction]
+        runs = [
+            run
+            for point, run in done.results
+            if point.values["sliding.friction_coefficient"] == friction
+        ]
         estimates = [run.estimate("flash_temperature") for run in runs]
         np.testing.assert_allclose(line.get_xdata(), [100.0, 120.0, 300.0])  # MPa
-        np.testing.assert_array_equal(line.half_width, [estimate.total_error[-1] for estimate in estimates])
+        np.testing.assert_array_equal(
+            line.half_width, [estimate.total_error[-1] for estimate in estimates]
+        )
 
 
 def test_a_chart_over_load_and_speed_has_all_speeds(small, tmp_path):
@@ -251,36 +288,56 @@ def test_a_study_of_slides_shows_them_beside_single_contacts(sliding_run, tmp_pa
 
 
 def test_a_point_goes_on_until_its_total_error_meets_the_target(small, tmp_path):
-    scene = replace(small, ensemble=replace(small.ensemble, until={"flash_temperature": 0.9}, max_realizations=400))
+    scene = replace(
+        small,
+        ensemble=replace(small.ensemble, until={"flash_temperature": 0.9}, max_realizations=400),
+    )
     folder, target = tmp_path / "study", 0.045
 
     def point():
-        study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8]}, folder=folder, target_error=target)
+        study = rs.study(
+            scene, vary={"sliding.nominal_pressure": [1e8]}, folder=folder, target_error=target
+        )
         return study.results[0][1]
 
     run = point()
     estimate = run.estimate("flash_temperature")
     warm = estimate.mean > 0.0
     assert run.finished
-    assert "errors of pixel are unknown" in run.rounds.verdict.why  # no level has half the pixel of another
+    assert (
+        "errors of pixel are unknown" in run.rounds.verdict.why
+    )  # no level has half the pixel of another
     assert not run.target_met
     assert max(estimate.total_error[warm] / estimate.mean[warm]) <= target
-    assert dict(rs.load_scene(run.folder / "scene.toml").ensemble.until) == run.until == {"flash_temperature": target}
+    assert (
+        dict(rs.load_scene(run.folder / "scene.toml").ensemble.until)
+        == run.until
+        == {"flash_temperature": target}
+    )
     assert point().counts == run.counts  # the same command finds it finished
 
 
 def test_a_later_point_has_the_target_and_the_levels_of_the_others(quick, tmp_path):
-    scene, folder = replace(quick, ensemble=replace(quick.ensemble, max_realizations=24)), tmp_path / "study"
+    scene, folder = (
+        replace(quick, ensemble=replace(quick.ensemble, max_realizations=24)),
+        tmp_path / "study",
+    )
     loads = [1e8, 2e8, 3e8]
     rs.study(scene, vary={"sliding.nominal_pressure": loads[:2]}, folder=folder, target_error=0.2)
-    study = rs.study(scene, vary={"sliding.nominal_pressure": loads}, folder=folder, target_error=0.2)
+    study = rs.study(
+        scene, vary={"sliding.nominal_pressure": loads}, folder=folder, target_error=0.2
+    )
     runs = [run for _, run in study.results]
     assert [run.until for run in runs] == [{"flash_temperature": 0.2}] * 3
     assert len({run.numerics.levels for run in runs}) == 1
 
 
 def test_points_of_which_the_theory_never_yields_have_elastic_levels(small, tmp_path):
-    scene = replace(small, numerics=replace(small.numerics, levels=None), ensemble=replace(small.ensemble, until={}))
+    scene = replace(
+        small,
+        numerics=replace(small.numerics, levels=None),
+        ensemble=replace(small.ensemble, until={}),
+    )
     _, scenes = scenes_of(scene, {"body.penetration_hardness": [1e13, 1e9]})
     assert [each.elastic for name, each in scenes.items() if name] == [True, False]
     assert len(families_of({name: each for name, each in scenes.items() if name})) == 2

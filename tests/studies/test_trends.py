@@ -41,7 +41,9 @@ def test_a_trend_is_known_better_than_its_points_for_they_see_the_same_surfaces(
         relative = [e.standard_error[k] / e.mean[k] for e in each]
         assert trend["standard_error"] / trend["ratio"] < 0.7 * np.hypot(*relative)
         assert trend["ratio"] == pytest.approx(each[0].mean[k] / each[1].mean[k], rel=0.02)
-        assert trend["exponent"] == pytest.approx(np.log(trend["ratio"]) / np.log(trend["to"] / trend["from"]))
+        assert trend["exponent"] == pytest.approx(
+            np.log(trend["ratio"]) / np.log(trend["to"] / trend["from"])
+        )
 
 
 def test_runs_with_other_surfaces_make_no_pairs(done, small, tmp_path):
@@ -56,14 +58,18 @@ def test_runs_with_other_surfaces_make_no_pairs(done, small, tmp_path):
 def test_the_paired_error_of_a_ratio_is_that_of_the_jackknife(quick, tmp_path):
     # the ratio anew without each surface in turn; one level: nothing is fitted in q_c
     scene = replace(quick, ensemble=replace(quick.ensemble, until={}, max_realizations=60))
-    study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path / "study")
+    study = rs.study(
+        scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path / "study"
+    )
     runs = [run for _, run in study.results]
     ratio, rows = paired_ratio(*runs, "flash_width"), np.arange(runs[0].realizations)
     samples = [run.pairs()[0].sample for run in runs]
 
     def mean_ratio(chosen):
         above, below = (
-            values_of(run.scene, "capped", "flash_width", [Pair(0, 0, part_of(sample, chosen), None)]).mean[-1]
+            values_of(
+                run.scene, "capped", "flash_width", [Pair(0, 0, part_of(sample, chosen), None)]
+            ).mean[-1]
             for run, sample in zip(runs, samples, strict=True)
         )
         return above / below
@@ -74,7 +80,9 @@ def test_the_paired_error_of_a_ratio_is_that_of_the_jackknife(quick, tmp_path):
     assert ratio.standard_error[-1] == pytest.approx(jackknife, rel=0.15)
 
 
-def test_points_with_other_numbers_of_members_are_paired_where_both_have_the_surface(quick, tmp_path):
+def test_points_with_other_numbers_of_members_are_paired_where_both_have_the_surface(
+    quick, tmp_path
+):
     runs = []
     for load, most in ((1e8, 12), (1.2e8, 20)):
         scene = quick.with_("sliding.nominal_pressure", load)

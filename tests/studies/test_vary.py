@@ -11,7 +11,12 @@ from roughsim.studies.vary import NAME, points_of, read_axes
 
 
 def test_a_grid_has_all_combinations_and_the_last_key_varies_fastest():
-    axes = read_axes({"sliding.nominal_pressure": ["1 MPa", "5 MPa"], "body.penetration_hardness": ["1 GPa", "2 GPa"]})
+    axes = read_axes(
+        {
+            "sliding.nominal_pressure": ["1 MPa", "5 MPa"],
+            "body.penetration_hardness": ["1 GPa", "2 GPa"],
+        }
+    )
     values = [tuple(point.values.values()) for point in points_of(axes)]
     assert values == [(1e6, 1e9), (1e6, 2e9), (5e6, 1e9), (5e6, 2e9)]
 
@@ -28,13 +33,28 @@ def test_first_last_and_count_stand_for_a_list():
 @pytest.mark.parametrize(
     ("vary", "meant"),
     [
-        ({"sliding.nominal_pressure": ["12 MPa", "360 MPa", 20]}, '"12 MPa", "360 MPa", 20'),  # no load of 20 Pa
-        ({"sliding.nominal_pressure": ["12 MPa", "360 MPa", np.float64(20)]}, '"1 MPa", "100 MPa", 9'),
-        ({"sliding.nominal_pressure": {"logspace": ["12 MPa", 360.0, 20]}}, '"1 MPa", "100 MPa", 9'),
-        ({"sliding.nominal_pressure": {"linspace": [12.0, "360 MPa", 20]}}, '"1 MPa", "100 MPa", 9'),
+        (
+            {"sliding.nominal_pressure": ["12 MPa", "360 MPa", 20]},
+            '"12 MPa", "360 MPa", 20',
+        ),  # no load of 20 Pa
+        (
+            {"sliding.nominal_pressure": ["12 MPa", "360 MPa", np.float64(20)]},
+            '"1 MPa", "100 MPa", 9',
+        ),
+        (
+            {"sliding.nominal_pressure": {"logspace": ["12 MPa", 360.0, 20]}},
+            '"1 MPa", "100 MPa", 9',
+        ),
+        (
+            {"sliding.nominal_pressure": {"linspace": [12.0, "360 MPa", 20]}},
+            '"1 MPa", "100 MPa", 9',
+        ),
         ({"sliding.speed": [["1 m/s", 3.0], "5 m/s"]}, '"1 MPa", "100 MPa", 9'),
         ({"sliding.friction_coefficient": ["10 %", 0.2]}, '"1 MPa", "100 MPa", 9'),
-        ({"sliding.speed, sliding.nominal_pressure": [["1 m/s", 1e6], ["2 m/s", "2 MPa"]]}, '"1 MPa", "100 MPa", 9'),
+        (
+            {"sliding.speed, sliding.nominal_pressure": [["1 m/s", 1e6], ["2 m/s", "2 MPa"]]},
+            '"1 MPa", "100 MPa", 9',
+        ),
     ],
 )
 def test_numbers_with_and_without_a_unit_do_not_mix(vary, meant):
@@ -45,7 +65,9 @@ def test_numbers_with_and_without_a_unit_do_not_mix(vary, meant):
 
 def test_words_and_numbers_may_mix_and_so_may_keys():
     read_axes({"sliding.heat_partition": ["mean", 0.5]})
-    read_axes({"sliding.nominal_pressure, sliding.friction_coefficient": [["1 MPa", 0.1], ["2 MPa", 0.2]]})
+    read_axes(
+        {"sliding.nominal_pressure, sliding.friction_coefficient": [["1 MPa", 0.1], ["2 MPa", 0.2]]}
+    )
 
 
 def test_a_count_may_come_from_numpy():
@@ -68,12 +90,20 @@ def test_whole_numbers_may_be_spaced_and_lists_have_units_and_names():
         read_axes({"ensemble.seed": {"linspace": [1, 2, 3]}})
     (axis,) = read_axes({"numerics.lengths": [[1e-3, 9e-4], np.array([2e-3, 1e-3])]})
     assert axis.values == (((1e-3, 9e-4),), ((2e-3, 1e-3),))
-    assert [point.name for point in points_of([axis])] == ["lengths=0.001-0.0009", "lengths=0.002-0.001"]
+    assert [point.name for point in points_of([axis])] == [
+        "lengths=0.001-0.0009",
+        "lengths=0.002-0.001",
+    ]
     assert value_text("numerics.lengths", (1e-3, 9e-4)) == "[1000, 900]"  # µm
 
 
 def test_keys_that_change_together_share_an_axis():
-    together = {"sliding.friction_coefficient, body.conductivity": [[0.1, "20 W/(m K)"], [0.2, "40 W/(m K)"]]}
+    together = {
+        "sliding.friction_coefficient, body.conductivity": [
+            [0.1, "20 W/(m K)"],
+            [0.2, "40 W/(m K)"],
+        ]
+    }
     points = points_of(read_axes(together))
     assert [point.values for point in points] == [
         {"sliding.friction_coefficient": 0.1, "body.conductivity": 20.0},
@@ -101,8 +131,14 @@ def test_names_of_points_are_folders_that_no_pattern_mistakes():
         ({"sliding.speed": []}, "must be a list of values"),
         ({"sliding.speed": "3 m/s"}, "must be a list of values"),
         ({3: [1]}, "must be the name of a key"),
-        ({"sliding.nominal_pressure": ["1 K"]}, r"has the dimension \[temperature\]; a quantity in Pa"),
-        ({"sliding.nominal_pressure": [-1.0]}, r"vary.\"sliding.nominal_pressure\"\[0\] = -1.0 Pa must be above 0"),
+        (
+            {"sliding.nominal_pressure": ["1 K"]},
+            r"has the dimension \[temperature\]; a quantity in Pa",
+        ),
+        (
+            {"sliding.nominal_pressure": [-1.0]},
+            r"vary.\"sliding.nominal_pressure\"\[0\] = -1.0 Pa must be above 0",
+        ),
         ({"sliding.nominal_pressure": ["1 MPa", "1000 kPa"]}, "1000000 is there twice"),
         ({"sliding.speed": [1.0], "sliding.speed ": [2.0]}, "sliding.speed is there twice"),
         ({"a, b": [1, 2]}, "must be a list of 2 values"),
@@ -111,10 +147,16 @@ def test_names_of_points_are_folders_that_no_pattern_mistakes():
         ({"sliding.speed": {"logspace": [0.0, 2.0, 3]}}, "must be a number > 0"),
         ({"sliding.speed": {"geomspace": [1, 2, 3]}}, "first, last and count"),
         *(
-            ({"sliding.speed": {"linspace": [1, 2, count]}}, "count = .* must be a whole number from 2")
+            (
+                {"sliding.speed": {"linspace": [1, 2, count]}},
+                "count = .* must be a whole number from 2",
+            )
             for count in (1, 0, -3, 3.0, "3", True, 10**9)
         ),
-        ({"surface.hurst": {"linspace": [0, 1, 200]}, "sliding.speed": {"linspace": [1, 2, 51]}}, "above the limit"),
+        (
+            {"surface.hurst": {"linspace": [0, 1, 200]}, "sliding.speed": {"linspace": [1, 2, 51]}},
+            "above the limit",
+        ),
     ],
 )
 def test_what_cannot_be_varied_is_refused_in_one_line(vary, message):

@@ -11,12 +11,20 @@ from roughsim.untrusted import end_child
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
-        ('RuntimeError("cannot load MPI library")', r"cannot be imported \(RuntimeError: cannot load MPI library\)"),
-        ('ImportError("libmpi.so.12: cannot open")', r"cannot be imported \(ImportError: libmpi.so.12: cannot open\)"),
+        (
+            'RuntimeError("cannot load MPI library")',
+            r"cannot be imported \(RuntimeError: cannot load MPI library\)",
+        ),
+        (
+            'ImportError("libmpi.so.12: cannot open")',
+            r"cannot be imported \(ImportError: libmpi.so.12: cannot open\)",
+        ),
         ('ModuleNotFoundError("no", name="NuMPI")', "NuMPI is not installed; type: pip install"),
     ],
 )
-def test_a_library_that_cannot_be_imported_is_named(tmp_path, monkeypatch, capped_scene, fault, words):
+def test_a_library_that_cannot_be_imported_is_named(
+    tmp_path, monkeypatch, capped_scene, fault, words
+):
     (tmp_path / "SurfaceTopography.py").write_text(f"raise {fault}\n")
     (tmp_path / "map.opd").write_bytes(b"\x01\x00Directory" + bytes(2000))
     monkeypatch.syspath_prepend(tmp_path)

@@ -2,7 +2,16 @@
 
 import numpy as np
 import pytest
-from surface_cases import BOTH, CIRCLE, SPECTRUM, WIDE, draws, modes_of, square, variance_by_quadrature
+from surface_cases import (
+    BOTH,
+    CIRCLE,
+    SPECTRUM,
+    WIDE,
+    draws,
+    modes_of,
+    square,
+    variance_by_quadrature,
+)
 
 from roughsim.grid import Grid
 from roughsim.surface.modes import mode_variance
@@ -22,13 +31,17 @@ def test_fixed_amplitudes_give_the_same_rms_height_and_slope_in_every_draw(shape
     q2 = qx**2 + qy[:, : shape[1] // 2 + 1] ** 2
     assert (heights**2).mean() == pytest.approx(variance.sum(), rel=1e-12)
     assert ((qx**2 + qy**2) * power).sum() == pytest.approx((q2 * variance).sum(), rel=1e-12)
-    np.testing.assert_allclose(abs(modes_of(heights)), np.sqrt(mode_variance(SPECTRUM, grid)), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(
+        abs(modes_of(heights)), np.sqrt(mode_variance(SPECTRUM, grid)), rtol=0, atol=1e-15
+    )
 
 
 @pytest.mark.parametrize("amplitudes", BOTH)
 def test_heights_are_real_with_mean_zero(amplitudes):
     for shape in [(32, 32), (27, 32), (32, 27)]:
-        heights = synthesize(SPECTRUM, Grid(shape, (CIRCLE,) * 2), np.random.default_rng(2), amplitudes=amplitudes)
+        heights = synthesize(
+            SPECTRUM, Grid(shape, (CIRCLE,) * 2), np.random.default_rng(2), amplitudes=amplitudes
+        )
         assert heights.dtype == np.float64
         assert heights.shape == shape
         assert abs(heights.mean()) < 1e-12 * heights.std()
@@ -36,7 +49,9 @@ def test_heights_are_real_with_mean_zero(amplitudes):
 
 def test_amplitudes_are_fixed_unless_asked_otherwise():
     one = synthesize(SPECTRUM, square(32), np.random.default_rng(2))
-    np.testing.assert_array_equal(one, synthesize(SPECTRUM, square(32), np.random.default_rng(2), amplitudes="fixed"))
+    np.testing.assert_array_equal(
+        one, synthesize(SPECTRUM, square(32), np.random.default_rng(2), amplitudes="fixed")
+    )
     other = synthesize(SPECTRUM, square(32), np.random.default_rng(2), amplitudes="gaussian")
     assert abs((other**2).mean() - (one**2).mean()) > 1e-6
 
@@ -44,7 +59,8 @@ def test_amplitudes_are_fixed_unless_asked_otherwise():
 @pytest.mark.parametrize("amplitudes", BOTH)
 def test_the_same_stream_gives_the_same_bits_and_another_does_not(amplitudes):
     first, again, other = (
-        synthesize(SPECTRUM, square(32), np.random.default_rng(seed), amplitudes=amplitudes) for seed in (7, 7, 8)
+        synthesize(SPECTRUM, square(32), np.random.default_rng(seed), amplitudes=amplitudes)
+        for seed in (7, 7, 8)
     )
     np.testing.assert_array_equal(first, again)
     assert abs(first - other).max() > 0.1
@@ -57,7 +73,12 @@ def test_the_same_stream_gives_the_same_bits_and_another_does_not(amplitudes):
 @pytest.mark.parametrize("fine", [(96, 96), (64, 32), (32, 160)])
 def test_a_finer_grid_shows_the_same_surface_at_the_shared_points(amplitudes, fine):
     surfaces = [
-        synthesize(SPECTRUM, Grid(n, (CIRCLE, 1.1 * CIRCLE)), np.random.default_rng(5), amplitudes=amplitudes)
+        synthesize(
+            SPECTRUM,
+            Grid(n, (CIRCLE, 1.1 * CIRCLE)),
+            np.random.default_rng(5),
+            amplitudes=amplitudes,
+        )
         for n in ((32, 32), fine)
     ]
     shared = surfaces[1][:: fine[0] // 32, :: fine[1] // 32]
@@ -78,7 +99,9 @@ def test_a_higher_q_max_only_adds_modes(amplitudes, q_max, aspect):
     inside = np.hypot(kx + 0.5, (ky + 0.5) / aspect) < q_max
     np.testing.assert_allclose(low[inside], high[inside], rtol=0, atol=1e-14)
     # a cell crossed by q_max keeps its phase and loses variance; noise of the transform is 1e-17
-    crossed = ~inside & (np.hypot(np.maximum(kx - 0.5, 0), np.maximum(ky - 0.5, 0) / aspect) < 0.999 * q_max)
+    crossed = ~inside & (
+        np.hypot(np.maximum(kx - 0.5, 0), np.maximum(ky - 0.5, 0) / aspect) < 0.999 * q_max
+    )
     ratio = low[crossed] / high[crossed]
     assert inside.sum() >= 40
     assert abs(ratio.imag).max() < 1e-9
@@ -90,7 +113,8 @@ def test_a_higher_q_max_only_adds_modes(amplitudes, q_max, aspect):
 def test_a_band_that_ends_at_nyquist_shares_all_other_modes_with_a_finer_grid(amplitudes):
     spectrum = SelfAffineSpectrum.from_rms_height(1.0, hurst=0.8, q_min=2.3, q_max=16.0)
     coarse, fine = (
-        modes_of(synthesize(spectrum, square(n), np.random.default_rng(5), amplitudes=amplitudes)) for n in (32, 64)
+        modes_of(synthesize(spectrum, square(n), np.random.default_rng(5), amplitudes=amplitudes))
+        for n in (32, 64)
     )
     np.testing.assert_allclose(coarse[:16, :16], fine[:16, :16], rtol=0, atol=1e-14)
     np.testing.assert_allclose(coarse[17:, :16], fine[49:, :16], rtol=0, atol=1e-14)
@@ -126,7 +150,9 @@ def test_gaussian_modes_are_complex_normal_and_fixed_ones_only_turn():
     sample = draws(SPECTRUM, grid, "gaussian", count)[:, some] / deviation[some]
     error = 1 / np.sqrt(sample.size)
     assert abs(sample.mean()) < 4 * error
-    assert abs((sample**2).mean()) < 4 * np.sqrt(2) * error  # equal, uncorrelated real and imaginary parts
+    assert (
+        abs((sample**2).mean()) < 4 * np.sqrt(2) * error
+    )  # equal, uncorrelated real and imaginary parts
     assert abs((abs(sample) ** 4).mean() - 2) < 4 * np.sqrt(20) * error  # exponential intensity
     turned = draws(SPECTRUM, grid, "fixed", count)[:, some] / deviation[some]
     np.testing.assert_allclose(abs(turned), 1, atol=1e-8)
@@ -141,8 +167,18 @@ def test_nyquist_modes_carry_their_variance(n):
     spectrum = SelfAffineSpectrum(1.0, 0.0, 1.0, n / 2, n / 2)
     sample = draws(spectrum, square(n), "gaussian", 4000)
     variance = mode_variance(spectrum, square(n))
-    edge = {(n // 2, 0): 2.0, (0, n // 2): 2.0, (n // 2, 1): 1.0, (1, n // 2): 1.0, (n - 1, n // 2): 1.0, (2, 0): 1.0}
-    for k, relative_variance in edge.items():  # of the intensity: 2 for a real normal number, 1 for a complex one
+    edge = {
+        (n // 2, 0): 2.0,
+        (0, n // 2): 2.0,
+        (n // 2, 1): 1.0,
+        (1, n // 2): 1.0,
+        (n - 1, n // 2): 1.0,
+        (2, 0): 1.0,
+    }
+    for (
+        k,
+        relative_variance,
+    ) in edge.items():  # of the intensity: 2 for a real normal number, 1 for a complex one
         mean = (abs(sample[(..., *k)]) ** 2).mean() / variance[k]
         assert abs(mean - 1) < 4 * np.sqrt(relative_variance / 4000), k
     assert abs(sample[:, n // 2, 0].imag).max() < 1e-15
@@ -153,7 +189,9 @@ def test_fixed_modes_on_the_edge_keep_their_amplitude_and_take_either_sign():
     spectrum = SelfAffineSpectrum(1.0, 0.0, 1.0, 4.0, 4.0)
     sample = draws(spectrum, square(8), "fixed", 200)
     deviation = np.sqrt(mode_variance(spectrum, square(8)))
-    np.testing.assert_allclose(abs(sample), np.broadcast_to(deviation, sample.shape), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(
+        abs(sample), np.broadcast_to(deviation, sample.shape), rtol=0, atol=1e-15
+    )
     for k in ((4, 0), (0, 4)):  # their own conjugates: real, plus or minus with equal chance
         assert abs(np.sign(sample[(..., *k)].real).mean()) < 4 / np.sqrt(200)
 
@@ -161,7 +199,9 @@ def test_fixed_modes_on_the_edge_keep_their_amplitude_and_take_either_sign():
 @pytest.mark.statistical
 def test_heights_of_a_gaussian_surface_have_the_kurtosis_of_a_gaussian():
     rng, grid, count = np.random.default_rng(11), square(32), 4000
-    z = np.array([synthesize(SPECTRUM, grid, rng, amplitudes="gaussian")[3, 5] for _ in range(count)])
+    z = np.array(
+        [synthesize(SPECTRUM, grid, rng, amplitudes="gaussian")[3, 5] for _ in range(count)]
+    )
     assert abs(z.mean()) < 4 / np.sqrt(count)
     assert abs((z**2).mean() - 1) < 4 * np.sqrt(2 / count)
     assert abs((z**3).mean()) < 4 * np.sqrt(15 / count)
@@ -180,4 +220,7 @@ def test_no_direction_is_preferred(amplitudes):
         size = ((kx**2 + ky**2) * power).sum(axis=(1, 2)).mean()
         assert abs(moment.mean()) < 4 * moment.std() / np.sqrt(128) + 1e-12 * size
     mixed = np.einsum("nij,nji->n", sample[:, :17, :17], sample[:, :17, :17].conj())
-    assert abs(mixed.mean()) < 1.1 * abs(sample[0, np.arange(17), np.arange(17)] ** 2).sum() + 4 * mixed.std()
+    assert (
+        abs(mixed.mean())
+        < 1.1 * abs(sample[0, np.arange(17), np.arange(17)] ** 2).sum() + 4 * mixed.std()
+    )

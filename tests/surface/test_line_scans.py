@@ -39,7 +39,9 @@ def test_the_line_spectrum_of_a_cosine_is_its_variance():
 
 @pytest.mark.statistical
 def test_lines_across_an_isotropic_surface_have_its_spectrum():
-    law = rs.SelfAffineSpectrum.from_rms_height(1e-7, hurst=0.8, q_min=2 * UNIT, q_roll_off=8 * UNIT, q_max=200 * UNIT)
+    law = rs.SelfAffineSpectrum.from_rms_height(
+        1e-7, hurst=0.8, q_min=2 * UNIT, q_roll_off=8 * UNIT, q_max=200 * UNIT
+    )
     grid = rs.Grid((1024, 512), (2 * SIDE, SIDE))
     along, count = 0.0, 0
     for seed in range(6):
@@ -59,7 +61,9 @@ def test_the_spectrum_of_a_line_is_positive_however_it_scatters():
     k = UNIT * np.arange(1, 200)
     for seed in range(20):
         rng = np.random.default_rng(seed)
-        found = of_surface(k, rng.exponential(size=k.size) * (1 + (k / (9 * UNIT)) ** 2) ** -1.3, together=1.94)
+        found = of_surface(
+            k, rng.exponential(size=k.size) * (1 + (k / (9 * UNIT)) ** 2) ** -1.3, together=1.94
+        )
         assert (found.psd > 0.0).all()
         assert (found.error > 0.0).all()
     with pytest.raises(ValueError, match="only 2 bins of wavenumbers"):
@@ -73,9 +77,16 @@ def test_the_error_of_a_row_of_a_line_is_its_scatter():
     k = 1e4 * np.arange(1, 600)
     along = math.sqrt(math.pi) * gamma(s - 0.5) / (a * gamma(s)) * (1 + (a * k) ** 2) ** (0.5 - s)
     rng = np.random.default_rng(7)
-    found = [of_surface(k, along * rng.gamma(lines, 1 / lines, k.size), lines=lines) for _ in range(200)]
-    steep = slice(-9, -2)  # below, C(q) is flat and rows are put together; beyond, the end of the line counts
-    scatter = np.std([one.psd for one in found], axis=0)[steep] / np.mean([one.psd for one in found], axis=0)[steep]
+    found = [
+        of_surface(k, along * rng.gamma(lines, 1 / lines, k.size), lines=lines) for _ in range(200)
+    ]
+    steep = slice(
+        -9, -2
+    )  # below, C(q) is flat and rows are put together; beyond, the end of the line counts
+    scatter = (
+        np.std([one.psd for one in found], axis=0)[steep]
+        / np.mean([one.psd for one in found], axis=0)[steep]
+    )
     stated = np.mean([one.error for one in found], axis=0)[steep]
     np.testing.assert_allclose(scatter, stated, rtol=0.25)
 
@@ -85,14 +96,18 @@ def test_the_error_of_a_row_of_a_line_is_its_scatter():
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_long_map_is_known_the_better_the_longer_it_is(aspect, scatter, turned):
     # many windowed discs along the strip, half over one another: their mean scatters by less, and the error says so
-    law = rs.SelfAffineSpectrum.from_rms_height(1e-7, hurst=0.8, q_min=UNIT / 2, q_roll_off=4 * UNIT, q_max=30 * UNIT)
+    law = rs.SelfAffineSpectrum.from_rms_height(
+        1e-7, hurst=0.8, q_min=UNIT / 2, q_roll_off=4 * UNIT, q_max=30 * UNIT
+    )
     points, wide = 64 * aspect, max(128 * aspect, 256)
     large = rs.Grid((wide, 256), (SIDE * wide / 64, 4 * SIDE))
     shape = (64, points) if turned else (points, 64)
     grid = rs.Grid(shape, (SIDE * shape[0] / 64, SIDE * shape[1] / 64))
     ratios, errors = [], []
     for seed in range(16):
-        heights = rs.synthesize(law, large, np.random.default_rng(seed), amplitudes="gaussian")[:points, :64]
+        heights = rs.synthesize(law, large, np.random.default_rng(seed), amplitudes="gaussian")[
+            :points, :64
+        ]
         found = map_spectrum(levelled(heights.T if turned else heights), grid, periodic=False)
         inside = (found.q > 4 * UNIT) & (found.q < 25 * UNIT)
         ratios.append(np.mean(found.psd[inside] / law(found.q[inside])))

@@ -60,7 +60,9 @@ def test_few_and_unequal_waves_have_the_mean_of_many_draws(level):
     above = np.maximum(heights - level, 0.0)
     assert abs(mean_above(level, point) - above.mean()) < 4 * above.std() / sqrt(above.size)
     if level == 2.5:  # and differs from that of a normal surface
-        assert abs(norm.pdf(level) - level * norm.sf(level) - above.mean()) > 6 * above.std() / sqrt(above.size)
+        assert abs(
+            norm.pdf(level) - level * norm.sf(level) - above.mean()
+        ) > 6 * above.std() / sqrt(above.size)
 
 
 def test_small_waves_enter_by_a_series_as_large_ones_do(monkeypatch):
@@ -92,17 +94,26 @@ def test_the_mean_over_surfaces_is_zero(q_max, load):
 
 
 def test_the_volume_is_that_above_the_level_in_rms_heights():
-    spectrum = rs.SelfAffineSpectrum.from_rms_height(2e-6, hurst=0.8, q_min=3 * WAVE, q_max=12 * WAVE)
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(
+        2e-6, hurst=0.8, q_min=3 * WAVE, q_max=12 * WAVE
+    )
     point = heights_at_a_point(spectrum, GRID)
     heights = np.zeros(GRID.shape)
     heights[:8, :16] = 2.0 * point.rms  # 128 of 4096 points, 1.5 above the level
-    assert excess(heights, 0.5, point) + mean_above(0.5, point) == pytest.approx(1.5 * 128 / 4096, rel=1e-12)
+    assert excess(heights, 0.5, point) + mean_above(0.5, point) == pytest.approx(
+        1.5 * 128 / 4096, rel=1e-12
+    )
     assert excess(np.zeros(GRID.shape), 0.5, point) == -mean_above(0.5, point)
 
 
 def test_rms_height_and_slope_are_those_of_every_surface():
-    spectrum = rs.SelfAffineSpectrum.from_rms_height(2e-6, hurst=0.8, q_min=3 * WAVE, q_max=12 * WAVE)
-    point, heights = heights_at_a_point(spectrum, GRID), synthesize(spectrum, GRID, np.random.default_rng(5))
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(
+        2e-6, hurst=0.8, q_min=3 * WAVE, q_max=12 * WAVE
+    )
+    point, heights = (
+        heights_at_a_point(spectrum, GRID),
+        synthesize(spectrum, GRID, np.random.default_rng(5)),
+    )
     assert point.rms == pytest.approx(heights.std(), rel=1e-9)
     half = np.fft.rfft2(heights) / heights.size
     square = (np.abs(half) ** 2 * GRID.multiplicity * GRID.wavenumbers**2).sum()
@@ -118,10 +129,14 @@ def test_the_expected_share_is_elastic_or_yielded():
 
 def test_the_level_of_full_contact_is_that_of_0_45_of_a_normal_surface():
     # at a level below the middle, half the area and more, the mean over surfaces is another integral
-    spectrum = rs.SelfAffineSpectrum.from_rms_height(2e-6, hurst=0.8, q_min=3 * WAVE, q_max=12 * WAVE)
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(
+        2e-6, hurst=0.8, q_min=3 * WAVE, q_max=12 * WAVE
+    )
     one, other = (synthesize(spectrum, GRID, np.random.default_rng(seed)) for seed in (5, 6))
     volumes = [peak_volume(spectrum, GRID, heights, 1.0, 1.5) for heights in (one, other)]
-    above = [np.maximum(heights / one.std() - norm.isf(0.45), 0.0).mean() for heights in (one, other)]
+    above = [
+        np.maximum(heights / one.std() - norm.isf(0.45), 0.0).mean() for heights in (one, other)
+    ]
     assert volumes[0] - volumes[1] == pytest.approx(above[0] - above[1], rel=1e-6)
 
 

@@ -26,7 +26,9 @@ def library():
 
 @pytest.fixture(scope="module")
 def surface():
-    spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-7, hurst=0.8, q_min=2 * UNIT, q_max=25 * UNIT)
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(
+        1e-7, hurst=0.8, q_min=2 * UNIT, q_max=25 * UNIT
+    )
     return levelled(rs.synthesize(spectrum, GRID, np.random.default_rng(3)))
 
 
@@ -45,7 +47,9 @@ def write(folder, name, array, **how):
         ("b.csv", {"delimiter": ";"}),
     ],
 )
-def test_numbers_alone_are_heights_in_the_unit_given_row_by_row_along_x(tmp_path, surface, name, how, without):
+def test_numbers_alone_are_heights_in_the_unit_given_row_by_row_along_x(
+    tmp_path, surface, name, how, without
+):
     without("SurfaceTopography")  # it is not needed
     path = write(tmp_path, name, surface * 1e9 + 5.0, **how)
     found = read_topography(path, size=GRID.lengths, unit=1e-9)
@@ -54,7 +58,10 @@ def test_numbers_alone_are_heights_in_the_unit_given_row_by_row_along_x(tmp_path
 
 
 def test_the_spectrum_of_a_windowed_map_is_that_of_surfacetopography(library, surface, tmp_path):
-    surface, side = surface[:48], (GRID.lengths[1], GRID.lengths[1])  # a square: of a longer map several discs are used
+    surface, side = (
+        surface[:48],
+        (GRID.lengths[1], GRID.lengths[1]),
+    )  # a square: of a longer map several discs are used
     theirs = library.Topography(surface * 1e9, side, unit="m", periodic=False).detrend("rms-tilt")
     *_, whole = theirs.power_spectrum_from_area(return_map=True)
     path = write(tmp_path, "a.npy", surface * 1e9)
@@ -66,7 +73,9 @@ def test_the_spectrum_of_a_windowed_map_is_that_of_surfacetopography(library, su
     along = 2 * math.pi * np.fft.fftfreq(48, side[0] / 48)
     q = np.hypot(*np.meshgrid(along, along, indexing="ij"))
     inside = (q > 0) & (q <= found.grid.nyquist)
-    assert found.bins.variance == pytest.approx(psd[inside].sum() * cell / (4 * math.pi**2), rel=1e-6)
+    assert found.bins.variance == pytest.approx(
+        psd[inside].sum() * cell / (4 * math.pi**2), rel=1e-6
+    )
     # and so is each bin, before it is put to its centre
     k = int(np.argmax(found.bins.q > 10 * UNIT))
     ends = 10 ** (found.bins.index[k] / 20), 10 ** ((found.bins.index[k] + 1) / 20)
@@ -85,7 +94,9 @@ def test_modes_up_to_q_max_count_and_rounding_leaves_none_out(end):
 
 @pytest.mark.statistical
 def test_the_error_of_a_row_is_its_scatter_from_map_to_map():
-    flat = rs.SelfAffineSpectrum.from_rms_height(1e-7, hurst=0.8, q_min=UNIT, q_roll_off=20 * UNIT, q_max=25 * UNIT)
+    flat = rs.SelfAffineSpectrum.from_rms_height(
+        1e-7, hurst=0.8, q_min=UNIT, q_roll_off=20 * UNIT, q_max=25 * UNIT
+    )
     large = rs.Grid((192, 192), (3 * SIDE, 3 * SIDE))
     part = rs.Grid((64, 64), (SIDE, SIDE))
     rows = {True: [], False: []}
@@ -95,14 +106,19 @@ def test_the_error_of_a_row_is_its_scatter_from_map_to_map():
         cut = levelled(rs.synthesize(flat, large, rng, amplitudes="gaussian")[:64, :64])
         for periodic, heights in ((True, whole), (False, cut)):
             found = map_spectrum(heights, part, periodic=periodic)
-            wide = [slice(*np.searchsorted(found.q, ends)) for ends in ((4 * UNIT, 8 * UNIT), (8 * UNIT, 16 * UNIT))]
+            wide = [
+                slice(*np.searchsorted(found.q, ends))
+                for ends in ((4 * UNIT, 8 * UNIT), (8 * UNIT, 16 * UNIT))
+            ]
             rows[periodic].append([(found.psd[s].mean(), np.sqrt((found.error[s] ** 2).sum()) / len(found.psd[s]))
                                    for s in wide])  # fmt: skip
     for periodic, found in rows.items():
         psd, error = np.array(found).transpose(2, 0, 1)
         # rows of a windowed map are correlated, and their errors made larger for it: the means over several rows fit
         scatter = psd.std(axis=0) / psd.mean(axis=0)
-        np.testing.assert_allclose(error.mean(axis=0), scatter, rtol=4 / math.sqrt(120) + 0.1, err_msg=str(periodic))
+        np.testing.assert_allclose(
+            error.mean(axis=0), scatter, rtol=4 / math.sqrt(120) + 0.1, err_msg=str(periodic)
+        )
 
 
 @pytest.mark.usefixtures("library")
@@ -112,13 +128,17 @@ def test_several_maps_are_the_mean_in_each_bin_with_what_each_changes(surface):
     (alone, error), third = combined([rough]), (1.1**2 + 0.9**2) / 2
     inside = slice(2, -3)
     q = spectrum.q[inside]
-    np.testing.assert_allclose(spectrum(q), alone(q) / 1.1**2 * third, rtol=0.1)  # rows in the middle of bins
+    np.testing.assert_allclose(
+        spectrum(q), alone(q) / 1.1**2 * third, rtol=0.1
+    )  # rows in the middle of bins
     # without the rough one the mean is the smooth one; of two maps half of each square counts
     np.testing.assert_allclose(errors[inside, 1], (0.9**2 / third - 1) * math.sqrt(0.5), rtol=1e-9)
     np.testing.assert_allclose(errors[inside, 2], (1.1**2 / third - 1) * math.sqrt(0.5), rtol=1e-9)
     # alike modes: the sum of squares of 1.1² and 0.9², over that of the mean, and over n²
     share = math.sqrt(1.1**4 + 0.9**4) / (2 * third)
-    np.testing.assert_allclose(errors[inside, 0], share * np.interp(q, alone.q, error[:, 0]), rtol=0.2)
+    np.testing.assert_allclose(
+        errors[inside, 0], share * np.interp(q, alone.q, error[:, 0]), rtol=0.2
+    )
 
 
 @pytest.mark.usefixtures("library")
@@ -126,33 +146,58 @@ def test_maps_of_several_sizes_join_their_bands():
     spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-7, hurst=0.8, q_min=UNIT, q_max=100 * UNIT)
     rng = np.random.default_rng(1)
     fine_grid = rs.Grid((128, 128), (SIDE / 4, SIDE / 4))
-    coarse = map_spectrum(rs.synthesize(spectrum.truncated(q_max=30 * UNIT), GRID, rng), GRID, periodic=True)
+    coarse = map_spectrum(
+        rs.synthesize(spectrum.truncated(q_max=30 * UNIT), GRID, rng), GRID, periodic=True
+    )
     ends = np.array([4 * UNIT, 100 * UNIT])  # the longest wave of the small map
     short = rs.TabulatedSpectrum(ends, spectrum(ends))
     fine = map_spectrum(rs.synthesize(short, fine_grid, rng), fine_grid, periodic=True)
     found, errors = combined([coarse, fine])
     assert found.breaks[0] < 1.01 * UNIT
     assert found.breaks[-1] == pytest.approx(fine.q_max)
-    q = np.concatenate([np.geomspace(12 * UNIT, 26 * UNIT, 10), np.geomspace(34 * UNIT, 80 * UNIT, 10)])  # not the end
+    q = np.concatenate(
+        [np.geomspace(12 * UNIT, 26 * UNIT, 10), np.geomspace(34 * UNIT, 80 * UNIT, 10)]
+    )  # not the end
     np.testing.assert_allclose(found(q), spectrum(q), rtol=0.1)
     alone = (found.q < 3.8 * UNIT) | (found.q > 32 * UNIT)
     assert not errors[alone, 1:].any()  # one map alone shows no difference
     assert errors[~alone & (found.q > 12 * UNIT) & (found.q < 20 * UNIT), 1:].all()
-    with pytest.warns(RuntimeWarning, match=r"the scans leave a gap from q = .* a factor .*; add a scan of a size"):
-        combined([map_spectrum(levelled(rng.standard_normal((64, 48))), GRID, periodic=True, reliable=2 * UNIT), fine])
+    with pytest.warns(
+        RuntimeWarning, match=r"the scans leave a gap from q = .* a factor .*; add a scan of a size"
+    ):
+        combined(
+            [
+                map_spectrum(
+                    levelled(rng.standard_normal((64, 48))), GRID, periodic=True, reliable=2 * UNIT
+                ),
+                fine,
+            ]
+        )
 
 
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("words.txt", b"a height map\n1 2\n", "must hold numbers alone, but line 1 is 'a height map'"),
-        ("uneven.csv", b"1,2,3\n4,5\n", "must hold as many numbers in each line: line 1 has 3, line 2 has 2"),
+        (
+            "words.txt",
+            b"a height map\n1 2\n",
+            "must hold numbers alone, but line 1 is 'a height map'",
+        ),
+        (
+            "uneven.csv",
+            b"1,2,3\n4,5\n",
+            "must hold as many numbers in each line: line 1 has 3, line 2 has 2",
+        ),
         ("empty.txt", b"", "is empty"),
         ("comment.txt", b"# nothing\n", "holds no numbers"),
         ("binary.csv", bytes(range(256)), "has no format that is known"),
         ("empty.npy", b"", "is empty"),
         ("cut.npy", b"\x93NUMPY\x01\x00v\x00", "cannot be read as heights"),
-        ("row.txt", b"1 2 3 4 5 6 7 8 9\n", r"has \(9,\) points; C\(q\) needs at least 64 of a line scan"),
+        (
+            "row.txt",
+            b"1 2 3 4 5 6 7 8 9\n",
+            r"has \(9,\) points; C\(q\) needs at least 64 of a line scan",
+        ),
         ("flat.txt", b"1 1 1 1 1 1 1 1\n" * 8, "all alike"),
         ("nan.txt", b"nan nan nan nan nan nan nan nan\n" * 8, "100 % of its points are undefined"),
     ],
@@ -178,7 +223,9 @@ def test_arrays_that_are_no_map_are_refused(tmp_path, surface):
     with pytest.raises(rs.RecordError, match="pickled Python objects"):
         read_topography(tmp_path / "b.npy", size=(1e-3, 1e-3), unit=1e-6)
     header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (4000000, 4000000), }\n"
-    (tmp_path / "vast.npy").write_bytes(b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
+    (tmp_path / "vast.npy").write_bytes(
+        b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header
+    )
     with pytest.raises(rs.RecordError, match=r"vast.npy (declares 1.6e\+13 points|cannot be read)"):
         read_topography(tmp_path / "vast.npy", size=(1e-3, 1e-3), unit=1e-6)
 
@@ -208,13 +255,21 @@ def scene_of(capped_scene, tmp_path, surface):
 
 
 def test_a_scene_reads_numbers_with_size_and_unit(scene_of, surface):
-    scene = scene_of('topography = "a.npy"\ntopography_size = ["100 um", "75 um"]\ntopography_unit = "µm"')
+    scene = scene_of(
+        'topography = "a.npy"\ntopography_size = ["100 um", "75 um"]\ntopography_unit = "µm"'
+    )
     found = combined([map_spectrum(surface, GRID, periodic=False)])
-    np.testing.assert_allclose(np.array(scene.surface.psd).T, (found.spectrum.q, found.spectrum.psd), rtol=1e-6)
-    np.testing.assert_allclose(scene.surface.psd_error, found.errors, rtol=6e-3)  # three digits are kept
+    np.testing.assert_allclose(
+        np.array(scene.surface.psd).T, (found.spectrum.q, found.spectrum.psd), rtol=1e-6
+    )
+    np.testing.assert_allclose(
+        scene.surface.psd_error, found.errors, rtol=6e-3
+    )  # three digits are kept
     assert load_scene_text(scene.to_toml()) == scene
     same = scene_of(
-        'topography = "a.npy"\ntopography_size = [1e-4, 7.5e-5]\ntopography_unit = "1e-6 m"'.replace("1e-6 m", "um")
+        'topography = "a.npy"\ntopography_size = [1e-4, 7.5e-5]\ntopography_unit = "1e-6 m"'.replace(
+            "1e-6 m", "um"
+        )
     )
     assert same == scene
 
@@ -228,7 +283,10 @@ def load_scene_text(text):
 @pytest.mark.usefixtures("library")
 def test_a_scene_reads_a_list_of_scans(scene_of):
     lines = 'topography = ["a.npy", "b.npy"]\ntopography_unit = "um"\ntopography_size = '
-    both, each = scene_of(lines + '["100 um", "75 um"]'), scene_of(lines + '[["100 um", "75 um"], ["100 um", "75 um"]]')
+    both, each = (
+        scene_of(lines + '["100 um", "75 um"]'),
+        scene_of(lines + '[["100 um", "75 um"], ["100 um", "75 um"]]'),
+    )
     assert both == each
     assert {len(row) for row in both.surface.psd_error} == {3}
     assert both.scanned
@@ -243,11 +301,26 @@ def test_a_scene_reads_a_list_of_scans(scene_of):
             'topography = "a.npy"\ntopography_size = 0\ntopography_unit = "um"',
             "topography_size = 0 m must be above 0 m",
         ),
-        ('topography = "a.npy"\ntopography_size = "1 K"\ntopography_unit = "um"', "has the dimension"),
-        ('topography = "a.npy"\ntopography_size = [1e-3, 1e-3, 1e-3]\ntopography_unit = "um"', "one length, or two"),
-        ('topography = "a.npy"\ntopography_size = [[1e-3, 1e-3], [1e-3, 1e-3]]\ntopography_unit = "um"', "for 1 files"),
-        ('topography = "a.npy"\ntopography_size = 1e-3\ntopography_unit = "K"', "topography_unit.*has the dimension"),
-        ('topography = "a.npy"\ntopography_size = 1e-3\ntopography_unit = 1e-6', "must be a unit of length"),
+        (
+            'topography = "a.npy"\ntopography_size = "1 K"\ntopography_unit = "um"',
+            "has the dimension",
+        ),
+        (
+            'topography = "a.npy"\ntopography_size = [1e-3, 1e-3, 1e-3]\ntopography_unit = "um"',
+            "one length, or two",
+        ),
+        (
+            'topography = "a.npy"\ntopography_size = [[1e-3, 1e-3], [1e-3, 1e-3]]\ntopography_unit = "um"',
+            "for 1 files",
+        ),
+        (
+            'topography = "a.npy"\ntopography_size = 1e-3\ntopography_unit = "K"',
+            "topography_unit.*has the dimension",
+        ),
+        (
+            'topography = "a.npy"\ntopography_size = 1e-3\ntopography_unit = 1e-6',
+            "must be a unit of length",
+        ),
         ("topography = []", "must be the path of a file"),
         ('topography = ["a.npy", 3]', "must be the path of a file"),
         ('topography = ["a.npy", "a.npy"]', "names a file twice"),
@@ -284,10 +357,13 @@ def test_a_scene_fills_many_undefined_points_on_request_alone(scene_of, tmp_path
     np.save(tmp_path / "c.npy", holes)
     lines = 'topography = "c.npy"\ntopography_size = ["100 um", "75 um"]\ntopography_unit = "um"\n'
     with pytest.raises(
-        SceneError, match=r'13 % of its points are undefined, above 5 %; write topography_fill = "smooth"'
+        SceneError,
+        match=r'13 % of its points are undefined, above 5 %; write topography_fill = "smooth"',
     ):
         scene_of(lines)
-    with pytest.raises(SceneError, match=r'topography_fill = "smoth" is not known; did you mean "smooth"'):
+    with pytest.raises(
+        SceneError, match=r'topography_fill = "smoth" is not known; did you mean "smooth"'
+    ):
         scene_of(lines + 'topography_fill = "smoth"')
     with pytest.warns(RuntimeWarning, match="undefined points, 13 %, were filled"):
         scene = scene_of(lines + 'topography_fill = "smooth"')
@@ -318,6 +394,7 @@ def test_a_scene_takes_line_scans_and_cannot_press_them(scene_of, tmp_path, surf
     one = lines.replace(str(names), '"line0.npy"')
     scene_of(one)
     with pytest.raises(
-        SceneError, match="line0.npy is a line scan, of which there is C.q., but no map to press; use run"
+        SceneError,
+        match="line0.npy is a line scan, of which there is C.q., but no map to press; use run",
     ):
         rs.press(tmp_path / "scene.toml", tmp_path / "run")

@@ -69,12 +69,19 @@ def profile_of(law, q):
     def along(x):
         kinks = [np.sqrt(max(edge**2 - x**2, 1e-9)) for edge in law.breaks]
         end = np.sqrt(law.breaks[-1] ** 2 - x**2)
-        return 2 * scipy.integrate.quad(lambda y: law(np.hypot(x, y)), 0, end, limit=400, points=kinks[:-1])[0]
+        return (
+            2
+            * scipy.integrate.quad(
+                lambda y: law(np.hypot(x, y)), 0, end, limit=400, points=kinks[:-1]
+            )[0]
+        )
 
     return np.array([along(x) for x in q])
 
 
-LAW = rs.SelfAffineSpectrum.from_rms_height(0.9e-6, hurst=0.8, q_min=6350, q_roll_off=9.4e4, q_max=1e6)
+LAW = rs.SelfAffineSpectrum.from_rms_height(
+    0.9e-6, hurst=0.8, q_min=6350, q_roll_off=9.4e4, q_max=1e6
+)
 Q = np.geomspace(6350, 0.999e6, 60)
 PROFILE = profile_of(LAW, Q)
 
@@ -95,16 +102,26 @@ def test_a_scene_takes_the_spectrum_of_profiles(tmp_path):
     assert parse_scene(found.to_toml()) == found
     np.savetxt(tmp_path / "c1.csv", np.column_stack([Q, PROFILE]), delimiter=",")
     text = f'[surface]\npsd_file = "c1.csv"\npsd_convention = "profile"{BODY}'
-    assert parse_scene(text, folder=tmp_path).spectrum.rms_slope == pytest.approx(found.spectrum.rms_slope)
-    measured = scene(np.column_stack([Q, PROFILE]), 'psd_convention = "profile"\npsd_source = "scan"')
+    assert parse_scene(text, folder=tmp_path).spectrum.rms_slope == pytest.approx(
+        found.spectrum.rms_slope
+    )
+    measured = scene(
+        np.column_stack([Q, PROFILE]), 'psd_convention = "profile"\npsd_source = "scan"'
+    )
     assert measured.surface.psd_error is None  # unknown
 
 
 def test_a_table_without_an_isotropic_surface_is_refused():
     peak = PROFILE * (1 + 5 * np.exp(-(((Q - 3e5) / 2e4) ** 2)))
-    with pytest.raises(SceneError, match=r"surface.psd gives a negative C\(q\) at q = .*; average it"):
+    with pytest.raises(
+        SceneError, match=r"surface.psd gives a negative C\(q\) at q = .*; average it"
+    ):
         scene(np.column_stack([Q, peak]))
     with pytest.raises(SceneError, match=r"surface.psd\[1\] has q = 10.0 rad/m after"):
         scene([[20.0, 1e-10], [10.0, 1e-11]])
-    with pytest.raises(SceneError, match="surface.psd_convention = .profile. is converted by roughsim.load"):
-        type(scene(np.column_stack([Q, PROFILE])).surface)(psd=((1e4, 1e-20), (1e5, 1e-22)), psd_convention="profile")
+    with pytest.raises(
+        SceneError, match="surface.psd_convention = .profile. is converted by roughsim.load"
+    ):
+        type(scene(np.column_stack([Q, PROFILE])).surface)(
+            psd=((1e4, 1e-20), (1e5, 1e-22)), psd_convention="profile"
+        )

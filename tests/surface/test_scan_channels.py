@@ -79,14 +79,20 @@ def test_the_channel_of_several_is_named_and_chosen(tmp_path):
     path = gwy(tmp_path / "a.gwy", **TWICE)
     found, told = quietly(path)
     assert np.std(found.heights) == pytest.approx(2 * RMS)
-    assert "the channel 'Retrace' is taken; topography_channel chooses another one: 1 'Retrace', 2 'Height'" in told
+    assert (
+        "the channel 'Retrace' is taken; topography_channel chooses another one: 1 'Retrace', 2 'Height'"
+        in told
+    )
     assert found.taken == "channel 'Retrace', heights in m, sides in m"
     for channel, factor in (("Height", 1), ("height", 1), (2, 1), ("Retrace", 2), (1, 2)):
         found, told = quietly(path, channel=channel)
         assert np.std(found.heights) == pytest.approx(factor * RMS)
         assert told == ""
     for channel in ("Heigth", 0, 3, -1, "Phase"):
-        with pytest.raises(rs.RecordError, match="has no channel of heights .*; the choice is 1 'Retrace', 2 'Height'"):
+        with pytest.raises(
+            rs.RecordError,
+            match="has no channel of heights .*; the choice is 1 'Retrace', 2 'Height'",
+        ):
             read_scan(path, channel=channel)
 
 
@@ -105,12 +111,17 @@ def test_one_height_among_other_channels_needs_no_word(tmp_path):
 
 def test_a_file_without_heights_lists_its_channels(tmp_path):
     path = gwy(tmp_path / "a.gwy", Phase=(HEIGHTS, "deg"), Current=(HEIGHTS, "A"))
-    with pytest.raises(rs.RecordError, match="holds no channel of heights, only 'Phase', 'Current'; save"):
+    with pytest.raises(
+        rs.RecordError, match="holds no channel of heights, only 'Phase', 'Current'; save"
+    ):
         read_scan(path)
     with h5py.File(tmp_path / "b.h5", "w") as file:
         file["stack"] = np.zeros((3, 9, 9))
         file["of/one"] = np.zeros(5)
-    with pytest.raises(rs.RecordError, match=r"holds no map, but of/one of shape \(5,\), stack of shape \(3, 9, 9\)"):
+    with pytest.raises(
+        rs.RecordError,
+        match=r"holds no map, but of/one of shape \(5,\), stack of shape \(3, 9, 9\)",
+    ):
         read_scan(tmp_path / "b.h5")
 
 
@@ -118,11 +129,19 @@ def test_channels_of_one_name_are_chosen_by_number(tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["Height"], file["height"] = HEIGHTS, 2 * HEIGHTS
     given = {"size": (SIZE, SIZE), "unit": 1.0}
-    with pytest.raises(rs.RecordError, match="has several channels of heights with the name 'height'; the choice is 1"):
+    with pytest.raises(
+        rs.RecordError,
+        match="has several channels of heights with the name 'height'; the choice is 1",
+    ):
         read_scan(tmp_path / "a.h5", channel="height", **given)
-    with pytest.raises(rs.RecordError, match="several sets of numbers without a unit, 1 'Height', 2 'height'; write"):
+    with pytest.raises(
+        rs.RecordError,
+        match="several sets of numbers without a unit, 1 'Height', 2 'height'; write",
+    ):
         read_scan(tmp_path / "a.h5", **given)
-    assert np.std(read_scan(tmp_path / "a.h5", channel=2, **given).heights) == pytest.approx(2 * RMS)
+    assert np.std(read_scan(tmp_path / "a.h5", channel=2, **given).heights) == pytest.approx(
+        2 * RMS
+    )
 
 
 def test_variables_of_netcdf_are_channels(tmp_path):
@@ -136,7 +155,9 @@ def test_variables_of_netcdf_are_channels(tmp_path):
             file[name].attrs["units"] = "m"
             for axis in range(2):
                 file[name].dims[axis].attach_scale(file["xy"[axis]])
-    with pytest.raises(rs.RecordError, match="holds several sets of numbers, .*; write the name of one as"):
+    with pytest.raises(
+        rs.RecordError, match="holds several sets of numbers, .*; write the name of one as"
+    ):
         read_scan(tmp_path / "a.nc")
     assert np.std(read_scan(tmp_path / "a.nc", channel="retrace").heights) == pytest.approx(2 * RMS)
 
@@ -159,8 +180,13 @@ def test_a_scene_keeps_the_channel_of_its_scan(tmp_path, capsys):
         with pytest.raises(SceneError, match="topography_channel|no channel of heights"):
             parse_scene(text.replace('"Height"', wrong), folder=tmp_path)
     np.savetxt(tmp_path / "a.gwy", HEIGHTS)
-    with pytest.raises(SceneError, match="has no channels to choose from; remove topography_channel"):
-        parse_scene(text.replace("[body]", 'topography_size = "1 mm"\ntopography_unit = "m"\n[body]'), folder=tmp_path)
+    with pytest.raises(
+        SceneError, match="has no channels to choose from; remove topography_channel"
+    ):
+        parse_scene(
+            text.replace("[body]", 'topography_size = "1 mm"\ntopography_unit = "m"\n[body]'),
+            folder=tmp_path,
+        )
 
 
 # --- units of lists
@@ -229,7 +255,9 @@ def test_a_unit_that_is_not_known_is_no_missing_one(tmp_path, name):
 def test_coordinates_without_a_unit_are_said_to_be_taken(tmp_path):
     found, told = quietly(listed(tmp_path, "x;y;z", 1e-6, 1e-6), unit=1e-6)
     assert found.grid.lengths == pytest.approx((20e-6, 24e-6))
-    assert "coordinates have no unit, and are taken in um as the heights; if it is another one" in told
+    assert (
+        "coordinates have no unit, and are taken in um as the heights; if it is another one" in told
+    )
     assert found.taken == "heights in um by topography_unit, sides in the unit of the heights"
     given, told = quietly(listed(tmp_path, "x;y;z", 1e-3, 1e-6), unit=1e-6, size=(20e-6, 24e-6))
     assert given.grid.lengths == pytest.approx((20e-6, 24e-6))
@@ -249,7 +277,9 @@ def test_a_stylus_line_has_units_of_its_own(tmp_path):
     found, _ = quietly(tmp_path / "a.txt")
     assert isinstance(found, Profile)
     assert found.length == pytest.approx(100e-6)
-    assert np.std(found.heights) == pytest.approx(1e-6 * np.std(rs.surface.topography.levelled(line)))
+    assert np.std(found.heights) == pytest.approx(
+        1e-6 * np.std(rs.surface.topography.levelled(line))
+    )
     np.savetxt(tmp_path / "b.txt", line, header="Height (nm)", comments="")
     assert np.std(quietly(tmp_path / "b.txt", size=(1e-4, 1e-4))[0].heights) < 2e-9
 
@@ -259,7 +289,9 @@ def test_a_cut_ends_the_spectrum_of_a_scan(tmp_path):
     text = f'[surface]\ntopography = "a.gwy"{BODY}'
     whole = parse_scene(text, folder=tmp_path).spectrum
     for cut in ('"1.5e6 1/m"', "1.5e6", f'"{2 * np.pi / 1.5e6} m"', f'"{2e6 * np.pi / 1.5e6} um"'):
-        short = parse_scene(text.replace("[body]", f"topography_cut = {cut}\n[body]"), folder=tmp_path).spectrum
+        short = parse_scene(
+            text.replace("[body]", f"topography_cut = {cut}\n[body]"), folder=tmp_path
+        ).spectrum
         assert 0.85 * 1.5e6 < short.q[-1] < 1.5e6 * (1 + 1e-9)
         inside = short.q[short.q < 1e6]
         np.testing.assert_allclose(short(inside), whole(inside), rtol=1e-9)
@@ -267,7 +299,9 @@ def test_a_cut_ends_the_spectrum_of_a_scan(tmp_path):
         ('"3 K"', "topography_cut"), ("-1", "above 0"), ('"2.5"', "has no unit"), ('"1e9 m"', "all cut by"),
     ):  # fmt: skip
         with pytest.raises(SceneError, match=message):
-            parse_scene(text.replace("[body]", f"topography_cut = {wrong}\n[body]"), folder=tmp_path)
+            parse_scene(
+                text.replace("[body]", f"topography_cut = {wrong}\n[body]"), folder=tmp_path
+            )
 
 
 # --- HDF5 with coordinates of its own
@@ -294,7 +328,9 @@ def test_hdf5_with_x_y_and_units_needs_no_keys(tmp_path):
         read_scan(save("d.h5", 1e9 * HEIGHTS, whole="mm", z="nm")),
     ):
         assert found.grid.lengths == pytest.approx((20e-6, 24e-6))
-        np.testing.assert_allclose(found.heights, rs.surface.topography.levelled(HEIGHTS), atol=1e-15)
+        np.testing.assert_allclose(
+            found.heights, rs.surface.topography.levelled(HEIGHTS), atol=1e-15
+        )
     with pytest.raises(rs.RecordError, match="lacks its unit; give topography_unit"):
         read_scan(save("e.h5", HEIGHTS))
     with h5py.File(tmp_path / "c.h5", "r+") as file:
@@ -315,13 +351,19 @@ def test_an_undefined_coordinate_is_refused(tmp_path, suffix, place):
     else:
         given = {}
         with h5py.File(path, "w") as file:
-            file["x"], file["y"], file["z"] = x, x[10] * np.arange(9), np.random.default_rng(1).random((100, 9))
+            file["x"], file["y"], file["z"] = (
+                x,
+                x[10] * np.arange(9),
+                np.random.default_rng(1).random((100, 9)),
+            )
             for axis, name in enumerate("xy" if suffix == ".nc" else ""):
                 file[name].make_scale(name)
                 file["z"].dims[axis].attach_scale(file[name])
             for name in "xyz":
                 file[name].attrs["units"] = "m"
-    with pytest.raises(rs.RecordError, match="at uneven steps; put its heights on even steps first"):
+    with pytest.raises(
+        rs.RecordError, match="at uneven steps; put its heights on even steps first"
+    ):
         read_scan(path, **given)
 
 
@@ -330,7 +372,9 @@ def test_a_tiff_of_floating_point_numbers_is_a_map(tmp_path, kind):
     tifffile = pytest.importorskip("tifffile")
     given = {"size": (20e-6, 24e-6), "unit": 1e-9}
     tifffile.imwrite(tmp_path / "a.tif", (1e9 * HEIGHTS.T).astype(kind))  # a line is along x
-    with pytest.raises(rs.RecordError, match="lacks its size and unit; give topography_size and topography_unit"):
+    with pytest.raises(
+        rs.RecordError, match="lacks its size and unit; give topography_size and topography_unit"
+    ):
         read_scan(tmp_path / "a.tif")
     found, told = quietly(tmp_path / "a.tif", **given)
     np.testing.assert_allclose(found.heights, rs.surface.topography.levelled(HEIGHTS), atol=1e-13)
@@ -341,8 +385,12 @@ def test_a_tiff_of_floating_point_numbers_is_a_map(tmp_path, kind):
     assert np.std(found.heights) == pytest.approx(2 * RMS)
     assert "the channel 'page 1' is taken" in told
     assert np.std(read_scan(tmp_path / "b.tif", channel=2, **given).heights) == pytest.approx(RMS)
-    tifffile.imwrite(tmp_path / "big.tif", (1e9 * HEIGHTS.T).astype(kind), bigtiff=True, byteorder=">")
+    tifffile.imwrite(
+        tmp_path / "big.tif", (1e9 * HEIGHTS.T).astype(kind), bigtiff=True, byteorder=">"
+    )
     assert np.std(read_scan(tmp_path / "big.tif", **given).heights) == pytest.approx(RMS)
     tifffile.imwrite(tmp_path / "c.tif", np.zeros((20, 24), np.uint8))
-    with pytest.raises(rs.RecordError, match=r"is a picture \(TIFF\) without floating-point numbers"):
+    with pytest.raises(
+        rs.RecordError, match=r"is a picture \(TIFF\) without floating-point numbers"
+    ):
         read_scan(tmp_path / "c.tif", **given)

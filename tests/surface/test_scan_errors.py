@@ -48,7 +48,9 @@ def test_modes_under_the_window_count_as_fewer(even):
     ratios = []
     for _ in range(6):
         bins = map_spectrum(rng.standard_normal(GRID.shape), GRID, periodic=False)
-        ratios.append(bins.error[:-1] * np.sqrt([0.5 * modes_of(*limits) for limits in limits_of(bins)[:-1]]))
+        ratios.append(
+            bins.error[:-1] * np.sqrt([0.5 * modes_of(*limits) for limits in limits_of(bins)[:-1]])
+        )
     # where modes happen to scatter by less than their mean, that of Gaussian heights counts: the least of all rows
     assert np.min(ratios) == pytest.approx(math.sqrt(fourth / second**2), rel=2e-3)
 
@@ -56,20 +58,28 @@ def test_modes_under_the_window_count_as_fewer(even):
 def test_a_row_that_was_added_shares_the_error_of_its_neighbour():
     # C ∝ q^(−3): the longest waves have more than the integral from the first row on, so that a row below is added
     spectrum = rs.TabulatedSpectrum(np.array([UNIT, 25 * UNIT]), np.array([1e-26, 1e-26 / 25**3]))
-    bins = map_spectrum(rs.synthesize(spectrum, GRID, np.random.default_rng(2)), GRID, periodic=True)
+    bins = map_spectrum(
+        rs.synthesize(spectrum, GRID, np.random.default_rng(2)), GRID, periodic=True
+    )
     found = combined([bins])
     assert bins.longest < 0.99 * UNIT
     assert found.spectrum.q[0] == pytest.approx(bins.longest)
     # both move together, and their sum of squares is that of twice the one
     np.testing.assert_allclose(found.errors[:2, 0], math.sqrt(2.0) * bins.error[0], rtol=1e-12)
-    np.testing.assert_allclose(found.errors[2:-2, 0], bins.error[1 : len(found.errors) - 3], rtol=1e-12)
+    np.testing.assert_allclose(
+        found.errors[2:-2, 0], bins.error[1 : len(found.errors) - 3], rtol=1e-12
+    )
 
 
 def test_the_widest_of_several_maps_says_where_the_table_begins(even):
     pytest.importorskip("SurfaceTopography", exc_type=ImportError)
     small = rs.Grid((64, 64), (SIDE / 2, SIDE / 2))
-    spectrum = rs.TabulatedSpectrum(np.array([2 * UNIT, 50 * UNIT]), np.array([1e-26 / 4, 1e-26 / 2500]))
-    fine = map_spectrum(rs.synthesize(spectrum, small, np.random.default_rng(6)), small, periodic=True)
+    spectrum = rs.TabulatedSpectrum(
+        np.array([2 * UNIT, 50 * UNIT]), np.array([1e-26 / 4, 1e-26 / 2500])
+    )
+    fine = map_spectrum(
+        rs.synthesize(spectrum, small, np.random.default_rng(6)), small, periodic=True
+    )
     wide = map_spectrum(even, GRID, periodic=True)
     for maps in ([wide, fine], [fine, wide]):
         assert combined(maps).spectrum.q[0] == pytest.approx(min(wide.longest, wide.q[0]), rel=0.06)

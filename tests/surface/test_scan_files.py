@@ -26,7 +26,11 @@ def heights():
     tilted = noise + 3.0 * np.outer(np.linspace(0, 1, 40) ** 3, np.linspace(1, 0, 24) ** 2)
     x, y = X - X.mean(), Y - Y.mean()
     level = tilted - tilted.mean()
-    return level - np.outer(x, np.ones(24)) * (level.mean(1) @ x / (x @ x)) - y * (level.mean(0) @ y / (y @ y))
+    return (
+        level
+        - np.outer(x, np.ones(24)) * (level.mean(1) @ x / (x @ x))
+        - y * (level.mean(0) @ y / (y @ y))
+    )
 
 
 def text(table, divider=" ", header="", comma=False):
@@ -157,14 +161,19 @@ def test_a_header_says_size_unit_and_axes_whatever_the_name(tmp_path, heights, n
     assert_is(read_topography(save(tmp_path, name, gwyddion(heights).encode("utf-16"))), heights)
     decimal_commas = gwyddion(heights).replace(".", ",")
     assert_is(read_topography(save(tmp_path, name, decimal_commas)), heights)
-    with pytest.raises(rs.RecordError, match="contains its size and unit; remove topography_size and topography_unit"):
+    with pytest.raises(
+        rs.RecordError,
+        match="contains its size and unit; remove topography_size and topography_unit",
+    ):
         read_topography(save(tmp_path, name, gwyddion(heights)), **GIVEN)
 
 
 def test_a_header_of_points_alone_asks_for_size_and_unit(tmp_path, heights):
     pytest.importorskip("SurfaceTopography", exc_type=ImportError)
     path = save(tmp_path, "a.txt", text(heights.T, " ", "h = 24\nw = 40"))
-    with pytest.raises(rs.RecordError, match="lacks its size and unit; give topography_size and topography_u"):
+    with pytest.raises(
+        rs.RecordError, match="lacks its size and unit; give topography_size and topography_u"
+    ):
         read_topography(path)
     assert_is(read_topography(path, **GIVEN), heights)
 
@@ -181,7 +190,9 @@ def test_numbers_alone_are_the_same_map_whatever_the_name_and_the_divider(tmp_pa
         assert_is(read_topography(save(tmp_path, name, content), **GIVEN), heights)
     with pytest.raises(rs.RecordError, match="lacks its size and unit"):
         read_topography(save(tmp_path, name, text(heights)))
-    with pytest.warns(RuntimeWarning, match="two sides of topography_size exchanged its pixels would be square"):
+    with pytest.warns(
+        RuntimeWarning, match="two sides of topography_size exchanged its pixels would be square"
+    ):
         read_topography(save(tmp_path, name, text(heights)), size=SIZE[::-1], unit=1e-6)
 
 
@@ -196,7 +207,8 @@ def test_one_length_for_a_map_of_uneven_points_is_told(tmp_path, heights):
 
 
 @pytest.mark.parametrize(
-    "heading", ["x y z", "x/px y/px z/raw", "x [px] y [px] z [raw]", "X (px)   Y (px)   Height (raw)"]
+    "heading",
+    ["x y z", "x/px y/px z/raw", "x [px] y [px] z [raw]", "X (px)   Y (px)   Height (raw)"],
 )
 def test_names_of_columns_are_no_heights(tmp_path, heights, heading):
     x, y = np.indices(heights.shape)
@@ -209,7 +221,10 @@ def test_names_of_columns_are_no_heights(tmp_path, heights, heading):
 
 def test_a_decimal_comma_or_two_numbers_is_asked(tmp_path):
     path = save(tmp_path, "a.csv", "\n".join(f"{k},{k % 7}" for k in range(100)))
-    with pytest.raises(rs.RecordError, match="one number with a decimal comma, or two; divide numbers by semicolons"):
+    with pytest.raises(
+        rs.RecordError,
+        match="one number with a decimal comma, or two; divide numbers by semicolons",
+    ):
         read_scan(path, **GIVEN)
 
 
@@ -221,12 +236,18 @@ def test_a_list_of_x_y_and_height_is_a_map(tmp_path, heights):
         assert_is(found, heights)
         assert "coordinates have no unit" in told
     half = listed * [0.5, 0.5, 1.0]
-    assert quietly(save(tmp_path, "a.xyz", text(half)), unit=1e-6)[0].grid.lengths == pytest.approx((40e-6, 24e-6))
-    assert_is(read_topography(save(tmp_path, "a.xyz", text(half)), **GIVEN), heights)  # a size that is given counts
+    assert quietly(save(tmp_path, "a.xyz", text(half)), unit=1e-6)[0].grid.lengths == pytest.approx(
+        (40e-6, 24e-6)
+    )
+    assert_is(
+        read_topography(save(tmp_path, "a.xyz", text(half)), **GIVEN), heights
+    )  # a size that is given counts
     with pytest.raises(rs.RecordError, match="lists a point twice"):
         read_topography(save(tmp_path, "b.xyz", text(np.vstack([listed, listed[:1]]))), unit=1e-6)
     random = np.random.default_rng(1).random((500, 3))
-    with pytest.raises(rs.RecordError, match="at uneven steps; put its heights on even steps first"):
+    with pytest.raises(
+        rs.RecordError, match="at uneven steps; put its heights on even steps first"
+    ):
         read_topography(save(tmp_path, "c.xyz", text(random)), unit=1e-6)
 
 
@@ -248,7 +269,9 @@ def test_a_line_scan_keeps_its_length_and_heights(tmp_path, kind):
         np.save(path, line)
     else:
         save(tmp_path, "a.npy", text(table[kind]))
-    given = {"unit": 1e-6} | ({} if kind in ("two columns", "falling") else {"size": (50e-6, 50e-6)})
+    given = {"unit": 1e-6} | (
+        {} if kind in ("two columns", "falling") else {"size": (50e-6, 50e-6)}
+    )
     found, _ = quietly(path, **given)
     assert isinstance(found, Profile)
     assert found.length == pytest.approx(50e-6)
@@ -260,7 +283,18 @@ def test_a_line_scan_keeps_its_length_and_heights(tmp_path, kind):
             read_scan(path, size=SIZE, unit=1e-6)
 
 
-def as_netcdf(path, heights, *, classic, order="xy", units=("um", "um", "nm"), x=X, y=Y, packed=False, fill=None):
+def as_netcdf(
+    path,
+    heights,
+    *,
+    classic,
+    order="xy",
+    units=("um", "um", "nm"),
+    x=X,
+    y=Y,
+    packed=False,
+    fill=None,
+):
     data, axes = 1e3 * (heights if order == "xy" else heights.T), {"x": x, "y": y}
     attributes = {name: {"units": unit} for name, unit in zip("xyz", units, strict=True) if unit}
     own = attributes.setdefault("z", {})
@@ -302,9 +336,13 @@ def test_netcdf_has_its_own_coordinates_and_units(tmp_path, heights, classic):
     assert_is(read_topography(as_netcdf(tmp_path / "b.nc", heights, order="yx", **how)), heights)
     falling = as_netcdf(tmp_path / "c.nc", heights[:, ::-1], y=Y[::-1], **how)
     assert_is(read_topography(falling), heights)
-    in_mm = as_netcdf(tmp_path / "d.nc", heights, x=1e-3 * X, y=1e-3 * Y, units=("mm", "mm", "nanometer"), **how)
+    in_mm = as_netcdf(
+        tmp_path / "d.nc", heights, x=1e-3 * X, y=1e-3 * Y, units=("mm", "mm", "nanometer"), **how
+    )
     assert_is(read_topography(in_mm), heights)
-    assert_is(read_topography(as_netcdf(tmp_path / "e.nc", 2 * heights, packed=True, **how)), heights)
+    assert_is(
+        read_topography(as_netcdf(tmp_path / "e.nc", 2 * heights, packed=True, **how)), heights
+    )
     _, told = quietly(as_netcdf(tmp_path / "f.nc", heights, fill=-7.0, **how))
     assert "undefined points, 0.31 %" in told
     bare = as_netcdf(tmp_path / "g.nc", heights, units=("", "", ""), **how)
@@ -325,7 +363,9 @@ def test_netcdf_has_its_own_coordinates_and_units(tmp_path, heights, classic):
 def test_xarray_writes_what_is_read(tmp_path, heights):
     xarray = pytest.importorskip("xarray", exc_type=ImportError)
     pytest.importorskip("h5netcdf", exc_type=ImportError)
-    data = xarray.DataArray(1e3 * heights, dims=("x", "y"), coords={"x": X, "y": Y}, attrs={"units": "nm"}, name="h")
+    data = xarray.DataArray(
+        1e3 * heights, dims=("x", "y"), coords={"x": X, "y": Y}, attrs={"units": "nm"}, name="h"
+    )
     for axis in "xy":
         data[axis].attrs["units"] = "um"
     for engine in ("scipy", "h5netcdf"):
@@ -351,7 +391,8 @@ def test_hdf5_without_a_size_takes_it_from_the_keys(tmp_path, heights):
     with h5py.File(tmp_path / "a.h5", "r+") as file:
         file["amplitude"] = heights
     with pytest.raises(
-        rs.RecordError, match="several sets of numbers without a unit, .*amplitude.*save the heights alone"
+        rs.RecordError,
+        match="several sets of numbers without a unit, .*amplitude.*save the heights alone",
     ):
         read_topography(tmp_path / "a.h5", **GIVEN)
 
@@ -363,11 +404,17 @@ def test_a_packed_file_is_what_it_holds(tmp_path, heights, memory):
     np.testing.assert_allclose(
         read_topography(save(tmp_path, "a.nc.gz", gzip.compress(content))).heights, 1e-6 * heights
     )
-    assert_is(read_topography(save(tmp_path, "b", gzip.compress(gwyddion(heights).encode()))), heights)
+    assert_is(
+        read_topography(save(tmp_path, "b", gzip.compress(gwyddion(heights).encode()))), heights
+    )
     for name, packed, message in (
         ("twice.gz", gzip.compress(gzip.compress(content)), "is packed twice"),
         ("cut.gz", gzip.compress(content)[:-500], "packed by gzip and cut short or damaged"),
-        ("not.gz", gzip.compress(content)[:50] + bytes(500), "packed by gzip and cut short or damaged"),
+        (
+            "not.gz",
+            gzip.compress(content)[:50] + bytes(500),
+            "packed by gzip and cut short or damaged",
+        ),
     ):
         with pytest.raises(rs.RecordError, match=f"{name} .*{message}"):
             read_topography(save(tmp_path, name, packed))
@@ -375,7 +422,8 @@ def test_a_packed_file_is_what_it_holds(tmp_path, heights, memory):
     assert bomb.stat().st_size < 40_000
     memory(16e6)
     with pytest.raises(
-        rs.RecordError, match="bomb.gz unpacks to more than 0.002 GB, an eighth of the available memory"
+        rs.RecordError,
+        match="bomb.gz unpacks to more than 0.002 GB, an eighth of the available memory",
     ):
         read_topography(bomb)
 
@@ -431,7 +479,12 @@ def test_a_damaged_file_is_refused_or_the_map_that_it_was(tmp_path, heights, kin
         np.save(tmp_path / "whole.npy", heights)
         content = (tmp_path / "whole.npy").read_bytes()
     else:
-        texts = {"text": text(heights), "list": text(listed), "gwyddion": gwyddion(heights), "gz": gwyddion(heights)}
+        texts = {
+            "text": text(heights),
+            "list": text(listed),
+            "gwyddion": gwyddion(heights),
+            "gz": gwyddion(heights),
+        }
         content = texts[kind].encode()
         content = gzip.compress(content) if kind == "gz" else content
     given = {"text": GIVEN, "npy": GIVEN, "list": {"unit": 1e-6}}.get(kind, {})
@@ -439,7 +492,9 @@ def test_a_damaged_file_is_refused_or_the_map_that_it_was(tmp_path, heights, kin
     for k in range(60):
         damaged = bytearray(content[: rng.integers(len(content))] if k % 2 else content)
         if not k % 2:
-            damaged[rng.integers(min(len(damaged), 600 if k % 4 else len(damaged)))] ^= 1 << rng.integers(8)
+            damaged[rng.integers(min(len(damaged), 600 if k % 4 else len(damaged)))] ^= (
+                1 << rng.integers(8)
+            )
         try:
             found, _ = quietly(save(tmp_path, "a", bytes(damaged)), **given)
         except rs.RecordError:
@@ -458,5 +513,7 @@ def test_a_damaged_line_of_numbers_is_named_and_not_skipped(tmp_path, heights, l
         lines = content.splitlines()
         k = line + (4 if not given else 0)
         lines[k] = lines[k].replace("," if content is commas else ".", "x", 1)
-        with pytest.raises(rs.RecordError, match="x.* in a line of numbers; it is damaged|line .* has '.*x"):
+        with pytest.raises(
+            rs.RecordError, match="x.* in a line of numbers; it is damaged|line .* has '.*x"
+        ):
             read_topography(save(tmp_path, "a.txt", "\n".join(lines)), **given)

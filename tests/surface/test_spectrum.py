@@ -14,7 +14,13 @@ from roughsim.surface.spectrum import SumSpectrum, TruncatedSpectrum
 Q_MIN, Q_ROLL_OFF, Q_MAX = 2.0e3, 3.0e4, 5.0e6
 BAND = {"q_min": Q_MIN, "q_roll_off": Q_ROLL_OFF, "q_max": Q_MAX}
 EXPONENTS = list(itertools.product([0.0, 0.3, 0.5, 0.8, 1.0], [0.0, 1.5, 2.0, 4.0]))
-STEEL = {"hurst": 0.8, "q_min": 6350.0, "q_roll_off": 9.4e4, "q_max": 4.15e7, "roll_off_exponent": 1.5}
+STEEL = {
+    "hurst": 0.8,
+    "q_min": 6350.0,
+    "q_roll_off": 9.4e4,
+    "q_max": 4.15e7,
+    "roll_off_exponent": 1.5,
+}
 
 
 def shape_of(q, hurst, m, kink=Q_ROLL_OFF):
@@ -40,7 +46,9 @@ def quadrature(order, hurst, m, ends=(Q_MIN, Q_MAX)):
     low, high = min(Q_ROLL_OFF, ends[1]), ends[1]
     total = integral(lambda q: q ** (1 + order) * (q / Q_ROLL_OFF) ** -m, ends[0], low)
     if high > low:
-        total += integral(lambda q: q ** (1 + order) * (q / Q_ROLL_OFF) ** (-2 - 2 * hurst), low, high)
+        total += integral(
+            lambda q: q ** (1 + order) * (q / Q_ROLL_OFF) ** (-2 - 2 * hurst), low, high
+        )
     return 2 * np.pi * total
 
 
@@ -115,8 +123,12 @@ def test_without_a_roll_off_the_self_affine_branch_begins_at_q_min():
 
 
 def test_a_roll_off_at_either_end_is_allowed():
-    at_start = SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=1e3, q_roll_off=1e3, q_max=1e6)
-    at_end = SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=1e3, q_roll_off=1e6, q_max=1e6)
+    at_start = SelfAffineSpectrum.from_rms_height(
+        1e-6, hurst=0.8, q_min=1e3, q_roll_off=1e3, q_max=1e6
+    )
+    at_end = SelfAffineSpectrum.from_rms_height(
+        1e-6, hurst=0.8, q_min=1e3, q_roll_off=1e6, q_max=1e6
+    )
     assert at_start.breaks == at_end.breaks == (1e3, 1e6)
     assert at_end(2e3) == pytest.approx(at_end(9e5), rel=1e-12)
     assert at_end(2e3) == pytest.approx(1e-12 / (np.pi * (1e12 - 1e6)), rel=1e-12)
@@ -159,11 +171,15 @@ def test_truncation_beyond_the_end_changes_nothing():
 
 def test_a_table_is_a_power_law_between_its_points():
     table = TabulatedSpectrum([1.0, 4.0, 8.0], [16.0, 1.0, 8.0])
-    np.testing.assert_allclose(table([1.0, 2.0, 4.0, 2**2.5, 8.0]), [16.0, 4.0, 1.0, 2**1.5, 8.0], rtol=1e-14)
+    np.testing.assert_allclose(
+        table([1.0, 2.0, 4.0, 2**2.5, 8.0]), [16.0, 4.0, 1.0, 2**1.5, 8.0], rtol=1e-14
+    )
     assert (table([0.0, 0.999, 8.001, 1e9]) == 0).all()
     assert table.breaks == (1.0, 4.0, 8.0)
     # ∫ q C = ∫ 16 q^(−1) + ∫ q⁴/64, ∫ q³ C = ∫ 16 q + ∫ q⁶/64
-    assert table.moment(0) == pytest.approx(2 * np.pi * (16 * np.log(4) + (8**5 - 4**5) / 320), rel=1e-13)
+    assert table.moment(0) == pytest.approx(
+        2 * np.pi * (16 * np.log(4) + (8**5 - 4**5) / 320), rel=1e-13
+    )
     assert table.moment(2) == pytest.approx(2 * np.pi * (120 + (8**7 - 4**7) / 448), rel=1e-13)
 
 
@@ -175,7 +191,9 @@ def test_a_table_sampled_from_a_self_affine_spectrum_equals_it(hurst, m):
     between = np.geomspace(Q_MIN, Q_MAX, 333)[1:-1]
     np.testing.assert_allclose(table(between), spectrum(between), rtol=1e-11)
     assert table.rms_height == pytest.approx(1e-6, rel=1e-11)
-    assert table.moment(2) == pytest.approx(spectrum(Q_ROLL_OFF) * quadrature(2, hurst, m), rel=1e-11)
+    assert table.moment(2) == pytest.approx(
+        spectrum(Q_ROLL_OFF) * quadrature(2, hurst, m), rel=1e-11
+    )
 
 
 def test_truncating_a_table_inserts_the_new_end():
@@ -224,7 +242,9 @@ def test_whole_numbers_and_numpy_numbers_are_numbers():
 
 
 def test_uncorrelated_surfaces_add_their_spectra():
-    rough = SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=1e3, q_roll_off=1e4, q_max=1e6)
+    rough = SelfAffineSpectrum.from_rms_height(
+        1e-6, hurst=0.8, q_min=1e3, q_roll_off=1e4, q_max=1e6
+    )
     fine = SelfAffineSpectrum.from_rms_height(2e-7, hurst=0.5, q_min=5e4, q_max=3e6)
     table = TabulatedSpectrum([2e3, 4e6], [1e-21, 1e-27])
     total = rough + fine + table
@@ -241,7 +261,9 @@ def test_uncorrelated_surfaces_add_their_spectra():
 
 
 def test_a_sum_is_scaled_and_truncated_term_by_term():
-    rough = SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=1e3, q_roll_off=1e4, q_max=1e6)
+    rough = SelfAffineSpectrum.from_rms_height(
+        1e-6, hurst=0.8, q_min=1e3, q_roll_off=1e4, q_max=1e6
+    )
     fine = SelfAffineSpectrum.from_rms_height(2e-7, hurst=0.5, q_min=5e4, q_max=3e6)
     total = rough + fine
     assert total.scaled(4).rms_height == pytest.approx(2 * total.rms_height, rel=1e-13)
@@ -250,7 +272,9 @@ def test_a_sum_is_scaled_and_truncated_term_by_term():
     assert part.breaks == (1e3, 1e4, 5e4, 1e6, 2e6)
     q = np.geomspace(1e3, 2e6, 30)
     np.testing.assert_array_equal(part(q), total(q))
-    with pytest.raises(ValueError, match=r"q_max = 500 rad/m must exceed the first wavenumber 1000 rad/m"):
+    with pytest.raises(
+        ValueError, match=r"q_max = 500 rad/m must exceed the first wavenumber 1000 rad/m"
+    ):
         total.truncated(q_max=500.0)
 
 
@@ -260,7 +284,10 @@ def test_a_number_cannot_be_added_to_a_spectrum():
 
 
 def test_every_spectrum_of_one_kind_is_a_set_of_power_laws():
-    for spectrum in (SelfAffineSpectrum.from_rms_height(9e-7, **STEEL), TabulatedSpectrum([1.0, 2.0], [1.0, 1.0])):
+    for spectrum in (
+        SelfAffineSpectrum.from_rms_height(9e-7, **STEEL),
+        TabulatedSpectrum([1.0, 2.0], [1.0, 1.0]),
+    ):
         assert isinstance(spectrum, PowerLaws)
         for left, right, psd, exponent in spectrum.pieces:
             middle = np.sqrt(left * right)
@@ -272,8 +299,12 @@ def test_moments_of_any_callable_are_those_of_the_spectrum_it_stands_for(order):
     steel = SelfAffineSpectrum.from_rms_height(9e-7, **STEEL)
     whole, cut = TruncatedSpectrum(steel), TruncatedSpectrum(steel, 2e5).scaled(3.0)
     assert whole.moment(order) == pytest.approx(steel.moment(order), rel=1e-12, abs=0)
-    assert cut.moment(order) == pytest.approx(3.0 * steel.truncated(q_max=2e5).moment(order), rel=1e-12, abs=0)
-    assert (cut + steel).moment(order) == pytest.approx(cut.moment(order) + steel.moment(order), rel=1e-12, abs=0)
+    assert cut.moment(order) == pytest.approx(
+        3.0 * steel.truncated(q_max=2e5).moment(order), rel=1e-12, abs=0
+    )
+    assert (cut + steel).moment(order) == pytest.approx(
+        cut.moment(order) + steel.moment(order), rel=1e-12, abs=0
+    )
 
 
 def test_any_callable_is_scaled_cut_and_zero_outside_its_ends():
@@ -300,7 +331,9 @@ def test_the_k_correlation_spectrum_has_its_rms_height_its_plateau_and_its_fall(
     given = {"rms_height": 9e-7, "hurst": hurst, "q_min": 6e3, "q_roll_off": 1e5, "q_max": 4e8}
     k = KCorrelation(name="k_correlation", **given)
     x = np.linspace(math.log(6e3), math.log(4e8), 200_001)  # ⟨h²⟩ = 2π ∫ q² C d(ln q)
-    assert 2 * np.pi * np.trapezoid(np.exp(2 * x) * k(np.exp(x)), x) == pytest.approx(9e-7**2, rel=1e-7, abs=0)
+    assert 2 * np.pi * np.trapezoid(np.exp(2 * x) * k(np.exp(x)), x) == pytest.approx(
+        9e-7**2, rel=1e-7, abs=0
+    )
     assert TruncatedSpectrum(k).rms_height == pytest.approx(9e-7, rel=1e-12, abs=0)
     assert k(1e5) / k(1e-3) == pytest.approx(2 ** (-1 - hurst), rel=1e-12, abs=0)
     assert k(2e8) / k(1e8) == pytest.approx(2 ** (-2 - 2 * hurst), rel=1e-5, abs=0)

@@ -38,7 +38,11 @@ def test_the_variance_of_a_mode_is_the_integral_over_its_cell(k):
 @pytest.mark.parametrize("k", [(0, 1), (1, 0), (1, 1), (2, 5), (4, 0), (9, 1), (1, 12), (30, 30)])
 def test_the_variance_of_a_mode_in_cells_longer_than_wide(aspect, k):
     grid = Grid((128, 128), (CIRCLE, CIRCLE / aspect))
-    spectrum = WIDE if aspect >= 1 else SelfAffineSpectrum.from_rms_height(1.0, q_min=0.02, q_max=1.2, hurst=0.8)
+    spectrum = (
+        WIDE
+        if aspect >= 1
+        else SelfAffineSpectrum.from_rms_height(1.0, q_min=0.02, q_max=1.2, hurst=0.8)
+    )
     expected = cell_integral(spectrum, k, (1.0, aspect))
     assert mode_variance(spectrum, grid)[k] == pytest.approx(expected, rel=1e-8, abs=1e-30)
 
@@ -46,7 +50,9 @@ def test_the_variance_of_a_mode_in_cells_longer_than_wide(aspect, k):
 @pytest.mark.parametrize("hurst", [0.0, 0.8, 1.0])
 @pytest.mark.parametrize("n", [(120, 120), (121, 119), (111, 112), (112, 111), (200, 130)])
 def test_all_modes_together_carry_the_whole_spectrum(n, hurst):
-    spectrum = SelfAffineSpectrum.from_rms_height(3e-6, hurst=hurst, q_min=2.3, q_roll_off=5.3, q_max=55.5)
+    spectrum = SelfAffineSpectrum.from_rms_height(
+        3e-6, hurst=hurst, q_min=2.3, q_roll_off=5.3, q_max=55.5
+    )
     grid = Grid(n, (CIRCLE, CIRCLE))
     total = (grid.multiplicity * mode_variance(spectrum, grid)).sum()
     assert total == pytest.approx(9e-12, rel=1e-9)
@@ -60,14 +66,20 @@ def test_a_band_that_ends_at_the_nyquist_wavenumber_is_complete(shape):
     variance = mode_variance(spectrum, grid)
     assert (grid.multiplicity * variance).sum() == pytest.approx(1.0, rel=1e-9)
     if shape[0] == 32:
-        assert variance[16, 0] == pytest.approx(2 * cell_integral(spectrum, (16, 0), (1.0, 1.0)), rel=1e-9)
-        assert variance[16, 3] == pytest.approx(2 * cell_integral(spectrum, (16, 3), (1.0, 1.0)), rel=1e-9)
+        assert variance[16, 0] == pytest.approx(
+            2 * cell_integral(spectrum, (16, 0), (1.0, 1.0)), rel=1e-9
+        )
+        assert variance[16, 3] == pytest.approx(
+            2 * cell_integral(spectrum, (16, 3), (1.0, 1.0)), rel=1e-9
+        )
 
 
 @pytest.mark.filterwarnings("ignore:q_min:RuntimeWarning")
 @pytest.mark.parametrize("lengths", [(CIRCLE, CIRCLE), (CIRCLE, CIRCLE / 3), (CIRCLE / 10, CIRCLE)])
 def test_only_the_cell_of_the_mean_is_left_out(lengths):
-    spectrum = SelfAffineSpectrum.from_rms_height(1.0, hurst=0.8, q_min=0.3, q_max=50.0, q_roll_off=0.6)
+    spectrum = SelfAffineSpectrum.from_rms_height(
+        1.0, hurst=0.8, q_min=0.3, q_max=50.0, q_roll_off=0.6
+    )
     grid = Grid((128, 128), lengths)
     variance = mode_variance(spectrum, grid)
     lost = cell_integral(spectrum, (0, 0), tuple(CIRCLE / length for length in lengths))
@@ -138,7 +150,11 @@ def test_any_callable_with_breaks_is_a_spectrum(kind):
 
 
 def test_a_plateau_in_a_callable_a_table_and_a_self_affine_spectrum_is_one_surface():
-    spectra = [Plateau(), TabulatedSpectrum([2.3, 5.0, 9.9], [1e-2] * 3), SelfAffineSpectrum(1e-2, 0.5, 2.3, 9.9, 9.9)]
+    spectra = [
+        Plateau(),
+        TabulatedSpectrum([2.3, 5.0, 9.9], [1e-2] * 3),
+        SelfAffineSpectrum(1e-2, 0.5, 2.3, 9.9, 9.9),
+    ]
     one, two, three = (synthesize(s, square(32), np.random.default_rng(0)) for s in spectra)
     np.testing.assert_allclose(two, one, rtol=0, atol=1e-12)
     np.testing.assert_allclose(three, one, rtol=0, atol=1e-12)
@@ -160,7 +176,9 @@ def test_a_grid_that_cannot_hold_the_spectrum_is_refused(shape):
 
 
 def test_waves_longer_than_the_cell_are_announced():
-    with pytest.warns(RuntimeWarning, match=r"q_min = 2\.3 rad/m lies below 3 rad/m.*enlarge the cell"):
+    with pytest.warns(
+        RuntimeWarning, match=r"q_min = 2\.3 rad/m lies below 3 rad/m.*enlarge the cell"
+    ):
         synthesize(SPECTRUM, square(32, CIRCLE / 3), np.random.default_rng(0))
     synthesize(SPECTRUM, square(32, CIRCLE / 2.3), np.random.default_rng(0))
 
@@ -173,7 +191,10 @@ def test_waves_lost_in_a_narrow_cell_are_announced():
 
 @pytest.mark.parametrize("rng", [None, 5, np.random, np.random.RandomState(0)])
 def test_randomness_must_be_handed_in(rng):
-    with pytest.raises(TypeError, match=r"rng = .* must be a numpy Generator; make one with np\.random\.default_rng"):
+    with pytest.raises(
+        TypeError,
+        match=r"rng = .* must be a numpy Generator; make one with np\.random\.default_rng",
+    ):
         synthesize(SPECTRUM, square(32), rng)
 
 

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from roughsim.surface.topography.contents import NoHeightsError
-from roughsim.surface.topography.text import heights_of, refuse_damaged, table_of, without_coordinates
+from roughsim.surface.topography.text import (
+    heights_of,
+    refuse_damaged,
+    table_of,
+    without_coordinates,
+)
 
 ROUGH = np.random.default_rng(8).standard_normal((12, 9))  # of steps of about 1
 NAMES = "its first line, which counts in even steps"
@@ -41,7 +46,9 @@ def test_a_plane_of_large_numbers_is_not_rough_by_their_rounding():
 
 @pytest.mark.parametrize(("far", "counts"), [(8.0, False), (12.0, True)])
 def test_a_bent_line_counts_if_it_is_ten_steps_of_the_heights_away(far, counts):
-    heights = np.where(np.arange(12)[:, None] % 2 == 0, 0.0, 1.0) + np.zeros(9)  # steps of 1 from line to line
+    heights = np.where(np.arange(12)[:, None] % 2 == 0, 0.0, 1.0) + np.zeros(
+        9
+    )  # steps of 1 from line to line
     line = far + 0.01 * np.round(1.4 * np.arange(9))
     line -= line.mean() - far
     assert below(line, heights) == ((NAMES,) if counts else ())
@@ -71,7 +78,9 @@ def test_two_columns_or_two_lines_are_too_few_to_count():
 
 def listed(keep):
     """A text of x, y and height of the chosen points of a grid of 8 × 6, steps 2 and 3."""
-    x, y = (side.ravel() for side in np.meshgrid(2.0 * np.arange(8), 3.0 * np.arange(6), indexing="ij"))
+    x, y = (
+        side.ravel() for side in np.meshgrid(2.0 * np.arange(8), 3.0 * np.arange(6), indexing="ij")
+    )
     rows = np.column_stack([50.0 + x, y - 7.0, 10.0 * x + y])[keep]
     return as_text(rows)
 
@@ -117,7 +126,13 @@ def test_a_list_of_one_line_or_with_a_point_twice_is_refused():
 
 @pytest.mark.parametrize(
     ("line", "damaged"),
-    [("1 x 3", False), ("1 2 x 4", True), ("1 2 x 4 x", True), ("x y 3 4", False), ("1 2 3 4", False)],
+    [
+        ("1 x 3", False),
+        ("1 2 x 4", True),
+        ("1 2 x 4 x", True),
+        ("x y 3 4", False),
+        ("1 2 3 4", False),
+    ],
 )
 def test_a_line_of_more_than_three_numbers_with_few_words_is_damaged(line, damaged):
     if damaged:

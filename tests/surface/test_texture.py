@@ -40,7 +40,9 @@ def grooves(grid, angle, stretch, rng, waves=1500, *, with_slopes=False):
     return heights, np.sqrt(np.linalg.eigvalsh(np.cov(gradient)))
 
 
-@pytest.mark.parametrize(("shape", "lengths"), [((64, 64), (SIDE, SIDE)), ((60, 96), (SIDE, 2 * SIDE))])
+@pytest.mark.parametrize(
+    ("shape", "lengths"), [((64, 64), (SIDE, SIDE)), ((60, 96), (SIDE, 2 * SIDE))]
+)
 def test_two_crossed_waves_have_the_ratio_of_their_slopes(shape, lengths):
     grid = rs.Grid(shape, lengths)
     x, y = (2 * math.pi * np.arange(n) / n for n in shape)
@@ -60,12 +62,18 @@ def test_oblique_waves_have_their_lay_across_them():
 
 
 @pytest.mark.parametrize("angle", [0.0, 12.0, 45.0, 90.0, 160.0])
-@pytest.mark.parametrize(("shape", "lengths"), [((128, 128), (SIDE, SIDE)), ((96, 200), (SIDE, 1.4 * SIDE))])
+@pytest.mark.parametrize(
+    ("shape", "lengths"), [((128, 128), (SIDE, SIDE)), ((96, 200), (SIDE, 1.4 * SIDE))]
+)
 def test_grooves_at_any_angle_on_any_grid_show_stretch_and_angle(angle, shape, lengths):
     grid = rs.Grid(shape, lengths)
-    heights, slopes = grooves(grid, math.radians(angle), 5.0, np.random.default_rng(3), with_slopes=True)
+    heights, slopes = grooves(
+        grid, math.radians(angle), 5.0, np.random.default_rng(3), with_slopes=True
+    )
     found = texture_of(levelled(heights), grid, periodic=False)
-    assert found.ratio == pytest.approx(slopes[1] / slopes[0], rel=0.1)  # the tilt and the edges take some of it
+    assert found.ratio == pytest.approx(
+        slopes[1] / slopes[0], rel=0.1
+    )  # the tilt and the edges take some of it
     assert abs((math.degrees(found.angle) - angle + 90) % 180 - 90) < 3.0
     assert found.gaussian
 
@@ -75,7 +83,9 @@ def test_a_quarter_turn_turns_the_lay_and_leaves_the_ratio():
     heights = grooves(grid, 0.3, 3.0, np.random.default_rng(4))
     found = texture_of(heights, grid, periodic=False)
     # a turn by 90° takes (x, y) to (−y, x)
-    turned = texture_of(np.rot90(heights, -1).T[::-1].T, rs.Grid((128, 96), (SIDE * 1.2, SIDE)), periodic=False)
+    turned = texture_of(
+        np.rot90(heights, -1).T[::-1].T, rs.Grid((128, 96), (SIDE * 1.2, SIDE)), periodic=False
+    )
     assert turned.ratio == pytest.approx(found.ratio, rel=1e-9)
     mirrored = (math.pi / 2 - found.angle) % math.pi, (found.angle + math.pi / 2) % math.pi
     assert min(abs(turned.angle - angle) for angle in mirrored) < 1e-9
@@ -96,7 +106,10 @@ def test_fine_isotropic_noise_does_not_hide_long_grooves():
 def test_a_tilt_that_is_taken_off_and_oblong_pixels_make_no_lay():
     rng = np.random.default_rng(6)
     fine = drawn((256, 256), rng)
-    coarse, grid = fine[::2][:, :], rs.Grid((128, 256), (SIDE, SIDE))  # pixels twice as long along x
+    coarse, grid = (
+        fine[::2][:, :],
+        rs.Grid((128, 256), (SIDE, SIDE)),
+    )  # pixels twice as long along x
     tilted = coarse + 30 * fine.std() * np.linspace(0, 1, 128)[:, None]
     found = texture_of(levelled(tilted), grid, periodic=False)
     assert found.isotropic
@@ -107,7 +120,9 @@ def test_a_tilt_that_is_taken_off_and_oblong_pixels_make_no_lay():
 @pytest.mark.parametrize("side", [128, 256])
 @pytest.mark.parametrize("hurst", [0.3, 0.8, 1.0])
 @pytest.mark.parametrize("roll_off", [1.0, 4.0])
-def test_parts_of_isotropic_gaussian_surfaces_are_hardly_ever_taken_for_others(side, hurst, roll_off):
+def test_parts_of_isotropic_gaussian_surfaces_are_hardly_ever_taken_for_others(
+    side, hurst, roll_off
+):
     # 40 quarters of surfaces whose longest wave is the cell, or four times shorter with a plateau: at most 1 warns
     rng = np.random.default_rng(7)
     grid = rs.Grid((side // 2, side // 2), (SIDE / 2, SIDE / 2))
@@ -135,22 +150,35 @@ def test_spikes_dust_flattened_tops_and_bent_heights_are_not_gaussian():
         assert found.kurtosis == pytest.approx(np.mean(standard**4), rel=1e-9)
         assert found.skewness == pytest.approx(np.mean(standard**3), rel=1e-9)
     for share in (0.05, 0.1, 0.3):  # honed down to this bearing area
-        found = texture_of(np.minimum(heights, np.quantile(heights, 1 - share)), grid, periodic=True)
+        found = texture_of(
+            np.minimum(heights, np.quantile(heights, 1 - share)), grid, periodic=True
+        )
         assert found.slope_of_tops < 0.5
         assert not found.gaussian
-    for bent in (-np.exp(-0.6 * heights / rms), -((heights / rms) ** 2), np.exp(0.6 * heights / rms)):
+    for bent in (
+        -np.exp(-0.6 * heights / rms),
+        -((heights / rms) ** 2),
+        np.exp(0.6 * heights / rms),
+    ):
         assert not texture_of(rms * (bent - bent.mean()), grid, periodic=True).gaussian
 
 
 def test_the_slope_of_the_tops_is_that_of_a_roof_on_steep_walls_whatever_the_pixels():
     # walls of slope 3 along x carry a roof of slope 2 along y; around them all is level. The top 5 % lie on the roof
     grid = rs.Grid((300, 900), (3.0, 3.0))
-    x, y = ((np.arange(n) + 0.5) * step - 1.5 for n, step in zip(grid.shape, grid.spacing, strict=True))
-    roof, walls = 1.0 + 2.0 * np.abs((y + 1.5) % 0.5 - 0.25), np.maximum(3.0 * (1.0 - np.abs(x)), 0.0)[:, None]
+    x, y = (
+        (np.arange(n) + 0.5) * step - 1.5 for n, step in zip(grid.shape, grid.spacing, strict=True)
+    )
+    roof, walls = (
+        1.0 + 2.0 * np.abs((y + 1.5) % 0.5 - 0.25),
+        np.maximum(3.0 * (1.0 - np.abs(x)), 0.0)[:, None],
+    )
     heights = np.minimum(roof, walls)
     squares = np.where(walls > roof, 4.0, np.where(walls > 0.0, 9.0, 0.0))
     found = texture_of(heights - heights.mean(), grid, periodic=True)
-    assert found.slope_of_tops == pytest.approx(2.0 / math.sqrt(squares.mean()), rel=0.03)  # edges of the roof
+    assert found.slope_of_tops == pytest.approx(
+        2.0 / math.sqrt(squares.mean()), rel=0.03
+    )  # edges of the roof
 
 
 def test_a_file_with_undefined_points_has_the_texture_of_the_whole_map(tmp_path):
@@ -196,7 +224,9 @@ def test_plan_and_theory_name_the_texture_and_warn_and_the_error_of_the_scan_is_
     spiked = plain.copy()
     spiked.flat[rng.choice(plain.size, 5, replace=False)] = -70 * plain.std()
     ground = rs.synthesize(
-        rs.SelfAffineSpectrum.from_rms_height(5e-7, hurst=0.8, q_min=2.5e4, q_roll_off=1e5, q_max=2e5),
+        rs.SelfAffineSpectrum.from_rms_height(
+            5e-7, hurst=0.8, q_min=2.5e4, q_roll_off=1e5, q_max=2e5
+        ),
         rs.Grid((128, 128), (SIDE / 5, SIDE)),
         rng,
     )
@@ -205,13 +235,19 @@ def test_plan_and_theory_name_the_texture_and_warn_and_the_error_of_the_scan_is_
         known = judge(scene)
         stated = {statement.name: statement.value for statement in known.statements}
         uneven = word == "not isotropic"
-        assert ("times as steep across as along" if uneven else "as steep in all directions") in stated["texture"]
+        assert (
+            "times as steep across as along" if uneven else "as steep in all directions"
+        ) in stated["texture"]
         assert "kurtosis" in stated["heights"]
         assert known.to_dict()["scene_facts"]["textures"]["surface"][0]["ratio"] > 0
-        said = [line for line in known.warnings if "not Gaussian:" in line or "not isotropic:" in line]
+        said = [
+            line for line in known.warnings if "not Gaussian:" in line or "not isotropic:" in line
+        ]
         assert [word in line for line in said] == [True] * bool(word)
         assert all("roughsim press" in line for line in said)
-        assert ["write nan for them" in line for line in said] == [word == "not Gaussian"] * bool(word)
+        assert ["write nan for them" in line for line in said] == [word == "not Gaussian"] * bool(
+            word
+        )
         unknown = [line for line in known.warnings if "its error is unknown" in line]
         ends = ["unknown: the map is not isotropic or not Gaussian; press the map"] * bool(word)
         assert all(line.endswith(end) for line, end in zip(unknown, ends, strict=True))

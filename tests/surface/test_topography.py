@@ -20,7 +20,9 @@ UNIT = 2 * math.pi / SIDE
 
 def spectrum(q_max=50):
     """Roll-off well inside the scan, end well below its Nyquist wavenumber."""
-    return rs.SelfAffineSpectrum.from_rms_height(1e-7, hurst=0.8, q_min=UNIT, q_roll_off=6 * UNIT, q_max=q_max * UNIT)
+    return rs.SelfAffineSpectrum.from_rms_height(
+        1e-7, hurst=0.8, q_min=UNIT, q_roll_off=6 * UNIT, q_max=q_max * UNIT
+    )
 
 
 def persson(q):
@@ -90,7 +92,9 @@ def test_edges_raise_no_spectrum_where_the_surface_has_none(library, tmp_path):
     # an edge without a window adds C ∝ q⁻³; under it the spectrum above the end falls by four decades
     large = rs.Grid((384, 384), (3 * SIDE, 3 * SIDE))
     heights = rs.synthesize(spectrum(15), large, np.random.default_rng(0))[:128, :128]
-    library.Topography(heights, (SIDE, SIDE), unit="m", periodic=False).to_x3p(str(tmp_path / "a.x3p"))
+    library.Topography(heights, (SIDE, SIDE), unit="m", periodic=False).to_x3p(
+        str(tmp_path / "a.x3p")
+    )
     found = read_topography(tmp_path / "a.x3p").spectrum
     assert found(25 * UNIT) < 1e-4 * found(14 * UNIT)
 
@@ -98,10 +102,14 @@ def test_edges_raise_no_spectrum_where_the_surface_has_none(library, tmp_path):
 def test_the_convention_is_four_pi_squared_below_that_of_surfacetopography(library, surface):
     theirs = library.Topography(surface, (SIDE, SIDE), unit="m", periodic=True)
     q, psd = theirs.power_spectrum_from_area(nb_points_per_decade=20)
-    ours = radial_average(np.abs(np.fft.rfft2(surface) / surface.size) ** 2 / UNIT**2, GRID, GRID.nyquist).table
+    ours = radial_average(
+        np.abs(np.fft.rfft2(surface) / surface.size) ** 2 / UNIT**2, GRID, GRID.nyquist
+    ).table
     inside = (q > 12 * UNIT) & (q < 40 * UNIT)
     ratio = np.asarray(psd)[inside] / ours(q[inside])
-    np.testing.assert_allclose(ratio, 4 * math.pi**2, rtol=0.06)  # their bins err by the curvature of C within them
+    np.testing.assert_allclose(
+        ratio, 4 * math.pi**2, rtol=0.06
+    )  # their bins err by the curvature of C within them
     assert ratio.mean() == pytest.approx(4 * math.pi**2, rel=0.03)
 
 
@@ -111,10 +119,14 @@ def test_a_map_with_edges_and_a_tilt_has_the_same_spectrum(library, tmp_path):
     large = rs.Grid((384, 384), (3 * SIDE, 3 * SIDE))
     parts, slopes = [], []
     for seed in range(5):
-        heights = rs.synthesize(spectrum(), large, np.random.default_rng(seed), amplitudes="gaussian")[:128, :128]
+        heights = rs.synthesize(
+            spectrum(), large, np.random.default_rng(seed), amplitudes="gaussian"
+        )[:128, :128]
         x, y = np.meshgrid(np.arange(128) / 128, np.arange(128) / 128, indexing="ij")
         tilted = heights + 3e-6 * x - 5e-6 * y + 1e-3  # 50 times steeper than the roughness is high
-        library.Topography(tilted, (SIDE, SIDE), unit="m", periodic=False).to_x3p(str(tmp_path / "scan.x3p"))
+        library.Topography(tilted, (SIDE, SIDE), unit="m", periodic=False).to_x3p(
+            str(tmp_path / "scan.x3p")
+        )
         found = read_topography(tmp_path / "scan.x3p")
         assert not found.periodic
         parts.append(found.spectrum(UNIT * np.array([9.0, 14, 20, 28, 38])))
@@ -133,7 +145,9 @@ def test_units_become_metres(library, surface, tmp_path, unit, periodic):
     other.to_netcdf(str(tmp_path / "other.nc"))
     here, there = read_topography(periodic), read_topography(tmp_path / "other.nc")
     assert there.grid.lengths == pytest.approx((SIDE, SIDE))
-    np.testing.assert_allclose(there.spectrum.psd, here.spectrum.psd, rtol=1e-6)  # their sizes are float32
+    np.testing.assert_allclose(
+        there.spectrum.psd, here.spectrum.psd, rtol=1e-6
+    )  # their sizes are float32
 
 
 @pytest.mark.usefixtures("library")
@@ -149,29 +163,44 @@ def test_an_oblong_map_keeps_its_axes(tmp_path):
 
 
 def test_the_instrument_s_resolution_ends_the_spectrum(library, surface, tmp_path):
-    info = {"instrument": {"type": "microscope-based", "parameters": {"resolution": {"value": 5.0, "unit": "um"}}}}
+    info = {
+        "instrument": {
+            "type": "microscope-based",
+            "parameters": {"resolution": {"value": 5.0, "unit": "um"}},
+        }
+    }
     scan = library.Topography(surface * 1e6, (100.0, 100.0), unit="um", periodic=True, info=info)
     scan.to_netcdf(str(tmp_path / "a.nc"))
-    assert read_topography(tmp_path / "a.nc").spectrum.breaks[-1] == pytest.approx(2 * math.pi / 5e-6, rel=0.02)
+    assert read_topography(tmp_path / "a.nc").spectrum.breaks[-1] == pytest.approx(
+        2 * math.pi / 5e-6, rel=0.02
+    )
 
 
 def test_missing_points_are_filled_with_a_warning_or_refused(library, surface, tmp_path):
-    few, many = np.ma.masked_array(surface, np.zeros(GRID.shape, bool)), np.ma.masked_array(surface, surface > 0)
+    few, many = (
+        np.ma.masked_array(surface, np.zeros(GRID.shape, bool)),
+        np.ma.masked_array(surface, surface > 0),
+    )
     few.mask[40:44, 60:70] = True
     for name, heights in (("few", few), ("many", many)):
         library.Topography(heights, (SIDE, SIDE), unit="m").to_x3p(str(tmp_path / f"{name}.x3p"))
     with pytest.warns(RuntimeWarning, match=r"few.x3p: undefined points, 0.24 %, were filled"):
         assert np.isfinite(read_topography(tmp_path / "few.x3p").heights).all()
     with pytest.raises(
-        rs.RecordError, match=r"many.x3p: .* % of its points are undefined, above 5 %; write topography_fill"
+        rs.RecordError,
+        match=r"many.x3p: .* % of its points are undefined, above 5 %; write topography_fill",
     ):
         read_topography(tmp_path / "many.x3p")
 
 
-def test_files_that_are_no_map_with_size_and_unit_are_refused_in_one_line(library, surface, tmp_path):
+def test_files_that_are_no_map_with_size_and_unit_are_refused_in_one_line(
+    library, surface, tmp_path
+):
     library.Topography(surface, (SIDE, SIDE)).to_netcdf(str(tmp_path / "unit.nc"))
     library.Topography(surface[:4], (SIDE, SIDE), unit="m").to_netcdf(str(tmp_path / "few.nc"))
-    library.Topography(np.zeros((16, 16)), (SIDE, SIDE), unit="m").to_netcdf(str(tmp_path / "flat.nc"))
+    library.Topography(np.zeros((16, 16)), (SIDE, SIDE), unit="m").to_netcdf(
+        str(tmp_path / "flat.nc")
+    )
     library.UniformLineScan(surface[0], SIDE, unit="m").to_netcdf(str(tmp_path / "line.nc"))
     np.save(tmp_path / "size.npy", surface)
     (tmp_path / "noise.x3p").write_bytes(np.random.default_rng(0).bytes(5000))
@@ -201,7 +230,10 @@ def test_a_missing_extra_says_what_to_type(without, tmp_path, scene_file, monkey
         (tmp_path / name).write_bytes(b"\x01\x02\x03 of an instrument")
     with pytest.raises(ImportError, match=r"pip install 'roughsim\[topography\]'"):
         read_topography(tmp_path / "scan.x3p")
-    with pytest.raises(SceneError, match=r"surface.topography = \"scan.nc\": .*pip install 'roughsim\[topography\]'"):
+    with pytest.raises(
+        SceneError,
+        match=r"surface.topography = \"scan.nc\": .*pip install 'roughsim\[topography\]'",
+    ):
         load_scene(scene_file)
 
 
@@ -220,7 +252,9 @@ def test_a_scene_takes_its_roughness_from_a_scan_by_content(scene_file, periodic
     scene = load_scene(scene_file)
     measured = read_topography(periodic).spectrum
     assert scene.surface.psd_convention == "persson"
-    assert scene.spectrum.rms_height == pytest.approx(math.sqrt(2) * measured.rms_height, rel=1e-12)  # like = "body"
+    assert scene.spectrum.rms_height == pytest.approx(
+        math.sqrt(2) * measured.rms_height, rel=1e-12
+    )  # like = "body"
     assert scene.spectrum.rms_height == pytest.approx(math.sqrt(2) * surface.std(), rel=0.004)
     shutil.move(periodic, periodic.with_name("renamed.nc"))
     scene_file.write_text(scene_file.read_text().replace("scan.nc", "renamed.nc"))
@@ -245,12 +279,22 @@ def test_a_run_holds_the_measured_spectrum_and_goes_on_without_the_scan(scene_fi
         assert ((relative > 0.03) & (relative < 0.6)).all()
         assert "scan: of C(q) measured on maps" in found.explain()
     unknown = replace(scene.surface, psd_error=None)  # as an older version stored it
-    old = rs.run(replace(scene, surface=unknown, numerics=numerics), run.folder, max_realizations=1)  # the same bits
-    assert np.isnan(old.estimate("flash_temperature").budget["scan"]).tolist() == [False, True, True]
+    old = rs.run(
+        replace(scene, surface=unknown, numerics=numerics), run.folder, max_realizations=1
+    )  # the same bits
+    assert np.isnan(old.estimate("flash_temperature").budget["scan"]).tolist() == [
+        False,
+        True,
+        True,
+    ]
     assert "scan: unknown" in old.estimate("flash_temperature").explain()
     stated = replace(scene.surface, psd_source=None, psd_error=None)
-    own = rs.run(replace(scene, surface=stated, numerics=numerics), run.folder, max_realizations=1)  # the same bits
-    assert "scan" not in own.estimate("flash_temperature").budget  # a table of one's own is taken as stated
+    own = rs.run(
+        replace(scene, surface=stated, numerics=numerics), run.folder, max_realizations=1
+    )  # the same bits
+    assert (
+        "scan" not in own.estimate("flash_temperature").budget
+    )  # a table of one's own is taken as stated
 
 
 @pytest.mark.usefixtures("library", "periodic")
@@ -279,7 +323,9 @@ def test_rival_or_wrong_keys_beside_a_scan_are_refused(scene_file):
 @pytest.fixture(scope="module")
 def kept_run(capped_scene, tmp_path_factory):
     numerics = replace(
-        capped_scene.numerics, levels=({"column": "capped", "shape": [48, 32], "q_max": 4e4},), keep_fields=1
+        capped_scene.numerics,
+        levels=({"column": "capped", "shape": [48, 32], "q_max": 4e4},),
+        keep_fields=1,
     )
     scene = replace(capped_scene, numerics=replace(numerics, lengths=(3e-3, 2e-3)))
     return rs.run(scene, tmp_path_factory.mktemp("runs") / "kept", max_realizations=2)
@@ -297,7 +343,9 @@ def test_surfacetopography_reads_what_a_run_writes(library, kept_run, tmp_path):
 def test_contactmechanics_starts_from_what_a_run_writes(library, kept_run, tmp_path):
     contact = pytest.importorskip("ContactMechanics")
     topography = library.read_topography(str(export_surface(kept_run, tmp_path / "surface.nc")))
-    substrate = contact.PeriodicFFTElasticHalfSpace(topography.nb_grid_pts, 1.0, topography.physical_sizes)
+    substrate = contact.PeriodicFFTElasticHalfSpace(
+        topography.nb_grid_pts, 1.0, topography.physical_sizes
+    )
     system = contact.Systems.NonSmoothContactSystem(substrate, topography)
     assert system.surface.nb_grid_pts == (48, 32)
 
@@ -312,7 +360,9 @@ def test_tamaas_starts_from_what_a_run_writes(kept_run, tmp_path):
 
 def test_xarray_reads_the_surface_too(kept_run, tmp_path):
     xarray = pytest.importorskip("xarray")
-    with xarray.open_dataset(export_surface(kept_run, tmp_path / "surface.nc"), engine="scipy") as data:
+    with xarray.open_dataset(
+        export_surface(kept_run, tmp_path / "surface.nc"), engine="scipy"
+    ) as data:
         assert data.heights.dims == ("x", "y")
         assert data.heights.attrs["units"] == data.x.attrs["units"] == "m"
         np.testing.assert_allclose(data.y, np.arange(32) * 2e-3 / 32)
@@ -335,5 +385,16 @@ def test_the_command_line_writes_surfaces(kept_run, tmp_path, capsys):
     _, heights = next(kept_run.fields("heights"))
     np.testing.assert_array_equal(np.load(tmp_path / "a.npy"), heights)
     with pytest.raises(SystemExit):
-        main(["export", str(kept_run.folder), "-o", str(tmp_path / "b.nc"), "--surface", "0", "--bits", "3"])
+        main(
+            [
+                "export",
+                str(kept_run.folder),
+                "-o",
+                str(tmp_path / "b.nc"),
+                "--surface",
+                "0",
+                "--bits",
+                "3",
+            ]
+        )
     assert "bits does not go with surface" in capsys.readouterr().err

@@ -11,7 +11,11 @@ from yielding_cases import HARDNESS, MODULUS, SelfAffine
 
 from theory import clipped, persson, plasticity
 
-STEEL = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+STEEL = {
+    "effective_modulus": MODULUS,
+    "nominal_pressure": 0.1 * HARDNESS,
+    "penetration_hardness": HARDNESS,
+}
 YIELDED, PARTLY = SelfAffine(level=1e-24), SelfAffine(level=1e-26, q_max=2e6)
 
 
@@ -70,7 +74,8 @@ def test_products_are_those_of_the_hermite_series():
 
 
 @pytest.mark.parametrize(
-    ("own", "other", "part"), [(0.9, 0.3, 0.5), (0.6, -0.2, 0.2), (0.1, 0.8, 0.7), (0.97, 0.9, 0.5), (0.5, 0.5, 0.4)]
+    ("own", "other", "part"),
+    [(0.9, 0.3, 0.5), (0.6, -0.2, 0.2), (0.1, 0.8, 0.7), (0.97, 0.9, 0.5), (0.5, 0.5, 0.4)],
 )
 def test_shared_products_are_those_of_drawn_normal_heights(own, other, part):
     levels, heights = np.array([-0.8, 1.1, 1.2]), np.array([0.5, 1.0, 1.5])
@@ -83,7 +88,9 @@ def test_shared_products_are_those_of_drawn_normal_heights(own, other, part):
     of_pressure = own - 0.02, other - 0.05
     given = [
         clipped.Correlations(*map(np.asarray, values))
-        for values in zip((own, other), odd, even, level, turned, potentials, of_pressure, strict=True)
+        for values in zip(
+            (own, other), odd, even, level, turned, potentials, of_pressure, strict=True
+        )
     ]
     here = np.array([[1.0, 0.0, alike], [0.0, 1.0, 0.0], [alike, 0.0, 1.0]])
     bodies = []
@@ -93,7 +100,9 @@ def test_shared_products_are_those_of_drawn_normal_heights(own, other, part):
         bodies.append(rng.multivariate_normal(np.zeros(6), covariance, draws, method="cholesky").T)
     weighted = []
     for place in (slice(0, 3), slice(3, 6)):
-        (first, first_chi, first_zeta), (second, second_chi, second_zeta) = (body[place] for body in bodies)
+        (first, first_chi, first_zeta), (second, second_chi, second_zeta) = (
+            body[place] for body in bodies
+        )
         z = np.sqrt(1 - part) * first + np.sqrt(part) * second
         psi = np.sqrt(part) * first - np.sqrt(1 - part) * second
         chi = np.sqrt(1 - part) * first_chi + np.sqrt(part) * second_chi
@@ -102,7 +111,16 @@ def test_shared_products_are_those_of_drawn_normal_heights(own, other, part):
         zeta -= alike * np.exp(-(levels[0] ** 2) / 2) / np.sqrt(2 * np.pi) / ndtr(-levels[0])
         pressure = (z[:, None] > levels) @ heights
         contact = (z > levels[0]) * (heights @ ndtr(-levels) / ndtr(-levels[0]))
-        weighted.append((pressure, contact - pressure, contact * psi, z * contact * psi, contact * chi, contact * zeta))
+        weighted.append(
+            (
+                pressure,
+                contact - pressure,
+                contact * psi,
+                z * contact * psi,
+                contact * chi,
+                contact * zeta,
+            )
+        )
     *values, of_law = clipped.products(levels, heights).shared(*given, part, alike)
     mean = (heights @ ndtr(-levels)) ** 2
     c = hermite_coefficients(levels, heights, 150)
@@ -119,7 +137,9 @@ def test_the_riesz_transform_of_a_gaussian_correlation_is_closed():
     r = np.exp(np.arange(-4096, 4096) * 2e-3 + 1e-3)
     rho = np.exp(-(r**2) / 2)
     steps = np.array([0.0]), np.array([1.0])
-    field = clipped.ClippedField(*steps, r, np.arcsin(rho) / (2 * np.pi), 0.25, clipped.products(*steps))
+    field = clipped.ClippedField(
+        *steps, r, np.arcsin(rho) / (2 * np.pi), 0.25, clipped.products(*steps)
+    )
     first, second = field.riesz(100.0)
     near = (r > 0.1) & (r < 10.0)
     r = r[near]
@@ -132,7 +152,9 @@ def test_the_half_potential_of_a_gaussian_correlation_is_closed():
     r = np.exp(np.arange(-4096, 4096) * 3.2e-3 + 1.6e-3)
     rho = np.exp(-(r**2) / 2)
     steps = np.array([0.0]), np.array([1.0])
-    field = clipped.ClippedField(*steps, r, np.arcsin(rho) / (2 * np.pi), 0.25, clipped.products(*steps))
+    field = clipped.ClippedField(
+        *steps, r, np.arcsin(rho) / (2 * np.pi), 0.25, clipped.products(*steps)
+    )
     found = field.half_potential(100.0)
     # Weber: ∫ q^(μ − 1) e^(−q²/2) J_k(qr) dq; ⟨ζ²⟩ = ∫ e^(−q²/2) dq
     unit = np.sqrt(np.pi / 2)
@@ -151,7 +173,9 @@ def test_heights_have_no_negative_power():
     r = np.exp(np.arange(-4096, 4096) * 3.2e-3 + 1.6e-3)
     rho = (np.exp(-(r**2) / 2) - a * np.exp(-((r / width) ** 2) / 2)) / (1 - a)
     steps = np.array([0.0]), np.array([1.0])
-    field = clipped.ClippedField(*steps, r, np.arcsin(rho) / (2 * np.pi), 0.25, clipped.products(*steps))
+    field = clipped.ClippedField(
+        *steps, r, np.arcsin(rho) / (2 * np.pi), 0.25, clipped.products(*steps)
+    )
     first = np.sqrt(2 * np.log(a * width**2) / (width**2 - 1))
     q = np.linspace(first, 8.0, 20_001)
     power = q * (np.exp(-(q**2) / 2) - a * width**2 * np.exp(-((width * q) ** 2) / 2))
@@ -164,12 +188,18 @@ def test_heights_have_no_negative_power():
 
     variance, potential = ((values[1:] + values[:-1]).sum() for values in (power, power / q))
     unit = np.sqrt(variance * potential)
-    assert field.possible_correlation(1e3)[some] == pytest.approx(transformed(0) / variance, abs=5e-4)
+    assert field.possible_correlation(1e3)[some] == pytest.approx(
+        transformed(0) / variance, abs=5e-4
+    )
     first_order, second_order = field.riesz(1e3)
     assert first_order[some] == pytest.approx(transformed(1) / variance, abs=5e-4)
     assert second_order[some] == pytest.approx(transformed(2) / variance, abs=5e-4)
     found = field.half_potential(1e3)
-    expected = transformed(0, q**-0.5) / unit, transformed(1, q**-0.5) / unit, transformed(0, 1 / q) / potential
+    expected = (
+        transformed(0, q**-0.5) / unit,
+        transformed(1, q**-0.5) / unit,
+        transformed(0, 1 / q) / potential,
+    )
     for values, exact in zip(found, expected, strict=True):
         assert values[some] == pytest.approx(exact, abs=5e-4)
 
@@ -183,7 +213,15 @@ def test_waves_of_one_length_and_all_directions_have_the_correlations_of_a_riesz
     orders = jv(np.array([0, 1, 2, 0, 1, 0, 0])[:, None], distance)  # of one length, ζ is z
     found = clipped.directed_correlations(orders, np.cos(turn))
     odd = np.sin(phase) * np.cos(theta)
-    expected = np.cos(phase), odd, np.cos(phase) * np.cos(theta) ** 2, np.cos(phase), odd, np.cos(phase), np.cos(phase)
+    expected = (
+        np.cos(phase),
+        odd,
+        np.cos(phase) * np.cos(theta) ** 2,
+        np.cos(phase),
+        odd,
+        np.cos(phase),
+        np.cos(phase),
+    )
     for values, waves in zip(found, expected, strict=True):
         np.testing.assert_allclose(values, waves.mean(axis=1), atol=1e-13)
 
@@ -226,26 +264,38 @@ def test_what_has_yielded_in_part_has_the_areas_of_the_law():
 def test_full_contact_is_a_gaussian_field():
     spectrum = SelfAffine(level=1e-29, q_max=1e6)
     mean = 0.5e11
-    field = clipped.clipped_field(spectrum, effective_modulus=MODULUS, nominal_pressure=mean, penetration_hardness=1e11)
+    field = clipped.clipped_field(
+        spectrum, effective_modulus=MODULUS, nominal_pressure=mean, penetration_hardness=1e11
+    )
     z = np.array([-1.5, -0.5, 0.5, 1.5])
     deviation = np.sqrt(field.variance)
-    assert (field.pressure(z) - mean) / deviation == pytest.approx(z, abs=0.2)  # steps of 0.3 standard deviations
+    assert (field.pressure(z) - mean) / deviation == pytest.approx(
+        z, abs=0.2
+    )  # steps of 0.3 standard deviations
     r = np.geomspace(1e-6, 1e-4, 6)
-    shape = np.interp(np.log(r), np.log(field.distance), field.pressure_correlation) / field.variance
-    assert field.correlation(r) == pytest.approx(shape, abs=0.012)  # of steps of 0.3 standard deviations
+    shape = (
+        np.interp(np.log(r), np.log(field.distance), field.pressure_correlation) / field.variance
+    )
+    assert field.correlation(r) == pytest.approx(
+        shape, abs=0.012
+    )  # of steps of 0.3 standard deviations
 
 
 def test_elastic_contact_has_no_highest_pressure():
     spectrum = SelfAffine(level=3e-27, q_max=1e6, q_min=2e4)
     pressure = 3e8
     field = clipped.clipped_field(spectrum, effective_modulus=MODULUS, nominal_pressure=pressure)
-    assert hermite_coefficients(field.levels, field.heights, 2)[0] == pytest.approx(pressure, rel=1e-3)
+    assert hermite_coefficients(field.levels, field.heights, 2)[0] == pytest.approx(
+        pressure, rel=1e-3
+    )
     assert field.products.variance == pytest.approx(field.variance, rel=0.01)
     # one wall at 0: x = σ₀/2√G has ⟨σ²⟩ = (σ₀² + 2G) erf x + 2σ₀√(G/π) e^(−x²), and erf x is the contact area
 
     def excess(x):
         half = (pressure / (2 * x)) ** 2
-        square = (pressure**2 + 2 * half) * erf(x) + 2 * pressure * np.sqrt(half / np.pi) * np.exp(-(x**2))
+        square = (pressure**2 + 2 * half) * erf(x) + 2 * pressure * np.sqrt(half / np.pi) * np.exp(
+            -(x**2)
+        )
         return square - pressure**2 - field.variance
 
     assert ndtr(-field.levels[0]) == pytest.approx(erf(brentq(excess, 1e-3, 3.0)), rel=0.01)

@@ -35,7 +35,11 @@ def shape(q):
     return np.where(r < 1.0, r**-1.5, np.maximum(r, 1.0) ** -3.6)
 
 
-UNIT_SQUARE = 2 * np.pi * sum(quad(lambda q: q * shape(q), *ends)[0] for ends in ((6350.0, 9.4e4), (9.4e4, 4.15e7)))
+UNIT_SQUARE = (
+    2
+    * np.pi
+    * sum(quad(lambda q: q * shape(q), *ends)[0] for ends in ((6350.0, 9.4e4), (9.4e4, 4.15e7)))
+)
 
 
 def even_way(steps, cell):
@@ -63,10 +67,17 @@ def test_a_wave_through_a_body_that_takes_all_heat_is_the_time_integral_of_its_d
     found = at_the_end([plane] * steps, way, cell, speed=speed, moving=moving, resting=resting)
 
     def part(u, factor):  # τ = u², with the heat of the way slid
-        return 2 * np.sqrt(diffusivity / np.pi) * np.exp(-diffusivity * q**2 * u**2) * factor(q * speed * u**2)
+        return (
+            2
+            * np.sqrt(diffusivity / np.pi)
+            * np.exp(-diffusivity * q**2 * u**2)
+            * factor(q * speed * u**2)
+        )
 
     end = np.sqrt(steps * pixel / speed)
-    real, imaginary = (quad(part, 0, end, args=(f,), limit=800, epsabs=1e-14)[0] for f in (np.cos, np.sin))
+    real, imaginary = (
+        quad(part, 0, end, args=(f,), limit=800, epsabs=1e-14)[0] for f in (np.cos, np.sin)
+    )
     # a source that moves towards +x in the body leaves its heat behind, at x < 0
     expected = 0.5 * (real * np.cos(q * x) - imaginary * np.sin(q * x)) / pixel
     assert found.mean() == pytest.approx(0.0, abs=1e-6)
@@ -83,8 +94,14 @@ def test_a_wave_that_rides_with_the_body_warms_it_as_at_rest():
     moving, resting = Body(12.0, diffusivity), Body(INSULATING, 1e-6)
     found = at_the_end(planes, way, cell, speed=speed, moving=moving, resting=resting)
     time = steps * pixel / speed
-    grown = quad(lambda u: 2 * np.sqrt(diffusivity / np.pi) * np.exp(-diffusivity * q**2 * u**2), 0, np.sqrt(time))[0]
-    assert found[:, 0] == pytest.approx((planes[-1][:, 0] - 1) * grown / pixel, abs=0.003 * grown / pixel)
+    grown = quad(
+        lambda u: 2 * np.sqrt(diffusivity / np.pi) * np.exp(-diffusivity * q**2 * u**2),
+        0,
+        np.sqrt(time),
+    )[0]
+    assert found[:, 0] == pytest.approx(
+        (planes[-1][:, 0] - 1) * grown / pixel, abs=0.003 * grown / pixel
+    )
 
 
 def test_bodies_that_are_exchanged_have_one_temperature_in_the_contact():
@@ -100,12 +117,17 @@ def test_bodies_that_are_exchanged_have_one_temperature_in_the_contact():
         faces.append(((z - z.mean()) / z.std())[None])
     way = oblique_way(40e-3 / 64, cell)
     contacts = list(pressures(field, *faces, 0.3, way))
-    moved = [np.roll(plane, tuple(offset), axis=(1, 2)) for plane, offset in zip(contacts, way.offset, strict=True)]
+    moved = [
+        np.roll(plane, tuple(offset), axis=(1, 2))
+        for plane, offset in zip(contacts, way.offset, strict=True)
+    ]
     one, other = Body(30.0, 7.6e-6), Body(80.0, 2e-6)
     there = at_the_end([p[0] for p in contacts], way, cell, speed=2.0, moving=one, resting=other)
     back = Way(-way.offset, way.length)
     here = at_the_end([p[0] for p in moved], back, cell, speed=2.0, moving=other, resting=one)
-    here = np.roll(here, tuple(-way.offset[-1]), axis=(0, 1)) * 30.0 / 80.0  # in the unit of the other conductivity
+    here = (
+        np.roll(here, tuple(-way.offset[-1]), axis=(0, 1)) * 30.0 / 80.0
+    )  # in the unit of the other conductivity
     touching = contacts[-1][0] > 0.0
     assert 0.03 < touching.mean() < 0.5
     apart = (here - there)[touching]
@@ -142,14 +164,18 @@ def test_a_way_ends_at_its_distance_with_steps_of_a_pixel(distance):
     passed = np.cumsum(way.length[::-1])[::-1]  # from the start of a step to the end of the way
     assert (way.length <= np.maximum(passed / LAST, way.length[-1] * (1 + 1e-9))).all()
     # slightly oblique
-    assert way.offset[-1, 1] == pytest.approx(((np.sqrt(5) - 1) / 2) ** 4 * way.offset[-1, 0], abs=0.5)
+    assert way.offset[-1, 1] == pytest.approx(
+        ((np.sqrt(5) - 1) / 2) ** 4 * way.offset[-1, 0], abs=0.5
+    )
 
 
 def test_a_smooth_body_that_takes_all_heat_feels_the_frozen_contact():
     # one face is smooth, the resting body insulating: as `temperature_distribution`, along another direction
     some = STEEL | BODY | {"fields": 4}
     spectrum = SelfAffine(level=1e-23, q_min=2e4, q_max=1.6e5)
-    frozen = clipped.temperature_distribution(2.0, spectrum, **some, friction_coefficient=0.1, points=256)
+    frozen = clipped.temperature_distribution(
+        2.0, spectrum, **some, friction_coefficient=0.1, points=256
+    )
     slid = clipped.sliding_temperature_distribution(
         2.0,
         spectrum,
@@ -185,23 +211,39 @@ def test_in_full_contact_the_temperature_is_normal():
     )
     assert found.contact_fraction == pytest.approx(1.0, abs=1e-9)
     stress = plasticity.stress_spectrum(spectrum, **solid)
-    law = {"stress_spectrum": stress, "nominal_pressure": 0.5e11, "friction_coefficient": 0.1, **BODY}
+    law = {
+        "stress_spectrum": stress,
+        "nominal_pressure": 0.5e11,
+        "friction_coefficient": 0.1,
+        **BODY,
+    }
     over = float(flash.rms_temperature(speed, **law) / flash.flash_temperature(speed, **law))
     spread = found.deviation(by="area")
     assert spread.value / 2.0 == pytest.approx(over, rel=0.08)
     shares = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
     even = found.quantiles(shares, by="area")
     expected = spread.value * ndtri(shares)
-    assert (np.abs(even.value[:, 0] - expected) < 4 * even.standard_error[:, 0] + 0.01 * spread.value).all()
+    assert (
+        np.abs(even.value[:, 0] - expected) < 4 * even.standard_error[:, 0] + 0.01 * spread.value
+    ).all()
 
 
 def test_steel_has_the_quantiles_of_slides():
     # experiments/reactions.py --slide: boundary-element contacts up to 1.016e5 1/m; slow and fast
     slid = np.array(
-        [(0.316, 0.677, 0.972, 1.295, 1.598, 2.135, 2.444), (0.319, 0.689, 0.984, 1.290, 1.568, 2.049, 2.367)]
+        [
+            (0.316, 0.677, 0.972, 1.295, 1.598, 2.135, 2.444),
+            (0.319, 0.689, 0.984, 1.290, 1.568, 2.049, 2.367),
+        ]
     )
     found = clipped.sliding_temperature_distribution(
-        [1.0, 35.0], Steel(), **STEEL, **BODY, slid_distance=2e-3, flash_temperature=[26.5, 284.0], fields=3
+        [1.0, 35.0],
+        Steel(),
+        **STEEL,
+        **BODY,
+        slid_distance=2e-3,
+        flash_temperature=[26.5, 284.0],
+        fields=3,
     )
     over = found.quantiles(SHARES)
     ratio = (over.value / found.flash_temperature).T
@@ -210,14 +252,27 @@ def test_steel_has_the_quantiles_of_slides():
 
 
 def test_hot_places_of_waves_that_are_not_drawn_are_those_of_frozen_contact():
-    small = {**STEEL, **BODY, "fields": 2, "points": 48, "slid_distance": 3e-4, "flash_temperature": 1.0}
+    small = {
+        **STEEL,
+        **BODY,
+        "fields": 2,
+        "points": 48,
+        "slid_distance": 3e-4,
+        "flash_temperature": 1.0,
+    }
     # two longest waves of 48 points: the shortest of six is 4 q_min
-    drawn = clipped.sliding_temperature_distribution(3.0, SelfAffine(level=1e-23, q_max=2e5), **small)
-    whole = clipped.sliding_temperature_distribution(3.0, SelfAffine(level=1e-23, q_max=2e6), **small)
+    drawn = clipped.sliding_temperature_distribution(
+        3.0, SelfAffine(level=1e-23, q_max=2e5), **small
+    )
+    whole = clipped.sliding_temperature_distribution(
+        3.0, SelfAffine(level=1e-23, q_max=2e6), **small
+    )
     above = []
     for end in (2e5, 2e6):
         heat = BODY | {"friction_coefficient": 1.0}
-        frozen = clipped.temperature_distribution(3.0, SelfAffine(level=1e-23, q_max=end), **STEEL, **heat)
+        frozen = clipped.temperature_distribution(
+            3.0, SelfAffine(level=1e-23, q_max=end), **STEEL, **heat
+        )
         above.append(frozen.quantiles(0.99).value[0, 0] / frozen.flash_temperature[0] - 1)
     growth = above[1] / above[0]
     assert abs(growth - 1) > 0.02
@@ -225,7 +280,13 @@ def test_hot_places_of_waves_that_are_not_drawn_are_those_of_frozen_contact():
 
 
 def test_speeds_keep_their_order_and_seeds_their_fields():
-    small = {"spectrum": SelfAffine(level=1e-24, q_max=2e5), **STEEL, **BODY, "fields": 2, "points": 48}
+    small = {
+        "spectrum": SelfAffine(level=1e-24, q_max=2e5),
+        **STEEL,
+        **BODY,
+        "fields": 2,
+        "points": 48,
+    }
     small |= {"slid_distance": 3e-4, "flash_temperature": 5.0}
     one = clipped.sliding_temperature_distribution([3.0, -0.1], **small)
     again = clipped.sliding_temperature_distribution([0.1, 3.0], **small)
@@ -255,19 +316,27 @@ def test_speeds_keep_their_order_and_seeds_their_fields():
     ],
 )
 def test_a_slide_that_cannot_be_is_refused(changes, message):
-    given = {"speed": 1.0, "spectrum": SelfAffine(), "slid_distance": 1e-3, "flash_temperature": 1.0}
+    given = {
+        "speed": 1.0,
+        "spectrum": SelfAffine(),
+        "slid_distance": 1e-3,
+        "flash_temperature": 1.0,
+    }
     with pytest.raises(ValueError, match=message):
         clipped.sliding_temperature_distribution(**given | STEEL | BODY | changes)
 
 
 def test_temperatures_that_stay_unequal_are_an_error(monkeypatch):
     cell = Cell(64, 1e-3)
-    pair = Pair(cell, even_way(2, cell), 1, speed=1.0, moving=Body(30.0, 7.6e-6), resting=Body(3.0, 1e-6))
+    pair = Pair(
+        cell, even_way(2, cell), 1, speed=1.0, moving=Body(30.0, 7.6e-6), resting=Body(3.0, 1e-6)
+    )
     pressure = np.zeros((1, 64, 64), np.float32)
     pressure[0, 20:30, 20:30] = 40.0
     monkeypatch.setattr("theory.clipped.two_faces._ROUNDS", 1)
     monkeypatch.setattr("theory.clipped.two_faces._EQUAL", 1e-6)
     with pytest.raises(
-        ArithmeticError, match=r"^temperatures of the two bodies: after 1 rounds they differ by .*, 1e-06"
+        ArithmeticError,
+        match=r"^temperatures of the two bodies: after 1 rounds they differ by .*, 1e-06",
     ):
         pair.advance(pressure)

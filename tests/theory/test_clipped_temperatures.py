@@ -10,7 +10,14 @@ from scipy.special import ndtr, ndtri
 from yielding_cases import MODULUS, SelfAffine
 
 from theory import clipped, flash, plasticity
-from theory.clipped.drawing import Cell, amplitudes, draw_pressure, halved, heat_response, temperature
+from theory.clipped.drawing import (
+    Cell,
+    amplitudes,
+    draw_pressure,
+    halved,
+    heat_response,
+    temperature,
+)
 from theory.clipped.temperatures import Drawn, continued
 
 STEEL = {"effective_modulus": 1.0989e11, "nominal_pressure": 9e7, "penetration_hardness": 1.2e9}
@@ -39,7 +46,11 @@ def shape(q):
     return np.where(r < 1.0, r**-1.5, np.maximum(r, 1.0) ** -3.6)
 
 
-UNIT_SQUARE = 2 * np.pi * sum(quad(lambda q: q * shape(q), *ends)[0] for ends in ((6350.0, 9.4e4), (9.4e4, 4.15e7)))
+UNIT_SQUARE = (
+    2
+    * np.pi
+    * sum(quad(lambda q: q * shape(q), *ends)[0] for ends in ((6350.0, 9.4e4), (9.4e4, 4.15e7)))
+)
 
 
 def half_contact():
@@ -50,7 +61,9 @@ def half_contact():
     return clipped.ClippedField(*steps, r, of_half, 0.25, clipped.products(*steps))
 
 
-@pytest.mark.parametrize(("mode", "speed"), [((1, 2), 0.0), ((3, 0), 5.0), ((-2, 4), 0.7), ((0, 1), 50.0)])
+@pytest.mark.parametrize(
+    ("mode", "speed"), [((1, 2), 0.0), ((3, 0), 5.0), ((-2, 4), 0.7), ((0, 1), 50.0)]
+)
 @pytest.mark.parametrize("way", [1e-5, 3e-4])
 def test_the_response_of_a_wave_is_the_time_integral_of_its_decay(mode, speed, way):
     # heat of the time τ ago: √(D/πτ) e^(−Dq²τ), and the source has moved on by vτ
@@ -63,10 +76,17 @@ def test_the_response_of_a_wave_is_the_time_integral_of_its_decay(mode, speed, w
         return
 
     def part(u, factor):  # τ = u²
-        return 2 * np.sqrt(diffusivity / np.pi) * np.exp(-diffusivity * square * u**2) * factor(along * speed * u**2)
+        return (
+            2
+            * np.sqrt(diffusivity / np.pi)
+            * np.exp(-diffusivity * square * u**2)
+            * factor(along * speed * u**2)
+        )
 
     end = np.sqrt(way / speed)
-    real, imaginary = (quad(part, 0, end, args=(f,), limit=400, epsabs=1e-13)[0] for f in (np.cos, np.sin))
+    real, imaginary = (
+        quad(part, 0, end, args=(f,), limit=400, epsabs=1e-13)[0] for f in (np.cos, np.sin)
+    )
     assert response == pytest.approx(real + 1j * imaginary, rel=1e-8)
     steady = heat_response(cell, speed, diffusivity)[mode]
     assert steady**-2 == pytest.approx(square - 1j * along * speed / diffusivity, rel=1e-12)
@@ -118,7 +138,8 @@ def test_light_contacts_have_nearly_the_power_of_the_law():
     along, across = np.meshgrid(*(2 * np.pi * np.fft.fftfreq(128, cell.length / 128),) * 2)
     q = np.hypot(along, across)
     powers = [
-        np.abs(np.fft.fft2(draw_pressure(field, amplitude, rng.standard_normal(amplitude.shape)))) ** 2
+        np.abs(np.fft.fft2(draw_pressure(field, amplitude, rng.standard_normal(amplitude.shape))))
+        ** 2
         for _ in range(30)
     ]
     drawn = np.mean(powers, axis=0)
@@ -127,7 +148,9 @@ def test_light_contacts_have_nearly_the_power_of_the_law():
     law = stress(np.where(q > 0, q, q.max()))
     law[0, 0] = 0.0
     bands = [(q > low) & (q <= 2 * low) for low in 5e4 * 2.0 ** np.arange(-1, 4)]
-    found, expected = (np.array([power[band].sum() for band in bands]) / power.sum() for power in (drawn, law))
+    found, expected = (
+        np.array([power[band].sum() for band in bands]) / power.sum() for power in (drawn, law)
+    )
     # waves beyond those of the grid count on it too, and 30 fields scatter
     assert np.abs(found - expected).sum() / 2 < wrong + 0.04
 
@@ -136,11 +159,15 @@ def test_drawn_contacts_have_the_load_and_the_correlation_of_the_field():
     field, cell = half_contact(), Cell(128, 32.0)
     amplitude, _ = amplitudes(field, cell)
     rng = np.random.default_rng(1)
-    drawn = np.stack([draw_pressure(field, amplitude, rng.standard_normal(amplitude.shape)) for _ in range(12)])
+    drawn = np.stack(
+        [draw_pressure(field, amplitude, rng.standard_normal(amplitude.shape)) for _ in range(12)]
+    )
     assert drawn.mean(axis=(1, 2)).tolist() == [0.5] * 12
     assert set(drawn.ravel()) == {0.0, 1.0}
     shift = np.array([4, 6, 8])  # r = 1, 1.5, 2
-    both = np.array([[(d * np.roll(d, n, axis)).mean() for n in shift for axis in (0, 1)] for d in drawn])
+    both = np.array(
+        [[(d * np.roll(d, n, axis)).mean() for n in shift for axis in (0, 1)] for d in drawn]
+    )
     expected = 0.25 + np.arcsin(np.exp(-((shift * 0.25) ** 2) / 2)) / (2 * np.pi)
     error = both.std(axis=0) / np.sqrt(12)
     assert (np.abs(both.mean(axis=0) - expected.repeat(2)) < 4 * error + 1e-3).all()
@@ -149,12 +176,16 @@ def test_drawn_contacts_have_the_load_and_the_correlation_of_the_field():
 def sample(ratio, pressure, field, hot=100.0):
     ratio, pressure = np.atleast_2d(np.asarray(ratio, float)), np.asarray(pressure, float)
     scaled = ratio / (ratio @ pressure / pressure.sum())[:, None]
-    return clipped.TemperatureDistribution(np.full(len(ratio), hot), 0.25, scaled, pressure, np.asarray(field), 0.0)
+    return clipped.TemperatureDistribution(
+        np.full(len(ratio), hot), 0.25, scaled, pressure, np.asarray(field), 0.0
+    )
 
 
 def test_quantiles_of_few_points_are_linear_between_the_middles_of_their_weights():
     found = sample([0.5, 1.5, 0.0, 2.0], [1.0, 1.0, 1.0, 1.0], [0, 0, 1, 1])
-    assert found.quantiles([0.125, 0.375, 0.5, 0.875, 1.0]).value[:, 0] == pytest.approx([0, 50, 100, 200, 200])
+    assert found.quantiles([0.125, 0.375, 0.5, 0.875, 1.0]).value[:, 0] == pytest.approx(
+        [0, 50, 100, 200, 200]
+    )
     # heat 3 : 1, at T/T_flash ⅔ and 2
     uneven = sample([1.0, 3.0] * 2, [3.0, 1.0] * 2, [0, 0, 1, 1])
     assert uneven.quantiles([0.375, 0.875]).value[:, 0] == pytest.approx([200 / 3, 200])
@@ -189,7 +220,9 @@ def test_at_the_activation_temperature_the_same_pressures_react_as_fast(volume):
     ).value[:, 0]
     kelvin = 500.0 + 50.0 * np.array([7 / 9, 7 / 9, 7 / 3])
     released = volume * np.array([3.0, 3.0, 1.0]) - energies[:, None]
-    even, uneven = (np.exp(released / (clipped.BOLTZMANN * t)).mean(axis=1) for t in (active[:, None], kelvin))
+    even, uneven = (
+        np.exp(released / (clipped.BOLTZMANN * t)).mean(axis=1) for t in (active[:, None], kelvin)
+    )
     chosen = slice(None) if volume < 0.0 else slice(1, None)
     assert even[chosen] == pytest.approx(uneven[chosen], rel=1e-10)
     assert np.isnan(active[0]) == (volume >= 0.0)  # without a barrier
@@ -221,7 +254,9 @@ def test_the_error_of_a_share_is_that_of_the_mean_over_equal_fields():
     # a limit that no rescaling passes
     share = found.share_above(100 * found.ratio.mean())
     assert share.value == pytest.approx(hot.mean())
-    assert share.standard_error == pytest.approx(hot.mean(axis=1).std(ddof=1) / np.sqrt(20), rel=1e-12)
+    assert share.standard_error == pytest.approx(
+        hot.mean(axis=1).std(ddof=1) / np.sqrt(20), rel=1e-12
+    )
 
 
 def test_without_one_of_two_fields_the_other_has_its_own_flash_temperature():
@@ -232,25 +267,36 @@ def test_without_one_of_two_fields_the_other_has_its_own_flash_temperature():
     assert found.share_above(120.0).standard_error == pytest.approx(0.25)
     conditions = {"background_temperature": 500.0, "heat_partition": 0.5}
     energy = 0.6 * EV
-    rates = [np.exp(-energy / (clipped.BOLTZMANN * (500.0 + np.array(x)))).mean() for x in ([25.0, 75.0], [50.0])]
+    rates = [
+        np.exp(-energy / (clipped.BOLTZMANN * (500.0 + np.array(x)))).mean()
+        for x in ([25.0, 75.0], [50.0])
+    ]
     rate = found.reaction_rate(energy, **conditions)
-    assert rate.standard_error / rate.value == pytest.approx(abs(np.log(rates[0] / rates[1])) / 2, rel=1e-9)
+    assert rate.standard_error / rate.value == pytest.approx(
+        abs(np.log(rates[0] / rates[1])) / 2, rel=1e-9
+    )
     active = [-energy / (clipped.BOLTZMANN * np.log(rate)) for rate in rates]
     error = found.activation_temperature(energy, **conditions).standard_error
-    assert error == pytest.approx(abs(active[0] - active[1]) / 2, rel=0.03)  # linear in ln of the rate
+    assert error == pytest.approx(
+        abs(active[0] - active[1]) / 2, rel=0.03
+    )  # linear in ln of the rate
 
 
 def test_points_below_absolute_zero_do_not_react():
     found = sample([-4.0, 6.0] * 2, [1.0, 1.0] * 2, [0, 0, 1, 1])  # T/T_flash is −4 and 6
     rate = found.reaction_rate([0.0, 0.6 * EV], background_temperature=300.0).value[:, 0]
-    assert rate == pytest.approx([0.25, 0.125 * np.exp(-0.6 * EV / (clipped.BOLTZMANN * 900.0))], rel=1e-12)
+    assert rate == pytest.approx(
+        [0.25, 0.125 * np.exp(-0.6 * EV / (clipped.BOLTZMANN * 900.0))], rel=1e-12
+    )
 
 
 def test_in_full_contact_pressure_and_temperature_are_jointly_normal():
     spectrum = SelfAffine(level=1e-29, q_max=1e6)
     solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.5e11, "penetration_hardness": 1e11}
     speed = 0.02
-    found = clipped.temperature_distribution(speed, spectrum, **solid, **HEAT, fields=6, points=256, seed=3)
+    found = clipped.temperature_distribution(
+        speed, spectrum, **solid, **HEAT, fields=6, points=256, seed=3
+    )
     assert found.contact_fraction == pytest.approx(1.0, abs=1e-9)
     assert found.ratio.shape == (1, 6 * 256**2)
     assert found.field.tolist() == np.arange(6).repeat(256**2).tolist()
@@ -264,14 +310,23 @@ def test_in_full_contact_pressure_and_temperature_are_jointly_normal():
     shares = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
     even = found.quantiles(shares, by="area")
     expected = deviation * ndtri(shares) * found.flash_temperature
-    assert (np.abs(even.value[:, 0] - expected) < 4 * even.standard_error[:, 0] + 0.01 * abs(expected[0])).all()
+    assert (
+        np.abs(even.value[:, 0] - expected)
+        < 4 * even.standard_error[:, 0] + 0.01 * abs(expected[0])
+    ).all()
     # the heat σ tilts the normal density by 1 + T T_flash/s², of the mean T_flash: Φ(x) − (T_flash/s) φ(x)
     tilted = [
-        brentq(lambda x, p=p: ndtr(x) - np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi) / deviation - p, -6, 6) for p in shares
+        brentq(
+            lambda x, p=p: ndtr(x) - np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi) / deviation - p, -6, 6
+        )
+        for p in shares
     ]
     heated = found.quantiles(shares)
     wanted = deviation * np.array(tilted) * found.flash_temperature
-    assert (np.abs(heated.value[:, 0] - wanted) < 4 * heated.standard_error[:, 0] + 0.01 * abs(expected[0])).all()
+    assert (
+        np.abs(heated.value[:, 0] - wanted)
+        < 4 * heated.standard_error[:, 0] + 0.01 * abs(expected[0])
+    ).all()
 
 
 def test_steel_has_the_quantiles_and_the_rates_of_solved_contacts():
@@ -279,7 +334,10 @@ def test_steel_has_the_quantiles_and_the_rates_of_solved_contacts():
     assert found.contact_fraction == pytest.approx(9e7 / 1.2e9, rel=0.01)  # nearly all has yielded
     over = found.quantiles(SHARES)
     # of boundary-element contacts, all heat in the body: slow and fast
-    solved = [(0.26, 0.64, 0.96, 1.31, 1.67, 2.28, 2.55), (0.04, 0.55, 0.96, 1.41, 1.83, 2.58, 3.06)]
+    solved = [
+        (0.26, 0.64, 0.96, 1.31, 1.67, 2.28, 2.55),
+        (0.04, 0.55, 0.96, 1.41, 1.83, 2.58, 3.06),
+    ]
     ratio = (over.value / found.flash_temperature).T
     error = (over.standard_error / found.flash_temperature).T
     assert (np.abs(ratio - solved) < 3 * error + 0.06).all()
@@ -299,14 +357,17 @@ def test_the_hottest_of_all_steel_is_that_of_a_ladder_of_solved_contacts():
     ratio, error = (values[0] / found.flash_temperature for values in hottest)
     assert (np.abs(ratio - [2.49, 2.77]) < 3 * error).all()
     assert (error < 0.06).all()
-    assert found.ratio @ found.pressure / found.pressure.sum() == pytest.approx([1.0, 1.0], rel=1e-12)
+    assert found.ratio @ found.pressure / found.pressure.sum() == pytest.approx(
+        [1.0, 1.0], rel=1e-12
+    )
 
 
 def test_fields_end_at_the_wave_of_four_pixels():
     # four longest waves on 128 points: that is 8 q_min
     some = {**STEEL, **HEAT, "fields": 2, "points": 128}
     whole, part = (
-        clipped.temperature_distribution(3.0, SelfAffine(level=1e-24, q_max=end * 5e4), **some) for end in (16, 8)
+        clipped.temperature_distribution(3.0, SelfAffine(level=1e-24, q_max=end * 5e4), **some)
+        for end in (16, 8)
     )
     assert whole.pressure == pytest.approx(part.pressure, rel=1e-9)
     assert not np.allclose(whole.ratio, part.ratio, rtol=1e-3)  # it goes on
@@ -314,8 +375,12 @@ def test_fields_end_at_the_wave_of_four_pixels():
 
 def test_temperatures_go_on_in_proportion_to_the_flash_temperature():
     pressure, field = np.array([1.0, 1.0, 2.0]), np.array([0, 1, 1])
-    fine = Drawn(np.array([80.0, 8.0]), np.array([[0.2, 1.4, 1.2], [0.6, 1.0, 1.2]]), pressure, field, 0.0)
-    coarse = Drawn(np.array([100.0, 8.0]), np.array([[0.4, 1.2, 1.2], [1.0, 1.0, 1.0]]), pressure, field, 0.0)
+    fine = Drawn(
+        np.array([80.0, 8.0]), np.array([[0.2, 1.4, 1.2], [0.6, 1.0, 1.2]]), pressure, field, 0.0
+    )
+    coarse = Drawn(
+        np.array([100.0, 8.0]), np.array([[0.4, 1.2, 1.2], [1.0, 1.0, 1.0]]), pressure, field, 0.0
+    )
     found = continued(fine, coarse, np.array([70.0, 7.0]))
     # half a step more; middles of the shares of heat are ⅛, ⅞ and ½, of the coarse ones ⅛, ⅜ and ¾
     first = np.array([16.0, 112.0, 96.0])
@@ -368,7 +433,9 @@ def test_speeds_keep_their_order_and_seeds_their_fields():
 )
 def test_a_distribution_that_cannot_be_is_refused(changes, message):
     with pytest.raises(ValueError, match=message):
-        clipped.temperature_distribution(1.0, **{"spectrum": SelfAffine(), **STEEL, **HEAT, **changes})
+        clipped.temperature_distribution(
+            1.0, **{"spectrum": SelfAffine(), **STEEL, **HEAT, **changes}
+        )
 
 
 @pytest.mark.parametrize(
@@ -377,9 +444,15 @@ def test_a_distribution_that_cannot_be_is_refused(changes, message):
         (lambda d: d.quantiles(1.5), "shares = 1.5"),
         (lambda d: d.quantiles(0.5, by="volume"), "by = 'volume'"),
         (lambda d: d.reaction_rate(-1.0, background_temperature=300.0), "activation_energy"),
-        (lambda d: d.activation_temperature(-EV, background_temperature=300.0), "activation_energy"),
+        (
+            lambda d: d.activation_temperature(-EV, background_temperature=300.0),
+            "activation_energy",
+        ),
         (lambda d: d.reaction_rate(EV, background_temperature=-1.0), "background_temperature"),
-        (lambda d: d.reaction_rate(EV, background_temperature=300.0, prefactor=0.0), "prefactor = 0 1/s"),
+        (
+            lambda d: d.reaction_rate(EV, background_temperature=300.0, prefactor=0.0),
+            "prefactor = 0 1/s",
+        ),
     ],
 )
 def test_a_question_without_an_answer_is_refused(call, message):
@@ -409,7 +482,11 @@ def test_a_doubted_distribution_is_evener_on_one_side_or_hotter():
     np.testing.assert_allclose(cold.ratio[0] - 1.0, np.where(x < 0.0, nearer, x), rtol=1e-12)
     np.testing.assert_allclose(warm.flash_temperature, 128.0)  # 1 + 1.4 · .2
     # further from T_flash than 4/9/doubt² all points come to the same place
-    far = replace(sample([0.0, 40.0, 60.0], [98.0, 1.0, 1.0], [0, 0, 0]), doubt=0.5).doubted()[0].ratio[0]
+    far = (
+        replace(sample([0.0, 40.0, 60.0], [98.0, 1.0, 1.0], [0, 0, 0]), doubt=0.5)
+        .doubted()[0]
+        .ratio[0]
+    )
     np.testing.assert_allclose(far[1:], 1.0 + 16 / 9 - 0.5 * (16 / 9) ** 1.5, rtol=1e-12)
     for same in plain.doubted():  # of solved contacts nothing is in doubt
         np.testing.assert_array_equal(same.ratio, plain.ratio)

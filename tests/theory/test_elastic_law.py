@@ -26,7 +26,9 @@ def slope(spectrum):
 
 def at_load(load, spectrum=SPECTRUM):
     pressure = load * MODULUS * slope(spectrum)
-    return persson.calibrated_spectrum(spectrum, effective_modulus=MODULUS, nominal_pressure=pressure)
+    return persson.calibrated_spectrum(
+        spectrum, effective_modulus=MODULUS, nominal_pressure=pressure
+    )
 
 
 @pytest.mark.parametrize("contact", CONTACTS["elastic"][::3])
@@ -41,7 +43,12 @@ def test_measured_contacts_lie_within_the_error_bands(contact):
     )
     load = contact["load"]
     law = persson.calibrated_spectrum(spectrum, effective_modulus=1.0, nominal_pressure=load)
-    heat = {"friction_coefficient": load, "conductivity": 1.0, "diffusivity": 1.0, "nominal_pressure": load}
+    heat = {
+        "friction_coefficient": load,
+        "conductivity": 1.0,
+        "diffusivity": 1.0,
+        "nominal_pressure": load,
+    }
     found = {
         name: np.abs(getattr(flash, name)(PECLET, stress_spectrum=law, **heat))
         for name in ("flash_temperature", "flash_gradient", "flash_width", "slope_length")
@@ -63,7 +70,8 @@ def test_full_contact_has_the_stress_of_full_contact():
 def test_full_contact_is_approached_monotonically():
     whole = pi / 2 * MODULUS**2 * (slope(SPECTRUM) ** 2 / (2 * pi))  # g_σ(0) of full contact
     shares = [
-        float(persson.pressure_correlation(0.0, stress_spectrum=at_load(p))) / whole for p in (0.1, 0.3, 0.6, 1.2)
+        float(persson.pressure_correlation(0.0, stress_spectrum=at_load(p))) / whole
+        for p in (0.1, 0.3, 0.6, 1.2)
     ]
     assert (np.diff(shares) > 0).all()
     assert shares[-1] == pytest.approx(1.0, abs=0.02)
@@ -78,7 +86,11 @@ def test_edges_make_a_tail_of_the_fourth_power():
 def test_the_area_exceeds_that_of_full_contact_stress():
     law = at_load(0.05)
     whole = {"effective_modulus": MODULUS, "nominal_pressure": law.nominal_pressure}
-    assert 1.05 < law.contact_fraction / float(persson.contact_probability(4e5, SPECTRUM, **whole)) < 1.6
+    assert (
+        1.05
+        < law.contact_fraction / float(persson.contact_probability(4e5, SPECTRUM, **whole))
+        < 1.6
+    )
 
 
 def test_a_hardness_out_of_reach_changes_nothing():
@@ -143,7 +155,9 @@ def test_a_spectrum_with_a_gap_is_refused():
     solid = {"effective_modulus": MODULUS, "nominal_pressure": 1e9}
     assert persson.calibrated_spectrum(Gap(1.0), **solid).breaks
     for fill in (1e-3, 1e-2):
-        with pytest.raises(ValueError, match=r"octaves of gaps in C\(q\) = .* lies outside 0 … 0\.5"):
+        with pytest.raises(
+            ValueError, match=r"octaves of gaps in C\(q\) = .* lies outside 0 … 0\.5"
+        ):
             persson.calibrated_spectrum(Gap(fill), **solid)
 
 
@@ -156,7 +170,11 @@ def test_a_spectrum_with_a_gap_is_refused():
     ],
 )
 def test_wrong_arguments_are_named(given, message):
-    arguments = {"spectrum": SPECTRUM, "effective_modulus": MODULUS, "nominal_pressure": 1e9} | given
+    arguments = {
+        "spectrum": SPECTRUM,
+        "effective_modulus": MODULUS,
+        "nominal_pressure": 1e9,
+    } | given
     spectrum = arguments.pop("spectrum")
     with pytest.raises((TypeError, ValueError), match=message):
         persson.calibrated_spectrum(spectrum, **arguments)

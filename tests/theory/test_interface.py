@@ -48,7 +48,9 @@ def burgers(level, power, least):
         return second / 2 + sigma * first * level * power * v ** (power - 1)
 
     start = (touched(eta) - touched(eta + ramp)) / ramp
-    solved = solve_ivp(change, (least, 1.0), start, method="LSODA", lband=1, uband=1, rtol=1e-6, atol=1e-11)
+    solved = solve_ivp(
+        change, (least, 1.0), start, method="LSODA", lband=1, uband=1, rtol=1e-6, atol=1e-11
+    )
     sigma = solved.y[:, -1]
     return sigma, -np.gradient(sigma, step)
 
@@ -86,7 +88,11 @@ def test_between_two_shells_a_power_of_the_height_variance_is_exact(power):
     variance = np.geomspace(3.0, 0.2, 6)
     found = between_shells(variance**power, variance)
     upper, lower = variance[:-1], variance[1:]
-    exact = np.log(upper / lower) if power == -1 else (upper ** (power + 1) - lower ** (power + 1)) / (power + 1)
+    exact = (
+        np.log(upper / lower)
+        if power == -1
+        else (upper ** (power + 1) - lower ** (power + 1)) / (power + 1)
+    )
     np.testing.assert_allclose(found, exact, rtol=1e-6)
 
 
@@ -113,7 +119,12 @@ def test_under_stiff_roughness_the_pressure_diffuses_as_the_bearing_law_wants(sh
     at = slice(1, np.searchsorted(diffusion.wavenumber, 300.0), 6)
     v, whole = spectrum.variance(diffusion.wavenumber[at]), spectrum.variance(1.0)
     start = ndtri(share)
-    square = np.array([multivariate_normal.cdf([start, start], cov=[[1.0, 1 - x], [1 - x, 1.0]]) for x in v / whole])
+    square = np.array(
+        [
+            multivariate_normal.cdf([start, start], cov=[[1.0, 1 - x], [1 - x, 1.0]])
+            for x in v / whole
+        ]
+    )
     found = np.einsum("ij,j->i", diffusion.probability[at], (diffusion.pressure / hardness) ** 2)
     np.testing.assert_allclose(found - share**2, square - share**2, rtol=0.03)
     # kappa = hardness phi(z)/sqrt(v): its mean is kept, its square has a closed mean
@@ -122,7 +133,9 @@ def test_under_stiff_roughness_the_pressure_diffuses_as_the_bearing_law_wants(sh
     np.testing.assert_allclose(mean, bell(start) / np.sqrt(whole), rtol=0.05)
     both = 2 * whole - v
     closed = np.exp(-(start**2) * whole / both) / (2 * np.pi * np.sqrt(v * both))
-    np.testing.assert_allclose(np.einsum("ij,ij->i", diffusion.probability[at], kappa**2), closed, rtol=0.05)
+    np.testing.assert_allclose(
+        np.einsum("ij,ij->i", diffusion.probability[at], kappa**2), closed, rtol=0.05
+    )
     # so that the waves up to k make the variance <kappa²>(k) - <kappa>² of kappa at any later wavenumber
     edges = np.linspace(0.0, np.log(1e3), 29)
     later = (edges[1:] + edges[:-1]) / 2

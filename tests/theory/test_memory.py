@@ -79,9 +79,14 @@ def orthant_means(part, own, other):
         (4, 4): c * both - n**2 * density,
         (0, 5): uneven - mean * both,
         (2, 5): h * both + m * along - mean * m * NORMAL / 2,
-        (3, 5): h * higher + m * (level - a * p) * NORMAL / 2 - mean * m * np.sin(theta) / (2 * np.pi),
+        (3, 5): h * higher
+        + m * (level - a * p) * NORMAL / 2
+        - mean * m * np.sin(theta) / (2 * np.pi),
         (5, 4): turned * both + n * along - mean * n * NORMAL / 2,
-        (5, 5): potential * both + (a**2 + level**2 - 2 * a * level * p) * density - 2 * mean * uneven + mean**2 * both,
+        (5, 5): potential * both
+        + (a**2 + level**2 - 2 * a * level * p) * density
+        - 2 * mean * uneven
+        + mean**2 * both,
     }
     nothing = np.zeros_like(both)  # the even share of an even pressure
     return np.array([*(of_shares.get(pair, nothing) for pair in clipped.PAIRS), both - 0.25])
@@ -96,7 +101,11 @@ def test_products_with_earlier_heights_are_orthant_means_over_all_directions(par
     field = half_contact()
     place = np.array([0.0, 0.3, 0.7, 1.2, 2.0, 3.1])
     nearer = np.array([0.05, 0.1])
-    transforms = np.exp(-(field.distance**2) / 2), *riesz(field.distance), *half_potential(field.distance)
+    transforms = (
+        np.exp(-(field.distance**2) / 2),
+        *riesz(field.distance),
+        *half_potential(field.distance),
+    )
     seen = memory.seen_pairs(field, transforms, part, place, nearer)
     middle = np.searchsorted(field.distance, [0.2, 1.0, 2.5])
     for n in middle:
@@ -116,7 +125,9 @@ def test_products_with_earlier_heights_are_orthant_means_over_all_directions(par
             each = orthant_means(part, here, FAR) + orthant_means(part, FAR, there)
             found = seen.both[:, i, j + nearer.size if j else 0]
             # 20 directions; worst at r = s, with one direction in which both places meet
-            np.testing.assert_allclose(found, whole - each.mean(axis=1), atol=1e-3, err_msg=f"r = {r}, s = {s}")
+            np.testing.assert_allclose(
+                found, whole - each.mean(axis=1), atol=1e-3, err_msg=f"r = {r}, s = {s}"
+            )
     # linear from the first place to the second
     slope = (seen.both[..., 1] - seen.both[..., 0]) / nearer[0]
     np.testing.assert_allclose(seen.both[..., 2], seen.both[..., 0] + slope * nearer[1], atol=1e-12)

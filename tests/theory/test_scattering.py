@@ -18,7 +18,9 @@ def test_a_wave_beside_another_has_the_sum_of_their_squares():
 
 
 @pytest.mark.parametrize(("wave", "other"), [(0, 0), (1, 1), (2, 1)])
-def test_a_shell_modulated_by_one_other_lies_at_their_vector_sum_wherever_the_bins_fall(wave, other):
+def test_a_shell_modulated_by_one_other_lies_at_their_vector_sum_wherever_the_bins_fall(
+    wave, other
+):
     # half of the pressure of shell 2 is that of a wave of one other shell added to it; its own waves are those before
     x, own, share = np.array([0.0112, 0.4463, 0.8863]), np.array([1.0, 1.0, 0.5]), np.zeros((3, 3))
     share[2, wave] = 0.5
@@ -26,7 +28,9 @@ def test_a_shell_modulated_by_one_other_lies_at_their_vector_sum_wherever_the_bi
     parts = beside(x, own, share, grid)
     assert parts[:2] == pytest.approx(0.0, abs=1e-15)
     expected = 0.5 * (np.exp(2 * x[2]) + np.exp(2 * x[other]))
-    assert parts[2] @ np.exp(2 * grid) == pytest.approx(expected, rel=1.5e-2)  # bins: (2 BIN)²/8 at most
+    assert parts[2] @ np.exp(2 * grid) == pytest.approx(
+        expected, rel=1.5e-2
+    )  # bins: (2 BIN)²/8 at most
 
 
 CONTACTS = pytest.mark.parametrize(
@@ -66,15 +70,21 @@ def test_waves_that_are_modulated_in_turn_add_up_as_vectors(spectrum, pressure, 
                 total += np.exp(x[here] + 2j * np.pi * rng.uniform())
                 if rng.uniform() < own[here]:
                     break
-                k = int(rng.choice(here + 1, p=share[here, : here + 1] / share[here, : here + 1].sum()))
+                k = int(
+                    rng.choice(here + 1, p=share[here, : here + 1] / share[here, : here + 1].sum())
+                )
                 here, steps = max(k - 1, 0) if k == here else k, steps + 1
             squares.append(abs(total) ** 2 if steps else 0.0)
         expected, doubt = np.mean(squares), np.std(squares) / np.sqrt(count)
-        assert parts[shell] @ np.exp(2 * grid) == pytest.approx(expected, abs=4 * doubt + 0.03 * expected)
+        assert parts[shell] @ np.exp(2 * grid) == pytest.approx(
+            expected, abs=4 * doubt + 0.03 * expected
+        )
 
 
 @CONTACTS
-def test_the_half_space_answers_beside_a_wave_as_two_springs_in_series_want(spectrum, pressure, hardness):
+def test_the_half_space_answers_beside_a_wave_as_two_springs_in_series_want(
+    spectrum, pressure, hardness
+):
     diffusion = diffuse(spectrum, MODULUS, pressure, hardness)
     x, mean, made = unevenness(diffusion)
     whole = mean**2 + made.sum(axis=1)
@@ -85,11 +95,18 @@ def test_the_half_space_answers_beside_a_wave_as_two_springs_in_series_want(spec
     made_of, power, lowest = scatter(diffusion, MODULUS), 0.0, 0.0
     q = diffusion.wavenumber
     for m in range(x.size):
-        compliance = max(2 * mean[m] / (square[m] + square[m + 1]) - 2 / (MODULUS * np.exp(x[m])), 0.0)
-        near, far = compliance + 2 / (MODULUS * np.exp(x[m])), compliance + 2 / (MODULUS * np.exp(grid))
+        compliance = max(
+            2 * mean[m] / (square[m] + square[m + 1]) - 2 / (MODULUS * np.exp(x[m])), 0.0
+        )
+        near, far = (
+            compliance + 2 / (MODULUS * np.exp(x[m])),
+            compliance + 2 / (MODULUS * np.exp(grid)),
+        )
         answer = (near / far) ** ANSWER
         change = 2 * parts[m] @ (answer - 1) * whole[m] / mean[m] ** 2
-        full = (MODULUS / 2) ** 2 * float(between_shells(q[m : m + 2] ** 2, diffusion.variance[m : m + 2])[0])
+        full = (MODULUS / 2) ** 2 * float(
+            between_shells(q[m : m + 2] ** 2, diffusion.variance[m : m + 2])[0]
+        )
         factor = 1 + change if change > 0 else 1 / (1 - change)
         growth = total[m + 1] - total[m]
         coherent = growth / full * mean[m] ** 2 / whole[m] * factor
@@ -100,7 +117,9 @@ def test_the_half_space_answers_beside_a_wave_as_two_springs_in_series_want(spec
     area = 2 * np.pi * other**2 * BIN
     area[0] = np.pi * other[0] ** 2
     assert np.exp(made_of.sidebands.value) @ area == pytest.approx(power, rel=1e-3)
-    assert np.exp(made_of.sidebands.value[0]) * area[0] == pytest.approx(lowest, rel=1e-9)  # a whole disc
+    assert np.exp(made_of.sidebands.value[0]) * area[0] == pytest.approx(
+        lowest, rel=1e-9
+    )  # a whole disc
     ends = made_of.coherent.place[[0, -1]], made_of.coherent.value[-2:]
     assert ends[0] == pytest.approx(np.log(q[[0, -1]]), rel=1e-12)
     assert ends[1][0] == ends[1][1]

@@ -35,11 +35,18 @@ def errors(values, exact):
 )
 def test_greenwoods_interpolation_errs_by_a_few_per_cent(source, quantity, low, high):
     peclet = PECLET[::4] if quantity == "max" else PECLET
-    error = errors(classical.greenwood(peclet, source=source, quantity=quantity), EXACT[source, quantity](peclet))
+    error = errors(
+        classical.greenwood(peclet, source=source, quantity=quantity),
+        EXACT[source, quantity](peclet),
+    )
     assert error.min() == pytest.approx(low, abs=4e-4)
     assert error.max() == pytest.approx(high, abs=4e-4)
-    assert classical.greenwood(0.0, source=source, quantity=quantity) == pytest.approx(EXACT[source, quantity](0.0))
-    fast = classical.greenwood(1e14, source=source, quantity=quantity) / EXACT[source, quantity](1e14)
+    assert classical.greenwood(0.0, source=source, quantity=quantity) == pytest.approx(
+        EXACT[source, quantity](0.0)
+    )
+    fast = classical.greenwood(1e14, source=source, quantity=quantity) / EXACT[source, quantity](
+        1e14
+    )
     assert fast == pytest.approx(1, abs=1e-6)
 
 
@@ -49,10 +56,13 @@ def test_greenwoods_rule_adds_inverse_squares():
 
 
 @pytest.mark.parametrize(
-    ("source", "low", "high"), [("hertz", -0.0113, 0.0024), ("disc", -0.0072, 0.0232), ("square", -0.0264, 0.0085)]
+    ("source", "low", "high"),
+    [("hertz", -0.0113, 0.0024), ("disc", -0.0072, 0.0232), ("square", -0.0264, 0.0085)],
 )
 def test_tian_and_kennedy_err_as_the_interpolation_does(source, low, high):
-    error = errors(classical.tian_kennedy(PECLET[::4], source=source), EXACT[source, "max"](PECLET[::4]))
+    error = errors(
+        classical.tian_kennedy(PECLET[::4], source=source), EXACT[source, "max"](PECLET[::4])
+    )
     assert error.min() == pytest.approx(low, abs=4e-4)
     assert error.max() == pytest.approx(high, abs=4e-4)
     for limit in (0.0, 1e10):
@@ -65,7 +75,9 @@ def test_jaegers_two_formulas_bound_the_square_from_above():
     assert error.min() > -1e-3  # three digits printed
     assert error.max() == pytest.approx(0.388, abs=0.005)
     assert PECLET[error.argmax()] == pytest.approx(1.26, rel=0.06)
-    assert classical.jaeger(10.0) / hertz.square_mean_temperature(10.0) == pytest.approx(1.085, abs=5e-4)
+    assert classical.jaeger(10.0) / hertz.square_mean_temperature(10.0) == pytest.approx(
+        1.085, abs=5e-4
+    )
     assert classical.jaeger([0.0, 1e6]) == pytest.approx([0.946, 1.064e-3], rel=1e-12)
 
 
@@ -74,13 +86,21 @@ def test_archards_regimes_are_those_of_a_disc():
     assert error.min() == pytest.approx(-0.238, abs=0.003)
     assert error[0] == pytest.approx(np.pi / 4 / (8 / 3 / np.pi) - 1, abs=2e-3)
     assert error[-1] == pytest.approx(0, abs=3e-4)
-    assert classical.archard(-10.001) / hertz.disc_mean_temperature(10.001) == pytest.approx(1.0465, abs=5e-4)
+    assert classical.archard(-10.001) / hertz.disc_mean_temperature(10.001) == pytest.approx(
+        1.0465, abs=5e-4
+    )
     # the ends of the middle regime: α = 0.85 and 0.35 of 0.25 Q̇/κR
-    assert classical.archard([0.2, 10.0]) == pytest.approx([0.85 * np.pi / 4, 0.35 * np.pi / 4], rel=1e-12)
-    assert classical.archard(2.0**0.5) == pytest.approx((0.85 + 0.35) / 2 * np.pi / 4, rel=1e-12)  # half-way in log L
+    assert classical.archard([0.2, 10.0]) == pytest.approx(
+        [0.85 * np.pi / 4, 0.35 * np.pi / 4], rel=1e-12
+    )
+    assert classical.archard(2.0**0.5) == pytest.approx(
+        (0.85 + 0.35) / 2 * np.pi / 4, rel=1e-12
+    )  # half-way in log L
 
 
-@pytest.mark.parametrize("formula", [classical.jaeger, classical.archard, classical.greenwood, classical.tian_kennedy])
+@pytest.mark.parametrize(
+    "formula", [classical.jaeger, classical.archard, classical.greenwood, classical.tian_kennedy]
+)
 def test_impossible_peclet_numbers_are_refused(formula):
     assert formula(-3.0) == formula(3.0)
     assert formula([[1.0, 2.0]]).shape == (1, 2)

@@ -9,7 +9,13 @@ from scipy.special import ellipk, i0e, j0
 
 from theory import flash, persson
 
-ALL = [flash.flash_temperature, flash.flash_gradient, flash.flash_laplacian, flash.flash_width, flash.slope_length]
+ALL = [
+    flash.flash_temperature,
+    flash.flash_gradient,
+    flash.flash_laplacian,
+    flash.flash_width,
+    flash.slope_length,
+]
 
 
 def test_angular_integrals_agree_with_their_definition(reference):
@@ -21,12 +27,18 @@ def test_angular_integrals_agree_with_their_definition(reference):
 
 @pytest.mark.parametrize("a", [0.0, 1e-300, 1e-12, 1e-5, 0.02, 0.3, 7.0, 1e3, 1e8, 1e150, 1e300])
 def test_angular_integrals_keep_all_digits_at_any_ratio(a):
-    with mp.workdps(700):  # the closed form of A cancels in B at small a, and 1 + a² needs 600 digits
+    with mp.workdps(
+        700
+    ):  # the closed form of A cancels in B at small a, and 1 + a² needs 600 digits
         x = mp.mpf(a)
         h = mp.sqrt(1 + x * x)
         m = (h - 1) / (2 * h)
         even = mp.ellipk(m) / mp.sqrt(h)
-        odd = (even - mp.sqrt(h) * (2 * mp.ellipe(m) - mp.ellipk(m))) / x if a > 1e-200 else -mp.pi * x / 8
+        odd = (
+            (even - mp.sqrt(h) * (2 * mp.ellipe(m) - mp.ellipk(m))) / x
+            if a > 1e-200
+            else -mp.pi * x / 8
+        )
     got = flash.angular_integrals(a)
     assert got[0] == pytest.approx(float(even), rel=1e-14, abs=0)
     assert got[1] == pytest.approx(float(odd), rel=1e-14, abs=0)
@@ -60,7 +72,8 @@ def test_a_layer_far_thinner_than_a_panel_counts_in_proportion_to_its_thickness(
     sliding = six_decades["sliding"]
     pressures = [1e-30, 1e-3, 1e-2, 1e-1]
     rest, *others = (
-        flash.flash_temperature(1.0, six_decades["spectrum"], **{**sliding, "nominal_pressure": p}) for p in pressures
+        flash.flash_temperature(1.0, six_decades["spectrum"], **{**sliding, "nominal_pressure": p})
+        for p in pressures
     )
     excess = np.array(others) / rest - 1
     assert excess[0] > 1e-10
@@ -78,10 +91,19 @@ def test_one_ring_of_waves_is_closed():
     # |σ_q|² on 1 ± 1e-7: T = (μv/κσ₀)(2/π) A g(0)/q, T' with B, ∇²T = −q² T
     q, v, a = 1e4, 3.0, 3.0 / 1e-5 / 1e4
     ring = Flat(1e8, (q * (1 - 1e-7), q * (1 + 1e-7)))
-    given = {"nominal_pressure": 2e6, "friction_coefficient": 0.3, "conductivity": 20.0, "diffusivity": 1e-5}
+    given = {
+        "nominal_pressure": 2e6,
+        "friction_coefficient": 0.3,
+        "conductivity": 20.0,
+        "diffusivity": 1e-5,
+    }
     variance = 2 * pi * q * 1e8 * 2e-7 * q
     even = float(mp.quad(lambda x: ((1 - 1j * a * mp.cos(x)) ** -0.5).real, [0, 1, mp.pi / 2]))
-    odd = float(mp.quad(lambda x: (1j * mp.cos(x) * (1 - 1j * a * mp.cos(x)) ** -0.5).real, [0, 1, mp.pi / 2]))
+    odd = float(
+        mp.quad(
+            lambda x: (1j * mp.cos(x) * (1 - 1j * a * mp.cos(x)) ** -0.5).real, [0, 1, mp.pi / 2]
+        )
+    )
     factor = 0.3 * v / 20.0 / 2e6 * 2 / pi * variance
     exact = [factor * even / q, factor * odd, -factor * even * q, 1 / q, -even / odd / q]
     for f, expected in zip(ALL, exact, strict=True):
@@ -101,7 +123,10 @@ def test_the_slope_length_tends_to_four_diffusivities_over_speed(case):
     # the ratio of the next terms is −15a²/32 + 3a²/16 = −9a²/32, averaged: second order in speed
     diffusivity, q_min = case["body"]["diffusivity"], case["spectrum"].q[0]
     speeds = diffusivity * q_min * np.array([1e-2, 5e-3])
-    excess = flash.slope_length(speeds, case["spectrum"], **case["sliding"]) * speeds / 4 / diffusivity - 1
+    excess = (
+        flash.slope_length(speeds, case["spectrum"], **case["sliding"]) * speeds / 4 / diffusivity
+        - 1
+    )
     assert 0 < excess[1] < 9 / 32 * 2.6e-5
     assert excess[0] / excess[1] == pytest.approx(4, rel=1e-3)
 
@@ -112,7 +137,9 @@ def test_fast_sliding_falls_as_the_square_root(case):
     fast = 1e9 * case["body"]["diffusivity"] * spectrum.q[2] * np.array([1.0, 4.0])
     temperature = flash.flash_temperature(fast, spectrum, **sliding)
     assert temperature[1] / temperature[0] == pytest.approx(2, rel=1e-8)
-    ratio = flash.slope_length(fast, spectrum, **sliding) / flash.flash_width(fast, spectrum, **sliding)
+    ratio = flash.slope_length(fast, spectrum, **sliding) / flash.flash_width(
+        fast, spectrum, **sliding
+    )
     assert (ratio > 1.8540746773 / 0.8472130848).all()  # Cauchy-Schwarz; equality for a ring
 
 
@@ -127,7 +154,10 @@ def test_the_shape_of_the_speeds_is_kept(case):
     speeds = np.geomspace(1e-3, 1e3, 150)
     for f in ALL:
         flat = f(speeds, case["spectrum"], **case["sliding"])
-        assert f(speeds.reshape(3, 50), case["spectrum"], **case["sliding"]).tolist() == flat.reshape(3, 50).tolist()
+        assert (
+            f(speeds.reshape(3, 50), case["spectrum"], **case["sliding"]).tolist()
+            == flat.reshape(3, 50).tolist()
+        )
         assert isinstance(f(1.0, case["spectrum"], **case["sliding"]), float)
         assert f([], case["spectrum"], **case["sliding"]).shape == (0,)
 
@@ -143,15 +173,24 @@ class Bump:
 
 def test_temperature_is_the_correlation_weighted_by_the_field_of_a_moving_point():
     # T_flash = (μv/κσ₀) ∫ g_σ(r) e^(−z) I₀(z) dr, z = vr/2D: real space against wavenumbers
-    given = {"nominal_pressure": 2e6, "friction_coefficient": 0.3, "conductivity": 20.0, "diffusivity": 1e-5}
+    given = {
+        "nominal_pressure": 2e6,
+        "friction_coefficient": 0.3,
+        "conductivity": 20.0,
+        "diffusivity": 1e-5,
+    }
     x, w = np.polynomial.legendre.leggauss(24)
-    edges = np.array([0, 1e-5, 1e-4, 1e-3, 3e-3, 6e-3, 9e-3, 12e-3])  # the kernel is 3e-6 m wide at the highest speed
+    edges = np.array(
+        [0, 1e-5, 1e-4, 1e-3, 3e-3, 6e-3, 9e-3, 12e-3]
+    )  # the kernel is 3e-6 m wide at the highest speed
     half = np.diff(edges)[:, None] / 2
     r = (edges[:-1, None] + half * (1 + x)).ravel()
     correlation = (half * w).ravel() * persson.pressure_correlation(r, stress_spectrum=Bump())
     for speed in 1e-5 * 7e3 * np.array([0.1, 3.0, 100.0]):
         expected = 0.3 * speed / 20.0 / 2e6 * (correlation @ i0e(speed * r / 2e-5))
-        assert flash.flash_temperature(speed, stress_spectrum=Bump(), **given) == pytest.approx(expected, rel=1e-9)
+        assert flash.flash_temperature(speed, stress_spectrum=Bump(), **given) == pytest.approx(
+            expected, rel=1e-9
+        )
 
 
 def test_full_contact_does_not_depend_on_the_weight():
@@ -160,12 +199,16 @@ def test_full_contact_does_not_depend_on_the_weight():
     half = float(persson.half_variance(1e6, spectrum, effective_modulus=1e9))
     given = {"effective_modulus": 1e9, "nominal_pressure": 1e3 * sqrt(half), "diffusivity": 1e-5}
     given |= {"friction_coefficient": 0.3, "conductivity": 20.0}
-    temperatures = [flash.flash_temperature(1.0, spectrum, gamma=g, **given) for g in (0.0, 0.45, 1.0)]
+    temperatures = [
+        flash.flash_temperature(1.0, spectrum, gamma=g, **given) for g in (0.0, 0.45, 1.0)
+    ]
     assert temperatures == pytest.approx([temperatures[0]] * 3, rel=1e-14)
     resting = flash.flash_temperature(1e-9, spectrum, **given)
     # ∫ q² C dq of the two powers
     kink = 1e-25 * (1e12 - 1e9) / 3 + 1e-25 * 1e12 * (1e2**-0.6 - 1) / -0.6
-    assert resting == pytest.approx(0.3 * 1e-9 / 20.0 / given["nominal_pressure"] * 1e18 * kink * pi / 2, rel=1e-10)
+    assert resting == pytest.approx(
+        0.3 * 1e-9 / 20.0 / given["nominal_pressure"] * 1e18 * kink * pi / 2, rel=1e-10
+    )
 
 
 @pytest.mark.parametrize(
@@ -184,13 +227,24 @@ def test_full_contact_does_not_depend_on_the_weight():
 )
 @pytest.mark.parametrize("function", ALL)
 def test_impossible_arguments_are_refused(function, name, value, error):
-    good = {"speed": 1.0, "nominal_pressure": 1.0, "friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": 1.0}
+    good = {
+        "speed": 1.0,
+        "nominal_pressure": 1.0,
+        "friction_coefficient": 1.0,
+        "conductivity": 1.0,
+        "diffusivity": 1.0,
+    }
     with pytest.raises(error, match=name):
         function(**{**good, name: value}, stress_spectrum=Flat(1.0, (1.0, 2.0)))
 
 
 def test_a_uniform_stress_has_no_flash_temperature_and_no_width():
-    given = {"nominal_pressure": 1.0, "friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": 1.0}
+    given = {
+        "nominal_pressure": 1.0,
+        "friction_coefficient": 1.0,
+        "conductivity": 1.0,
+        "diffusivity": 1.0,
+    }
     uniform = Flat(0.0, (1.0, 2.0))
     assert flash.flash_temperature(1.0, stress_spectrum=uniform, **given) == 0.0
     for f in (flash.flash_width, flash.slope_length):
@@ -216,13 +270,20 @@ def test_the_mean_square_of_the_temperature_over_directions_is_an_elliptic_integ
 def test_the_rms_temperature_of_one_ring_of_waves_is_a_sum_over_directions():
     q, v, diffusivity = 1e4, 3.0, 1e-5
     ring = Flat(1e8, (q * (1 - 1e-7), q * (1 + 1e-7)))
-    given = {"nominal_pressure": 2e6, "friction_coefficient": 0.3, "conductivity": 20.0, "diffusivity": diffusivity}
+    given = {
+        "nominal_pressure": 2e6,
+        "friction_coefficient": 0.3,
+        "conductivity": 20.0,
+        "diffusivity": diffusivity,
+    }
     variance = 2 * pi * q * 1e8 * 2e-7 * q
     angle = 2 * pi * np.arange(4000) / 4000
     response = 1 / np.abs(q**2 - 1j * q * np.cos(angle) * v / diffusivity)
     exact = np.sqrt((0.3 * v / 20.0) ** 2 * variance * np.mean(response))
     for sign in (1, -1):
-        assert flash.rms_temperature(sign * v, stress_spectrum=ring, **given) == pytest.approx(exact, rel=1e-9)
+        assert flash.rms_temperature(sign * v, stress_spectrum=ring, **given) == pytest.approx(
+            exact, rel=1e-9
+        )
     r = np.array([0.0, 1e-4, 3e-4])
     got = flash.temperature_correlation(r, -v, stress_spectrum=ring, **given)
     np.testing.assert_allclose(got, exact**2 * j0(q * r), rtol=1e-8)
@@ -243,7 +304,9 @@ def test_the_rms_temperature_is_an_integral_over_panels_that_grow_from_each_brea
                 weight = persson.stress_weight(q, spectrum, **load)
                 stress = (load["effective_modulus"] * q / 2) ** 2 * spectrum(q) * weight
                 total += (
-                    0.5 * (stop - start) * np.sum(w * stress / q * ellipk(-((speed / body["diffusivity"] / q) ** 2)))
+                    0.5
+                    * (stop - start)
+                    * np.sum(w * stress / q * ellipk(-((speed / body["diffusivity"] / q) ** 2)))
                 )
         exact = sliding["friction_coefficient"] * speed / body["conductivity"] * np.sqrt(4 * total)
         assert flash.rms_temperature(speed, spectrum, **sliding) == pytest.approx(exact, rel=1e-8)
@@ -254,7 +317,9 @@ def test_the_correlation_of_the_temperature_begins_with_its_mean_square(case):
     longest = 2 * pi / spectrum.q[0]
     for speed in (1e-3, 2.0):
         square = flash.rms_temperature(speed, spectrum, **sliding) ** 2
-        values = flash.temperature_correlation([0.0, 1e-9 * longest, 0.5 * longest], speed, spectrum, **sliding)
+        values = flash.temperature_correlation(
+            [0.0, 1e-9 * longest, 0.5 * longest], speed, spectrum, **sliding
+        )
         assert values[:2] == pytest.approx(square, rel=1e-9)
         assert abs(values[2]) < square
     assert flash.rms_temperature([0.0, 1.0], spectrum, **sliding)[0] == 0.0

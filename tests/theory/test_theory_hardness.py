@@ -16,7 +16,9 @@ def test_a_linear_rise_on_a_linear_table_is_closed():
 
 
 def test_hardness_and_temperature_belong_together_beyond_a_kink():
-    found, rise = hardness.self_consistent(lambda y: 30.0 * (y / 1e6) ** 0.5, *TABLE, background=300.0)
+    found, rise = hardness.self_consistent(
+        lambda y: 30.0 * (y / 1e6) ** 0.5, *TABLE, background=300.0
+    )
     assert rise == pytest.approx(30.0 * (found / 1e6) ** 0.5, rel=1e-12)
     assert found == pytest.approx(0.8e9 - 1.4e6 * (300.0 + rise - 800.0), rel=1e-12)
 

@@ -16,13 +16,15 @@ GIVEN = {"nominal_pressure": 2e6, "stress_spectrum": RING}
 
 
 def test_equal_bodies_at_rest_share_equally(case):
-    assert partition.moving_share(0.0, case["spectrum"], **case["contact"], **case["body"]) == pytest.approx(
-        0.5, rel=1e-14
-    )
+    assert partition.moving_share(
+        0.0, case["spectrum"], **case["contact"], **case["body"]
+    ) == pytest.approx(0.5, rel=1e-14)
 
 
 def test_bodies_at_rest_share_as_their_conductivities():
-    share = partition.moving_share(0.0, **GIVEN, **BODY, resting_conductivity=60.0, resting_diffusivity=3e-6)
+    share = partition.moving_share(
+        0.0, **GIVEN, **BODY, resting_conductivity=60.0, resting_diffusivity=3e-6
+    )
     assert share == pytest.approx(20 / 80, rel=1e-14)
 
 
@@ -46,17 +48,24 @@ def test_the_share_equalizes_the_flash_temperatures(case):
 def test_gamma_is_0_45_unless_said(case):
     contact = {**case["contact"], "gamma": 0.45}
     unsaid = {k: v for k, v in contact.items() if k != "gamma"}
-    shares = [partition.moving_share(3.0, case["spectrum"], **given, **case["body"]) for given in (contact, unsaid)]
+    shares = [
+        partition.moving_share(3.0, case["spectrum"], **given, **case["body"])
+        for given in (contact, unsaid)
+    ]
     assert shares[0] == shares[1]
 
 
 def test_steel_gives_the_share_of_the_paper(steel):
     given = {k: steel["contact"][k] for k in ("effective_modulus", "nominal_pressure")}
     for hardness in (0.5e9, 1.2e9, 2e9):
-        smooth = plasticity.smoothed_spectrum(steel["spectrum"], penetration_hardness=hardness, **given)
+        smooth = plasticity.smoothed_spectrum(
+            steel["spectrum"], penetration_hardness=hardness, **given
+        )
         share = partition.moving_share(35.0, smooth, **steel["contact"], **steel["body"])
         assert share == pytest.approx(steel[f"{hardness:g}"]["share"], rel=1e-10)
-        assert share == pytest.approx({0.5e9: 0.9475, 1.2e9: 0.9380, 2e9: 0.9304}[hardness], abs=5e-5)
+        assert share == pytest.approx(
+            {0.5e9: 0.9475, 1.2e9: 0.9380, 2e9: 0.9304}[hardness], abs=5e-5
+        )
 
 
 def test_the_total_rule_on_a_ring_of_waves_is_closed():
@@ -66,7 +75,13 @@ def test_the_total_rule_on_a_ring_of_waves_is_closed():
     hot = (2 / pi * even * variance / q + 4e12 * 2 * sqrt(1e-5 * t / pi)) / 20
     cold = (variance / q * erf(q * sqrt(3e-6 * t)) + 4e12 * 2 * sqrt(3e-6 * t / pi)) / 50
     share = partition.moving_share(
-        5.0, **GIVEN, **BODY, resting_conductivity=50.0, resting_diffusivity=3e-6, rule="total", duration=t
+        5.0,
+        **GIVEN,
+        **BODY,
+        resting_conductivity=50.0,
+        resting_diffusivity=3e-6,
+        rule="total",
+        duration=t,
     )
     assert share == pytest.approx(cold / (cold + hot), rel=1e-8)
 
@@ -75,14 +90,22 @@ def test_the_total_rule_in_the_steel_scene(steel):
     given = {k: steel["contact"][k] for k in ("effective_modulus", "nominal_pressure")}
     smooth = plasticity.smoothed_spectrum(steel["spectrum"], penetration_hardness=1.2e9, **given)
     for t in (1e-4, 4.3e-4, 1e-3):
-        share = partition.moving_share(35.0, smooth, **steel["contact"], **steel["body"], rule="total", duration=t)
+        share = partition.moving_share(
+            35.0, smooth, **steel["contact"], **steel["body"], rule="total", duration=t
+        )
         assert 0.76 < share < 0.785
         assert 210.5 < share * flash.flash_temperature(35.0, smooth, **steel["sliding"]) < 215.5
 
 
 def test_after_a_long_time_the_total_rule_shares_as_the_effusivities():
     share = partition.moving_share(
-        5.0, **GIVEN, **BODY, resting_conductivity=50.0, resting_diffusivity=3e-6, rule="total", duration=1e20
+        5.0,
+        **GIVEN,
+        **BODY,
+        resting_conductivity=50.0,
+        resting_diffusivity=3e-6,
+        rule="total",
+        duration=1e20,
     )
     first, second = 20 / sqrt(1e-5), 50 / sqrt(3e-6)
     assert share == pytest.approx(first / (first + second), rel=1e-8)
@@ -119,14 +142,23 @@ def test_a_flux_that_is_not_resolved_is_refused_whatever_its_size(scale):
 
 def test_the_background_of_the_steel_scene_is_700_kelvin():
     got = background.temperature(
-        [0.0, 0.43e-3, 4 * 0.43e-3], heat_flux=0.938 * 0.11 * 9e7 * 35, conductivity=30.0, diffusivity=30 / 3.95e6
+        [0.0, 0.43e-3, 4 * 0.43e-3],
+        heat_flux=0.938 * 0.11 * 9e7 * 35,
+        conductivity=30.0,
+        diffusivity=30 / 3.95e6,
     )
     assert got == pytest.approx([0.0, 698.6, 2 * 698.6], abs=0.1)
 
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("t", -1.0), ("t", np.nan), ("heat_flux", 0.0), ("conductivity", np.inf), ("diffusivity", -1.0)],
+    [
+        ("t", -1.0),
+        ("t", np.nan),
+        ("heat_flux", 0.0),
+        ("conductivity", np.inf),
+        ("diffusivity", -1.0),
+    ],
 )
 def test_impossible_backgrounds_are_refused(name, value):
     with pytest.raises(ValueError, match=name):
@@ -137,5 +169,7 @@ def test_impossible_backgrounds_are_refused(name, value):
 def test_the_measured_background_of_700_celsius_needs_the_stated_distance(share, distance):
     # steel from 20 °C at 35 m/s; docs/sliding.md and the steel scenes state these distances
     flux = share * 0.11 * 90e6 * 35.0
-    reached = background.temperature(distance / 35.0, heat_flux=flux, conductivity=30.0, diffusivity=30 / (7900 * 500))
+    reached = background.temperature(
+        distance / 35.0, heat_flux=flux, conductivity=30.0, diffusivity=30 / (7900 * 500)
+    )
     assert reached == pytest.approx(680.0, rel=0.01)

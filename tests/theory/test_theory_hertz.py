@@ -68,16 +68,23 @@ def test_the_resting_uniform_sources_are_closed():
     assert hertz.square_max_temperature(0.0) == pytest.approx(top, rel=1e-13)
     mean = 4 / pi * (asinh(1) - (sqrt(2) - 1) / 3)
     assert hertz.square_mean_temperature(0.0) == pytest.approx(mean, rel=1e-13)
-    assert (hertz.SQUARE_STATIC.max_temperature, hertz.SQUARE_STATIC.mean_temperature) == pytest.approx(
-        (top, mean), rel=1e-15
+    assert (
+        hertz.SQUARE_STATIC.max_temperature,
+        hertz.SQUARE_STATIC.mean_temperature,
+    ) == pytest.approx((top, mean), rel=1e-15)
+    assert (hertz.DISC_STATIC.max_temperature, hertz.DISC_STATIC.mean_temperature) == (
+        1.0,
+        8 / 3 / pi,
     )
-    assert (hertz.DISC_STATIC.max_temperature, hertz.DISC_STATIC.mean_temperature) == (1.0, 8 / 3 / pi)
 
 
 def test_the_constants_at_rest_are_the_papers():
     rest = hertz.STATIC
     assert rest.flash_temperature / rest.max_temperature == pytest.approx(0.8, rel=1e-15)
-    printed = [rest.per_power(t) for t in (rest.flash_temperature, rest.max_temperature, rest.mean_temperature)]
+    printed = [
+        rest.per_power(t)
+        for t in (rest.flash_temperature, rest.max_temperature, rest.mean_temperature)
+    ]
     assert printed == pytest.approx([0.3, 0.375, 0.28125], rel=1e-15)
     assert -rest.flash_laplacian / rest.flash_temperature == pytest.approx(2.5, rel=1e-15)
     assert (rest.flash_width, rest.slope_length, rest.flash_gradient) == (sqrt(0.4), np.inf, 0.0)
@@ -91,14 +98,19 @@ def test_the_fast_constants_are_the_integrals_of_the_appendix():
     assert fast.flash_gradient == pytest.approx(exact["slope"], rel=1e-11)
     assert fast.hottest_point == pytest.approx(exact["x_max"], rel=1e-12)
     assert hertz.DISC_FAST.mean_temperature == pytest.approx(exact["disc_T_av"], rel=1e-14)
-    assert fast.slope_length == pytest.approx(-fast.flash_temperature / fast.flash_gradient, rel=1e-14)
+    assert fast.slope_length == pytest.approx(
+        -fast.flash_temperature / fast.flash_gradient, rel=1e-14
+    )
     assert -fast.flash_laplacian / fast.flash_temperature == pytest.approx(81 / 16, rel=1e-15)
     assert fast.flash_width == pytest.approx(4 / 9, rel=1e-15)
 
 
 def test_the_fast_constants_in_the_papers_units():
     fast = hertz.FAST
-    printed = [fast.per_power(t) for t in (fast.flash_temperature, fast.max_temperature, fast.mean_temperature)]
+    printed = [
+        fast.per_power(t)
+        for t in (fast.flash_temperature, fast.max_temperature, fast.mean_temperature)
+    ]
     assert printed == pytest.approx([0.3551657979, 0.5894875468, 0.3230079563], abs=5e-11)
     assert fast.flash_temperature * sqrt(pi) == pytest.approx(1.3184531039, abs=5e-11)
     assert fast.slope_length / fast.flash_width == pytest.approx(3.0638154613, abs=5e-11)
@@ -146,7 +158,9 @@ def test_slow_sliding_tilts_the_temperature_in_proportion():
     # d_flash → 4D/v, any source; the hottest point moves by T′/T″ at the centre
     for peclet in (1e-12, 1e-6, 1e-3):
         assert hertz.slope_length(peclet) * peclet == pytest.approx(4, rel=3 * peclet + 1e-12)
-    assert hertz.flash_temperature(1e-6) == pytest.approx(pi / 5 * (1 - 1e-6 / (2 * pi / 5) / 3), rel=1e-12)
+    assert hertz.flash_temperature(1e-6) == pytest.approx(
+        pi / 5 * (1 - 1e-6 / (2 * pi / 5) / 3), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("function", [*MEANS, *MAXIMA, hertz.flash_width, hertz.slope_length])
@@ -157,7 +171,13 @@ def test_temperatures_do_not_depend_on_the_direction(function):
 
 
 @pytest.mark.parametrize(
-    "function", [hertz.flash_gradient, hertz.hottest_point, hertz.disc_hottest_point, hertz.square_hottest_point]
+    "function",
+    [
+        hertz.flash_gradient,
+        hertz.hottest_point,
+        hertz.disc_hottest_point,
+        hertz.square_hottest_point,
+    ],
 )
 def test_the_heat_trails_the_source(function):
     assert function(5.0) < 0.0
@@ -176,7 +196,10 @@ def test_many_speeds_are_the_same_as_one_at_a_time():
 
 def test_the_flash_temperature_lies_between_the_mean_and_the_maximum():
     for peclet in (0.0, 0.3, 4.0, 300.0, 1e7):
-        mean, flash, top = (f(peclet) for f in (hertz.mean_temperature, hertz.flash_temperature, hertz.max_temperature))
+        mean, flash, top = (
+            f(peclet)
+            for f in (hertz.mean_temperature, hertz.flash_temperature, hertz.max_temperature)
+        )
         assert mean < flash < top
 
 
@@ -184,7 +207,8 @@ def test_the_laplacian_is_that_of_the_resting_map():
     # five-point Laplacian of the map, weighted with the flux, at rest: exact within the paraboloid
     step, r = 1e-3, 0.4
     east, west, north, centre = (
-        hertz.static_temperature(x, y) for x, y in ((r + step, 0.0), (r - step, 0.0), (r, step), (r, 0.0))
+        hertz.static_temperature(x, y)
+        for x, y in ((r + step, 0.0), (r - step, 0.0), (r, step), (r, 0.0))
     )
     assert (east + west + 2 * north - 4 * centre) / step**2 == pytest.approx(-pi / 2, rel=1e-7)
 
@@ -198,7 +222,9 @@ def test_the_resting_map_is_the_potential_of_the_source(r):
 
     exact = float(mp.re(mp.quad(ring, sorted({0.0, min(r, 1.0), 1.0}))))
     assert hertz.static_temperature(r, 0.0) == pytest.approx(exact, rel=1e-8)
-    assert hertz.static_temperature(-0.6 * r, 0.8 * r) == pytest.approx(hertz.static_temperature(r, 0.0), rel=1e-12)
+    assert hertz.static_temperature(-0.6 * r, 0.8 * r) == pytest.approx(
+        hertz.static_temperature(r, 0.0), rel=1e-12
+    )
 
 
 def test_far_away_the_resting_source_is_a_point():
@@ -210,7 +236,9 @@ def test_the_fast_map_is_the_integral_of_the_appendix():
     for place, exact in REFERENCE["fast"]["line"]:
         assert hertz.fast_temperature(-place, 0.0) == pytest.approx(exact, rel=1e-12)
         half = sqrt(1 - 0.6**2)  # f(x, y) = s^(3/2) F(x/s)
-        assert hertz.fast_temperature(-place * half, 0.6) == pytest.approx(exact * half**1.5, rel=1e-12)
+        assert hertz.fast_temperature(-place * half, 0.6) == pytest.approx(
+            exact * half**1.5, rel=1e-12
+        )
 
 
 def test_the_fast_map_is_cold_ahead_and_beside_and_hottest_behind_the_centre():
@@ -238,7 +266,9 @@ def test_the_map_averages_to_the_moments():
     area = weights[:, None] * weights * np.cos(angle)[:, None] ** 2 * np.cos(angle)
     field, flux = hertz.fast_temperature(x, y), np.sqrt(1 - x**2 - y**2)
     assert (field * area).sum() / pi == pytest.approx(hertz.FAST.mean_temperature, rel=1e-6)
-    assert (field * flux * area).sum() / (2 * pi / 3) == pytest.approx(hertz.FAST.flash_temperature, rel=1e-6)
+    assert (field * flux * area).sum() / (2 * pi / 3) == pytest.approx(
+        hertz.FAST.flash_temperature, rel=1e-6
+    )
 
 
 def test_an_integrand_that_the_panels_do_not_resolve_is_refused():
@@ -250,7 +280,8 @@ def test_an_integrand_that_the_panels_do_not_resolve_is_refused():
 
 @pytest.mark.parametrize("function", [*MEANS, *MAXIMA, hertz.flash_gradient, hertz.hottest_point])
 @pytest.mark.parametrize(
-    ("value", "error"), [(np.nan, ValueError), (np.inf, ValueError), ("1", TypeError), (1j, TypeError)]
+    ("value", "error"),
+    [(np.nan, ValueError), (np.inf, ValueError), ("1", TypeError), (1j, TypeError)],
 )
 def test_impossible_peclet_numbers_are_refused(function, value, error):
     with pytest.raises(error, match="peclet"):

@@ -14,15 +14,17 @@ def test_half_variance_of_a_power_law_is_closed(case):
     q = np.linspace(*spectrum.q[:2], 7)
     got = persson.half_variance(q, spectrum, effective_modulus=modulus)
     np.testing.assert_allclose(got[1:], pi / 4 * modulus**2 * spectrum.cube(q)[1:], rtol=1e-13)
-    assert persson.half_variance(spectrum.q[2], spectrum, effective_modulus=modulus) == pytest.approx(
-        case["half_variance"], rel=1e-13
-    )
+    assert persson.half_variance(
+        spectrum.q[2], spectrum, effective_modulus=modulus
+    ) == pytest.approx(case["half_variance"], rel=1e-13)
 
 
 def test_contact_is_full_at_q_min_and_proportional_to_a_light_load():
     spectrum, contact = PowerLaw(1e-18, (1e3, 1e4, 1e6), 0.8), {"effective_modulus": 1e9}
     half = float(persson.half_variance(1e6, spectrum, **contact))
-    shares = persson.contact_probability(np.array([10.0, 1e3, 1e6]), spectrum, nominal_pressure=1.0, **contact)
+    shares = persson.contact_probability(
+        np.array([10.0, 1e3, 1e6]), spectrum, nominal_pressure=1.0, **contact
+    )
     assert shares[:2].tolist() == [1.0, 1.0]
     assert shares[2] == pytest.approx(1 / sqrt(pi * half), rel=1e-10)  # corrections ∝ σ₀²/G
 
@@ -30,17 +32,28 @@ def test_contact_is_full_at_q_min_and_proportional_to_a_light_load():
 def test_contact_probability_is_the_error_function():
     spectrum = PowerLaw(1e-18, (1e3, 1e4, 1e6), 0.8)
     half = pi / 4 * 1e18 * spectrum.cube(5e3)
-    share = persson.contact_probability(5e3, spectrum, effective_modulus=1e9, nominal_pressure=1.5 * sqrt(half))
+    share = persson.contact_probability(
+        5e3, spectrum, effective_modulus=1e9, nominal_pressure=1.5 * sqrt(half)
+    )
     assert share == pytest.approx(erf(0.75), rel=1e-13)
 
 
 def test_the_weight_mixes_first_and_third_power_of_the_contact_probability():
-    spectrum, contact = PowerLaw(1e-18, (1e3, 1e4, 1e6), 0.8), {"effective_modulus": 1e9, "nominal_pressure": 1e6}
+    spectrum, contact = (
+        PowerLaw(1e-18, (1e3, 1e4, 1e6), 0.8),
+        {"effective_modulus": 1e9, "nominal_pressure": 1e6},
+    )
     q = np.array([2e3, 1e5])
     p = persson.contact_probability(q, spectrum, **contact)
-    np.testing.assert_allclose(persson.stress_weight(q, spectrum, gamma=1.0, **contact), p, rtol=1e-15)
-    np.testing.assert_allclose(persson.stress_weight(q, spectrum, gamma=0.0, **contact), p**3, rtol=1e-15)
-    np.testing.assert_allclose(persson.stress_weight(q, spectrum, **contact), 0.45 * p + 0.55 * p**3, rtol=1e-15)
+    np.testing.assert_allclose(
+        persson.stress_weight(q, spectrum, gamma=1.0, **contact), p, rtol=1e-15
+    )
+    np.testing.assert_allclose(
+        persson.stress_weight(q, spectrum, gamma=0.0, **contact), p**3, rtol=1e-15
+    )
+    np.testing.assert_allclose(
+        persson.stress_weight(q, spectrum, **contact), 0.45 * p + 0.55 * p**3, rtol=1e-15
+    )
     own = persson.stress_weight(q, spectrum, gamma=lambda share, at: share**2 * at, **contact)
     np.testing.assert_allclose(own, p**2 * q, rtol=1e-15)
 
@@ -71,7 +84,9 @@ def test_the_stress_variance_obeys_its_sum_rule_however_thin_the_layer(pressure)
     half = float(persson.half_variance(1e9, spectrum, effective_modulus=modulus))
     x = pressure / 2 / sqrt(half)
     exact = 2 * half * (erf(x) + 2 * x * np.exp(-(x**2)) / sqrt(pi) - 2 * x**2 * erfc(x))
-    got = persson.pressure_correlation(0.0, spectrum, effective_modulus=modulus, nominal_pressure=pressure, gamma=1.0)
+    got = persson.pressure_correlation(
+        0.0, spectrum, effective_modulus=modulus, nominal_pressure=pressure, gamma=1.0
+    )
     assert got == pytest.approx(exact, rel=1e-11)
 
 
@@ -80,7 +95,9 @@ def test_third_power_weight_is_right_for_a_layer_of_any_thinness():
     spectrum, modulus = PowerLaw(1e-13, (1e3, 1e3, 1e9), 0.8), 1e7
     tail = quad(lambda u: 2 * erf(u) ** 3 / u**3, 0, 1, epsrel=1e-12)[0]
     layer = tail + quad(lambda t: erf(1 / sqrt(t)) ** 3, 0, 1, epsrel=1e-12)[0]
-    got = persson.pressure_correlation(0.0, spectrum, effective_modulus=modulus, nominal_pressure=1e-20, gamma=0.0)
+    got = persson.pressure_correlation(
+        0.0, spectrum, effective_modulus=modulus, nominal_pressure=1e-20, gamma=0.0
+    )
     assert got == pytest.approx(2 * 1e-40 / 4 * layer, rel=1e-10)
 
 
@@ -94,9 +111,15 @@ def test_full_contact_has_the_variance_of_the_full_contact_stress():
 def test_a_ring_of_waves_correlates_as_a_bessel_function():
     # |σ_q|² constant over 1 ± 1e-7: g(r)/g(0) = J₀(qr) to 1e-14, first zero 2.404825557695773
     ring = Flat(3.0, (1e4 * (1 - 1e-7), 1e4 * (1 + 1e-7)))
-    assert persson.pressure_correlation(0.0, stress_spectrum=ring) == pytest.approx(2 * pi * 1e4 * 3 * 2e-3, rel=1e-8)
-    assert persson.correlation_radius(0, stress_spectrum=ring) == pytest.approx(2.404825557695773e-4, rel=1e-10)
-    assert persson.correlation_radius(0.5, stress_spectrum=ring) == pytest.approx(1.5211e-4, rel=1e-4)
+    assert persson.pressure_correlation(0.0, stress_spectrum=ring) == pytest.approx(
+        2 * pi * 1e4 * 3 * 2e-3, rel=1e-8
+    )
+    assert persson.correlation_radius(0, stress_spectrum=ring) == pytest.approx(
+        2.404825557695773e-4, rel=1e-10
+    )
+    assert persson.correlation_radius(0.5, stress_spectrum=ring) == pytest.approx(
+        1.5211e-4, rel=1e-4
+    )
 
 
 @pytest.mark.parametrize("missing", [1e-3, 1e-6])
@@ -108,7 +131,9 @@ def test_near_the_origin_the_correlation_is_a_parabola(missing):
 
 def test_the_correlation_without_mean_pressure_goes_negative(case):
     zero = persson.correlation_radius(0.0, case["spectrum"], **case["contact"])
-    beyond = persson.pressure_correlation(zero * np.array([0.999, 1.001]), case["spectrum"], **case["contact"])
+    beyond = persson.pressure_correlation(
+        zero * np.array([0.999, 1.001]), case["spectrum"], **case["contact"]
+    )
     assert beyond[0] > 0 > beyond[1]
 
 

@@ -27,7 +27,10 @@ def test_the_three_areas_fill_the_plane_and_carry_the_load_between_them():
 
 def test_load_and_unload_are_mirror_images():
     for s in (0.0625, 0.25, 0.40625):
-        one, two = plasticity.area_fractions(RANGE, s, 1.0), plasticity.area_fractions(RANGE, 1 - s, 1.0)
+        one, two = (
+            plasticity.area_fractions(RANGE, s, 1.0),
+            plasticity.area_fractions(RANGE, 1 - s, 1.0),
+        )
         for a, b in zip(one, reversed(two), strict=True):
             np.testing.assert_allclose(a, b, rtol=1e-13)
 
@@ -50,7 +53,9 @@ def test_without_roughness_all_is_elastic_and_with_endless_roughness_all_has_yie
 
 
 def test_at_the_hardness_itself_everything_is_plastic():
-    for area, exact in zip(plasticity.area_fractions([0.0, 1e17, 1e300], 1e9, 1e9), (0.0, 0.0, 1.0), strict=True):
+    for area, exact in zip(
+        plasticity.area_fractions([0.0, 1e17, 1e300], 1e9, 1e9), (0.0, 0.0, 1.0), strict=True
+    ):
         assert area.tolist() == [exact] * 3
 
 
@@ -79,18 +84,30 @@ def test_smoothing_is_one_minus_the_sixth_power_to_all_digits(reference):
         )
         # q resolves g to 1e-16 q⁴/g, and a relative error of g counts π²g-fold as the factor falls as exp(−π²g)
         tolerance = 1e-13 + (1e-15 * (1 + 4 * g) / g + 1e-14) * (1 + pi**2 * g)
-        assert float(smooth(np.array(q))) / float(spectrum(np.array(q))) == pytest.approx(factor, rel=tolerance, abs=0)
+        assert float(smooth(np.array(q))) / float(spectrum(np.array(q))) == pytest.approx(
+            factor, rel=tolerance, abs=0
+        )
 
 
 def test_smoothed_steel_agrees_with_nested_quadrature(steel, surface):
     for hardness in (0.5e9, 1.2e9, 2e9):
         exact = steel[f"{hardness:g}"]
         smooth = plasticity.smoothed_spectrum(surface, penetration_hardness=hardness, **CONTACT)
-        assert flash.flash_temperature(35.0, smooth, **steel["sliding"]) == pytest.approx(exact["T"], rel=1e-10)
-        assert flash.flash_width(35.0, smooth, **steel["sliding"]) == pytest.approx(exact["D"], rel=1e-10)
-        assert flash.slope_length(35.0, smooth, **steel["sliding"]) == pytest.approx(exact["d"], rel=1e-10)
-        assert persson.pressure_correlation(0.0, smooth, **steel["contact"]) == pytest.approx(exact["g0"], rel=1e-10)
-        end = persson.half_variance(surface.q[2], smooth, effective_modulus=CONTACT["effective_modulus"])
+        assert flash.flash_temperature(35.0, smooth, **steel["sliding"]) == pytest.approx(
+            exact["T"], rel=1e-10
+        )
+        assert flash.flash_width(35.0, smooth, **steel["sliding"]) == pytest.approx(
+            exact["D"], rel=1e-10
+        )
+        assert flash.slope_length(35.0, smooth, **steel["sliding"]) == pytest.approx(
+            exact["d"], rel=1e-10
+        )
+        assert persson.pressure_correlation(0.0, smooth, **steel["contact"]) == pytest.approx(
+            exact["g0"], rel=1e-10
+        )
+        end = persson.half_variance(
+            surface.q[2], smooth, effective_modulus=CONTACT["effective_modulus"]
+        )
         assert end == pytest.approx(exact["G_end"], rel=1e-10)
 
 
@@ -105,7 +122,9 @@ def test_smoothed_steel_agrees_with_nested_quadrature(steel, surface):
 def test_the_steel_scenes_of_the_paper(steel, surface, hardness, temperature, width, slope, radii):
     smooth = plasticity.smoothed_spectrum(surface, penetration_hardness=hardness, **CONTACT)
     sliding = steel["sliding"]
-    assert 0.938 * flash.flash_temperature(35.0, smooth, **sliding) == pytest.approx(temperature, abs=0.05)
+    assert 0.938 * flash.flash_temperature(35.0, smooth, **sliding) == pytest.approx(
+        temperature, abs=0.05
+    )
     assert flash.flash_width(35.0, smooth, **sliding) == pytest.approx(width, rel=2e-3)
     assert flash.slope_length(35.0, smooth, **sliding) == pytest.approx(slope, rel=1e-3)
     got = [1e6 * persson.correlation_radius(f, smooth, **steel["contact"]) for f in (0.5, 0.1, 0.0)]
@@ -142,15 +161,21 @@ def test_the_smoothed_spectrum_is_a_value(surface):
 def test_at_the_hardness_the_surface_is_flattened_and_far_below_it_is_left_alone(surface):
     q = np.geomspace(6350.0, 4e7, 30)
     given = {"effective_modulus": CONTACT["effective_modulus"]}
-    flat = plasticity.smoothed_spectrum(surface, nominal_pressure=1e9, penetration_hardness=1e9, **given)
+    flat = plasticity.smoothed_spectrum(
+        surface, nominal_pressure=1e9, penetration_hardness=1e9, **given
+    )
     assert flat(q).tolist() == [0.0] * 30
-    hard = plasticity.smoothed_spectrum(surface, nominal_pressure=9e7, penetration_hardness=1e15, **given)
+    hard = plasticity.smoothed_spectrum(
+        surface, nominal_pressure=9e7, penetration_hardness=1e15, **given
+    )
     assert hard(q).tolist() == surface(q).tolist()
 
 
 def test_the_yield_wavenumber_has_the_elastic_share_asked_for(surface):
     for share in (0.5, 0.01):
-        q = plasticity.yield_wavenumber(surface, penetration_hardness=1.2e9, elastic_share=share, **CONTACT)
+        q = plasticity.yield_wavenumber(
+            surface, penetration_hardness=1.2e9, elastic_share=share, **CONTACT
+        )
         half = persson.half_variance(q, surface, effective_modulus=CONTACT["effective_modulus"])
         _, elastic, plastic = plasticity.area_fractions(half, 9e7, 1.2e9)
         assert elastic / (elastic + plastic) == pytest.approx(share, rel=1e-10)
@@ -168,12 +193,18 @@ def test_a_surface_that_never_yields_so_far_says_so(surface):
 
 
 def test_a_surface_that_has_yielded_everywhere_is_refused_with_the_units_to_check(surface):
-    with pytest.raises(ValueError, match=r"no wave of it is left.*C\(q\) is in m⁴, and 1 µm⁴ is 1e-24 m⁴"):
-        plasticity.smoothed_spectrum(surface, effective_modulus=1e30, nominal_pressure=9e7, penetration_hardness=1e9)
+    with pytest.raises(
+        ValueError, match=r"no wave of it is left.*C\(q\) is in m⁴, and 1 µm⁴ is 1e-24 m⁴"
+    ):
+        plasticity.smoothed_spectrum(
+            surface, effective_modulus=1e30, nominal_pressure=9e7, penetration_hardness=1e9
+        )
 
 
 def test_impossible_loads_are_refused(surface):
-    with pytest.raises(ValueError, match=r"nominal_pressure = 2e.09 Pa exceeds the penetration_hardness 1e.09 Pa"):
+    with pytest.raises(
+        ValueError, match=r"nominal_pressure = 2e.09 Pa exceeds the penetration_hardness 1e.09 Pa"
+    ):
         plasticity.area_fractions(1.0, 2e9, 1e9)
     with pytest.raises(ValueError, match="half_variance = -1 Pa² must not be negative"):
         plasticity.area_fractions([-1.0], 1e8, 1e9)
@@ -182,4 +213,6 @@ def test_impossible_loads_are_refused(surface):
             plasticity.smoothed_spectrum(surface, penetration_hardness=bad, **CONTACT)
     for bad in (0.0, 1.0, np.nan):
         with pytest.raises(ValueError, match="elastic_share"):
-            plasticity.yield_wavenumber(surface, penetration_hardness=1e9, elastic_share=bad, **CONTACT)
+            plasticity.yield_wavenumber(
+                surface, penetration_hardness=1e9, elastic_share=bad, **CONTACT
+            )

@@ -83,5 +83,9 @@ def test_the_envelope_of_the_far_transform_decays_as_the_power_three_halves():
 def test_the_integral_up_to_the_last_number_below_a_break_is_that_up_to_the_break():
     breaks = np.array([1.0, 2.0, 50.0])
     table = quadrature.primitive(lambda q, _: q, breaks)
-    np.testing.assert_allclose(table(np.nextafter(breaks[1:], 0.0)), (breaks[1:] ** 2 - 1) / 2, rtol=1e-13)
-    np.testing.assert_allclose(table.above(breaks[:2], np.log(breaks[1:] / breaks[:2])), table(breaks[1:]), rtol=1e-13)
+    np.testing.assert_allclose(
+        table(np.nextafter(breaks[1:], 0.0)), (breaks[1:] ** 2 - 1) / 2, rtol=1e-13
+    )
+    np.testing.assert_allclose(
+        table.above(breaks[:2], np.log(breaks[1:] / breaks[:2])), table(breaks[1:]), rtol=1e-13
+    )

@@ -38,10 +38,16 @@ def test_a_ring_of_waves_has_all_moments_of_its_response():
     even = responses().real.mean()
     odd = (1j * Q * COSINES * responses()).real.mean()
     square = (np.abs(responses()) ** 2).mean()
-    assert flash.flash_temperature(SPEED, skin=OXIDE, **SLIDING) == pytest.approx(heat * even, rel=1e-9)
+    assert flash.flash_temperature(SPEED, skin=OXIDE, **SLIDING) == pytest.approx(
+        heat * even, rel=1e-9
+    )
     assert flash.flash_gradient(SPEED, skin=OXIDE, **SLIDING) == pytest.approx(heat * odd, rel=1e-9)
-    assert flash.flash_gradient(-SPEED, skin=OXIDE, **SLIDING) == pytest.approx(-heat * odd, rel=1e-9)
-    assert flash.flash_laplacian(SPEED, skin=OXIDE, **SLIDING) == pytest.approx(-heat * Q**2 * even, rel=1e-9)
+    assert flash.flash_gradient(-SPEED, skin=OXIDE, **SLIDING) == pytest.approx(
+        -heat * odd, rel=1e-9
+    )
+    assert flash.flash_laplacian(SPEED, skin=OXIDE, **SLIDING) == pytest.approx(
+        -heat * Q**2 * even, rel=1e-9
+    )
     assert flash.flash_width(SPEED, skin=OXIDE, **SLIDING) == pytest.approx(1 / Q, rel=1e-9)
     assert flash.slope_length(SPEED, skin=OXIDE, **SLIDING) == pytest.approx(-even / odd, rel=1e-9)
     rms = 0.2 * SPEED * sqrt(VARIANCE * square)
@@ -57,12 +63,16 @@ def test_heat_in_depth_on_a_ring_is_the_mean_over_its_release(depth):
     below, within = roots()
     bare = (1 / (BODY["conductivity"] * below * (1 + below * depth))).real.mean()
     heat = 0.2 * SPEED * VARIANCE / 2e6
-    assert flash.flash_temperature(SPEED, heat_depth=depth, **SLIDING) == pytest.approx(heat * bare, rel=1e-9)
+    assert flash.flash_temperature(SPEED, heat_depth=depth, **SLIDING) == pytest.approx(
+        heat * bare, rel=1e-9
+    )
     nodes, weights = np.polynomial.legendre.leggauss(40)
     z = OXIDE[0] / 2 * (1 + nodes)[:, None]
     here = responses() * np.cosh(within * z) - np.sinh(within * z) / (OXIDE[1] * within)
     share = OXIDE[0] / 2 * weights[:, None] * np.exp(-z / depth) / depth
-    edge = responses() * np.cosh(within * OXIDE[0]) - np.sinh(within * OXIDE[0]) / (OXIDE[1] * within)
+    edge = responses() * np.cosh(within * OXIDE[0]) - np.sinh(within * OXIDE[0]) / (
+        OXIDE[1] * within
+    )
     total = (share * here).sum(axis=0) + edge * np.exp(-OXIDE[0] / depth) / (1 + below * depth)
     got = flash.flash_temperature(SPEED, skin=OXIDE, heat_depth=depth, **SLIDING)
     assert got == pytest.approx(heat * total.real.mean(), rel=1e-9)
@@ -74,32 +84,45 @@ def test_a_skin_of_the_same_material_changes_no_moment(case, heat_depth):
     speeds = [-3.0, 0.0, 1e-3, 40.0]
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian", "rms_temperature"):
         with_skin, without = (
-            getattr(flash, name)(speeds, case["spectrum"], skin=layer, heat_depth=heat_depth, **case["sliding"])
+            getattr(flash, name)(
+                speeds, case["spectrum"], skin=layer, heat_depth=heat_depth, **case["sliding"]
+            )
             for layer in (skin, None)
         )
         np.testing.assert_allclose(with_skin, without, rtol=1e-9)
 
 
 def test_nothing_on_the_body_is_the_closed_mean(case):
-    almost = flash.flash_temperature([0.5, 40.0], case["spectrum"], heat_depth=1e-30, **case["sliding"])
+    almost = flash.flash_temperature(
+        [0.5, 40.0], case["spectrum"], heat_depth=1e-30, **case["sliding"]
+    )
     np.testing.assert_allclose(
         almost, flash.flash_temperature([0.5, 40.0], case["spectrum"], **case["sliding"]), rtol=1e-9
     )
 
 
 @pytest.mark.parametrize(
-    "numbers", [(3e-7, 0.1, 5.0, 0.0), (3e-7, 0.1, 5.0, 1e-7), (2e-6, 9.0, 0.2, 3e-6), (0.0, 1.0, 1.0, 1e-6)]
+    "numbers",
+    [(3e-7, 0.1, 5.0, 0.0), (3e-7, 0.1, 5.0, 1e-7), (2e-6, 9.0, 0.2, 3e-6), (0.0, 1.0, 1.0, 1e-6)],
 )
 def test_theory_and_simulation_have_the_same_means_by_their_own_quadratures(numbers):
     thickness, conduction, ratio, depth = numbers
     q = np.geomspace(1e3, 1e8, 12)
-    layers = layers_of((thickness, 30 * conduction, 7.6e-6 / ratio) if thickness else None, depth, 30.0, 7.6e-6)
+    layers = layers_of(
+        (thickness, 30 * conduction, 7.6e-6 / ratio) if thickness else None, depth, 30.0, 7.6e-6
+    )
     for speed in (0.0, 0.1, 35.0, 1e4):
         even, odd = direction_means(q, speed / 7.6e-6, Layering(*numbers))
-        np.testing.assert_allclose(direction_mean(q, speed / 7.6e-6, layers, even_part), even, rtol=1e-9)
-        np.testing.assert_allclose(direction_mean(q, speed / 7.6e-6, layers, odd_part), odd, rtol=2e-9, atol=1e-15)
+        np.testing.assert_allclose(
+            direction_mean(q, speed / 7.6e-6, layers, even_part), even, rtol=1e-9
+        )
+        np.testing.assert_allclose(
+            direction_mean(q, speed / 7.6e-6, layers, odd_part), odd, rtol=2e-9, atol=1e-15
+        )
     still = direction_mean(q, 0.0, layers, square_part)
-    np.testing.assert_allclose(still, direction_means(q, 0.0, Layering(*numbers))[0] ** 2, rtol=1e-9)
+    np.testing.assert_allclose(
+        still, direction_means(q, 0.0, Layering(*numbers))[0] ** 2, rtol=1e-9
+    )
 
 
 def at_rest(skin, conductivity):
@@ -109,10 +132,14 @@ def at_rest(skin, conductivity):
 
 def test_bodies_at_rest_share_as_their_responses():
     # s = T₂/(T₁ + T₂) with T = F/κq at rest
-    share = partition.moving_share(0.0, **GIVEN, **BODY, resting_conductivity=20.0, resting_skin=OXIDE)
+    share = partition.moving_share(
+        0.0, **GIVEN, **BODY, resting_conductivity=20.0, resting_skin=OXIDE
+    )
     cold, hot = at_rest(OXIDE, 20.0) / 20.0, 1 / 46.0
     assert share == pytest.approx(cold / (cold + hot), rel=1e-9)
-    share = partition.moving_share(0.0, **GIVEN, **BODY, resting_conductivity=20.0, skin=OXIDE, resting_heat_depth=1e-5)
+    share = partition.moving_share(
+        0.0, **GIVEN, **BODY, resting_conductivity=20.0, skin=OXIDE, resting_heat_depth=1e-5
+    )
     cold, hot = 1 / 20.0 / 2, at_rest(OXIDE, 46.0) / 46.0  # 1 + qh = 2
     assert share == pytest.approx(cold / (cold + hot), rel=1e-9)
 
@@ -126,9 +153,13 @@ def test_equal_bodies_with_equal_skins_share_equally_at_rest():
 
 def test_the_total_share_makes_both_temperatures_equal():
     duration, layers = 1e-2, {"skin": OXIDE, "heat_depth": 1e-6}
-    share = partition.moving_share(SPEED, **GIVEN, **BODY, **layers, rule="total", duration=duration)
+    share = partition.moving_share(
+        SPEED, **GIVEN, **BODY, **layers, rule="total", duration=duration
+    )
     flux = 0.2 * SPEED * 2e6
-    hot, cold = (background.temperature(duration, heat_flux=flux, **BODY, **own) for own in (layers, {}))
+    hot, cold = (
+        background.temperature(duration, heat_flux=flux, **BODY, **own) for own in (layers, {})
+    )
     hot += flash.flash_temperature(SPEED, **SLIDING, **layers)
     grown = scipy.special.erf(Q * sqrt(BODY["diffusivity"] * duration))
     cold += 0.2 * SPEED * VARIANCE / 2e6 / (46.0 * Q) * grown
@@ -136,12 +167,16 @@ def test_the_total_share_makes_both_temperatures_equal():
 
 
 @pytest.mark.parametrize(("duration", "thickness"), [(1e-2, 3e-6), (2e-5, 3e-8)])
-def test_the_total_share_of_unlike_bodies_has_the_background_under_the_skin_of_each(duration, thickness):
+def test_the_total_share_of_unlike_bodies_has_the_background_under_the_skin_of_each(
+    duration, thickness
+):
     resting = {"conductivity": 20.0, "diffusivity": 6e-6}
     named = {"resting_conductivity": 20.0, "resting_diffusivity": 6e-6}
     worked, oxide = (thickness / 3, 23.0, 6e-6), (thickness, 3.0, 9e-7)
     layers = {"skin": worked, "resting_skin": oxide}
-    share = partition.moving_share(SPEED, **GIVEN, **BODY, **named, **layers, rule="total", duration=duration)
+    share = partition.moving_share(
+        SPEED, **GIVEN, **BODY, **named, **layers, rule="total", duration=duration
+    )
     flux = 0.2 * SPEED * 2e6
     hot = background.temperature(duration, heat_flux=flux, **BODY, skin=worked)
     hot += flash.flash_temperature(SPEED, **SLIDING, skin=worked)
@@ -226,11 +261,15 @@ def test_bad_layers_are_refused(layers, message):
 
 
 def test_a_background_before_the_layers_are_warm_is_refused():
-    with pytest.raises(ValueError, match="less than 5 times the 1e-05 m of the skin or the heat_depth"):
+    with pytest.raises(
+        ValueError, match="less than 5 times the 1e-05 m of the skin or the heat_depth"
+    ):
         background.temperature(0.99 * 25 * 1e-10 / 1.2e-5, heat_flux=1.0, **BODY, heat_depth=1e-5)
     with pytest.raises(ValueError, match="less than 5 times the 1.*e-05 m of the skin"):
         background.temperature(1e-5, heat_flux=1.0, **BODY, skin=OXIDE)
-    with pytest.raises(ValueError, match="duration: heat spreads .* less than 5 times the 1.*e-05 m of the skin"):
+    with pytest.raises(
+        ValueError, match="duration: heat spreads .* less than 5 times the 1.*e-05 m of the skin"
+    ):
         partition.moving_share(1.0, **GIVEN, **BODY, skin=OXIDE, rule="total", duration=1e-5)
     with pytest.raises(ValueError, match="go with a constant heat_flux"):
         background.temperature(1.0, heat_flux=lambda t: 1.0, **BODY, heat_depth=1e-6)

@@ -38,7 +38,9 @@ def test_the_stress_distribution_fills_the_elastic_area_and_carries_the_load(s, 
 def test_far_from_the_hardness_the_stress_distribution_is_perssons():
     # two normal densities of variance 2G
     stress, pressure, half = np.linspace(0, 4e6, 9), 1e6, 6e11
-    two = np.exp(-((stress - pressure) ** 2) / 4 / half) - np.exp(-((stress + pressure) ** 2) / 4 / half)
+    two = np.exp(-((stress - pressure) ** 2) / 4 / half) - np.exp(
+        -((stress + pressure) ** 2) / 4 / half
+    )
     got = plasticity.stress_distribution(stress, half, pressure, 1e12)
     np.testing.assert_allclose(got, two / sqrt(4 * pi * half), rtol=1e-12, atol=1e-25)
     assert got[0] == 0.0
@@ -47,7 +49,9 @@ def test_far_from_the_hardness_the_stress_distribution_is_perssons():
 def test_series_and_images_agree_where_they_meet():
     t = np.linspace(0, 1, 21)
     for s in (0.2, 0.8):
-        below, above = (plasticity.stress_distribution(t, g, s, 1.0) for g in (0.2 - 1e-13, 0.2 + 1e-13))
+        below, above = (
+            plasticity.stress_distribution(t, g, s, 1.0) for g in (0.2 - 1e-13, 0.2 + 1e-13)
+        )
         np.testing.assert_allclose(below, above, rtol=1e-11, atol=1e-13)
 
 
@@ -65,20 +69,32 @@ def test_impossible_stresses_are_refused(arguments, message):
         plasticity.stress_distribution(*arguments)
 
 
-def test_the_weight_of_wang_and_mueser_is_one_in_full_contact_and_five_ninths_of_the_area_in_light(case):
+def test_the_weight_of_wang_and_mueser_is_one_in_full_contact_and_five_ninths_of_the_area_in_light(
+    case,
+):
     share = np.array([0.0, 1e-6, 0.5, 1.0])
     got = persson.wang_mueser(share, np.ones(4))
-    assert got == pytest.approx([0.0, 5e-6 / 9, 0.5 * (5 / 9 - 0.5 / 9 + 0.0625 * 2 / 3), 1.0], rel=1e-11, abs=0)
-    one = persson.stress_weight(2e4, case["spectrum"], **{**case["contact"], "gamma": persson.wang_mueser})
+    assert got == pytest.approx(
+        [0.0, 5e-6 / 9, 0.5 * (5 / 9 - 0.5 / 9 + 0.0625 * 2 / 3), 1.0], rel=1e-11, abs=0
+    )
+    one = persson.stress_weight(
+        2e4, case["spectrum"], **{**case["contact"], "gamma": persson.wang_mueser}
+    )
     contact = {k: v for k, v in case["contact"].items() if k != "gamma"}
     area = persson.contact_probability(2e4, case["spectrum"], **contact)
-    assert one == pytest.approx(float(area * (5 / 9 - 2 / 9 * area**2 + 2 / 3 * area**4)), rel=1e-13)
+    assert one == pytest.approx(
+        float(area * (5 / 9 - 2 / 9 * area**2 + 2 / 3 * area**4)), rel=1e-13
+    )
 
 
 def test_the_composite_modulus_adds_the_compliances():
     assert persson.effective_modulus(2e11, 0.3) == pytest.approx(2e11 / 0.91, rel=1e-15)
-    assert persson.effective_modulus([2e11, 2e11], 0.3) == pytest.approx(2e11 / 0.91 / 2, rel=1e-15)  # 109.89 GPa
-    assert 1 / persson.effective_modulus([1e7, 5e10], [0.5, 0.2]) == pytest.approx(0.75 / 1e7 + 0.96 / 5e10, rel=1e-15)
+    assert persson.effective_modulus([2e11, 2e11], 0.3) == pytest.approx(
+        2e11 / 0.91 / 2, rel=1e-15
+    )  # 109.89 GPa
+    assert 1 / persson.effective_modulus([1e7, 5e10], [0.5, 0.2]) == pytest.approx(
+        0.75 / 1e7 + 0.96 / 5e10, rel=1e-15
+    )
 
 
 @pytest.mark.parametrize(
@@ -110,7 +126,9 @@ def test_a_rising_flux_heats_as_the_power_three_halves():
 
 
 def test_a_flux_that_stops_cools_as_the_difference_of_two_roots():
-    got = background.temperature(0.7, heat_flux=lambda t: 1e6 * (t < 0.2), breaks=[0.2, 5.0], **BODY)
+    got = background.temperature(
+        0.7, heat_flux=lambda t: 1e6 * (t < 0.2), breaks=[0.2, 5.0], **BODY
+    )
     assert got == pytest.approx(2e6 / 20 * sqrt(5e-6 / pi) * (sqrt(0.7) - sqrt(0.5)), rel=1e-11)
 
 
@@ -190,7 +208,14 @@ def test_what_compares_by_value_in_all_its_parts_is_remembered():
     spectrum = _Frozen(1e-22)
     assert all(map(is_value, (None, 1.0, "text", spectrum, (spectrum, 1), _Twice((spectrum,)))))
     changing = _Changing(1e-22)
-    others = changing, _Twice((changing,)), (spectrum, changing), changing.__call__, [1.0], np.ones(2)
+    others = (
+        changing,
+        _Twice((changing,)),
+        (spectrum, changing),
+        changing.__call__,
+        [1.0],
+        np.ones(2),
+    )
     assert not any(map(is_value, others))
 
 

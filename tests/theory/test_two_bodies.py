@@ -10,7 +10,11 @@ from yielding_cases import HARDNESS, MODULUS, SelfAffine
 from theory import background, clipped, flash, partition, persson, plasticity, two_bodies
 
 SPEEDS = np.array([0.1, 3.0, 60.0])
-SOLID = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+SOLID = {
+    "effective_modulus": MODULUS,
+    "nominal_pressure": 0.1 * HARDNESS,
+    "penetration_hardness": HARDNESS,
+}
 STEEL = {"conductivity": 30.0, "diffusivity": 7.6e-6}
 GLASS = {"resting_conductivity": 1.0, "resting_diffusivity": 5e-7}
 BODIES = {"moving": (30.0, 7.6e-6), "resting": (1.0, 5e-7)}  # κ and D
@@ -19,7 +23,13 @@ FRICTION = 0.2
 
 
 def sliding(speed=SPEEDS, spectrum=SPECTRUM, slid_distance=4e-3, **changes):
-    given = {**SOLID, **STEEL, "friction_coefficient": FRICTION, "slid_distance": slid_distance, **changes}
+    given = {
+        **SOLID,
+        **STEEL,
+        "friction_coefficient": FRICTION,
+        "slid_distance": slid_distance,
+        **changes,
+    }
     return two_bodies.sliding_temperatures(speed, spectrum, **given)
 
 
@@ -41,10 +51,15 @@ def test_both_bodies_have_one_contact_temperature_and_all_the_heat(part):
     slid = sliding(moving_roughness=part, **GLASS)
     total = slid.resting_flash_temperature + slid.resting_background
     assert slid.contact_temperature == pytest.approx(total, rel=1e-11)
-    assert slid.contact_temperature == pytest.approx(slid.flash_temperature + slid.background, rel=1e-12)
+    assert slid.contact_temperature == pytest.approx(
+        slid.flash_temperature + slid.background, rel=1e-12
+    )
     # the mean temperatures go with the heat that has entered, whenever it did, by the effusivities κ/√D
     flux = FRICTION * SPEEDS * SOLID["nominal_pressure"]
-    alone = [background.temperature(4e-3 / v, heat_flux=q, **STEEL) for v, q in zip(SPEEDS, flux, strict=True)]
+    alone = [
+        background.temperature(4e-3 / v, heat_flux=q, **STEEL)
+        for v, q in zip(SPEEDS, flux, strict=True)
+    ]
     effusivity = (1.0 / np.sqrt(5e-7)) / (30.0 / np.sqrt(7.6e-6))
     assert slid.background + effusivity * slid.resting_background == pytest.approx(alone, rel=1e-12)
 
@@ -80,11 +95,19 @@ def test_over_a_smooth_face_the_share_is_nearly_that_of_equal_totals_and_spots_a
 def test_a_resting_source_grows_as_the_error_function_of_each_wave():
     # all heat enters the rough resting body: the moving one is flat and does not conduct
     _, q, weight = law()
-    speed, insulating = 5.0, {"conductivity": 1e-9, "resting_conductivity": 30.0, "resting_diffusivity": 7.6e-6}
+    speed, insulating = (
+        5.0,
+        {"conductivity": 1e-9, "resting_conductivity": 30.0, "resting_diffusivity": 7.6e-6},
+    )
     for distance in (1e-7, 1e-5, 1e-3):
         slid = sliding(speed, slid_distance=distance, moving_roughness=0.0, **insulating)
         root = np.sqrt(7.6e-6 * distance / speed)
-        expected = FRICTION * speed / (30.0 * SOLID["nominal_pressure"]) * (weight * erf(q * root) / q).sum()
+        expected = (
+            FRICTION
+            * speed
+            / (30.0 * SOLID["nominal_pressure"])
+            * (weight * erf(q * root) / q).sum()
+        )
         assert slid.resting_flash_temperature == pytest.approx(expected, rel=1e-3)
         assert slid.moving_share < 1e-4
 
@@ -96,7 +119,9 @@ def test_a_moving_source_grows_as_the_complex_error_function_of_each_wave():
     speed, insulating = 5.0, {"resting_conductivity": 1e-9, "resting_diffusivity": 7.6e-6}
     for distance in (1e-6, 3e-5, 1e-3):
         slid = sliding(speed, slid_distance=distance, moving_roughness=0.0, **insulating)
-        rate = np.sqrt(q[:, None] ** 2 - 1j * q[:, None] * speed * np.cos(angles) / STEEL["diffusivity"])
+        rate = np.sqrt(
+            q[:, None] ** 2 - 1j * q[:, None] * speed * np.cos(angles) / STEEL["diffusivity"]
+        )
         z = rate * np.sqrt(STEEL["diffusivity"] * distance / speed)
         grown = ((1 - np.exp(-(z**2)) * wofz(1j * z)) / rate).real.mean(axis=1)
         expected = FRICTION * speed / (30.0 * SOLID["nominal_pressure"]) * (weight @ grown)
@@ -109,7 +134,12 @@ def test_before_any_sliding_both_bodies_have_half_of_a_resting_source():
     ratios = []
     for distance in (1e-7, 1e-8, 1e-9):
         root = np.sqrt(7.6e-6 * distance / speed)
-        resting = FRICTION * speed / (30.0 * SOLID["nominal_pressure"]) * (weight * erf(q * root) / q).sum()
+        resting = (
+            FRICTION
+            * speed
+            / (30.0 * SOLID["nominal_pressure"])
+            * (weight * erf(q * root) / q).sum()
+        )
         ratios.append(sliding(speed, slid_distance=distance).flash_temperature / resting)
     assert ratios == pytest.approx([0.5, 0.5, 0.5], rel=1e-3)
 
@@ -142,7 +172,9 @@ def drawn_means(field, rng, speed, time, part, body):
         )
         odd, turned, even = odd * cosine, turned * cosine, (rho - twofold * (2 * cosine**2 - 1)) / 2
         # what is here earlier (rows), where z, χ and ζ are known (columns)
-        across = np.array([[rho, -odd, level], [odd, even, turned], [level, -turned, own]]).transpose(2, 0, 1)
+        across = np.array(
+            [[rho, -odd, level], [odd, even, turned], [level, -turned, own]]
+        ).transpose(2, 0, 1)
         known = rng.multivariate_normal(np.zeros(3), here, draws, method="cholesky")
         now[n] = known.T
         other[n] = rng.multivariate_normal(np.zeros(3), here, draws, method="cholesky").T
@@ -174,9 +206,13 @@ def drawn_means(field, rng, speed, time, part, body):
         chi = np.sqrt(1 - part) * one_chi + np.sqrt(part) * two_chi
         zeta = np.sqrt(1 - part) * one_zeta + np.sqrt(part) * two_zeta - mean
         pressure, even = field.pressure(z), even_pressure * (z > edge)
-        return np.array([pressure, even - pressure, even * psi, even * z * psi, even * chi, even * zeta])
+        return np.array(
+            [pressure, even - pressure, even * psi, even * z * psi, even * chi, even * zeta]
+        )
 
-    products = np.einsum("n,in,jn->nij", measure / draws, weighted(now), weighted(before) - weighted(other))
+    products = np.einsum(
+        "n,in,jn->nij", measure / draws, weighted(now), weighted(before) - weighted(other)
+    )
     grown = np.concatenate([np.zeros((1, 6, 6)), np.cumsum(products, axis=0)])
     return lambda since: grown[np.searchsorted(age, since)]
 
@@ -185,7 +221,10 @@ def drawn_means(field, rng, speed, time, part, body):
     ("speed", "part", "distance"),
     [
         (4.0, 0.3, 1e-4),
-        *(pytest.param(*case, marks=pytest.mark.slow) for case in ((4.0, 0.5, 2e-5), (40.0, 0.6, 5e-5))),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in ((4.0, 0.5, 2e-5), (40.0, 0.6, 5e-5))
+        ),
     ],
 )
 def test_temperatures_are_those_of_drawn_heights_and_drawn_ways_of_the_heat(speed, part, distance):
@@ -214,11 +253,21 @@ def test_temperatures_are_those_of_drawn_heights_and_drawn_ways_of_the_heat(spee
             since = ages[n] - ages[: n + 1]
             pulses = {body: -np.diff(total(since), axis=0) for body, total in warmed.items()}
             both = pulses["moving"] + pulses["resting"]
-            known = pulses["moving"][:, :, 0].sum(axis=0) - np.einsum("nij,nj->i", both[:-1], shares[: n - 1])
+            known = pulses["moving"][:, :, 0].sum(axis=0) - np.einsum(
+                "nij,nj->i", both[:-1], shares[: n - 1]
+            )
             shares[n - 1] = np.linalg.solve(both[-1], known)
         since = ages[-1] - ages
-        moving, resting = (-np.diff(heated[body](since), axis=0)[:, 0] for body in ("moving", "resting"))
-        batches.append((1 - shares[-1, 0], moving[:, 0].sum() - (moving * shares).sum(), (resting * shares).sum()))
+        moving, resting = (
+            -np.diff(heated[body](since), axis=0)[:, 0] for body in ("moving", "resting")
+        )
+        batches.append(
+            (
+                1 - shares[-1, 0],
+                moving[:, 0].sum() - (moving * shares).sum(),
+                (resting * shares).sum(),
+            )
+        )
     slid = sliding(speed, slid_distance=distance, moving_roughness=part, **GLASS)
     error = np.std(batches, axis=0) / np.sqrt(len(batches) - 1)
     drawn = np.mean(batches, axis=0)
@@ -290,12 +339,16 @@ def slid_pair(name, share_of_way):
     )
 
 
-@pytest.mark.parametrize(("name", "slid"), list(zip(DENSE, (493.2, 441.8, 193.0, 137.1), strict=True)))
+@pytest.mark.parametrize(
+    ("name", "slid"), list(zip(DENSE, (493.2, 441.8, 193.0, 137.1), strict=True))
+)
 def test_after_a_long_way_temperatures_are_those_of_slides(name, slid):
     # means over the last half of slides of solved contacts (experiments/two_bodies_points.py), without the error of
     # their pixel. The pressure is uneven: what passes between the bodies does not go with it
     late = slid_pair(name, np.linspace(0.525, 0.975, 10)).flash_temperature.mean()
-    assert late == pytest.approx(slid, rel=0.08 if name == "light, elastic" else 0.05)  # its slides scatter by 3 %
+    assert late == pytest.approx(
+        slid, rel=0.08 if name == "light, elastic" else 0.05
+    )  # its slides scatter by 3 %
 
 
 def test_light_slow_contact_changes_smoothly_with_the_way():
@@ -309,7 +362,10 @@ def test_light_slow_contact_changes_smoothly_with_the_way():
 
 def test_the_even_share_counts_where_the_pressure_is_uneven_alone(monkeypatch):
     yielded = {"spectrum": SelfAffine(level=1e-24), "moving_roughness": 0.3, **GLASS}
-    steel, dense = sliding(**yielded).flash_temperature, slid_pair("part yielded, both rough", 1.0).flash_temperature
+    steel, dense = (
+        sliding(**yielded).flash_temperature,
+        slid_pair("part yielded, both rough", 1.0).flash_temperature,
+    )
     monkeypatch.setattr(two_bodies, "_EVEN", 1e9)  # so much resists it
     assert sliding(**yielded).flash_temperature == pytest.approx(steel, rel=1e-3)
     assert slid_pair("part yielded, both rough", 1.0).flash_temperature > 1.02 * dense
@@ -322,8 +378,15 @@ def test_elastic_bodies_need_no_hardness():
     insulating = {"resting_conductivity": 1e-9, "resting_diffusivity": 7.6e-6}
     slid = sliding(spectrum=spectrum, slid_distance=2e-2, **solid, **insulating)
     stress = persson.calibrated_spectrum(spectrum, effective_modulus=MODULUS, nominal_pressure=3e8)
-    heat = {"stress_spectrum": stress, "nominal_pressure": 3e8, "friction_coefficient": FRICTION, **STEEL}
-    assert slid.flash_temperature == pytest.approx(flash.flash_temperature(SPEEDS, **heat), rel=3e-3)
+    heat = {
+        "stress_spectrum": stress,
+        "nominal_pressure": 3e8,
+        "friction_coefficient": FRICTION,
+        **STEEL,
+    }
+    assert slid.flash_temperature == pytest.approx(
+        flash.flash_temperature(SPEEDS, **heat), rel=3e-3
+    )
 
 
 def test_temperatures_go_with_friction_and_do_not_know_the_direction():

@@ -17,18 +17,27 @@ LAYERS = {  # d, κ_s/κ, D/D_s and h
     "oxide, heated in depth": (1e-6, 0.1, 8.4, 5e-7),
     "heated in depth": (0.0, 1.0, 1.0, 3e-6),
 }
-INSULATED_MOVING = {"conductivity": 1e-9, "resting_conductivity": 30.0, "resting_diffusivity": 7.6e-6}
+INSULATED_MOVING = {
+    "conductivity": 1e-9,
+    "resting_conductivity": 30.0,
+    "resting_diffusivity": 7.6e-6,
+}
 INSULATED_RESTING = {"resting_conductivity": 1e-9, "resting_diffusivity": 7.6e-6}
 
 
 def test_a_skin_of_the_same_material_is_no_skin():
     same = {"skin": (2e-6, 30.0, 7.6e-6), "resting_skin": (5e-5, 1.0, 5e-7)}
-    bare, layered = sliding(moving_roughness=0.3, **GLASS), sliding(moving_roughness=0.3, **GLASS, **same)
+    bare, layered = (
+        sliding(moving_roughness=0.3, **GLASS),
+        sliding(moving_roughness=0.3, **GLASS, **same),
+    )
     for one, other in zip(layered, bare, strict=True):
         assert one == pytest.approx(other, rel=1e-10)
 
 
-@pytest.mark.parametrize("thin", [{"skin": (1e-12, 3.0, 9e-7)}, {"heat_depth": 1e-12}, {"resting_heat_depth": 1e-12}])
+@pytest.mark.parametrize(
+    "thin", [{"skin": (1e-12, 3.0, 9e-7)}, {"heat_depth": 1e-12}, {"resting_heat_depth": 1e-12}]
+)
 def test_layers_without_depth_are_none(thin):
     for one, other in zip(sliding(**thin), sliding(), strict=True):
         assert one == pytest.approx(other, rel=1e-3)
@@ -37,7 +46,10 @@ def test_layers_without_depth_are_none(thin):
 def test_a_thick_skin_is_the_whole_body():
     whole = sliding(**GLASS, moving_roughness=0.3)
     skins = sliding(
-        moving_roughness=0.3, resting_skin=(1e-2, 1.0, 5e-7), resting_conductivity=30.0, resting_diffusivity=7.6e-6
+        moving_roughness=0.3,
+        resting_skin=(1e-2, 1.0, 5e-7),
+        resting_conductivity=30.0,
+        resting_diffusivity=7.6e-6,
     )
     for one, other in zip(skins, whole, strict=True):
         assert one == pytest.approx(other, rel=2e-3)
@@ -94,7 +106,9 @@ def steady(q, advection, d, k, ratio, h):
 RUBBER_ON_DIAMOND = (2e-6, 0.01, 1e4, 0.0)
 
 
-@pytest.mark.parametrize("layers", [*LAYERS.values(), RUBBER_ON_DIAMOND], ids=[*LAYERS, "rubber on diamond"])
+@pytest.mark.parametrize(
+    "layers", [*LAYERS.values(), RUBBER_ON_DIAMOND], ids=[*LAYERS, "rubber on diamond"]
+)
 def test_the_gaussians_of_all_times_add_up_to_the_steady_state(layers):
     times = np.geomspace(1e-16, 1e2, 4000)
     spreads, strength = layered_memory.pulses(Layers(*layers), 7.6e-6, times)
@@ -105,7 +119,9 @@ def test_the_gaussians_of_all_times_add_up_to_the_steady_state(layers):
         assert total == pytest.approx(steady(q, 0.0, *layers).real, rel=1e-3)
 
 
-@pytest.mark.parametrize("layers", [v for v in LAYERS.values() if v[2] != 0.076], ids=["oxide", "both", "deep"])
+@pytest.mark.parametrize(
+    "layers", [v for v in LAYERS.values() if v[2] != 0.076], ids=["oxide", "both", "deep"]
+)
 def test_all_heat_in_one_body_ends_at_its_steady_temperature(layers):
     # the rough body carries the spots, or they slide over the smooth one
     _, q, weight = law()
@@ -116,10 +132,19 @@ def test_all_heat_in_one_body_ends_at_its_steady_temperature(layers):
     advection = q[:, None] * speed * np.cos(angles) / 7.6e-6
     unit = FRICTION * speed / (30.0 * SOLID["nominal_pressure"])
     still = sliding(
-        speed, slid_distance=far, moving_roughness=0.0, resting_skin=skin, resting_heat_depth=h, **INSULATED_MOVING
+        speed,
+        slid_distance=far,
+        moving_roughness=0.0,
+        resting_skin=skin,
+        resting_heat_depth=h,
+        **INSULATED_MOVING,
     )
-    assert still.resting_flash_temperature == pytest.approx(unit * weight @ steady(q, 0.0, *layers).real, rel=4e-3)
-    over = sliding(speed, slid_distance=far, moving_roughness=0.0, skin=skin, heat_depth=h, **INSULATED_RESTING)
+    assert still.resting_flash_temperature == pytest.approx(
+        unit * weight @ steady(q, 0.0, *layers).real, rel=4e-3
+    )
+    over = sliding(
+        speed, slid_distance=far, moving_roughness=0.0, skin=skin, heat_depth=h, **INSULATED_RESTING
+    )
     expected = unit * weight @ steady(q[:, None], advection, *layers).real.mean(axis=1)
     assert over.flash_temperature == pytest.approx(expected, rel=4e-3)
     bare = unit * weight @ steady(q[:, None], advection, 0.0, 1.0, 1.0, 0.0).real.mean(axis=1)
@@ -157,7 +182,13 @@ def test_a_resting_source_in_depth_grows_by_its_closed_kernel():
         reach = np.sqrt(diffusivity * time) * x
         kernel = 2 * diffusivity * time * x / h * erfcx(reach / h) / x.size
         expected = weight @ (np.exp(-(q[:, None] ** 2) * reach**2) @ kernel)
-        slid = sliding(speed, slid_distance=distance, moving_roughness=0.0, resting_heat_depth=h, **INSULATED_MOVING)
+        slid = sliding(
+            speed,
+            slid_distance=distance,
+            moving_roughness=0.0,
+            resting_heat_depth=h,
+            **INSULATED_MOVING,
+        )
         unit = FRICTION * speed / (30.0 * SOLID["nominal_pressure"])
         assert slid.resting_flash_temperature == pytest.approx(unit * expected, rel=3e-3)
 
@@ -173,7 +204,9 @@ def test_after_long_the_background_has_risen_by_the_skin():
 
 
 def test_after_long_the_background_lacks_the_resistance_above_the_heat():
-    slid = sliding(3.0, slid_distance=1.0, moving_roughness=0.0, heat_depth=4e-6, **INSULATED_RESTING)
+    slid = sliding(
+        3.0, slid_distance=1.0, moving_roughness=0.0, heat_depth=4e-6, **INSULATED_RESTING
+    )
     flux = FRICTION * 3.0 * SOLID["nominal_pressure"]
     bare = background.temperature(1.0 / 3.0, heat_flux=flux, **STEEL)
     assert bare - slid.background == pytest.approx(flux * 4e-6 / 30.0, rel=0.01)

@@ -15,7 +15,9 @@ from theory.yielding import EDGE, YieldingSpectrum
 
 def missing_from_full_yield(share, **spectrum):
     stress = law(SelfAffine(**spectrum), pressure=share * HARDNESS)
-    return 1 - float(persson.pressure_correlation(0.0, stress_spectrum=stress)) / (share * (1 - share) * HARDNESS**2)
+    return 1 - float(persson.pressure_correlation(0.0, stress_spectrum=stress)) / (
+        share * (1 - share) * HARDNESS**2
+    )
 
 
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.5])
@@ -28,7 +30,13 @@ def test_where_all_has_yielded_the_stress_varies_as_force_balance_wants(share):
 def test_what_has_not_yielded_fades_with_the_variance_of_full_contact(share):
     # as exp(-D/7 sigma_P^2), D going with the level of C(q); what the law lacks without its edges falls slowly too
     q = np.geomspace(5e4, 2e6, 20001)
-    full = (MODULUS / 2) ** 2 * 2 * np.pi * np.trapezoid(q**3 * SelfAffine(level=1.0, q_max=2e6)(q), q) / HARDNESS**2
+    full = (
+        (MODULUS / 2) ** 2
+        * 2
+        * np.pi
+        * np.trapezoid(q**3 * SelfAffine(level=1.0, q_max=2e6)(q), q)
+        / HARDNESS**2
+    )
     variances = np.array([15.0, 30.0, 60.0])
     missing = [missing_from_full_yield(share, level=x / full, q_max=2e6) for x in variances]
     rates = -np.diff(np.log(missing)) / np.diff(variances)
@@ -65,7 +73,11 @@ def test_flash_temperature_falls_smoothly_with_q_max_where_nothing_lies_beyond()
     assert {bool(np.exp(np.log(q)) > q) for q in ends} == {False, True}
     laws = [law(Ending(level=3e-25, q_max=q), pressure=0.02 * HARDNESS) for q in ends]
     heat = {"nominal_pressure": 0.02 * HARDNESS, **HEATING}
-    steps = np.diff(np.log([float(flash.flash_temperature(1e8, stress_spectrum=stress, **heat)) for stress in laws]))
+    steps = np.diff(
+        np.log(
+            [float(flash.flash_temperature(1e8, stress_spectrum=stress, **heat)) for stress in laws]
+        )
+    )
     assert np.abs(np.diff(steps)).max() < 5e-4  # of steps of -4e-3; 1.6e-3 with that
 
 
@@ -87,7 +99,9 @@ def test_full_contact_has_the_stress_of_full_contact():
 
 def test_at_the_load_of_full_yield_the_stress_is_uniform():
     variances = [
-        float(persson.pressure_correlation(0.0, stress_spectrum=law(pressure=(1 - rest) * HARDNESS)))
+        float(
+            persson.pressure_correlation(0.0, stress_spectrum=law(pressure=(1 - rest) * HARDNESS))
+        )
         for rest in (1e-2, 1e-3, 1e-4)
     ]
     assert (np.array(variances) < HARDNESS**2 * np.array([1e-2, 1e-3, 1e-4])).all()
@@ -111,18 +125,26 @@ def test_the_law_of_one_wavenumber_is_a_bed_of_springs():
     def touched(t):
         return np.exp(-(t**2) / 2) / np.sqrt(2 * np.pi) - t * ndtr(-t)
 
-    share = (touched(-sigma) - touched(-sigma + 1.0)) / 1.0  # of sigma_P, two walls one unit apart, h = 1
+    share = (
+        touched(-sigma) - touched(-sigma + 1.0)
+    ) / 1.0  # of sigma_P, two walls one unit apart, h = 1
     inside = ndtr(sigma) - ndtr(sigma - 1.0)
     at = np.interp(ndtr(z), share[::-1], inside[::-1])
     compliance = 1 / at - 1
     expected = compliance * np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
     middle = np.abs(z) < 3.5
-    assert interface_law(z, variance, np.ones(400))[0][middle] == pytest.approx(expected[middle], rel=5e-3)
+    assert interface_law(z, variance, np.ones(400))[0][middle] == pytest.approx(
+        expected[middle], rel=5e-3
+    )
 
 
 @pytest.mark.parametrize(("length", "stress"), [(1e6, 1.0), (1.0, 1e-9)])
 def test_units_do_not_matter(length, stress):
-    units = {"modulus": MODULUS * stress, "pressure": 0.1 * HARDNESS * stress, "hardness": HARDNESS * stress}
+    units = {
+        "modulus": MODULUS * stress,
+        "pressure": 0.1 * HARDNESS * stress,
+        "hardness": HARDNESS * stress,
+    }
     q = np.geomspace(1e3, 1e8, 50)
     scaled = law(InUnits(SelfAffine(), length), **units)(q / length)
     assert scaled / (stress * length) ** 2 == pytest.approx(law()(q), rel=1e-7)
@@ -132,7 +154,10 @@ def test_more_load_is_more_contact_and_more_of_it_yields():
     contact, plastic = np.array(
         [
             (stress.contact_fraction, stress.plastic_fraction)
-            for stress in (law(SelfAffine(q_max=1e6), pressure=s * HARDNESS) for s in (0.01, 0.03, 0.1, 0.3, 0.6))
+            for stress in (
+                law(SelfAffine(q_max=1e6), pressure=s * HARDNESS)
+                for s in (0.01, 0.03, 0.1, 0.3, 0.6)
+            )
         ]
     ).T
     assert (np.diff(contact) > 0).all()
@@ -180,7 +205,9 @@ def test_part_of_the_sidebands_above_q_max_lies_in_the_tail_of_edges():
     assert tail < 0.1 * outside
     assert 0.0 < (outside - tail) / (1 - EDGE) < inside < (outside - tail) / (1 - EDGE) + full
     assert float(stress(4e4)) < float(stress(6e4))
-    assert float(stress(60.0)) == pytest.approx(float(stress(1.5e4)), rel=1e-12)  # shot noise: constant
+    assert float(stress(60.0)) == pytest.approx(
+        float(stress(1.5e4)), rel=1e-12
+    )  # shot noise: constant
 
 
 @pytest.mark.parametrize("modulus", [0.5 * MODULUS, 2 * MODULUS, 10 * MODULUS, 1e3 * MODULUS])
@@ -196,9 +223,13 @@ def test_the_tail_of_edges_begins_where_sums_of_two_waves_end():
     # in a contact that has all yielded the tail is that of steps: half of it has set in at 1.7 q_max
     spectrum = SelfAffine(q_max=2e5)
     stress = law(spectrum, modulus=1e3 * MODULUS)
-    place, value, _ = scatter(diffuse(spectrum, 1e3 * MODULUS, 0.1 * HARDNESS, HARDNESS), 1e3 * MODULUS).sidebands
+    place, value, _ = scatter(
+        diffuse(spectrum, 1e3 * MODULUS, 0.1 * HARDNESS, HARDNESS), 1e3 * MODULUS
+    ).sidebands
     x = np.array([1.7, 100.0])
-    beside = (1 - EDGE) * np.interp(np.log(x * 2e5), place, np.exp(value), right=0.0) * stress._scale
+    beside = (
+        (1 - EDGE) * np.interp(np.log(x * 2e5), place, np.exp(value), right=0.0) * stress._scale
+    )
     near, far = x**3 * (stress(x * 2e5) - beside)
     assert near / far == pytest.approx(0.5, rel=0.05)
 
@@ -219,7 +250,9 @@ def test_edges_take_their_share_from_the_sidebands_and_nothing_is_lost():
     made_of = scatter(diffuse(*given), MODULUS)
     q = np.geomspace(*given[0].breaks[::2], 20001)
     coherent = np.exp(np.interp(np.log(q), made_of.coherent.place, made_of.coherent.value))
-    whole = np.trapezoid(2 * np.pi * q**2 * (MODULUS * q / 2) ** 2 * given[0](q) * coherent, np.log(q))
+    whole = np.trapezoid(
+        2 * np.pi * q**2 * (MODULUS * q / 2) ** 2 * given[0](q) * coherent, np.log(q)
+    )
     other = np.exp(made_of.sidebands.place)
     area = 2 * np.pi * other**2 * BIN
     beside_them = np.exp(made_of.sidebands.value) @ np.append(np.pi * other[0] ** 2, area[1:])
@@ -245,7 +278,9 @@ def test_the_tail_leaves_what_force_balance_leaves():
 
 
 @pytest.mark.parametrize(("share", "q_max"), [(0.1, 3e5), (0.6, 2e6)])
-def test_the_areas_are_those_of_a_pressure_between_absorbing_walls_with_the_variance_of_the_spectrum(share, q_max):
+def test_the_areas_are_those_of_a_pressure_between_absorbing_walls_with_the_variance_of_the_spectrum(
+    share, q_max
+):
     stress = law(SelfAffine(q_max=q_max), pressure=share * HARDNESS)
     variance = float(persson.pressure_correlation(0.0, stress_spectrum=stress)) / HARDNESS**2
     pressure = np.linspace(0.0, 1.0, 4001)

@@ -25,17 +25,28 @@ class Gap(SelfAffine):
         (SelfAffine(), 0.003 * HARDNESS, "nominal_pressure/penetration_hardness = 0.003"),
         (SelfAffine(), 0.7 * HARDNESS, "nominal_pressure/penetration_hardness = 0.7"),
         (SelfAffine(q_min=4e3), 0.1 * HARDNESS, "q_roll_off/q_min = 25"),
-        (SelfAffine(level=2e-25, hurst=0.2), 0.1 * HARDNESS, "Hurst exponent by the slope .* rad/m = 0.2"),
+        (
+            SelfAffine(level=2e-25, hurst=0.2),
+            0.1 * HARDNESS,
+            "Hurst exponent by the slope .* rad/m = 0.2",
+        ),
         (SelfAffine(level=8e-28), 0.1 * HARDNESS, "q_max/q_roll_off"),
         (SelfAffine(level=1e-21, q_min=1e4), 0.1 * HARDNESS, "q_y/q_roll_off"),
-        (SelfAffine(level=2e-24, q_max=1.1e5, q_min=1e5 / 1.5), 0.1 * HARDNESS, "q_max/q_min = 1.65"),
+        (
+            SelfAffine(level=2e-24, q_max=1.1e5, q_min=1e5 / 1.5),
+            0.1 * HARDNESS,
+            "q_max/q_min = 1.65",
+        ),
         (Gap(), 0.1 * HARDNESS, r"C\(q\) = 0 at q = "),
     ],
 )
 def test_what_was_not_compared_is_refused_by_name(spectrum, pressure, name):
     with pytest.raises(ValueError, match=name):
         plasticity.stress_spectrum(
-            spectrum, effective_modulus=MODULUS, nominal_pressure=pressure, penetration_hardness=HARDNESS
+            spectrum,
+            effective_modulus=MODULUS,
+            nominal_pressure=pressure,
+            penetration_hardness=HARDNESS,
         )
 
 
@@ -58,20 +69,35 @@ class TwoBands(SelfAffine):
 
 # law over contacts solved (experiments/yielding_gaps.py): T + 5 to 14 % where refused, and all within 4 % where not
 @pytest.mark.parametrize(
-    ("gap", "fill"), [(4.0, 1e-6), (8.0, 1e-6), (8.0, 1e-3), (8.0, 1e-2), (16.0, 1e-2), (16.0, 0.04)]
+    ("gap", "fill"),
+    [(4.0, 1e-6), (8.0, 1e-6), (8.0, 1e-3), (8.0, 1e-2), (16.0, 1e-2), (16.0, 0.04)],
 )
 def test_two_bands_of_waves_far_apart_are_refused(gap, fill):
-    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.02 * HARDNESS, "penetration_hardness": HARDNESS}
-    with pytest.raises(ValueError, match=r"octaves of gaps in C\(q\) = [1234]\.?\d* lies outside 0 … 1\.5"):
+    solid = {
+        "effective_modulus": MODULUS,
+        "nominal_pressure": 0.02 * HARDNESS,
+        "penetration_hardness": HARDNESS,
+    }
+    with pytest.raises(
+        ValueError, match=r"octaves of gaps in C\(q\) = [1234]\.?\d* lies outside 0 … 1\.5"
+    ):
         plasticity.stress_spectrum(TwoBands(level=1e-23, gap=gap, fill=fill), **solid)
 
 
 @pytest.mark.parametrize(
-    "spectrum", [TwoBands(gap=2.5), TwoBands(gap=8.0, fill=0.11), SelfAffine(), SelfAffine(hurst=1.0)]
+    "spectrum",
+    [TwoBands(gap=2.5), TwoBands(gap=8.0, fill=0.11), SelfAffine(), SelfAffine(hurst=1.0)],
 )
 def test_narrow_or_filled_gaps_and_self_affine_roughness_stay_inside(spectrum):
-    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.02 * HARDNESS, "penetration_hardness": HARDNESS}
-    assert isinstance(plasticity.stress_spectrum(dataclasses.replace(spectrum, level=1e-23), **solid), YieldingSpectrum)
+    solid = {
+        "effective_modulus": MODULUS,
+        "nominal_pressure": 0.02 * HARDNESS,
+        "penetration_hardness": HARDNESS,
+    }
+    assert isinstance(
+        plasticity.stress_spectrum(dataclasses.replace(spectrum, level=1e-23), **solid),
+        YieldingSpectrum,
+    )
 
 
 BY_SLOPE = r"Hurst exponent by the slope of C\(q\) from [\d.e+]+ to [\d.e+]+ rad/m"
@@ -81,14 +107,26 @@ SOFT = {"level": 2e-24}  # q_y is little above q_r
 @pytest.mark.parametrize(
     ("name", "inside", "outside"),
     [
-        ("nominal_pressure/penetration_hardness", SOFT | {"share": 0.0051}, SOFT | {"share": 0.0049}),
+        (
+            "nominal_pressure/penetration_hardness",
+            SOFT | {"share": 0.0051},
+            SOFT | {"share": 0.0049},
+        ),
         ("nominal_pressure/penetration_hardness", SOFT | {"share": 0.59}, SOFT | {"share": 0.61}),
         ("q_roll_off/q_min", SOFT | {"q_min": 1e5 / 15.8}, SOFT | {"q_min": 1e5 / 16.2}),
         (BY_SLOPE, SOFT | {"hurst": 0.31}, SOFT | {"hurst": 0.29}),
         (BY_SLOPE, SOFT | {"hurst": 1.98}, SOFT | {"hurst": 2.02}),
-        ("q_max/q_min", SOFT | {"q_min": 7e4, "q_max": 1.42e5}, SOFT | {"q_min": 7e4, "q_max": 1.38e5}),
+        (
+            "q_max/q_min",
+            SOFT | {"q_min": 7e4, "q_max": 1.42e5},
+            SOFT | {"q_min": 7e4, "q_max": 1.38e5},
+        ),
         ("q_y/q_roll_off", {"level": 2.68e-25}, {"level": 2.59e-25}),  # 7.8, 8.2
-        ("q_y/q_roll_off", {"level": 8.9e-22, "q_min": 1e4}, {"level": 1.05e-21, "q_min": 1e4}),  # 0.255, 0.245
+        (
+            "q_y/q_roll_off",
+            {"level": 8.9e-22, "q_min": 1e4},
+            {"level": 1.05e-21, "q_min": 1e4},
+        ),  # 0.255, 0.245
         # in part: 7 % of the contact is elastic at q_max, and half of it at 8 q_r
         ("q_max/q_roll_off", {"level": 8e-26, "q_max": 3.17e6}, {"level": 8e-26, "q_max": 3.23e6}),
         # H tells nothing below 1.5 q_r
@@ -126,7 +164,11 @@ class Flat(SelfAffine):
 @pytest.mark.parametrize("power", [2.0, 2.05])
 @pytest.mark.parametrize(("longest", "is_inside"), [(15.8, True), (16.2, False)])
 def test_rounding_decides_no_flat_spectrum(longest, is_inside, power):
-    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    solid = {
+        "effective_modulus": MODULUS,
+        "nominal_pressure": 0.1 * HARDNESS,
+        "penetration_hardness": HARDNESS,
+    }
     for seed in range(16):
         flat = Flat(level=2e-24, q_min=1e5 / longest, seed=seed, power=power)
         if is_inside:
@@ -148,7 +190,9 @@ class Filtered(SelfAffine):
         return (self.q_min, 1e5, self.q_f, self.q_max)
 
     def __call__(self, q):
-        return SelfAffine.__call__(self, q) * np.maximum(1.0, np.asarray(q) / self.q_f) ** -self.steep
+        return (
+            SelfAffine.__call__(self, q) * np.maximum(1.0, np.asarray(q) / self.q_f) ** -self.steep
+        )
 
 
 def flash_by(spectrum, pressure, hardness):
@@ -157,7 +201,9 @@ def flash_by(spectrum, pressure, hardness):
         law = persson.calibrated_spectrum(spectrum, **solid)
     else:
         law = plasticity.stress_spectrum(spectrum, **solid, penetration_hardness=hardness)
-    return flash.flash_temperature([1e2, 1e5, 1e8], stress_spectrum=law, nominal_pressure=pressure, **HEATING)
+    return flash.flash_temperature(
+        [1e2, 1e5, 1e8], stress_spectrum=law, nominal_pressure=pressure, **HEATING
+    )
 
 
 @pytest.mark.parametrize("hardness", [HARDNESS, None])
@@ -167,7 +213,9 @@ def test_the_dead_end_of_a_filtered_map_changes_nothing(q_max, hardness):
     pressure = 0.05 * HARDNESS
     given = {"level": 2e-24, "q_min": 7e4}
     found = flash_by(Filtered(q_max=q_max, **given), pressure, hardness)
-    np.testing.assert_allclose(found, flash_by(SelfAffine(q_max=4e5, **given), pressure, hardness), rtol=0.01)
+    np.testing.assert_allclose(
+        found, flash_by(SelfAffine(q_max=4e5, **given), pressure, hardness), rtol=0.01
+    )
 
 
 @pytest.mark.parametrize("steep", [2.0, 8.0])
@@ -182,9 +230,13 @@ def test_waves_beyond_yield_may_follow_another_power(steep):
 
 
 def test_noise_of_a_map_beyond_yield_is_taken():
-    noisy = Filtered(level=2e-24, q_f=8e5, steep=-2.6, q_max=6.4e6)  # C ~ 1/q, so that H in the mean is 0.15
+    noisy = Filtered(
+        level=2e-24, q_f=8e5, steep=-2.6, q_max=6.4e6
+    )  # C ~ 1/q, so that H in the mean is 0.15
     smooth = flash_by(SelfAffine(level=2e-24, q_max=6.4e6), 0.1 * HARDNESS, HARDNESS)
-    assert np.all(flash_by(noisy, 0.1 * HARDNESS, HARDNESS) < smooth)  # more roughness, more and smaller spots
+    assert np.all(
+        flash_by(noisy, 0.1 * HARDNESS, HARDNESS) < smooth
+    )  # more roughness, more and smaller spots
 
 
 @dataclasses.dataclass(frozen=True)
@@ -197,13 +249,21 @@ class Smooth(SelfAffine):
 
 
 def test_the_roll_off_is_found_between_breaks():
-    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    solid = {
+        "effective_modulus": MODULUS,
+        "nominal_pressure": 0.1 * HARDNESS,
+        "penetration_hardness": HARDNESS,
+    }
     with pytest.raises(ValueError, match=r"q_roll_off/q_min = 2[45]"):
         plasticity.stress_spectrum(Smooth(q_min=4e3), **solid)
 
 
 def test_the_step_is_that_of_the_solution():
-    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    solid = {
+        "effective_modulus": MODULUS,
+        "nominal_pressure": 0.1 * HARDNESS,
+        "penetration_hardness": HARDNESS,
+    }
     heat = {"nominal_pressure": 0.1 * HARDNESS, **HEATING}
 
     def temperature(**step):
@@ -217,9 +277,15 @@ def test_the_step_is_that_of_the_solution():
 
 
 @pytest.mark.parametrize("share", [0.01, 0.1, 0.5])
-@pytest.mark.parametrize("level", [1e-25, 3e-25, 1e-24, 1e-23, 1e-21])  # q_y/q_min from 8, or none, down to 1.00
-@pytest.mark.parametrize(("hurst", "plateau"), [(0.4, 1.001), (0.8, 1.001), (0.8, 4.0), (1.0, 16.0)])
-def test_half_the_step_changes_the_flash_temperature_by_less_than_a_third_of_a_percent(share, level, hurst, plateau):
+@pytest.mark.parametrize(
+    "level", [1e-25, 3e-25, 1e-24, 1e-23, 1e-21]
+)  # q_y/q_min from 8, or none, down to 1.00
+@pytest.mark.parametrize(
+    ("hurst", "plateau"), [(0.4, 1.001), (0.8, 1.001), (0.8, 4.0), (1.0, 16.0)]
+)
+def test_half_the_step_changes_the_flash_temperature_by_less_than_a_third_of_a_percent(
+    share, level, hurst, plateau
+):
     spectrum = SelfAffine(level=level, hurst=hurst, q_min=1e5 / plateau, q_max=4e6)
     heat = {"nominal_pressure": share * HARDNESS, **HEATING}
 
@@ -232,19 +298,32 @@ def test_half_the_step_changes_the_flash_temperature_by_less_than_a_third_of_a_p
 
 @pytest.mark.parametrize("step", [0.009, 0.6, 10.0])
 def test_a_step_that_the_law_cannot_take_is_refused(step):
-    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    solid = {
+        "effective_modulus": MODULUS,
+        "nominal_pressure": 0.1 * HARDNESS,
+        "penetration_hardness": HARDNESS,
+    }
     with pytest.raises(ValueError, match=rf"step = {step:g} e-folds lies outside 0\.01 … 0\.5"):
         plasticity.stress_spectrum(SelfAffine(q_max=2e5), **solid, step=step)
 
 
 @pytest.mark.parametrize("step", [0.011, 0.5])
 def test_steps_inside_the_range_are_taken(step):
-    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
-    assert plasticity.stress_spectrum(SelfAffine(q_max=2e5), **solid, step=np.array(step)).step == step
+    solid = {
+        "effective_modulus": MODULUS,
+        "nominal_pressure": 0.1 * HARDNESS,
+        "penetration_hardness": HARDNESS,
+    }
+    assert (
+        plasticity.stress_spectrum(SelfAffine(q_max=2e5), **solid, step=np.array(step)).step == step
+    )
 
 
 def test_more_load_than_yielded_contact_carries_is_refused():
     with pytest.raises(ValueError, match="exceeds the penetration_hardness"):
         plasticity.stress_spectrum(
-            SelfAffine(), effective_modulus=MODULUS, nominal_pressure=2 * HARDNESS, penetration_hardness=HARDNESS
+            SelfAffine(),
+            effective_modulus=MODULUS,
+            nominal_pressure=2 * HARDNESS,
+            penetration_hardness=HARDNESS,
         )

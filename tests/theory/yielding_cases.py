@@ -24,7 +24,9 @@ class SelfAffine:
         return (self.q_min, 1e5, self.q_max)
 
     def __call__(self, q):
-        return self.level * np.where(q < 1e5, 1.0, (np.maximum(q, 1e5) / 1e5) ** (-2 - 2 * self.hurst))
+        return self.level * np.where(
+            q < 1e5, 1.0, (np.maximum(q, 1e5) / 1e5) ** (-2 - 2 * self.hurst)
+        )
 
 
 def law(spectrum=None, modulus=MODULUS, pressure=0.1 * HARDNESS, hardness=HARDNESS):

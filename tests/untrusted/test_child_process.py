@@ -25,7 +25,9 @@ def test_what_is_asked_is_answered_and_what_is_raised_there_is_raised_here():
     with pytest.raises(FileNotFoundError, match="none"):
         call_in_child(os.stat, "/none", seconds=5.0)
     assert (
-        call_in_child(os.getpid, seconds=5.0) == call_in_child(os.getpid, seconds=5.0) != os.getpid()
+        call_in_child(os.getpid, seconds=5.0)
+        == call_in_child(os.getpid, seconds=5.0)
+        != os.getpid()
     )  # one process for all
 
 
@@ -78,7 +80,9 @@ def test_a_script_without_a_guard_may_read_files_of_instruments_and_leaves_no_pr
         "print(*(h.pid for h in untrusted._children.values()))\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(Path(rs.__file__).parents[1])}
-    said = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, check=True)
+    said = subprocess.run(
+        [sys.executable, script], env=environment, capture_output=True, text=True, check=True
+    )
     assert said.stderr == ""
     with pytest.raises(ProcessLookupError):
         os.kill(int(said.stdout), 0)
@@ -104,18 +108,27 @@ def test_a_topography_on_which_the_library_spins_is_refused_by_name(tmp_path, mo
         raise ChildEndedError("the library did not come back in 5 s of computing")
 
     monkeypatch.setattr("roughsim.untrusted.call_in_child", ended)
-    with pytest.raises(rs.RecordError, match="scan.h5 cannot be read: the library did not come back"):
+    with pytest.raises(
+        rs.RecordError, match="scan.h5 cannot be read: the library did not come back"
+    ):
         check_measured_file(path)
 
 
 @pytest.mark.slow
-def test_64_zeroed_bytes_anywhere_in_a_file_of_an_instrument_end_in_an_answer(tmp_path, monkeypatch):
+def test_64_zeroed_bytes_anywhere_in_a_file_of_an_instrument_end_in_an_answer(
+    tmp_path, monkeypatch
+):
     path = tmp_path / "scan.h5"
     with h5py.File(path, "w") as file:
         file["surface"] = np.random.default_rng(0).random((16, 16))
-        file.create_dataset("more/mask", data=np.zeros((40, 40)), chunks=(10, 10), compression="gzip")
+        file.create_dataset(
+            "more/mask", data=np.zeros((40, 40)), chunks=(10, 10), compression="gzip"
+        )
         file["more"].attrs["text"] = "made by hand"
-    monkeypatch.setattr("roughsim.untrusted.call_in_child", lambda *given, seconds: call_in_child(*given, seconds=0.4))
+    monkeypatch.setattr(
+        "roughsim.untrusted.call_in_child",
+        lambda *given, seconds: call_in_child(*given, seconds=0.4),
+    )
     ends = []
     for broken in zeroed(path.read_bytes()):
         path.write_bytes(broken)

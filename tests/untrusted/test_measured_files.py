@@ -54,7 +54,9 @@ def test_pickles_are_not_unpacked(tmp_path, kind):
     with pytest.raises(rs.RecordError) as refused:
         read_topography(path, **plain)
     assert str(path) in str(refused.value)
-    assert ("holds pickled Python objects" in str(refused.value)) == (kind != "npz")  # that one its reader refuses
+    assert ("holds pickled Python objects" in str(refused.value)) == (
+        kind != "npz"
+    )  # that one its reader refuses
     assert not trace.exists()
 
 
@@ -64,7 +66,9 @@ def test_a_zip_that_unpacks_beyond_memory_is_refused(tmp_path, memory):
         archive.writestr("bindata/data.bin", bytes(40_000_000))
     assert path.stat().st_size < 100_000
     memory(6e7)
-    with pytest.raises(rs.RecordError, match="unpacks to 0.04 GB, above half of the available memory"):
+    with pytest.raises(
+        rs.RecordError, match="unpacks to 0.04 GB, above half of the available memory"
+    ):
         check_measured_file(path)
 
 
@@ -72,7 +76,9 @@ def test_a_file_beyond_memory_is_refused(tmp_path):
     path = tmp_path / "scan.sur"
     with open(path, "wb") as file:
         file.truncate(int(0.13 * available_memory().amount))  # sparse: it takes no room on the disk
-    with pytest.raises(rs.RecordError, match="above an eighth of the available memory; crop it first"):
+    with pytest.raises(
+        rs.RecordError, match="above an eighth of the available memory; crop it first"
+    ):
         check_measured_file(path)
 
 
@@ -83,6 +89,9 @@ def test_a_reader_that_computes_too_long_is_ended(tmp_path, monkeypatch):
     path.write_bytes(gzip.compress(bytes(10_000_000)))
     monkeypatch.setattr("roughsim.surface.topography.reading._LEAST_SECONDS", 0.5)
     began = time.process_time()
-    with pytest.raises(rs.RecordError, match=r"zeros.gz cannot be read: the library did not come back in 1 s of comp"):
+    with pytest.raises(
+        rs.RecordError,
+        match=r"zeros.gz cannot be read: the library did not come back in 1 s of comp",
+    ):
         read_topography(path)
     assert time.process_time() - began < 0.5

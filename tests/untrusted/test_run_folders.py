@@ -23,10 +23,14 @@ from roughsim.store.member_files import FIELDS, member_path, read_field, read_me
 def whole(capped_scene, tmp_path_factory):
     """A small sound run with fields; tests work on copies."""
     numerics = replace(
-        capped_scene.numerics, levels=({"column": "capped", "shape": [32, 32], "q_max": 4e4},), keep_fields=1
+        capped_scene.numerics,
+        levels=({"column": "capped", "shape": [32, 32], "q_max": 4e4},),
+        keep_fields=1,
     )
     return rs.run(
-        replace(capped_scene, numerics=numerics), tmp_path_factory.mktemp("whole") / "run", max_realizations=2
+        replace(capped_scene, numerics=numerics),
+        tmp_path_factory.mktemp("whole") / "run",
+        max_realizations=2,
     )
 
 
@@ -65,7 +69,9 @@ def objects(file, secret):
 
 def references(file, secret):
     del file["pressure"]
-    file.create_dataset("pressure", data=np.array([[file.ref]], h5py.ref_dtype), dtype=h5py.ref_dtype, chunks=(1, 1))
+    file.create_dataset(
+        "pressure", data=np.array([[file.ref]], h5py.ref_dtype), dtype=h5py.ref_dtype, chunks=(1, 1)
+    )
 
 
 def opaque_pickle(file, secret):
@@ -153,7 +159,14 @@ def test_claims_from_elsewhere_neither_block_nor_crash(folder, quick, soon):
     os.mkfifo(place / "L0-000002")
     (place / "process-folder").mkdir()
     (place / "L0-000003").write_text("../../../etc/passwd")
-    for name, pid in (("a", 10**30), ("b", "x"), ("c", None), ("d", [1]), ("e", -1), ("\x1b[31m", 1)):
+    for name, pid in (
+        ("a", 10**30),
+        ("b", "x"),
+        ("c", None),
+        ("d", [1]),
+        ("e", -1),
+        ("\x1b[31m", 1),
+    ):
         (place / f"process-{name}").write_text(f"0\n\x1b[31m {pid} {claims.process_space()}\n")
     (place / "letter.txt").write_text("dear")
     assert claims.writer(folder) is None
@@ -165,11 +178,18 @@ def test_a_realization_of_another_run_is_refused(folder, whole, tmp_path):
     exact = replace(rs.plan(whole.scene), tolerance=1e-5)
     slow = replace(whole.scene, sliding=replace(whole.scene.sliding, speed=(1.0, 2.0, 3.0)))
     for k, (scene, how) in enumerate(
-        [(whole.scene, {"seed": 99}), (whole.scene, {"numerics": exact}), (slow, {})]  # another seed, tolerance, speed
+        [
+            (whole.scene, {"seed": 99}),
+            (whole.scene, {"numerics": exact}),
+            (slow, {}),
+        ]  # another seed, tolerance, speed
     ):
         other = rs.run(scene, tmp_path / f"other{k}", max_realizations=1, **how)
         shutil.copy(member_path(other.folder, 0, 0), member_path(folder, 0, 0))
-        with pytest.raises(rs.RecordError, match="L0-000000.h5 is of another run: its scene, seed or numerics differ"):
+        with pytest.raises(
+            rs.RecordError,
+            match="L0-000000.h5 is of another run: its scene, seed or numerics differ",
+        ):
             rs.open_run(folder)
 
 
@@ -208,7 +228,9 @@ def test_a_grid_beyond_memory_is_refused(folder):
     numerics = json.loads((folder / "run.json").read_text())["numerics"]
     numerics["levels"][0]["shape"] = [10**7, 10**7]
     change(folder, numerics=numerics)
-    with pytest.raises(rs.RecordError, match=r"a field of 100000000000000 points needs .* GB, more than half"):
+    with pytest.raises(
+        rs.RecordError, match=r"a field of 100000000000000 points needs .* GB, more than half"
+    ):
         rs.open_run(folder)
 
 
@@ -225,7 +247,9 @@ def test_endless_and_bottomless_descriptions_are_refused(folder):
 def test_the_scene_of_a_run_reads_no_other_file(folder, tmp_path, key):
     (tmp_path / "secret.csv").write_text("1e4, 1e-20\n1e5, 1e-24\n")
     text = (folder / "scene.toml").read_text()
-    (folder / "scene.toml").write_text(text.replace("[surface]", f'[surface]\n{key} = "../secret.csv"'))
+    (folder / "scene.toml").write_text(
+        text.replace("[surface]", f'[surface]\n{key} = "../secret.csv"')
+    )
     with pytest.raises(rs.RecordError, match=f"surface.{key}"):
         rs.open_run(folder)
 
@@ -238,7 +262,9 @@ def test_outputs_stay_where_they_were_asked_for(folder, tmp_path):
     export_run(rs.open_run(folder), tmp_path / "out" / "a.h5")
     with pytest.raises(SystemExit):
         main(["plot", str(folder), "pressure"])
-    made = {p.relative_to(tmp_path) for p in tmp_path.rglob("*")} - {p.relative_to(tmp_path) for p in before}
+    made = {p.relative_to(tmp_path) for p in tmp_path.rglob("*")} - {
+        p.relative_to(tmp_path) for p in before
+    }
     assert sorted(map(str, made)) == ["out", "out/a.h5", "run-pressure.png"]
     for place in (tmp_path / "a" / ".." / "..", tmp_path / "pressure/../../x"):
         with pytest.raises(ValueError, match="must end in"):
@@ -249,15 +275,22 @@ def test_outputs_stay_where_they_were_asked_for(folder, tmp_path):
 def test_a_member_whose_arrays_do_not_fit_its_run_is_refused_by_name(quick, tmp_path, change):
     run = rs.run(quick, tmp_path / "run", max_realizations=3)
     one = read_member(member_path(run.folder, 0, 1))
-    short = {name: values[:2] if len(values) > 1 else values for name, values in one.numbers.items()}
+    short = {
+        name: values[:2] if len(values) > 1 else values for name, values in one.numbers.items()
+    }
     (own,) = one.moments
     changes = {
         "speeds": {"numbers": short},
         "shorter": {"spectrum": own.spectrum[:-1], "wavenumber": own.wavenumber[:-1]},
-        "longer": {"spectrum": np.append(own.spectrum, 1.0), "wavenumber": np.append(own.wavenumber, 1e9)},
+        "longer": {
+            "spectrum": np.append(own.spectrum, 1.0),
+            "wavenumber": np.append(own.wavenumber, 1e9),
+        },
     }
     speeds = one.speeds[:2] if change == "speeds" else one.speeds
-    write_member(run.folder, replace(one, speeds=speeds, moments=(own._replace(**changes[change]),)))
+    write_member(
+        run.folder, replace(one, speeds=speeds, moments=(own._replace(**changes[change]),))
+    )
     told = {
         "speeds": "is of another run: its speeds, levels or points differ",
         "shorter": "or the members of its level read before are of another run: their wavenumbers differ",

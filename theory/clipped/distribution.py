@@ -19,7 +19,11 @@ BOLTZMANN = 1.380649e-23  # J/K
 _COLDEST = 1e-3  # K: colder points, of a contact far below its mean, do not react either
 _ITERATIONS = 60  # of Newton's method; a few suffice
 _SHIFT = 1.4  # of all temperatures, over T_flash and the doubt: contact that the law lacks is cold
-_AT_ONE, _PER_E_FOLD, _DOUBTS = 0.17, 0.02, (0.06, 0.24)  # of `form_doubt`: at 1, its fall, least and most
+_AT_ONE, _PER_E_FOLD, _DOUBTS = (
+    0.17,
+    0.02,
+    (0.06, 0.24),
+)  # of `form_doubt`: at 1, its fall, least and most
 
 Weight = Literal["heat", "area"]
 Numbers = NDArray[np.intp]
@@ -71,12 +75,19 @@ class TemperatureDistribution:
         `doubt`·x^(3/2); or all are hotter by 1.4 `doubt`. The changes of a value by the three add as squares.
         """
         doubt = np.broadcast_to(self.doubt, self.flash_temperature.shape)[:, None]
-        with np.errstate(divide="ignore"):  # the order of the points stays: further out all come to the same
+        with np.errstate(
+            divide="ignore"
+        ):  # the order of the points stays: further out all come to the same
             apart = np.minimum(np.abs(self.ratio - 1.0), 4.0 / 9.0 / doubt**2)
         evened = 1.0 + np.sign(self.ratio - 1.0) * (apart - doubt * apart**1.5)
         warmer = self.flash_temperature * (1.0 + _SHIFT * doubt[:, 0])
-        sides = [np.where(side, evened, self.ratio) for side in (self.ratio > 1.0, self.ratio < 1.0)]
-        return (*(replace(self, ratio=ratio) for ratio in sides), replace(self, flash_temperature=warmer))
+        sides = [
+            np.where(side, evened, self.ratio) for side in (self.ratio > 1.0, self.ratio < 1.0)
+        ]
+        return (
+            *(replace(self, ratio=ratio) for ratio in sides),
+            replace(self, flash_temperature=warmer),
+        )
 
     def quantiles(self, shares: ArrayLike, by: Weight = "heat") -> Estimate:
         """Temperatures that these shares of the heat, or of the contact area, do not exceed.
@@ -132,11 +143,16 @@ class TemperatureDistribution:
         neither "heat" nor "area".
         """
         weight = self._weight(by)
-        limit = np.broadcast_to(real_array("temperature", temperature, "K"), self.flash_temperature.shape)
+        limit = np.broadcast_to(
+            real_array("temperature", temperature, "K"), self.flash_temperature.shape
+        )
 
         def share(kept: Fields) -> Array:
             held = kept[self.field]
-            hot = self.flash_temperature[:, None] * self.ratio / self._scale(held)[:, None] > limit[:, None]
+            hot = (
+                self.flash_temperature[:, None] * self.ratio / self._scale(held)[:, None]
+                > limit[:, None]
+            )
             return np.asarray(hot @ (weight * held) / (weight @ held))
 
         return self._jackknife(share)
@@ -175,7 +191,9 @@ class TemperatureDistribution:
         TypeError, ValueError
             If an argument is not real, finite and of the right sign.
         """
-        mean = self._arrhenius(activation_energy, background_temperature, heat_partition, activation_volume)
+        mean = self._arrhenius(
+            activation_energy, background_temperature, heat_partition, activation_volume
+        )
         factor = self.contact_fraction * positive("prefactor", prefactor, "1/s")
         logarithm, error = self._jackknife(mean)
         rate = factor * np.exp(logarithm)
@@ -194,25 +212,35 @@ class TemperatureDistribution:
         ⟨exp((σV − E)/k_B T_act)⟩ = ⟨exp((σV − E)/k_B T)⟩ over the contact area. Shape (n, speeds); NaN without a
         barrier, E = 0. Parameters, errors: as `reaction_rate`.
         """
-        mean = self._arrhenius(activation_energy, background_temperature, heat_partition, activation_volume)
+        mean = self._arrhenius(
+            activation_energy, background_temperature, heat_partition, activation_volume
+        )
         logarithm, error = self._jackknife(mean)
         pressure, count = np.unique(self.pressure, return_counts=True)
         result = np.full((2, *logarithm.shape), np.nan)
         for n, energy in enumerate(np.atleast_1d(activation_energy)):
             for m, known in enumerate(logarithm[n]):
-                inverse, barrier = _even(activation_volume * pressure - energy, count / count.sum(), known)
+                inverse, barrier = _even(
+                    activation_volume * pressure - energy, count / count.sum(), known
+                )
                 if barrier > 0.0:
                     kelvin = 1 / (BOLTZMANN * inverse)
                     result[:, n, m] = kelvin, BOLTZMANN * kelvin**2 / barrier * error[n, m]
         return Estimate(*result)
 
     def _arrhenius(
-        self, activation_energy: ArrayLike, background: ArrayLike, partition: ArrayLike, volume: float
+        self,
+        activation_energy: ArrayLike,
+        background: ArrayLike,
+        partition: ArrayLike,
+        volume: float,
     ) -> Callable[[Fields], Array]:
         """Return the function that gives ln ⟨exp(−(E − σV)/k_B T)⟩ over the kept fields, shape (energies, speeds)."""
         energy = np.atleast_1d(not_negative_array("activation_energy", activation_energy, "J"))
         speeds = self.flash_temperature.shape
-        start = np.broadcast_to(not_negative_array("background_temperature", background, "K"), speeds)
+        start = np.broadcast_to(
+            not_negative_array("background_temperature", background, "K"), speeds
+        )
         share = np.broadcast_to(real_array("heat_partition", partition, "1"), speeds)
         lowered = float(real_array("activation_volume", volume, "m³")) * self.pressure
 
@@ -270,7 +298,9 @@ def _quantiles(
     kept_weight = weight * held
     below = np.cumsum(kept_weight)
     middle = (below - kept_weight / 2) / below[-1]
-    return np.asarray(flash * np.interp(levels, middle, ratio) / np.average(ratio, weights=pressure * held))
+    return np.asarray(
+        flash * np.interp(levels, middle, ratio) / np.average(ratio, weights=pressure * held)
+    )
 
 
 def _even(released: Array, share: Array, known: float) -> tuple[float, float]:

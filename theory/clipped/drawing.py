@@ -40,7 +40,9 @@ def amplitudes(field: ClippedField, cell: Cell) -> tuple[Array, float]:
     what contacts avoid one another more than any Gaussian field can is left as an error. Source: F. Yamazaki and
     M. Shinozuka, J. Eng. Mech. 114, 1183 (1988), with the power in closed form.
     """
-    steps = np.minimum(np.arange(cell.points), cell.points - np.arange(cell.points)) * (cell.length / cell.points)
+    steps = np.minimum(np.arange(cell.points), cell.points - np.arange(cell.points)) * (
+        cell.length / cell.points
+    )
     distance = np.hypot(steps[:, None], steps)
     wanted = np.maximum(_power(field.shape(distance)), 0.0)
     wanted /= wanted.sum()
@@ -92,11 +94,15 @@ def draw_pressure(field: ClippedField, amplitude: Array, white: Array) -> Array:
     """
     z = heights(amplitude, white).ravel()
     pressure = np.empty(z.size)
-    pressure[np.argsort(z)] = field.pressure(scipy.special.ndtri((np.arange(z.size) + 0.5) / z.size))
+    pressure[np.argsort(z)] = field.pressure(
+        scipy.special.ndtri((np.arange(z.size) + 0.5) / z.size)
+    )
     return pressure.reshape(amplitude.shape)
 
 
-def heat_response(cell: Cell, speed: float, diffusivity: float, slid_distance: float = inf) -> NDArray[np.complex128]:
+def heat_response(
+    cell: Cell, speed: float, diffusivity: float, slid_distance: float = inf
+) -> NDArray[np.complex128]:
     """Response κT/q̇ of each wave to a source that slides along +x at `speed` ≥ 0, m.
 
     erf(λ√(Dt))/λ with λ = √(q² − iq_x v/D) and t = `slid_distance`/v since both started from rest; 1/λ after an

@@ -23,10 +23,17 @@ _FURTHEST = 5.0  # standard deviations of z, of steps of F
 _CERTAIN = -30.0  # of the step to a pressure that is everywhere
 _RADII = 8192  # distances at which g_σ is found
 _ROOM = 1e3  # wavenumbers beyond both ends of |σ_q|², for the transform, which is periodic in ln q
-_BIAS = -0.6  # power of q that is taken out for the transform: errors, evenly over r, are then 1e-5 of g_σ(0)
-_RIESZ_BIAS = 0.3, -0.5  # the same for its two transforms: errors of N₁/r are then below 1 % down to `_LINEAR`
+_BIAS = (
+    -0.6
+)  # power of q that is taken out for the transform: errors, evenly over r, are then 1e-5 of g_σ(0)
+_RIESZ_BIAS = (
+    0.3,
+    -0.5,
+)  # the same for its two transforms: errors of N₁/r are then below 1 % down to `_LINEAR`
 _HALF_BIAS = 0.0, -0.6  # the same for K: errors below 5e-4
-_LINEAR = 1e-5  # of the furthest distance: below it N₁ and K₁ are linear in r, and K₀ and K₂ constant
+_LINEAR = (
+    1e-5  # of the furthest distance: below it N₁ and K₁ are linear in r, and K₀ and K₂ constant
+)
 _GAUSS = leggauss(3)
 
 
@@ -65,7 +72,9 @@ class ClippedField:
         """Return θ(r) = arccos ρ at each `distance`; π where contacts avoid one another more than any ρ allows."""
         of_angle = self.products
         share = (of_angle.joint - of_angle.mean_square) / of_angle.variance
-        return np.interp(-self.pressure_correlation / self.variance, -share, np.linspace(0.0, pi, share.size))
+        return np.interp(
+            -self.pressure_correlation / self.variance, -share, np.linspace(0.0, pi, share.size)
+        )
 
     def possible_correlation(self, furthest: float) -> Array:
         """Return the correlation of z at each `distance` without negative power; ρ fades beyond `furthest`, m."""
@@ -114,7 +123,9 @@ class ClippedField:
         first, back = _HALF_BIAS
         root = np.sqrt(r[::-1])  # q^(−1/2)
         spectrum = self._waves(furthest, first)[0] * root  # √q times the transform of ρ
-        height, turned = (scipy.fft.fht(spectrum, step, order, bias=back) / r for order in (0.0, 1.0))
+        height, turned = (
+            scipy.fft.fht(spectrum, step, order, bias=back) / r for order in (0.0, 1.0)
+        )
         own = scipy.fft.fht(spectrum * root, step, 0.0, bias=back) / r
         near = int(np.searchsorted(r, _LINEAR * furthest))
         height[:near], own[:near] = height[near], own[near]
@@ -162,7 +173,11 @@ def directed_correlations(correlations: Array, cosine: Array) -> Correlations:
 
 
 def clipped_field(
-    spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float, penetration_hardness: float | None = None
+    spectrum: Spectrum,
+    *,
+    effective_modulus: float,
+    nominal_pressure: float,
+    penetration_hardness: float | None = None,
 ) -> ClippedField:
     """Contact of rough surfaces as a clipped Gaussian field.
 
@@ -183,14 +198,22 @@ def clipped_field(
     distance, correlation, variance = _correlation(stress)
     most = stress.penetration_hardness
     if isinf(most):
-        full = float(half_variance(breaks_of(spectrum)[-1], spectrum, effective_modulus=effective_modulus))
+        full = float(
+            half_variance(breaks_of(spectrum)[-1], spectrum, effective_modulus=effective_modulus)
+        )
         most = float(nominal_pressure) + _FAR * sqrt(2 * full)
     levels, heights = _steps(nominal_pressure / most, variance / most**2)
-    return ClippedField(levels, most * heights, distance, correlation, variance, products(levels, most * heights))
+    return ClippedField(
+        levels, most * heights, distance, correlation, variance, products(levels, most * heights)
+    )
 
 
 def law_of(
-    spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float, penetration_hardness: float | None
+    spectrum: Spectrum,
+    *,
+    effective_modulus: float,
+    nominal_pressure: float,
+    penetration_hardness: float | None,
 ) -> YieldingSpectrum:
     """Return the calibrated law of the stress spectrum; parameters and errors as `clipped_field`."""
     solid = {"effective_modulus": effective_modulus, "nominal_pressure": nominal_pressure}
@@ -209,7 +232,9 @@ def _steps(share: float, variance: float) -> tuple[Array, Array]:
     points, weights = leggauss(_STEPS)
     levels = _levels_of(low + (high - low) * (1 + points) / 2, share, g)
     heights = (high - low) * weights / 2
-    return (np.append(_CERTAIN, levels), np.append(low, heights)) if low > 0.0 else (levels, heights)
+    return (
+        (np.append(_CERTAIN, levels), np.append(low, heights)) if low > 0.0 else (levels, heights)
+    )
 
 
 def _levels_of(t: Array, share: float, g: float) -> Array:
@@ -239,7 +264,11 @@ def _correlation(stress: Spectrum) -> tuple[Array, Array, float]:
     breaks = breaks_of(stress)
     edges = np.linspace(log(breaks[0] / _ROOM), log(breaks[-1] * _ROOM), _RADII + 1)
     # the mean of q²|σ_q|² over each interval of ln q: its kinks and jumps need not lie between intervals
-    cuts = np.unique(np.concatenate([edges[(edges > log(breaks[0])) & (edges < log(breaks[-1]))], np.log(breaks)]))
+    cuts = np.unique(
+        np.concatenate(
+            [edges[(edges > log(breaks[0])) & (edges < log(breaks[-1]))], np.log(breaks)]
+        )
+    )
     points, weights = _GAUSS
     half = np.diff(cuts)[:, None] / 2
     q = np.exp(cuts[:-1, None] + half * (1 + points))
@@ -247,5 +276,7 @@ def _correlation(stress: Spectrum) -> tuple[Array, Array, float]:
     width = edges[1] - edges[0]
     middle = np.exp((edges[1:] + edges[:-1]) / 2)
     mean = np.diff(np.interp(edges, cuts, rising)) / width
-    transformed = scipy.fft.fht(mean / middle, width, 0.0, bias=_BIAS)  # r g_σ, where r is 1/q in reverse order
+    transformed = scipy.fft.fht(
+        mean / middle, width, 0.0, bias=_BIAS
+    )  # r g_σ, where r is 1/q in reverse order
     return 1 / middle[::-1], transformed * middle[::-1], float(rising[-1])

@@ -157,7 +157,8 @@ class Products:
                 k * (1 + p) * edge + m**2 * rising,
                 s * joint + n * m * steep,
                 h * joint + m * (along - mean * edge),
-                k * (other_end + p * (joint + u * edge)) + m**2 * (joint + 2 * u * edge + u**2 * steep),
+                k * (other_end + p * (joint + u * edge))
+                + m**2 * (joint + 2 * u * edge + u**2 * steep),
                 s * (1 + p) * edge + n * m * rising,
                 h * (1 + p) * edge + m * (along_level - mean * other_end),
                 c * joint - n**2 * steep,
@@ -194,12 +195,20 @@ def _means(u: Array, h: Array, w: Array, g: Array) -> tuple[Array, Array, Array,
     # the exponent is (u − w)²/4(1 − p) + (u + w)²/4(1 + p): nothing cancels where p is near 1
     apart, together = (u[:, None] - w) ** 2 / 8, (u[:, None] + w) ** 2 / 8
     with np.errstate(under="ignore"):
-        pair = weight * np.exp(-apart / np.sin(inner / 2) ** 2 - together / np.cos(inner / 2) ** 2) / (2 * pi)
-        above = scipy.special.ndtr((u[:, None] - w) / np.sin(inner) - u[:, None] * np.tan(inner / 2))
+        pair = (
+            weight
+            * np.exp(-apart / np.sin(inner / 2) ** 2 - together / np.cos(inner / 2) ** 2)
+            / (2 * pi)
+        )
+        above = scipy.special.ndtr(
+            (u[:, None] - w) / np.sin(inner) - u[:, None] * np.tan(inner / 2)
+        )
         normal = np.exp(-(u**2) / 2)[:, None] / sqrt(2 * pi)
     edge = weight * normal * above
     edges = pair.sum(axis=(1, 2))
-    edges[0] = 2 * edges[1] - edges[2]  # at θ = 0 itself pairs of unlike levels, however near, add nothing
+    edges[0] = (
+        2 * edges[1] - edges[2]
+    )  # at θ = 0 itself pairs of unlike levels, however near, add nothing
     rising = np.append(0.0, np.cumsum((edges[1:] + edges[:-1]) / 2) * (pi / _ANGLES))
     alone = float(h @ scipy.special.ndtr(-u)) * float(g @ scipy.special.ndtr(-w))
     joint = alone + rising[_ANGLES // 2] - rising

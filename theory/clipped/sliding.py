@@ -13,14 +13,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, Spectrum, breaks_of, need_whole, not_negative_array, positive, real_array
+from theory.arguments import (
+    Array,
+    Spectrum,
+    breaks_of,
+    need_whole,
+    not_negative_array,
+    positive,
+    real_array,
+)
 from theory.clipped.distribution import TemperatureDistribution
 from theory.clipped.drawing import Cell, amplitudes, heights
 from theory.clipped.field import clipped_field, law_of
 from theory.clipped.temperatures import Truncated, temperature_distribution
 from theory.clipped.two_faces import LAST, Body, Pair, Way, oblique_way, pressures
 
-_WAVES = 2.0, 8.0  # longest waves along a side of the cell: few leave room for short ones, and many are slow
+_WAVES = (
+    2.0,
+    8.0,
+)  # longest waves along a side of the cell: few leave room for short ones, and many are slow
 _PIXELS = 6  # along the shortest wave
 _POSITIONS = 8
 _SMALLEST = 48  # points along a side
@@ -89,21 +100,36 @@ def sliding_temperature_distribution(  # noqa: PLR0913  (contact, two bodies, an
     """
     velocity = np.atleast_1d(np.abs(real_array("speed", speed, "m/s")))
     if not (velocity > 0.0).all():
-        raise ValueError(f"speed = {velocity.min():.6g} m/s must be positive: heat is kept over the way slid")
-    flash = np.broadcast_to(not_negative_array("flash_temperature", flash_temperature, "K"), velocity.shape)
-    for name, count, least in (("seed", seed, 0), ("fields", fields, 2), ("points", points, _SMALLEST)):
+        raise ValueError(
+            f"speed = {velocity.min():.6g} m/s must be positive: heat is kept over the way slid"
+        )
+    flash = np.broadcast_to(
+        not_negative_array("flash_temperature", flash_temperature, "K"), velocity.shape
+    )
+    for name, count, least in (
+        ("seed", seed, 0),
+        ("fields", fields, 2),
+        ("points", points, _SMALLEST),
+    ):
         need_whole(name, count, least)
     part = float(real_array("moving_roughness", moving_roughness, "1"))
     if not 0.0 <= part <= 1.0:
         raise ValueError(f"moving_roughness = {part:.6g} must lie from 0 to 1")
     distance = positive("slid_distance", slid_distance, "m")
-    moving = Body(positive("conductivity", conductivity, "W/(m K)"), positive("diffusivity", diffusivity, "m²/s"))
+    moving = Body(
+        positive("conductivity", conductivity, "W/(m K)"),
+        positive("diffusivity", diffusivity, "m²/s"),
+    )
     kappa = moving.conductivity if resting_conductivity is None else resting_conductivity
     diffusion = moving.diffusivity if resting_diffusivity is None else resting_diffusivity
     resting = Body(
-        positive("resting_conductivity", kappa, "W/(m K)"), positive("resting_diffusivity", diffusion, "m²/s")
+        positive("resting_conductivity", kappa, "W/(m K)"),
+        positive("resting_diffusivity", diffusion, "m²/s"),
     )
-    solid: dict[str, Any] = {"effective_modulus": effective_modulus, "nominal_pressure": nominal_pressure}
+    solid: dict[str, Any] = {
+        "effective_modulus": effective_modulus,
+        "nominal_pressure": nominal_pressure,
+    }
     solid["penetration_hardness"] = penetration_hardness
 
     longest, end = float(breaks_of(spectrum)[0]), float(breaks_of(spectrum)[-1])
@@ -114,10 +140,13 @@ def sliding_temperature_distribution(  # noqa: PLR0913  (contact, two bodies, an
     amplitude, wrong = amplitudes(field, cell)
     rng = np.random.default_rng(seed)
     still, riding = (
-        np.stack([heights(amplitude, rng.standard_normal((points, points))) for _ in range(fields)]) for _ in range(2)
+        np.stack([heights(amplitude, rng.standard_normal((points, points))) for _ in range(fields)])
+        for _ in range(2)
     )
     way, late = _way(distance, cell)
-    bodies = [Pair(cell, way, fields, speed=v, moving=moving, resting=resting) for v in velocity.tolist()]
+    bodies = [
+        Pair(cell, way, fields, speed=v, moving=moving, resting=resting) for v in velocity.tolist()
+    ]
     hot, pressed, numbers = [], [], []
     for k, contact in enumerate(pressures(field, still, riding, part, way)):
         surfaces = [pair.advance(contact) for pair in bodies]
@@ -134,7 +163,9 @@ def sliding_temperature_distribution(  # noqa: PLR0913  (contact, two bodies, an
     if drawn.q_max < end:
         ratio = 1 + _growth(velocity, drawn, spectrum, solid, moving)[:, None] * (ratio - 1)
     area = law_of(spectrum, **solid).contact_fraction
-    return TemperatureDistribution(flash, area, ratio, nominal_pressure * pressure, number[order], wrong, _DOUBT)
+    return TemperatureDistribution(
+        flash, area, ratio, nominal_pressure * pressure, number[order], wrong, _DOUBT
+    )
 
 
 def _way(slid_distance: float, cell: Cell) -> tuple[Way, set[int]]:
@@ -143,10 +174,14 @@ def _way(slid_distance: float, cell: Cell) -> tuple[Way, set[int]]:
     beside = min(0.25 * slid_distance, LAST / 2 * cell.length / cell.points)
     way = oblique_way(middle + beside, cell)
     first = int(np.searchsorted(np.cumsum(way.length), middle - beside))
-    return way, set(np.rint(np.linspace(first, len(way.length) - 1, _POSITIONS)).astype(int).tolist())
+    return way, set(
+        np.rint(np.linspace(first, len(way.length) - 1, _POSITIONS)).astype(int).tolist()
+    )
 
 
-def _growth(velocity: Array, drawn: Spectrum, whole: Spectrum, solid: dict[str, Any], body: Body) -> Array:
+def _growth(
+    velocity: Array, drawn: Spectrum, whole: Spectrum, solid: dict[str, Any], body: Body
+) -> Array:
     """Return the growth of T − T_flash at the hottest hundredth of frozen contacts, from the drawn waves to all."""
     heat: dict[str, Any] = {"friction_coefficient": 1.0} | body._asdict()
     above = []

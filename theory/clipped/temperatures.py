@@ -19,14 +19,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from theory.arguments import Array, Spectrum, breaks_of, need_whole, positive, real_array
 from theory.clipped.distribution import TemperatureDistribution, form_doubt
-from theory.clipped.drawing import Cell, amplitudes, draw_pressure, halved, heat_response, temperature
+from theory.clipped.drawing import (
+    Cell,
+    amplitudes,
+    draw_pressure,
+    halved,
+    heat_response,
+    temperature,
+)
 from theory.clipped.field import ClippedField, clipped_field, law_of
 from theory.flash import flash_temperature
 
 _WAVES = 4  # longest waves along a side of the cell
 _PIXELS = 4  # along the shortest wave
 _FURTHEST = 2.0  # steps of the cut-off, to twice as high a one, by which fields are continued
-_SMALLEST = 64  # points along a side: 4 q_min is the shortest wave, and 2 q_min that of the coarse fields
+_SMALLEST = (
+    64  # points along a side: 4 q_min is the shortest wave, and 2 q_min that of the coarse fields
+)
 _PER_PIECE = 32
 _SLOWEST = 1e-12  # m/s: at rest T_flash is 0, and T/T_flash that of a very slow source
 
@@ -95,10 +104,17 @@ def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of t
         up to the shortest drawn wave must lie in it too.
     """
     velocity = np.atleast_1d(np.abs(real_array("speed", speed, "m/s")))
-    for name, count, least in (("seed", seed, 0), ("fields", fields, 2), ("points", points, _SMALLEST)):
+    for name, count, least in (
+        ("seed", seed, 0),
+        ("fields", fields, 2),
+        ("points", points, _SMALLEST),
+    ):
         need_whole(name, count, least)
     way = inf if slid_distance is None else positive("slid_distance", slid_distance, "m")
-    solid: dict[str, Any] = {"effective_modulus": effective_modulus, "nominal_pressure": nominal_pressure}
+    solid: dict[str, Any] = {
+        "effective_modulus": effective_modulus,
+        "nominal_pressure": nominal_pressure,
+    }
     solid["penetration_hardness"] = penetration_hardness
     heat: dict[str, Any] = {
         "nominal_pressure": nominal_pressure,
@@ -121,7 +137,9 @@ def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of t
         cut = Truncated(spectrum, min(_shortest(cell.points, longest), end))
         distance = min(way, cell.length / 2)
         responses = [heat_response(cell, v, diffusivity, distance) for v in velocity.tolist()]
-        return _drawn(clipped_field(cut, **solid), cell, responses, noise, flash_of(law_of(cut, **solid)))
+        return _drawn(
+            clipped_field(cut, **solid), cell, responses, noise, flash_of(law_of(cut, **solid))
+        )
 
     fine = drawn(white)
     ratio = fine.ratio
@@ -129,7 +147,9 @@ def temperature_distribution(  # noqa: PLR0913  (contact, heat, and numbers of t
         ratio = continued(fine, drawn([halved(noise) for noise in white]), flash_of(stress))
     doubt = form_doubt(velocity / diffusivity * _length_of_slopes(spectrum))
     area = stress.contact_fraction
-    return TemperatureDistribution(flash, area, ratio, fine.pressure, fine.field, fine.wrong_share, doubt)
+    return TemperatureDistribution(
+        flash, area, ratio, fine.pressure, fine.field, fine.wrong_share, doubt
+    )
 
 
 def _length_of_slopes(spectrum: Spectrum) -> float:
@@ -155,12 +175,16 @@ def continued(fine: Drawn, coarse: Drawn, flash: Array) -> Array:
     from the coarse fields, with half of the waves, to the fine ones.
     """
     result = np.empty(fine.ratio.shape)
-    for n, (end, top, below) in enumerate(zip(flash, fine.flash_temperature, coarse.flash_temperature, strict=True)):
+    for n, (end, top, below) in enumerate(
+        zip(flash, fine.flash_temperature, coarse.flash_temperature, strict=True)
+    ):
         going_on = (end - top) / (top - below) if top != below else 0.0
         order, order_below = np.argsort(fine.ratio[n]), np.argsort(coarse.ratio[n])
         kelvin = top * fine.ratio[n, order]
         kelvin_below = below * np.interp(
-            _shares(fine.pressure[order]), _shares(coarse.pressure[order_below]), coarse.ratio[n, order_below]
+            _shares(fine.pressure[order]),
+            _shares(coarse.pressure[order_below]),
+            coarse.ratio[n, order_below],
         )
         result[n, order] = kelvin + min(max(going_on, 0.0), _FURTHEST) * (kelvin - kelvin_below)
     return np.asarray(result / (result @ fine.pressure / fine.pressure.sum())[:, None])
@@ -173,7 +197,11 @@ def _shares(heat: Array) -> Array:
 
 
 def _drawn(
-    field: ClippedField, cell: Cell, responses: list[NDArray[np.complex128]], white: list[Array], flash: Array
+    field: ClippedField,
+    cell: Cell,
+    responses: list[NDArray[np.complex128]],
+    white: list[Array],
+    flash: Array,
 ) -> Drawn:
     """Return the temperature at the points of contact of all fields."""
     amplitude, wrong = amplitudes(field, cell)

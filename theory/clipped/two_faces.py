@@ -28,7 +28,9 @@ from theory.arguments import Array
 from theory.clipped.drawing import Cell
 from theory.clipped.field import ClippedField
 
-_ACROSS = ((sqrt(5.0) - 1.0) / 2.0) ** 4  # dy/dx of the way: a wave meets new rows when the cell repeats
+_ACROSS = (
+    (sqrt(5.0) - 1.0) / 2.0
+) ** 4  # dy/dx of the way: a wave meets new rows when the cell repeats
 LAST = 32  # steps of one pixel at the end of the way; before, steps grow with the distance from the end
 _LEAST = 16  # steps of a way, which are shorter than a pixel if it is
 _OF_RATES = 1.25  # ln of the ratio of rates of exponentials: τ^(−1/2) then errs by 5e-4
@@ -72,13 +74,18 @@ def oblique_way(distance: float, cell: Cell) -> Way:
     return Way(np.stack([along, np.rint(_ACROSS * along)], axis=1).astype(np.intp), length)
 
 
-def pressures(field: ClippedField, resting: Array, moving: Array, part: float, way: Way) -> Iterator[Plane]:
+def pressures(
+    field: ClippedField, resting: Array, moving: Array, part: float, way: Way
+) -> Iterator[Plane]:
     """Yield the pressure over its mean at the end of each step of a way, in the frame of the body at rest.
 
     `resting` and `moving` are z₁ and z₂ of several pairs of faces, shape (pairs, points, points), as the pressure;
     `part` is f. F is applied to the rank of z in the cell, as in `draw_pressure`, so that each has the nominal load.
     """
-    still, riding = (sqrt(1 - part) * resting).astype(np.float32), (sqrt(part) * moving).astype(np.float32)
+    still, riding = (
+        (sqrt(1 - part) * resting).astype(np.float32),
+        (sqrt(part) * moving).astype(np.float32),
+    )
     size = still[0].size
     contact, last = np.empty_like(still), None
     for offset in way.offset.tolist():
@@ -109,7 +116,9 @@ class Pair:
         The half-spaces.
     """
 
-    def __init__(self, cell: Cell, way: Way, pairs: int, *, speed: float, moving: Body, resting: Body) -> None:
+    def __init__(
+        self, cell: Cell, way: Way, pairs: int, *, speed: float, moving: Body, resting: Body
+    ) -> None:
         # lengths in pixels and times of a step of one pixel: all numbers are of a size for single precision
         pixel = cell.length / cell.points
         self._wavenumbers = along, across = [q * pixel for q in cell.wavenumbers()]
@@ -136,7 +145,9 @@ class Pair:
         still, riding, shape = self._resting, self._moving, pressure.shape[1:]
         still.begin(time)
         riding.begin(time)
-        phase = (np.exp(1j * along * offset[0]) * np.exp(1j * across * offset[1])).astype(np.complex64)
+        phase = (np.exp(1j * along * offset[0]) * np.exp(1j * across * offset[1])).astype(
+            np.complex64
+        )
         known, riding_known = still.known(), riding.known() * phase
         response = still.response + riding.response
         # first as two bodies in full contact share it, then the change that makes the temperatures equal
@@ -155,7 +166,9 @@ class Pair:
         return np.asarray(scipy.fft.irfft2(surface, s=shape))
 
 
-def _equalizing(touching: NDArray[np.bool_], jump: Plane, temperature: Plane, response: Plane) -> Plane:
+def _equalizing(
+    touching: NDArray[np.bool_], jump: Plane, temperature: Plane, response: Plane
+) -> Plane:
     """Return the change of the heat that closes a jump of temperature over the contact; none enters elsewhere.
 
     Conjugate gradients, with the inverse of `response` on the whole plane. ArithmeticError if it stays open.
@@ -198,9 +211,13 @@ def _equalizing(touching: NDArray[np.bool_], jump: Plane, temperature: Plane, re
 class _HalfSpace:
     """History of the heat of one body, in its own frame."""
 
-    def __init__(self, square: Array, pairs: int, times: Array, *, conductivity: float, diffusivity: float) -> None:
+    def __init__(
+        self, square: Array, pairs: int, times: Array, *, conductivity: float, diffusivity: float
+    ) -> None:
         first = floor(log(_SLOWEST / times.sum()) / _OF_RATES)
-        rates = np.exp(_OF_RATES * np.arange(first, ceil(log(_FASTEST / times.min()) / _OF_RATES) + 1))
+        rates = np.exp(
+            _OF_RATES * np.arange(first, ceil(log(_FASTEST / times.min()) / _OF_RATES) + 1)
+        )
         weights = _OF_RATES * np.sqrt(rates / pi)
         # slower ones count as constant; their weights are a geometric series
         self._rates = np.append(0.0, rates)[:, None, None]
@@ -219,7 +236,9 @@ class _HalfSpace:
         with np.errstate(under="ignore"):
             self._fading = np.exp(-decay).astype(np.float32)
         # in what is older than the latest step, the heat of a step counts as even over it
-        self._entering = (self.unit * time / 2 * self._weights * -np.expm1(-decay) / decay).astype(np.float32)
+        self._entering = (self.unit * time / 2 * self._weights * -np.expm1(-decay) / decay).astype(
+            np.float32
+        )
         x = np.maximum(self._square * time, 1e-12)
         whole = np.sqrt(pi / x) * scipy.special.erf(np.sqrt(x))
         earlier = scipy.special.gamma(1.5) * scipy.special.gammainc(1.5, x) / x**1.5

@@ -62,7 +62,9 @@ FAST = Limit(
 )
 DISC_STATIC = UniformLimit(1.0, 8 / 3 / pi, 0.0)
 DISC_FAST = UniformLimit(2 * sqrt(2 / pi), 0.9737507822395868, -1.0)
-SQUARE_STATIC = UniformLimit(1.1221997046783603, 0.946402008818677, 0.0)  # (4/π) asinh 1, and less (4/3π)(√2 − 1)
+SQUARE_STATIC = UniformLimit(
+    1.1221997046783603, 0.946402008818677, 0.0
+)  # (4/π) asinh 1, and less (4/3π)(√2 − 1)
 SQUARE_FAST = UniformLimit(2 * sqrt(2 / pi), 4 / 3 * sqrt(2 / pi), -1.0)
 
 
@@ -89,7 +91,9 @@ def static_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
     r = np.hypot(real_array("x", x, "R"), real_array("y", y, "R"))
     outside = np.maximum(r, 1.0)
     beyond = np.sqrt((outside - 1) * (outside + 1))
-    result = np.where(r <= 1.0, pi / 8 * (2 - r**2), ((2 - outside**2) * np.arcsin(1 / outside) + beyond) / 4)
+    result = np.where(
+        r <= 1.0, pi / 8 * (2 - r**2), ((2 - outside**2) * np.arcsin(1 / outside) + beyond) / 4
+    )
     return float_if_scalar(np.where(r < _FAR, result, _far(np.maximum(r, _FAR))))
 
 
@@ -117,14 +121,19 @@ def fast_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
     half = np.sqrt(np.maximum(square, 0.0))
     hot = (square > 0.0) & (behind > -half)
     t = behind[hot] / half[hot]
-    result[hot] = half[hot] ** 1.5 * np.where(t <= 1.0, _within(np.minimum(t, 1.0)), _wake(np.maximum(t, 1.0)))
+    result[hot] = half[hot] ** 1.5 * np.where(
+        t <= 1.0, _within(np.minimum(t, 1.0)), _wake(np.maximum(t, 1.0))
+    )
     return float_if_scalar(result / sqrt(pi))
 
 
 def _within(t: Array) -> Array:
     m = (1 + t) / 2
     return np.asarray(
-        4 * sqrt(2) / 3 * ((2 * m - 1) * ellipe(m) + (1 - m) * np.where(m < 1.0, ellipk(_below_one(m)), 0))
+        4
+        * sqrt(2)
+        / 3
+        * ((2 * m - 1) * ellipe(m) + (1 - m) * np.where(m < 1.0, ellipk(_below_one(m)), 0))
     )
 
 
@@ -139,7 +148,15 @@ def _far_wake(t: Array) -> Array:
     total, term = np.zeros_like(t), pi / 2 / np.sqrt(t)
     for k in range(14):
         total += term
-        term = term * (2 * k + 0.5) * (2 * k + 1.5) / ((2 * k + 1) * (2 * k + 2)) * (k + 0.5) / (k + 2) / t**2
+        term = (
+            term
+            * (2 * k + 0.5)
+            * (2 * k + 1.5)
+            / ((2 * k + 1) * (2 * k + 2))
+            * (k + 0.5)
+            / (k + 2)
+            / t**2
+        )
     return np.asarray(total)
 
 

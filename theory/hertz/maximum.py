@@ -17,7 +17,9 @@ from theory.hertz.graded import rule, towards_zero
 from theory.hertz.limits import DISC_FAST, FAST, SQUARE_FAST
 
 _FASTEST = 1e12  # Pe: the fast limit of a maximum is reached as 1/Pe
-_Line = Callable[[float, float], float]  # δ, the distance from the trailing edge, and Pe ≥ 0 to the temperature
+_Line = Callable[
+    [float, float], float
+]  # δ, the distance from the trailing edge, and Pe ≥ 0 to the temperature
 
 
 def max_temperature(peclet: ArrayLike) -> Array | float:
@@ -74,12 +76,16 @@ def square_hottest_point(peclet: ArrayLike) -> Array | float:
     return _hottest(peclet, _square_line, SQUARE_FAST.max_temperature, SQUARE_FAST.hottest_point)[1]
 
 
-def _hottest(peclet: ArrayLike, line: _Line, fast: float, where: float) -> tuple[Array | float, Array | float]:
+def _hottest(
+    peclet: ArrayLike, line: _Line, fast: float, where: float
+) -> tuple[Array | float, Array | float]:
     number = real_array("peclet", peclet, "1")
     top, place = np.empty(number.shape), np.empty(number.shape)
     for index, value in np.ndenumerate(number):
         magnitude = abs(float(value))
-        top[index], x = _search(line, magnitude) if magnitude < _FASTEST else (fast / np.sqrt(magnitude), where)
+        top[index], x = (
+            _search(line, magnitude) if magnitude < _FASTEST else (fast / np.sqrt(magnitude), where)
+        )
         place[index] = x * (1 if value > 0.0 else -1) + 0.0
     return (float(top), float(place)) if number.ndim == 0 else (top, place)
 
@@ -88,7 +94,10 @@ def _search(line: _Line, peclet: float) -> tuple[float, float]:
     """Return the maximum and its x, by δ = e^(−s): when fast, discs and squares are hottest at δ ~ 1/Pe."""
     if peclet == 0.0:
         return line(1.0, 0.0), 0.0
-    limits = (0.0, 1.2 if line is _hertz_line else np.log(peclet + 1) + 3)  # the Hertz source: never beyond x = −0.66
+    limits = (
+        0.0,
+        1.2 if line is _hertz_line else np.log(peclet + 1) + 3,
+    )  # the Hertz source: never beyond x = −0.66
 
     def cold(s: float) -> float:
         return -line(np.exp(-s), peclet)
@@ -99,9 +108,15 @@ def _search(line: _Line, peclet: float) -> tuple[float, float]:
 
 def _hertz_line(delta: float, peclet: float) -> float:
     x = delta - 1
-    angles = rule(np.concatenate([towards_zero(0.5 / np.sqrt(peclet + 1), pi / 2), [3 * pi / 4, pi]]))
-    near = rule(towards_zero(0.5 / (peclet + 1), 0.5))  # in r/reach; r = reach(1 − w²) at the far end, where q̇ ~ w
-    along = near.joined(rule(np.array([0.0, np.sqrt(0.5)])).mapped(lambda w: 1 - w**2, lambda w: 2 * w))
+    angles = rule(
+        np.concatenate([towards_zero(0.5 / np.sqrt(peclet + 1), pi / 2), [3 * pi / 4, pi]])
+    )
+    near = rule(
+        towards_zero(0.5 / (peclet + 1), 0.5)
+    )  # in r/reach; r = reach(1 − w²) at the far end, where q̇ ~ w
+    along = near.joined(
+        rule(np.array([0.0, np.sqrt(0.5)])).mapped(lambda w: 1 - w**2, lambda w: 2 * w)
+    )
 
     def ray(angle: Array) -> Array:
         c = np.cos(angle)[:, None]
@@ -184,4 +199,7 @@ def _through(reach: Array, decay: Array) -> Array:
     """Return ∫ e^(−decay r) dr up to `reach`."""
     exponent = decay * reach
     with np.errstate(under="ignore"):
-        return np.asarray(reach * np.where(exponent > 1e-30, -np.expm1(-exponent) / np.maximum(exponent, 1e-300), 1.0))
+        return np.asarray(
+            reach
+            * np.where(exponent > 1e-30, -np.expm1(-exponent) / np.maximum(exponent, 1e-300), 1.0)
+        )

@@ -30,7 +30,9 @@ def _over_distance() -> Rule:
 
 
 _DISTANCE = _over_distance()
-_ANGLE = rule(towards_zero(1e-17, pi / 4)).joined(rule(np.linspace(pi / 4, pi, 7)))  # the corners at odd π/4
+_ANGLE = rule(towards_zero(1e-17, pi / 4)).joined(
+    rule(np.linspace(pi / 4, pi, 7))
+)  # the corners at odd π/4
 
 
 def flash_temperature(peclet: ArrayLike) -> Array | float:
@@ -53,7 +55,11 @@ def flash_temperature(peclet: ArrayLike) -> Array | float:
     theory.quadrature.QuadratureError
         If the integral does not reach its accuracy, 1e-11.
     """
-    return _as_given(*_evaluated(peclet, lambda z, r: _autocorrelation(r) * i0e(z), FAST.flash_temperature, 3 / 2 / pi))
+    return _as_given(
+        *_evaluated(
+            peclet, lambda z, r: _autocorrelation(r) * i0e(z), FAST.flash_temperature, 3 / 2 / pi
+        )
+    )
 
 
 def flash_gradient(peclet: ArrayLike) -> Array | float:
@@ -61,7 +67,9 @@ def flash_gradient(peclet: ArrayLike) -> Array | float:
 
     Parameters, errors: as `flash_temperature`.
     """
-    values, number = _evaluated(peclet, lambda z, r: _slope(r) * i1e(z), FAST.flash_gradient, 3 / 2 / pi)
+    values, number = _evaluated(
+        peclet, lambda z, r: _slope(r) * i1e(z), FAST.flash_gradient, 3 / 2 / pi
+    )
     return _as_given(values * np.sign(number), number)
 
 
@@ -70,7 +78,9 @@ def flash_laplacian(peclet: ArrayLike) -> Array | float:
 
     Parameters, errors: as `flash_temperature`.
     """
-    return _as_given(*_evaluated(peclet, lambda z, r: _laplacian(r) * i0e(z), FAST.flash_laplacian, 3 / 2 / pi))
+    return _as_given(
+        *_evaluated(peclet, lambda z, r: _laplacian(r) * i0e(z), FAST.flash_laplacian, 3 / 2 / pi)
+    )
 
 
 def flash_width(peclet: ArrayLike) -> Array | float:
@@ -103,7 +113,9 @@ def mean_temperature(peclet: ArrayLike) -> Array | float:
 
     def integrand(z: Array, r: Array) -> Array:
         m = (2 - r) / 4
-        return np.asarray(8 / 3 * r**1.5 * ((2 * m - 1) * ellipe(m) + (1 - m) * ellipk(m)) * (i0e(z) + i1e(z)))
+        return np.asarray(
+            8 / 3 * r**1.5 * ((2 * m - 1) * ellipe(m) + (1 - m) * ellipk(m)) * (i0e(z) + i1e(z))
+        )
 
     return _as_given(*_evaluated(peclet, integrand, FAST.mean_temperature, 1 / pi))
 
@@ -135,10 +147,16 @@ def square_mean_temperature(peclet: ArrayLike) -> Array | float:
         c, s = np.abs(np.cos(angle)), np.abs(np.sin(angle))
         reach = 2 / np.maximum(c, s)
         b = magnitude * np.sin(angle / 2) ** 2 * reach
-        parts = 4 * _moment(0, b) - 2 * reach * (c + s) * _moment(1, b) + reach**2 * c * s * _moment(2, b)
+        parts = (
+            4 * _moment(0, b)
+            - 2 * reach * (c + s) * _moment(1, b)
+            + reach**2 * c * s * _moment(2, b)
+        )
         return np.asarray(reach * parts)
 
-    values = _in_blocks(number, lambda magnitude: _ANGLE.integral(lambda angle: integrand(angle, magnitude)))
+    values = _in_blocks(
+        number, lambda magnitude: _ANGLE.integral(lambda angle: integrand(angle, magnitude))
+    )
     return _as_given(_with_limit(values / 4 / pi, number, SQUARE_FAST.mean_temperature), number)
 
 
@@ -168,10 +186,14 @@ def _moment(power: int, b: Array) -> Array:
 _Integrand = Callable[[Array, Array], Array]
 
 
-def _evaluated(peclet: ArrayLike, integrand: _Integrand, fast: float, factor: float) -> tuple[Array, Array]:
+def _evaluated(
+    peclet: ArrayLike, integrand: _Integrand, fast: float, factor: float
+) -> tuple[Array, Array]:
     """Return factor ∫ integrand(Pe r/2, r) dr at each |Pe|, and the checked Péclet numbers."""
     number = real_array("peclet", peclet, "1")
-    values = _in_blocks(number, lambda magnitude: _DISTANCE.integral(lambda r: integrand(magnitude * r / 2, r)))
+    values = _in_blocks(
+        number, lambda magnitude: _DISTANCE.integral(lambda r: integrand(magnitude * r / 2, r))
+    )
     return _with_limit(factor * values, number, fast), number
 
 

@@ -24,7 +24,11 @@ from roughsim.contact.solver.steps import (
 _PATIENCE = 30  # exchanges without fewer points on the wrong side
 _LEAST_SHARE = 0.02  # of the points on the wrong side, that change sides at least
 _STEPS = 300  # of conjugate gradients on one set of free points
-_ENOUGH = (1e-4, 1e-8, 1e-13)  # a step that gains less than this share of the energy gained so far ends them
+_ENOUGH = (
+    1e-4,
+    1e-8,
+    1e-13,
+)  # a step that gains less than this share of the energy gained so far ends them
 
 
 def exchange(problem: ScaledProblem, work: Workspace, now: Iterate) -> None:
@@ -64,7 +68,9 @@ def exchange(problem: ScaledProblem, work: Workspace, now: Iterate) -> None:
     work.step.fill(0.0)
 
 
-def _solve_on_free_points(problem: ScaledProblem, work: Workspace, now: Iterate, enough: float) -> None:
+def _solve_on_free_points(
+    problem: ScaledProblem, work: Workspace, now: Iterate, enough: float
+) -> None:
     """Conjugate gradients on the free points at fixed load, beyond the bounds if need be."""
     free = work.free.view(np.bool_)
     gained = 0.0
@@ -97,7 +103,9 @@ def _solve_on_free_points(problem: ScaledProblem, work: Workspace, now: Iterate,
             break
 
 
-def _change_sides(problem: ScaledProblem, now: Iterate, free: NDArray[np.bool_], share: float) -> int:
+def _change_sides(
+    problem: ScaledProblem, now: Iterate, free: NDArray[np.bool_], share: float
+) -> int:
     """Points beyond a bound go onto it; points that pull away from theirs are set free: the worst, a share of them.
 
     Return the number of points on the wrong side.

@@ -7,12 +7,18 @@ between the bounds times a factor. The caller gives the sum, so that it may be s
 from collections.abc import Callable
 from math import inf, isfinite, nan
 
-_Sums = Callable[[float], tuple[float, float]]  # from offset or shift to Σ clipped pressure, and the number of points
+_Sums = Callable[
+    [float], tuple[float, float]
+]  # from offset or shift to Σ clipped pressure, and the number of points
 # that lie between the bounds
 
 
 def find_offset(
-    sums: _Sums, bracket: Callable[[], tuple[float, float]], stiffness: float, target: float, first: tuple[float, ...]
+    sums: _Sums,
+    bracket: Callable[[], tuple[float, float]],
+    stiffness: float,
+    target: float,
+    first: tuple[float, ...],
 ) -> tuple[float, float, float]:
     """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d. Return d, the excess over the target, and the number there.
 
@@ -51,7 +57,9 @@ def find_offset(
     return offset, excess, inside
 
 
-def find_shift(sums: _Sums, target: float, accuracy: float, clipped: float, count: float) -> tuple[bool, float]:
+def find_shift(
+    sums: _Sums, target: float, accuracy: float, clipped: float, count: float
+) -> tuple[bool, float]:
     """Solve Σ clip(p + change + shift on the free points, 0, cap) = target; the sum and the number at 0 are known.
 
     Return whether a shift meets the target, to `accuracy` or as well as rounding allows, and the shift.

@@ -28,7 +28,9 @@ Made = TypeVar("Made")
 CACHED = 1 << 18  # bytes of one group of lines
 GROUP = 16  # lines in a group, at least: shorter pieces of a column are slow to write
 PADDING = 16  # complex numbers between rows of the spectrum, so that these do not all share the same part of the cache
-KEPT = 1 << 18  # points of a grid, at most, whose buffers are kept for the next solve: to make them costs as much as
+KEPT = (
+    1 << 18
+)  # points of a grid, at most, whose buffers are kept for the next solve: to make them costs as much as
 # some steps there; 20 bytes for each point and precision
 MOST_KEPT = 12  # grids in each precision, the coarse ones of a cascade among them
 _ONCE = [(0, 0)]  # the block of a stage that is not divided
@@ -41,7 +43,9 @@ class Operator:
     def __init__(self, grid: Grid, dtype: Any):
         self.dtype = np.dtype(dtype)
         self.shape = grid.shape
-        self.along, self.across = (np.square(q.ravel()).astype(self.dtype) for q in grid.wavevectors)
+        self.along, self.across = (
+            np.square(q.ravel()).astype(self.dtype) for q in grid.wavevectors
+        )
         self.factor = self.dtype.type(0.5 / grid.points)
         rows, columns = grid.shape
         half = grid.half_shape[1]
@@ -68,7 +72,12 @@ class Operator:
 
     def multiply(self, stiff: bool, source: Field, result: Field) -> None:
         """Write the product with |q|/2 if `stiff`, else with 2/|q|."""
-        self._stages((lines.ROWS, lines.COLUMNS, lines.BACK), lines.STIFFEN if stiff else lines.COMPLY, source, result)
+        self._stages(
+            (lines.ROWS, lines.COLUMNS, lines.BACK),
+            lines.STIFFEN if stiff else lines.COMPLY,
+            source,
+            result,
+        )
 
     def forward(self, field: Field) -> Field:
         """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
@@ -86,7 +95,9 @@ class Operator:
 
     def _stages(self, stages: tuple[int, ...], task: int, source: Field, result: Field) -> None:
         """Do these stages of a product, each on all of its blocks."""
-        if len(self.row_blocks) == len(self.column_blocks) == 1:  # one call: each costs more than its work
+        if (
+            len(self.row_blocks) == len(self.column_blocks) == 1
+        ):  # one call: each costs more than its work
             self.single = self.single or self._lines(self.row_blocks[0], self.column_blocks[0])
             lines.product(sum(stages), task, self.row_plans.execute, source, result, *self.single)
             return
@@ -94,7 +105,9 @@ class Operator:
 
             def work(first: int, last: int, stage: int = stage) -> None:
                 block = first, last
-                lines.product(stage, task, self.row_plans.execute, source, result, *self._lines(block, block))
+                lines.product(
+                    stage, task, self.row_plans.execute, source, result, *self._lines(block, block)
+                )
 
             run(work, self.column_blocks if stage == lines.COLUMNS else self.row_blocks)
 
@@ -117,7 +130,10 @@ class PlainOperator(Operator):
     def __init__(self, grid: Grid, dtype: Any):
         self.transform, self.half_wavenumbers = Transform(grid.shape, dtype), 0.5 * grid.wavenumbers
         self.compliance = np.divide(
-            1.0, self.half_wavenumbers, out=np.zeros(grid.half_shape), where=self.half_wavenumbers > 0.0
+            1.0,
+            self.half_wavenumbers,
+            out=np.zeros(grid.half_shape),
+            where=self.half_wavenumbers > 0.0,
         )
 
     def multiply(self, stiff: bool, source: Field, result: Field) -> None:
@@ -155,7 +171,9 @@ def kept(make: Callable[..., Made], grid: Grid, *others: Any) -> Made:
     if grid.points > KEPT:
         return make(grid, *others)
     key = grid, *others, plans.get_threads()
-    result: Made = plans.thread_cache(make.__name__, key, lambda: make(grid, *others), most=MOST_KEPT)
+    result: Made = plans.thread_cache(
+        make.__name__, key, lambda: make(grid, *others), most=MOST_KEPT
+    )
     return result
 
 
@@ -218,13 +236,19 @@ class Extension:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
         if self.bottom == 0:
             self.parents[0][...], self.parents[1][...] = free, field
-            self._stages(extension.extend, [(UP + DOWN, _ONCE)], free, field, self.parents, self.pyramid)
+            self._stages(
+                extension.extend, [(UP + DOWN, _ONCE)], free, field, self.parents, self.pyramid
+            )
             field[...] = self.parents[1]
             return
         work = free, field, self.parents, self.pyramid
-        self._stages(extension.extend, [(FIRST, self.rows), (UP + DOWN, _ONCE), (LAST, self.rows)], *work)
+        self._stages(
+            extension.extend, [(FIRST, self.rows), (UP + DOWN, _ONCE), (LAST, self.rows)], *work
+        )
 
-    def transpose(self, free: NDArray[np.int8], field: Field, step: Field, response: Field) -> tuple[float, float]:
+    def transpose(
+        self, free: NDArray[np.int8], field: Field, step: Field, response: Field
+    ) -> tuple[float, float]:
         """Gather `field` from the whole plane onto the free points, in place: the transpose of `extend`.
 
         Return the products ⟨field, response⟩ and ⟨step, response⟩ over the free points.
@@ -234,7 +258,9 @@ class Extension:
             self.parents[1][...] = field
             self._stages(extension.transpose, [(UP + DOWN, _ONCE)], *work)
             np.multiply(self.parents[1], free, out=field)
-            return float(np.sum(field * response, dtype=float)), float(np.sum(free * step * response, dtype=float))
+            return float(np.sum(field * response, dtype=float)), float(
+                np.sum(free * step * response, dtype=float)
+            )
         stages = [(FIRST, self.parent_rows), (UP + DOWN, _ONCE), (LAST, self.rows)]
         cross, own = total(self._stages(extension.transpose, stages, *work))
         return cross, own
@@ -258,21 +284,32 @@ class Extension:
             clipped = np.clip(trial, 0.0, cap)
             return float(clipped.sum()), int(np.count_nonzero((clipped == trial) & (free > 0)))
         self._stages(extension.extend, [(FIRST, self.rows), (UP, _ONCE)], *work)
-        self._stages(extension.transpose, [(FIRST, self.parent_rows), (UP + DOWN, _ONCE)], *work, load, load)
+        self._stages(
+            extension.transpose, [(FIRST, self.parent_rows), (UP + DOWN, _ONCE)], *work, load, load
+        )
         parents = self.parents[1], self.parents[2]
 
         def task(start: int, stop: int) -> tuple[float, int]:
             line = np.empty_like(self.line)
-            sums: tuple[float, int] = extension.scatter_load(start, stop, line, free, *parents, pressure, cap, change)
+            sums: tuple[float, int] = extension.scatter_load(
+                start, stop, line, free, *parents, pressure, cap, change
+            )
             return sums
 
         clipped_sum, count = total(run(task, self.rows))
         return clipped_sum, count
 
-    def _stages(self, kernel: Any, stages: list[tuple[int, list[tuple[int, int]]]], *work: Any) -> list[Any]:
+    def _stages(
+        self, kernel: Any, stages: list[tuple[int, list[tuple[int, int]]]], *work: Any
+    ) -> list[Any]:
         """Do each stage on all of its blocks; return the results of the last one."""
-        if len(self.rows) == len(self.parent_rows) == 1:  # one call: each costs more than its work on a small grid
-            together, rows = sum(stage for stage, _ in stages), (*self.rows[0], *self.parent_rows[0])
+        if (
+            len(self.rows) == len(self.parent_rows) == 1
+        ):  # one call: each costs more than its work on a small grid
+            together, rows = (
+                sum(stage for stage, _ in stages),
+                (*self.rows[0], *self.parent_rows[0]),
+            )
             return [kernel(together, rows, self.line, self.bottom, *work)]
         for stage, blocks in stages:
 

@@ -116,7 +116,11 @@ def dimensionless(
             f"{LOADS[0]:g} to {LOADS[1]:g} is in the range of double precision: check the units of the heights"
         )
     cap = hardness / pressure_unit
-    return ScaledProblem(heights, middle, unit, relief.grid, load, cap, relief.stiffness), relief, pressure_unit
+    return (
+        ScaledProblem(heights, middle, unit, relief.grid, load, cap, relief.stiffness),
+        relief,
+        pressure_unit,
+    )
 
 
 def squares(grid: Grid) -> tuple[Field, Field]:
@@ -152,7 +156,9 @@ def coarser(finest: ScaledProblem, relief: _Relief, known: int = 0) -> list[Scal
             relief.coarse[nx, ny] = truncated(relief, (nx, ny))
         grid, heights = relief.coarse[nx, ny]
         stiffness = min(finest.stiffness, 0.5 * grid.nyquist)
-        levels.append(replace(finest, heights=heights, middle=0.0, unit=1.0, grid=grid, stiffness=stiffness))
+        levels.append(
+            replace(finest, heights=heights, middle=0.0, unit=1.0, grid=grid, stiffness=stiffness)
+        )
 
 
 def truncated(relief: _Relief, shape: tuple[int, int]) -> tuple[Grid, Field]:
@@ -191,7 +197,9 @@ def _pressed_at(point: int, grid: Grid, spectrum: Field) -> float:
     def pressed(start: int, stop: int) -> float:
         rows = slice(start, stop)
         pairs = np.ascontiguousarray(spectrum[rows]).view(np.float64)
-        part: float = kernels.point_sum(pairs, along, across[rows], phases, (cosine[rows], sine[rows]))
+        part: float = kernels.point_sum(
+            pairs, along, across[rows], phases, (cosine[rows], sine[rows])
+        )
         return part
 
     parts = run(pressed, spans(*spectrum.shape))
@@ -209,7 +217,9 @@ def full_contact(problem: ScaledProblem, relief: _Relief) -> tuple[Field, Field]
     # in a buffer of its own: the spectrum may be needed after this
     along, across = squares(grid)
     operator, fluctuation = half_space(grid, np.float64), np.empty(grid.shape)
-    np.multiply(relief.spectrum, 0.5 * np.sqrt(across[:, None] + along), out=operator.complex_spectrum)
+    np.multiply(
+        relief.spectrum, 0.5 * np.sqrt(across[:, None] + along), out=operator.complex_spectrum
+    )
     operator.inverse(fluctuation)
     rounding = 1e-14 * (load + float(np.abs(fluctuation).max()))
     pressure = load + fluctuation

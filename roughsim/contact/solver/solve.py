@@ -39,7 +39,9 @@ from roughsim.grid import Field
 REACH = 0.5  # a point is free if 0 < p − REACH κ(gap − d) < cap
 _COARSE_TOLERANCE = 0.03  # tighter coarse solves do not help the next level
 PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled
-_LEAST_REACH = 1e-3  # of the active set after short steps: then points leave or join a bound nearly one by one
+_LEAST_REACH = (
+    1e-3  # of the active set after short steps: then points leave or join a bound nearly one by one
+)
 _SHORT = 0.05  # length of a step below which it counts as bad
 _BEARABLE = 3  # bad steps in a row before points are exchanged; doubled each time
 
@@ -64,7 +66,9 @@ def solve_cascade(
     finest = levels[0]
     work = 0.0
     for problem in reversed(levels[1:]):
-        coarse = solve_level(problem, start, max(_COARSE_TOLERANCE, tolerance), max_iterations, final=False)
+        coarse = solve_level(
+            problem, start, max(_COARSE_TOLERANCE, tolerance), max_iterations, final=False
+        )
         work += coarse.transforms * problem.grid.points / finest.grid.points
         start = coarse.pressure
     solution = solve_level(finest, start, tolerance, max_iterations, final=True)
@@ -172,10 +176,14 @@ def _is_final_stall(problem: ScaledProblem, now: Iterate, control: _Control, sta
     """Whether the solve has stalled for good: exchanges have been tried enough, or only rounding is left."""
     if not control.stalled:
         return False
-    return control.bearable > 8 * _BEARABLE or state.residual <= 100.0 * rounding_floor(problem, now.pressure)
+    return control.bearable > 8 * _BEARABLE or state.residual <= 100.0 * rounding_floor(
+        problem, now.pressure
+    )
 
 
-def _conjugate_length(problem: ScaledProblem, work: Workspace, now: Iterate, state: Check, control: _Control) -> Length:
+def _conjugate_length(
+    problem: ScaledProblem, work: Workspace, now: Iterate, state: Check, control: _Control
+) -> Length:
     """Propose a step of conjugate gradients on the free points and return its best length, 0 without one."""
     if not state.free or control.stalled:
         return Length(0.0, 0.0, 0.0)
@@ -186,7 +194,12 @@ def _conjugate_length(problem: ScaledProblem, work: Workspace, now: Iterate, sta
 
 
 def _check_again(
-    problem: ScaledProblem, work: Workspace, now: Iterate, state: Check, tolerance: float, reach: float
+    problem: ScaledProblem,
+    work: Workspace,
+    now: Iterate,
+    state: Check,
+    tolerance: float,
+    reach: float,
 ) -> Check:
     """Check with a better gap if rounding errors matter, and with the range of the displacement as it is now."""
     if state.residual <= tolerance:
@@ -234,10 +247,14 @@ def start_pressure(problem: ScaledProblem, work: Workspace, start: Field | None)
         columns = start.shape[1]
         position = np.arange(shape[1]) * (columns / shape[1])
         left = position.astype(np.intp)
-        blocks = [(first, last, start, left, position - left, pressure) for first, last in spans(*shape)]
+        blocks = [
+            (first, last, start, left, position - left, pressure) for first, last in spans(*shape)
+        ]
         run(interpolate, blocks)
         np.clip(pressure, 0.0, problem.cap, out=pressure)
         work.free[...] = ((pressure > 0.0) & (pressure < problem.cap)).ravel()
-    if start is None or not balance(problem, work, pressure.ravel(), 1e-12):  # no free point can take the load
+    if start is None or not balance(
+        problem, work, pressure.ravel(), 1e-12
+    ):  # no free point can take the load
         pressure.fill(problem.load)
     return pressure.ravel()

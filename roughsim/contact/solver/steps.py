@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 
 from roughsim._kernels import active_set as kernels
 from roughsim.contact.solver.load import find_offset, find_shift
-from roughsim.contact.solver.operators import Extension, Operator, kept, kept_half_space, rms_compliance
+from roughsim.contact.solver.operators import (
+    Extension,
+    Operator,
+    kept,
+    kept_half_space,
+    rms_compliance,
+)
 from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.fourier.blocks import extremes, run, spans, total
 from roughsim.grid import Field, Grid
@@ -139,7 +145,9 @@ def compute_gap(problem: ScaledProblem, work: Workspace, now: Iterate, dtype: An
     now.noise = 2.0 * float(np.finfo(dtype).eps) * _displacement_size(work, *squares)
 
 
-def _displacement_size(work: Workspace, pressure_square: float, displacement_square: float) -> float:
+def _displacement_size(
+    work: Workspace, pressure_square: float, displacement_square: float
+) -> float:
     """The size that rounding errors of S p are relative to: rms of S p, and of S times noise as large as p."""
     points = work.field.size
     spread = work.compliance * float(np.sqrt(pressure_square / points))
@@ -148,7 +156,9 @@ def _displacement_size(work: Workspace, pressure_square: float, displacement_squ
 
 def displacement_span(problem: ScaledProblem, work: Workspace, now: Iterate) -> float:
     """Return the range of the displacement."""
-    parts = work.do(kernels.extent, (problem.heights.ravel(), now.gap), problem.middle, problem.unit)
+    parts = work.do(
+        kernels.extent, (problem.heights.ravel(), now.gap), problem.middle, problem.unit
+    )
     lows, highs = zip(*parts, strict=True)
     return float(max(highs) - min(lows))
 
@@ -159,7 +169,9 @@ def mean_gap(work: Workspace, now: Iterate) -> float:
     return float(gaps / count)
 
 
-def check(problem: ScaledProblem, work: Workspace, now: Iterate, tolerance: float, reach: float) -> Check:
+def check(
+    problem: ScaledProblem, work: Workspace, now: Iterate, tolerance: float, reach: float
+) -> Check:
     """Solve for the offset, mark the free points, write gap − d there to `field`, and return the residual."""
     kappa = problem.stiffness
     unit = 1.0 / problem.load
@@ -167,7 +179,9 @@ def check(problem: ScaledProblem, work: Workspace, now: Iterate, tolerance: floa
     arrays = now.pressure, now.gap, work.free, work.field
     for solved in (False, True):
         law = now.offset, kappa, problem.cap
-        clipped, inside, square, norm, free, above = work.sums(kernels.classify, arrays, law, reach, unit, limit)
+        clipped, inside, square, norm, free, above = work.sums(
+            kernels.classify, arrays, law, reach, unit, limit
+        )
         blur = kappa * unit * now.noise * float(np.sqrt(max(free, 1) / norm))
         residual = float(np.sqrt(square / norm))
         excess = clipped - problem.target
@@ -179,7 +193,9 @@ def check(problem: ScaledProblem, work: Workspace, now: Iterate, tolerance: floa
     return Check(residual, excess, int(inside), int(free), int(above), blur)
 
 
-def solve_offset(problem: ScaledProblem, work: Workspace, now: Iterate, excess: float, inside: float) -> float:
+def solve_offset(
+    problem: ScaledProblem, work: Workspace, now: Iterate, excess: float, inside: float
+) -> float:
     """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d, from the excess at the present d; return the rest."""
     kappa = problem.stiffness
     enough = min(problem.cap, problem.load * (1.0 + 1e-12))
@@ -195,7 +211,9 @@ def solve_offset(problem: ScaledProblem, work: Workspace, now: Iterate, excess: 
         greatest = now.gap + (enough - now.pressure) / kappa
         return float(least.min()), float(greatest.max())
 
-    now.offset, excess, _ = find_offset(sums, bracket, kappa, problem.target, (now.offset, excess, inside))
+    now.offset, excess, _ = find_offset(
+        sums, bracket, kappa, problem.target, (now.offset, excess, inside)
+    )
     return excess
 
 
@@ -210,11 +228,18 @@ def precondition(problem: ScaledProblem, work: Workspace, now: Iterate) -> tuple
     work.extension.extend(free, field)
     work.operator.stiffen(field, field)
     now.transforms += work.cost
-    return work.extension.transpose(free, field, work.step.reshape(shape), work.response.reshape(shape))
+    return work.extension.transpose(
+        free, field, work.step.reshape(shape), work.response.reshape(shape)
+    )
 
 
 def propose(
-    problem: ScaledProblem, work: Workspace, now: Iterate, residual: float, alpha: float, beta: float
+    problem: ScaledProblem,
+    work: Workspace,
+    now: Iterate,
+    residual: float,
+    alpha: float,
+    beta: float,
 ) -> float | None:
     """Write the next step: β step − α field on the free points, the way to the bound elsewhere, at an unchanged load.
 
@@ -228,14 +253,21 @@ def propose(
     # the load that bounds add or take is made up for by the free points nearby: a shift of all of them would move
     # it across the cell, and long waves answer strongly. If most of the load moves there is no nearby
     if count and _NEARBY * residual < added / problem.target < 0.5:
-        fields = (load.reshape(shape), now.pressure.reshape(shape), problem.cap, work.trial.reshape(shape))
+        fields = (
+            load.reshape(shape),
+            now.pressure.reshape(shape),
+            problem.cap,
+            work.trial.reshape(shape),
+        )
         clipped, count = work.extension.gather_load(work.inner.reshape(shape), *fields)
     slope = None
 
     def shifted(shift: float) -> tuple[float, float]:
         nonlocal slope
         arrays = now.pressure, now.gap, work.free, work.trial, work.step
-        clipped, count, slope = work.sums(kernels.shifted_step, arrays, now.offset, shift, problem.cap)
+        clipped, count, slope = work.sums(
+            kernels.shifted_step, arrays, now.offset, shift, problem.cap
+        )
         return clipped, count
 
     accuracy = max(min(1e-9, 1e-3 * residual) * problem.room / problem.target, 1e-15)
@@ -245,7 +277,9 @@ def propose(
     return slope if met else None
 
 
-def best_length(problem: ScaledProblem, work: Workspace, now: Iterate, slope: float | None) -> Length:
+def best_length(
+    problem: ScaledProblem, work: Workspace, now: Iterate, slope: float | None
+) -> Length:
     """Fill the response to the step, given its slope; return the length of least energy along the step.
 
     The length is 0 if the energy does not fall: then the response is 0 too, and the next step has a new direction.
@@ -286,7 +320,9 @@ def balance(problem: ScaledProblem, work: Workspace, pressure: Field, accuracy: 
     cap = problem.cap
 
     def shifted(shift: float) -> tuple[float, float]:
-        sums: tuple[float, float] = work.sums(kernels.shifted_load, (pressure, work.free), shift, cap)
+        sums: tuple[float, float] = work.sums(
+            kernels.shifted_load, (pressure, work.free), shift, cap
+        )
         return sums
 
     met, shift = find_shift(shifted, problem.target, accuracy, *shifted(0.0))

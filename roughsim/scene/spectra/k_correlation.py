@@ -44,6 +44,8 @@ class Spectrum(Record):
         # ∫ (1 + x)^(−1−H) dx between the ends, x = (q/q_r)²
         low, high = (log1p((end / self.q_roll_off) ** 2) for end in self.breaks)
         span = high - low
-        share = exp(-self.hurst * low) * (-expm1(-self.hurst * span) / self.hurst if self.hurst else span)
+        share = exp(-self.hurst * low) * (
+            -expm1(-self.hurst * span) / self.hurst if self.hurst else span
+        )
         plateau = self.rms_height**2 / (pi * self.q_roll_off**2 * share)
         return plateau * (1.0 + (np.asarray(q) / self.q_roll_off) ** 2) ** (-1.0 - self.hurst)

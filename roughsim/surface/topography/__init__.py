@@ -7,7 +7,13 @@ extra `topography`, which also combines several scans. Its C(q) is 4π² larger 
 have ⟨h²⟩ = ∫ C d²q (see `roughsim`).
 """
 
-from roughsim.surface.topography.measured import MeasuredSpectrum, combined, levelled, map_spectrum, radial_average
+from roughsim.surface.topography.measured import (
+    MeasuredSpectrum,
+    combined,
+    levelled,
+    map_spectrum,
+    radial_average,
+)
 from roughsim.surface.topography.reading import (
     FILLS,
     Profile,

@@ -35,13 +35,17 @@ class Contents:
     """Heights as a file has them."""
 
     heights: Array  # in `unit`, undefined points NaN: a map, axis 0 is x, or a line scan
-    sizes: tuple[float, ...] | None = None  # length along each axis, in `lateral_unit`; None if the file has none
+    sizes: tuple[float, ...] | None = (
+        None  # length along each axis, in `lateral_unit`; None if the file has none
+    )
     unit: float | None = None  # of the heights, m; None if the file has none
     lateral_unit: float | None = None  # of the sizes, m
     periodic: bool = False
     reliable: float = np.inf  # wavenumber up to which the instrument resolves, rad/m
     left_out: tuple[str, ...] = ()  # of the file's numbers
-    channel: int | None = None  # index of these heights in `channels`; None of a file that has no channels
+    channel: int | None = (
+        None  # index of these heights in `channels`; None of a file that has no channels
+    )
     channels: tuple[str, ...] = ()  # names of all heights of the file
 
 
@@ -50,11 +54,15 @@ def index_of_channel(names: Sequence[str], wanted: str | int) -> int:
     if isinstance(wanted, int):
         found = [wanted - 1] if 1 <= wanted <= len(names) else []
     else:
-        found = [i for i, name in enumerate(names) if name.strip().lower() == wanted.strip().lower()]
+        found = [
+            i for i, name in enumerate(names) if name.strip().lower() == wanted.strip().lower()
+        ]
     if len(found) != 1:
         fault = "several channels of heights" if found else "no channel of heights"
         what = f"with the name {wanted[:40]!r}" if isinstance(wanted, str) else f"number {wanted}"
-        raise NoHeightsError(f"has {fault} {what}; the choice is {numbered(names)}, by name or by number")
+        raise NoHeightsError(
+            f"has {fault} {what}; the choice is {numbered(names)}, by name or by number"
+        )
     return found[0]
 
 
@@ -70,7 +78,9 @@ def length_unit(text: str, what: str) -> float | None:
     if name in ("", "1"):
         return None
     if name.lower() not in UNITS:
-        raise NoHeightsError(f"has {what} in {name[:40]!r}, which is no unit of length; save it in m, or leave it out")
+        raise NoHeightsError(
+            f"has {what} in {name[:40]!r}, which is no unit of length; save it in m, or leave it out"
+        )
     return UNITS[name.lower()]
 
 

@@ -10,10 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.surface.topography.contents import Contents, NoHeightsError, index_of_channel, numbered
+from roughsim.surface.topography.contents import (
+    Contents,
+    NoHeightsError,
+    index_of_channel,
+    numbered,
+)
 
 PICTURES = {b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF"}
-_PACKED = {b"BZh": "bzip2", b"\xfd7zXZ": "xz", b"7z\xbc\xaf": "7z", b"Rar!": "rar", b"\x28\xb5\x2f\xfd": "zstd"}
+_PACKED = {
+    b"BZh": "bzip2",
+    b"\xfd7zXZ": "xz",
+    b"7z\xbc\xaf": "7z",
+    b"Rar!": "rar",
+    b"\x28\xb5\x2f\xfd": "zstd",
+}
 _GWY = b"GWYP"
 _GWY_TITLE = re.compile(rb"/\d+/data/title\x00s([^\x00]*)\x00")  # of a channel
 _GWY_AMPERE = "'si_unit_z': {'GwySIUnit': {'unitstr': 'A'}}"
@@ -32,8 +43,12 @@ def library() -> Any:
             import SurfaceTopography  # type: ignore[import-not-found,import-untyped,unused-ignore]
     except ModuleNotFoundError as error:
         missing = error.name or "SurfaceTopography"
-        raise ImportError(f"{missing} is not installed; type: pip install 'roughsim[topography]'") from None
-    except Exception as error:  # of a library that it loads: without an MPI library, mpi4py raises a RuntimeError
+        raise ImportError(
+            f"{missing} is not installed; type: pip install 'roughsim[topography]'"
+        ) from None
+    except (
+        Exception
+    ) as error:  # of a library that it loads: without an MPI library, mpi4py raises a RuntimeError
         reason = " ".join(str(error).split())[:200]
         raise ImportError(
             f"SurfaceTopography, which reads this file, cannot be imported ({type(error).__name__}: {reason}); install "
@@ -43,7 +58,11 @@ def library() -> Any:
 
 
 def of_instrument(
-    stream: Any, check: Callable[[tuple[int, ...]], None], *, channel: str | int | None = None, text: bool = False
+    stream: Any,
+    check: Callable[[tuple[int, ...]], None],
+    *,
+    channel: str | int | None = None,
+    text: bool = False,
 ) -> Contents | None:
     """Return the heights of an open file as SurfaceTopography reads them, of a `channel` by its name or number.
 
@@ -65,17 +84,23 @@ def of_instrument(
         return None
     heights = [one for one in channels if one.is_height_channel]
     if not heights:
-        raise NoHeightsError(f"holds no channel of heights, {_with_units(channels)}; save the heights")
+        raise NoHeightsError(
+            f"holds no channel of heights, {_with_units(channels)}; save the heights"
+        )
     names = tuple(str(one.name) for one in heights)
     index = _default_index(first, heights) if channel is None else index_of_channel(names, channel)
     found = heights[index]
     check(tuple(found.nb_grid_pts) if found.dim == 2 else (found.nb_grid_pts[0],))
     if not found.is_uniform:
-        raise NoHeightsError("holds a line scan at uneven steps; put its heights on even steps first")
+        raise NoHeightsError(
+            "holds a line scan at uneven steps; put its heights on even steps first"
+        )
     return replace(_contents_of(found), channel=index, channels=names)
 
 
-def of_tiff(path: Path, check: Callable[[tuple[int, ...]], None], channel: str | int | None = None) -> Contents | None:
+def of_tiff(
+    path: Path, check: Callable[[tuple[int, ...]], None], channel: str | int | None = None
+) -> Contents | None:
     """Return the heights of a TIFF of floating-point numbers, x along a line; None without such a page.
 
     `check` refuses a shape before its heights are read. `channel` is the number of a page, or its name "page 1".
@@ -85,7 +110,9 @@ def of_tiff(path: Path, check: Callable[[tuple[int, ...]], None], channel: str |
     try:
         with tifffile.TiffFile(path) as file:
             pages = [
-                page for page in file.pages if page.dtype is not None and page.dtype.kind == "f" and page.ndim == 2
+                page
+                for page in file.pages
+                if page.dtype is not None and page.dtype.kind == "f" and page.ndim == 2
             ]
             if not pages:
                 return None
@@ -119,7 +146,9 @@ def _is_current(channel: Any) -> bool:
 
 def _with_units(channels: Sequence[Any]) -> str:
     """Return the names of channels that are no heights, with their units."""
-    few = [f"{str(one.name)[:30]!r} in {one.data_unit or one.data_kind.value}" for one in channels[:6]]
+    few = [
+        f"{str(one.name)[:30]!r} in {one.data_unit or one.data_kind.value}" for one in channels[:6]
+    ]
     return f"only {', '.join(few)}" + (" …" if len(channels) > 6 else "")
 
 
@@ -137,7 +166,9 @@ def _contents_of(channel: Any) -> Contents:
             reliable = 2 * np.pi / float(cutoff)
     heights = np.ma.filled(np.ma.asarray(found.heights(), dtype=np.float64), np.nan)
     sizes = tuple(float(size) for size in found.physical_sizes) if has_sizes else None
-    return Contents(np.ascontiguousarray(heights), sizes, unit, unit, bool(found.is_periodic), reliable)
+    return Contents(
+        np.ascontiguousarray(heights), sizes, unit, unit, bool(found.is_periodic), reliable
+    )
 
 
 def no_map(start: bytes) -> str | None:
@@ -183,10 +214,14 @@ def _about_hdf5(path: Path) -> str:
     found = []
     with h5py.File(path, "r", locking=False) as file:
         file.visititems(
-            lambda name, one: found.append(f"{name[:40]} of shape {one.shape}") if hasattr(one, "shape") else None
+            lambda name, one: (
+                found.append(f"{name[:40]} of shape {one.shape}") if hasattr(one, "shape") else None
+            )
         )
     some = ", ".join(found[:3]) + (" …" if len(found) > 3 else "")
-    return f"holds no map, {f'but {some}' if some else 'and no dataset'}; save a map of two dimensions"
+    return (
+        f"holds no map, {f'but {some}' if some else 'and no dataset'}; save a map of two dimensions"
+    )
 
 
 def _about_container(path: Path) -> str:

@@ -53,7 +53,10 @@ class Bins:
         """The rows, carried on to q_max."""
         q, psd = self.q, self.psd
         if q[-1] < self.q_max * (1 - 1e-6):
-            q, psd = np.append(q, self.q_max), np.append(psd, psd[-1] * (self.q_max / q[-1]) ** -self.exponent[-1])
+            q, psd = (
+                np.append(q, self.q_max),
+                np.append(psd, psd[-1] * (self.q_max / q[-1]) ** -self.exponent[-1]),
+            )
         return TabulatedSpectrum(q, psd)
 
     @property
@@ -64,10 +67,19 @@ class Bins:
         if missing <= 0.0:
             return first
         # 2π ∫ q C dq from q_low to q₁ = 2π C₁ q₁² (1 − (q_low/q₁)^p)/p, p = 2 − exponent, log for p = 0
-        share, power = missing / (2 * np.pi * psd * first**2), 2.0 - _lowest_exponent(self.q, self.psd)
+        share, power = (
+            missing / (2 * np.pi * psd * first**2),
+            2.0 - _lowest_exponent(self.q, self.psd),
+        )
         inner = max(1.0 - share * power, 0.0)
-        ratio = np.exp(-share) if abs(power) < 1e-9 else (inner ** (1.0 / power) if inner > 0.0 else 0.0)
-        return first * float(np.clip(ratio, 0.4, 1.0))  # a mode at 2π/L stands for no wave longer than about 2L
+        ratio = (
+            np.exp(-share)
+            if abs(power) < 1e-9
+            else (inner ** (1.0 / power) if inner > 0.0 else 0.0)
+        )
+        return first * float(
+            np.clip(ratio, 0.4, 1.0)
+        )  # a mode at 2π/L stands for no wave longer than about 2L
 
 
 def map_spectrum(heights: Array, grid: Grid, *, periodic: bool, reliable: float = np.inf) -> Bins:
@@ -87,7 +99,9 @@ def map_spectrum(heights: Array, grid: Grid, *, periodic: bool, reliable: float 
         psd += _psd_of(levelled(own) if len(parts) > 1 else own, part, weight) / len(parts)
     # modes under a window are correlated: so many of them count as one
     together = float(np.mean(weight**4) / np.mean(weight**2) ** 2)
-    return radial_average(psd, part, q_max, together=together, share=share_of_scatter(weight, parts))
+    return radial_average(
+        psd, part, q_max, together=together, share=share_of_scatter(weight, parts)
+    )
 
 
 def levelled(heights: Array, periodic: bool = False) -> Array:
@@ -156,7 +170,9 @@ def window(grid: Grid) -> Array:
     return result
 
 
-def radial_average(psd: Array, grid: Grid, q_max: float, *, together: float = 1.0, share: float = 1.0) -> Bins:
+def radial_average(
+    psd: Array, grid: Grid, q_max: float, *, together: float = 1.0, share: float = 1.0
+) -> Bins:
     """Average C(q⃗) over directions, in bins of log q.
 
     `psd` is C(q⃗), m⁴, at the modes of `grid.half_shape`, ∫ C d²q = ⟨h²⟩; the others are as for `binned`.
@@ -164,11 +180,20 @@ def radial_average(psd: Array, grid: Grid, q_max: float, *, together: float = 1.
     q, cell = grid.wavenumbers, 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
     weight = np.broadcast_to(grid.multiplicity, q.shape)
     inside = q > 0.0
-    return binned(q[inside], psd[inside], weight[inside], cell, q_max, together=together, share=share)
+    return binned(
+        q[inside], psd[inside], weight[inside], cell, q_max, together=together, share=share
+    )
 
 
 def binned(
-    q: Array, psd: Array, weight: Array, cell: float, q_max: float, *, together: float = 1.0, share: float = 1.0
+    q: Array,
+    psd: Array,
+    weight: Array,
+    cell: float,
+    q_max: float,
+    *,
+    together: float = 1.0,
+    share: float = 1.0,
 ) -> Bins:
     """Average C of modes over bins of log q.
 
@@ -200,18 +225,24 @@ def binned(
     # their bins, in log q
     low, q_max = int(np.floor(BINS_PER_DECADE * np.log10(q.min()) + 1e-9)), float(q.max())
     which = np.floor(BINS_PER_DECADE * np.log10(q) + 1e-9).astype(np.intp) - low
-    if BINS_PER_DECADE * np.log10(q_max) - low - which.max() < 0.5:  # less than half a bin: it joins the one below
+    if (
+        BINS_PER_DECADE * np.log10(q_max) - low - which.max() < 0.5
+    ):  # less than half a bin: it joins the one below
         which = np.minimum(which, which.max() - 1)
     count = np.bincount(which, weight)
     filled = count > 0
     if filled.sum() < 3:
-        raise ValueError(f"only {filled.sum()} bins of wavenumbers up to q_max = {q_max:.4g} rad/m hold modes")
+        raise ValueError(
+            f"only {filled.sum()} bins of wavenumbers up to q_max = {q_max:.4g} rad/m hold modes"
+        )
     which, count = (np.cumsum(filled) - 1)[which], count[filled]
     # the mean of each bin is made the value at its centre, by the power law of its neighbours
     centre = np.exp(np.bincount(which, weight * np.log(q)) / count)
     mean = np.bincount(which, weight * values) / count
     exponent = -np.gradient(np.log(mean), np.log(centre))
-    shape = (q / centre[which]) ** -exponent[which]  # of the power law over the bin, 1 at its centre
+    shape = (q / centre[which]) ** -exponent[
+        which
+    ]  # of the power law over the bin, 1 at its centre
     level = mean / (np.bincount(which, weight * shape) / count)
     # the modes of Gaussian heights scatter by as much as their mean, and q has the same as −q
     scatter = np.bincount(which, weight * (values / (level[which] * shape) - 1.0) ** 2) / count
@@ -287,11 +318,15 @@ def _mean_over_maps(maps: Sequence[Bins]) -> tuple[Array, Array, Array]:
     sampling = np.sqrt(np.sum(scatter**2, axis=0)) / count
     # without a map the mean is (n − own)/(n − 1); n − 1 over n of the squares of its changes add up to the variance
     with np.errstate(invalid="ignore", divide="ignore"):
-        without = np.where(count > 1, (1.0 - values) / (count - 1) * np.sqrt((count - 1) / count), 0.0)
+        without = np.where(
+            count > 1, (1.0 - values) / (count - 1) * np.sqrt((count - 1) / count), 0.0
+        )
     return q, psd, np.column_stack([sampling, *np.nan_to_num(without)])
 
 
-def _with_ends(q: Array, psd: Array, errors: Array, longest: float, q_max: float) -> MeasuredSpectrum:
+def _with_ends(
+    q: Array, psd: Array, errors: Array, longest: float, q_max: float
+) -> MeasuredSpectrum:
     """Return the table from the wavenumber `longest` to q_max, rad/m, as power laws beyond its first and last rows.
 
     A row that was added has the error of the row beside it. As they move together, the independent part of both is √2

@@ -42,7 +42,9 @@ class _Variable(NamedTuple):
         for key in ("_FillValue", "missing_value"):
             if key in self.attributes:
                 values[np.isin(raw, self.attributes[key])] = np.nan
-        scale, offset = (float(np.ravel(self.attributes.get(key, start))[0]) for key, start in _SCALES)
+        scale, offset = (
+            float(np.ravel(self.attributes.get(key, start))[0]) for key, start in _SCALES
+        )
         values = values * scale + offset
         values[~np.isfinite(values)] = np.nan
         return values
@@ -52,11 +54,16 @@ class _Variable(NamedTuple):
         text = self.attributes.get("units", self.attributes.get("unit", ""))
         if np.size(text) == 1:  # netCDF-4 stores letters such as µ in an array of one string
             text = np.ravel(text)[0]
-        return length_unit(text.decode(errors="replace") if isinstance(text, bytes) else str(text), name)
+        return length_unit(
+            text.decode(errors="replace") if isinstance(text, bytes) else str(text), name
+        )
 
 
 def of_netcdf(
-    path: Path, start: bytes, check: Callable[[tuple[int, ...]], None], channel: str | int | None = None
+    path: Path,
+    start: bytes,
+    check: Callable[[tuple[int, ...]], None],
+    channel: str | int | None = None,
 ) -> Contents | None:
     """Return the heights of a netCDF file that begins with `start`; None if it is none with axes of its own.
 
@@ -96,23 +103,41 @@ def _hdf5_variables(file: Any) -> dict[str, _Variable]:
     import h5py
 
     result = {}
-    datasets = {name: one for name, one in file.items() if isinstance(one, h5py.Dataset) and one.shape is not None}
-    points = {name: datasets[name].size for name in "xy" if name in datasets and datasets[name].ndim == 1}
+    datasets = {
+        name: one
+        for name, one in file.items()
+        if isinstance(one, h5py.Dataset) and one.shape is not None
+    }
+    points = {
+        name: datasets[name].size for name in "xy" if name in datasets and datasets[name].ndim == 1
+    }
     of_file = {key: file.attrs[key] for key in _UNIT_KEYS if key in file.attrs}
-    of_file |= {key: one[()] for key, one in datasets.items() if key in _UNIT_KEYS and one.shape == ()}
+    of_file |= {
+        key: one[()] for key, one in datasets.items() if key in _UNIT_KEYS and one.shape == ()
+    }
     for name, one in datasets.items():
         scale = one.attrs.get("CLASS") == b"DIMENSION_SCALE"
-        axes = (name,) if scale else tuple(axis[0].name.rsplit("/", 1)[-1] for axis in one.dims if len(axis))
+        axes = (
+            (name,)
+            if scale
+            else tuple(axis[0].name.rsplit("/", 1)[-1] for axis in one.dims if len(axis))
+        )
         axes = axes if len(axes) == one.ndim else _axes_of_lengths(name, one.shape, points)
-        without_values = bytes(one.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension but not")
+        without_values = bytes(one.attrs.get("NAME", b"")).startswith(
+            b"This is a netCDF dimension but not"
+        )
         if axes and not without_values:
             attributes = dict(one.attrs)
             own = {} if attributes.keys() & {*_UNIT_KEYS} else of_file
-            result[name] = _Variable(axes, one.shape, attributes | own, partial(one.__getitem__, ()))
+            result[name] = _Variable(
+                axes, one.shape, attributes | own, partial(one.__getitem__, ())
+            )
     return result
 
 
-def _axes_of_lengths(name: str, shape: tuple[int, ...], points: Mapping[str, int]) -> tuple[str, ...]:
+def _axes_of_lengths(
+    name: str, shape: tuple[int, ...], points: Mapping[str, int]
+) -> tuple[str, ...]:
     """Return the axes among x and y that have as many points as a dataset; x first if both orders fit."""
     if name in points:
         return (name,)
@@ -121,7 +146,9 @@ def _axes_of_lengths(name: str, shape: tuple[int, ...], points: Mapping[str, int
 
 
 def _heights(
-    variables: Mapping[str, _Variable], check: Callable[[tuple[int, ...]], None], channel: str | int | None
+    variables: Mapping[str, _Variable],
+    check: Callable[[tuple[int, ...]], None],
+    channel: str | int | None,
 ) -> Contents | None:
     """Return the map of the variables, or the line scan if there is no map.
 
@@ -131,7 +158,11 @@ def _heights(
         return None
     data = {name: one for name, one in variables.items() if name not in one.axes}
     for dimensions in (2, 1):
-        names = [name for name, one in data.items() if sum(points > 1 for points in one.shape) == dimensions]
+        names = [
+            name
+            for name, one in data.items()
+            if sum(points > 1 for points in one.shape) == dimensions
+        ]
         if not names:
             continue
         lengths = [name for name in names if _is_length(data[name])]
@@ -155,7 +186,10 @@ def _is_length(variable: _Variable) -> bool:
 
 
 def _with_axes(
-    name: str, variable: _Variable, variables: Mapping[str, _Variable], check: Callable[[tuple[int, ...]], None]
+    name: str,
+    variable: _Variable,
+    variables: Mapping[str, _Variable],
+    check: Callable[[tuple[int, ...]], None],
 ) -> Contents:
     """Return the heights of a variable over its axes, x first, both rising."""
     shape = tuple(n for n in variable.shape if n > 1)
@@ -175,4 +209,9 @@ def _with_axes(
     if [axis.lower() for axis in axes] == ["y", "x"]:
         heights, sizes = heights.T, sizes[::-1]
     whole = tuple(sizes) if len(sizes) == len(axes) else None
-    return Contents(np.ascontiguousarray(heights), whole, variable.unit(f"its {name}"), units[0] if units else None)
+    return Contents(
+        np.ascontiguousarray(heights),
+        whole,
+        variable.unit(f"its {name}"),
+        units[0] if units else None,
+    )

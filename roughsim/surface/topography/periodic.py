@@ -87,9 +87,13 @@ def overshoots(surface: Array, heights: Array, grid: Grid, q_max: float) -> NDAr
     """
     from scipy.ndimage import maximum_filter  # slow to import
 
-    around = 2 * ceil(grid.nyquist / q_max * (1 - 1e-9))  # points: up to half the shortest wave on both sides
+    around = 2 * ceil(
+        grid.nyquist / q_max * (1 - 1e-9)
+    )  # points: up to half the shortest wave on both sides
     highest = maximum_filter(heights, around, origin=-1, mode="wrap")
-    rows, columns = (np.arange(new) * old // new for new, old in zip(surface.shape, heights.shape, strict=True))
+    rows, columns = (
+        np.arange(new) * old // new for new, old in zip(surface.shape, heights.shape, strict=True)
+    )
     along = np.diff(heights, axis=0).ravel()
     across = np.diff(heights, axis=1).ravel()
     steps = np.abs(np.concatenate([along, across]))

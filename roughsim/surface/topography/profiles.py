@@ -33,7 +33,9 @@ def line_modes(
     window = np.ones(points)
     if not periodic:
         window = 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(points) + 0.5) / points)
-    modes = np.fft.rfft(heights * window)[1 : (points + 1) // 2]  # without q = 0 and the Nyquist wavenumber
+    modes = np.fft.rfft(heights * window)[
+        1 : (points + 1) // 2
+    ]  # without q = 0 and the Nyquist wavenumber
     k: Array = step * np.arange(1.0, modes.size + 1.0)
     inside = k <= reliable
     square = np.mean(window**2)
@@ -53,7 +55,9 @@ def of_surface(k: Array, along: Array, *, together: float = 1.0, lines: int = 1)
     wide_bin = np.floor(BINS_PER_DECADE / _WIDE * np.log10(k) + 1e-9).astype(np.intp)
     index = _WIDE * np.unique(wide_bin)
     if index.size < 3:
-        raise ValueError(f"only {index.size} bins of wavenumbers up to q_max = {q_max:.4g} rad/m hold modes")
+        raise ValueError(
+            f"only {index.size} bins of wavenumbers up to q_max = {q_max:.4g} rad/m hold modes"
+        )
     ends = np.concatenate([[0.5 * step], 10.0 ** (index[1:] / BINS_PER_DECADE), [q_max]])
     low, high, values = _with_tail(k, along)
 
@@ -88,7 +92,10 @@ def of_surface(k: Array, along: Array, *, together: float = 1.0, lines: int = 1)
         error[pool] = np.sqrt(pool.stop - pool.start) * scatter(pool) / float(variances[pool].sum())
     exponent = -np.gradient(np.log(psd), np.log(centre))
     # as long as the variance of all waves down from a length is unknown, it may come from some of them alone
-    known = next((j for j in range(1, index.size) if scatter(slice(0, j)) <= _KNOWN * variances[:j].sum()), index.size)
+    known = next(
+        (j for j in range(1, index.size) if scatter(slice(0, j)) <= _KNOWN * variances[:j].sum()),
+        index.size,
+    )
     error[:known] = np.maximum(error[:known], np.sqrt(known))
     return Bins(centre, psd, exponent, error, index, 2.0 * step * float(along.sum()), q_max)
 
@@ -153,8 +160,12 @@ def of_profile_table(k: Array, along: Array) -> tuple[Array, Array]:
             f" gives a negative C(q) at q = {q:.4g} rad/m, as its spectrum rises or scatters there; "
             "average it over wider bins, or give the line scan itself as topography"
         )
-    every_second = np.unique(np.append(np.arange(0, k.size, 2), k.size - 1))  # with both ends, the second row without
-    coarse = np.interp(k, k[every_second], _abel(k[every_second], along[every_second])[0] / psd[every_second])
+    every_second = np.unique(
+        np.append(np.arange(0, k.size, 2), k.size - 1)
+    )  # with both ends, the second row without
+    coarse = np.interp(
+        k, k[every_second], _abel(k[every_second], along[every_second])[0] / psd[every_second]
+    )
     error = np.minimum(np.hypot(coarse - 1.0, beyond / psd), 1.0)
     together = np.sum(error) ** 2 / np.sum(error**2) if error.any() else 1.0
     return psd, error * np.sqrt(together)

@@ -13,12 +13,32 @@ from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
 from roughsim.surface.power_laws import TabulatedSpectrum
 from roughsim.surface.topography.contents import Contents, NoHeightsError
-from roughsim.surface.topography.instruments import TIFF, library, no_map, of_instrument, of_tiff, unknown
-from roughsim.surface.topography.measured import Bins, MeasuredSpectrum, combined, levelled, map_spectrum, window_share
+from roughsim.surface.topography.instruments import (
+    TIFF,
+    library,
+    no_map,
+    of_instrument,
+    of_tiff,
+    unknown,
+)
+from roughsim.surface.topography.measured import (
+    Bins,
+    MeasuredSpectrum,
+    combined,
+    levelled,
+    map_spectrum,
+    window_share,
+)
 from roughsim.surface.topography.netcdf import of_netcdf
 from roughsim.surface.topography.profiles import line_modes, of_surface
 from roughsim.surface.topography.sizes import assumed, taken, with_size_and_unit
-from roughsim.surface.topography.text import decoded, heights_of, refuse_damaged, table_of, without_coordinates
+from roughsim.surface.topography.text import (
+    decoded,
+    heights_of,
+    refuse_damaged,
+    table_of,
+    without_coordinates,
+)
 from roughsim.surface.topography.texture import Texture, texture_of
 from roughsim.surface.topography.undefined import filled, without_marks
 from roughsim.untrusted import ChildEndedError, call_in_child, check_measured_file, unpacked
@@ -29,7 +49,10 @@ FILLS = ("smooth",)
 LEAST_POINTS = 8  # along each side of a map
 _LEAST_OF_LINE = 64  # of a line scan
 BYTES_PER_POINT = 64.0  # that reading a map and its C(q) take
-_LEAST_SECONDS, _BYTES_PER_SECOND = 10.0, 1e6  # of computing to read a file of so many bytes, packed
+_LEAST_SECONDS, _BYTES_PER_SECOND = (
+    10.0,
+    1e6,
+)  # of computing to read a file of so many bytes, packed
 _NUMPY = b"\x93NUMPY"
 
 
@@ -84,11 +107,16 @@ def bins_of_lines(lines: Sequence[Profile]) -> list[Bins]:
     """
     groups: dict[tuple[int, float], list[tuple[Array, Array, float]]] = {}
     for line in lines:
-        modes = line_modes(line.heights, line.length, periodic=line.periodic, reliable=line.reliable)
+        modes = line_modes(
+            line.heights, line.length, periodic=line.periodic, reliable=line.reliable
+        )
         groups.setdefault((modes[0].size, float(modes[0][0])), []).append(modes)
     return [
         of_surface(
-            group[0][0], np.mean([along for _, along, _ in group], axis=0), together=group[0][2], lines=len(group)
+            group[0][0],
+            np.mean([along for _, along, _ in group], axis=0),
+            together=group[0][2],
+            lines=len(group),
         )
         for group in groups.values()
     ]
@@ -167,7 +195,9 @@ def read_scan(
         scan = replace(scan, reliable=min(scan.reliable, cut), taken=taken(found, size, unit))
         shortest = scan.length if isinstance(scan, Profile) else min(scan.grid.lengths)
         if 2 * np.pi / shortest > cut:
-            raise NoHeightsError(f"has waves up to {shortest:.4g} m alone, all cut by topography_cut = {cut:.6g} rad/m")
+            raise NoHeightsError(
+                f"has waves up to {shortest:.4g} m alone, all cut by topography_cut = {cut:.6g} rad/m"
+            )
     except (RecordError, ImportError):
         raise
     except NoHeightsError as error:
@@ -230,7 +260,9 @@ def _of_format(file: Path, channel: str | int | None) -> Contents:
 def _of_array(file: Path) -> Contents:
     numbers = np.load(file, mmap_mode="r", allow_pickle=False)
     if numbers.dtype.kind not in "uif":
-        raise NoHeightsError(f"holds an array of dtype {numbers.dtype}; heights must be real numbers")
+        raise NoHeightsError(
+            f"holds an array of dtype {numbers.dtype}; heights must be real numbers"
+        )
     _check_points(numbers.shape)
     heights = np.array(numbers, dtype=np.float64)
     return without_coordinates(heights) if heights.ndim == 2 else Contents(heights)
@@ -259,7 +291,9 @@ def _of_text(text: str) -> Contents:
 def _check_points(shape: tuple[int, ...]) -> None:
     """Refuse other shapes than maps and line scans, and too small or large ones, before heights are read."""
     if len(shape) not in (1, 2):
-        raise NoHeightsError(f"holds numbers of shape {shape}; C(q) of a surface needs a map or a line scan")
+        raise NoHeightsError(
+            f"holds numbers of shape {shape}; C(q) of a surface needs a map or a line scan"
+        )
     least = LEAST_POINTS if len(shape) == 2 else _LEAST_OF_LINE
     if min(shape) < least:
         kind = "along each side" if len(shape) == 2 else "of a line scan"
@@ -278,10 +312,15 @@ def _square_if_exchanged(grid: Grid) -> bool:
     return bool(abs(np.log(x * ny / (y * nx))) > 0.05 and abs(np.log(y * ny / (x * nx))) < 0.01)
 
 
-def _scan_of(path: Path, found: Contents, fill: str | None) -> tuple[Topography | Profile, list[str]]:
+def _scan_of(
+    path: Path, found: Contents, fill: str | None
+) -> tuple[Topography | Profile, list[str]]:
     """Return the scan of contents in m, filled and levelled, and notes on points left out or filled."""
     heights, marks = without_marks(found.heights)
-    left_out = [*found.left_out, *(f"heights of {mark:g}, which stand for undefined points" for mark in marks)]
+    left_out = [
+        *found.left_out,
+        *(f"heights of {mark:g}, which stand for undefined points" for mark in marks),
+    ]
     notes = [f"left out: {' and '.join(left_out)}"] if left_out else []
     _check_points(heights.shape)
     sizes = _positive_sizes(found)
@@ -306,7 +345,9 @@ def _positive_sizes(found: Contents) -> tuple[float, ...]:
     """Return the sizes of contents in m; NoHeightsError unless all are positive and finite."""
     sizes = tuple(float(size) for size in found.sizes or ())
     if not all(0.0 < size < np.inf for size in sizes):
-        raise NoHeightsError(f"has sizes of {' and '.join(f'{size:.4g} m' for size in sizes)}; they must be above 0")
+        raise NoHeightsError(
+            f"has sizes of {' and '.join(f'{size:.4g} m' for size in sizes)}; they must be above 0"
+        )
     return sizes
 
 
@@ -318,4 +359,6 @@ def _refuse_undefined(path: Path, share: float, fill: str | None) -> None:
     advice = "crop it"
     if fill is None and share <= _MOST_FILLED:
         advice = 'write topography_fill = "smooth" to fill them, or crop it'
-    raise RecordError(f"{path}: {100 * share:.3g} % of its points are undefined, above {100 * most:g} %; {advice}")
+    raise RecordError(
+        f"{path}: {100 * share:.3g} % of its points are undefined, above {100 * most:g} %; {advice}"
+    )

@@ -70,9 +70,14 @@ def _on_grid(face: Topography, grid: Grid) -> Array:
     from scipy.interpolate import RectBivariateSpline  # slow to import
 
     old, new = (
-        [(np.arange(n) - 0.5 * (n - 1)) * step for n, step in zip(one.shape, one.spacing, strict=True)]
+        [
+            (np.arange(n) - 0.5 * (n - 1)) * step
+            for n, step in zip(one.shape, one.spacing, strict=True)
+        ]
         for one in (face.grid, grid)
     )
-    if all(a.size == b.size and np.allclose(a, b, rtol=1e-6) for a, b in zip(old, new, strict=True)):
+    if all(
+        a.size == b.size and np.allclose(a, b, rtol=1e-6) for a, b in zip(old, new, strict=True)
+    ):
         return face.heights
     return np.asarray(RectBivariateSpline(old[0], old[1], face.heights)(new[0], new[1]))

@@ -10,8 +10,12 @@ from roughsim.grid import Array
 from roughsim.surface.topography.contents import EVEN, UNITS, Contents, NoHeightsError, even_step
 
 _NO_UNITS = ("", "1", "-", "px", "pixel", "pixels", "raw")  # in a heading
-_UNDEFINED = frozenset(("", "bad", "na", "n/a", "null", "none", "-", "--", "---", "***"))  # in place of a number
-_DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?|[-+]?\d+(?:[eE][-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE)
+_UNDEFINED = frozenset(
+    ("", "bad", "na", "n/a", "null", "none", "-", "--", "---", "***")
+)  # in place of a number
+_DECIMAL_COMMA = re.compile(
+    r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?|[-+]?\d+(?:[eE][-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE
+)
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")
 _SAMPLE = 20  # lines that show how numbers are divided
 _BESIDE = 3  # lines beside the first that show how straight lines of heights are
@@ -30,7 +34,11 @@ class Layout(NamedTuple):
     def fields(self, line: str) -> list[str]:
         """Return the fields of a line, with decimal points."""
         fields = line.replace('"', "").strip().split(self.divider)
-        return [field.strip().replace(",", ".") for field in fields] if self.comma else [f.strip() for f in fields]
+        return (
+            [field.strip().replace(",", ".") for field in fields]
+            if self.comma
+            else [f.strip() for f in fields]
+        )
 
     def fits(self, line: str) -> bool:
         """Whether a line holds numbers alone, divided so."""
@@ -42,7 +50,9 @@ class Layout(NamedTuple):
         return bool(values) and all(number(value) for value in values)
 
 
-_LAYOUTS = [Layout(divider, comma) for divider in (";", "\t", None) for comma in (False, True)] + [Layout(",", False)]
+_LAYOUTS = [Layout(divider, comma) for divider in (";", "\t", None) for comma in (False, True)] + [
+    Layout(",", False)
+]
 
 
 class Table(NamedTuple):
@@ -69,7 +79,9 @@ def table_of(text: str) -> Table:
     """Return the numbers of a text; NoHeightsError that names the first line with anything else."""
     lines = [(k, line) for k, line in enumerate(text.splitlines(), start=1) if line.strip()]
     plain = [(k, line.split("#")[0]) for k, line in lines]
-    first = next((i for i, (_, line) in enumerate(plain) if any(one.fits(line) for one in _LAYOUTS)), None)
+    first = next(
+        (i for i, (_, line) in enumerate(plain) if any(one.fits(line) for one in _LAYOUTS)), None
+    )
     if first is None:
         raise NoHeightsError("holds no numbers; is it the right file?")
     data = [(k, line) for k, line in plain[first:] if line.strip()]
@@ -114,7 +126,11 @@ def _layout_of(lines: list[str]) -> Layout:
     fitting = [one for one in _LAYOUTS if all(one.fits(line) for line in lines)]
     if not fitting:  # a line further down is no line of numbers: it is named when it is read
         return next(one for one in _LAYOUTS if one.fits(lines[0]))
-    if Layout(None, True) in fitting and Layout(",", False) in fitting and not any(" " in s.strip() for s in lines):
+    if (
+        Layout(None, True) in fitting
+        and Layout(",", False) in fitting
+        and not any(" " in s.strip() for s in lines)
+    ):
         raise NoHeightsError(
             f"has lines like {lines[0].strip()[:40]!r}: one number with a decimal comma, or two; divide numbers by "
             "semicolons or blanks"
@@ -133,7 +149,9 @@ def heights_of(table: Table) -> Contents:
     columns = numbers.shape[1]
     left_out, units = _heading_of(table)
     if 1 in numbers.shape:
-        return Contents(numbers.ravel(), unit=units[-1] if columns == 1 else None, left_out=left_out)
+        return Contents(
+            numbers.ravel(), unit=units[-1] if columns == 1 else None, left_out=left_out
+        )
     if columns == 2:
         step = even_step(numbers[:, 0], "positions in its first column")
         heights = numbers[:, 1] if step > 0.0 else numbers[::-1, 1]
@@ -153,14 +171,33 @@ def _heading_of(table: Table) -> tuple[tuple[str, ...], list[float | None]]:
     headings = [_fields_of_heading(line.lstrip(" #"), table.layout) for line in table.header]
     headings = [fields for fields in headings if len(fields) == columns]
     rows = [table.layout.fields(line.lstrip(" #")) for line in table.header]
-    below = [[UNITS.get(field.strip(" /[]()").lower()) for field in row] for row in rows if len(row) == columns]
+    below = [
+        [UNITS.get(field.strip(" /[]()").lower()) for field in row]
+        for row in rows
+        if len(row) == columns
+    ]
     found = next((units for units in below if None not in units), None)
-    if names and (len(names) > 1 + (found is not None) or len(_fields_of_heading(names[0], table.layout)) != columns):
-        raise NoHeightsError(f"must hold numbers alone, but line 1 is {names[0].strip()[:40]!r}; remove such lines")
+    if names and (
+        len(names) > 1 + (found is not None)
+        or len(_fields_of_heading(names[0], table.layout)) != columns
+    ):
+        raise NoHeightsError(
+            f"must hold numbers alone, but line 1 is {names[0].strip()[:40]!r}; remove such lines"
+        )
     beside = [[_unit_in(field) for field in fields] for fields in headings]
-    for name in _fields_of_heading(names[0], table.layout) if names and columns <= 3 and found is None else ():
-        if "/" in name and _unit_in(name) is None and name.rpartition("/")[2].lower() not in _NO_UNITS:
-            raise NoHeightsError(f"has a unit that is not known in its heading, {name[:40]!r}; write m, mm, um or nm")
+    for name in (
+        _fields_of_heading(names[0], table.layout)
+        if names and columns <= 3 and found is None
+        else ()
+    ):
+        if (
+            "/" in name
+            and _unit_in(name) is None
+            and name.rpartition("/")[2].lower() not in _NO_UNITS
+        ):
+            raise NoHeightsError(
+                f"has a unit that is not known in its heading, {name[:40]!r}; write m, mm, um or nm"
+            )
     nothing: list[float | None] = [None] * columns
     units = found or next((units for units in beside if any(units)), nothing)
     left_out: tuple[str, ...] = ("its first line, names of columns",) if names else ()
@@ -189,13 +226,19 @@ def _listed(numbers: Array, units: list[float | None], left_out: tuple[str, ...]
         steps = np.diff(ordered)
         several = steps > 1e-6 * (ordered[-1] - ordered[0])
         if np.count_nonzero(several) < 1:
-            raise NoHeightsError(f"has three columns, x, y and height, but one {name} alone; a map has many")
-        step = even_step(ordered[np.append(True, several)], f"x, y and height in three columns, and {name}")
+            raise NoHeightsError(
+                f"has three columns, x, y and height, but one {name} alone; a map has many"
+            )
+        step = even_step(
+            ordered[np.append(True, several)], f"x, y and height in three columns, and {name}"
+        )
         places.append(np.rint((values - ordered[0]) / step).astype(np.intp))
         sizes.append(step * (np.count_nonzero(several) + 1))
     shape = int(places[0].max()) + 1, int(places[1].max()) + 1
     if shape[0] * shape[1] > 4 * len(numbers):
-        raise NoHeightsError(f"lists {len(numbers)} points of a grid of {shape}; put its heights on a grid first")
+        raise NoHeightsError(
+            f"lists {len(numbers)} points of a grid of {shape}; put its heights on a grid first"
+        )
     heights = np.full(shape, np.nan)
     if np.unique(places[0] * shape[1] + places[1]).size < len(numbers):
         raise NoHeightsError("lists a point twice; put its heights on a grid first")
@@ -213,8 +256,13 @@ def without_coordinates(numbers: Array, left_out: tuple[str, ...] = ()) -> Conte
 
     Such are the index and the header of `pandas.DataFrame.to_csv`, and coordinates.
     """
-    first = {"line": _counts(numbers[0, 1:], numbers[1:, 1:]), "column": _counts(numbers[1:, 0], numbers[1:, 1:].T)}
-    found = tuple(f"its first {name}, which counts in even steps" for name, counts in first.items() if counts)
+    first = {
+        "line": _counts(numbers[0, 1:], numbers[1:, 1:]),
+        "column": _counts(numbers[1:, 0], numbers[1:, 1:].T),
+    }
+    found = tuple(
+        f"its first {name}, which counts in even steps" for name, counts in first.items() if counts
+    )
     heights = numbers[int(first["line"]) :, int(first["column"]) :]
     return Contents(heights, left_out=left_out + found)
 
@@ -237,7 +285,11 @@ def _counts(line: Array, others: Array) -> bool:
     jumps, apart = jumps[np.isfinite(jumps)], apart[np.isfinite(apart)]
     if not (jumps.size and apart.size):
         return False
-    if bend < _STRAIGHT * rough and bend <= EVEN * abs(step) and rough > _ROUNDING * np.nanmax(np.abs(beside)):
+    if (
+        bend < _STRAIGHT * rough
+        and bend <= EVEN * abs(step)
+        and rough > _ROUNDING * np.nanmax(np.abs(beside))
+    ):
         return True
     return bool((np.diff(line) / step > 0.0).all() and apart.mean() > _JUMP * jumps.mean() > 0.0)
 
@@ -247,7 +299,9 @@ def _distance_from_straight(row: Array) -> float:
     present = np.flatnonzero(np.isfinite(row))
     if present.size < 3:
         return 0.0
-    return float(np.abs(row[present] - np.polyval(np.polyfit(present, row[present], 1), present)).max())
+    return float(
+        np.abs(row[present] - np.polyval(np.polyfit(present, row[present], 1), present)).max()
+    )
 
 
 def _number(field: str) -> float:

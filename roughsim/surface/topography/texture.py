@@ -20,7 +20,10 @@ _STRAIGHT = 1e6  # the largest ratio: straight grooves have no slope along them 
 _KURTOSIS = 6.0  # isotropic Gaussian maps with few long waves reach 5.8
 _OUTLYING = 8.0  # rms heights: Gaussian maps have no point beyond, however large they are
 _TOPS = 0.05  # share of the points that are the highest
-_SLOPE_OF_TOPS = 2 / 3, 3 / 2  # of Gaussian maps: below there are flattened tops or deep pits, above sharp summits
+_SLOPE_OF_TOPS = (
+    2 / 3,
+    3 / 2,
+)  # of Gaussian maps: below there are flattened tops or deep pits, above sharp summits
 DRAWN = "the theory and drawn surfaces are isotropic"
 _INSTEAD = "`roughsim press` computes the map itself"
 
@@ -48,7 +51,11 @@ class Texture(NamedTuple):
     def gaussian(self) -> bool:
         """Whether nothing shows that the heights are not Gaussian."""
         low, high = _SLOPE_OF_TOPS
-        return self.kurtosis <= _KURTOSIS and self.outlying == 0.0 and low <= self.slope_of_tops <= high
+        return (
+            self.kurtosis <= _KURTOSIS
+            and self.outlying == 0.0
+            and low <= self.slope_of_tops <= high
+        )
 
     @property
     def lay(self) -> float:
@@ -71,7 +78,9 @@ class Texture(NamedTuple):
 
     def extremes(self) -> str:
         """Return in words how steep the highest points are, and how many lie far out."""
-        outlying = f"; {100 * self.outlying:.2g} % of the points lie beyond {_OUTLYING:g} rms" * (self.outlying > 0.0)
+        outlying = f"; {100 * self.outlying:.2g} % of the points lie beyond {_OUTLYING:g} rms" * (
+            self.outlying > 0.0
+        )
         tops = f"the highest {100 * _TOPS:g} % of the points have {self.slope_of_tops:.2g} of the rms slope of all"
         return tops + outlying
 
@@ -175,7 +184,10 @@ def _principal_axes(xx: float, xy: float, yy: float) -> tuple[float, float]:
 def slope_of_tops(heights: Array, grid: Grid) -> float:
     """Return the rms slope of the highest points (share `_TOPS`) over the rms slope of all, by central differences."""
     inner, (dx, dy) = heights[1:-1, 1:-1], grid.spacing
-    along_x, along_y = heights[2:, 1:-1] - heights[:-2, 1:-1], heights[1:-1, 2:] - heights[1:-1, :-2]
+    along_x, along_y = (
+        heights[2:, 1:-1] - heights[:-2, 1:-1],
+        heights[1:-1, 2:] - heights[1:-1, :-2],
+    )
     squares = (along_x / dx) ** 2 + (along_y / dy) ** 2
     top = inner >= np.quantile(inner, 1.0 - _TOPS)
     return float(np.sqrt(squares[top].mean() / squares.mean()))

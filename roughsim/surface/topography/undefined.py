@@ -52,7 +52,9 @@ def _is_mark(present: Array, value: float) -> bool:
         return False
     extent, away = float(np.ptp(others)), float(np.abs(others - value).min())
     if value in MARKS:
-        return away > extent or (count > _OFTEN and count > _OFTEN * np.unique(others, return_counts=True)[1].max())
+        return away > extent or (
+            count > _OFTEN and count > _OFTEN * np.unique(others, return_counts=True)[1].max()
+        )
     return count > 1 and extent > 0.0 and away > _FAR * extent
 
 

@@ -18,7 +18,9 @@ def encoded(heights: Field, grid: Grid, ending: str) -> bytes:
     and so for tamaas. ValueError for another ending, or heights of another shape.
     """
     if ending not in ENDINGS:
-        raise ValueError(f"ending = {ending!r} is no format of a surface; use {' or '.join(ENDINGS)}")
+        raise ValueError(
+            f"ending = {ending!r} is no format of a surface; use {' or '.join(ENDINGS)}"
+        )
     data, stream = np.asarray(heights, dtype=np.float64), BytesIO()
     if data.shape != grid.shape:
         raise ValueError(f"heights has shape {data.shape}, but the grid has {grid.shape}")
