@@ -81,6 +81,14 @@ def imported(path):
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
+def test_no_folder_of_tests_shadows_a_package():
+    packages = {source.relative_to(ROOT).parts[0] for source in SOURCES}
+    folders = [ROOT / "tests", *filter(Path.is_dir, (ROOT / "tests").rglob("*"))]
+    assert not [
+        (folder, name) for folder in folders for name in packages if (folder / name).is_dir()
+    ]
+
+
 @pytest.mark.parametrize("path", SOURCES, ids=module_name)
 def test_heavy_packages_come_through_their_door(path):
     name = module_name(path)

@@ -1,4 +1,4 @@
-"""Recompute the reference numbers of tests/theory by routes of their own: python tests/reference/make_theory.py
+"""Recompute the reference numbers of tests/analytic by routes of their own: python tests/reference/make_theory.py
 
 No code of the package is used. Angular integrals and area fractions: mpmath at 40 and 60 digits, from their
 definitions. Whole cases: G in closed form for a spectrum of two powers, tanh-sinh quadrature in ln q at 30 digits.
