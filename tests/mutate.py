@@ -2,10 +2,11 @@
 
     python tests/mutate.py [--only WORD ...] [--seed S] [--each N] [--list]
 
-Each error is planted in a private copy of the sources, and the tests that run its line are run on it until one fails,
-those first that run the fewest lines. Which tests run a line is read from build/coverage, which tests/coverage.sh makes
-with `COVERAGE_FILE=build/coverage`; it is made again when a source or a test is newer. Where the process of the tests
-does not run the line (child processes, compiled kernels), the tests that run any line of the module stand in.
+Each error is planted in a private copy of the sources, and tests are run on it until one fails: those that run its
+line, the ones with the fewest lines first, then all test files of its room. Which tests run a line is read from
+build/coverage, which tests/coverage.sh makes with `COVERAGE_FILE=build/coverage`; it is made again when a source or a
+test is newer. Where the process of the tests does not run the line (child processes, compiled kernels), the tests that
+run any line of the module stand in. The test files of the room see errors in results that fixtures and caches keep.
 
 A digit grows by one, 1e-9 becomes 1e+9, + and − or * and / change places, also before =, < becomes > (or loses its =),
 == becomes !=, ** becomes *, `and` becomes `or`, `not` vanishes. What stands in EQUAL is no error: the result is the
@@ -26,6 +27,7 @@ import time
 import tokenize
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -177,6 +179,25 @@ def modules() -> list[str]:
     return sorted(path for path in paths if not path.startswith(tuple(LEFT_OUT)))
 
 
+def room_tests(file: str) -> list[str]:
+    """All test files of a module: the folder of its room, files with the name of its room, and files that name it."""
+    package, *inside = Path(file).with_suffix("").parts
+    # a folder tests/theory would shadow the package
+    room = "analytic" if package == "theory" else inside[0].strip("_")
+    module = ".".join([package, *inside])
+    return [
+        test
+        for test, text in _test_files().items()
+        if f"/{room}/" in test or test == f"tests/test_{room}.py" or module in text
+    ]
+
+
+@cache
+def _test_files() -> dict[str, str]:
+    paths = sorted((ROOT / "tests").rglob("test_*.py"))
+    return {path.relative_to(ROOT).as_posix(): path.read_text() for path in paths}
+
+
 def drawn(each: int, seed: int, only: list[str]) -> list[Mutant]:
     """A few errors of every file, of different lines, the same for the same seed."""
     result = []
@@ -215,8 +236,7 @@ class LineTests:
             found = {_test_of(context) for contexts in lines.values() for context in contexts} - {
                 ""
             }
-        steady = [test for test in found if not any(word in test for word in UNSTEADY)]
-        return sorted(steady, key=lambda test: (self._sizes[test], test))
+        return sorted(found, key=lambda test: (self._sizes[test], test))
 
 
 def _test_of(context: str) -> str:
@@ -258,7 +278,7 @@ class Copy:
         cache = f"{time.monotonic_ns()}" if "_kernels" in mutant.file else "shared"
         place.write_text(mutant.text)
         try:
-            parts = [part for part in (tests[:CLOSEST], tests[CLOSEST:]) if part]
+            parts = [tests[:CLOSEST], tests[CLOSEST:], room_tests(mutant.file)]
             failed = next((failed for part in parts if (failed := self._failed(part, cache))), None)
         finally:
             place.write_text(genuine)
@@ -270,7 +290,10 @@ class Copy:
 
     def _failed(self, tests: list[str], cache: str) -> str | None:
         """The first test that fails, "timeout" if none ends; None if all pass."""
+        if not tests:
+            return None
         words = ["-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-rfE", "--no-header"]
+        words += ["-k", f"not ({' or '.join(UNSTEADY)})"]
         environment = {
             **os.environ,
             "PYTHONPATH": str(self._root),
@@ -290,7 +313,7 @@ class Copy:
             )
         except subprocess.TimeoutExpired:
             return "timeout"  # an error that makes a solve endless is noticed
-        if done.returncode in (0, 5):  # 5: a whole file has slow tests only
+        if done.returncode in (0, 5):  # 5: slow or unsteady tests only
             return None
         lines = [
             line for line in done.stdout.splitlines() if line.startswith(("FAILED ", "ERROR "))

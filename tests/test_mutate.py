@@ -1,7 +1,7 @@
 """Errors are planted in every module of both packages, and tried on the tests that run their lines."""
 
 import pytest
-from mutate import LEFT_OUT, ROOT, LineTests, drawn, modules
+from mutate import LEFT_OUT, ROOT, LineTests, drawn, modules, room_tests
 
 # modules without a line that computes: names, doors, tables of text
 WITHOUT_FORMULAS = {
@@ -11,13 +11,15 @@ WITHOUT_FORMULAS = {
 }
 
 
+EVERY = [
+    path.relative_to(ROOT).as_posix()
+    for package in ("roughsim", "theory")
+    for path in (ROOT / package).rglob("*.py")
+]
+
+
 def test_every_module_of_both_packages_is_drawn_from_or_named():
-    every = {
-        path.relative_to(ROOT).as_posix()
-        for room in ("roughsim", "theory")
-        for path in (ROOT / room).rglob("*")
-    }
-    left_out = {name for name in every if name.endswith(".py")} - set(modules())
+    left_out = set(EVERY) - set(modules())
     assert all(
         reason and any(name.startswith(start) for name in left_out)
         for start, reason in LEFT_OUT.items()
@@ -25,6 +27,15 @@ def test_every_module_of_both_packages_is_drawn_from_or_named():
     assert all(name.startswith(tuple(LEFT_OUT)) for name in left_out)
     without = set(modules()) - {mutant.file for mutant in drawn(1, 1, [""])}
     assert {name for name in without if not name.endswith("__init__.py")} == WITHOUT_FORMULAS
+
+
+def test_room_tests_hold_each_module_and_each_file():
+    found = {module: room_tests(module) for module in EVERY}
+    assert all(tests or module.endswith("__init__.py") for module, tests in found.items())
+    # what stands at the top is of several rooms, or of the pages
+    inside = {path.relative_to(ROOT).as_posix() for path in (ROOT / "tests").glob("*/**/test_*.py")}
+    assert inside <= {test for tests in found.values() for test in tests}
+    assert "tests/estimate/test_bound.py" in found["roughsim/estimate/limit.py"]
 
 
 def test_tests_of_a_line_are_those_that_run_it_the_closest_first(tmp_path):
@@ -37,7 +48,6 @@ def test_tests_of_a_line_are_those_that_run_it_the_closest_first(tmp_path):
         "tests/test_b.py::test_with_a_fixture|setup": [
             4
         ],  # its result may serve other tests of the file
-        "tests/test_c.py::test_an_interrupt|run": [2],  # looks at the clock
     }.items():
         made.set_context(context)
         made.add_lines({str(ROOT / "theory/flash.py"): lines})
