@@ -130,9 +130,9 @@ def soon(monkeypatch):
 @pytest.fixture
 def failing(monkeypatch):
     """Contact solves that do not converge: `failing(which)` chooses them by their problem."""
-    from roughsim.ensemble import workers
+    from roughsim.ensemble import sources
 
-    genuine = workers.solve_problem
+    genuine = sources.solve_problem
 
     def solves_fail(which):
         def solve(problem, *rest):
@@ -140,7 +140,7 @@ def failing(monkeypatch):
                 raise rs.ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
             return genuine(problem, *rest)
 
-        monkeypatch.setattr(workers, "solve_problem", solve)
+        monkeypatch.setattr(sources, "solve_problem", solve)
 
     return solves_fail
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import h5py
 import numpy as np
 
-from roughsim.store.member_files import Member, Moments
+from roughsim.store.member_files import Member, StoredMoments
 
 PASSING = (
     errno.ENOLCK,
@@ -29,7 +29,7 @@ def member(index=42, *, fields=True, below=True):
 
     def moments(modes):
         numbers = {"flash_temperature": rng.random(3), "contact_fraction": rng.random(1)}
-        return Moments(numbers, np.arange(float(modes)), rng.random(modes))
+        return StoredMoments(numbers, np.arange(float(modes)), rng.random(modes))
 
     return Member(
         1,

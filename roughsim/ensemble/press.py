@@ -7,6 +7,7 @@ import hashlib
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from math import ceil, pi
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -16,13 +17,14 @@ import numpy as np
 from roughsim import prediction
 from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.run import begin, complete, shown
+from roughsim.ensemble.sources import DrawnSurfaces
 from roughsim.errors import ConvergenceError, RecordError, ResolutionError
 from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
 from roughsim.observables.directions import flash_temperature_along
 from roughsim.observables.moments import measure
 from roughsim.pipeline import Problem, Solution, solve_problem
-from roughsim.planning.realization import largest_member
+from roughsim.planning.realization import below_problem, largest_member, level_problem
 from roughsim.results.description import MAP, QUARTERS
 from roughsim.results.folder import open_run
 from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
@@ -125,14 +127,7 @@ def press(
             )
         allowed.fit(*largest_member(own, numerics), numerics.threads)
         numerics = _begin(own, home, numerics, {"of": kind, "edges": joined, "heights": digest})
-        source = MapSource(
-            kind,
-            topography,
-            tuple(cells),
-            joined,
-            loaded.sliding.direction,
-            len(numerics.levels) - 1,
-        )
+        source = partial(map_cells, kind, topography, tuple(cells), joined)
         begun.append(((own, numerics, home), source))
     with allowed, shown(progress, "pressing") as bar:
         for one, source in reversed(begun):  # the quarters first: they give the errors of the map
@@ -265,7 +260,7 @@ def _numerics(scene: Scene, grid: Grid, resolution: Resolution, edges: str) -> N
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MapSource:
+class MapCells(DrawnSurfaces):
     """Surfaces of a pressed map: each realization is one of its cells, at all levels."""
 
     kind: str  # `MAP` or `QUARTERS`
@@ -273,7 +268,7 @@ class MapSource:
     cells: tuple[Topography, ...]  # made periodic
     edges: str
     direction: float | None  # of sliding in the scene, radians
-    last: int  # level of the directions
+    last: bool  # whether it is the level of the directions
 
     def heights(self, problem: Problem) -> Array:
         """Return a cell with the waves of the level, m, on its grid."""
@@ -282,9 +277,9 @@ class MapSource:
             cell.heights, cell.grid, problem.grid.shape, float(problem.spectrum.breaks[-1])
         )
 
-    def about(self, level: int, problem: Problem, solution: Solution) -> dict[str, Any]:
+    def about(self, problem: Problem, solution: Solution) -> dict[str, Any]:
         """Return the additions of the last level: T_flash by direction, and the share of the load beside spikes."""
-        if level != self.last:
+        if not self.last:
             return {}
         lay = self.topography.texture.lay
         angles = {"along": lay, "across": (lay + 0.5 * pi) % pi}
@@ -302,6 +297,29 @@ class MapSource:
             solution.heights, cell.heights, cell.grid, float(problem.spectrum.breaks[-1])
         )
         return {DIRECTIONS: ratios, OVERSHOOT: float(pressure[beside].sum() / pressure.sum())}
+
+
+def map_cells(
+    kind: str,
+    topography: Topography,
+    cells: tuple[Topography, ...],
+    edges: str,
+    run: Run,
+    level: int,
+) -> MapCells:
+    """Return the source of a level of a map, or of its quarters."""
+    scene, numerics = run.scene, run.numerics
+    return MapCells(
+        level,
+        level_problem(scene, numerics, level),
+        below_problem(scene, numerics, level),
+        kind,
+        topography,
+        cells,
+        edges,
+        scene.sliding.direction,
+        level == len(numerics.levels) - 1,
+    )
 
 
 def over_mean(

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from roughsim import prediction
 from roughsim.ensemble.executors import Workers
-from roughsim.ensemble.tasks import Tasks, remove_unfinished
-from roughsim.ensemble.workers import Source
+from roughsim.ensemble.sources import Source
+from roughsim.ensemble.tasks import Tasks, remove_unfinished, source_of
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
 from roughsim.planning.limits import warnings_of
@@ -156,11 +156,11 @@ def complete(
     observer: Callable[[Run], None] | None = None,
     *,
     claimed_in: Path | None = None,
-    source: Source | None = None,
+    source: Callable[[Run, int], Source] = source_of,
 ) -> list[Run]:
     """Compute the missing members of runs with the same levels and seed; errors as `run`.
 
-    `claimed_in` is the folder of the claims, by default the first run. `source` replaces random surfaces.
+    `claimed_in` is the folder of the claims, by default the first run. `source` returns the source of a level.
     """
     runs = []
     with Claims(claimed_in or begun[0][2].absolute()) as claims:

@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.ensemble.executors import SUITABLE, Workers
+from roughsim.ensemble.sources import DrawnSurfaces, Slides, Source
 from roughsim.ensemble.status import expected_seconds
-from roughsim.ensemble.workers import Job, Source, store_members
+from roughsim.ensemble.workers import Job, store_members
 from roughsim.errors import RecordError, ResolutionError
 from roughsim.planning.realization import (
     below_problem,
@@ -53,20 +54,23 @@ class Assignment:
         return [path for path in paths if not path.exists()]
 
 
-def job_of(run: Run, level: int, source: Source | None = None) -> Job:
-    """Return the job of a level of a run; `source` replaces random surfaces."""
+def source_of(run: Run, level: int) -> Source:
+    """Return the source of a level of a run of drawn surfaces."""
     scene, numerics = run.scene, run.numerics
+    if level == numerics.slide:
+        return Slides(level, slide_problem(scene, numerics))
+    below = below_problem(scene, numerics, level)
+    return DrawnSurfaces(level, level_problem(scene, numerics, level), below)
+
+
+def job_of(run: Run, level: int, source: Callable[[Run, int], Source] = source_of) -> Job:
+    """Return the job of a level of a run."""
     return Job(
-        level,
-        slide_problem(scene, numerics)
-        if level == numerics.slide
-        else level_problem(scene, numerics, level),
-        below_problem(scene, numerics, level),
-        speeds=scene.speeds,
-        keep_fields=numerics.keep_fields,
-        provenance={"scene": scene.identity(), "numerics": numerics.to_dict()},
-        folder=run.folder.absolute(),  # workers may have started in another directory
-        source=source,
+        source(run, level),
+        run.scene.speeds,
+        run.numerics.keep_fields,
+        {"scene": run.scene.identity(), "numerics": run.numerics.to_dict()},
+        run.folder.absolute(),  # workers may have started in another directory
     )
 
 
@@ -77,7 +81,7 @@ class Tasks:
     runs: list[Run]
     claims: Claims  # on a member of all of the runs
     observer: Callable[[Run], None] | None = None
-    source: Source | None = None  # None: random surfaces
+    source: Callable[[Run, int], Source] = source_of  # of a level
     _fitted: frozenset[int] = frozenset()  # levels for which the workers have the memory
     _jobs: dict[tuple[Path, int], Job] = field(
         default_factory=dict

@@ -25,7 +25,7 @@ from roughsim.store.member_files import (
     KEPT_FIELDS,
     MEMBER_NAME,
     Member,
-    Moments,
+    StoredMoments,
     damaged,
     member_name,
     member_path,
@@ -199,7 +199,7 @@ class Members(dict[Key, Member]):
         moments = [self[level, i].moments if (level, i) in self else [] for i in rows.tolist()]
         found = [each[below] if len(each) > below else None for each in moments]
         wavenumber = next((one.wavenumber for one in found if one), np.empty(0))
-        nothing = Moments({}, wavenumber, np.full(wavenumber.size, np.nan))
+        nothing = StoredMoments({}, wavenumber, np.full(wavenumber.size, np.nan))
         stored = [one or nothing for one in found]
         numbers = {}
         for name, record in NUMBERS.items():

@@ -75,8 +75,8 @@ KINDS = {
 }
 
 
-class Moments(NamedTuple):
-    """Moments of one contact; temperatures with all heat in the moving body."""
+class StoredMoments(NamedTuple):
+    """StoredMoments of one contact; temperatures with all heat in the moving body."""
 
     numbers: dict[str, Array]  # (speeds,) or (1,)
     wavenumber: Array  # rad/m
@@ -92,7 +92,7 @@ class Member:
     index: int  # of the realization
     failure: str = ""  # why there are no numbers; empty for a sound member
     moments: tuple[
-        Moments, ...
+        StoredMoments, ...
     ] = ()  # of its level, and of the level below on the same surface; none of a failure
     curves: dict[str, Array] = field(
         default_factory=dict
@@ -293,7 +293,7 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
         raise ValueError("its header is none that a writer of this format makes")
     speeds = tuple(float(speed) for speed in header["speeds"])
     length_x, length_y = (float(length) for length in header["lengths"])
-    moments: tuple[Moments, ...] = ()
+    moments: tuple[StoredMoments, ...] = ()
     if not failure:
         arrays = [
             read_array(opened(name), np.float64)
@@ -318,7 +318,7 @@ def _member_of(path: Path, file: Any, fields: Iterable[str]) -> Member:
 
 def _moments(
     names: list[str], speeds: int, arrays: Sequence[Array], bins: Sequence[Array]
-) -> Iterator[Moments]:
+) -> Iterator[StoredMoments]:
     """Yield the moments of the level of a file, and of the level below it; ValueError if the sizes do not fit.
 
     `arrays` are the numbers, the wavenumbers and the spectra.
@@ -337,4 +337,4 @@ def _moments(
         own = {name: row if NUMBERS[name].per_speed else row[:1] for name, row in known.items()}
         there = ~np.isnan(spectrum)
         of_bins = Bins(*(values[k] for values in bins)) if bins else None
-        yield Moments(own, wavenumber[there], spectrum[there], of_bins)
+        yield StoredMoments(own, wavenumber[there], spectrum[there], of_bins)

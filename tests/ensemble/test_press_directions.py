@@ -324,7 +324,7 @@ def test_a_run_that_draws_from_a_map_with_spikes_does_not_know_its_error(tmp_pat
 )
 def test_forged_directions_are_refused_by_the_name_of_their_file(monkeypatch, tmp_path, forged):
     monkeypatch.setattr(
-        press_module.MapSource, "about", lambda *_: {"directions": forged, "overshoot": 0.0}
+        press_module.MapCells, "about", lambda *_: {"directions": forged, "overshoot": 0.0}
     )
     found = pressed(tmp_path / "forged", grooved(seed=2))
     with pytest.raises(

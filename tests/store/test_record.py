@@ -13,7 +13,7 @@ from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.member_files import (
     FIELDS,
     Member,
-    Moments,
+    StoredMoments,
     member_path,
     read_field,
     read_member,
@@ -52,7 +52,9 @@ KINDS = {
         member(),
         speeds=(1.0,),
         moments=(
-            Moments({"peak_volume": np.array([-0.5])}, np.arange(8.0), np.linspace(0.0, 1.0, 8)),
+            StoredMoments(
+                {"peak_volume": np.array([-0.5])}, np.arange(8.0), np.linspace(0.0, 1.0, 8)
+            ),
         ),
     ),
     "long header": replace(member(), provenance={"text": "ü" * 200_000}),
@@ -104,7 +106,7 @@ def test_a_number_of_either_level_lies_where_its_axes_say(path):
 
 def test_levels_with_wavenumbers_of_their_own_are_told_apart(path, tmp_path):
     own, below = (
-        Moments(member().numbers, np.array([1.0, 2.0, 4.0]), np.array([1.0, -0.5, 0.0])),
+        StoredMoments(member().numbers, np.array([1.0, 2.0, 4.0]), np.array([1.0, -0.5, 0.0])),
         member().moments[1],
     )
     below = below._replace(wavenumber=np.array([1.0, 3.0]), spectrum=np.array([7.0, 8.0]))
