@@ -66,8 +66,8 @@ ARITHMETIC = [
         "contact.solver.problem:full_contact",
     ),
     *(
-        "contact.solver.steps:compute_gap",
-        "contact.solver.solve:start_pressure",
+        "contact.solver.steps:Iterate.compute_gap",
+        "contact.solver.solve:begun",
         "fourier.blocks:extremes",
     ),
     *(

@@ -3,11 +3,9 @@
 import multiprocessing
 import warnings
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any
 
 from numba import njit
-
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 # sums may be reordered (so that they use vector units), but NaN and infinity keep their meaning
 REORDER = frozenset({"reassoc", "contract", "nsz"})
@@ -15,37 +13,34 @@ REORDER = frozenset({"reassoc", "contract", "nsz"})
 
 def kernel(
     fastmath: frozenset[str] = frozenset(), inline: bool = False
-) -> Callable[[Function], Function]:
+) -> Callable[[Callable[..., Any]], Any]:
     """Return the decorator that all kernels share: compiled once, cached on disk, without the GIL.
 
     The compiler builds a kernel into the kernels that call it, but not if it loads these from the disk. The last bits
     must not depend on that. So a kernel that others call keeps the order of its sums (no `fastmath`), or it is
     `inline`: then it is always built in.
     """
+    options: Any = {
+        "cache": True,
+        "nogil": True,
+        "error_model": "numpy",
+        "fastmath": set(fastmath),
+        "inline": "always" if inline else "never",
+    }
 
-    def decorate(function: Function) -> Function:
-        options: dict[str, Any] = {
-            "cache": True,
-            "nogil": True,
-            "error_model": "numpy",
-            "fastmath": set(fastmath),
-        }
-        options["inline"] = "always" if inline else "never"
+    def decorate(function: Callable[..., Any]) -> Any:
         try:
-            return cast(Function, njit(**options)(function))
-        except (
-            RuntimeError
-        ):  # neither the package's folder nor the user's cache folder can be written
-            if (
-                multiprocessing.current_process().name == "MainProcess"
-            ):  # that of a worker has warned
+            return njit(**options)(function)
+        except RuntimeError:
+            # neither the package's folder nor the user's cache folder can be written; a worker's parent has warned
+            if multiprocessing.current_process().name == "MainProcess":
                 warnings.warn(
                     "compiled code cannot be kept: each process compiles again, which takes seconds; set "
                     "NUMBA_CACHE_DIR to a folder that takes files",
                     RuntimeWarning,
                     stacklevel=1,
                 )
-            return cast(Function, njit(**options | {"cache": False})(function))
+            return njit(**options | {"cache": False})(function)
 
     return decorate
 

@@ -6,8 +6,6 @@ the sums. `cap` is the highest pressure (may be infinite); `free` is 1 on the fr
 the offset d, the stiffness κ and the cap of clip(p − κ(gap − d), 0, cap).
 """
 
-from typing import Any
-
 import numpy as np
 
 from roughsim._kernels import REORDER, kernel
@@ -16,7 +14,7 @@ _ROUNDING = 2 * float(np.finfo(np.float64).eps)
 
 
 @kernel(fastmath=REORDER)
-def subtract_heights(heights: Any, p: Any, gap: Any, middle: float, unit: float) -> Any:
+def subtract_heights(heights, p, gap, middle, unit):
     """Turn the displacement in `gap` into the gap u − (heights − middle)/unit; return Σ p² and Σ u²."""
     pressure = 0.0
     square = 0.0
@@ -29,7 +27,7 @@ def subtract_heights(heights: Any, p: Any, gap: Any, middle: float, unit: float)
 
 
 @kernel(fastmath=REORDER)
-def extent(heights: Any, gap: Any, middle: float, unit: float) -> Any:
+def extent(heights, gap, middle, unit):
     """The least and the largest displacement gap + (heights − middle)/unit."""
     low = np.inf
     high = -np.inf
@@ -41,7 +39,7 @@ def extent(heights: Any, gap: Any, middle: float, unit: float) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def contact_sum(p: Any, gap: Any) -> Any:
+def contact_sum(p, gap):
     """Σ gap over the points with p > 0, and their number."""
     total = 0.0
     count = 0
@@ -53,7 +51,7 @@ def contact_sum(p: Any, gap: Any) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def clipped_sum(p: Any, gap: Any, law: Any) -> Any:
+def clipped_sum(p, gap, law):
     """Σ clip(p − κ(gap − d), 0, cap), and how many points lie strictly between the bounds."""
     offset, stiffness, cap = law
     total = 0.0
@@ -67,9 +65,7 @@ def clipped_sum(p: Any, gap: Any, law: Any) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def classify(
-    p: Any, gap: Any, free: Any, rest: Any, law: Any, reach: float, unit: float, limit: float
-) -> Any:
+def classify(p, gap, free, rest, law, reach, unit, limit):
     """Fill the active set, and gap − d on the free points (zero elsewhere).
 
     A point is free if 0 < p − reach κ (gap − d) < cap. With x = clip(p − κ(gap − d), 0, cap) and m = p − x, return Σ x,
@@ -108,17 +104,17 @@ def classify(
 
 @kernel(fastmath=REORDER)
 def propose(
-    p: Any,
-    gap: Any,
-    free: Any,
-    z: Any,
-    step: Any,
-    change: Any,
-    load: Any,
-    inner: Any,
-    mix: Any,
-    law: Any,
-) -> Any:
+    p,
+    gap,
+    free,
+    z,
+    step,
+    change,
+    load,
+    inner,
+    mix,
+    law,
+):
     """Write the trial change: β step − α z on the free points, to the nearest bound elsewhere; `mix` holds α and β.
 
     `load` is filled with the load that the bounds add to each point, `inner` with 1 on the free points that stay
@@ -152,9 +148,7 @@ def propose(
 
 
 @kernel(fastmath=REORDER)
-def shifted_step(
-    p: Any, gap: Any, free: Any, change: Any, step: Any, offset: float, shift: float, cap: float
-) -> Any:
+def shifted_step(p, gap, free, change, step, offset, shift, cap):
     """Write the step clip(p + change + shift on the free points, 0, cap) − p.
 
     Return Σ of the clipped, how many free points stay between the bounds, and ⟨step, gap − d⟩.
@@ -175,7 +169,7 @@ def shifted_step(
 
 
 @kernel(fastmath=REORDER)
-def shifted_load(p: Any, free: Any, shift: float, cap: float) -> Any:
+def shifted_load(p, free, shift, cap):
     """Σ clip(p + shift on the free points, 0, cap), and how many free points stay between the bounds."""
     total = 0.0
     count = 0.0
@@ -189,14 +183,14 @@ def shifted_load(p: Any, free: Any, shift: float, cap: float) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def shift_free(p: Any, free: Any, shift: float, cap: float) -> None:
+def shift_free(p, free, shift, cap):
     """Add the shift to the pressure of the free points, and put all within the bounds."""
     for i in range(p.size):
         p[i] = min(max(p[i] + shift * float(free[i]), 0.0), cap)
 
 
 @kernel(fastmath=REORDER)
-def put_on_bounds(p: Any, gap: Any, free: Any, law: Any) -> None:
+def put_on_bounds(p, gap, free, law):
     """Set the pressure of the points that are not free to the bound next to p − κ(gap − d).
 
     The gap alone does not decide: on a surface that has yielded before, points at the cap just touch, gap = d.
@@ -209,7 +203,7 @@ def put_on_bounds(p: Any, gap: Any, free: Any, law: Any) -> None:
 
 
 @kernel(fastmath=REORDER)
-def gradient_step(p: Any, gap: Any, step: Any, law: Any, share: float) -> float:
+def gradient_step(p, gap, step, law, share):
     """Write step = share · clip(p − κ(gap − d)) − p and return ⟨step, gap − d⟩."""
     offset, stiffness, cap = law
     slope = 0.0
@@ -222,7 +216,7 @@ def gradient_step(p: Any, gap: Any, step: Any, law: Any, share: float) -> float:
 
 
 @kernel(fastmath=REORDER)
-def curvature(step: Any, response: Any) -> Any:
+def curvature(step, response):
     """⟨step, S·step⟩, Σ step² and Σ (S·step)²."""
     own = 0.0
     size = 0.0
@@ -235,9 +229,7 @@ def curvature(step: Any, response: Any) -> Any:
 
 
 @kernel(fastmath=REORDER)
-def advance(
-    p: Any, gap: Any, step: Any, response: Any, length: float, slack: float, law: Any
-) -> Any:
+def advance(p, gap, step, response, length, slack, law):
     """Add τ step to the pressure and τ S·step to the gap; return the sums of `clipped_sum` there.
 
     Points within the rounding of the step (a share `slack` of it) go onto the bound, and no others, since the gap does
@@ -263,7 +255,7 @@ def advance(
 
 
 @kernel()
-def to_si(p: Any, u: Any, heights: Any, units: Any, bounds: Any) -> Any:
+def to_si(p, u, heights, units, bounds):
     """Turn the pressure and the gap into Pa and a displacement in m; return the numbers of touching and yielded points.
 
     `units` are the units of pressure and gap and the middle of the heights, `bounds` the cap and the hardness, Pa.

@@ -12,8 +12,6 @@ would be optimised once more with every kernel that calls it. `line` and `double
 points for each column of the parents at level 0, and two more.
 """
 
-from typing import Any
-
 import numpy as np
 
 from roughsim._kernels import REORDER, kernel
@@ -23,16 +21,14 @@ WHOLE = 1.5  # children on which a parent has the full weight, of two
 
 
 @kernel()
-def _plane(flat: Any, levels: Any, i: int) -> Any:
+def _plane(flat, levels, i):
     """The plane of level i in a flat array."""
     start, rows, columns = levels[i]
     return flat[start : start + rows * columns].reshape(rows, columns)
 
 
 @kernel(fastmath=REORDER)
-def extend(
-    stages: int, rows: Any, _: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid: Any
-) -> None:
+def extend(stages, rows, _, bottom, free, field, parents, pyramid):
     """Extend a field from the free points, in place: push, the levels above, pull."""
     weight, value, inverse = parents
     levels, weights, inverses, values = pyramid
@@ -57,17 +53,17 @@ def extend(
 
 @kernel(fastmath=REORDER)
 def transpose(
-    stages: int,
-    rows: Any,
-    line: Any,
-    bottom: int,
-    free: Any,
-    field: Any,
-    parents: Any,
-    pyramid: Any,
-    step: Any,
-    response: Any,
-) -> Any:
+    stages,
+    rows,
+    line,
+    bottom,
+    free,
+    field,
+    parents,
+    pyramid,
+    step,
+    response,
+):
     """Gather a field onto the free points, in place, zero elsewhere: the transposes of pull, levels above, and push.
 
     Return ⟨field, response⟩ and ⟨step, response⟩ over the free points of these rows.
@@ -101,9 +97,7 @@ def transpose(
 
 
 @kernel(inline=True)
-def _push_finest(
-    start: int, stop: int, free: Any, field: Any, weight: Any, value: Any, inverse: Any
-) -> None:
+def _push_finest(start, stop, free, field, weight, value, inverse):
     """Fill the parent rows of the rows start … stop − 1 (start even): weight, mean, 1/Σ weights."""
     columns = field.shape[1]
     one, third, zero = field.dtype.type(1.0), field.dtype.type(1.0 / 3.0), field.dtype.type(0.0)
@@ -132,14 +126,14 @@ def _push_finest(
 
 @kernel(inline=True)
 def push(
-    weight: Any,
-    value: Any,
-    parent_weight: Any,
-    parent_value: Any,
-    parent_inverse: Any,
-    totals: Any,
-    sums: Any,
-) -> None:
+    weight,
+    value,
+    parent_weight,
+    parent_value,
+    parent_inverse,
+    totals,
+    sums,
+):
     """Fill the parents: weight, weighted mean, 1/Σ weights; `totals` and `sums` are buffers for one row."""
     rows, columns = weight.shape
     high, wide = rows > parent_weight.shape[0], columns > parent_weight.shape[1]
@@ -171,9 +165,7 @@ def push(
 
 
 @kernel(inline=True)
-def pull(
-    start: int, stop: int, weight: Any, parent: Any, value: Any, line: Any, doubled: Any
-) -> None:
+def pull(start, stop, weight, parent, value, line, doubled):
     """Write w v + (1 − w)·(interpolation of the parents) in the rows start … stop − 1."""
     columns, (height, width) = weight.shape[1], parent.shape
     kind, high, wide = parent.dtype.type, weight.shape[0] > height, columns > width
@@ -198,7 +190,7 @@ def pull(
 
 
 @kernel(inline=True)
-def gather(start: int, stop: int, weight: Any, source: Any, parent: Any, line: Any) -> None:
+def gather(start, stop, weight, source, parent, line):
     """Fill the parent rows start … stop − 1 with the transpose of the interpolation in `pull`."""
     (rows, columns), (height, width) = source.shape, parent.shape
     kind, high, wide = source.dtype.type, rows > height, columns > width
@@ -225,7 +217,7 @@ def gather(start: int, stop: int, weight: Any, source: Any, parent: Any, line: A
 
 
 @kernel(inline=True)
-def scatter(i: int, weight: Any, parent: Any, inverse: Any, source: Any, line: Any) -> None:
+def scatter(i, weight, parent, inverse, source, line):
     """Write w (source + share of the parent) in row i: the push transposed."""
     kind, columns, width = source.dtype.type, source.shape[1], parent.shape[1]
     k = i // 2 if source.shape[0] > parent.shape[0] else i
@@ -240,16 +232,16 @@ def scatter(i: int, weight: Any, parent: Any, inverse: Any, source: Any, line: A
 
 @kernel(fastmath=REORDER)
 def scatter_load(
-    start: int,
-    stop: int,
-    line: Any,
-    free: Any,
-    parent: Any,
-    inverse: Any,
-    p: Any,
-    cap: float,
-    change: Any,
-) -> Any:
+    start,
+    stop,
+    line,
+    free,
+    parent,
+    inverse,
+    p,
+    cap,
+    change,
+):
     """Subtract the result at the free points from their change; `line` is a buffer for one row.
 
     Return Σ clip(p + change, 0, cap) and how many free points stay between the bounds.

@@ -1,14 +1,12 @@
 """Loops that gather the modes of a grid by wavenumber."""
 
-from typing import Any
-
 from roughsim._kernels import kernel
 
 POWERS = 12  # see `observables.stress_spectrum`; a constant, so that the compiler unrolls the loop over them
 
 
 @kernel()
-def gather_power(amplitude: Any, multiplicity: Any, slot: Any, quarter: Any, sums: Any) -> None:
+def gather_power(amplitude, multiplicity, slot, quarter, sums):
     """Write Σ|amplitude|² over the four modes (±q_x, ±q_y) to `quarter`, and add each to the sum that its slot names.
 
     `amplitude` is the half spectrum of a real field, and `multiplicity` is the number of modes of each column.
@@ -30,7 +28,7 @@ def gather_power(amplitude: Any, multiplicity: Any, slot: Any, quarter: Any, sum
 
 
 @kernel()
-def moments_of_columns(table: Any, offset: Any, moments: Any) -> None:
+def moments_of_columns(table, offset, moments):
     """Add Σ table·offset^k down each column to row k of `moments`, for all powers."""
     for r in range(table.shape[0]):
         for c in range(table.shape[1]):

@@ -1,7 +1,5 @@
 """Loop over the memory of a half-space: convolutions of the heat that has entered with exponentials."""
 
-from typing import Any
-
 import numpy as np
 
 from roughsim._kernels import REORDER, kernel
@@ -12,16 +10,16 @@ _FORGOTTEN = 40.0  # decays in a step from which on the memory is empty: e^-40 =
 
 @kernel(fastmath=REORDER)
 def remember(
-    along: Any,
-    across: Any,
-    rates: Any,
-    weights: Any,
-    new: Any,
-    old: Any,
-    latest: Any,
-    memory: Any,
-    result: Any,
-) -> None:
+    along,
+    across,
+    rates,
+    weights,
+    new,
+    old,
+    latest,
+    memory,
+    result,
+):
     """Add one step to the memory, and write the temperature that it gives at the end of the next step.
 
     `along[i]` + `across[j]` is D q² Δt of each mode; the `rates` of the exponentials are in units of the step. Their

@@ -1,12 +1,10 @@
 """Loop that brings a periodic field to another grid by linear interpolation: SciPy's takes forty times as long."""
 
-from typing import Any
-
 from roughsim._kernels import kernel
 
 
 @kernel()
-def interpolate(start: int, stop: int, field: Any, left: Any, share: Any, result: Any) -> None:
+def interpolate(start, stop, field, left, share, result):
     """Fill rows start … stop − 1 of the result.
 
     Column j of the result lies between the columns `left[j]` and `left[j]` + 1 of the field, at `share[j]` of the way.

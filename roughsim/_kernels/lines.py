@@ -7,8 +7,6 @@ and `plans` are two addresses of plans for one group, there and back. A last gro
 whole, and only its own lines are used. Other loops sum over a half spectrum.
 """
 
-from typing import Any
-
 import numpy as np
 
 from roughsim._kernels import REORDER, kernel
@@ -18,66 +16,27 @@ COMPLY, STIFFEN, THERE, BACKWARD = range(4)  # operation on the columns
 
 
 @kernel()
-def product(
-    stages: int, task: int, execute: Any, source: Any, target: Any, rows: Any, columns: Any
-) -> None:
+def product(stages, task, execute, source, target, rows, columns):
     """Multiply a field by q/2 or by 2/q, or do one stage of the product on some of the lines.
 
     `stages` is a sum of `ROWS`, `COLUMNS` and `BACK`. `task` is the work on the columns: `COMPLY`, `STIFFEN`, or their
     transform `THERE` or `BACKWARD` alone. `rows` and `columns` hold the arguments of the stages.
     """
-    first, last, row_group, row_plans, row_source, row_result, spectrum = rows
-    start, stop, column_group, column_plans, whole, column_result, weights = columns
     if stages & ROWS:
-        _rows_forward(
-            execute, source, first, last, row_group, row_plans, row_source, row_result, spectrum
-        )
+        _rows_forward(execute, source, rows)
     if stages & COLUMNS:
         if task >= THERE:
-            there = task == THERE
-            _columns_alone(
-                there,
-                execute,
-                start,
-                stop,
-                column_group,
-                column_plans,
-                whole,
-                column_result,
-                weights,
-            )
+            _columns_alone(task == THERE, execute, columns)
         else:
-            stiff = task == STIFFEN
-            _columns_product(
-                stiff,
-                execute,
-                start,
-                stop,
-                column_group,
-                column_plans,
-                whole,
-                column_result,
-                weights,
-            )
+            _columns_product(task == STIFFEN, execute, columns)
     if stages & BACK:
-        _rows_backward(
-            execute, target, first, last, row_group, row_plans, row_source, row_result, spectrum
-        )
+        _rows_backward(execute, target, rows)
 
 
 @kernel(inline=True)
-def _rows_forward(
-    execute: Any,
-    field: Any,
-    start: int,
-    stop: int,
-    group: int,
-    plans: Any,
-    source: Any,
-    result: Any,
-    spectrum: Any,
-) -> None:
+def _rows_forward(execute, field, lines):
     """Transform pairs of rows to the columns of twice the half spectrum, transposed."""
+    start, stop, group, plans, source, result, spectrum = lines
     rows, columns = field.shape
     for first in range(start, stop, group):
         # two rows as the real and imaginary parts of a line; an odd last row has no partner
@@ -106,18 +65,9 @@ def _rows_forward(
 
 
 @kernel(inline=True)
-def _rows_backward(
-    execute: Any,
-    field: Any,
-    start: int,
-    stop: int,
-    group: int,
-    plans: Any,
-    source: Any,
-    result: Any,
-    spectrum: Any,
-) -> None:
+def _rows_backward(execute, field, lines):
     """Undo `_rows_forward` but for factors."""
+    start, stop, group, plans, source, result, spectrum = lines
     rows, columns = field.shape
     one, zero = field.dtype.type(1.0), field.dtype.type(0.0)
     for first in range(start, stop, group):
@@ -147,18 +97,9 @@ def _rows_backward(
 
 
 @kernel(inline=True)
-def _columns_product(
-    stiff: bool,
-    execute: Any,
-    start: int,
-    stop: int,
-    group: int,
-    plans: Any,
-    spectrum: Any,
-    result: Any,
-    weights: Any,
-) -> None:
+def _columns_product(stiff, execute, lines):
     """Transform the columns, multiply by factor · q/2 or factor · 2/q, and transform back; q² = along + across."""
+    start, stop, group, plans, spectrum, result, weights = lines
     along, across, factor = weights
     half, twice = result.dtype.type(0.5) * factor, result.dtype.type(2.0) * factor
     for first in range(start, stop, group):
@@ -181,18 +122,9 @@ def _columns_product(
 
 
 @kernel(inline=True)
-def _columns_alone(
-    there: bool,
-    execute: Any,
-    start: int,
-    stop: int,
-    group: int,
-    plans: Any,
-    spectrum: Any,
-    result: Any,
-    weights: Any,
-) -> None:
+def _columns_alone(there, execute, lines):
     """Transform the columns, in place, and multiply by the factor; or transform them back."""
+    start, stop, group, plans, spectrum, result, weights = lines
     width = 2 * weights[0].size
     for first in range(start, stop, group):
         line = spectrum.ctypes.data + first * spectrum.strides[0]
@@ -209,7 +141,7 @@ def _columns_alone(
 
 
 @kernel()
-def highest(start: int, stop: int, spectrum: Any, along: Any, across: Any, least: float) -> Any:
+def highest(start, stop, spectrum, along, across, least):
     """The greatest |f(q)|² in these rows of a half spectrum, and the greatest q² with |f(q)|² > least."""
     top, reached = 0.0, 0.0
     for k in range(start, stop):
@@ -223,7 +155,7 @@ def highest(start: int, stop: int, spectrum: Any, along: Any, across: Any, least
 
 
 @kernel(fastmath=REORDER)
-def point_sum(pairs: Any, along: Any, across: Any, phases_along: Any, phases_across: Any) -> float:
+def point_sum(pairs, along, across, phases_along, phases_across):
     """Σ |q| Re f(q) exp(iφ) over rows of a half spectrum, as pairs; each axis has cos φ and sin φ of its own."""
     cosine, sine = phases_along
     total = 0.0
@@ -238,7 +170,7 @@ def point_sum(pairs: Any, along: Any, across: Any, phases_along: Any, phases_acr
 
 
 @kernel()
-def gather(spectrum: Any, first: int, count: int, lines: Any) -> None:
+def gather(spectrum, first, count, lines):
     """Copy columns first … first + count − 1 of a half spectrum to the lines, one line each."""
     for i in range(spectrum.shape[0]):
         for k in range(count):
@@ -246,7 +178,7 @@ def gather(spectrum: Any, first: int, count: int, lines: Any) -> None:
 
 
 @kernel()
-def scatter(lines: Any, first: int, count: int, spectrum: Any) -> None:
+def scatter(lines, first, count, spectrum):
     """Copy the lines back to the columns."""
     for i in range(spectrum.shape[0]):
         for k in range(count):

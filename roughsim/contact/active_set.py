@@ -7,7 +7,7 @@ goes to dimensionless units and back, and judges the result; the algorithm is in
 """
 
 import warnings
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,8 +15,14 @@ from numpy.typing import ArrayLike
 from roughsim._kernels import is_loaded, was_compiled
 from roughsim._kernels.active_set import contact_sum, to_si
 from roughsim.contact import Contact, Solid, checked_load, need_solid
-from roughsim.contact.solver.problem import ScaledProblem, coarser, dimensionless, full_contact
-from roughsim.contact.solver.solve import Solution, solve_cascade
+from roughsim.contact.solver.problem import (
+    ScaledProblem,
+    ScaledSolution,
+    coarser,
+    dimensionless,
+    full_contact,
+)
+from roughsim.contact.solver.solve import solve_cascade
 from roughsim.contact.solver.steps import rounding_floor
 from roughsim.errors import ConvergenceError, number, real_field
 from roughsim.fourier.blocks import run, spans, total
@@ -84,13 +90,8 @@ def solve_contact(
         surface, grid, solid.effective_modulus, load, solid.penetration_hardness
     )
     # if no point lifts off, closed form; else a solve, coarse grids first
-    closed_form = full_contact(problem, relief)
-    if closed_form is not None:
-        pressure, gap = closed_form
-        residual = 0.0
-        iterations = 0
-        transforms = 2.0
-    else:
+    solution = full_contact(problem, relief)
+    if solution is None:
         levels = coarser(problem, relief, 0 if earlier is None else earlier.size)
         del relief  # its spectrum is as large as the heights
         limit = 1000 if max_iterations is None else int(max_iterations)
@@ -98,17 +99,14 @@ def solve_contact(
         solution = solve_cascade(levels, tolerance, limit, first)
         if solution.residual > tolerance:
             _warn_or_raise(solution, problem, tolerance, limit, pressure_unit)
-        pressure, gap, residual, iterations, transforms = solution
-        transforms += 1.0  # of the heights
     # back to SI, in place
+    pressure, gap, residual, iterations, transforms = solution
     fields = pressure, gap, problem.heights
     units = pressure_unit, problem.unit, problem.middle
     bounds = problem.cap, solid.penetration_hardness
 
-    def convert(first: int, last: int) -> tuple[int, int]:
-        p, u, h = (field[first:last].ravel() for field in fields)
-        counts: tuple[int, int] = to_si(p, u, h, units, bounds)
-        return counts
+    def convert(first: int, last: int) -> Any:
+        return to_si(*(field[first:last].ravel() for field in fields), units, bounds)
 
     touching, yielded = total(run(convert, spans(*grid.shape)))
     kind = np.float32 if precision == "single" else np.float64
@@ -119,7 +117,7 @@ def solve_contact(
         plastic_fraction=float(yielded / grid.points),
         residual=residual,
         iterations=iterations,
-        transforms=transforms,
+        transforms=transforms + 1.0,  # of the heights
         grid=grid,
         solid=solid,
     )
@@ -149,12 +147,15 @@ def _start_pressure(start: Contact) -> Field:
 
 
 def _warn_or_raise(
-    solution: Solution, problem: ScaledProblem, tolerance: float, limit: int, pressure_unit: float
+    solution: ScaledSolution,
+    problem: ScaledProblem,
+    tolerance: float,
+    limit: int,
+    pressure_unit: float,
 ) -> None:
     """Warn if rounding ended the solve; raise ConvergenceError if anything else did."""
-    residual = solution.residual
-    iterations = solution.iterations
-    if residual <= 100.0 * rounding_floor(problem, solution.pressure.ravel()):
+    pressure, _, residual, iterations, _ = solution
+    if residual <= 100.0 * rounding_floor(problem, pressure):
         warnings.warn(
             f"tolerance = {tolerance:.3g} lies below the rounding floor of these heights and this load: the solve "
             f"stopped at residual {residual:.3g}; choose a tolerance above it",
@@ -168,5 +169,5 @@ def _warn_or_raise(
         f"{tolerance:.3g}; raise max_iterations or tolerance, or refine the grid",
         residual,
         iterations,
-        solution.pressure * pressure_unit,
+        pressure * pressure_unit,
     )

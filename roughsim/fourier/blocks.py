@@ -25,9 +25,7 @@ def run(task: Callable[..., Any], blocks: list[Any]) -> list[Any]:
     if threads == 1 or len(blocks) == 1:
         return [task(*block) for block in blocks]
     # a pool of each Python thread: a task that shares out work of its own never waits for itself
-    pool: ThreadPoolExecutor = thread_cache(
-        "pool", threads, lambda: ThreadPoolExecutor(threads), most=1
-    )
+    pool = thread_cache("pool", threads, lambda: ThreadPoolExecutor(threads), most=1)
     futures = [pool.submit(task, *block) for block in blocks]
     wait(futures)
     return [future.result() for future in futures]
@@ -35,16 +33,13 @@ def run(task: Callable[..., Any], blocks: list[Any]) -> list[Any]:
 
 def total(parts: list[Any]) -> Any:
     """Sum tuples of partial sums, in the order of the blocks."""
-    return (
-        parts[0]
-        if len(parts) == 1
-        else tuple(reduce(add, column) for column in zip(*parts, strict=True))
-    )
+    if len(parts) == 1:
+        return parts[0]
+    return tuple(reduce(add, column) for column in zip(*parts, strict=True))
 
 
 def extremes(field: NDArray[Any]) -> tuple[float, float]:
     """Return the least and the greatest value of a plane."""
-    lows, highs = zip(
-        *run(lambda a, b: (field[a:b].min(), field[a:b].max()), spans(*field.shape)), strict=True
-    )
+    parts = run(lambda a, b: (field[a:b].min(), field[a:b].max()), spans(*field.shape))
+    lows, highs = zip(*parts, strict=True)
     return float(min(lows)), float(max(highs))

@@ -14,7 +14,7 @@ import warnings
 import weakref
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy
@@ -28,6 +28,7 @@ except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do witho
         "pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2
     )
 
+Made = TypeVar("Made")
 ALIGNMENT = 64  # bytes, of memory passed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache
 _ESTIMATE = 1 << 6 | 1 << 0  # FFTW_ESTIMATE, FFTW_DESTROY_INPUT
@@ -168,9 +169,9 @@ def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
     return result
 
 
-def thread_cache(kind: str, key: Any, make: Callable[[], Any], *, most: int) -> Any:
+def thread_cache(kind: str, key: Any, make: Callable[[], Made], *, most: int) -> Made:
     """Return the entry of this Python thread under a key, or make it; the latest `most` of each kind are kept."""
-    cache = state.__dict__.setdefault(kind, {})
+    cache: dict[Any, Made] = state.__dict__.setdefault(kind, {})
     if key not in cache:
         if len(cache) >= most:
             with planning:  # dropping the object destroys its plan
@@ -239,12 +240,9 @@ def transform(
     """Return a `Transform` that belongs to this Python thread; its buffers are large, so few are kept."""
     key = shape, np.dtype(dtype).char, get_threads()
     most = 4 if axes == (0, 1) else 2
-
-    def make() -> Transform:
-        return Transform(shape, dtype, axes=axes)
-
-    result: Transform = thread_cache(f"transforms over {axes}", key, make, most=most)
-    return result
+    return thread_cache(
+        f"transforms over {axes}", key, lambda: Transform(shape, dtype, axes=axes), most=most
+    )
 
 
 class LinePlans:
@@ -321,10 +319,8 @@ class Lines:
 
 def lines(count: int, points: int, dtype: DTypeLike) -> Lines:
     """Return `Lines` that belong to this Python thread; their buffers are small and kept for the next call."""
-    result: Lines = thread_cache(
-        "lines", (count, points, dtype), lambda: Lines(count, points, dtype), most=64
-    )
-    return result
+    key = count, points, dtype
+    return thread_cache("lines", key, lambda: Lines(*key), most=64)
 
 
 def forward(field: NDArray[Any]) -> NDArray[Any]:

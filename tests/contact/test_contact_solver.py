@@ -18,16 +18,7 @@ from roughsim.contact.solver import solve
 from roughsim.contact.solver.exchange import exchange
 from roughsim.contact.solver.operators import MOST_KEPT, kept_half_space
 from roughsim.contact.solver.problem import ScaledProblem
-from roughsim.contact.solver.steps import (
-    Check,
-    Iterate,
-    balance,
-    check,
-    compute_gap,
-    displacement_span,
-    mean_gap,
-    workspace_of,
-)
+from roughsim.contact.solver.steps import Check, Iterate, workspace_of
 
 
 def rough(points=64, *, slope=0.5, seed=0, per_wave=4):
@@ -188,9 +179,7 @@ def test_an_interrupt_ends_the_solve_soon_and_leaves_it_usable(threads, points):
 
 def test_a_stall_is_noticed_and_raised_with_the_best_field(monkeypatch):
     # every iteration counts as a stall, and exchanges are of no use
-    monkeypatch.setattr(
-        solve, "exchange", lambda problem, work, now: now.pressure.fill(problem.load)
-    )
+    monkeypatch.setattr(solve, "exchange", lambda now: now.pressure.fill(now.problem.load))
     monkeypatch.setattr(solve, "PATIENCE", -1)
     heights, grid = rough()
     with pytest.raises(
@@ -232,10 +221,10 @@ def test_exchanges_of_points_alone_lead_to_the_solution(cap):
         heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.1, tolerance=1e-9
     ).pressure
     problem = ScaledProblem(heights, 0.0, 1.0, grid, 0.1, cap, grid.nyquist / 4)
-    work, now = started(problem, np.full(grid.shape, 0.1))
-    check(problem, work, now, 1e-6, 0.5)
-    exchange(problem, work, now)
-    np.testing.assert_allclose(now.pressure, exact.ravel(), atol=1e-8 * exact.max())
+    now = started(problem, np.full(grid.shape, 0.1))
+    now.check(1e-6, 0.5)
+    exchange(now)
+    np.testing.assert_allclose(now.pressure, exact, atol=1e-8 * exact.max())
 
 
 @pytest.mark.parametrize("lengths", [(1.0, 1.0), (1.0, 1000.0)])
@@ -243,13 +232,11 @@ def test_single_precision_steps_before_an_exchange_count_their_rounding(lengths)
     # points on a bound are set free only by a gap beyond the rounding that the steps have left in it
     heights, grid, full = white_noise((64, 64), lengths)
     problem = ScaledProblem(heights, 0.0, 1.0, grid, 0.1 * full, np.inf, grid.nyquist / 2)
-    work, now = started(problem, np.full(grid.shape, 0.1 * full))
-    check(problem, work, now, 1e-6, 0.5)
-    exchanges._solve_on_free_points(problem, work, now, 1e-13)
-    exact = np.fft.irfft2(
-        compliance(grid.wavenumbers) * np.fft.rfft2(now.pressure.reshape(grid.shape)), s=grid.shape
-    )
-    error = np.std(now.gap.reshape(grid.shape) - (exact - heights))
+    now = started(problem, np.full(grid.shape, 0.1 * full))
+    now.check(1e-6, 0.5)
+    exchanges._solve_on_free_points(now, 1e-13)
+    exact = np.fft.irfft2(compliance(grid.wavenumbers) * np.fft.rfft2(now.pressure), s=grid.shape)
+    error = np.std(now.gap - (exact - heights))
     assert error < now.noise < 30 * error
 
 
@@ -260,11 +247,11 @@ def test_rounding_is_weighed_against_the_residual_and_against_the_worst_gap(blur
     # shares of the tolerance: a tenth may be rounding, and the worst point has eight times the rms rounding
     heights, grid = rough()
     problem, tolerance = ScaledProblem(heights, 0.0, 1.0, grid, 0.1, np.inf, grid.nyquist / 4), 1e-3
-    work, now = started(problem, np.maximum(heights, 0.0))
-    now.span = displacement_span(problem, work, now)
+    now = started(problem, np.maximum(heights, 0.0))
+    now.span = now.displacement_span()
     now.noise, done = noise * tolerance * now.span, now.transforms
     state = Check(0.5 * tolerance, 0.0, 1, 1, 0, blur * tolerance)
-    solve._check_again(problem, work, now, state, tolerance, 0.5)
+    solve._check_again(now, state, tolerance, 0.5)
     assert (now.transforms > done) == again
 
 
@@ -308,13 +295,13 @@ def test_a_point_near_its_bound_is_judged_by_its_gap_too():
 
 
 def started(problem, pressure):
-    """The workspace of a problem, and an iterate at a pressure."""
+    """An iterate of a problem at a pressure."""
     work = workspace_of(problem)
     work.free.fill(0)
-    now = Iterate(pressure.astype(float).ravel(), np.empty(problem.grid.points))
-    compute_gap(problem, work, now, np.float64)
-    now.offset = mean_gap(work, now)
-    return work, now
+    now = Iterate(problem, work, pressure.astype(float), np.empty(problem.grid.shape))
+    now.compute_gap(np.float64)
+    now.guess_offset()
+    return now
 
 
 @pytest.mark.parametrize("share", [1e-3, 1.0])
@@ -373,12 +360,12 @@ def test_a_gradient_step_keeps_a_load_that_no_offset_meets():
     # the offset is of order one: its last digit is worth more than this load
     heights, grid = rough()
     problem, target = ScaledProblem(heights, 0.0, 1.0, grid, 1e-18, np.inf, 100.0), 1e-18 * 4096
-    work, now = started(problem, np.full(grid.shape, 1e-18))
-    now.gap[...] = 1.0 + np.random.default_rng(8).random(grid.points)
+    now = started(problem, np.full(grid.shape, 1e-18))
+    now.gap[...] = 1.0 + np.random.default_rng(8).random(grid.shape)
     now.offset = 1.5
-    state = check(problem, work, now, 1e-6, 0.5)
+    state = now.check(1e-6, 0.5)
     assert 0.1 * target < state.excess < 100.0 * target
-    solve.descend(problem, work, now, state)
+    solve.descend(now, state)
     assert now.pressure.sum() / target == pytest.approx(1.0, rel=1e-6)
 
 
@@ -389,31 +376,31 @@ def test_a_gradient_step_in_several_blocks_is_the_step_in_one():
     begin = np.random.default_rng(6).uniform(0.0, 0.1, grid.shape)
     found = []
     for ends in ((0, 4096), (0, 1024, 4096)):
-        work, now = started(problem, begin)
-        work = replace(work, blocks=list(pairwise(ends)))
-        length = solve.descend(problem, work, now, check(problem, work, now, 1e-6, 0.5))
+        now = started(problem, begin)
+        now.work = replace(now.work, blocks=list(pairwise(ends)))
+        length = solve.descend(now, now.check(1e-6, 0.5))
         assert length.best > 0.0
         found.append(now.pressure.copy())
     np.testing.assert_allclose(found[1], found[0], rtol=1e-5, atol=1e-9)
-    assert np.abs(found[0] - begin.ravel()).max() > 1e-3
+    assert np.abs(found[0] - begin).max() > 1e-3
 
 
 def test_a_load_that_no_free_point_can_take_has_no_shift():
     heights, grid = rough()
     problem = ScaledProblem(heights, 0.0, 1.0, grid, 0.05, np.inf, 100.0)
-    work, now = started(problem, np.full(grid.shape, 0.04))
-    assert not balance(problem, work, now.pressure, 1e-9)
+    now = started(problem, np.full(grid.shape, 0.04))
+    assert not now.balance(1e-9)
     assert np.all(now.pressure == 0.04)
 
 
 def test_balance_moves_the_free_points_alone_and_only_between_the_bounds():
     heights, grid = rough()
     problem = ScaledProblem(heights, 0.0, 1.0, grid, 0.05, 0.12, 100.0)
-    work, now = started(problem, np.random.default_rng(6).uniform(0.0, 0.12, grid.shape))
-    work.free.reshape(grid.shape)[::2] = 1
-    pressure = now.pressure.reshape(grid.shape)
+    now = started(problem, np.random.default_rng(6).uniform(0.0, 0.12, grid.shape))
+    now.work.free[::2] = 1
+    pressure = now.pressure
     fixed, before = pressure[1::2].copy(), pressure[::2].copy()
-    assert balance(problem, work, now.pressure, 1e-12)
+    assert now.balance(1e-12)
     np.testing.assert_array_equal(pressure[1::2], fixed)
     shift = np.median(pressure[::2] - before)
     np.testing.assert_allclose(pressure[::2], np.clip(before + shift, 0.0, 0.12), atol=1e-15)

@@ -8,33 +8,19 @@ ever fewer change, the worst of them (block pivoting: Júdice & Pires 1994).
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from roughsim.contact.solver.problem import ScaledProblem
-from roughsim.contact.solver.steps import (
-    Iterate,
-    Workspace,
-    balance,
-    compute_gap,
-    mean_gap,
-    precondition,
-    respond,
-)
+from roughsim.contact.solver.steps import Iterate
 
 _PATIENCE = 30  # exchanges without fewer points on the wrong side
 _LEAST_SHARE = 0.02  # of the points on the wrong side, that change sides at least
 _STEPS = 300  # of conjugate gradients on one set of free points
-_ENOUGH = (
-    1e-4,
-    1e-8,
-    1e-13,
-)  # a step that gains less than this share of the energy gained so far ends them
+# a step that gains less than this share of the energy gained so far ends them
+_ENOUGH = (1e-4, 1e-8, 1e-13)
 
 
-def exchange(problem: ScaledProblem, work: Workspace, now: Iterate) -> None:
+def exchange(now: Iterate) -> None:
     """Solve on the free points, ever more accurately, and exchange points until none is on the wrong side."""
-    p = now.pressure
-    cap = problem.cap
+    p, work, cap = now.pressure, now.work, now.problem.cap
     free = work.free.view(np.bool_)
     bound = np.where(now.gap < now.offset, cap, 0.0)
     p[...] = np.where(free | (p == cap), p, bound)
@@ -46,10 +32,10 @@ def exchange(problem: ScaledProblem, work: Workspace, now: Iterate) -> None:
         # restore the load on the free points, beyond the bounds if need be, and compute the gap again
         if not free.any():
             free[...] = True
-        p[free] += (problem.target - p.sum()) / np.count_nonzero(free)
-        compute_gap(problem, work, now, np.float64)
-        _solve_on_free_points(problem, work, now, _ENOUGH[accuracy])
-        wrong = _change_sides(problem, now, free, share)
+        p[free] += (now.problem.target - p.sum()) / np.count_nonzero(free)
+        now.compute_gap(np.float64)
+        _solve_on_free_points(now, _ENOUGH[accuracy])
+        wrong = _change_sides(now, share)
         if wrong < fewest:
             idle = 0
             share = min(2.0 * share, 1.0)
@@ -61,17 +47,16 @@ def exchange(problem: ScaledProblem, work: Workspace, now: Iterate) -> None:
             accuracy += 1
     # put the pressure within its bounds and under its load
     np.clip(p, 0.0, cap, out=p)
-    if not balance(problem, work, p, 1e-14):
-        p[...] = problem.load
-    compute_gap(problem, work, now, np.float64)
-    now.offset = mean_gap(work, now)
+    if not now.balance(1e-14):
+        p[...] = now.problem.load
+    now.compute_gap(np.float64)
+    now.guess_offset()
     work.step.fill(0.0)
 
 
-def _solve_on_free_points(
-    problem: ScaledProblem, work: Workspace, now: Iterate, enough: float
-) -> None:
+def _solve_on_free_points(now: Iterate, enough: float) -> None:
     """Conjugate gradients on the free points at fixed load, beyond the bounds if need be."""
+    work = now.work
     free = work.free.view(np.bool_)
     gained = 0.0
     work.step.fill(0.0)
@@ -80,7 +65,7 @@ def _solve_on_free_points(
         # turn the last step into the next: preconditioned, without load, and conjugate to the last
         offset = now.gap[free].mean()
         np.multiply(now.gap - offset, free, out=work.field, casting="unsafe")
-        precondition(problem, work, now)
+        now.precondition()
         own = float(np.sum(work.step * work.response, dtype=float))
         mean = work.field[free].mean(dtype=float)
         np.subtract(work.field, free * mean, out=work.field, casting="unsafe")
@@ -89,7 +74,7 @@ def _solve_on_free_points(
         np.multiply(work.step, beta, out=work.step, casting="unsafe")
         np.subtract(work.step, work.field, out=work.step)
         slope = float(np.sum(work.step * (now.gap - offset), dtype=float))
-        curvature, noise = respond(problem, work, now)
+        curvature, noise = now.respond()
         if not slope < 0.0 < curvature:
             break
         # its length is exact: nothing is clipped here
@@ -103,25 +88,23 @@ def _solve_on_free_points(
             break
 
 
-def _change_sides(
-    problem: ScaledProblem, now: Iterate, free: NDArray[np.bool_], share: float
-) -> int:
+def _change_sides(now: Iterate, share: float) -> int:
     """Points beyond a bound go onto it; points that pull away from theirs are set free: the worst, a share of them.
 
     Return the number of points on the wrong side.
     """
-    p = now.pressure
-    cap = problem.cap
+    p, cap, stiffness = now.pressure, now.problem.cap, now.problem.stiffness
+    free = now.work.free.view(np.bool_)
     # by how much each point is on the wrong side, a gap as the pressure that it stands for
-    pull = problem.stiffness * (now.gap - now.gap[free].mean())
+    pull = stiffness * (now.gap - now.gap[free].mean())
     beyond = np.maximum(-p, p - cap)
-    away = np.where(p <= 0.0, -pull, pull) - problem.stiffness * now.noise
-    wrong = np.where(free, beyond, away)
+    away = np.where(p <= 0.0, -pull, pull) - stiffness * now.noise
+    wrong = np.where(free, beyond, away).ravel()
     places = np.flatnonzero(wrong > 0.0)
     number = places.size
     keep = max(int(share * number), 1)
     if keep < number:
         places = places[np.argpartition(wrong[places], number - keep)[number - keep :]]
-    free[places] ^= True
+    free.ravel()[places] ^= True
     np.clip(p, 0.0, cap, out=p)
     return number

@@ -13,7 +13,7 @@ oblong pixels, only their shorter side is doubled at first.
 
 import math
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,6 @@ from roughsim.fourier import Transform, direct, plans
 from roughsim.fourier.blocks import POINTS, run, spans, total
 from roughsim.grid import Field, Grid
 
-Made = TypeVar("Made")
 CACHED = 1 << 18  # bytes of one group of lines
 GROUP = 16  # lines in a group, at least: shorter pieces of a column are slow to write
 PADDING = 16  # complex numbers between rows of the spectrum, so that these do not all share the same part of the cache
@@ -64,20 +63,14 @@ class Operator:
 
     def comply(self, pressure: Field, displacement: Field) -> None:
         """Write S p, mean zero; both arrays may be the same."""
-        self.multiply(False, pressure, displacement)
+        self._multiply(lines.COMPLY, pressure, displacement)
 
     def stiffen(self, displacement: Field, pressure: Field) -> None:
         """Write |q|/2 u, mean zero; both arrays may be the same."""
-        self.multiply(True, displacement, pressure)
+        self._multiply(lines.STIFFEN, displacement, pressure)
 
-    def multiply(self, stiff: bool, source: Field, result: Field) -> None:
-        """Write the product with |q|/2 if `stiff`, else with 2/|q|."""
-        self._stages(
-            (lines.ROWS, lines.COLUMNS, lines.BACK),
-            lines.STIFFEN if stiff else lines.COMPLY,
-            source,
-            result,
-        )
+    def _multiply(self, task: int, source: Field, result: Field) -> None:
+        self._stages((lines.ROWS, lines.COLUMNS, lines.BACK), task, source, result)
 
     def forward(self, field: Field) -> Field:
         """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
@@ -95,19 +88,17 @@ class Operator:
 
     def _stages(self, stages: tuple[int, ...], task: int, source: Field, result: Field) -> None:
         """Do these stages of a product, each on all of its blocks."""
-        if (
-            len(self.row_blocks) == len(self.column_blocks) == 1
-        ):  # one call: each costs more than its work
+        fields = self.row_plans.execute, source, result
+        if len(self.row_blocks) == len(self.column_blocks) == 1:
+            # one call: each costs more than its work
             self.single = self.single or self._lines(self.row_blocks[0], self.column_blocks[0])
-            lines.product(sum(stages), task, self.row_plans.execute, source, result, *self.single)
+            lines.product(sum(stages), task, *fields, *self.single)
             return
         for stage in stages:
 
             def work(first: int, last: int, stage: int = stage) -> None:
                 block = first, last
-                lines.product(
-                    stage, task, self.row_plans.execute, source, result, *self._lines(block, block)
-                )
+                lines.product(stage, task, *fields, *self._lines(block, block))
 
             run(work, self.column_blocks if stage == lines.COLUMNS else self.row_blocks)
 
@@ -128,17 +119,14 @@ class PlainOperator(Operator):
     """The same products by two-dimensional transforms, for machines on which compiled code cannot call FFTW."""
 
     def __init__(self, grid: Grid, dtype: Any):
-        self.transform, self.half_wavenumbers = Transform(grid.shape, dtype), 0.5 * grid.wavenumbers
-        self.compliance = np.divide(
-            1.0,
-            self.half_wavenumbers,
-            out=np.zeros(grid.half_shape),
-            where=self.half_wavenumbers > 0.0,
-        )
+        self.transform = Transform(grid.shape, dtype)
+        stiffness = 0.5 * grid.wavenumbers
+        compliance = np.zeros(grid.half_shape)
+        np.divide(1.0, stiffness, out=compliance, where=stiffness > 0.0)
+        self.factors = {lines.COMPLY: compliance, lines.STIFFEN: stiffness}
 
-    def multiply(self, stiff: bool, source: Field, result: Field) -> None:
-        """Write the product with |q|/2 if `stiff`, else with 2/|q|."""
-        self.forward(source).T[...] *= self.half_wavenumbers if stiff else self.compliance
+    def _multiply(self, task: int, source: Field, result: Field) -> None:
+        self.forward(source).T[...] *= self.factors[task]
         self.inverse(result)
 
     def forward(self, field: Field) -> Field:
@@ -166,15 +154,12 @@ def kept_half_space(grid: Grid, dtype: Any) -> Operator:
     return kept(half_space, grid, np.dtype(dtype))
 
 
-def kept(make: Callable[..., Made], grid: Grid, *others: Any) -> Made:
+def kept(make: Callable[..., plans.Made], grid: Grid, *others: Any) -> plans.Made:
     """Return ``make(grid, *others)``; on a small grid, the earlier result of this Python thread."""
     if grid.points > KEPT:
         return make(grid, *others)
     key = grid, *others, plans.get_threads()
-    result: Made = plans.thread_cache(
-        make.__name__, key, lambda: make(grid, *others), most=MOST_KEPT
-    )
-    return result
+    return plans.thread_cache(make.__name__, key, lambda: make(grid, *others), most=MOST_KEPT)
 
 
 def rms_compliance(grid: Grid) -> float:
@@ -234,17 +219,14 @@ class Extension:
 
     def extend(self, free: NDArray[np.int8], field: Field) -> None:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
+        work = free, field, self.parents, self.pyramid
         if self.bottom == 0:
             self.parents[0][...], self.parents[1][...] = free, field
-            self._stages(
-                extension.extend, [(UP + DOWN, _ONCE)], free, field, self.parents, self.pyramid
-            )
+            self._stages(extension.extend, [(UP + DOWN, _ONCE)], *work)
             field[...] = self.parents[1]
-            return
-        work = free, field, self.parents, self.pyramid
-        self._stages(
-            extension.extend, [(FIRST, self.rows), (UP + DOWN, _ONCE), (LAST, self.rows)], *work
-        )
+        else:
+            stages = [(FIRST, self.rows), (UP + DOWN, _ONCE), (LAST, self.rows)]
+            self._stages(extension.extend, stages, *work)
 
     def transpose(
         self, free: NDArray[np.int8], field: Field, step: Field, response: Field
@@ -258,9 +240,9 @@ class Extension:
             self.parents[1][...] = field
             self._stages(extension.transpose, [(UP + DOWN, _ONCE)], *work)
             np.multiply(self.parents[1], free, out=field)
-            return float(np.sum(field * response, dtype=float)), float(
-                np.sum(free * step * response, dtype=float)
-            )
+            products = field * response, free * step * response
+            cross, own = (float(np.sum(product, dtype=float)) for product in products)
+            return cross, own
         stages = [(FIRST, self.parent_rows), (UP + DOWN, _ONCE), (LAST, self.rows)]
         cross, own = total(self._stages(extension.transpose, stages, *work))
         return cross, own
@@ -289,12 +271,9 @@ class Extension:
         )
         parents = self.parents[1], self.parents[2]
 
-        def task(start: int, stop: int) -> tuple[float, int]:
+        def task(start: int, stop: int) -> Any:
             line = np.empty_like(self.line)
-            sums: tuple[float, int] = extension.scatter_load(
-                start, stop, line, free, *parents, pressure, cap, change
-            )
-            return sums
+            return extension.scatter_load(start, stop, line, free, *parents, pressure, cap, change)
 
         clipped_sum, count = total(run(task, self.rows))
         return clipped_sum, count
@@ -303,13 +282,9 @@ class Extension:
         self, kernel: Any, stages: list[tuple[int, list[tuple[int, int]]]], *work: Any
     ) -> list[Any]:
         """Do each stage on all of its blocks; return the results of the last one."""
-        if (
-            len(self.rows) == len(self.parent_rows) == 1
-        ):  # one call: each costs more than its work on a small grid
-            together, rows = (
-                sum(stage for stage, _ in stages),
-                (*self.rows[0], *self.parent_rows[0]),
-            )
+        if len(self.rows) == len(self.parent_rows) == 1:
+            # one call: each costs more than its work on a small grid
+            together, rows = sum(stage for stage, _ in stages), self.rows[0] + self.parent_rows[0]
             return [kernel(together, rows, self.line, self.bottom, *work)]
         for stage, blocks in stages:
 

@@ -6,7 +6,7 @@ transposed half spectra, as `operators` hold them.
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -47,6 +47,18 @@ class ScaledProblem:
         return min(self.target, self.cap * self.grid.points - self.target)
 
 
+class ScaledSolution(NamedTuple):
+    """Solution on one grid; unless an iteration made it, in closed form."""
+
+    pressure: Field  # shape of the grid
+    gap: Field
+    residual: float = 0.0
+    iterations: int = 0
+    transforms: float = (
+        1.0  # real float64 transforms of this grid, the transform of the heights left out
+    )
+
+
 @dataclass(slots=True, eq=False)
 class _Relief:
     """Properties of the heights and grid of a contact problem, for any load."""
@@ -63,41 +75,39 @@ class _Relief:
     coarse: dict[tuple[int, int], tuple[Grid, Field]] = field(default_factory=dict)
 
 
-@dataclass(slots=True)
-class _Latest:
-    """The relief of the last solve on a small grid: other loads on the same heights may follow."""
-
-    relief: _Relief | None = None
-
-
-_latest = _Latest()
+_latest: list[
+    _Relief
+] = []  # of the last solve on a small grid: other loads on the same heights may follow
 
 
 def relief_of(heights: Field, grid: Grid) -> _Relief:
     """Return the relief of some heights, m; the relief of the previous solve if it had the same ones."""
-    latest = _latest.relief
-    if latest is not None and latest.cell == grid and np.array_equal(latest.heights, heights):
-        return latest
+    for latest in _latest:
+        if latest.cell == grid and np.array_equal(latest.heights, heights):
+            return latest
     low, high = extremes(heights)
     middle, side = 0.5 * (high + low), max(grid.lengths)
     unit = max(high - middle, middle - low) or side
     unit_grid = Grid(grid.shape, (grid.lengths[0] / side, grid.lengths[1] / side))
-    scaled = np.empty(grid.shape)
-
-    def scale(start: int, stop: int) -> None:
-        np.subtract(heights[start:stop], middle, out=scaled[start:stop])
-        scaled[start:stop] /= unit
-
-    run(scale, spans(*grid.shape))
+    scaled = heights - middle
+    scaled /= unit
     spectrum = kept_half_space(unit_grid, np.float64).forward(scaled)
-    highest = _highest_wavenumber(unit_grid, spectrum)
-    # κ = q_s/2 makes the residual close to the error of the pressure
+    along, across = squares(unit_grid)
+
+    def greatest(least: float) -> Any:
+        """Return the greatest power of a mode, and the greatest q² of the modes whose power is above `least`."""
+        blocks = spans(*spectrum.shape)
+        parts = run(lambda *rows: kernels.highest(*rows, spectrum, along, across, least), blocks)
+        return np.max(parts, axis=0)
+
+    # modes below rounding are not in the heights. κ = q_s/2 makes the residual close to the error of the pressure
+    highest = math.sqrt(greatest(1e-24 * greatest(np.inf)[0])[1])
     stiffness = 0.5 * max(highest, 2 * np.pi / max(unit_grid.lengths))
     pressed = _pressed_at(int(np.argmin(heights)), unit_grid, spectrum)
     relief = _Relief(heights, grid, unit_grid, middle, unit, spectrum, stiffness, pressed)
     if grid.points <= KEPT:
         relief.heights, relief.spectrum = heights.copy(), spectrum.copy()
-        _latest.relief = relief
+        _latest[:] = [relief]
     return relief
 
 
@@ -116,32 +126,14 @@ def dimensionless(
             f"{LOADS[0]:g} to {LOADS[1]:g} is in the range of double precision: check the units of the heights"
         )
     cap = hardness / pressure_unit
-    return (
-        ScaledProblem(heights, middle, unit, relief.grid, load, cap, relief.stiffness),
-        relief,
-        pressure_unit,
-    )
+    problem = ScaledProblem(heights, middle, unit, relief.grid, load, cap, relief.stiffness)
+    return problem, relief, pressure_unit
 
 
 def squares(grid: Grid) -> tuple[Field, Field]:
     """Return q² along the columns and the rows of a transposed half spectrum, whose sum is |q|²."""
     along, across = (np.square(q.ravel()) for q in grid.wavevectors)
     return along, across
-
-
-def _highest_wavenumber(grid: Grid, spectrum: Field) -> float:
-    """Return the highest |q| in the heights of this spectrum; modes below rounding are not in them."""
-    along, across = squares(grid)
-
-    def greatest(least: float) -> list[tuple[float, float]]:
-        def search(start: int, stop: int) -> tuple[float, float]:
-            power, square = kernels.highest(start, stop, spectrum, along, across, least)
-            return power, square
-
-        return run(search, spans(*spectrum.shape))
-
-    least = 1e-24 * max(power for power, _ in greatest(np.inf))
-    return math.sqrt(max(square for _, square in greatest(least)))
 
 
 def coarser(finest: ScaledProblem, relief: _Relief, known: int = 0) -> list[ScaledProblem]:
@@ -189,40 +181,37 @@ def _pressed_at(point: int, grid: Grid, spectrum: Field) -> float:
     # phases q·x of the point, along both axes
     turn_along = 2 * np.pi * row / grid.shape[0] * np.arange(along.size)
     turn_across = 2 * np.pi * column / grid.shape[1] * np.arange(across.size)
-    multiplicity = grid.multiplicity[0]
-    phases = (np.cos(turn_along), np.sin(turn_along))
-    cosine = multiplicity * np.cos(turn_across)
-    sine = multiplicity * np.sin(turn_across)
+    weight = grid.multiplicity[0]
+    phases = np.cos(turn_along), np.sin(turn_along)
+    cosine, sine = weight * np.cos(turn_across), weight * np.sin(turn_across)
 
-    def pressed(start: int, stop: int) -> float:
+    def pressed(start: int, stop: int) -> Any:
         rows = slice(start, stop)
         pairs = np.ascontiguousarray(spectrum[rows]).view(np.float64)
-        part: float = kernels.point_sum(
-            pairs, along, across[rows], phases, (cosine[rows], sine[rows])
-        )
-        return part
+        own = cosine[rows], sine[rows]
+        return kernels.point_sum(pairs, along, across[rows], phases, own)
 
-    parts = run(pressed, spans(*spectrum.shape))
-    return 0.5 * float(sum(parts))
+    return 0.5 * float(sum(run(pressed, spans(*spectrum.shape))))
 
 
-def full_contact(problem: ScaledProblem, relief: _Relief) -> tuple[Field, Field] | None:
-    """Return pressure and gap if p = load + |q|h/2 keeps to the bounds or the load is the cap; else None."""
+def full_contact(problem: ScaledProblem, relief: _Relief) -> ScaledSolution | None:
+    """Return the solution if p = load + |q|h/2 keeps to the bounds or the load is the cap; else None."""
     grid, load = problem.grid, problem.load
     if load == problem.cap:
-        return np.full(grid.shape, load), (problem.middle - problem.heights) / problem.unit
+        gap = (problem.middle - problem.heights) / problem.unit
+        return ScaledSolution(np.full(grid.shape, load), gap)
     # one point beyond the bounds suffices, and the lowest nearly always is
     if load + relief.pressed < -1e-3 * load:
         return None
     # in a buffer of its own: the spectrum may be needed after this
     along, across = squares(grid)
     operator, fluctuation = half_space(grid, np.float64), np.empty(grid.shape)
-    np.multiply(
-        relief.spectrum, 0.5 * np.sqrt(across[:, None] + along), out=operator.complex_spectrum
-    )
+    half_wavenumber = 0.5 * np.sqrt(across[:, None] + along)
+    np.multiply(relief.spectrum, half_wavenumber, out=operator.complex_spectrum)
     operator.inverse(fluctuation)
     rounding = 1e-14 * (load + float(np.abs(fluctuation).max()))
     pressure = load + fluctuation
     if pressure.min() < -rounding or pressure.max() > problem.cap + rounding:
         return None
-    return np.clip(pressure, 0.0, problem.cap), np.full(grid.shape, -relief.spectrum[0, 0].real)
+    gap = np.full(grid.shape, -relief.spectrum[0, 0].real)
+    return ScaledSolution(np.clip(pressure, 0.0, problem.cap), gap)

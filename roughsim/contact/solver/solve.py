@@ -6,31 +6,20 @@ replaced by one of projected gradients; if bad steps keep coming, by exchanges o
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from roughsim._kernels import active_set as kernels
 from roughsim._kernels.interpolation import interpolate
 from roughsim.contact.solver.exchange import exchange
-from roughsim.contact.solver.problem import ScaledProblem
+from roughsim.contact.solver.problem import ScaledProblem, ScaledSolution
 from roughsim.contact.solver.steps import (
     NEGLIGIBLE,
+    NO_STEP,
     Check,
     Iterate,
     Length,
-    Workspace,
-    balance,
-    best_length,
-    check,
-    compute_gap,
-    displacement_span,
-    mean_gap,
-    move,
-    precondition,
-    propose,
     rounding_floor,
-    solve_offset,
     workspace_of,
 )
 from roughsim.fourier.blocks import run, spans
@@ -46,29 +35,17 @@ _SHORT = 0.05  # length of a step below which it counts as bad
 _BEARABLE = 3  # bad steps in a row before points are exchanged; doubled each time
 
 
-class Solution(NamedTuple):
-    """The solve of one grid."""
-
-    pressure: Field  # shape of the grid
-    gap: Field
-    residual: float
-    iterations: int
-    transforms: float  # real float64 transforms of this grid
-
-
 def solve_cascade(
     levels: list[ScaledProblem], tolerance: float, max_iterations: int, start: Field | None = None
-) -> Solution:
+) -> ScaledSolution:
     """Solve the levels, finest first in the list; return the finest solution, with the work on all levels.
 
     `start`, the pressure of an earlier contact on any grid, is the first guess on the coarsest level.
     """
-    finest = levels[0]
-    work = 0.0
+    finest, work = levels[0], 0.0
+    enough = max(_COARSE_TOLERANCE, tolerance)
     for problem in reversed(levels[1:]):
-        coarse = solve_level(
-            problem, start, max(_COARSE_TOLERANCE, tolerance), max_iterations, final=False
-        )
+        coarse = solve_level(problem, start, enough, max_iterations, final=False)
         work += coarse.transforms * problem.grid.points / finest.grid.points
         start = coarse.pressure
     solution = solve_level(finest, start, tolerance, max_iterations, final=True)
@@ -82,40 +59,38 @@ def solve_level(
     max_iterations: int,
     *,
     final: bool,
-) -> Solution:
+) -> ScaledSolution:
     """Iterate on one grid until the residual meets the tolerance, stalls, or the iterations run out; never raises.
 
     `start` is a pressure on any grid; the load everywhere if left out. With `final` the tolerance also holds for the
     worst point (its gap against the range of the displacement) and for rounding errors.
     """
-    work = workspace_of(problem)
-    now = Iterate(start_pressure(problem, work, start), np.empty(problem.grid.points))
-    compute_gap(problem, work, now, problem.step_type)
-    now.offset = mean_gap(work, now)
+    now = begun(problem, start)
     control = _Control()
-    state = check(problem, work, now, tolerance, control.reach)
+    state = now.check(tolerance, control.reach)
     for iteration in range(max_iterations + 1):
         if final:
-            state = _check_again(problem, work, now, state, tolerance, control.reach)
+            state = _check_again(now, state, tolerance, control.reach)
         control.count(state.residual)
         met = state.residual <= tolerance and not (final and state.above)
-        if met or iteration == max_iterations or _is_final_stall(problem, now, control, state):
+        if met or iteration == max_iterations or _is_final_stall(now, control, state):
             break
-        length = _conjugate_length(problem, work, now, state, control)
+        length = _conjugate_length(now, state, control)
         if length.best >= _SHORT:
             control.after_step(length)
-            move(problem, work, now, length)
+            now.move(length)
         elif control.stalled or control.bad + 1 >= control.bearable:
-            exchange(problem, work, now)
+            exchange(now)
             control.after_exchange()
         else:
-            control.after_descent(descend(problem, work, now, state))
-        state = check(problem, work, now, tolerance, control.reach)
+            control.after_descent(descend(now, state))
+        state = now.check(tolerance, control.reach)
     if final:
-        settle(problem, work, now)
-    shape = problem.grid.shape
-    fields = now.pressure.reshape(shape), now.gap.reshape(shape)
-    return Solution(*fields, state.residual, iteration, now.transforms)
+        # put the points that are not free exactly on their bounds, and the load on the others. The pressures that this
+        # removes are part of the residual: the gap stays as it is
+        now.work.do(kernels.put_on_bounds, (now.pressure, now.gap, now.work.free), now.law)
+        now.balance(1e-14)
+    return ScaledSolution(now.pressure, now.gap, state.residual, iteration, now.transforms)
 
 
 @dataclass(slots=True)
@@ -172,89 +147,66 @@ class _Control:
         self.reach = REACH
 
 
-def _is_final_stall(problem: ScaledProblem, now: Iterate, control: _Control, state: Check) -> bool:
+def _is_final_stall(now: Iterate, control: _Control, state: Check) -> bool:
     """Whether the solve has stalled for good: exchanges have been tried enough, or only rounding is left."""
     if not control.stalled:
         return False
-    return control.bearable > 8 * _BEARABLE or state.residual <= 100.0 * rounding_floor(
-        problem, now.pressure
-    )
+    floor = rounding_floor(now.problem, now.pressure)
+    return control.bearable > 8 * _BEARABLE or state.residual <= 100.0 * floor
 
 
-def _conjugate_length(
-    problem: ScaledProblem, work: Workspace, now: Iterate, state: Check, control: _Control
-) -> Length:
+def _conjugate_length(now: Iterate, state: Check, control: _Control) -> Length:
     """Propose a step of conjugate gradients on the free points and return its best length, 0 without one."""
     if not state.free or control.stalled:
-        return Length(0.0, 0.0, 0.0)
-    cross, own = precondition(problem, work, now)
+        return NO_STEP
+    cross, own = now.precondition()
     beta = max(control.alpha * cross / control.curvature, 0.0) if own > 0.0 else 0.0
-    slope = propose(problem, work, now, state.residual, control.alpha, beta)
-    return best_length(problem, work, now, slope)
+    return now.best_length(now.propose(state.residual, control.alpha, beta))
 
 
-def _check_again(
-    problem: ScaledProblem,
-    work: Workspace,
-    now: Iterate,
-    state: Check,
-    tolerance: float,
-    reach: float,
-) -> Check:
+def _check_again(now: Iterate, state: Check, tolerance: float, reach: float) -> Check:
     """Check with a better gap if rounding errors matter, and with the range of the displacement as it is now."""
     if state.residual <= tolerance:
-        span = displacement_span(problem, work, now)
+        span = now.displacement_span()
         shrank = span < 0.9 * now.span
         now.span = span
         if shrank:
-            state = check(problem, work, now, tolerance, reach)
+            state = now.check(tolerance, reach)
     noisy = state.blur > NEGLIGIBLE * tolerance or 8 * now.noise > NEGLIGIBLE * tolerance * now.span
     if noisy and state.residual <= max(10.0 * state.blur, tolerance):
-        compute_gap(problem, work, now, np.float64)
-        state = check(problem, work, now, tolerance, reach)
+        now.compute_gap(np.float64)
+        state = now.check(tolerance, reach)
     return state
 
 
-def descend(problem: ScaledProblem, work: Workspace, now: Iterate, state: Check) -> Length:
+def descend(now: Iterate, state: Check) -> Length:
     """Take a projected-gradient step, which always lowers the energy; return its length."""
-    target = problem.target
-    excess = solve_offset(problem, work, now, state.excess, state.inside)
+    target, work = now.problem.target, now.work
+    excess = now.solve_offset(state.excess, state.inside)
     # a tiny load that no offset meets is exceeded: the share brings the step back to it
     share = target / (excess + target) if excess > 1e-9 * target else 1.0
-    law = now.offset, problem.stiffness, problem.cap
-    slope = sum(work.do(kernels.gradient_step, (now.pressure, now.gap, work.step), law, share))
-    length = best_length(problem, work, now, slope)
+    slope = sum(work.do(kernels.gradient_step, (now.pressure, now.gap, work.step), now.law, share))
+    length = now.best_length(slope)
     if length.best > 0.0:
-        move(problem, work, now, length)
+        now.move(length)
     return length
 
 
-def settle(problem: ScaledProblem, work: Workspace, now: Iterate) -> None:
-    """Put the points that are not free exactly on their bounds, and the load on the others.
-
-    The pressures that this removes are part of the residual: the gap stays as it is.
-    """
-    law = now.offset, problem.stiffness, problem.cap
-    work.do(kernels.put_on_bounds, (now.pressure, now.gap, work.free), law)
-    balance(problem, work, now.pressure, 1e-14)
-
-
-def start_pressure(problem: ScaledProblem, work: Workspace, start: Field | None) -> Field:
-    """Return a flat pressure at the load: from an earlier contact on any grid, or the mean pressure."""
-    shape = problem.grid.shape
-    pressure = np.empty(shape)
+def begun(problem: ScaledProblem, start: Field | None) -> Iterate:
+    """Return the first iterate: an earlier pressure, of any grid, at the load, or the mean pressure everywhere."""
+    shape, work = problem.grid.shape, workspace_of(problem)
+    now = Iterate(problem, work, np.empty(shape), np.empty(shape))
+    pressure = now.pressure
     if start is not None:
         columns = start.shape[1]
         position = np.arange(shape[1]) * (columns / shape[1])
         left = position.astype(np.intp)
-        blocks = [
-            (first, last, start, left, position - left, pressure) for first, last in spans(*shape)
-        ]
-        run(interpolate, blocks)
+        share = position - left
+        run(interpolate, [(*rows, start, left, share, pressure) for rows in spans(*shape)])
         np.clip(pressure, 0.0, problem.cap, out=pressure)
-        work.free[...] = ((pressure > 0.0) & (pressure < problem.cap)).ravel()
-    if start is None or not balance(
-        problem, work, pressure.ravel(), 1e-12
-    ):  # no free point can take the load
+        work.free[...] = (pressure > 0.0) & (pressure < problem.cap)
+    if start is None or not now.balance(1e-12):  # no free point can take the load
         pressure.fill(problem.load)
-    return pressure.ravel()
+    now.compute_gap(problem.step_type)
+    now.guess_offset()
+    return now

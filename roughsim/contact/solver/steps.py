@@ -38,7 +38,7 @@ _NEARBY = 0.01  # of the residual: from this share of the load on the place of t
 class Workspace:
     """Operators and arrays of the steps on one grid; a small one serves the next solve of its Python thread too.
 
-    Arrays are flat. `free` is 1 on the free points, `inner` on the free points that stay between the bounds in a trial.
+    `free` is 1 on the free points, `inner` on the free points that stay between the bounds in a trial.
     """
 
     operator: Operator
@@ -55,10 +55,11 @@ class Workspace:
     compliance: float  # root mean square of 2/|q|
 
     def do(self, kernel: Any, arrays: tuple[Field, ...], *numbers: Any) -> list[Any]:
-        """Run a kernel on all blocks of some arrays; return its results."""
+        """Run a kernel on all blocks of some arrays, flattened; return its results."""
+        flat = [array.ravel() for array in arrays]
 
         def part(start: int, stop: int) -> Any:
-            return kernel(*[array[start:stop] for array in arrays], *numbers)
+            return kernel(*[array[start:stop] for array in flat], *numbers)
 
         return run(part, self.blocks)
 
@@ -66,21 +67,26 @@ class Workspace:
         """Run a kernel on all blocks of some arrays; add up its results."""
         return total(self.do(kernel, arrays, *numbers))
 
+    def displacement_size(self, pressure_square: float, displacement_square: float) -> float:
+        """The size that rounding errors of S p are relative to: rms of S p, and of S times noise as large as p."""
+        points = self.field.size
+        spread = self.compliance * float(np.sqrt(pressure_square / points))
+        return spread + float(np.sqrt(displacement_square / points))
+
 
 def _make_workspace(grid: Grid, kind: Any) -> Workspace:
     """Return the operators and arrays for steps of a precision."""
-    size = grid.points
-    blocks = [(first * grid.shape[1], last * grid.shape[1]) for first, last in spans(*grid.shape)]
+    shape, columns = grid.shape, grid.shape[1]
     return Workspace(
         operator=kept_half_space(grid, kind),
         extension=Extension(grid, kind),
-        blocks=blocks,
-        free=np.zeros(size, np.int8),
-        inner=np.zeros(size, np.int8),
-        field=np.zeros(size, kind),
-        trial=np.zeros(size, kind),
-        step=np.zeros(size, kind),
-        response=np.zeros(size, kind),
+        blocks=[(first * columns, last * columns) for first, last in spans(*shape)],
+        free=np.zeros(shape, np.int8),
+        inner=np.zeros(shape, np.int8),
+        field=np.zeros(shape, kind),
+        trial=np.zeros(shape, kind),
+        step=np.zeros(shape, kind),
+        response=np.zeros(shape, kind),
         slack=2.0 * float(np.finfo(kind).eps),
         cost=1.0 if kind == np.float32 else 2.0,
         compliance=rms_compliance(grid),
@@ -93,18 +99,6 @@ def workspace_of(problem: ScaledProblem) -> Workspace:
     work.step.fill(0.0)
     work.response.fill(0.0)
     return work
-
-
-@dataclass(slots=True, eq=False)
-class Iterate:
-    """Iterate of a solve: pressure and gap, flat, the offset, and the account of rounding errors."""
-
-    pressure: Field
-    gap: Field
-    offset: float = 0.0
-    noise: float = 0.0  # size of the rounding errors in the gap
-    span: float = 0.0  # range of the displacement
-    transforms: float = 0.0  # work so far, in real float64 transforms
 
 
 class Check(NamedTuple):
@@ -126,209 +120,181 @@ class Length(NamedTuple):
     noise: float  # rounding errors in the response
 
 
-def compute_gap(problem: ScaledProblem, work: Workspace, now: Iterate, dtype: Any) -> None:
-    """Compute the gap from the pressure, in a precision."""
-    shape = problem.grid.shape
-    if dtype == work.field.dtype:
-        work.field[...] = now.pressure
-        field = work.field.reshape(shape)
-        work.operator.comply(field, field)
-        now.gap[...] = work.field
-    else:
-        operator = kept_half_space(problem.grid, dtype)
-        operator.comply(now.pressure.reshape(shape), now.gap.reshape(shape))
-    now.transforms += 1.0 if dtype == np.float32 else 2.0
-    low, high = extremes(now.gap.reshape(shape))
-    now.span = high - low
-    arrays = problem.heights.ravel(), now.pressure, now.gap
-    squares = work.sums(kernels.subtract_heights, arrays, problem.middle, problem.unit)
-    now.noise = 2.0 * float(np.finfo(dtype).eps) * _displacement_size(work, *squares)
+NO_STEP = Length(0.0, 0.0, 0.0)
 
 
-def _displacement_size(
-    work: Workspace, pressure_square: float, displacement_square: float
-) -> float:
-    """The size that rounding errors of S p are relative to: rms of S p, and of S times noise as large as p."""
-    points = work.field.size
-    spread = work.compliance * float(np.sqrt(pressure_square / points))
-    return spread + float(np.sqrt(displacement_square / points))
+@dataclass(slots=True, eq=False)
+class Iterate:
+    """Iterate of a solve on one grid: pressure and gap, the offset, and the account of rounding errors."""
 
+    problem: ScaledProblem
+    work: Workspace
+    pressure: Field  # shape of the grid
+    gap: Field
+    offset: float = 0.0
+    noise: float = 0.0  # size of the rounding errors in the gap
+    span: float = 0.0  # range of the displacement
+    transforms: float = 0.0  # work so far, in real float64 transforms
 
-def displacement_span(problem: ScaledProblem, work: Workspace, now: Iterate) -> float:
-    """Return the range of the displacement."""
-    parts = work.do(
-        kernels.extent, (problem.heights.ravel(), now.gap), problem.middle, problem.unit
-    )
-    lows, highs = zip(*parts, strict=True)
-    return float(max(highs) - min(lows))
+    @property
+    def law(self) -> tuple[float, float, float]:
+        """Offset, stiffness and cap of clip(p − κ(gap − d), 0, cap)."""
+        return self.offset, self.problem.stiffness, self.problem.cap
 
+    def compute_gap(self, dtype: Any) -> None:
+        """Compute the gap from the pressure, in a precision."""
+        problem, work = self.problem, self.work
+        if dtype == work.field.dtype:
+            work.field[...] = self.pressure
+            work.operator.comply(work.field, work.field)
+            self.gap[...] = work.field
+        else:
+            kept_half_space(problem.grid, dtype).comply(self.pressure, self.gap)
+        self.transforms += 1.0 if dtype == np.float32 else 2.0
+        low, high = extremes(self.gap)
+        self.span = high - low
+        arrays = problem.heights, self.pressure, self.gap
+        squares = work.sums(kernels.subtract_heights, arrays, problem.middle, problem.unit)
+        self.noise = 2.0 * float(np.finfo(dtype).eps) * work.displacement_size(*squares)
 
-def mean_gap(work: Workspace, now: Iterate) -> float:
-    """Return the mean gap at the points under pressure: a first guess of the offset."""
-    gaps, count = work.sums(kernels.contact_sum, (now.pressure, now.gap))
-    return float(gaps / count)
+    def displacement_span(self) -> float:
+        """Return the range of the displacement."""
+        problem = self.problem
+        arrays = problem.heights, self.gap
+        parts = self.work.do(kernels.extent, arrays, problem.middle, problem.unit)
+        lows, highs = zip(*parts, strict=True)
+        return float(max(highs) - min(lows))
 
+    def guess_offset(self) -> None:
+        """Take the mean gap at the points under pressure as a first guess of the offset."""
+        gaps, count = self.work.sums(kernels.contact_sum, (self.pressure, self.gap))
+        self.offset = float(gaps / count)
 
-def check(
-    problem: ScaledProblem, work: Workspace, now: Iterate, tolerance: float, reach: float
-) -> Check:
-    """Solve for the offset, mark the free points, write gap − d there to `field`, and return the residual."""
-    kappa = problem.stiffness
-    unit = 1.0 / problem.load
-    limit = kappa * (0.9 * tolerance * now.span + _ROUNDING)
-    arrays = now.pressure, now.gap, work.free, work.field
-    for solved in (False, True):
-        law = now.offset, kappa, problem.cap
-        clipped, inside, square, norm, free, above = work.sums(
-            kernels.classify, arrays, law, reach, unit, limit
-        )
-        blur = kappa * unit * now.noise * float(np.sqrt(max(free, 1) / norm))
-        residual = float(np.sqrt(square / norm))
-        excess = clipped - problem.target
-        # the load free to vary: nothing if no point is between the bounds, little if nearly all points have yielded
-        room = problem.room if inside else 0.0
-        if solved or abs(excess) <= max(0.05 * residual * room, 1e-14 * problem.target):
-            break
-        solve_offset(problem, work, now, excess, inside)
-    return Check(residual, excess, int(inside), int(free), int(above), blur)
+    def check(self, tolerance: float, reach: float) -> Check:
+        """Solve for the offset, mark the free points, write gap − d there to `field`, and return the residual."""
+        problem, work = self.problem, self.work
+        kappa, unit = problem.stiffness, 1.0 / problem.load
+        limit = kappa * (0.9 * tolerance * self.span + _ROUNDING)
+        arrays = self.pressure, self.gap, work.free, work.field
+        for solved in (False, True):
+            clipped, inside, square, norm, free, above = work.sums(
+                kernels.classify, arrays, self.law, reach, unit, limit
+            )
+            blur = kappa * unit * self.noise * float(np.sqrt(max(free, 1) / norm))
+            residual = float(np.sqrt(square / norm))
+            excess = clipped - problem.target
+            # the load free to vary: nothing if no point is between the bounds, little if nearly all points have yielded
+            room = problem.room if inside else 0.0
+            if solved or abs(excess) <= max(0.05 * residual * room, 1e-14 * problem.target):
+                break
+            self.solve_offset(excess, inside)
+        return Check(residual, excess, int(inside), int(free), int(above), blur)
 
+    def solve_offset(self, excess: float, inside: float) -> float:
+        """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d, from the excess at the present d; return the rest."""
+        problem, kappa = self.problem, self.problem.stiffness
+        enough = min(problem.cap, problem.load * (1.0 + 1e-12))
 
-def solve_offset(
-    problem: ScaledProblem, work: Workspace, now: Iterate, excess: float, inside: float
-) -> float:
-    """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d, from the excess at the present d; return the rest."""
-    kappa = problem.stiffness
-    enough = min(problem.cap, problem.load * (1.0 + 1e-12))
+        def sums(offset: float) -> Any:
+            law = offset, kappa, problem.cap
+            return self.work.sums(kernels.clipped_sum, (self.pressure, self.gap), law)
 
-    def sums(offset: float) -> tuple[float, float]:
-        law = offset, kappa, problem.cap
-        result: tuple[float, float] = work.sums(kernels.clipped_sum, (now.pressure, now.gap), law)
-        return result
+        def bracket() -> tuple[float, float]:
+            # at the least offset no point carries pressure, at the greatest each carries enough
+            least = self.gap - self.pressure / kappa
+            greatest = self.gap + (enough - self.pressure) / kappa
+            return float(least.min()), float(greatest.max())
 
-    def bracket() -> tuple[float, float]:
-        # at the least offset no point carries pressure, at the greatest each carries enough
-        least = now.gap - now.pressure / kappa
-        greatest = now.gap + (enough - now.pressure) / kappa
-        return float(least.min()), float(greatest.max())
+        first = self.offset, excess, inside
+        self.offset, excess, _ = find_offset(sums, bracket, kappa, problem.target, first)
+        return excess
 
-    now.offset, excess, _ = find_offset(
-        sums, bracket, kappa, problem.target, (now.offset, excess, inside)
-    )
-    return excess
+    def precondition(self) -> tuple[float, float]:
+        """Turn the gap in `field` into a pressure, both on the free points.
 
+        Return ⟨field, response⟩ and ⟨step, response⟩ there.
+        """
+        work = self.work
+        work.extension.extend(work.free, work.field)
+        work.operator.stiffen(work.field, work.field)
+        self.transforms += work.cost
+        return work.extension.transpose(work.free, work.field, work.step, work.response)
 
-def precondition(problem: ScaledProblem, work: Workspace, now: Iterate) -> tuple[float, float]:
-    """Turn the gap in `field` into a pressure, both on the free points.
+    def propose(self, residual: float, alpha: float, beta: float) -> float | None:
+        """Write the next step, at an unchanged load: β step − α field on the free points, to the bound elsewhere.
 
-    Return ⟨field, response⟩ and ⟨step, response⟩ there.
-    """
-    shape = problem.grid.shape
-    field = work.field.reshape(shape)
-    free = work.free.reshape(shape)
-    work.extension.extend(free, field)
-    work.operator.stiffen(field, field)
-    now.transforms += work.cost
-    return work.extension.transpose(
-        free, field, work.step.reshape(shape), work.response.reshape(shape)
-    )
+        Return its slope ⟨step, gap − d⟩; None if no shift of the free points restores the load.
+        """
+        problem, work = self.problem, self.work
+        state = self.pressure, self.gap, work.free
+        load = work.response  # the response of the last step is not needed any more
+        arrays = *state, work.field, work.step, work.trial, load, work.inner
+        clipped, count, added = work.sums(kernels.propose, arrays, (alpha, beta), self.law)
+        # the load that bounds add or take is made up for by the free points nearby: a shift of all of them would move
+        # it across the cell, and long waves answer strongly. If most of the load moves there is no nearby
+        if count and _NEARBY * residual < added / problem.target < 0.5:
+            clipped, count = work.extension.gather_load(
+                work.inner, load, self.pressure, problem.cap, work.trial
+            )
+        slope = None
 
+        def shifted(shift: float) -> tuple[float, float]:
+            nonlocal slope
+            arrays = *state, work.trial, work.step
+            clipped, count, slope = work.sums(
+                kernels.shifted_step, arrays, self.offset, shift, problem.cap
+            )
+            return clipped, count
 
-def propose(
-    problem: ScaledProblem,
-    work: Workspace,
-    now: Iterate,
-    residual: float,
-    alpha: float,
-    beta: float,
-) -> float | None:
-    """Write the next step: β step − α field on the free points, the way to the bound elsewhere, at an unchanged load.
+        accuracy = max(min(1e-9, 1e-3 * residual) * problem.room / problem.target, 1e-15)
+        met, _ = find_shift(shifted, problem.target, accuracy, clipped, count)
+        if met and slope is None:  # no shift was needed, and none tried
+            shifted(0.0)
+        return slope if met else None
 
-    Return its slope ⟨step, gap − d⟩; None if no shift of the free points restores the load.
-    """
-    shape = problem.grid.shape
-    law = now.offset, problem.stiffness, problem.cap
-    load = work.response  # the response of the last step is not needed any more
-    arrays = now.pressure, now.gap, work.free, work.field, work.step, work.trial, load, work.inner
-    clipped, count, added = work.sums(kernels.propose, arrays, (alpha, beta), law)
-    # the load that bounds add or take is made up for by the free points nearby: a shift of all of them would move
-    # it across the cell, and long waves answer strongly. If most of the load moves there is no nearby
-    if count and _NEARBY * residual < added / problem.target < 0.5:
-        fields = (
-            load.reshape(shape),
-            now.pressure.reshape(shape),
-            problem.cap,
-            work.trial.reshape(shape),
-        )
-        clipped, count = work.extension.gather_load(work.inner.reshape(shape), *fields)
-    slope = None
+    def best_length(self, slope: float | None) -> Length:
+        """Fill the response to the step, given its slope; return the length of least energy along the step.
 
-    def shifted(shift: float) -> tuple[float, float]:
-        nonlocal slope
-        arrays = now.pressure, now.gap, work.free, work.trial, work.step
-        clipped, count, slope = work.sums(
-            kernels.shifted_step, arrays, now.offset, shift, problem.cap
-        )
-        return clipped, count
+        The length is 0 if the energy does not fall: then the response is 0 too, and the next step has a new direction.
+        """
+        if slope is None or not slope < 0.0:
+            self.work.response.fill(0.0)
+            return NO_STEP
+        curvature, noise = self.respond()
+        length = -slope / curvature if curvature > 0.0 else 1.0
+        return Length(length, curvature, noise)
 
-    accuracy = max(min(1e-9, 1e-3 * residual) * problem.room / problem.target, 1e-15)
-    met, _ = find_shift(shifted, problem.target, accuracy, clipped, count)
-    if met and slope is None:  # no shift was needed, and none tried
-        shifted(0.0)
-    return slope if met else None
+    def respond(self) -> tuple[float, float]:
+        """Compute the response to the step; return ⟨step, S·step⟩, and the rounding errors in the response."""
+        work = self.work
+        work.operator.comply(work.step, work.response)
+        self.transforms += work.cost
+        curvature, *squares = work.sums(kernels.curvature, (work.step, work.response))
+        return curvature, work.slack * work.displacement_size(*squares)
 
+    def move(self, length: Length) -> None:
+        """Take the step, and no more than all of it: beyond it could leave the bounds. Guess the new offset."""
+        work, share = self.work, min(length.best, 1.0)
+        arrays = self.pressure, self.gap, work.step, work.response
+        clipped, inside = work.sums(kernels.advance, arrays, share, work.slack, self.law)
+        self.noise += share * length.noise
+        if inside > 0:
+            self.offset -= (clipped - self.problem.target) / (self.problem.stiffness * inside)
 
-def best_length(
-    problem: ScaledProblem, work: Workspace, now: Iterate, slope: float | None
-) -> Length:
-    """Fill the response to the step, given its slope; return the length of least energy along the step.
+    def balance(self, accuracy: float) -> bool:
+        """Shift the pressure of the free points, within the bounds, so that the load holds; return whether any does.
 
-    The length is 0 if the energy does not fall: then the response is 0 too, and the next step has a new direction.
-    """
-    if slope is None or not slope < 0.0:
-        work.response.fill(0.0)
-        return Length(0.0, 0.0, 0.0)
-    curvature, noise = respond(problem, work, now)
-    length = -slope / curvature if curvature > 0.0 else 1.0
-    return Length(length, curvature, noise)
+        If none does the pressure stays.
+        """
+        arrays, cap = (self.pressure, self.work.free), self.problem.cap
 
+        def shifted(shift: float) -> Any:
+            return self.work.sums(kernels.shifted_load, arrays, shift, cap)
 
-def respond(problem: ScaledProblem, work: Workspace, now: Iterate) -> tuple[float, float]:
-    """Compute the response to the step; return ⟨step, S·step⟩, and the rounding errors in the response."""
-    shape = problem.grid.shape
-    work.operator.comply(work.step.reshape(shape), work.response.reshape(shape))
-    now.transforms += work.cost
-    curvature, *squares = work.sums(kernels.curvature, (work.step, work.response))
-    return curvature, work.slack * _displacement_size(work, *squares)
-
-
-def move(problem: ScaledProblem, work: Workspace, now: Iterate, length: Length) -> None:
-    """Take the step, and no more than all of it: beyond it could leave the bounds. Guess the new offset."""
-    share = min(length.best, 1.0)
-    law = now.offset, problem.stiffness, problem.cap
-    arrays = now.pressure, now.gap, work.step, work.response
-    clipped, inside = work.sums(kernels.advance, arrays, share, work.slack, law)
-    now.noise += share * length.noise
-    if inside > 0:
-        now.offset -= (clipped - problem.target) / (problem.stiffness * inside)
-
-
-def balance(problem: ScaledProblem, work: Workspace, pressure: Field, accuracy: float) -> bool:
-    """Shift the pressure of the free points, within the bounds, so that the load holds; return whether any shift does.
-
-    If none does the pressure stays.
-    """
-    cap = problem.cap
-
-    def shifted(shift: float) -> tuple[float, float]:
-        sums: tuple[float, float] = work.sums(
-            kernels.shifted_load, (pressure, work.free), shift, cap
-        )
-        return sums
-
-    met, shift = find_shift(shifted, problem.target, accuracy, *shifted(0.0))
-    if met:
-        work.do(kernels.shift_free, (pressure, work.free), shift, cap)
-    return met
+        met, shift = find_shift(shifted, self.problem.target, accuracy, *shifted(0.0))
+        if met:
+            self.work.do(kernels.shift_free, arrays, shift, cap)
+        return met
 
 
 def rounding_floor(problem: ScaledProblem, pressure: Field) -> float:
