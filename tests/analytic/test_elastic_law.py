@@ -159,22 +159,3 @@ def test_a_spectrum_with_a_gap_is_refused():
             ValueError, match=r"octaves of gaps in C\(q\) = .* lies outside 0 … 0\.5"
         ):
             persson.calibrated_spectrum(Gap(fill), **solid)
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"effective_modulus": -1.0}, "effective_modulus = -1 Pa must be positive"),
-        ({"nominal_pressure": float("nan")}, "nominal_pressure holds values that are NaN"),
-        ({"spectrum": 3.0}, "spectrum = 3.0 must be a callable"),
-    ],
-)
-def test_wrong_arguments_are_named(given, message):
-    arguments = {
-        "spectrum": SPECTRUM,
-        "effective_modulus": MODULUS,
-        "nominal_pressure": 1e9,
-    } | given
-    spectrum = arguments.pop("spectrum")
-    with pytest.raises((TypeError, ValueError), match=message):
-        persson.calibrated_spectrum(spectrum, **arguments)

@@ -1,4 +1,4 @@
-"""Moving Hertz, disc and square sources: exact values, limits with their rates, symmetry, refusals."""
+"""Moving Hertz, disc and square sources: exact values, limits with their rates, symmetry."""
 
 import json
 from math import asinh, pi, sqrt
@@ -286,11 +286,3 @@ def test_an_integrand_that_the_panels_do_not_resolve_is_refused():
 def test_impossible_peclet_numbers_are_refused(function, value, error):
     with pytest.raises(error, match="peclet"):
         function(value)
-
-
-@pytest.mark.parametrize("function", [hertz.static_temperature, hertz.fast_temperature])
-def test_impossible_places_are_refused(function):
-    with pytest.raises(ValueError, match="x holds"):
-        function(np.nan, 0.0)
-    with pytest.raises(TypeError, match="y ="):
-        function(0.0, None)

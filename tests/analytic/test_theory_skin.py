@@ -242,34 +242,3 @@ def test_a_skin_and_heat_in_it_raise_the_background_by_the_mean_resistance():
     inside, beyond = scipy.integrate.quad(lambda u: np.exp(-u) * u, 0, 0.75)[0], np.exp(-0.75)
     resistance = depth / 3.0 * inside + beyond * (OXIDE[0] / 3.0 + depth / 46.0)
     assert only - both == pytest.approx(resistance, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("layers", "message"),
-    [
-        ({"skin": (1e-6, 3.0)}, "skin = .* must be thickness, conductivity and diffusivity"),
-        ({"skin": (0.0, 3.0, 1e-6)}, "thickness of the skin = 0 m must be positive"),
-        ({"skin": (1e-6, -3.0, 1e-6)}, r"conductivity of the skin = -3 W/\(m K\) must be positive"),
-        ({"skin": (1e-6, 3.0, np.nan)}, "diffusivity of the skin holds values"),
-        ({"heat_depth": -1.0}, "heat_depth = -1 m must not be negative"),
-        ({"heat_depth": [1.0]}, "heat_depth has shape"),
-    ],
-)
-def test_bad_layers_are_refused(layers, message):
-    with pytest.raises((TypeError, ValueError), match=message):
-        flash.flash_temperature(1.0, **SLIDING, **layers)
-
-
-def test_a_background_before_the_layers_are_warm_is_refused():
-    with pytest.raises(
-        ValueError, match="less than 5 times the 1e-05 m of the skin or the heat_depth"
-    ):
-        background.temperature(0.99 * 25 * 1e-10 / 1.2e-5, heat_flux=1.0, **BODY, heat_depth=1e-5)
-    with pytest.raises(ValueError, match="less than 5 times the 1.*e-05 m of the skin"):
-        background.temperature(1e-5, heat_flux=1.0, **BODY, skin=OXIDE)
-    with pytest.raises(
-        ValueError, match="duration: heat spreads .* less than 5 times the 1.*e-05 m of the skin"
-    ):
-        partition.moving_share(1.0, **GIVEN, **BODY, skin=OXIDE, rule="total", duration=1e-5)
-    with pytest.raises(ValueError, match="go with a constant heat_flux"):
-        background.temperature(1.0, heat_flux=lambda t: 1.0, **BODY, heat_depth=1e-6)

@@ -1,4 +1,4 @@
-"""Contact: exact solutions, optimality judged from outside, symmetries, and what is refused."""
+"""Contact: exact solutions, optimality judged from outside, symmetries."""
 
 import itertools
 
@@ -297,51 +297,6 @@ def test_too_few_iterations_raise_and_carry_the_best_field():
     assert caught.value.iterations == 1
     assert caught.value.residual > 1e-6
     assert caught.value.pressure.mean() == pytest.approx(0.01)
-
-
-BAD_HEIGHTS = {
-    "one NaN": np.where(np.eye(64) == 1, np.nan, 0.0),
-    "infinite": np.where(np.eye(64) == 1, np.inf, 0.0),
-    "complex": np.ones((64, 64)) * 1j,
-    "masked": np.ma.masked_greater(WAVE, 0.005),
-    "strings": np.full((64, 64), "1"),
-    "one-dimensional": np.zeros(64),
-    "another shape": np.zeros((32, 64)),
-}
-
-
-@pytest.mark.parametrize("name", BAD_HEIGHTS)
-def test_bad_heights_are_refused_by_name(name):
-    with pytest.raises((TypeError, ValueError), match="heights"):
-        rs.solve_contact(BAD_HEIGHTS[name], UNIT, rs.Solid(1.0), nominal_pressure=0.01)
-
-
-@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, "1", None])
-def test_bad_numbers_are_refused_by_name(value):
-    with pytest.raises((TypeError, ValueError), match="nominal_pressure"):
-        rs.solve_contact(WAVE, UNIT, rs.Solid(1.0), nominal_pressure=value)
-    with pytest.raises((TypeError, ValueError), match="tolerance"):
-        rs.solve_contact(WAVE, UNIT, rs.Solid(1.0), nominal_pressure=0.01, tolerance=value)
-    with pytest.raises((TypeError, ValueError), match="effective_modulus"):
-        rs.Solid(value)
-    if value != np.inf:
-        with pytest.raises((TypeError, ValueError), match="penetration_hardness"):
-            rs.Solid(1.0, value)
-
-
-def test_a_load_above_the_hardness_is_refused():
-    with pytest.raises(
-        ValueError, match="nominal_pressure = 2 Pa exceeds penetration_hardness = 1 Pa"
-    ):
-        rs.solve_contact(WAVE, UNIT, rs.Solid(1.0, 1.0), nominal_pressure=2.0)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"), [("max_iterations", 0), ("max_iterations", 1.5), ("precision", "half")]
-)
-def test_bad_options_are_refused_by_name(name, value):
-    with pytest.raises(ValueError, match=name):
-        rs.solve_contact(WAVE, UNIT, rs.Solid(1.0), nominal_pressure=0.01, **{name: value})
 
 
 def test_random_problems_meet_the_optimality_conditions():

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_cases import assert_solved, press, rough, violation
+from contact_cases import assert_solved, rough, violation
 
 import roughsim as rs
 
@@ -89,15 +89,3 @@ def test_a_start_is_not_changed():
     solved(SOLIDS["capped"], slid=1, start=start)
     np.testing.assert_array_equal(start.pressure, kept[0])
     np.testing.assert_array_equal(start.displacement, kept[1])
-
-
-def test_a_start_that_cannot_serve_is_refused():
-    contact, hole = press(), np.where(np.eye(64) > 0, np.nan, 1.0)
-    refused = {
-        "start is a ndarray; give the Contact of an earlier solve": contact.pressure,
-        "start.pressure = 0 Pa everywhere": replace(contact, pressure=0.0 * contact.pressure),
-        "start.pressure holds 64 values that are NaN": replace(contact, pressure=hole),
-    }
-    for words, start in refused.items():
-        with pytest.raises((TypeError, ValueError), match=words):
-            press(start=start)

@@ -12,7 +12,6 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.charts.comparison import draw_over_speed
 from roughsim.comparison.tables import theory_dict, theory_table
-from roughsim.errors import ConvergenceError
 from roughsim.explore import content as curves
 from roughsim.heat import effective_conductivity, effective_temperature
 from roughsim.outputs import run_report as report
@@ -332,21 +331,6 @@ def test_a_table_without_meaning_is_refused_in_one_line(quick, conductivity, sta
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize("name", ["conductivity", "diffusivity"])
-def test_a_body_conducts_with_one_number_or_one_for_each_speed(name):
-    given = {
-        "speeds": [1.0, 2.0],
-        "friction_coefficient": 0.1,
-        "conductivity": 30.0,
-        "diffusivity": 1e-5,
-    }
-    assert getattr(rs.HeatSource(**given | {name: [1.0, 2.0]}), name) == (1.0, 2.0)
-    with pytest.raises(ValueError, match=rf"{name} has shape \(3,\) for 2 speeds"):
-        rs.HeatSource(**given | {name: [1.0, 2.0, 3.0]})
-    with pytest.raises(ValueError, match=rf"{name} = -1 .* must be positive"):
-        rs.HeatSource(**given | {name: [1.0, -1.0]})
-
-
 def test_of_several_temperatures_the_one_next_to_the_background_is_taken():
     # T = T₀ + 0.75 T_flash(T) with T_flash = 400 + 0.001 (T − 300)²: 0.00075 x² − x + 300 = 0 with x = T − T₀
     root = 300 + (1 - np.sqrt(1 - 4 * 0.00075 * 300)) / (2 * 0.00075)
@@ -362,12 +346,6 @@ def test_a_flash_temperature_that_falls_steeply_is_found_too(slope):
         lambda t: 100 - slope * (t - 300) / 0.75, background_temperature=300.0
     )
     assert found == pytest.approx(300 + 75 / (1 + slope), rel=1e-9)
-
-
-def test_runaway_has_no_temperature():
-    with pytest.raises(ConvergenceError, match="no fixed point"):
-        effective_temperature(lambda t: 2.0 * t, background_temperature=300.0)
-    assert effective_conductivity(lambda t: 30.0, lambda k: 1e9 / k) == 30.0
 
 
 def nonlinear_flash_temperature(kappa, flux):

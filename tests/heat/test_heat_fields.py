@@ -40,11 +40,6 @@ def test_the_correlation_of_one_wave_is_a_bessel_function():
     np.testing.assert_allclose(
         temperature_correlation(field.astype(np.float32), grid, r), expected, atol=1e-4
     )
-    for wrong in (-0.1, 1.81, np.nan):
-        with pytest.raises(
-            ValueError, match="must lie between 0 and half the diagonal of the cell"
-        ):
-            temperature_correlation(field, grid, wrong)
 
 
 @pytest.mark.parametrize("speed", [0.3, 20.0, 400.0])
@@ -113,11 +108,6 @@ def test_pressure_and_temperature_share_out_the_contact():
     np.testing.assert_allclose(
         joint.share, [[0.25, 0.25], [0.0, 0.5]]
     )  # 2 Pa and 20 K are in the upper bins
-    for wrong in (0, 1.5, True):
-        with pytest.raises(ValueError, match="bins = .* must be a whole number"):
-            joint_distribution(temperature, pressure, bins=wrong)
-    with pytest.warns(RuntimeWarning, match="no contact"):
-        assert np.isnan(joint_distribution(temperature, 0 * pressure).share).all()
 
 
 def test_the_shares_of_a_resting_hertz_contact_lie_on_its_curve():
@@ -237,9 +227,6 @@ def test_tracks_end_at_the_next_contact_and_wrap_around_a_periodic_cell():
     np.testing.assert_allclose(got, expected)
     free = wake_profile(field, flux, grid, [1.0, 3.0, 5.0, 7.0], periodic=False)
     np.testing.assert_allclose(free, [(2 + 100 + 105) / 3, (1 + 104) / 2, (0 + 103) / 2, 102.0])
-    for wrong in (0.9, np.nan, np.inf):
-        with pytest.raises(ValueError, match="at least half a pixel, 1 m"):
-            wake_profile(field, flux, grid, [2.0, wrong])
     assert wake_profile(field, flux, grid, []).shape == (0,)
     assert np.isnan(wake_profile(field, 0 * flux, grid, [2.0])).all()
 

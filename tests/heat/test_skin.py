@@ -323,22 +323,6 @@ def test_many_wavenumbers_are_interpolated_to_twelve_digits():
         np.testing.assert_allclose(many[some], few, rtol=1e-11)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"skin": (1e-6, 3.0)}, "skin = .* must be three numbers"),
-        ({"skin": "oxide"}, "skin = 'oxide' must be three numbers"),
-        ({"skin": Skin(-1e-6, 3.0, 1e-6)}, "thickness of the skin = -1e-06 m must be"),
-        ({"skin": Skin(1e-6, 0.0, 1e-6)}, r"conductivity of the skin = 0 W/\(m K\) must be"),
-        ({"skin": Skin(1e-6, 3.0, inf)}, "diffusivity of the skin = inf m²/s must be"),
-        ({"heat_depth": -1e-9}, "heat_depth = -1e-09 m must not be negative"),
-    ],
-)
-def test_bad_layers_are_refused(options, message):
-    with pytest.raises((TypeError, ValueError), match=message):
-        sliding_temperature(wave(), GRID, speed=SPEED, **options, **STEEL)
-
-
 def test_any_three_numbers_are_a_skin():
     close(
         steady(wave(), GRID, speed=SPEED, skin=tuple(OXIDE), **STEEL),

@@ -296,16 +296,6 @@ def test_a_skin_turns_heat_away_and_depth_takes_more(layers):
     assert shares[1].residual < 1e-8
 
 
-def test_bad_layers_are_refused():
-    flux, grid, _ = hill(8)
-    with pytest.raises(TypeError, match="skin = .* must be three numbers"):
-        half_space_temperature(flux, grid, speed=1.0, skin=(1.0,), **STEEL)
-    with pytest.raises(ValueError, match="heat_depth = -1 m must not be negative"):
-        Body(heat_depth=-1.0, **STEEL)
-    with pytest.raises(ValueError, match="diffusivity of the skin = 0 m²/s must be positive"):
-        Body(skin=Skin(1e-6, 1.0, 0.0), **STEEL)
-
-
 @pytest.mark.parametrize("speed", [0.0, 1.0, 35.0])
 @pytest.mark.parametrize("skin", [None, OXIDE])
 def test_heat_released_in_depth_makes_no_maximum_below_the_surface(speed, skin):

@@ -1,7 +1,7 @@
 """T_flash, T_av and T_max of Hertz, disc and square sources on the free half-space, steady and from rest."""
 
 import json
-from math import inf, nan, pi, sqrt
+from math import inf, pi, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -350,38 +350,3 @@ def test_depth_cools():
     # far below, κT = Q/2πz of the resting square with 4 units of heat
     deep = source_temperature(flux, grid, speed=0.0, depth=40.0, **UNIT).max_temperature
     assert deep == pytest.approx(4 / (2 * pi * 40.0), rel=1e-3)
-
-
-# refusals
-
-
-def test_without_heat_there_is_no_temperature():
-    with pytest.warns(RuntimeWarning, match="heat_flux = 0 W/m² everywhere"):
-        source = source_temperature(np.zeros((4, 4)), Grid((4, 4), (1.0, 1.0)), speed=1.0, **UNIT)
-    assert np.isnan(
-        [source.flash_temperature, source.mean_temperature, source.max_temperature]
-    ).all()
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"heat_flux": -np.ones((3, 3))}, "heat_flux = -1 W/m² must not be negative"),
-        ({"heat_flux": np.full((3, 3), nan)}, "NaN or infinite"),
-        ({"covered": np.ones((2, 3))}, "covered has shape"),
-        ({"conductivity": 0.0}, "conductivity = 0"),
-        ({"diffusivity": nan}, "diffusivity = nan"),
-        ({"speed": inf}, "speed = inf"),
-        ({"depth": -1.0}, "depth = -1 m"),
-        ({"time": 0.0}, "time = 0.0 s must be one positive number"),
-        ({"time": [1.0, 2.0]}, "must be one positive number"),
-    ],
-)
-def test_what_has_no_meaning_is_refused_by_name(change, words):
-    given = (
-        {"heat_flux": np.ones((3, 3)), "grid": Grid((3, 3), (1.0, 1.0)), "speed": 1.0}
-        | UNIT
-        | change
-    )
-    with pytest.raises(ValueError, match=words):
-        source_temperature(given.pop("heat_flux"), given.pop("grid"), **given)
