@@ -122,7 +122,8 @@ def plan(
     numerics = rs.plan(loaded)
     judged = judge(loaded, numerics)
     if as_json:
-        reasons = [reason._asdict() for reason in numerics.reasons]
+        names = ("choice", "value", "reason")
+        reasons = [dict(zip(names, one.row, strict=True)) for one in numerics.reasons]
         print_json(numerics.to_dict() | {"reasons": reasons} | judged.to_dict())
     else:
         print_parts(plan_table(numerics.reasons), judged.table())
@@ -219,7 +220,7 @@ def _show_plan(scene: "rs.Scene", numerics: "rs.Numerics") -> None:
     from roughsim.planning.realization import slide_problem
 
     for reason in numerics.reasons:
-        if reason.choice in ("smoothed", "capped", "elastic"):
+        if reason.quantity in ("smoothed", "capped", "elastic"):
             tell(reason.value)
     if numerics.slide is not None:
         steps = slide_problem(scene, numerics).steps

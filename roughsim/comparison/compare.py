@@ -286,7 +286,7 @@ def comparison_table(comparison: Comparison) -> Table:
 def _meanings_of_directions(run: Pressed) -> Iterator[str]:
     """Yield notes on the cell of a map, and on its rows by the direction of sliding and over its Gaussian twin."""
     yield from (
-        f"cell: {value}, {reason}." for choice, value, reason in run.reasons if choice == "surface"
+        f"cell: {one.value}, {one.text}." for one in run.reasons if one.quantity == "surface"
     )
     if run.angles:
         angles = ", ".join(

@@ -8,11 +8,11 @@ from typing import Any
 from roughsim.comparison.compare import Comparison, numbers_of
 from roughsim.comparison.row import Row
 from roughsim.comparison.rows import FLASH
-from roughsim.planning.limits import of_several
 from roughsim.results.answers import meanings
 from roughsim.results.folder import left_out
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
+from roughsim.show.remarks import of_several
 from roughsim.show.table import Column, Table, with_unit
 from roughsim.show.text import marked
 
@@ -91,7 +91,7 @@ class Comparisons:
             notes += [f"{label}: {line}" for line in left_out(one.run)]
         runs = (one.run for one in self.comparisons)
         return notes + marked(
-            of_several({label: run.warnings for label, run in zip(self.labels, runs, strict=True)})
+            of_several({label: run.remarks for label, run in zip(self.labels, runs, strict=True)})
         )
 
     def __str__(self) -> str:

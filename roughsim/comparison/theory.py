@@ -12,8 +12,9 @@ from roughsim.grid import Array
 from roughsim.planning.limits import judge, warnings_of
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.show.markup import in_notebook
+from roughsim.show.remarks import warn_of
 from roughsim.show.table import Table
-from roughsim.show.text import marked, warn_of_scene
+from roughsim.show.text import marked
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -60,7 +61,9 @@ class Theory:
 
     def __repr__(self) -> str:
         flash = ", ".join(f"{value:.4g}" for value in self.flash_temperature)
-        return f"<Theory of {self.scene.title}: T_flash {flash} K at {', '.join(f'{v:g}' for v in self.speed)} m/s>"
+        speeds = ", ".join(f"{speed:g}" for speed in self.speed)
+        about = f"<Theory of {self.scene.title}: T_flash {flash} K at {speeds} m/s>"
+        return "\n".join([about, *marked(warnings_of(self.scene))])
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
@@ -111,7 +114,7 @@ def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> The
     """
     loaded = as_scene(scene, changes)
     values = theory_values(loaded)
-    warn_of_scene(warnings_of(loaded))
+    warn_of(warnings_of(loaded))
     names = Theory.__dataclass_fields__.keys() - {"scene", "speed"}
     return Theory(loaded, np.array(loaded.speeds), **{name: values[name] for name in names})
 

@@ -31,8 +31,9 @@ from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError, SceneSource
 from roughsim.scene.files import load_map
-from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
-from roughsim.show.text import note, warn_of_scene
+from roughsim.scene.numerics import SLIDING, Column, Level, Numerics
+from roughsim.show.remarks import Remark, warn_of
+from roughsim.show.text import note
 from roughsim.store.disk import set_aside
 from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import (
@@ -123,7 +124,10 @@ def press(
         if len(maps) > 1:
             numerics = replace(
                 numerics,
-                reasons=(*numerics.reasons, Reason("map", "of both faces", topography.taken)),
+                reasons=(
+                    *numerics.reasons,
+                    Remark("choice", "map", topography.taken, "of both faces"),
+                ),
             )
         allowed.fit(*largest_member(own, numerics), numerics.threads)
         numerics = _begin(own, home, numerics, {"of": kind, "edges": joined, "heights": digest})
@@ -137,7 +141,7 @@ def press(
                     about = member.provenance
                     raise ConvergenceError(member.failure, about["residual"], about["iterations"])
     run = open_run(folder)
-    warn_of_scene(run.warnings)
+    warn_of(run.remarks)
     return run
 
 
@@ -243,17 +247,19 @@ def _numerics(scene: Scene, grid: Grid, resolution: Resolution, edges: str) -> N
     if not whole:
         waves = "too many points for the shortest waves; half the cut-off shows their effect"
     reasons = (
-        Reason("surface", f"{grid.shape[0]} × {grid.shape[1]} points", _EDGES[edges]),
-        Reason("cut-off", f"{q_max:.3g} rad/m", waves),
-        Reason(
+        Remark("choice", "surface", _EDGES[edges], f"{grid.shape[0]} × {grid.shape[1]} points"),
+        Remark("choice", "cut-off", waves, f"{q_max:.3g} rad/m"),
+        Remark(
+            "choice",
             "pixels",
-            f"{pixels:g} and {2 * pixels:g} per shortest wave",
             "their difference gives the pixel error",
+            f"{pixels:g} and {2 * pixels:g} per shortest wave",
         ),
-        Reason(
+        Remark(
+            "choice",
             "realizations",
-            "1",
             "the map itself; its four quarters, pressed alike, give the scatter",
+            "1",
         ),
     )
     return Numerics(levels=tuple(levels), lengths=grid.lengths, **chosen, reasons=reasons)

@@ -28,7 +28,7 @@ from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.checks import check_ends, check_levels
 from roughsim.scene.ensemble import TARGET
 from roughsim.scene.numerics import Numerics
-from roughsim.show.text import warn_of_scene
+from roughsim.show.remarks import warn_of
 from roughsim.store.claims import Claims
 
 if TYPE_CHECKING:
@@ -121,11 +121,10 @@ def run(  # noqa: PLR0913  (each is an option)
                 f"target_error = {target_error} and until = {until} are both given; give one of them"
             )
         until = {"flash_temperature": TARGET(target_error, "target_error")}
-    scene = as_scene(scene, changes)
     ends = {"until": until, "max_realizations": max_realizations}
     given: dict[str, Any] = {"seed": seed, "realizations": realizations, **ends}
-    given = {key: value for key, value in given.items() if value is not None}
-    scene = replace(scene, ensemble=replace(scene.ensemble, **given))  # checked as in a file
+    ensemble = {f"ensemble.{key}": value for key, value in given.items() if value is not None}
+    scene = as_scene(scene, {**(changes or {}), **ensemble})
     check_ends(scene.ensemble, ends)
     folder = Path(folder)
     with allowed, shown(progress and observer is None, "planning") as bar:
@@ -134,7 +133,7 @@ def run(  # noqa: PLR0913  (each is an option)
             if folder_state(folder) == "free":
                 allowed.fit(*largest_member(scene, numerics), numerics.threads)
         numerics = begin(scene, folder, numerics)
-        warn_of_scene(warnings_of(scene, numerics))
+        warn_of(warnings_of(scene, numerics))
         if bar is not None:
             bar.show("computing", 0.0, 0)
             observer = bar.update

@@ -21,7 +21,6 @@ from roughsim.planning.limits import judge
 from roughsim.planning.reasons import level_text, plan_table
 from roughsim.results.run import Run
 from roughsim.scene import Scene, with_short_tables
-from roughsim.scene.numerics import Reason
 from roughsim.show.markup import Html, bullets, digits, html_table, joined, tag, text
 from roughsim.show.table import Cell, Column, Number, Table
 from roughsim.show.text import clock
@@ -236,7 +235,7 @@ def picture(draw: Callable[[Path], object], ending: str, caption: str) -> Html:
 def _plan_section(run: Run) -> Html:
     """Return the choices of the plan with their reasons, or the numerics of a run without a plan."""
     if run.reasons:
-        return html_table(plan_table([Reason(*reason) for reason in run.reasons]))
+        return html_table(plan_table(run.reasons))
     values = run.numerics.to_dict()
     values["levels"] = level_text(run.numerics.levels)
     rows = [[key.replace("_", " "), str(value)] for key, value in values.items()]

@@ -3,8 +3,7 @@
 A warning has the value, the limit, and advice. The list of docs/limits.md has the same limits.
 """
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from math import inf, isfinite, isnan, pi, prod, sqrt
 from typing import Any, NamedTuple
 
@@ -15,19 +14,20 @@ from roughsim.planning.levels import SIDE, cell_of
 from roughsim.prediction.facts import YIELDED, Facts, gentle_end
 from roughsim.prediction.scans import scan_of_hottest, unknown_by
 from roughsim.prediction.statements import (
+    NO_VALUE,
     UNEVEN,
     ByMean,
-    Statement,
     cautions,
     equal_faces,
     statements,
 )
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
-from roughsim.scene.slips import STEEP, slips, steepness
+from roughsim.scene.slips import STEEP, steepness
+from roughsim.show.remarks import WARNINGS, Remark, most_serious_first
 from roughsim.show.table import Column, Table
 
-Lines = Iterator[str]
+Remarks = Iterator[Remark]
 _YIELDS = (
     1 / 3
 )  # of the hardness, about the yield stress: above it bodies yield beneath their whole face
@@ -44,20 +44,31 @@ _THICK = 0.1  # of the side of the cell: thicker layers are bodies of their own
 
 
 class Plausibility(NamedTuple):
-    """Sizes of a scene (None if its theory has no value), assumptions, and warnings."""
+    """Sizes of a scene (None if its theory has no value), and remarks: warnings, then assumptions."""
 
     facts: Facts | None
-    warnings: list[str]
-    statements: list[Statement]
+    remarks: list[Remark]
+
+    @property
+    def warnings(self) -> list[str]:
+        """The warnings, the most serious first."""
+        return [str(remark) for remark in self.remarks if remark.kind in WARNINGS]
 
     def table(self) -> Table:
         """Return sizes and assumptions for people: name, value, and meaning or reason."""
-        rows = [*(self.facts.rows() if self.facts else []), *self.statements]
+        sizes = self.facts.rows() if self.facts else []
+        assumptions = [remark for remark in self.remarks if remark.kind == "assumption"]
+        rows = [remark.row for remark in (*sizes, *assumptions)]
         return Table([Column("", name=True), Column("", name=True), Column("")], rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Return "scene_facts", "scene_statements" and "scene_warnings" as JSON values."""
-        assumptions = [statement._asdict() for statement in self.statements]
+        names = ("name", "value", "because")
+        assumptions = [
+            dict(zip(names, remark.row, strict=True))
+            for remark in self.remarks
+            if remark.kind == "assumption"
+        ]
         sizes = self.facts and self.facts.to_dict()
         return {
             "scene_facts": sizes,
@@ -68,7 +79,8 @@ class Plausibility(NamedTuple):
 
 def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
     """Return the sizes, warnings and assumptions of a scene in words; `numerics` as of `warnings_of`."""
-    return Plausibility(*_examined(scene, numerics), statements(scene))
+    facts, warnings = _examined(scene, numerics)
+    return Plausibility(facts, [*warnings, *statements(scene)])
 
 
 def warnings_of(
@@ -77,7 +89,7 @@ def warnings_of(
     *,
     drawn: bool = True,
     measured: ByMean | None = None,
-) -> list[str]:
+) -> list[Remark]:
     """Return a warning for each number that the model is not meant for, and for each assumption that is easily missed.
 
     Contact is counted in the cell and in pixels of the finest grid of `numerics`. Without them it is the cell of the
@@ -89,49 +101,35 @@ def warnings_of(
 
 def _examined(
     scene: Scene, numerics: Numerics | None, drawn: bool = True, measured: ByMean | None = None
-) -> tuple[Facts | None, list[str]]:
+) -> tuple[Facts | None, list[Remark]]:
     """Return the sizes of a scene, None if its theory has no value, and its warnings."""
-    scanned = _scan_lines(scene) if drawn else ()
-    plain = [*slips(scene), *scanned, *cautions(scene, drawn=drawn, measured=measured)]
+    scanned = _scan_remarks(scene) if drawn else ()
+    plain = [*scene.slips, *scanned, *cautions(scene, drawn=drawn, measured=measured)]
     try:
         known = Facts(
             scene, numerics.lengths if numerics else cell_of(prediction.computed(scene))[0]
         )
-    except (ValueError, ArithmeticError, RuntimeError) as error:
-        line = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
-        lines = [*steepness(scene), *plain, " ".join(line.split())]
-        return None, lines
-    lines = [
-        *_slope_lines(scene, known.rms_slope_before_yield),
+    except NO_VALUE as error:
+        text = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
+        unknown = Remark("no theory", "theory", " ".join(text.split()))
+        return None, most_serious_first([*steepness(scene.spectrum.rms_slope), *plain, unknown])
+    remarks = [
+        *_slope_remarks(scene, known.rms_slope_before_yield),
         *plain,
-        *_load_lines(scene, known, numerics),
+        *_load_remarks(scene, known, numerics),
     ]
-    lines += [
-        *_heat_lines(scene, known),
-        *_layer_lines(scene, min(known.cell)),
-        *_share_lines(scene, known),
+    remarks += [
+        *_heat_remarks(scene, known),
+        *_layer_remarks(scene, min(known.cell)),
+        *_share_remarks(scene, known),
     ]
-    return known, lines
+    return known, most_serious_first(remarks)
 
 
-def of_several(warnings: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return the warnings of several scenes by their names, of those that differ in their numbers alone the first."""
-    alike: dict[str, dict[str, str]] = {}
-    for name, lines in warnings.items():
-        for line in lines:
-            alike.setdefault(re.sub(r"\d[\d.e+−-]*", "", line), {}).setdefault(name, line)
-    result = []
-    for by_name in alike.values():
-        name, line = next(iter(by_name.items()))
-        others = f" and {len(by_name) - 1} more with other numbers" if len(by_name) > 1 else ""
-        everywhere = len(by_name) == len(warnings) and len(set(by_name.values())) == 1
-        result.append(line if everywhere else f"{name}{others}: {line}")
-    return result
-
-
-def _slope_lines(scene: Scene, before_yield: float) -> Lines:
+def _slope_remarks(scene: Scene, before_yield: float) -> Remarks:
     """Warn of steep slopes; `before_yield` is the rms slope of the waves up to 32 q_y."""
-    if scene.spectrum.rms_slope <= STEEP:
+    slope = scene.spectrum.rms_slope
+    if slope <= STEEP:
         return
     end = gentle_end(scene)
     if (
@@ -152,7 +150,7 @@ def _slope_lines(scene: Scene, before_yield: float) -> Lines:
             f", or {_without_waves(scene, end)}, up to which it is less" if isfinite(end) else ""
         )
         advice = f"check the units of the roughness{until}"
-    yield from steepness(scene, advice)
+    yield from steepness(slope, advice)
 
 
 def _without_waves(scene: Scene, q: float) -> str:
@@ -164,37 +162,46 @@ def _without_waves(scene: Scene, q: float) -> str:
     return f"lower q_max to {q:.3g} rad/m"
 
 
-def _scan_lines(scene: Scene) -> Lines:
+def _scan_remarks(scene: Scene) -> Remarks:
     """Warn of a C(q) from scans whose own error is unknown or large."""
     scan, target = scan_of_hottest(scene), scene.ensemble.ends.get("flash_temperature", inf)
     if scan is not None and isnan(scan):
-        yield f"C(q) was measured on a scan, and its error is unknown: {unknown_by(scene)}"
+        text = f"C(q) was measured on a scan, and its error is unknown: {unknown_by(scene)}"
+        yield Remark("caution", "error of the scan", text)
     elif scan is not None and scan > target:
-        yield (
+        yield Remark(
+            "caution",
+            "size of the scan",
             f"C(q) was measured on a scan, which by itself leaves {100 * scan:.2g} % of error in the highest T_flash, "
-            f"above the target of {100 * target:g} %; take a larger scan, or more of them"
+            f"above the target of {100 * target:g} %; take a larger scan, or more of them",
         )
 
 
-def _load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
+def _load_remarks(scene: Scene, known: Facts, numerics: Numerics | None) -> Remarks:
     """Warn of a nominal pressure or contact area that is too large or too small."""
     pressure = f"sliding.nominal_pressure = {scene.sliding.nominal_pressure:.3g} Pa"
     if known.pressure_over_hardness > _YIELDS:
-        yield (
+        yield Remark(
+            "limit",
+            "pressure over hardness",
             f"{pressure} is {known.pressure_over_hardness:.2g} of the hardness, above {_YIELDS:.2g}: bodies yield "
-            "beneath their whole face, but in the model only at the contact; check the units of both"
+            "beneath their whole face, but in the model only at the contact; check the units of both",
         )
     if known.pressure_over_modulus > _STRAIN:
-        yield (
+        yield Remark(
+            "limit",
+            "pressure over modulus",
             f"{pressure} is {known.pressure_over_modulus:.2g} of E* = {scene.effective_modulus:.3g} Pa, above "
-            f"{_STRAIN:g}, and the model is for small strains; check the units of pressure and youngs_modulus"
+            f"{_STRAIN:g}, and the model is for small strains; check the units of pressure and youngs_modulus",
         )
     strain = known.contact_pressure / scene.effective_modulus
     if scene.elastic and strain > _STRAIN and scene.effective_modulus > _STIFF:
-        yield (
+        yield Remark(
+            "limit",
+            "contact pressure over modulus",
             f"the mean contact pressure, {known.contact_pressure:.3g} Pa, is {strain:.2g} of E*, above {_STRAIN:g}, "
             "and stiff solids yield before that; give a penetration_hardness, or check the units of roughness and "
-            "pressure"
+            "pressure",
         )
     levels = numerics.levels if numerics else scene.numerics.levels or ()
     (x, y) = max((level.shape for level in levels), key=prod, default=(SIDE, SIDE))
@@ -202,20 +209,25 @@ def _load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
     pixels = known.contact_fraction * (x * y)
     contact = f"{pressure} makes contact on {known.contact_fraction:.2g} of the area"
     if pixels < _LEAST_PIXELS:
-        yield f"{contact}, {pixels:.2g} pixels of {grid}, {x} × {y}, below {_LEAST_PIXELS:g}; check its unit"
+        text = f"{contact}, {pixels:.2g} pixels of {grid}, {x} × {y}, below {_LEAST_PIXELS:g}; check its unit"
+        yield Remark("limit", "pixels of contact", text)
     elif known.hot_spots < 1.0:
-        yield (
+        yield Remark(
+            "limit",
+            "hot spots",
             f"{contact}, {known.hot_spots:.2g} of one hot spot of the theory in a cell of {1e3 * known.cell[0]:.3g} "
-            "mm; check its unit, or raise numerics.lengths"
+            "mm; check its unit, or raise numerics.lengths",
         )
     if known.contact_fraction > _COMPLETE:
-        yield (
+        yield Remark(
+            "limit",
+            "contact area",
             f"contact on {known.contact_fraction:.3g} of the area in theory is above {_COMPLETE:g}: such faces adhere, "
-            "but not in the model; check the units of roughness, pressure and youngs_modulus"
+            "but not in the model; check the units of roughness, pressure and youngs_modulus",
         )
 
 
-def _heat_lines(scene: Scene, known: Facts) -> Lines:
+def _heat_remarks(scene: Scene, known: Facts) -> Remarks:
     """Warn of contact that melts, and of heat that is not diffusive."""
     k = int(np.argmax(known.flash_temperature))
     hottest = known.background_temperature + float(known.flash_temperature[k])
@@ -225,22 +237,27 @@ def _heat_lines(scene: Scene, known: Facts) -> Lines:
         f"of {known.background_temperature:g} K, makes {hottest:.4g} K"
     )
     if hottest > known.melting_temperature:
-        yield (
+        yield Remark(
+            "limit",
+            "melting temperature",
             f"{reached}, above the melting_temperature of {known.melting_temperature:g} K: in the model bodies stay "
-            "solid; check the units of heat, load and roughness, or lower the speed"
+            "solid; check the units of heat, load and roughness, or lower the speed",
         )
     elif hottest > _HOTTEST:
         units = "check the units of heat, load and roughness"
-        yield f"{reached}, above {_HOTTEST:g} K: no material is solid there; {units}"
+        text = f"{reached}, above {_HOTTEST:g} K: no material is solid there; {units}"
+        yield Remark("limit", "hottest contact", text)
     fastest = float(known.peclet_number.max())
     if fastest > 1.0 and (depth := known.hot_spot_radius * sqrt(2.0 / fastest)) < _FREE_PATH:
-        yield (
+        yield Remark(
+            "limit",
+            "Péclet number",
             f"at the Péclet number vr/D = {fastest:.3g} the heat of a hot spot goes {depth:.2g} m deep, less than "
-            f"{_FREE_PATH:g} m, the free path of electrons and phonons; check the units of speed and conductivity"
+            f"{_FREE_PATH:g} m, the free path of electrons and phonons; check the units of speed and conductivity",
         )
 
 
-def _layer_lines(scene: Scene, side: float) -> Lines:
+def _layer_remarks(scene: Scene, side: float) -> Remarks:
     """Warn of layers as thick as the roughness is long; `side` is the shorter one of the cell, m."""
     effects = {
         "skin.thickness": "so thick a layer changes the elastic contact, too, which the model leaves out",
@@ -251,13 +268,15 @@ def _layer_lines(scene: Scene, side: float) -> Lines:
         depths = {"skin.thickness": skin and skin.thickness, "heat_depth": body and body.heat_depth}
         for key, depth in depths.items():
             if depth and depth > _THICK * side:
-                yield (
+                yield Remark(
+                    "limit",
+                    f"{name}.{key}",
                     f"{name}.{key} = {depth:.3g} m is above {_THICK:g} of the cell of {side:.3g} m: {effects[key]}; "
-                    "check its unit"
+                    "check its unit",
                 )
 
 
-def _share_lines(scene: Scene, known: Facts) -> Lines:
+def _share_remarks(scene: Scene, known: Facts) -> Remarks:
     """Warn of a heat share by "mean" or "total" other than 1/2 between equal faces; other shares are stated."""
     k = int(np.argmax(scene.speeds))
     share = float(known.heat_partition[k])
@@ -267,7 +286,9 @@ def _share_lines(scene: Scene, known: Facts) -> Lines:
     about = (
         "about " if scene.tables else ""
     )  # a table over temperature has another value at another share
-    yield (
+    yield Remark(
+        "caution",
+        "heat share",
         f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is not even, but the faces are; "
-        f"heat_partition = 0.5 makes temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md"
+        f"heat_partition = 0.5 makes temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md",
     )

@@ -21,8 +21,8 @@ from roughsim.prediction.scans import scan_of_hottest
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.checks import check_levels
 from roughsim.scene.ensemble import TARGET
-from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
-from roughsim.show.text import warn_of_scene
+from roughsim.scene.numerics import DEFAULT_REASONS, Numerics
+from roughsim.show.remarks import Remark, warn_of
 
 # relative standard deviation of T_flash over the members of a lowest level, × longest waves per side × √(contact area
 # of the theory there): smallest and largest of 20 scenes, elastic and capped, with contact on .0005 … .25 of the area
@@ -63,12 +63,10 @@ def plan(
     """
     scene = as_scene(scene, changes)
     if target_error is not None:
-        until = dict(scene.ensemble.until) | {
-            "flash_temperature": TARGET(target_error, "target_error")
-        }
-        scene = replace(scene, ensemble=replace(scene.ensemble, until=tuple(until.items())))
+        target = TARGET(target_error, "target_error")
+        scene = scene.with_("ensemble.until.flash_temperature", target)
     numerics = numerics_of(scene)
-    warn_of_scene(warnings_of(scene, numerics))
+    warn_of(warnings_of(scene, numerics))
     return numerics
 
 
@@ -79,20 +77,24 @@ def numerics_of(scene: Scene) -> Numerics:
     if scene != stated:
         why = "in theory next to nothing of the contact reaches it: the contact is elastic"
         reasons.append(
-            Reason("hardness", f"{stated.penetration_hardness / 1e9:.3g} GPa left out", why)
+            Remark(
+                "choice", "hardness", why, f"{stated.penetration_hardness / 1e9:.3g} GPa left out"
+            )
         )
     prediction.background(scene)  # refuses a duration that is too short for a skin
     target = target_of(scene)
     lengths, why = cell_of(scene)
-    reasons.append(Reason("cell", f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm", why))
+    sides = f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm"
+    reasons.append(Remark("choice", "cell", why, sides))
     if scene.numerics.levels is not None:
         levels = scene.numerics.levels
-        reasons.append(Reason("levels", level_text(levels), "given in the scene"))
+        reasons.append(Remark("choice", "levels", "given in the scene", level_text(levels)))
     else:
         rungs = levels_of(scene, lengths, target)
         levels = tuple(rung.level for rung in rungs)
         reasons += (
-            Reason(rung.level.column, level_text((rung.level,)), rung.reason) for rung in rungs
+            Remark("choice", rung.level.column, rung.reason, level_text((rung.level,)))
+            for rung in rungs
         )
     keys = {key: getattr(scene.numerics, key) for key in DEFAULT_REASONS}
     keys = {key: value for key, value in keys.items() if value is not None}
@@ -106,7 +108,7 @@ def numerics_of(scene: Scene) -> Numerics:
     for key, why in DEFAULT_REASONS.items():
         value = getattr(numerics, key)
         text = "L/2" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
-        reasons.append(Reason(key, text, "given in the scene" if key in keys else why))
+        reasons.append(Remark("choice", key, "given in the scene" if key in keys else why, text))
     member, why = largest_member(scene, numerics, range(len(numerics.levels)))
     return replace(
         numerics,
@@ -115,34 +117,36 @@ def numerics_of(scene: Scene) -> Numerics:
             *slide_reasons(scene, numerics),
             _cost_reason(scene, numerics, target),
             workers_reason(numerics, largest_member(scene, numerics), member),
-            Reason(
+            Remark(
+                "choice",
                 "memory",
-                f"{(member + PROCESS) / 1e9:.2g} GB per worker",
                 f"{member / 1e9:.2g} GB for {why}",
+                f"{(member + PROCESS) / 1e9:.2g} GB per worker",
             ),
         ),
     )
 
 
-def _heat_reasons(scene: Scene) -> Iterator[Reason]:
+def _heat_reasons(scene: Scene) -> Iterator[Remark]:
     """Yield the average of the moments, the constants used for tables, and the error of a measured C(q)."""
     averaged = "averaged over all sliding directions in closed form; drawn surfaces are isotropic"
-    yield Reason("moments", "all speeds at once", averaged)
+    yield Remark("choice", "moments", averaged, "all speeds at once")
     if "conductivity" in scene.tables:
         text = f"{at_speeds(prediction.conduction(scene).conductivity)} W/(m K)"
-        yield Reason("conductivity", text, "of the moving body at T₀ + 0.75 T_flash of the theory")
+        why = "of the moving body at T₀ + 0.75 T_flash of the theory"
+        yield Remark("choice", "conductivity", why, text)
     if "friction_coefficient" in scene.tables:
         text = at_speeds(prediction.friction_coefficient(scene))
-        yield Reason("friction_coefficient", text, "at T₀ + T_flash of the theory, speed by speed")
+        why = "at T₀ + T_flash of the theory, speed by speed"
+        yield Remark("choice", "friction_coefficient", why, text)
     scan = scan_of_hottest(scene)
     if scan is not None:
         text = "unknown" if isnan(scan) else f"{100 * scan:.2g} % of the highest T_flash"
-        yield Reason(
-            "scan", text, "the error of the scan that C(q) was measured on; no member lowers it"
-        )
+        why = "the error of the scan that C(q) was measured on; no member lowers it"
+        yield Remark("choice", "scan", why, text)
 
 
-def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
+def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Remark:
     """Return the approximate CPU time of a run up to a relative total 95 % error of T_flash.
 
     The least is the first round, or two levels of the main column with little scatter; the most has much scatter, and
@@ -176,4 +180,5 @@ def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
         f"{goal}, from the scatter of T_flash on other scenes; the upper end if all levels are needed. After the first "
         "round `roughsim status` shows the time left, as it was measured"
     )
-    return Reason("CPU time", f"{span(WORK_SECONDS * low)} to {span(WORK_SECONDS * high)}", why)
+    text = f"{span(WORK_SECONDS * low)} to {span(WORK_SECONDS * high)}"
+    return Remark("choice", "CPU time", why, text)

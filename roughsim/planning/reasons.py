@@ -4,16 +4,18 @@ from collections.abc import Sequence
 
 from roughsim.grid import Array
 from roughsim.machine import SHARE, available_memory, in_words, usable_cores, workers_that_fit
-from roughsim.scene.numerics import Level, Numerics, Reason
+from roughsim.scene.numerics import Level, Numerics
+from roughsim.show.remarks import Remark
 from roughsim.show.table import Column, Table, significant
 
 
-def plan_table(reasons: Sequence[Reason]) -> Table:
+def plan_table(reasons: Sequence[Remark]) -> Table:
     """Return the choices of a plan with their reasons."""
-    return Table([Column(title) for title in ("choice", "value", "because")], reasons)
+    titles = [Column(title) for title in ("choice", "value", "because")]
+    return Table(titles, [reason.row for reason in reasons])
 
 
-def workers_reason(numerics: Numerics, first: tuple[float, str], largest: float) -> Reason:
+def workers_reason(numerics: Numerics, first: tuple[float, str], largest: float) -> Remark:
     """Return the number of processes whose members fit into memory together.
 
     `first` is the largest member of the first round, bytes, and its name, `largest` that of all levels.
@@ -30,7 +32,7 @@ def workers_reason(numerics: Numerics, first: tuple[float, str], largest: float)
         reason = f"{wanted} would need more than {100 * SHARE:.0f} % of the {in_words(memory)}"
     if largest > room:
         reason = f"{reason}; the largest member alone would, too: a run that comes to need it ends there with an error"
-    return Reason("workers", str(most) if least == most else f"{least} to {most}", reason)
+    return Remark("choice", "workers", reason, str(most) if least == most else f"{least} to {most}")
 
 
 def level_text(levels: Sequence[Level]) -> str:

@@ -11,7 +11,8 @@ from roughsim.planning.levels import BASE_SIDE, fast_size
 from roughsim.planning.realization import slide_problem
 from roughsim.prediction.sliding import CONTINUED, FURTHEST, continuation_fault
 from roughsim.scene import Scene
-from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
+from roughsim.scene.numerics import SLIDING, Level, Numerics
+from roughsim.show.remarks import Remark
 from roughsim.show.text import clock
 from roughsim.sliding.film import film_shape
 from roughsim.sliding.member import SlideProblem, filmed_steps
@@ -85,24 +86,24 @@ def with_common_slide(planned: Scene, numerics: Numerics, scenes: Iterable[Scene
     for scene in scenes:
         prediction.check_continuation(scene, level.followed, numerics.lengths[0])
     common = replace(numerics, levels=(*numerics.levels[: numerics.slide], level))
-    new = {reason.choice: reason for reason in slide_reasons(planned, common)}
+    new = {reason.quantity: reason for reason in slide_reasons(planned, common)}
     return replace(
-        common, reasons=tuple(new.get(reason.choice, reason) for reason in numerics.reasons)
+        common, reasons=tuple(new.get(reason.quantity, reason) for reason in numerics.reasons)
     )
 
 
-def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
+def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Remark]:
     """Yield level and cost of the slide; for a frozen scene of two rough faces, the effect of a slide."""
     if numerics.slide is None:
         if len(scene.faces) == 2 and scene.counterface_conducts:
-            yield Reason("history", "frozen", _OF_FROZEN)
+            yield Remark("choice", "history", _OF_FROZEN, "frozen")
         return
     level, problem = numerics.levels[numerics.slide], slide_problem(scene, numerics)
     x, y = level.shape
     why = "a low cut-off: the ratio of sliding to frozen contact hardly depends on q_c, and carries over to all of C(q)"
     if scene.numerics.levels is not None and level in scene.numerics.levels:
         why = "given in the scene"
-    yield Reason(SLIDING, f"{x} × {y} to q_c = {level.q_max:.3g} rad/m", why)
+    yield Remark("choice", SLIDING, why, f"{x} × {y} to q_c = {level.q_max:.3g} rad/m")
     distances, step = np.array(problem.distances), pixel_of_path(problem.grid)
     steps = problem.steps
     lengths = " … ".join(
@@ -113,7 +114,7 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     whole = 1e3 * max(scene.sliding.distances)
     if level.followed is not None and 1e3 * level.followed < whole:
         why += f"; the theory continues it to {whole:.3g} mm, within {100 * CONTINUED:.2g} %"
-    yield Reason("slid distance", f"{lengths} mm", why)
+    yield Remark("choice", "slid distance", why, f"{lengths} mm")
     realizations = scene.ensemble.most
     members = min(level.first or realizations, realizations)
     pixels = f" with one of {COARSER:g} of the points, which shows the error of the pixel" * (
@@ -121,17 +122,14 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     )
     cost = f"about {clock(seconds_of_slide(problem))} of CPU time each{pixels}"
     broken = "one that is broken off begins again"
-    yield Reason(
-        "slides",
-        str(members),
-        f"{cost}; {broken}; means are over the last half of the slid distance",
-    )
+    why = f"{cost}; {broken}; means are over the last half of the slid distance"
+    yield Remark("choice", "slides", why, str(members))
     if filmed := min(numerics.keep_fields, members):
         sides = film_shape(problem.grid.shape)
         positions = len(filmed_steps(oblique_path(problem.grid, distances.max())))
         most = 4e-6 * positions * sides[0] * sides[1] * (1 + distances.size)
         why = f"maps of the first {filmed} for roughsim explore; keep_fields = 0 leaves them out"
-        yield Reason("film", f"{positions} positions, up to {most:.2g} MB", why)
+        yield Remark("choice", "film", why, f"{positions} positions, up to {most:.2g} MB")
 
 
 def seconds_of_slide(problem: SlideProblem) -> float:

@@ -9,10 +9,11 @@ import scipy
 from roughsim.grid import Array
 from roughsim.prediction.areas import yield_wavenumber
 from roughsim.prediction.bodies import conduction, heat_partition
-from roughsim.prediction.statements import Statement, textures
+from roughsim.prediction.statements import textures
 from roughsim.prediction.theories import predictions
 from roughsim.scene import Scene
 from roughsim.scene.slips import STEEP
+from roughsim.show.remarks import Remark
 from roughsim.show.table import json_value
 
 _ROOM = 293.0  # K, the background temperature where none is given
@@ -70,7 +71,7 @@ class Facts:
         """Return JSON values in SI; NaN and inf as None."""
         return {name: json_value(value) for name, value in vars(self).items()}
 
-    def rows(self) -> list[Statement]:
+    def rows(self) -> list[Remark]:
         """Return name, value and meaning of each for people."""
         ratio = (
             "σ₀/σ_P",
@@ -112,7 +113,7 @@ class Facts:
                 f"in theory, {speeds}, {background}",
             ),
         ]
-        return [Statement(*row) for row in rows]
+        return [Remark("size", name, meaning, value) for name, value, meaning in rows]
 
 
 def _range_text(values: Array) -> str:

@@ -13,6 +13,7 @@ from roughsim.prediction.law import calibrated
 from roughsim.prediction.theories import calibrated_over_speed
 from roughsim.scene import Scene
 from roughsim.scene.model import Layers
+from roughsim.show.remarks import Remark
 
 METAL = 10.0  # W/(m K): better conductors with a skin are hotter by much
 _OXIDE = (10e-9, 3.0, 3.0 / 3.4e6)  # native, of iron: d, m, κ_s, W/(m K), and D_s, m²/s
@@ -74,13 +75,13 @@ def growth_effects(scene: Scene) -> str:
     )
 
 
-def effects(scene: Scene) -> Iterator[tuple[str, str, str]]:
-    """Yield name, value and reason of each part of the surface that the scene leaves out, with its size."""
+def effects(scene: Scene) -> Iterator[Remark]:
+    """Yield each part of the surface that the scene leaves out, with its size."""
     skin = skin_effects(scene)
     if skin is not None:
         sizes = f"10 nm of oxide make T_flash {100 * skin[0]:.2g} % higher, 1 µm of half the conductivity"
         because = f"at {max(scene.speeds):g} m/s {sizes} {100 * skin[1]:.2g} %; no error here contains that"
-        yield "first micrometre", "as the rest of [body]", because
+        yield Remark("assumption", "first micrometre", because, "as the rest of [body]")
     growth = growth_effects(scene)
     if growth:
-        yield "contact under friction", "as without friction", growth
+        yield Remark("assumption", "contact under friction", growth, "as without friction")

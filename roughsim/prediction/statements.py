@@ -4,6 +4,7 @@ Each statement is made here once; `plan`, `theory`, `compare` and the report pri
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from math import degrees
 from typing import NamedTuple
@@ -16,21 +17,12 @@ from roughsim.prediction.first_micrometre import effects
 from roughsim.prediction.theories import predictions
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
+from roughsim.show.remarks import Remark
 from roughsim.surface.topography import Texture
 
 UNEVEN = 0.02  # distance of the heat share from 1/2
+NO_VALUE = ValueError, ArithmeticError, RuntimeError  # of a theory without a value
 _LIKE = 2.0  # ratio of the rms heights of two faces that count as equally rough
-
-
-class Statement(NamedTuple):
-    """What a scene assumes: its name, its value in words, and why it is so."""
-
-    name: str
-    value: str
-    because: str
-
-    def __str__(self) -> str:
-        return f"{self.name}: {self.value}; {self.because}"
 
 
 class ByMean(NamedTuple):
@@ -42,16 +34,18 @@ class ByMean(NamedTuple):
     flash: Array
 
 
-def statements(scene: Scene) -> list[Statement]:
+def statements(scene: Scene) -> list[Remark]:
     """Return the assumptions of a scene, in printed order."""
-    return [
+    result = [
         *_of_roughness(scene),
         *_of_scans(scene),
         *_of_textures(scene),
         *_of_heat(scene),
         *_of_tables(scene),
-        *_of_the_first_micrometre(scene),
     ]
+    with suppress(*NO_VALUE):  # refused where it is needed
+        result += effects(scene)
+    return result
 
 
 def textures(scene: Scene) -> dict[str, list[Texture]]:
@@ -65,7 +59,7 @@ def textures(scene: Scene) -> dict[str, list[Texture]]:
     return {name: [Texture(*row) for row in of_face] for name, of_face in rows.items()}
 
 
-def _of_roughness(scene: Scene) -> Iterator[Statement]:
+def _of_roughness(scene: Scene) -> Iterator[Remark]:
     """Yield the body that carries the roughness."""
     slides, two = scene.sliding.history == SLIDING, len(scene.faces) == 2
     if slides and two:
@@ -78,34 +72,30 @@ def _of_roughness(scene: Scene) -> Iterator[Statement]:
         value = "of both faces, on the resting face" if two else "on the resting face"
         of_what = 'with history = "frozen" the contact' if two else "a lone rough face"
         because = f"{of_what} rests on the counterface: its hot spots slide over [body]"
-    yield Statement("roughness", value, because)
+    yield Remark("assumption", "roughness", because, value)
 
 
-def _of_scans(scene: Scene) -> Iterator[Statement]:
+def _of_scans(scene: Scene) -> Iterator[Remark]:
     """Yield what was read of the files of each face: channel and units."""
     for name, face in (("surface", scene.surface), ("counterface", scene.counterface)):
         for scan in (face and face.psd_scans) or ():
-            yield Statement(f"scan of [{name}]", scan, "C(q) is measured on it")
+            yield Remark("assumption", f"scan of [{name}]", "C(q) is measured on it", scan)
 
 
-def _of_textures(scene: Scene) -> Iterator[Statement]:
+def _of_textures(scene: Scene) -> Iterator[Remark]:
     """Yield for each map that C(q) was measured on the lay of its slopes, and the distribution of its heights."""
     for face, maps in textures(scene).items():
         for number, texture in enumerate(maps, start=1):
             of = f" of map {number}" * (len(maps) > 1) + f" of [{face}]" * (
                 len(textures(scene)) > 1
             )
-            yield Statement(
-                f"texture{of}",
-                texture.slopes(),
-                "rms slopes of the map; drawn surfaces are isotropic",
-            )
-            yield Statement(
-                f"heights{of}", texture.heights(), f"Gaussian 0 and 3; {texture.extremes()}"
-            )
+            drawn = "rms slopes of the map; drawn surfaces are isotropic"
+            yield Remark("assumption", f"texture{of}", drawn, texture.slopes())
+            gaussian = f"Gaussian 0 and 3; {texture.extremes()}"
+            yield Remark("assumption", f"heights{of}", gaussian, texture.heights())
 
 
-def _of_heat(scene: Scene) -> Iterator[Statement]:
+def _of_heat(scene: Scene) -> Iterator[Remark]:
     """Yield the body that takes the heat of the temperatures."""
     rule = scene.sliding.heat_partition
     if rule == "all" and not scene.counterface_conducts:
@@ -128,7 +118,7 @@ def _of_heat(scene: Scene) -> Iterator[Statement]:
             because += f"; equal faces share evenly: 0.5 makes temperatures {about}{0.5 / rule:.3g} times as high"
     if scene.sliding.history == SLIDING:
         because += "; the column sliding has its own share"
-    yield Statement("heat", value, because)
+    yield Remark("assumption", "heat", because, value)
 
 
 def equal_faces(scene: Scene) -> bool:
@@ -142,39 +132,22 @@ def equal_faces(scene: Scene) -> bool:
     return moving == resting and 1 / _LIKE <= first / second <= _LIKE
 
 
-def _of_tables(scene: Scene) -> Iterator[Statement]:
+def _of_tables(scene: Scene) -> Iterator[Remark]:
     """Yield the temperature of the contact for each speed with several solutions of the heat balance."""
     for speed in scene.speeds if scene.tables else ():
-        try:
+        found: list[str] = []
+        with suppress(*NO_VALUE):  # refused where it is needed
             found = [f"{kelvin:.4g}" for kelvin in contact_temperatures(scene, speed)]
-        except (
-            ValueError,
-            ArithmeticError,
-            RuntimeError,
-        ):  # no value of the theory: refused where it is needed
-            continue
         if len(found) > 1:
             others = " and ".join(found[1:])
             because = f"{others} K solve the balance with these tables, too; a cold contact reaches the coldest first"
-            yield Statement(
-                f"contact at {speed:g} m/s", f"{found[0]} K, the coldest of {len(found)}", because
-            )
+            value = f"{found[0]} K, the coldest of {len(found)}"
+            yield Remark("assumption", f"contact at {speed:g} m/s", because, value)
 
 
-def _of_the_first_micrometre(scene: Scene) -> Iterator[Statement]:
-    """Yield what a scene leaves out at its surface, with its size."""
-    try:
-        left_out = list(effects(scene))
-    except (
-        ValueError,
-        ArithmeticError,
-        RuntimeError,
-    ):  # no value of the theory: refused where it is needed
-        return
-    yield from (Statement(*each) for each in left_out)
-
-
-def cautions(scene: Scene, *, drawn: bool = True, measured: ByMean | None = None) -> Iterator[str]:
+def cautions(
+    scene: Scene, *, drawn: bool = True, measured: ByMean | None = None
+) -> Iterator[Remark]:
     """Yield a warning for each assumption that is easily missed, or that a map does not fulfil.
 
     `drawn` is False where the map itself is pressed: then its texture and the direction of sliding count. `measured`
@@ -183,14 +156,16 @@ def cautions(scene: Scene, *, drawn: bool = True, measured: ByMean | None = None
     if drawn:
         yield from texture_warnings(scene)
     if drawn and scene.sliding.direction is not None:
-        yield (
+        yield Remark(
+            "caution",
+            "sliding.direction",
             f"sliding.direction = {degrees(scene.sliding.direction):.4g}° changes nothing in the theory and on drawn "
-            "surfaces, which are isotropic; `roughsim press` gives T_flash in this direction"
+            "surfaces, which are isotropic; `roughsim press` gives T_flash in this direction",
         )
     yield from _caution_of_heat(scene, measured)
 
 
-def texture_warnings(scene: Scene) -> Iterator[str]:
+def texture_warnings(scene: Scene) -> Iterator[Remark]:
     """Yield a warning for each difference between surfaces drawn from C(q) and the map that it was measured on."""
     for face, maps in textures(scene).items():
         yield from dict.fromkeys(line for texture in maps for line in texture.warnings(face))
@@ -201,7 +176,7 @@ def takes_all(scene: Scene) -> bool:
     return scene.counterface_conducts and scene.sliding.heat_partition == "all"
 
 
-def _caution_of_heat(scene: Scene, measured: ByMean | None) -> Iterator[str]:
+def _caution_of_heat(scene: Scene, measured: ByMean | None) -> Iterator[Remark]:
     """Yield a warning of all the heat in one body where the other takes heat, too, and what "mean" makes of it."""
     if not takes_all(scene):
         return
@@ -215,9 +190,11 @@ def _caution_of_heat(scene: Scene, measured: ByMean | None) -> Iterator[str]:
         )
     even = "0.5 between equal faces, " if equal_faces(scene) else ""
     lone = "; if the rough face is the moving one, exchange [body] and [counterface]"
-    yield (
+    yield Remark(
+        "caution",
+        "sliding.heat_partition",
         f'sliding.heat_partition is "all", the default, but the counterface takes heat, too{mean}; write "mean", or a '
-        f"number ({even}1 for all){lone if len(scene.faces) == 1 else ''}; see docs/partition.md"
+        f"number ({even}1 for all){lone if len(scene.faces) == 1 else ''}; see docs/partition.md",
     )
 
 
@@ -229,5 +206,5 @@ def _by_mean(scene: Scene) -> ByMean | None:
         share = by_mean["heat_partition"]
         # tables over temperature have other values with another share
         return ByMean("theory", flash, share, share * by_mean["flash_temperature"])
-    except (ValueError, ArithmeticError, RuntimeError):
+    except NO_VALUE:
         return None

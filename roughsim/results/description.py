@@ -8,7 +8,8 @@ from typing import Any, Literal, Self
 
 from roughsim.errors import RecordError
 from roughsim.scene import Scene
-from roughsim.scene.numerics import Numerics, Reason
+from roughsim.scene.numerics import Numerics
+from roughsim.show.remarks import Remark
 from roughsim.store.disk import checksum, is_temporary, make_folder, place_bytes, read_bytes
 from roughsim.store.member_files import FORMAT, check_format
 
@@ -57,7 +58,7 @@ class Description:
             "format_version": FORMAT,
             "scene": self.scene,
             "numerics": self.numerics.to_dict(),
-            "reasons": [list(reason) for reason in self.numerics.reasons],
+            "reasons": [list(reason.row) for reason in self.numerics.reasons],
             "versions": self.versions,
             "kind": self.kind,
             **({"press": self.press} if self.press else {}),
@@ -128,7 +129,8 @@ def read_description(folder: Path) -> Description:
                 f"that you want to a new folder"
             )
     try:  # a forger can make checksums too
-        reasons = tuple(Reason(*map(str, words)) for words in content["reasons"])
+        rows = (map(str, words) for words in content["reasons"])
+        reasons = tuple(Remark("choice", key, why, value) for key, value, why in rows)
         numerics = replace(Numerics.from_dict(content["numerics"]), reasons=reasons)
         return Description(
             content["scene"], numerics, content["versions"], content.get("press", {})

@@ -15,6 +15,7 @@ from roughsim.estimate.rounds import Rounds, Verdict
 from roughsim.grid import Array
 from roughsim.results.description import QUARTERS
 from roughsim.results.run import Run
+from roughsim.show.remarks import Remark
 from roughsim.store.member_files import member_path
 
 NOTE = (
@@ -156,21 +157,23 @@ class Pressed(Quarters):
         return float(_of_last_level(self, 0).get(OVERSHOOT, np.nan))
 
     @property
-    def warnings(self) -> list[str]:
+    def remarks(self) -> list[Remark]:
         """As of `Run`, of lost quarters, and of waves of the map that overshoot next to spikes and carry load there."""
-        lines = super().warnings
+        remarks = super().remarks
         if self.finished and not self.quartered:
-            lines.append(
+            text = (
                 f"Members of {self.folder / QUARTERS} are lost or damaged: the statistical error is the scatter of the "
                 "others, too low, and the error by the size of the map is unknown; repeat `roughsim press`."
             )
+            remarks.append(Remark("caution", "quarters", text))
         if self.overshoot > SOME_LOAD:
-            lines.append(
+            text = (
                 f"{100 * self.overshoot:.2g} % of the load is on heights that the map does not have: its waves "
                 "overshoot beside spikes or steps. How much this changes is unknown; take the spikes out of the map: "
                 "write nan for their heights."
             )
-        return lines
+            remarks.append(Remark("caution", "overshoot", text))
+        return remarks
 
     def needed_size(self) -> list[str]:
         """Return a line on the map whose statistical error of T_flash is the target; empty if this map suffices.

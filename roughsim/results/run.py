@@ -23,6 +23,7 @@ from roughsim.results.members import Damaged, Members
 from roughsim.results.reactions import Asked, asked_estimates
 from roughsim.scene import Scene
 from roughsim.show.markup import in_notebook
+from roughsim.show.remarks import Remark
 from roughsim.show.table import Column, Row, Table
 from roughsim.show.text import marked, plain
 from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
@@ -59,7 +60,7 @@ class Run(Means):
     heat_partition : ndarray
         Share of the heat, per speed: stated by the scene, or by the theory under the rules "mean" and "total".
         Under these rules measured temperatures are reported with the share of their own column: `share`.
-    reasons : tuple of Reason
+    reasons : tuple of Remark
         Choices of the plan, each with its value and reason; empty if the numerics were given.
     members : Members
         The members that were read, by level and index, without fields.
@@ -131,6 +132,11 @@ class Run(Means):
     @property
     def warnings(self) -> list[str]:
         """A line for each number of the scene beyond the model, and for each assumption that is easily missed."""
+        return list(map(str, self.remarks))
+
+    @property
+    def remarks(self) -> list[Remark]:
+        """The same as records, the most serious first."""
         measured = None
         if takes_all(self.scene) and self.independent > 1 and not self.scene.tables:
             flash, share = (
@@ -318,7 +324,9 @@ class Run(Means):
 
     def __repr__(self) -> str:
         state = "finished" if self.finished else "not finished"
-        return f"<{type(self).__name__} {plain(self.folder)}: {self.extent}, {state}; {', '.join(self.numerics.columns)}>"
+        columns = ", ".join(self.numerics.columns)
+        about = f"<{type(self).__name__} {plain(self.folder)}: {self.extent}, {state}; {columns}>"
+        return "\n".join([about, *marked(self.remarks)])
 
     def _repr_html_(self) -> str:
         """The state of the run and its flash temperature in each column, for notebooks."""

@@ -15,9 +15,9 @@ from roughsim.scene.model import Scene
 from roughsim.scene.scans import SCAN_KEYS, measured_psd, psd_of_profile, read_scans
 from roughsim.scene.schema import SceneError, as_written
 from roughsim.scene.sections import ROUGHNESS_KEYS
-from roughsim.scene.slips import slips, steepness
 from roughsim.scene.spellings import nearest, with_decimal_point
-from roughsim.show.text import plain, warn_of_scene
+from roughsim.show.remarks import warn_of
+from roughsim.show.text import plain
 
 if TYPE_CHECKING:
     from roughsim.surface.topography import Topography
@@ -87,7 +87,7 @@ def load_scene(name_or_path: SceneSource, changes: Mapping[str, Any] | None = No
     A `SceneWarning` names each number that is probably a slip.
     """
     scene = _loaded(name_or_path, changes)
-    warn_of_scene([*steepness(scene), *slips(scene)])
+    warn_of(scene.remarks)
     return scene
 
 
@@ -101,7 +101,7 @@ def as_scene(scene: SceneLike, changes: Mapping[str, Any] | None = None) -> Scen
     """Return a scene as it is, or load it by name, path or content, with changes; errors as of `load_scene`."""
     if not isinstance(scene, Scene):
         return _loaded(scene, changes)
-    return _loaded(toml_content(scene.to_toml()), changes) if changes else scene
+    return _loaded(scene.content(), changes) if changes else scene
 
 
 def scene_content(name_or_path: SceneSource) -> tuple[dict[str, Any], str, Path | None]:

@@ -1,7 +1,6 @@
 """`Scene`: surfaces, bodies and sliding of one simulation, and the physics that combines the two bodies."""
 
 import math
-import tomllib
 from dataclasses import asdict
 from typing import Annotated, Any, NamedTuple, Self
 
@@ -36,9 +35,12 @@ from roughsim.scene.sections import (
     read_title,
 )
 from roughsim.scene.shown import scene_table
+from roughsim.scene.slips import slips, steepness
 from roughsim.scene.tables import PSD_SCALES, Rows, at_temperature
-from roughsim.scene.written import key_line, literal
+from roughsim.scene.written import as_content, toml_of
 from roughsim.show.markup import in_notebook
+from roughsim.show.remarks import Remark, most_serious_first
+from roughsim.show.text import marked
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
 
@@ -61,7 +63,7 @@ class Conduction(NamedTuple):
     counter_layers: Layers = Layers()
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Scene(Record, section=""):
     """A simulated system: frozen, in SI, checked when made and by ``dataclasses.replace``.
 
@@ -275,25 +277,34 @@ class Scene(Record, section=""):
 
         A value is a number in SI or a text with a unit; None takes the key away.
         """
-        return type(self)(**with_changes(tomllib.loads(self.to_toml()), {key: value}))
+        return type(self)(**with_changes(self.content(), {key: value}))
+
+    @property
+    def slips(self) -> list[Remark]:
+        """Warnings of numbers that are probably mistakes."""
+        bodies = {"body": self.body}
+        if self.counterface is not None:
+            bodies["counterface"] = self.counterface
+        return list(slips(self.spectrum, self.scanned, bodies, self.sliding))
+
+    @property
+    def remarks(self) -> list[Remark]:
+        """Warnings of steep slopes and of numbers that are probably mistakes; `plan` and `theory` have more."""
+        return most_serious_first([*steepness(self.spectrum.rms_slope), *self.slips])
+
+    def __repr__(self) -> str:
+        return "\n".join([f"<Scene {self.title or 'untitled'}>", *marked(self.remarks)])
 
     def _repr_html_(self) -> str:
-        return in_notebook(scene_table(self.title, asdict(self)))
+        return in_notebook(scene_table(self.title, asdict(self)), *marked(self.remarks))
+
+    def content(self) -> dict[str, Any]:
+        """Return the sections by their names, as a scene file has them: SI, without keys that have no value."""
+        return as_content(asdict(self))
 
     def to_toml(self) -> str:
         """Return a scene file that `load_scene` reads back to an equal scene: SI, units as comments, tables inline."""
-        texts, blocks = [], []
-        for name, section in asdict(self).items():
-            if isinstance(section, dict):
-                lines = [
-                    key_line(name, key, value)
-                    for key, value in section.items()
-                    if value is not None
-                ]
-                blocks.append("\n".join([f"[{name}]", *lines]))
-            elif section:
-                texts.append(f"{name} = {literal(section)}\n\n")
-        return "".join(texts) + "\n\n".join(blocks) + "\n"
+        return toml_of(self.content())
 
 
 def _conduction_of(

@@ -2,7 +2,7 @@
 
 from dataclasses import field, fields
 from math import isinf, pi
-from typing import Annotated, Any, Final, Literal, NamedTuple, Self, get_args
+from typing import Annotated, Any, Final, Literal, Self, get_args
 
 from pydantic import BeforeValidator, PlainSerializer, SkipValidation, model_validator
 from pydantic.dataclasses import dataclass
@@ -21,6 +21,7 @@ from roughsim.scene.schema import (
     whole,
 )
 from roughsim.show.markup import in_notebook
+from roughsim.show.remarks import Remark
 from roughsim.show.table import Column as TableColumn
 from roughsim.show.table import Table, significant
 
@@ -37,14 +38,6 @@ _Distance = Annotated[
 ]
 DEFAULT_SOLVER = "active_set"
 SAME = 1e-9  # relative: wavenumbers that differ by less are the same
-
-
-class Reason(NamedTuple):
-    """One choice of the plan: the key, its value, and the reason."""
-
-    choice: str
-    value: str
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -129,7 +122,7 @@ class Numerics(Record, section="numerics"):
         Threads of each realization.
     keep_fields : int
         Number of realizations of each level, from the first, whose fields are stored.
-    reasons : tuple of Reason
+    reasons : tuple of Remark
         Why the plan chose so; numerics with other reasons are equal.
     """
 
@@ -140,7 +133,7 @@ class Numerics(Record, section="numerics"):
     slid_distance: _Distance | None = None
     threads: Annotated[int, whole("1", 1, 4096)] = 1
     keep_fields: Annotated[int, whole("1", 0)] = 1
-    reasons: SkipValidation[tuple[Reason, ...]] = field(default=(), compare=False, repr=False)
+    reasons: SkipValidation[tuple[Remark, ...]] = field(default=(), compare=False, repr=False)
     solver: Literal[tuple(sorted(extensions("solvers")))] = DEFAULT_SOLVER  # type: ignore[valid-type]
 
     @model_validator(mode="after")
@@ -315,7 +308,7 @@ class Numerics(Record, section="numerics"):
         notes = [
             f"Cell {sides} mm; tolerance {self.tolerance:g} of the contact, {self.precision} precision.",
             f"Fields of the first {self.keep_fields} of each level are kept; {self.threads} threads each.",
-            *(f"{choice} {value}: {reason}." for choice, value, reason in self.reasons),
+            *(f"{one.quantity} {one.value}: {one.text}." for one in self.reasons),
         ]
         return Table(titles, rows, "", notes)
 

@@ -244,9 +244,9 @@ class _RecordType(type):
             (d for d in details if d["type"] == "unexpected_keyword_argument"), details[0]
         )
         cause = detail.get("ctx", {}).get("error")
-        raise (
-            cause if isinstance(cause, RoughsimError) else SceneError(plain(_one_line(detail, cls)))
-        )  # type: ignore[arg-type]
+        if isinstance(cause, RoughsimError):
+            raise cause
+        raise SceneError(plain(_one_line(detail, cls)))  # type: ignore[arg-type]
 
 
 class Record(metaclass=_RecordType):
@@ -269,9 +269,8 @@ class Record(metaclass=_RecordType):
 def optional_keys(record: type[Record]) -> Any:
     """Return a base class with the keys of another record, each of which may be left out: it is then None."""
     hints = _key_types(record)
-    keys = [
-        (field.name, hints[field.name] | None, None) for field in fields(record) if field.compare
-    ]  # type: ignore[arg-type]
+    own = fields(record)  # type: ignore[arg-type]
+    keys = [(field.name, hints[field.name] | None, None) for field in own if field.compare]
     return make_dataclass(
         f"Optional{record.__name__}", keys, bases=(Record,), frozen=True, kw_only=True
     )

@@ -29,12 +29,6 @@ class SceneWarning(UserWarning):
     """A remark on a scene: a number beyond the model, or an assumption that is easily missed."""
 
 
-def warn_of_scene(lines: Iterable[str]) -> None:
-    """Give remarks on a scene as Python warnings, at the line that called the function that calls this."""
-    for line in lines:
-        warnings.warn(line, SceneWarning, stacklevel=3)
-
-
 def plain(text: object) -> str:
     """Return text on one line; control characters, such as commands to the terminal, become "?"."""
     return "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in str(text))

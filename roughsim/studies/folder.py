@@ -331,5 +331,5 @@ def _frozen(value: Any) -> Any:
 def base_scene(scene: SceneLike) -> tuple[dict[str, Any], str, Path | None]:
     """Return the content of a scene file, its name in errors, and the folder of the files that it names."""
     if isinstance(scene, Scene):
-        return toml_content(scene.to_toml()), scene.title or "scene", Path()
+        return scene.content(), scene.title or "scene", Path()
     return scene_content(scene)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from roughsim.observables.catalogue import UNITS
-from roughsim.planning.limits import of_several
 from roughsim.results.answers import NOTE, TAIL, UNKNOWN, answers
 from roughsim.results.arrays import Labelled
 from roughsim.results.description import folder_state
 from roughsim.results.folder import open_run
 from roughsim.results.reactions import ABOUT, asked_names
 from roughsim.results.run import Run
+from roughsim.show.remarks import of_several
 from roughsim.studies.folder import Description, read, refuse_other_scene
 from roughsim.studies.vary import Point, short_names
 
@@ -91,7 +91,7 @@ class StudyResults:
     @property
     def warnings(self) -> list[str]:
         """The warnings of the points that have begun."""
-        return of_several({point.name: run.warnings for point, run in self.runs})
+        return list(map(str, of_several({point.name: run.remarks for point, run in self.runs})))
 
     @property
     def later(self) -> list[str]:
@@ -99,7 +99,7 @@ class StudyResults:
         return [
             point.name
             for point, run in self.runs
-            if any(reason[0] == LATER for reason in run.reasons)
+            if any(reason.quantity == LATER for reason in run.reasons)
         ]
 
     def misfits(self) -> dict[str, tuple[str, float]]:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from roughsim import prediction
 from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.run import begin, complete
-from roughsim.planning.limits import of_several, warnings_of
+from roughsim.planning.limits import warnings_of
 from roughsim.planning.plan import numerics_of
 from roughsim.planning.sliding import with_common_slide
 from roughsim.results.description import folder_state, read_description
@@ -26,9 +26,9 @@ from roughsim.scene import Scene, SceneError, SceneLike
 from roughsim.scene.checks import check_ends
 from roughsim.scene.ensemble import TARGET
 from roughsim.scene.files import scene_of
-from roughsim.scene.numerics import Numerics, Reason
+from roughsim.scene.numerics import Numerics
 from roughsim.scene.sections import ROUGHNESS_KEYS
-from roughsim.show.text import warn_of_scene
+from roughsim.show.remarks import Remark, of_several, warn_of
 from roughsim.store.claims import PLAN, Claims
 from roughsim.store.disk import make_folder
 from roughsim.studies.folder import base_scene, describe, refuse_exchanged, refuse_other, write
@@ -129,7 +129,7 @@ def study(
             write(folder, description)  # a plan that is refused leaves nothing behind
             groups = _begin_points(folder, points, plans)
         begun = {one.folder.name: one for group in groups for one in group}
-        warn_of_scene(
+        warn_of(
             of_several({name: warnings_of(one.scene, one.numerics) for name, one in begun.items()})
         )
         for group in groups:
@@ -249,12 +249,9 @@ def _begin_points(
             if (
                 at_work and not members[there[0]].numerics.levels
             ):  # else an interrupted start, or levels of the scene
-                reason = Reason(
-                    LATER,
-                    "as planned before",
-                    "the point came later, to others with the same roughness",
-                )
-                others = (reason for reason in numerics.reasons if reason.choice != LATER)
+                why = "the point came later, to others with the same roughness"
+                reason = Remark("choice", LATER, why, "as planned before")
+                others = (reason for reason in numerics.reasons if reason.quantity != LATER)
                 numerics = replace(numerics, reasons=(reason, *others))
         for name, scene in members.items():
             own = begin(scene, paths[name], None if name in there else numerics)

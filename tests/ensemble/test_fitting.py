@@ -36,7 +36,7 @@ def job(monkeypatch, memory):
 def test_the_plan_has_as_many_workers_as_cores_and_memory_allow(job, quick):
     def planned(**keys):
         numerics = rs.plan(replace(quick, numerics=replace(quick.numerics, **keys)))
-        return next(r[1:] for r in numerics.reasons if r.choice == "workers")
+        return next((r.value, r.text) for r in numerics.reasons if r.quantity == "workers")
 
     job(128, 1000.0)
     assert planned()[0] == "128"

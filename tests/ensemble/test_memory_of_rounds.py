@@ -59,8 +59,8 @@ def rounds(monkeypatch):
 def test_a_level_that_is_never_needed_may_be_too_large(scene, tmp_path, rounds, memory):
     rounds(FIRST)
     memory(BETWEEN)
-    workers = {reason.choice: reason for reason in rs.plan(scene).reasons}["workers"]
-    assert workers.reason.endswith("a run that comes to need it ends there with an error")
+    workers = {reason.quantity: reason for reason in rs.plan(scene).reasons}["workers"]
+    assert workers.text.endswith("a run that comes to need it ends there with an error")
     run = rs.run(scene, tmp_path / "run", until=TARGET)
     assert (run.finished, run.counts) == (True, FIRST)
     numerics = run.numerics

@@ -110,7 +110,7 @@ def test_the_plan_states_the_cost_of_the_number(scene):
     seconds = []
     for number in (300, 30000):
         fixed = replace(scene, ensemble=replace(scene.ensemble, realizations=number))
-        (cost,) = (reason for reason in numerics_of(fixed).reasons if reason.choice == "CPU time")
-        assert cost.reason.startswith(f"of realizations = {number}, ")
+        (cost,) = (reason for reason in numerics_of(fixed).reasons if reason.quantity == "CPU time")
+        assert cost.text.startswith(f"of realizations = {number}, ")
         seconds.append(cost.value)
     assert seconds[0] != seconds[1]

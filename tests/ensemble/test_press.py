@@ -76,8 +76,8 @@ def test_a_tiled_map_is_pressed_as_its_own_heights_are(
     monkeypatch.setattr("roughsim.ensemble.progress.SILENCE", 0.01)
     run = rs.press(scene_file, tmp_path / "run", edges="tile")
     assert re.search(r"(?m)^0:00:\d\d pressing$", capsys.readouterr().err)
-    assert "side by side" in run.reasons[0][2]
-    assert "mirror images" in run.quarters.reasons[0][2]  # they do not go on at their edges
+    assert "side by side" in run.reasons[0].text
+    assert "mirror images" in run.quarters.reasons[0].text  # they do not go on at their edges
     level = run.numerics.levels[-1]
     heights = on_finer_points(levelled(surface), level.shape[0] // surface.shape[0])
     assert heights.shape == level.shape

@@ -121,6 +121,6 @@ def test_two_maps_are_pressed_as_their_sum(capped_scene, tmp_path):
     one, two = (run.estimate("flash_temperature").mean for run in runs)
     np.testing.assert_allclose(two, one, rtol=1e-3)
     reasons = {
-        reason.choice: reason.reason for reason in open_run(double.parent / "run").numerics.reasons
+        reason.quantity: reason.text for reason in open_run(double.parent / "run").numerics.reasons
     }
     assert "sum of both maps" in reasons["map"]

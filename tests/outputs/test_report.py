@@ -191,11 +191,9 @@ def test_the_scene_in_the_page_gives_the_run_again(kept_run, written):
 def test_the_plan_stands_with_its_reasons(kept_run, written):
     words = Reader(written.read_text()).words
     plan = rs.plan(kept_run.scene)
-    assert [tuple(reason) for reason in kept_run.reasons] == [
-        tuple(reason) for reason in plan.reasons
-    ]
+    assert kept_run.reasons == plan.reasons
     for reason in plan.reasons:
-        assert " ".join(reason.reason.split()) in words
+        assert " ".join(reason.text.split()) in words
 
 
 @pytest.mark.usefixtures("no_pictures")

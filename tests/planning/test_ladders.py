@@ -263,12 +263,12 @@ def test_a_plan_has_the_levels_that_fit_into_memory_of_those_on_a_large_machine(
     ]
     assert len(fitting) < len(whole)
     assert list(numerics.levels) == fitting
-    last = [reason for reason in numerics.reasons if reason.choice == numerics.columns[-1]][-1]
+    last = [reason for reason in numerics.reasons if reason.quantity == numerics.columns[-1]][-1]
     assert (
         f"more than 80 % of the {gigabytes:g} GB that are available (limit of the test)"
-        in last.reason
+        in last.text
     )
-    assert "levels above are left out: the next would take " in last.reason
+    assert "levels above are left out: the next would take " in last.text
 
 
 def test_without_room_for_the_lowest_level_a_plan_is_refused(memory):

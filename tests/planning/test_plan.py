@@ -17,7 +17,7 @@ from roughsim.scene.numerics import DEFAULT_REASONS, Level
 
 
 def reason_of(numerics, choice):
-    (reason,) = [reason for reason in numerics.reasons if reason.choice == choice]
+    (reason,) = [reason for reason in numerics.reasons if reason.quantity == choice]
     return reason
 
 
@@ -26,7 +26,7 @@ def test_a_bundled_scene_is_planned_with_a_reason_for_each_choice(name):
     scene = rs.load_scene(name)
     numerics = rs.plan(scene)
     assert numerics == rs.plan(scene)
-    choices = [reason.choice for reason in numerics.reasons]
+    choices = [reason.quantity for reason in numerics.reasons]
     assert {"cell", "CPU time", "workers", "memory", "moments", *DEFAULT_REASONS} <= {*choices}
     for column in numerics.columns:
         assert choices.count(column) == len(numerics.of_column(column))
@@ -48,7 +48,7 @@ def test_what_the_scene_fixes_is_taken_as_it_is(capped_scene):
     numerics = rs.plan(capped_scene)
     assert [level.shape for level in numerics.levels] == [(64, 64), (64, 64), (128, 128)]
     assert numerics.lengths == (2e-3, 2e-3)
-    assert {reason_of(numerics, key).reason for key in ("levels", "cell", "tolerance")} == {
+    assert {reason_of(numerics, key).text for key in ("levels", "cell", "tolerance")} == {
         "given in the scene"
     }
 
@@ -89,7 +89,7 @@ def test_the_target_is_that_of_the_scene_or_one_per_cent():
 
     def told(until, target=None):
         numerics = rs.plan(replace(scene, ensemble=replace(scene.ensemble, until=until)), target)
-        return reason_of(numerics, "CPU time").reason
+        return reason_of(numerics, "CPU time").text
 
     assert "total error of 2 %" in told({"flash_temperature": 0.02})
     assert "total error of 1 %" in told({"contact_fraction": 0.02})
@@ -101,7 +101,7 @@ def test_a_target_beyond_the_most_realizations_is_told_with_their_number():
     scene = replace(scene, numerics=replace(scene.numerics, lengths=(4e-3, 4e-3)))
 
     def needed(target):
-        why = reason_of(rs.plan(scene, target), "CPU time").reason
+        why = reason_of(rs.plan(scene, target), "CPU time").text
         found = re.match(
             r"of max_realizations = 400; at least some (\d+) are needed to a total error of", why
         )

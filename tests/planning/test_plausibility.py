@@ -239,7 +239,10 @@ def test_the_facts_are_those_of_the_scene(full_scene, capped_scene):
 
 
 def test_the_facts_for_people_are_in_the_units_that_they_say(steel):
-    rows = {name: f"{value} {meaning}" for name, value, meaning in facts(steel).rows()}
+    rows = {
+        name: f"{value} {meaning}"
+        for name, value, meaning in (remark.row for remark in facts(steel).rows())
+    }
     # two faces of 0.9 µm; 2π/6350 1/m to 2π/4.15e7 1/m; the cell has four of the longest waves
     assert rows["rms height"] == "1.27 µm of both faces together, in waves of 0.989 mm to 0.151 µm"
     assert rows["hot spots"].endswith(" µm in a cell of 3.96 mm × 3.96 mm")
@@ -379,9 +382,7 @@ def test_what_no_solid_is_hot_enough_for_needs_no_melting_temperature():
 def stated_heat(text):
     """What the statements of a scene say of a stated heat share."""
     (heat,) = (
-        statement.because
-        for statement in judge(parse_scene(text)).statements
-        if statement.name == "heat"
+        remark.text for remark in judge(parse_scene(text)).remarks if remark.quantity == "heat"
     )
     return heat
 
@@ -470,7 +471,7 @@ def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed():
             if scanned
             else text
         )
-        told = [reason.value for reason in rs.plan(scene).reasons if reason.choice == "scan"]
+        told = [reason.value for reason in rs.plan(scene).reasons if reason.quantity == "scan"]
         assert told == ["unknown"] * scanned
 
 

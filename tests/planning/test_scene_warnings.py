@@ -11,7 +11,7 @@ import pytest
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.outputs.run_report import header
-from roughsim.planning.limits import of_several
+from roughsim.show.remarks import Remark, of_several
 from roughsim.surface.topography import encoded
 
 STEEP, SOFT, SHARE = (
@@ -178,13 +178,11 @@ def test_verbs_print_each_once_on_the_standard_error(odd, verb, tmp_path, capsys
 
 
 def test_of_several_names_where_numbers_differ():
-    told = {
-        "a": ["T = 3.1e+05 K", "E = 2 Pa"],
-        "b": ["T = 4 K", "E = 2 Pa"],
-        "c": ["E = 2 Pa", "v = 0"],
-    }
-    assert of_several(told) == [
+    soft, slow = Remark("slip", "E", "E = 2 Pa"), Remark("limit", "v", "v = 0")
+    hot, hotter = (Remark("limit", "T", f"T = {kelvin} K") for kelvin in ("4", "3.1e+05"))
+    told = {"a": [hotter, soft], "b": [hot, soft], "c": [soft, slow]}
+    assert list(map(str, of_several(told))) == [
+        "E = 2 Pa",  # the most serious first
         "a and 1 more with other numbers: T = 3.1e+05 K",
-        "E = 2 Pa",
         "c: v = 0",
     ]

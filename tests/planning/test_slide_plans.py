@@ -49,14 +49,14 @@ def test_the_plan_adds_a_slide_on_the_lowest_rung():
         free.numerics.levels[0],
         replace(free.numerics.levels[0], column="sliding", first=8),
     )
-    values = {reason.choice: reason for reason in numerics.reasons}
+    values = {reason.quantity: reason for reason in numerics.reasons}
     assert values["slid distance"].value == "1 mm"
-    assert values["slid distance"].reason.startswith(
+    assert values["slid distance"].text.startswith(
         "0.5 lengths of the cell, in 16 steps of 63.2 µm"
     )
     assert values["slides"].value == "4"  # max_realizations
     more = replace(free, ensemble=replace(free.ensemble, max_realizations=20))
-    assert {reason.choice: reason.value for reason in rs.plan(more).reasons}["slides"] == "8"
+    assert {reason.quantity: reason.value for reason in rs.plan(more).reasons}["slides"] == "8"
     assert values["film"].value == "16 positions, up to 0.2 MB"  # of 32² points, at two speeds
 
 
@@ -75,12 +75,12 @@ def test_a_speed_that_ends_earlier_costs_no_more_afterwards():
 
 
 def test_the_plan_of_a_frozen_scene_says_what_sliding_would_change(capped_scene):
-    (said,) = [reason for reason in rs.plan(capped_scene).reasons if reason.choice == "history"]
-    assert 'With history = "sliding" both faces move' in said.reason
+    (said,) = [reason for reason in rs.plan(capped_scene).reasons if reason.quantity == "history"]
+    assert 'With history = "sliding" both faces move' in said.text
     smooth = replace(capped_scene.counterface, like=None, youngs_modulus=2e11, poisson_ratio=0.3)
     alone = replace(
         capped_scene,
         counterface=smooth,
         sliding=replace(capped_scene.sliding, heat_partition="all"),
     )
-    assert [reason for reason in rs.plan(alone).reasons if reason.choice == "history"] == []
+    assert [reason for reason in rs.plan(alone).reasons if reason.quantity == "history"] == []

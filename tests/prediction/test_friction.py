@@ -141,7 +141,7 @@ def test_the_other_solutions_are_stated_with_their_temperatures(capped_scene, tm
         assert f"{middle:.4g} and 1350 K solve" in line
         assert "contact at 1 m/s" not in text
     falls = with_friction(capped_scene, over([300, 2000], [0.3, 0.02]))
-    assert not any(statement.name.startswith("contact at") for statement in statements(falls))
+    assert not any(statement.quantity.startswith("contact at") for statement in statements(falls))
 
 
 def test_a_solution_between_two_close_rows_is_not_passed_over(capped_scene):
@@ -216,8 +216,8 @@ def test_a_run_is_the_runs_of_its_speeds_with_their_numbers(quick, tmp_path):
     used = prediction.friction_coefficient(scene)
     assert (np.diff(used) < 0.0).all()
     assert used[-1] < 0.8 * used[0]
-    (choice,) = [reason for reason in plan.reasons if reason[0] == "friction_coefficient"]
-    assert choice[1] == ", ".join(f"{mu:.4g}" for mu in used)
+    (choice,) = [reason for reason in plan.reasons if reason.quantity == "friction_coefficient"]
+    assert choice.value == ", ".join(f"{mu:.4g}" for mu in used)
     run = rs.run(scene, tmp_path / "table", max_realizations=3, workers=1)
     rows = rs.compare(run).rows
     member = load_fields(run, 0, 0)

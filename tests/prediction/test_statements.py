@@ -34,7 +34,7 @@ def scene_of(counterface, sliding=""):
 
 def said(scene):
     return {
-        statement.name: statement.value for statement in statements(scene) if statement.name != SKIN
+        remark.quantity: remark.value for remark in statements(scene) if remark.quantity != SKIN
     }
 
 
@@ -134,7 +134,9 @@ def test_no_value_of_the_theory_leaves_the_warning(monkeypatch):
         raise RuntimeError("the integral is not reached")
 
     monkeypatch.setattr("roughsim.prediction.statements.predictions", none)
-    (line,) = [line for line in cautions(scene_of(BRASS + OTHER)) if "heat_partition" in line]
+    (line,) = [
+        line for line in map(str, cautions(scene_of(BRASS + OTHER))) if "heat_partition" in line
+    ]
     assert 'takes heat, too; write "mean"' in line
 
 

@@ -53,14 +53,14 @@ def test_numbers_nobody_measured_are_marked_as_assumed(name):
 def test_scenes_beyond_any_grid_are_cut_with_a_word_and_say_what_is_left_to_q_max(name):
     scene = rs.load_scene(name)
     numerics = rs.plan(scene)
-    assert {reason.choice for reason in numerics.reasons} >= LINES | set(numerics.columns)
+    assert {reason.quantity for reason in numerics.reasons} >= LINES | set(numerics.columns)
     assert numerics.columns == (("elastic",) if scene.elastic else ("smoothed", "capped"))
     side = 4096 if scene.elastic else 2048
     for column in numerics.columns:
         top = numerics.levels[numerics.of_column(column)[-1]]
         assert top.q_max == pytest.approx(side * 2 * np.pi / (3 * numerics.lengths[0]) * top.parts)
         assert top.shape == (side, side)
-        last = [reason for reason in numerics.reasons if reason.choice == column][-1].reason
+        last = [reason for reason in numerics.reasons if reason.quantity == column][-1].text
         assert f"C(q) goes on to {scene.spectrum.breaks[-1]:.3g} rad/m" in last
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim.grid import Array, Grid
+from roughsim.show.remarks import Remark
 from roughsim.surface.topography.periodic import periodic_part
 
 _UNEVEN = 1.5  # rms slope across over along: above, T_flash differs by as much and more from direction to direction
@@ -84,21 +85,25 @@ class Texture(NamedTuple):
         tops = f"the highest {100 * _TOPS:g} % of the points have {self.slope_of_tops:.2g} of the rms slope of all"
         return tops + outlying
 
-    def warnings(self, face: str) -> Iterator[str]:
+    def warnings(self, face: str) -> Iterator[Remark]:
         """Yield a warning for each way in which surfaces drawn from C(q) are not like the map of a face."""
         if not self.isotropic:
-            yield (
+            yield Remark(
+                "caution",
+                f"isotropy of [{face}]",
                 f"the map of [{face}] is not isotropic: {self.slopes()}, above {_UNEVEN:g}; {DRAWN}, and T_flash "
-                f"differs between the directions of sliding; {_INSTEAD}, and gives T_flash along and across the lay"
+                f"differs between the directions of sliding; {_INSTEAD}, and gives T_flash along and across the lay",
             )
         if not self.gaussian:
             write_nan = f"; if the points beyond {_OUTLYING:g} rms are spikes of the instrument, write nan for them"
             spikes = write_nan * (self.outlying > 0.0)
-            yield (
+            yield Remark(
+                "caution",
+                f"heights of [{face}]",
                 f"the heights of the map of [{face}] are not Gaussian: {self.heights()} (Gaussian 0 and 3); "
                 f"{self.extremes()} (Gaussian 1){spikes}; drawn surfaces have its C(q), but Gaussian heights without "
                 f"its pits, flattened tops or dust, and T_flash may be off by a factor; {_INSTEAD}, and gives the "
-                "ratio of the map to a Gaussian twin"
+                "ratio of the map to a Gaussian twin",
             )
 
 
