@@ -506,10 +506,10 @@ def test_a_theory_that_cannot_be_evaluated_is_said_and_stops_nothing(quick, monk
 
     monkeypatch.setattr("roughsim.planning.limits.Facts", none)
     assert (
-        "rms slope" in warned(changed('"0.90 um"', '"2 m"'))[0]
+        "rms slope" in warned(changed('"0.90 um"', '"2 m"'))[1]
     )  # what needs no theory is told all the same
     found = judge(quick)
-    (_, line) = found.warnings  # and of the speed 0 among those of this scene
+    (line, _) = found.warnings  # and of the speed 0 among those of this scene
     assert line.startswith(
         "the theory of this scene cannot be evaluated (the integral is not reached); contact area"
     )

@@ -33,7 +33,7 @@ def test_the_memory_of_both_bodies_is_planned(memory):
     scene = sliding_scene()
     reason = rs.plan(scene).reasons[-1]
     words = "0.00089 GB for the slide: both bodies remember their heat, at each speed"
-    assert reason == ("memory", "0.25 GB per worker", words)
+    assert reason.row == ("memory", "0.25 GB per worker", words)
     memory(1e6)
     with pytest.raises(
         rs.errors.ResolutionError, match=r"memory = 0.000886 GB \(the slide: .* exceeds 80 % of the"

@@ -22,7 +22,7 @@ def test_the_sizes_are_ratios_of_the_theory_with_a_skin_and_without():
         for each in (scene, scene.with_("body.skin", oxide), scene.with_("body.skin", worked))
     )
     assert skin_effects(scene) == pytest.approx([hot / bare - 1 for hot in layered], rel=1e-12)
-    lines = {name: because for name, _, because in effects(scene)}
+    lines = {remark.quantity: remark.text for remark in effects(scene)}
     assert (
         "at 100 m/s 10 nm of oxide make T_flash 9.7 % higher, 1 µm of half the conductivity 38 %"
         in (lines["first micrometre"])

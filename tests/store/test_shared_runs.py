@@ -10,7 +10,7 @@ import roughsim as rs
 from roughsim.ensemble import run as ensemble_run
 from roughsim.ensemble.executors import SerialExecutor
 from roughsim.results.description import read_description
-from roughsim.scene.numerics import Reason
+from roughsim.show.remarks import Remark
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import member_path, read_member
 
@@ -133,7 +133,7 @@ def test_the_versions_are_those_of_the_process_that_began(quick, tmp_path):
 def test_the_reasons_are_those_of_the_process_that_began(quick, tmp_path):
     run = rs.run(quick, tmp_path / "run", max_realizations=1)
     others = replace(
-        run.numerics, reasons=(*run.reasons, Reason("cut-off", "1 rad/m", "of another version"))
+        run.numerics, reasons=(*run.reasons, Remark("choice", "cut-off", "of another version", "1 rad/m"))
     )
     ensemble_run.begin(quick, run.folder, others)
     assert read_description(run.folder).numerics.reasons == run.reasons
