@@ -133,7 +133,8 @@ def test_the_versions_are_those_of_the_process_that_began(quick, tmp_path):
 def test_the_reasons_are_those_of_the_process_that_began(quick, tmp_path):
     run = rs.run(quick, tmp_path / "run", max_realizations=1)
     others = replace(
-        run.numerics, reasons=(*run.reasons, Remark("choice", "cut-off", "of another version", "1 rad/m"))
+        run.numerics,
+        reasons=(*run.reasons, Remark("choice", "cut-off", "of another version", "1 rad/m")),
     )
     ensemble_run.begin(quick, run.folder, others)
     assert read_description(run.folder).numerics.reasons == run.reasons
