@@ -23,7 +23,6 @@ from matplotlib.transforms import ScaledTranslation
 
 from roughsim.charts.numbers import write_numbers
 from roughsim.grid import Array, Grid
-from roughsim.results.pressed import Pressed
 from roughsim.results.run import DERIVED_UNITS, Run
 from roughsim.show.text import plain
 
@@ -131,7 +130,7 @@ class Subject:
 
 def _surface_of(run: Run, index: int) -> str:
     """Return in words what surface the cell of a realization holds."""
-    if not isinstance(run, Pressed):
+    if run.drawn:
         return f"realization {index}"
     return "the map and its mirror images" if run.edges == "mirror" else "the map"
 

@@ -30,7 +30,6 @@ from roughsim.prediction.statements import statements
 from roughsim.prediction.values import Predicted
 from roughsim.results import answers
 from roughsim.results.folder import left_out, open_run
-from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
@@ -130,7 +129,7 @@ class Comparison:
             "rows": [row.to_dict() for row in self.rows],
             "stress_slopes": [slope._asdict() for slope in self.slopes],
         }
-        if isinstance(self.run, Pressed):
+        if not self.run.drawn:
             result["directions"] = self.run.angles
         return {key: json_value(value) for key, value in result.items()}
 
@@ -140,7 +139,7 @@ class Comparison:
 
     def summary(self) -> Table:
         """Return the table that `compare` prints: T_flash, or all of a pressed map, with its directions of sliding."""
-        if isinstance(self.run, Pressed):
+        if not self.run.drawn:
             return self.table()
         return summary_table(
             self, list(rows_of(self.run, (FLASH,), self.theories))
@@ -283,7 +282,7 @@ def comparison_table(comparison: Comparison) -> Table:
     )
 
 
-def _meanings_of_directions(run: Pressed) -> Iterator[str]:
+def _meanings_of_directions(run: Run) -> Iterator[str]:
     """Yield notes on the cell of a map, and on its rows by the direction of sliding and over its Gaussian twin."""
     yield from (
         f"cell: {one.value}, {one.text}." for one in run.reasons if one.quantity == "surface"
@@ -316,8 +315,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
     yield f"± total error, 95 %. theory: over the whole spectrum. {_SAME_MODES}"
     yield calibrated_note(comparison.run.scene)
     yield from map(str, statements(comparison.run.scene))
-    if isinstance(comparison.run, Pressed):
-        yield from _meanings_of_directions(comparison.run)
+    yield from _meanings_of_directions(comparison.run)
     yield from marked(comparison.run.warnings)
     if comparison.run.numerics.slide is not None:
         yield (

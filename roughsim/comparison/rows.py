@@ -16,7 +16,6 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.sliding import SlidingPrediction
 from roughsim.prediction.values import Predicted
 from roughsim.results.answers import AT_CUT_OFF, IDENTITY, notes_of
-from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
@@ -78,8 +77,7 @@ def rows_of(
         yield from _rows_of_contact_temperature(run, flash, slid)
     if run.scene.distribution:
         yield from _rows_that_are_asked(run, fields)
-    if isinstance(run, Pressed):
-        yield from _rows_of_directions(run)
+    yield from _rows_of_directions(run)
 
 
 def theories_of(run: Run) -> dict[str, Predicted]:
@@ -160,12 +158,12 @@ def _rows_that_are_asked(run: Run, fields: prediction.Parts) -> Iterator[Row]:
             )
 
 
-def _rows_of_directions(run: Pressed) -> Iterator[Row]:
+def _rows_of_directions(run: Run) -> Iterator[Row]:
     """Yield T_flash of a map in each measured direction of sliding, and T_flash of the map over its Gaussian twin.
 
     There is no theory of them, and one twin shows no scatter: its error is unknown.
     """
-    (column,) = run.numerics.columns
+    column = run.column(None)
     estimates = {f"{FLASH}_{name}": run.in_direction(name, column) for name in run.angles}
     without = {f"{column}_over_theory": Ratio(nan, nan)}
     for name, estimate in estimates.items():

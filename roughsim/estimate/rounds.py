@@ -71,8 +71,10 @@ def replay(
     """Replay the rounds whose members exist; `available` counts the members of each level without a gap."""
     wanted, number = first_counts(numerics, most), 0
     counts, verdict = tuple(min(pair) for pair in zip(wanted, available, strict=True)), None
+    growing = any(level.first is None for level in numerics.levels)
+    whole = Verdict(False, None, wanted, "all of the map is there", {})
     while counts == wanted:
-        verdict = judged(wanted)
+        verdict = judged(wanted) if growing else whole
         if verdict.next is None:
             break
         wanted, number = verdict.next, number + 1
@@ -83,16 +85,17 @@ def replay(
 
 
 def first_counts(numerics: Numerics, most: int) -> Counts:
-    """Return the first round: the lowest level of each column, the step above it, its partner, and the slides."""
-    counts = [0] * len(numerics.levels)
+    """Return the first round: of each column the lowest level, the step above it and its refined level.
+
+    Levels with a number of realizations of their own have all of them.
+    """
+    counts = [min(level.first or most, most) for level in numerics.levels]
     for column in numerics.columns:
         lowest, *steps = numerics.rungs(column)
-        counts[lowest] = min(FIRST, most)
-        for level in (*steps[:1], numerics.partner(lowest)):
-            if level is not None:
-                counts[level] = min(FIRST_STEP, most)
-    if numerics.slide is not None:
-        counts[numerics.slide] = min(numerics.levels[numerics.slide].first or most, most)
+        begun = dict.fromkeys((*steps[:1], numerics.partner(lowest)), FIRST_STEP) | {lowest: FIRST}
+        for level in numerics.of_column(column):
+            if numerics.levels[level].first is None:
+                counts[level] = min(begun.get(level, 0), most)
     return tuple(counts)
 
 

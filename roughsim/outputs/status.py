@@ -5,7 +5,6 @@ from typing import Any
 
 from roughsim.ensemble.status import at_work, losses, seconds_left, state_line
 from roughsim.outputs.opened import Folder, opened
-from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
 from roughsim.show.text import plain_lines
@@ -54,8 +53,7 @@ def status(run: Folder) -> Status:
             values["estimates"][name] = {
                 part: json_value(getattr(estimate, part)) for part in parts
             }
-        if isinstance(record, Pressed):
-            lines += record.needed_size()
+        lines += record.needed_size()
     return Status("\n".join(lines), values)
 
 

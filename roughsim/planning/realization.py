@@ -171,7 +171,7 @@ def below_problem(scene: Scene, numerics: Numerics, level: int) -> Problem | Non
 def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: Grid) -> Problem:
     """Return the contact problem of the surfaces of a level, up to a cut-off and on a grid."""
     with linear_algebra().limit(limits=numerics.threads):
-        capped = numerics.levels[level].column == "capped"
+        elastic = numerics.levels[level].column in ("smoothed", "elastic")
         spectrum: Spectrum = scene.spectrum.truncated(q_max=q_max)
         if (
             numerics.levels[level].column == "smoothed"
@@ -180,7 +180,7 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
         return Problem(
             spectrum=spectrum,
             grid=grid,
-            solid=Solid(scene.effective_modulus, scene.penetration_hardness if capped else np.inf),
+            solid=Solid(scene.effective_modulus, np.inf if elastic else scene.penetration_hardness),
             nominal_pressure=scene.sliding.nominal_pressure,
             sliding=_sliding(scene),
             tolerance=numerics.tolerance,

@@ -13,7 +13,6 @@ from roughsim.estimate.errors import Estimate
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.arrays import SHARE, Labelled
-from roughsim.results.pressed import Pressed
 from roughsim.results.reactions import ABOUT, HEAT_ABOVE, RATE, asked_names
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
@@ -120,8 +119,7 @@ def answers(run: Run, observables: Sequence[str] | None = None) -> Iterator[Labe
         )
     if any(name in ABOUT for name in names):
         yield from _answers_of_reactions(run)
-    if isinstance(run, Pressed):
-        yield from _answers_of_directions(run)
+    yield from _answers_of_directions(run)
 
 
 def _measured(run: Run, observable: str, column: str) -> _Entry:
@@ -168,7 +166,7 @@ def _answers_of_reactions(run: Run) -> Iterator[Labelled]:
         )
 
 
-def _answers_of_directions(run: Pressed) -> Iterator[Labelled]:
+def _answers_of_directions(run: Run) -> Iterator[Labelled]:
     """Yield T_flash of a pressed map in each direction with its error, and over its Gaussian twin; all over speed."""
     for name, angle in run.angles.items():
         estimate, title = run.in_direction(name), f"flash_temperature_{name}"

@@ -13,12 +13,8 @@ from roughsim.show.remarks import Remark
 from roughsim.store.disk import checksum, is_temporary, make_folder, place_bytes, read_bytes
 from roughsim.store.member_files import FORMAT, check_format
 
-RUN, MAP, QUARTERS = "run", "map", "quarters"  # kinds of runs
-CONTENT = {
-    RUN: "a run of drawn surfaces",
-    MAP: "a pressed map",
-    QUARTERS: "the quarters of a pressed map",
-}
+# kinds of runs: content in words, and format of run.json
+_KINDS = {"run": ("a run of drawn surfaces", FORMAT), "map": ("a pressed map", 7)}
 MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
 _BEGUN = {"claims", "realizations"}  # names that a start may have made before run.json
 
@@ -30,23 +26,13 @@ class Description:
     scene: Mapping[str, Any]  # the identity of the scene
     numerics: Numerics  # with the reasons of the plan
     versions: Mapping[str, str]  # of the process that began the run
-    # of a pressed map alone: "of", which is the kind of the run, the way to make it periodic, and its checksum
+    # of a pressed map alone: the way to make it periodic, and the checksum of its heights
     press: Mapping[str, str] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if self.kind not in CONTENT:
-            raise ValueError(f"run.json: kind = {self.kind!r} is unknown")
 
     @property
     def kind(self) -> str:
-        """The kind of the run, a key of `CONTENT`."""
-        return self.press.get("of", RUN)
-
-    def of_quarters(self, numerics: Numerics) -> Self:
-        """Return the description of the quarters of this pressed map, which have numerics of their own."""
-        return replace(
-            self, numerics=numerics, press={**self.press, "of": QUARTERS, "edges": "mirror"}
-        )
+        """The kind of the run, a key of `_KINDS`."""
+        return "map" if self.press else "run"
 
     def write(self, folder: Path, scene: Scene, *, first: bool = False) -> None:
         """Write run.json and scene.toml before any slow work; with `first`, FileExistsError if another process has.
@@ -55,7 +41,7 @@ class Description:
         """
         make_folder(folder / "realizations")
         values = {
-            "format_version": FORMAT,
+            "format_version": _KINDS[self.kind][1],
             "scene": self.scene,
             "numerics": self.numerics.to_dict(),
             "reasons": [list(reason.row) for reason in self.numerics.reasons],
@@ -79,7 +65,7 @@ class Description:
         """Refuse a folder with another kind of run, scene, map or numerics: RecordError with the first such key."""
         if stored.kind != self.kind:
             raise RecordError(
-                f"{folder} holds {CONTENT[stored.kind]}, not {CONTENT[self.kind]}; name another folder"
+                f"{folder} holds {_KINDS[stored.kind][0]}, not {_KINDS[self.kind][0]}; name another folder"
             )
         there, here = ({**of.press, **of.scene, **of.numerics.to_dict()} for of in (stored, self))
         for key in dict.fromkeys((*there, *here)):
@@ -120,7 +106,7 @@ def read_description(folder: Path) -> Description:
         ) from None
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise RecordError(f"{path} is damaged ({error})") from error
-    check_format(path, version, content)
+    _check_format(path, version, content)
     expected = checksums if isinstance(checksums, dict) else {}
     for key in dict.fromkeys((*expected, *content)):
         if key not in content or expected.get(key) != checksum(content[key]):
@@ -137,6 +123,16 @@ def read_description(folder: Path) -> Description:
         )
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise RecordError(f"{folder} cannot be opened: {error}") from error
+
+
+def _check_format(path: Path, version: int, content: Mapping[str, Any]) -> None:
+    """Refuse another format than the one of a kind of run: RecordError with advice."""
+    kind = content.get("kind")
+    if version <= FORMAT and kind in ("map", "quarters"):
+        raise RecordError(
+            f"{path} is of a pressed map in the older format {version}; press the map again, into a new folder"
+        )
+    check_format(path, version, content, _KINDS["map" if kind == "map" else "run"][1])
 
 
 def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:

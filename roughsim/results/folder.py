@@ -7,23 +7,14 @@ from pathlib import Path
 
 from roughsim.errors import RecordError
 from roughsim.machine import available_memory, exceeds, in_words
-from roughsim.results.description import (
-    MAP,
-    MOST_BYTES,
-    QUARTERS,
-    RUN,
-    Description,
-    read_description,
-)
+from roughsim.results.description import MOST_BYTES, read_description
 from roughsim.results.members import Damaged
-from roughsim.results.pressed import Pressed, Quarters
 from roughsim.results.run import Run
 from roughsim.scene import parse_scene
 from roughsim.store.claims import writer
 from roughsim.store.disk import read_bytes
 from roughsim.store.member_files import AGAIN, member_name
 
-_OPENED: dict[str, type[Run]] = {RUN: Run, MAP: Pressed, QUARTERS: Quarters}
 _NAMED = 5  # members that a line names; of others it gives the number
 
 
@@ -74,34 +65,9 @@ def unread_run(folder: Path, damaged: Damaged) -> Run:
             raise ValueError(
                 f"run.json: a field of {most} points needs {needed}; open the run on a larger machine"
             )
-        run = _OPENED[description.kind](folder, description, scene, damaged)
-        if isinstance(run, Pressed):
-            _check_quarters(folder, description)
-            run.quarters = open_run(folder / QUARTERS, damaged=damaged)
+        return Run(folder, description, scene, damaged)
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise RecordError(f"{folder} cannot be opened: {error}") from error
-    return run
-
-
-def _check_quarters(folder: Path, of_map: Description) -> None:
-    """Refuse other content than the quarters of the map in `folder`: RecordError with the advice to press it again."""
-    place = folder / QUARTERS
-    try:
-        if not place.exists():
-            raise RecordError(f"{place} is lost")
-        found = read_description(place)
-        of_map.of_quarters(found.numerics).refuse_other(place, found)
-        if (
-            len({tuple(level.q_max for level in each.numerics.levels) for each in (of_map, found)})
-            > 1
-        ):
-            raise RecordError(f"{place} has other cut-offs than its map")
-    except RecordError as error:
-        reason = str(error).partition(";")[0]
-        raise RecordError(
-            f"{reason}; repeat `roughsim press SCENE -o {folder}`, which presses the quarters and moves other content "
-            "aside"
-        ) from error
 
 
 def gap(run: Run) -> list[str]:

@@ -34,10 +34,10 @@ from roughsim.observables.catalogue import AXIS, OBSERVABLES, observables_of
 from roughsim.observables.record import Observable
 from roughsim.prediction.scans import scan_error
 from roughsim.prediction.sliding import SlidingContinuation
-from roughsim.results import share
+from roughsim.results import pressed, share
 from roughsim.results.members import Members
 from roughsim.scene import Scene
-from roughsim.scene.numerics import SLIDING
+from roughsim.scene.numerics import QUADRANTS, SLIDING
 from roughsim.sliding.path import coarser_grid
 from roughsim.store.member_files import member_path, read_member
 
@@ -45,16 +45,16 @@ from roughsim.store.member_files import member_path, read_member
 class Means:
     """The means of the counted members of a run; `Run` describes the attributes."""
 
-    drawn = True  # whether the surfaces are drawn from C(q), or are a map without shorter waves
-    sources: Mapping[str, str] = SOURCES  # the parts of an error, in words
-
     def __init__(self, scene: Scene, members: Members):
         self.folder, self.numerics = members.folder, members.numerics
         self.scene, self.members = scene, members
         self.heat_partition = prediction.heat_partition(scene)
-        self._lowest = [
-            self.numerics.of_column(column)[0] for column in self.numerics.columns
-        ]  # levels
+        # whether the surfaces are drawn from C(q), or are a map without shorter waves
+        self.drawn = not self.numerics.of_column(QUADRANTS)
+        # the parts of an error, in words
+        self.sources: Mapping[str, str] = SOURCES if self.drawn else pressed.SOURCES
+        columns = self.numerics.columns if self.drawn else (*self.numerics.columns, QUADRANTS)
+        self._lowest = [self.numerics.of_column(column)[0] for column in columns]
         # of the members that count; all observables follow from the pairs, and most values are asked for repeatedly
         self._pairs: dict[str, list[Pair]] = {}
         self._values: dict[tuple[str, str, bool], Values] = {}
@@ -84,13 +84,14 @@ class Means:
 
     @property
     def independent(self) -> int:
-        """Number of sound members of the lowest level, smallest over the columns."""
-        return min(len(self.members.sound(level)) for level in self._lowest)
+        """Number of sound members of the lowest level, smallest over the columns; of a map its sound quadrants."""
+        sound = [len(self.members.sound(level)) for level in self._lowest]
+        return min(sound) if self.drawn or 0 in sound else sound[-1]
 
     def column(self, column: str | None) -> str:
         """Return the name of a column; None: capped, else elastic. ValueError if it is missing."""
         name = self.numerics.columns[-1] if column is None else column
-        if name not in self.numerics.columns:
+        if not self.numerics.of_column(name) or name == SLIDING:
             raise ValueError(
                 f"column = {name!r} is not in this run; it has {', '.join(self.numerics.columns)}"
             )
@@ -123,7 +124,11 @@ class Means:
             "size": self.size_error(observable, name),
             "solver": OBSERVABLES[observable].solver_share * self.numerics.tolerance,
         }
-        return with_errors(values, **parts, **self._scan_part(observable))
+        values = with_errors(values, **parts, **self._scan_part(observable))
+        if self.drawn or name == QUADRANTS:
+            return values
+        quadrants = self.of_levels(observable, QUADRANTS, extrapolated=extrapolated)
+        return pressed.with_scatter(values, quadrants, self.members)
 
     def _scan_part(self, observable: str) -> dict[str, Array]:
         """Return the relative error of an observable by the scans that C(q) was measured on; empty without them."""
@@ -146,7 +151,7 @@ class Means:
             pairs = self.pairs(column)
             self._values[key] = values_of(
                 self.scene,
-                key[1],
+                self.numerics.columns[-1] if key[1] == QUADRANTS else key[1],
                 observable,
                 pairs,
                 extrapolated=extrapolated,
@@ -204,7 +209,10 @@ class Means:
         return share.with_other_layers(self.scene, scene, speed, own)
 
     def size_error(self, observable: str, column: str) -> Array | float:
-        """Return the relative error by the finite cell."""
+        """Return the relative error by the finite cell; of a map by the difference of its quadrants."""
+        if not self.drawn:
+            whole, parts = (self.of_levels(observable, name) for name in (column, QUADRANTS))
+            return pressed.size_error(whole, parts, self.members)
         return size_error(
             self.scene, self.numerics.lengths, observable, column, self.numerics.parts(column)
         )
@@ -229,7 +237,8 @@ class Means:
         """
         result = self._slid(observable) if column == SLIDING else self.single(observable, column)
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
-        return replace(result, speeds=speeds, sources=self.sources)
+        notes = result.notes if self.drawn else (*result.notes, pressed.NOTE)
+        return replace(result, speeds=speeds, sources=self.sources, notes=notes)
 
     def estimates(self, column: str | None = None) -> dict[str, Estimate]:
         """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""

@@ -13,9 +13,10 @@ from roughsim.errors import RecordError, number
 from roughsim.estimate.errors import Estimate
 from roughsim.estimate.levels import Values
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
-from roughsim.grid import Grid
+from roughsim.grid import Array, Grid
 from roughsim.planning.limits import warnings_of
 from roughsim.prediction.statements import ByMean, takes_all
+from roughsim.results import pressed
 from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
 from roughsim.results.description import Description
 from roughsim.results.means import Means
@@ -143,12 +144,47 @@ class Run(Means):
                 self.estimate(name).mean for name in ("flash_temperature", "heat_partition")
             )
             measured = ByMean(self.column(None), flash, share, share * flash)
-        return warnings_of(self.scene, self.numerics, drawn=self.drawn, measured=measured)
+        lines = warnings_of(self.scene, self.numerics, drawn=self.drawn, measured=measured)
+        if self.drawn:
+            return lines
+        return lines + pressed.remarks(self.members)
+
+    @property
+    def angles(self) -> dict[str, float]:
+        """Directions of sliding with their own T_flash, radians: along and across the lay of a map, and "asked".
+
+        Empty for drawn surfaces, and while the map or a quadrant is missing.
+        """
+        found = pressed.directions(self.members)
+        return found[0].angles if len(found) == 1 + pressed.PARTS else {}
+
+    @property
+    def over_twin(self) -> Array | None:
+        """Ratio of T_flash of a map and of its phase-randomized surrogate, (speeds,); None without it."""
+        found = (each.over_twin for each in pressed.directions(self.members))
+        return next((ratio for ratio in found if ratio is not None), None)
+
+    @property
+    def overshoot(self) -> float:
+        """Share of the load on waves of a map far above its points around; NaN without it."""
+        return pressed.overshoot(self.members)
+
+    def in_direction(self, name: str, column: str | None = None) -> Estimate:
+        """Return T_flash of a map in one of the directions `angles`; LookupError if it was not computed."""
+        mean = self.estimate("flash_temperature", column)
+        return pressed.in_direction(mean, pressed.directions(self.members), name)
+
+    def needed_size(self) -> list[str]:
+        """Return a line on the map whose statistical error of T_flash is the target; empty if none is needed."""
+        goal = dict(self.scene.ensemble.until).get("flash_temperature", np.inf)
+        if self.drawn:
+            return []
+        return pressed.needed_size(self.estimate("flash_temperature"), goal, self.scene.speeds)
 
     @property
     def realizations(self) -> int:
         """Number of counted members of the lowest level of the main column."""
-        return self.counts[self._lowest[-1]]
+        return self.counts[self.numerics.of_column(self.column(None))[0]]
 
     @property
     def target_met(self) -> bool:
@@ -190,8 +226,10 @@ class Run(Means):
 
     @property
     def extent(self) -> str:
-        """The number of realizations, in words."""
-        return f"{self.realizations} realizations"
+        """The number of realizations, or of pressed maps, in words."""
+        if self.drawn:
+            return f"{self.realizations} realizations"
+        return "the map itself" if self.realizations else "nothing of the map yet"
 
     def kept(self, level: int, name: str = "pressure") -> list[int]:
         """Return the sound counted members of a level that store the field `name`, or the pressure that it needs."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from roughsim.observables.catalogue import observables_of
 from roughsim.scene.ensemble import EnsembleSection
-from roughsim.scene.numerics import DEFAULT_SOLVER, SAME, SLIDING, Level
+from roughsim.scene.numerics import DEFAULT_SOLVER, QUADRANTS, SAME, SLIDING, Level
 from roughsim.scene.sections import (
     BodySection,
     CounterfaceSection,
@@ -169,6 +169,8 @@ def check_levels(
     """Refuse levels of a column that the scene does not have, and cut-offs outside of the C(q) of its rough faces."""
     for number, level in enumerate(levels):
         key = f"numerics.levels[{number}]"
+        if level.column == QUADRANTS or level.lengths is not None:
+            raise ValueError(f"{key} is of a pressed map, whose levels follow from it; remove it")
         if level.column == SLIDING and history != SLIDING:
             raise ValueError(
                 f'{key}.column = "{SLIDING}" needs sliding.history = "{SLIDING}"; add it or remove the level'

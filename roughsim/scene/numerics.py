@@ -25,10 +25,11 @@ from roughsim.show.remarks import Remark
 from roughsim.show.table import Column as TableColumn
 from roughsim.show.table import Table, significant
 
-Column = Literal["smoothed", "capped", "elastic", "sliding"]
+Column = Literal["smoothed", "capped", "elastic", "sliding", "quadrants"]
 SLIDING: Final = (
     "sliding"  # the column of the slide of two bodies; all others are of single contacts
 )
+QUADRANTS: Final = "quadrants"  # the column of the quadrants of a pressed map
 _Points = Annotated[int, whole("1024", 1, 2**31)]
 _Length = Annotated[float, Quantity("m", '"4 mm"', above=0)]
 _Distance = Annotated[
@@ -46,9 +47,9 @@ class Level(Record, section="numerics.levels"):
 
     Parameters
     ----------
-    column : {"smoothed", "capped", "elastic", "sliding"}
+    column : {"smoothed", "capped", "elastic", "sliding", "quadrants"}
         Elastic contact on C_sm, capped contact on C, or elastic contact on C. Or the slide of one body over the other
-        ("sliding"), at most one level, and the last.
+        ("sliding"), at most one level, and the last. Or the contact of the quadrants of a pressed map.
     shape : (int, int)
         Points along x and y.
     q_max : float
@@ -57,9 +58,11 @@ class Level(Record, section="numerics.levels"):
         Sides of its cell as a part of the sides of the run's cell; None: all. The lowest level of a column has the
         run's cell. Higher levels are corrections, and may have smaller cells.
     first : int or None
-        Number of realizations with a slide, for the slide only. None: all.
+        Number of realizations, for the slide and for pressed maps only. None: all.
     followed : float or None
-        Distance that is followed, m, for the slide only; the theory continues it. None: all of the slid distance.
+        Simulated distance, m, for the slide only; the theory continues it. None: all of the slid distance.
+    lengths : (float, float) or None
+        Sides of its cell, m, for the quadrants of a pressed map only.
     """
 
     column: Column
@@ -68,6 +71,7 @@ class Level(Record, section="numerics.levels"):
     cell: Literal["half", "quarter"] | None = None
     first: Annotated[int, whole("8", 1, 1_000_000)] | None = None
     followed: Annotated[float, Quantity("m", '"4 mm"', above=0)] | None = None
+    lengths: Annotated[tuple[_Length, _Length], one_or_list(2)] | None = None
 
     @property
     def parts(self) -> int:
@@ -169,6 +173,8 @@ class Numerics(Record, section="numerics"):
 
     def _check_slide(self) -> None:
         """Refuse more than one slide, one that is not the last level, and its keys on other levels."""
+        if self.of_column(QUADRANTS):  # `press` has made them
+            return
         for i, level in enumerate(self.levels):
             for key in ("first", "followed"):
                 if level.column != SLIDING and getattr(level, key) is not None:
@@ -210,8 +216,9 @@ class Numerics(Record, section="numerics"):
 
     def grid(self, level: int) -> Grid:
         """Return the grid of a level, in its own cell."""
-        parts = self.levels[level].parts
-        return Grid(self.levels[level].shape, (self.lengths[0] / parts, self.lengths[1] / parts))
+        about = self.levels[level]
+        x, y = (side / about.parts for side in about.lengths or self.lengths)
+        return Grid(about.shape, (x, y))
 
     def grid_below(self, level: int) -> Grid:
         """Return the grid of the level below in the cell of `level`, with its own pixel; ValueError without one."""
@@ -278,15 +285,16 @@ class Numerics(Record, section="numerics"):
     @property
     def columns(self) -> tuple[str, ...]:
         """The columns of single contacts that are computed, in the order smoothed, capped, elastic."""
-        return tuple(
-            column for column in get_args(Column) if column != SLIDING and self.of_column(column)
-        )
+        return tuple(column for column in get_args(Column)[:3] if self.of_column(column))
 
     def stream(self, level: int) -> int:
         """Return the number of the random stream of a level: its own, as each level has its own surfaces.
 
-        The lowest levels of all columns share one, so that each smoothed contact is paired with a capped one.
+        The lowest levels of all columns share one, so that each smoothed contact is paired with a capped one. All
+        levels of a column with a number of realizations of its own have the same surfaces.
         """
+        if self.levels[level].first is not None:
+            return self.of_column(self.levels[level].column)[0]
         lowest = [self.of_column(column)[0] for column in self.columns]
         return min(lowest) if level in lowest else level
 
@@ -327,7 +335,7 @@ class Numerics(Record, section="numerics"):
         """Return these numerics as JSON values, without reasons."""
         values: dict[str, Any] = to_jsonable_python(self, exclude={"reasons"})
         for level in values["levels"]:
-            for key in ("cell", "first", "followed"):
+            for key in ("cell", "first", "followed", "lengths"):
                 if level[key] is None:
                     del level[key]
         return values

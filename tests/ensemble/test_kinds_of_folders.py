@@ -1,5 +1,6 @@
 """Drawn surfaces and pressed maps never share a folder, and damaged members of a map are pressed again."""
 
+import json
 import shutil
 import warnings
 from dataclasses import replace
@@ -13,10 +14,10 @@ from roughsim.cli import main
 from roughsim.explore.content import load_fields
 from roughsim.outputs.run_report import report_run
 from roughsim.results.folder import open_run
-from roughsim.store.disk import set_aside
+from roughsim.store.disk import checksum, set_aside
 
 NAME = "flash_temperature"
-PLACES = [".", "quarters"]  # of a pressed map
+LAST = ["L1-000000", "L3-000002"]  # members of the map and of its quadrants
 ADVICE = "repeat the command that made the folder"
 
 
@@ -52,9 +53,8 @@ def flip_byte(path):
     path.write_bytes(content)
 
 
-@pytest.mark.parametrize("part", PLACES)
-def test_surfaces_are_not_drawn_into_the_folder_of_a_map(place, part):
-    folder = place / "pressed" / part
+def test_surfaces_are_not_drawn_into_the_folder_of_a_map(place):
+    folder = place / "pressed"
     scene, before = rs.open_run(folder).scene, contents(place)
     more = replace(scene, ensemble=replace(scene.ensemble, max_realizations=8))
     with pytest.raises(
@@ -63,98 +63,47 @@ def test_surfaces_are_not_drawn_into_the_folder_of_a_map(place, part):
     ):
         rs.run(more, folder)
     with pytest.raises(rs.RecordError, match="not a run of drawn surfaces"):
+        rs.run(more, folder)
+    with pytest.raises(ValueError, match="is of a pressed map, whose levels follow from it"):
         rs.run(more, folder, numerics=rs.open_run(folder).numerics)
     assert contents(place) == before
     assert rs.press(place / "scene.toml", place / "pressed", changes=AT_35).independent == 4
 
 
 def test_the_command_run_refuses_a_map_before_it_plans(place, capsys):
-    for part in PLACES:
-        with pytest.raises(SystemExit) as ended:
-            main(
-                [
-                    "run",
-                    str(place / "scene.toml"),
-                    "-o",
-                    str(place / "pressed" / part),
-                    "--set",
-                    "sliding.speed=35",
-                ]
-            )
-        assert ended.value.code != 0
-        assert "pressed map, not a run of drawn surfaces" in " ".join(
-            capsys.readouterr().err.split()
-        )
+    words = ["run", str(place / "scene.toml"), "-o", str(place / "pressed")]
+    with pytest.raises(SystemExit) as ended:
+        main([*words, "--set", "sliding.speed=35"])
+    assert ended.value.code != 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert "pressed map, not a run of drawn surfaces" in told
 
 
-def _lost(quarters, _):
-    shutil.rmtree(quarters)
-
-
-def _emptied(quarters, _):
-    shutil.rmtree(quarters)
-    quarters.mkdir()
-
-
-def _without_description(quarters, _):
-    (quarters / "run.json").unlink()
-
-
-def _with_damaged_description(quarters, _):
-    (quarters / "run.json").write_text("{")
-
-
-def _a_file(quarters, _):
-    shutil.rmtree(quarters)
-    quarters.write_text("notes")
-
-
-def _of_drawn_surfaces(quarters, quick):
-    shutil.rmtree(quarters)
-    rs.run(replace(quick, ensemble=replace(quick.ensemble, max_realizations=2, until=())), quarters)
-
-
-def _of_another_map(quarters, _):
-    place = quarters.parents[1]
-    np.save(place / "map.npy", -np.load(place / "map.npy"))  # upside down, with the same C(q)
-    other = rs.press(place / "scene.toml", place / "other", changes=AT_35)
-    np.save(place / "map.npy", -np.load(place / "map.npy"))
-    shutil.rmtree(quarters)
-    shutil.copytree(other.folder / "quarters", quarters)
-
-
-STATES = {
-    _lost: "quarters is lost",
-    _emptied: "quarters is no run",
-    _without_description: "quarters is no run",
-    _with_damaged_description: "run.json is damaged",
-    _a_file: "quarters is a file",
-    _of_drawn_surfaces: "holds a run of drawn surfaces, not the quarters of a pressed map",
-    _of_another_map: "quarters holds another scene: heights is",
-}
-BEFORE_ANY_FILE = (_lost, _emptied)  # nothing to move aside
+@pytest.mark.parametrize("kind", ["map", "quarters"])
+def test_a_map_of_the_older_format_is_refused_with_the_sentence_to_press_it_again(place, kind):
+    folder = place / "pressed"
+    content = json.loads((folder / "run.json").read_text())
+    values = {name: value for name, value in content.items() if name != "checksums"}
+    values |= {"format_version": 6, "kind": kind}
+    values["checksums"] = {name: checksum(value) for name, value in values.items()}
+    (folder / "run.json").write_text(json.dumps(values))
+    before = contents(folder)
+    for call in (rs.open_run, lambda it: rs.press(place / "scene.toml", it, changes=AT_35)):
+        with pytest.raises(rs.RecordError, match="older format 6; press the map again, into a new"):
+            call(folder)
+    assert contents(folder) == before
 
 
 @pytest.mark.filterwarnings("ignore:q_min = :RuntimeWarning")
-@pytest.mark.parametrize("spoil", STATES)
-def test_other_quarters_are_refused_and_pressed_again(place, quick, spoil, recwarn):
+def test_lost_quadrants_are_pressed_again(place):
     folder = place / "pressed"
     first = rs.open_run(folder).estimate(NAME)
-    spoil(folder / "quarters", quick)
-    before = contents(folder / "quarters")
-    with pytest.raises(
-        rs.RecordError, match=f"{STATES[spoil]}.*; repeat `roughsim press SCENE -o {folder}`"
-    ):
-        rs.open_run(folder)
-    recwarn.clear()
+    for level in (2, 3):
+        for path in (folder / "realizations").glob(f"L{level}-*"):
+            path.unlink()
+    assert not rs.open_run(folder).finished
     again = rs.press(place / "scene.toml", folder, changes=AT_35).estimate(NAME)
     np.testing.assert_array_equal(again.total_error, first.total_error)
-    moved = folder / "damaged" / "quarters"
-    named = [
-        str(each.message) for each in recwarn if f"it was moved to {moved}" in str(each.message)
-    ]
-    assert len(named) == (spoil not in BEFORE_ANY_FILE)
-    assert contents(moved) == before  # nothing of it is deleted
 
 
 def test_folders_are_set_aside_under_free_names(tmp_path):
@@ -191,34 +140,35 @@ def test_a_map_is_not_pressed_into_a_study(pressed, tmp_path):
         rs.press(pressed / "scene.toml", tmp_path / "study", changes=AT_35)
 
 
-@pytest.mark.parametrize("part", PLACES)
-def test_a_damaged_member_of_a_map_is_moved_aside_and_pressed_again(place, part):
+@pytest.mark.parametrize("name", LAST)
+def test_a_damaged_member_of_a_map_is_moved_aside_and_pressed_again(place, name):
     folder = place / "pressed"
     first = rs.open_run(folder).estimate(NAME)
-    member = folder / part / "realizations" / "L1-000000.h5"
-    whole = rs.open_run(folder / part).values(NAME, extrapolated=False).finest.copy()
+    member = folder / "realizations" / f"{name}.h5"
+    column = "capped" if name == LAST[0] else "quadrants"
+    whole = rs.open_run(folder).values(NAME, column, extrapolated=False).finest.copy()
     flip_byte(member)
-    with pytest.raises(rs.RecordError, match=f"L1-000000.h5 is damaged .*{ADVICE}"):
+    with pytest.raises(rs.RecordError, match=f"{name}.h5 is damaged .*{ADVICE}"):
         rs.open_run(folder)
     with pytest.warns(
-        RuntimeWarning, match="is damaged .* moved to .*damaged.L1-000000.h5 and is done again"
+        RuntimeWarning, match=f"is damaged .* moved to .*damaged.{name}.h5 and is done again"
     ):
         again = rs.press(place / "scene.toml", folder, changes=AT_35)
-    assert (folder / part / "damaged" / "L1-000000.h5").exists()
+    assert (folder / "damaged" / f"{name}.h5").exists()
     np.testing.assert_array_equal(
-        rs.open_run(folder / part).values(NAME, extrapolated=False).finest, whole
+        rs.open_run(folder).values(NAME, column, extrapolated=False).finest, whole
     )
     np.testing.assert_array_equal(again.estimate(NAME).mean, first.mean)
     np.testing.assert_array_equal(again.estimate(NAME).total_error, first.total_error)
 
 
-@pytest.mark.parametrize("member", ["L0-000001", "L0-000003", "L1-000002"])
+@pytest.mark.parametrize("member", ["L2-000001", "L2-000003", "L3-000002"])
 @pytest.mark.parametrize("damaged", [True, False])
-def test_an_error_by_fewer_quarters_is_not_stated_as_known(place, member, damaged, capsys):
+def test_an_error_by_fewer_quadrants_is_not_stated_as_known(place, member, damaged, capsys):
     whole = rs.open_run(place / "pressed")
     assert np.isfinite(whole.estimate(NAME).budget["size"]).all()
     assert not [line for line in whole.warnings if "lost or damaged" in line]
-    path = place / "pressed" / "quarters" / "realizations" / f"{member}.h5"
+    path = place / "pressed" / "realizations" / f"{member}.h5"
     flip_byte(path) if damaged else path.unlink()
     run = open_run(place / "pressed", damaged="skip")
     assert np.isnan(run.estimate(NAME).budget["size"]).all()
@@ -231,27 +181,27 @@ def test_an_error_by_fewer_quarters_is_not_stated_as_known(place, member, damage
 
 
 def test_advice_on_a_damaged_or_missing_member_fits_a_press(place, capsys):
-    quarters = place / "pressed" / "quarters"
-    flip_byte(quarters / "realizations" / "L0-000001.h5")
+    folder = place / "pressed"
+    flip_byte(folder / "realizations" / "L2-000001.h5")
     with pytest.raises(SystemExit):
-        main(["status", str(quarters)])
+        main(["status", str(folder)])
     assert ADVICE in " ".join(" ".join(capsys.readouterr()).split())
-    (quarters / "realizations" / "L0-000001.h5").unlink()
+    (folder / "realizations" / "L2-000001.h5").unlink()
     with pytest.raises(SystemExit):
-        main(["status", str(quarters)])
+        main(["status", str(folder)])
     words = " ".join(" ".join(capsys.readouterr()).split())
-    assert "lost: L0-000001" in words
+    assert "lost: L2-000001" in words
     assert ADVICE in words
 
 
 def test_fields_of_a_map_that_were_not_kept_are_not_drawn(place):
-    quarters = rs.open_run(place / "pressed" / "quarters")
-    level = len(quarters.numerics.levels) - 1
-    lost = next(index for index in range(4) if index not in quarters.kept(level))
+    run = rs.open_run(place / "pressed")
+    level = len(run.numerics.levels) - 1
+    lost = next(index for index in range(4) if index not in run.kept(level))
     with pytest.raises(
         ValueError, match=r"press the map in a new folder with --set numerics.keep_fields="
     ):
-        load_fields(quarters, level, lost)  # drawing it would show another surface
+        load_fields(run, level, lost)  # drawing it would show another surface
 
 
 def test_the_page_of_a_map_says_how_to_press_it(place, tmp_path):

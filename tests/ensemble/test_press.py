@@ -1,4 +1,4 @@
-"""A measured map itself in contact: the very heights, errors by coarsening and by its quarters, and a run folder."""
+"""A measured map itself in contact: the very heights, errors by coarsening and by its quadrants, and a run folder."""
 
 import math
 import re
@@ -10,9 +10,8 @@ from press_cases import GRID, SIDE, drawn_map, levelled, on_finer_points, write_
 
 import roughsim as rs
 from roughsim.cli import main
-from roughsim.ensemble.press import cell_of, quarters
+from roughsim.ensemble.map_cells import cell_of, quadrants
 from roughsim.outputs.run_report import report_run
-from roughsim.results.pressed import Pressed
 from roughsim.surface.topography import Topography, encoded
 from roughsim.surface.topography.periodic import band_limited, mirrored
 
@@ -58,10 +57,10 @@ def test_mirror_images_go_on_without_a_step(surface):
     np.testing.assert_array_equal(whole, whole[:, ::-1])
 
 
-def test_the_quarters_are_the_four_parts_each_with_its_mirror_images():
+def test_the_quadrants_are_the_four_parts_each_with_its_mirror_images():
     grid = rs.Grid((67, 130), (0.67e-3, 2.6e-3))  # pixels of 10 and 20 µm; the last row is left out
     heights = np.random.default_rng(0).standard_normal(grid.shape)
-    found = quarters(Topography(heights, grid, periodic=True))
+    found = quadrants(Topography(heights, grid, periodic=True))
     parts = heights[:33, :65], heights[:33, 65:], heights[33:66, :65], heights[33:66, 65:]
     for cell, part in zip(found, parts, strict=True):
         np.testing.assert_array_equal(cell.heights[:33, :65], part)
@@ -77,8 +76,9 @@ def test_a_tiled_map_is_pressed_as_its_own_heights_are(
     run = rs.press(scene_file, tmp_path / "run", edges="tile")
     assert re.search(r"(?m)^0:00:\d\d pressing$", capsys.readouterr().err)
     assert "side by side" in run.reasons[0].text
-    assert "mirror images" in run.quarters.reasons[0].text  # they do not go on at their edges
-    level = run.numerics.levels[-1]
+    of_quadrants = next(reason for reason in run.reasons if reason.quantity == "quadrants")
+    assert "mirror images" in of_quadrants.text  # they do not go on at their edges
+    level = run.numerics.levels[run.numerics.of_column("capped")[-1]]
     heights = on_finer_points(levelled(surface), level.shape[0] // surface.shape[0])
     assert heights.shape == level.shape
     _, kept = next(run.fields("heights"))
@@ -101,16 +101,18 @@ def test_a_tiled_map_is_pressed_as_its_own_heights_are(
     )
 
 
-def test_the_mean_is_the_map_and_the_scatter_that_of_its_quarters(scene_file, tmp_path):
+def test_the_mean_is_the_map_and_the_scatter_that_of_its_quadrants(scene_file, tmp_path):
     run = rs.press(scene_file, tmp_path / "run")
-    assert isinstance(run, Pressed)
+    assert not run.drawn
     assert run.numerics.lengths == pytest.approx((2 * SIDE, SIDE * 4 / 3))  # with the mirror images
-    assert run.quarters.numerics.lengths == pytest.approx(GRID.lengths)
+    first, *_ = run.numerics.of_column("quadrants")
+    assert run.numerics.grid(first).lengths == pytest.approx(GRID.lengths)
     found = run.estimate("flash_temperature")
-    alone = run.quarters.estimate("flash_temperature")
-    whole = super(Pressed, run).values("flash_temperature").mean * run.heat_partition
+    alone = run.estimate("flash_temperature", "quadrants")
+    values = run.of_levels("flash_temperature")
+    whole = values.mean * run.heat_partition
     np.testing.assert_allclose(found.mean, whole, rtol=1e-12)
-    finest = super(Pressed, run).values("flash_temperature").finest * run.heat_partition
+    finest = values.finest * run.heat_partition
     assert (finest[1:] != whole[1:]).all()  # there is an extrapolation
     np.testing.assert_allclose(found.bias, finest - whole, rtol=1e-9, atol=1e-12)
     moving = np.array(run.scene.speeds) > 0.0
@@ -123,8 +125,8 @@ def test_the_mean_is_the_map_and_the_scatter_that_of_its_quarters(scene_file, tm
     assert "scan" not in found.budget  # the map itself is pressed
     assert found.n == 4
     said = found.explain()
-    assert "scatter of the four quarters" in said
-    assert "size: difference of the mean of the four quarters from the map" in said
+    assert "scatter of the four quadrants" in said
+    assert "size: difference of the mean of the four quadrants from the map" in said
     assert "doubling cells" not in said  # of drawn surfaces
 
 
@@ -207,11 +209,11 @@ def test_a_target_below_the_statistical_error_needs_a_larger_map(scene_file, tmp
         )
 
 
-def test_an_open_run_follows_the_quarters(scene_file, tmp_path):
+def test_an_open_run_follows_the_quadrants(scene_file, tmp_path):
     run = rs.press(scene_file, tmp_path / "run", edges="tile", changes={"sliding.speed": 35})
     assert run.estimate("flash_temperature").n == 4
-    for level in range(len(run.numerics.levels)):
-        (run.folder / "quarters" / "realizations" / f"L{level}-000003.h5").unlink()
+    for level in run.numerics.of_column("quadrants"):
+        (run.folder / "realizations" / f"L{level}-000003.h5").unlink()
     shorter = rs.open_run(run.folder)
     assert shorter.independent == 3
     assert shorter.estimate("flash_temperature").n == 3

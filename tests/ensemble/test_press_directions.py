@@ -28,7 +28,7 @@ from roughsim.surface.topography.periodic import (
     periodic_part,
 )
 
-press_module = import_module("roughsim.ensemble.press")
+press_module = import_module("roughsim.ensemble.map_cells")
 SIDE = 0.5e-3
 SPEEDS = (0.2, 20.0)
 KAPPA, DIFFUSIVITY, FRICTION = 30.0, 30.0 / 7900 / 500, 0.11
@@ -137,8 +137,8 @@ def test_a_mirrored_cell_has_the_directions_of_the_map_alone(run):
 
 
 def test_the_press_of_grooves_gives_both_principal_directions_and_the_one_asked_for(run):
-    level = run.numerics.levels[-1]
-    grid = run.numerics.grid(len(run.numerics.levels) - 1)
+    last = run.numerics.of_column("capped")[-1]
+    level, grid = run.numerics.levels[last], run.numerics.grid(last)
     heights = band_limited(grooved(), rs.Grid((96, 96), (SIDE, SIDE)), level.shape, level.q_max)
     contact = rs.solve_contact(
         heights, grid, rs.Solid(2e11 / 0.91, 2e9), nominal_pressure=5e7, tolerance=1e-4

@@ -155,6 +155,7 @@ LIMITS = {
     "numerics.levels.q_max": ("rad/m", *POSITIVE),
     "numerics.levels.first": ("", [1, 10**6], [0, 10**6 + 1, *WHOLE]),
     "numerics.levels.followed": ("m", *POSITIVE),
+    "numerics.levels.lengths": ("m", *POSITIVE),
 }
 
 
