@@ -114,7 +114,7 @@ STATED = [
     ),
     (
         "how-to/topography",
-        "{} times the scatter of the four quarters",
+        "{} times the scatter of the four quadrants",
         ["roughsim.results.pressed:_SHARED"],
     ),
     ("limits", "rms slope of both faces above {};", ["roughsim.prediction.facts:STEEP"]),

@@ -241,7 +241,7 @@ def press(
         str | None, Option(metavar="EDGES", help="mirror or tile; left out: mirror, see above.")
     ] = None,
 ) -> None:
-    """Press the measured map itself; its quarters give the scatter.
+    """Press the measured map itself; its quadrants give the scatter.
 
     The key topography of [surface] names it. The map is made periodic by its mirror images, or laid side by side as it
     is (tile) if its file marks it as periodic. The run opens as any other: compare, plot, report, explore.
