@@ -144,10 +144,10 @@ class Run(Means):
                 self.estimate(name).mean for name in ("flash_temperature", "heat_partition")
             )
             measured = ByMean(self.column(None), flash, share, share * flash)
-        lines = warnings_of(self.scene, self.numerics, drawn=self.drawn, measured=measured)
+        remarks = warnings_of(self.scene, self.numerics, drawn=self.drawn, measured=measured)
         if self.drawn:
-            return lines
-        return lines + pressed.remarks(self.members)
+            return remarks
+        return remarks + pressed.remarks(self.members)
 
     @property
     def angles(self) -> dict[str, float]:
@@ -170,7 +170,20 @@ class Run(Means):
         return pressed.overshoot(self.members)
 
     def in_direction(self, name: str, column: str | None = None) -> Estimate:
-        """Return T_flash of a map in one of the directions `angles`; LookupError if it was not computed."""
+        """Return T_flash of a map in one direction of sliding.
+
+        Parameters
+        ----------
+        name : str
+            One of `angles`; LookupError for another one.
+        column : str, optional
+            As in `estimate`.
+
+        Returns
+        -------
+        Estimate
+            The mean over directions, times its ratio in the contact, with the errors of both.
+        """
         mean = self.estimate("flash_temperature", column)
         return pressed.in_direction(mean, pressed.directions(self.members), name)
 
