@@ -193,35 +193,6 @@ def test_missing_points_are_filled_with_a_warning_or_refused(library, surface, t
         read_topography(tmp_path / "many.x3p")
 
 
-def test_files_that_are_no_map_with_size_and_unit_are_refused_in_one_line(
-    library, surface, tmp_path
-):
-    library.Topography(surface, (SIDE, SIDE)).to_netcdf(str(tmp_path / "unit.nc"))
-    library.Topography(surface[:4], (SIDE, SIDE), unit="m").to_netcdf(str(tmp_path / "few.nc"))
-    library.Topography(np.zeros((16, 16)), (SIDE, SIDE), unit="m").to_netcdf(
-        str(tmp_path / "flat.nc")
-    )
-    library.UniformLineScan(surface[0], SIDE, unit="m").to_netcdf(str(tmp_path / "line.nc"))
-    np.save(tmp_path / "size.npy", surface)
-    (tmp_path / "noise.x3p").write_bytes(np.random.default_rng(0).bytes(5000))
-    (tmp_path / "empty.sur").write_bytes(b"")
-    messages = {
-        "unit.nc": "lacks its unit; give topography_unit",
-        "size.npy": "lacks its size and unit; give topography_size and topography_unit",
-        "few.nc": "at least 8 along each side",
-        "flat.nc": "all alike",
-        "line.nc": "holds a line scan",
-        "noise.x3p": "(has no format that is known|lacks its size|at least 8)",
-        "empty.sur": "is empty",
-    }
-    for name, message in messages.items():
-        with pytest.raises(rs.RecordError, match=f"{name} .*{message}") as refused:
-            read_topography(tmp_path / name)
-        assert "\n" not in str(refused.value)
-    with pytest.raises(FileNotFoundError, match="none.x3p does not exist"):
-        read_topography(tmp_path / "none.x3p")
-
-
 def test_a_missing_extra_says_what_to_type(without, tmp_path, scene_file, monkeypatch):
     without("SurfaceTopography")
     in_this_process = "roughsim.surface.topography.reading.call_in_child"  # the child does have it
@@ -297,29 +268,6 @@ def test_a_run_holds_the_measured_spectrum_and_goes_on_without_the_scan(scene_fi
     )  # a table of one's own is taken as stated
 
 
-@pytest.mark.usefixtures("library", "periodic")
-def test_rival_or_wrong_keys_beside_a_scan_are_refused(scene_file):
-    text = scene_file.read_text()
-    for line, message in {
-        "rms_height = 1e-7": r"surface.rms_height does not go with surface.topography, whose map fixes C\(q\)",
-        'psd_file = "a.csv"': "surface.psd_file does not go with surface.topography",
-        'psd_convention = "persson"': "surface.psd_convention does not go with",
-    }.items():
-        scene_file.write_text(text.replace("topography =", f"{line}\ntopography ="))
-        with pytest.raises(SceneError, match=message):
-            load_scene(scene_file)
-    for value, message in {
-        "7": 'must be the path of a file, for example "scan.x3p"',
-        '"none.x3p"': "does not exist; check the path",
-    }.items():
-        scene_file.write_text(text.replace('"scan.nc"', value))
-        with pytest.raises(SceneError, match=f"surface.topography = .*{message}"):
-            load_scene(scene_file)
-    scene_file.write_text(text.replace("topography", "topografy"))
-    with pytest.raises(SceneError, match='did you mean "topography"'):
-        load_scene(scene_file)
-
-
 @pytest.fixture(scope="module")
 def kept_run(capped_scene, tmp_path_factory):
     numerics = replace(
@@ -366,16 +314,6 @@ def test_xarray_reads_the_surface_too(kept_run, tmp_path):
         assert data.heights.dims == ("x", "y")
         assert data.heights.attrs["units"] == data.x.attrs["units"] == "m"
         np.testing.assert_allclose(data.y, np.arange(32) * 2e-3 / 32)
-
-
-def test_wrong_surfaces_are_refused(kept_run, tmp_path):
-    with pytest.raises(ValueError, match=r"of a surface must end in .nc or .npy"):
-        export_surface(kept_run, tmp_path / "surface.h5")
-    with pytest.raises(ValueError, match="has not kept the fields of realization 1"):
-        export_surface(kept_run, tmp_path / "surface.nc", realization=1)
-    with pytest.raises(ValueError, match=r"shape \(3, 3\), but the grid has \(128, 128\)"):
-        encoded(np.zeros((3, 3)), GRID, ".nc")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_command_line_writes_surfaces(kept_run, tmp_path, capsys):
