@@ -57,6 +57,7 @@ def rows_of(path):
         return list(csv.DictReader(file))
 
 
+@pytest.mark.usefixtures("drawn")
 def test_a_curve_is_written_with_its_error_and_the_theory(capped_run, tmp_path):
     plot_run(capped_run, "correlation", tmp_path / "a.svg", look=Look(csv=tmp_path / "a.csv"))
     rows = rows_of(tmp_path / "a.csv")
@@ -78,6 +79,7 @@ def test_a_curve_is_written_with_its_error_and_the_theory(capped_run, tmp_path):
 @pytest.mark.parametrize(
     "curve", [name for name in CURVES if name not in ("sliding", "reaction", *ABOUT)]
 )
+@pytest.mark.usefixtures("drawn")
 def test_every_curve_has_numbers_and_names_of_its_axes(capped_run, tmp_path, curve):
     plot_run(capped_run, curve, tmp_path / "a.svg", look=Look(csv=tmp_path / "a.csv"))
     rows = rows_of(tmp_path / "a.csv")

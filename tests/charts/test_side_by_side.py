@@ -23,6 +23,7 @@ def curves(path):
 @pytest.mark.parametrize(
     "observable", ["flash_temperature", "flash_gradient", "flash_laplacian", "heat_partition"]
 )
+@pytest.mark.usefixtures("drawn")
 def test_a_curve_over_the_speed_has_the_means_with_their_errors(capped_run, tmp_path, observable):
     rs.plot(capped_run, observable, tmp_path / "a.svg", csv=tmp_path / "a.csv")
     found = curves(tmp_path / "a.csv")

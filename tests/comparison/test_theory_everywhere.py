@@ -188,6 +188,7 @@ def outputs(run, study, folder):
     yield "HDF5 of a study", in_file(study.save(folder / "study.h5"))
 
 
+@pytest.mark.usefixtures("no_pictures", "drawn")
 def test_every_output_has_the_same_theory_over_the_whole_spectrum(run, study, tmp_path):
     whole, cut = by_the_formula(None), by_the_formula(2e4)
     assert whole > 1.4 * cut  # else the outputs could not be told apart
@@ -218,6 +219,7 @@ def test_the_ratio_is_to_the_sum_over_the_cells_own_modes_which_has_a_name_of_it
     assert frame["theory_same_modes"] == row["theory_same_modes"]
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_no_output_has_a_third_name_for_the_theory(run, tmp_path):
     shown = [printed("compare", run.folder, "--json"), plain(str(rs.compare(run)))]
     shown.append(report_run(run, tmp_path / "run.html").read_text())

@@ -15,6 +15,7 @@ def stored():
     return json.loads((ROOT / "docs" / "evidence" / "validity.json").read_text())
 
 
+@pytest.mark.slow
 def test_the_file_of_the_page_is_what_theory_and_law_give_today(stored):
     numbers, tables, _ = validity.compared()
     assert tables == stored["tables"]

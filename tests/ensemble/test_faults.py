@@ -94,8 +94,8 @@ def assert_same_numbers(folder, other, count):
         (signal.SIGINT, 1),
         pytest.param(signal.SIGTERM, 1, marks=pytest.mark.slow),
         pytest.param(signal.SIGTERM, 2, marks=pytest.mark.slow),
-        (signal.SIGHUP, 2),
-        (signal.SIGXCPU, 1),
+        pytest.param(signal.SIGHUP, 2, marks=pytest.mark.slow),
+        pytest.param(signal.SIGXCPU, 1, marks=pytest.mark.slow),
     ],
 )
 def test_an_interrupt_ends_all_within_a_second(hangup_ends, scene_file, tmp_path, which, workers):
@@ -138,6 +138,7 @@ def semaphores(pid):
     return {Path(word) for word in words if word.startswith("/dev/shm/sem.")}
 
 
+@pytest.mark.slow
 def test_a_terminal_that_is_closed_leaves_neither_claims_nor_processes_nor_semaphores(
     hangup_ends, scene_file, tmp_path
 ):
@@ -170,6 +171,7 @@ def test_a_terminal_that_is_closed_leaves_neither_claims_nor_processes_nor_semap
     assert_all_sound(folder)
 
 
+@pytest.mark.slow
 def test_a_run_that_ignores_closed_terminals_goes_on(scene_file, tmp_path):
     hup = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does; inherited
     try:

@@ -146,6 +146,7 @@ class Killing(Workers):
         return Handing()
 
 
+@pytest.mark.slow
 def test_a_killed_worker_is_named_with_numbers_and_the_run_continues_with_one_fewer(
     quick, tmp_path
 ):
