@@ -81,6 +81,13 @@ def float_if_scalar(values: Array) -> Array | float:
     return float(values) if values.ndim == 0 else values
 
 
+def in_blocks(of: Callable[[Array], Array], values: Array) -> Array:
+    """Return `of` each number of an array, in columns of 64, which bound the memory; it returns one number a row."""
+    flat = values.ravel()
+    parts = [of(flat[i : i + 64, None]) for i in range(0, flat.size, 64)]
+    return np.concatenate([np.empty(0), *parts]).reshape(values.shape)
+
+
 def is_value(item: object) -> bool:
     """Return whether `item` compares by value, so that a result may be kept under it: not if it only equals itself.
 

@@ -3,6 +3,7 @@
 from math import pi
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from theory import quadrature
@@ -52,3 +53,11 @@ def half_variance_table(spectrum: Spectrum) -> quadrature.Primitive:
     return quadrature.primitive(
         lambda q, place: q**3 * density(spectrum, q, place), breaks_of(spectrum)
     )
+
+
+def probability(half_variance: Array, pressure: float) -> Array:
+    """Return P = erf(σ₀ / 2√G) of checked arguments ≥ 0; G = 0 is full contact, σ₀ = 0 none."""
+    if pressure == 0.0:
+        return np.zeros(half_variance.shape)
+    with np.errstate(divide="ignore"):
+        return np.asarray(scipy.special.erf(pressure / (2 * np.sqrt(half_variance))))

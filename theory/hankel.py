@@ -8,7 +8,6 @@ grow with r.
 """
 
 from collections.abc import Callable
-from dataclasses import fields
 
 import numpy as np
 import scipy
@@ -23,6 +22,7 @@ from theory.quadrature import (
     WEIGHTS,
     Panels,
     QuadratureError,
+    together,
 )
 
 _SLOW, _FAST = (
@@ -115,32 +115,20 @@ def _transform(panels: Panels, values: Array, r: float) -> float:
     slowly: list[tuple[Panels, Array]] = []
     quickly: list[tuple[Panels, Array]] = []
     while panels.start.size:
-        bounds = panels.ends()
-        phase = r * (bounds[:, 1] - bounds[:, 0])
+        phase = r * np.diff(panels.ends())[:, 0]
         slow = phase <= _SLOW
-        fast = (phase >= _FAST) & (
-            panels.start > panels.stop / 2
-        )  # p varies with 1/y: at a break it is not smooth
-        for chosen, found in ((slow, slowly), (fast, quickly)):
-            if chosen.any():
-                found.append((panels.take(chosen), values[chosen]))
+        # p varies with 1/y: at a break it is not smooth
+        fast = (phase >= _FAST) & (panels.start > panels.stop / 2)
+        slowly.append((panels.take(slow), values[slow]))
+        quickly.append((panels.take(fast), values[fast]))
         rest = ~(slow | fast)
-        if not rest.any():
-            break
         panels, values = _halved(panels.take(rest), values[rest])
-    total = 0.0
-    if slowly:
-        panels, values = _together(slowly)
-        total += float(((values * scipy.special.j0(r * panels.nodes()[0])) @ WEIGHTS).sum())
-    if quickly:
-        total += _levin(*_together(quickly), r)
-    return total
-
-
-def _together(parts: list[tuple[Panels, Array]]) -> tuple[Panels, Array]:
-    """Return all panels of a list, and the values on them."""
-    columns = ([getattr(panels, field.name) for panels, _ in parts] for field in fields(Panels))
-    return Panels(*map(np.concatenate, columns)), np.concatenate([values for _, values in parts])
+    (gauss, at_gauss), (levin, at_levin) = (
+        (together(*parts), np.concatenate(held))
+        for parts, held in (zip(*found, strict=True) for found in (slowly, quickly))
+    )
+    summed = float(((at_gauss * scipy.special.j0(r * gauss.nodes()[0])) @ WEIGHTS).sum())
+    return summed + _levin(levin, at_levin, r)
 
 
 def _halved(panels: Panels, values: Array) -> tuple[Panels, Array]:

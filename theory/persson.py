@@ -3,10 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
 from theory import quadrature
@@ -20,11 +18,9 @@ from theory.arguments import (
     positive,
     real_array,
 )
-from theory.full_contact import half_variance, half_variance_table
+from theory.full_contact import half_variance, half_variance_table, probability
 from theory.hankel import first_crossing, hankel_transform
-
-if TYPE_CHECKING:
-    from theory.yielding import YieldingSpectrum
+from theory.yielding import calibrated_spectrum
 
 __all__ = [
     "StressDensity",
@@ -190,44 +186,6 @@ def correlation_radius(
     return first_crossing(stress.panels, stress.values, level)
 
 
-def calibrated_spectrum(
-    spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float
-) -> "YieldingSpectrum":
-    """Stress spectrum of elastic contact, calibrated to boundary-element contacts, as an alternative to the paper's W.
-
-    It is the law of `plasticity.stress_spectrum` in the limit σ_P → ∞.
-
-    Pass it as `stress_spectrum` to `pressure_correlation`, `correlation_radius` and every function of `flash`.
-
-    Parameters
-    ----------
-    spectrum : callable
-        C(q), m⁴, with `breaks`; the result is hashable and picklable when it is.
-    effective_modulus, nominal_pressure : float
-        E* and σ₀, Pa, both > 0.
-
-    Returns
-    -------
-    YieldingSpectrum
-        |σ_q|² in Pa² m², with `breaks` beyond both ends of C(q).
-
-    Raises
-    ------
-    TypeError, ValueError
-        If an argument is not real, finite and of the right sign, or the contact lies outside the range that was
-        compared with boundary-element contacts.
-    """
-    from theory.yielding import elastic_spectrum
-
-    return elastic_spectrum(spectrum, effective_modulus, nominal_pressure)
-
-
-def probability(half_variance: Array, pressure: float) -> Array:
-    """Return P = erf(σ₀ / 2√G) of checked arguments; G = 0 is full contact."""
-    with np.errstate(divide="ignore"):
-        return np.asarray(scipy.special.erf(pressure / (2 * np.sqrt(half_variance))))
-
-
 def weight(share: Array, wavenumber: Array, gamma: Weight) -> Array:
     """Return W of the contact probability `share` at `wavenumber`; ValueError when `gamma` gives no weight."""
     if not callable(gamma):
@@ -257,6 +215,7 @@ class StressDensity:
         return np.asarray((self.values * quadrature.WEIGHTS).ravel())
 
 
+@kept_for_values  # .01 s for each quantity of one surface at each speed, .4 s in a comparison
 def stress_density(
     spectrum: Spectrum | None = None,
     stress_spectrum: Spectrum | None = None,
@@ -268,17 +227,6 @@ def stress_density(
 
     The results for spectra that compare by value are kept: all quantities of one surface share them, at every speed.
     """
-    return _resolved(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-
-
-@kept_for_values  # .01 s for each quantity of one surface at each speed, .4 s in a comparison
-def _resolved(
-    spectrum: Spectrum | None,
-    stress_spectrum: Spectrum | None,
-    effective_modulus: float | None,
-    nominal_pressure: float | None,
-    gamma: Weight,
-) -> StressDensity:
     if spectrum is not None and stress_spectrum is not None:
         raise TypeError("spectrum and stress_spectrum are both given; give one of them")
     if spectrum is not None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, breaks_of, density, not_negative_array, positive
-from theory.full_contact import half_variance_table
+from theory.full_contact import half_variance_table, probability
 from theory.quadrature import Primitive
 from theory.walls import (
     IMAGES,
@@ -19,7 +19,6 @@ from theory.walls import (
     SWITCH,
     area_fractions,
     erfc_drop,
-    first_wall,
     images,
     missing_late,
     shares,
@@ -212,4 +211,4 @@ def _missing_early(s: float, rest: float, g: Array) -> Array:
     if s <= 0.5:
         return np.asarray(1 - images(s, rest, g) / s)
     later = sum(erfc_drop(2 * k - rest, rest, g) for k in range(1, IMAGES // 2 + 1))
-    return np.asarray((first_wall(rest, g) - rest + later) / s)
+    return np.asarray((probability(g, rest) - rest + later) / s)

@@ -6,7 +6,8 @@ integral is smooth in y, however thin the layer.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -21,44 +22,23 @@ _WIDEST = 1.0  # of a panel in ln q: then kernels in v/Dq, analytic within ±iπ
 _PER_PANEL = TOLERANCE / 100  # a panel's share of the tolerance
 _MOST_PANELS = 20_000
 
+# matrices that act on the values at the nodes of a panel
+_POLYNOMIALS = legendre.legvander(POINTS, NODES)  # P_k at the nodes, one degree more than fitted
+_ODD_NUMBERS = 2 * np.arange(NODES) + 1
+_FIT: Array = _ODD_NUMBERS[:, None] / 2 * WEIGHTS * _POLYNOMIALS[:, :-1].T  # Legendre coefficients
+_PRIMITIVES = (_POLYNOMIALS[:, 2:] - _POLYNOMIALS[:, :-2]) / _ODD_NUMBERS[1:]
+_PRIMITIVE: Array = np.column_stack([1 + POINTS, _PRIMITIVES]) @ _FIT  # ∫ from −1 to each node
+_SLOPES = legendre.legval(POINTS, legendre.legder(np.eye(NODES))).T
+DERIVATIVE: Array = np.ascontiguousarray(_SLOPES) @ _FIT
+ENDS: Array = legendre.legvander(np.array([-1.0, 1.0]), NODES - 1) @ _FIT
+HALVES: Array = legendre.legvander(np.stack([POINTS - 1, POINTS + 1]) / 2, NODES - 1) @ _FIT
+
 
 class QuadratureError(ArithmeticError):
     """An integral did not reach its accuracy, so there is no number to return."""
 
 
-def _vandermonde(points: Array, degree: int = NODES - 1) -> Array:
-    return np.asarray(legendre.legvander(points, degree), dtype=np.float64)
-
-
-def _fit_matrix() -> Array:
-    degrees = np.arange(NODES)[:, None]
-    return np.asarray((2 * degrees + 1) / 2 * WEIGHTS * _vandermonde(POINTS).T)
-
-
-def _primitive_matrix() -> Array:
-    """Take values at the nodes to the integral of their polynomial from −1 to each node."""
-    higher = _vandermonde(POINTS, NODES)
-    primitives = np.empty((NODES, NODES))
-    primitives[:, 0] = 1 + POINTS
-    for k in range(1, NODES):
-        primitives[:, k] = (higher[:, k + 1] - higher[:, k - 1]) / (2 * k + 1)
-    return primitives @ _FIT
-
-
-def _derivative_matrix() -> Array:
-    slopes = [legendre.legval(POINTS, legendre.legder(np.eye(NODES)[k])) for k in range(NODES)]
-    return np.asarray(np.stack(slopes, axis=1) @ _FIT)
-
-
-_FIT = _fit_matrix()  # values at the nodes -> Legendre coefficients
-_PRIMITIVE = _primitive_matrix()
-DERIVATIVE = _derivative_matrix()
-ENDS = _vandermonde(np.array([-1.0, 1.0])) @ _FIT
-HALVES = np.stack([_vandermonde((POINTS - 1) / 2) @ _FIT, _vandermonde((POINTS + 1) / 2) @ _FIT])
-
-
-@dataclass(frozen=True, slots=True)
-class Panels:
+class Panels(NamedTuple):
     """Consecutive intervals of y, each within one piece; arrays of one entry per panel.
 
     `lower` and `upper` are the wavenumbers that bound the piece, rad/m; `start` and `stop` bound the panel in y.
@@ -98,13 +78,7 @@ class Panels:
 
     def take(self, which: Which) -> "Panels":
         """Return the panels selected by an index or a mask."""
-        return Panels(
-            self.piece[which],
-            self.lower[which],
-            self.upper[which],
-            self.start[which],
-            self.stop[which],
-        )
+        return Panels(*(column[which] for column in self))
 
     def halves(self) -> "Panels":
         """Return twice as many panels, each cut in two, in order."""
@@ -127,21 +101,26 @@ def panels_between(breaks: Array) -> Panels:
     return Panels(piece.astype(np.float64), breaks[:-1][piece], breaks[1:][piece], start, stop)
 
 
+def together(*parts: Panels) -> Panels:
+    """Return all panels, in the order of the parts."""
+    return Panels(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+def _ascending(panels: Panels) -> Which:
+    return np.lexsort((panels.start, panels.piece))
+
+
 def graded(panels: Panels, layers: list[tuple[float, float]]) -> Panels:
     """Cut the first panel above a break from the height y of its layer upwards, each cut eight times the last."""
     for piece, y in layers:
-        at = int(np.flatnonzero((panels.piece == piece) & (panels.start == 0.0))[0])
-        top = float(panels.stop[at])
+        lowest = (panels.piece == piece) & (panels.start == 0.0)
+        whole = panels.take(lowest)
+        top = float(whole.stop[0])
         steps = max(int(np.ceil(np.log(top / y) / np.log(8))), 1)
-        cuts = top * 8.0 ** np.arange(-steps, 0)
-        repeats = np.ones(panels.start.size, dtype=int)
-        repeats[at] += steps
-        start, stop = np.repeat(panels.start, repeats), np.repeat(panels.stop, repeats)
-        start[at + 1 : at + 1 + steps], stop[at : at + steps] = cuts, cuts
-        piece_of, lower, upper = (
-            np.repeat(bound, repeats) for bound in (panels.piece, panels.lower, panels.upper)
-        )
-        panels = Panels(piece_of, lower, upper, start, stop)
+        edges = np.append(0.0, top * 8.0 ** np.arange(-steps, 1))
+        cut = whole.take(np.zeros(steps + 1, dtype=int))._replace(start=edges[:-1], stop=edges[1:])
+        panels = together(panels.take(~lowest), cut)
+        panels = panels.take(_ascending(panels))
     return panels
 
 
@@ -179,14 +158,16 @@ def refine(
         halves = panels.take(untested).halves()
         finer = integrands(halves)
         error[:, untested] = _departure(values[:, untested], finer)
-        bad = (error > _PER_PANEL * _scale(values, running)).any(axis=0)
-        split = bad & untested
-        panels, values, error = _replace(
-            panels, values, error, split, halves, finer, split[untested]
-        )
-        error[:, np.repeat(bad & ~untested, 1 + split)] = (
-            np.inf
-        )  # the scale has shrunk since: test again
+        bad = np.any(error > _PER_PANEL * _scale(values, running), axis=0)
+        error[:, bad] = np.inf  # also of panels tested before: the scale has shrunk since
+        kept = ~(bad & untested)
+        chosen = np.repeat(bad[untested], 2)
+        panels = together(panels.take(kept), halves.take(chosen))
+        order = _ascending(panels)
+        panels = panels.take(order)
+        values = np.concatenate([values[:, kept], finer[:, chosen]], axis=1)[:, order]
+        unknown = np.full(finer[:, chosen].shape[:2], np.inf)
+        error = np.concatenate([error[:, kept], unknown], axis=1)[:, order]
         if panels.start.size > _MOST_PANELS:
             raise QuadratureError(
                 f"an integral over wavenumber needs more than {_MOST_PANELS} panels; name the kinks of the spectrum "
@@ -207,27 +188,6 @@ def _departure(values: Array, finer: Array) -> Array:
 def _scale(values: Array, running: bool) -> Array:
     integrals = np.asarray(values @ WEIGHTS)
     return integrals.cumsum(axis=1) if running else integrals.sum(axis=1, keepdims=True)
-
-
-def _replace(
-    panels: Panels,
-    values: Array,
-    error: Array,
-    split: Which,
-    halves: Panels,
-    finer: Array,
-    chosen: Which,
-) -> tuple[Panels, Array, Array]:
-    """Put the `chosen` pairs of halves in the places of the panels that `split` marks."""
-    origin = np.repeat(np.arange(split.size), 1 + split)
-    new, pairs = np.repeat(split, 1 + split), np.repeat(chosen, 2)
-    columns = {}
-    for field in fields(Panels):
-        columns[field.name] = getattr(panels, field.name)[origin]
-        columns[field.name][new] = getattr(halves, field.name)[pairs]
-    values, error = values[:, origin], error[:, origin]
-    values[:, new], error[:, new] = finer[:, pairs], np.inf
-    return Panels(**columns), values, error
 
 
 def _confirm(error: Array, scale: Array) -> None:
@@ -256,12 +216,9 @@ class Primitive:
 
     def __call__(self, wavenumber: Array) -> Array:
         """Return the integral up to `wavenumber` (rad/m, any shape): 0 below the first break, all above the last."""
-        q = np.clip(wavenumber, self.breaks[0], self.breaks[-1])
-        piece = np.clip(np.searchsorted(self.breaks, q, side="right") - 1, 0, self.breaks.size - 2)
-        lower = self.breaks[piece]
-        return self.at(piece, np.sqrt(_extents(lower, q) / _extents(lower, self.breaks[piece + 1])))
+        return self.above(np.clip(wavenumber, self.breaks[0], self.breaks[-1]), 0.0)
 
-    def above(self, start: Array, rise: Array) -> Array:
+    def above(self, start: Array, rise: Array | float) -> Array:
         """Return the integral up to start·e^rise, for `start` within the breaks and the `rise` ≥ 0 of one piece."""
         piece = np.clip(
             np.searchsorted(self.breaks, start, side="right") - 1, 0, self.breaks.size - 2

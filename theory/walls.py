@@ -30,7 +30,7 @@ from theory.arguments import (
     positive,
     real_array,
 )
-from theory.full_contact import half_variance_table
+from theory.full_contact import half_variance_table, probability
 
 SWITCH = 0.2  # g: below, images; above, modes: four of the former and five of the latter reach rounding on either side
 IMAGES, MODES = 7, 6
@@ -135,7 +135,7 @@ def between(s: float, g: Array) -> Array:
     """Return the share that has reached neither wall; symmetric in s ↔ 1 − s, `s` is the smaller one."""
     result = np.empty(g.shape)
     early = g < SWITCH
-    result[early] = first_wall(s, g[early])
+    result[early] = probability(g[early], s)
     for j in range(1, IMAGES + 1):
         result[early] += (-1) ** j * erfc_drop(j - s, s, g[early])
     result[~early] = (
@@ -153,14 +153,6 @@ def missing_late(s: float, rest: float, g: Array) -> Array:
     for n in range(1, MODES + 1):
         total += sign ** (n + 1) * np.sinc(n * lesser) * np.exp(-((n * pi) ** 2) * g)
     return np.asarray(2 * lesser / s * total)
-
-
-def first_wall(s: float, g: Array) -> Array:
-    """Return erf(s/2√g): the elastic share when the far wall is out of reach."""
-    if s == 0.0:
-        return np.zeros(g.shape)
-    with np.errstate(divide="ignore"):
-        return np.asarray(scipy.special.erf(s / (2 * np.sqrt(g))))
 
 
 def images(s: float, rest: float, g: Array) -> Array:

@@ -10,9 +10,10 @@ missing. docs/yielding.md derives all of it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from math import ceil, expm1, inf, isinf, log, pi, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy
@@ -144,10 +145,33 @@ def stress_spectrum(
     return YieldingSpectrum(spectrum, modulus, pressure, hardness, width)
 
 
-def elastic_spectrum(
-    spectrum: Spectrum, effective_modulus: float, nominal_pressure: float
+def calibrated_spectrum(
+    spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float
 ) -> YieldingSpectrum:
-    """Return the stress spectrum of elastic contact; see `persson.calibrated_spectrum`."""
+    """Stress spectrum of elastic contact, calibrated to boundary-element contacts, as an alternative to the paper's W.
+
+    It is the law of `plasticity.stress_spectrum` in the limit σ_P → ∞.
+
+    Pass it as `stress_spectrum` to `pressure_correlation`, `correlation_radius` and every function of `flash`.
+
+    Parameters
+    ----------
+    spectrum : callable
+        C(q), m⁴, with `breaks`; the result is hashable and picklable when it is.
+    effective_modulus, nominal_pressure : float
+        E* and σ₀, Pa, both > 0.
+
+    Returns
+    -------
+    YieldingSpectrum
+        |σ_q|² in Pa² m², with `breaks` beyond both ends of C(q).
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not real, finite and of the right sign, or the contact lies outside the range that was
+        compared with boundary-element contacts.
+    """
     modulus = positive("effective_modulus", effective_modulus, "Pa")
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")
     spectrum = _compared(spectrum, modulus, pressure, inf)
@@ -177,12 +201,13 @@ def _compared(spectrum: Spectrum, modulus: float, pressure: float, hardness: flo
         )  # G = (E*h′)²/8
     else:
         _inside("nominal_pressure/penetration_hardness", pressure / hardness, _SHARE)
-        solid = {
-            "effective_modulus": modulus,
-            "nominal_pressure": pressure,
-            "penetration_hardness": hardness,
-        }
-        q_y = yield_wavenumber(spectrum, elastic_share=_ELASTIC_SHARE, **solid)
+        q_y = yield_wavenumber(
+            spectrum,
+            effective_modulus=modulus,
+            nominal_pressure=pressure,
+            penetration_hardness=hardness,
+            elastic_share=_ELASTIC_SHARE,
+        )
     _inside("q_max/q_min", end / q[0], _ELASTIC_BAND if elastic else _BAND)
     if q_y <= end:
         _inside("q_y/q_roll_off", q_y / roll_off, _YIELDED)
@@ -260,7 +285,25 @@ class UpTo:
         return np.where(q <= self.end, self.spectrum(q), 0.0)
 
 
-@dataclass(frozen=True, slots=True)
+class _Law(NamedTuple):
+    """The pressure of the waves, and the walls between which it diffused."""
+
+    mean: float  # σ₀, Pa, in elastic contact up to full contact
+    highest: float  # σ_P, or a pressure that no point reaches, Pa
+    coherent: BSpline  # of ln q: the logarithms of `Scattering`
+    sidebands: BSpline
+
+
+class _Balance(NamedTuple):
+    """The tail of the edges, and the limit of force balance."""
+
+    variance: float  # g_σ(0), Pa²
+    scale: float  # of the pressure of the waves
+    edge: float  # |σ_q|² at q_max of the edges, were they steps
+    rim: float  # (E*h′/σ_P)²
+
+
+@dataclass(frozen=True)
 class YieldingSpectrum:
     """|σ_q|² in Pa² m², a callable with `breaks`, by `plasticity.stress_spectrum` or `persson.calibrated_spectrum`.
 
@@ -275,65 +318,38 @@ class YieldingSpectrum:
     nominal_pressure: float
     penetration_hardness: float
     step: float = STEP
-    breaks: tuple[float, ...] = field(init=False, compare=False)
-    _mean: float = field(
-        init=False, repr=False, compare=False
-    )  # σ₀, Pa, in elastic contact up to full contact
-    _highest: float = field(
-        init=False, repr=False, compare=False
-    )  # σ_P, or a pressure that no point reaches, Pa
-    _variance: float = field(init=False, repr=False, compare=False)  # g_σ(0), Pa²
-    _coherent: BSpline = field(init=False, repr=False, compare=False)
-    _sidebands: BSpline = field(init=False, repr=False, compare=False)
-    _scale: float = field(init=False, repr=False, compare=False)
-    _rim: float = field(init=False, repr=False, compare=False)  # (E*h′/σ_P)²
-    _edge: float = field(
-        init=False, repr=False, compare=False
-    )  # |σ_q|² at q_max of the edges, were they steps
 
-    def __post_init__(self) -> None:
-        solid = self.effective_modulus, self.nominal_pressure, self.penetration_hardness
-        diffusion = diffuse(self.spectrum, *solid, step=self.step)
-        scattering = scatter(diffusion, self.effective_modulus)
+    @cached_property
+    def breaks(self) -> tuple[float, ...]:
+        """Ends, kinks and jumps, rad/m, ascending."""
         ends = breaks_of(self.spectrum)
-        coherent, sidebands = (_smooth(table, log(ends[0])) for table in scattering)
-        inner = np.concatenate([ends, np.exp(coherent.t), np.exp(sidebands.t)])
-        breaks = np.concatenate(
-            [ends[:1] / _DEPTH, inner, ends[-1:] * np.array([ONSET, 4.0, _REACH])]
-        )
+        knots = np.exp(self._law.coherent.t), np.exp(self._law.sidebands.t)
+        beyond = ends[-1:] * np.array([ONSET, 4.0, _REACH])
+        rising = np.sort(np.concatenate([ends[:1] / _DEPTH, ends, *knots, beyond]))
+        distinct = np.append(True, np.diff(rising) > 1e-9 * rising[1:])
+        return tuple(rising[distinct].tolist())
+
+    @cached_property
+    def _law(self) -> _Law:
         mean, highest = self.nominal_pressure, self.penetration_hardness
+        diffusion = diffuse(self.spectrum, self.effective_modulus, mean, highest, step=self.step)
         if isinf(highest):
             mean = float(diffusion.pressure @ diffusion.probability[0])
             highest = float(diffusion.pressure[-1])
-        values = {
-            "_coherent": coherent,
-            "_sidebands": sidebands,
-            "_mean": mean,
-            "_highest": highest,
-        }
-        values |= {
-            "_scale": 1.0,
-            "_rim": 1.0,
-            "_edge": 0.0,
-            "breaks": tuple(_distinct(breaks).tolist()),
-        }
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
-        self._balance()
+        first = log(breaks_of(self.spectrum)[0])
+        tables = scatter(diffusion, self.effective_modulus)
+        return _Law(mean, highest, *(_smooth(table, first) for table in tables))
 
-    def _balance(self) -> None:
-        """Give the edges of the contacts their tail, within the limit of force balance."""
+    @cached_property
+    def _balance(self) -> _Balance:
         mean, hardness = self.nominal_pressure, self.penetration_hardness
         q, slope = panels_between(np.array(self.breaks)).nodes()
-        variance = 2 * pi * q * self(q) * slope @ WEIGHTS
+        variance = 2 * pi * q * self._of_waves(q) * slope @ WEIGHTS
         top = breaks_of(self.spectrum)[-1]
         moved = EDGE / (1 - EDGE) * float(variance[q[:, 0] > top].sum())
         own = float(variance.sum()) + moved
-        full = (
-            2
-            * float(half_variance(top, self.spectrum, effective_modulus=self.effective_modulus))
-            / hardness**2
-        )
+        half = float(half_variance(top, self.spectrum, effective_modulus=self.effective_modulus))
+        full = 2 * half / hardness**2
         missing, scale = 0.0, 1.0
         if not isinf(hardness):
             most = mean * (hardness - mean)
@@ -342,9 +358,7 @@ class YieldingSpectrum:
         rim = 4 * full
         x, slope = panels_between(np.geomspace(1.0, _REACH, 61)).nodes()
         tail = 2 * pi * top**2 * float((x * edges(x, rim) * slope @ WEIGHTS).sum())
-        values = {"_rim": rim, "_edge": (scale * moved + missing) / tail, "_scale": scale}
-        for name, value in {**values, "_variance": scale * own + missing}.items():
-            object.__setattr__(self, name, value)
+        return _Balance(scale * own + missing, scale, (scale * moved + missing) / tail, rim)
 
     @property
     def contact_fraction(self) -> float:
@@ -358,26 +372,30 @@ class YieldingSpectrum:
 
     def _areas(self) -> tuple[float, float]:
         """Return A_el/A₀ and A_pl/A₀."""
-        share, variance = self._mean / self._highest, self._variance / self._highest**2
+        mean, highest, *_ = self._law
+        share, variance = mean / highest, self._balance.variance / highest**2
         _, elastic, plastic = area_fractions(half_variance_of(share, variance), share, 1.0)
         return float(elastic), float(plastic)
 
     def __call__(self, q: ArrayLike) -> Array:
         """Return |σ_q|² at the wavenumbers `q`, rad/m, elementwise, Pa² m²."""
         wavenumber = real_array("q", q, "rad/m")
-        ends = breaks_of(self.spectrum)
-        low, high = ends[0], ends[-1]
-        result = np.zeros(wavenumber.shape)
-        beside = (wavenumber >= self.breaks[0]) & (wavenumber <= np.exp(self._sidebands.t[-1]))
-        result[beside] = _value(self._sidebands, wavenumber[beside])
-        inside = (wavenumber >= low) & (wavenumber <= high)
-        band = wavenumber[inside]
-        full = (self.effective_modulus * band / 2) ** 2 * density(self.spectrum, band)
-        result[inside] += full * _value(self._coherent, band)
+        high = breaks_of(self.spectrum)[-1]
+        result = self._of_waves(wavenumber) * self._balance.scale
         above = (wavenumber > high) & (wavenumber <= self.breaks[-1])
-        result[above] *= 1 - EDGE
-        result *= self._scale
-        result[above] += self._edge * edges(wavenumber[above] / high, self._rim)
+        result[above] += self._balance.edge * edges(wavenumber[above] / high, self._balance.rim)
+        return result
+
+    def _of_waves(self, q: Array) -> Array:
+        """Return |σ_q|² without the tail of the edges, nor the limit of force balance."""
+        ends = breaks_of(self.spectrum)
+        result = np.zeros(q.shape)
+        beside = (q >= self.breaks[0]) & (q <= np.exp(self._law.sidebands.t[-1]))
+        result[beside] = _value(self._law.sidebands, q[beside])
+        inside = (q >= ends[0]) & (q <= ends[-1])
+        full = (self.effective_modulus * q[inside] / 2) ** 2 * density(self.spectrum, q[inside])
+        result[inside] += full * _value(self._law.coherent, q[inside])
+        result[(q > ends[-1]) & (q <= self.breaks[-1])] *= 1 - EDGE
         return result
 
 
@@ -397,8 +415,3 @@ def _smooth(table: Table, first: float) -> BSpline:
     inner = inner[(inner > x[0] + 0.3) & (inner < x[-1] - 0.3)]
     knots = np.concatenate([np.full(_DEGREE + 1, x[0]), inner, np.full(_DEGREE + 1, x[-1])])
     return scipy.interpolate.make_lsq_spline(x, table.value, knots, k=_DEGREE, w=table.weight)
-
-
-def _distinct(breaks: Array) -> Array:
-    rising = np.sort(breaks)
-    return np.asarray(rising[np.append(True, np.diff(rising) > 1e-9 * rising[1:])])

@@ -228,7 +228,7 @@ def test_the_tail_of_edges_begins_where_sums_of_two_waves_end():
     ).sidebands
     x = np.array([1.7, 100.0])
     beside = (
-        (1 - EDGE) * np.interp(np.log(x * 2e5), place, np.exp(value), right=0.0) * stress._scale
+        (1 - EDGE) * np.interp(np.log(x * 2e5), place, np.exp(value), right=0.0) * stress._balance.scale
     )
     near, far = x**3 * (stress(x * 2e5) - beside)
     assert near / far == pytest.approx(0.5, rel=0.05)
@@ -267,7 +267,7 @@ def test_the_variance_never_exceeds_what_force_balance_leaves():
     stress = YieldingSpectrum(spectrum, 1.0, 0.05527 * 1.622659, 1.622659)
     variance = float(persson.pressure_correlation(0.0, stress_spectrum=stress))
     assert variance == pytest.approx(0.05527 * (1 - 0.05527) * 1.622659**2, rel=1e-9)
-    assert stress._scale < 1.0
+    assert stress._balance.scale < 1.0
 
 
 def test_the_tail_leaves_what_force_balance_leaves():

@@ -5,7 +5,7 @@ from math import inf, pi, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ellipe, ellipk
+from scipy.special import ellipe, ellipk, hyp2f1
 
 from theory.arguments import Array, float_if_scalar, real_array
 
@@ -94,16 +94,9 @@ def static_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
     result = np.where(
         r <= 1.0, pi / 8 * (2 - r**2), ((2 - outside**2) * np.arcsin(1 / outside) + beyond) / 4
     )
-    return float_if_scalar(np.where(r < _FAR, result, _far(np.maximum(r, _FAR))))
-
-
-def _far(r: Array) -> Array:
-    """Return the multipole series of the resting source, 1/3r + 1/30r³ + ...: the closed form cancels far away."""
-    total, term = np.zeros_like(r), 1 / r
-    for k in range(12):
-        total += term / ((2 * k + 1) * (2 * k + 3))
-        term = term * (2 * k + 1) / (2 * k + 2) / r**2
-    return np.asarray(total)
+    far = np.maximum(r, _FAR)
+    multipoles = hyp2f1(0.5, 0.5, 2.5, far**-2) / (3 * far)  # 1/3r + 1/30r³ + ...
+    return float_if_scalar(np.where(r < _FAR, result, multipoles))
 
 
 def fast_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
@@ -121,43 +114,22 @@ def fast_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
     half = np.sqrt(np.maximum(square, 0.0))
     hot = (square > 0.0) & (behind > -half)
     t = behind[hot] / half[hot]
-    result[hot] = half[hot] ** 1.5 * np.where(
-        t <= 1.0, _within(np.minimum(t, 1.0)), _wake(np.maximum(t, 1.0))
-    )
+    shape = np.where(t <= 1.0, _within(np.minimum(t, 1.0)), _wake(np.maximum(t, 1.0)))
+    result[hot] = half[hot] ** 1.5 * shape
     return float_if_scalar(result / sqrt(pi))
 
 
 def _within(t: Array) -> Array:
     m = (1 + t) / 2
-    return np.asarray(
-        4
-        * sqrt(2)
-        / 3
-        * ((2 * m - 1) * ellipe(m) + (1 - m) * np.where(m < 1.0, ellipk(_below_one(m)), 0))
-    )
+    second = np.where(m < 1.0, (1 - m) * ellipk(_below_one(m)), 0.0)
+    return np.asarray(4 / 3 * sqrt(2) * ((2 * m - 1) * ellipe(m) + second))
 
 
 def _wake(t: Array) -> Array:
     m = 2 / (1 + t)
     near = 4 / 3 * np.sqrt(t + 1) * (t * ellipe(m) - (t - 1) * ellipk(_below_one(m)))
-    return np.where(t < _FAR, near, _far_wake(np.maximum(t, _FAR)))
-
-
-def _far_wake(t: Array) -> Array:
-    """Return ∫√(1−u²)(t−u)^(−1/2) du as its series in 1/t²: the closed form cancels far behind."""
-    total, term = np.zeros_like(t), pi / 2 / np.sqrt(t)
-    for k in range(14):
-        total += term
-        term = (
-            term
-            * (2 * k + 0.5)
-            * (2 * k + 1.5)
-            / ((2 * k + 1) * (2 * k + 2))
-            * (k + 0.5)
-            / (k + 2)
-            / t**2
-        )
-    return np.asarray(total)
+    far = np.maximum(t, _FAR)
+    return np.where(t < _FAR, near, pi / 2 / np.sqrt(far) * hyp2f1(0.25, 0.75, 2.0, far**-2))
 
 
 def _below_one(m: Array) -> Array:

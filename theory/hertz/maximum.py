@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
-from theory.arguments import Array, real_array
+from theory.arguments import Array, float_if_scalar, real_array
 from theory.hertz.graded import rule, towards_zero
-from theory.hertz.limits import DISC_FAST, FAST, SQUARE_FAST
+from theory.hertz.limits import DISC_FAST, FAST, SQUARE_FAST, Limit, UniformLimit
 
 _FASTEST = 1e12  # Pe: the fast limit of a maximum is reached as 1/Pe
 _Line = Callable[
@@ -42,7 +42,7 @@ def max_temperature(peclet: ArrayLike) -> Array | float:
     theory.quadrature.QuadratureError
         If the integral does not reach its accuracy, 1e-11.
     """
-    return _hottest(peclet, _hertz_line, FAST.max_temperature, FAST.hottest_point)[0]
+    return _hottest(peclet, _hertz_line, FAST)[0]
 
 
 def hottest_point(peclet: ArrayLike) -> Array | float:
@@ -50,17 +50,17 @@ def hottest_point(peclet: ArrayLike) -> Array | float:
 
     Parameters, errors: as `max_temperature`.
     """
-    return _hottest(peclet, _hertz_line, FAST.max_temperature, FAST.hottest_point)[1]
+    return _hottest(peclet, _hertz_line, FAST)[1]
 
 
 def disc_max_temperature(peclet: ArrayLike) -> Array | float:
     """Highest temperature of a uniform moving disc, q̇R/κ. Parameters, errors: as `max_temperature`."""
-    return _hottest(peclet, _disc_line, DISC_FAST.max_temperature, DISC_FAST.hottest_point)[0]
+    return _hottest(peclet, _disc_line, DISC_FAST)[0]
 
 
 def disc_hottest_point(peclet: ArrayLike) -> Array | float:
     """Position x/R of the highest temperature of a uniform moving disc. Parameters, errors: as `max_temperature`."""
-    return _hottest(peclet, _disc_line, DISC_FAST.max_temperature, DISC_FAST.hottest_point)[1]
+    return _hottest(peclet, _disc_line, DISC_FAST)[1]
 
 
 def square_max_temperature(peclet: ArrayLike) -> Array | float:
@@ -68,26 +68,28 @@ def square_max_temperature(peclet: ArrayLike) -> Array | float:
 
     Parameters, errors: as `max_temperature`.
     """
-    return _hottest(peclet, _square_line, SQUARE_FAST.max_temperature, SQUARE_FAST.hottest_point)[0]
+    return _hottest(peclet, _square_line, SQUARE_FAST)[0]
 
 
 def square_hottest_point(peclet: ArrayLike) -> Array | float:
     """Position x/l of the highest temperature of a uniform square. Parameters, errors: as `max_temperature`."""
-    return _hottest(peclet, _square_line, SQUARE_FAST.max_temperature, SQUARE_FAST.hottest_point)[1]
+    return _hottest(peclet, _square_line, SQUARE_FAST)[1]
 
 
 def _hottest(
-    peclet: ArrayLike, line: _Line, fast: float, where: float
+    peclet: ArrayLike, line: _Line, fast: Limit | UniformLimit
 ) -> tuple[Array | float, Array | float]:
+    """Return the highest temperature, and its place."""
     number = real_array("peclet", peclet, "1")
     top, place = np.empty(number.shape), np.empty(number.shape)
     for index, value in np.ndenumerate(number):
         magnitude = abs(float(value))
-        top[index], x = (
-            _search(line, magnitude) if magnitude < _FASTEST else (fast / np.sqrt(magnitude), where)
-        )
+        if magnitude < _FASTEST:
+            top[index], x = _search(line, magnitude)
+        else:
+            top[index], x = fast.max_temperature / np.sqrt(magnitude), fast.hottest_point
         place[index] = x * (1 if value > 0.0 else -1) + 0.0
-    return (float(top), float(place)) if number.ndim == 0 else (top, place)
+    return float_if_scalar(top), float_if_scalar(place)
 
 
 def _search(line: _Line, peclet: float) -> tuple[float, float]:
@@ -134,65 +136,33 @@ def _hertz_line(delta: float, peclet: float) -> float:
 
 def _disc_line(delta: float, peclet: float) -> float:
     """Return the temperature of a uniform disc on its centre line, `delta` from its trailing edge."""
-    front = rule(towards_zero(0.5 / np.sqrt(peclet + 1), pi / 4))
-    aside = rule(towards_zero(0.25 * np.sqrt(delta), pi / 4))
-    back = rule(np.array([0.0, pi / 4]))
     half = delta * (2 - delta)
 
-    def ray(c: Array, haversine: Array) -> Array:
-        """Integral along a ray, c the cosine of its direction, haversine = (1 − c)/2."""
-        root = np.sqrt(half + ((1 - delta) * c) ** 2)
-        ahead = root + (1 - delta) * c
-        behind = half / (root + (1 - delta) * np.abs(c))
-        reach = np.where(c > 0, ahead, behind)
-        return _through(reach, peclet * haversine)
+    def ray(angle: Array) -> Array:
+        c = (1 - delta) * np.cos(angle)
+        far = np.sqrt(half + c**2) + np.abs(c)
+        return _through(np.where(c > 0, far, half / far), peclet * np.sin(angle / 2) ** 2)
 
-    def forwards(phi: Array) -> Array:
-        return ray(np.cos(phi), np.sin(phi / 2) ** 2)
-
-    def aside_ahead(psi: Array) -> Array:
-        sine = np.sin(psi)
-        return ray(sine, (1 - sine) / 2)
-
-    def aside_behind(psi: Array) -> Array:
-        sine = np.sin(psi)
-        return ray(-sine, (1 + sine) / 2)
-
-    def backwards(psi: Array) -> Array:
-        return ray(-np.cos(psi), np.cos(psi / 2) ** 2)
-
-    total = front.integral(forwards)
-    total += aside.integral(aside_ahead)
-    total += aside.integral(aside_behind)
-    total += back.integral(backwards)
-    return float(total / pi)
+    aside = towards_zero(0.25 * np.sqrt(delta), pi / 4)
+    ahead = towards_zero(0.5 / np.sqrt(peclet + 1), pi / 4)
+    edges = np.concatenate([ahead, pi / 2 - aside[::-1], pi / 2 + aside, [pi]])
+    return float(rule(edges).integral(ray) / pi)
 
 
 def _square_line(delta: float, peclet: float) -> float:
     """Return the temperature of a uniform square on its centre line, `delta` from its trailing edge."""
+
+    def ray(angle: Array) -> Array:
+        c = np.cos(angle)
+        nearest = np.max([c / (2 - delta), np.sin(angle), -c / delta], axis=0)  # 1/reach
+        return _through(1 / nearest, peclet * np.sin(angle / 2) ** 2)
+
     corner = np.arctan(1 / (2 - delta))
-    front = rule(towards_zero(0.5 / np.sqrt(peclet + 1), corner))
-    side = rule(np.linspace(corner, pi / 2 + np.arctan(delta), 5))
-    farthest = np.arcsinh(1 / delta)
-    back = rule(np.append(np.arange(0.0, farthest), farthest))  # in w, reach = δ cosh w
-
-    def forwards(phi: Array) -> Array:
-        decay = peclet * np.sin(phi / 2) ** 2
-        return _through((2 - delta) / np.cos(phi), decay)
-
-    def sideways(phi: Array) -> Array:
-        decay = peclet * np.sin(phi / 2) ** 2
-        return _through(1 / np.sin(phi), decay)
-
-    def backwards(w: Array) -> Array:
-        stretch = np.cosh(w)
-        decay = peclet * (1 + 1 / stretch) / 2
-        return _through(delta * stretch, decay) / stretch
-
-    total = front.integral(forwards)
-    total += side.integral(sideways)
-    total += back.integral(backwards)
-    return float(total / pi)
+    ahead = towards_zero(0.5 / np.sqrt(peclet + 1), corner)
+    side = np.linspace(corner, pi / 2, 5)
+    back = np.arctan(np.geomspace(delta, 1.0, int(np.ceil(-np.log(delta))) + 1))
+    edges = np.concatenate([ahead, side, pi / 2 + back, [pi]])
+    return float(rule(edges).integral(ray) / pi)
 
 
 def _through(reach: Array, decay: Array) -> Array:

@@ -15,21 +15,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk, factorial, gammainc, i0e, i1e
 
-from theory.arguments import Array, real_array
-from theory.hertz.graded import Rule, rule, towards_zero
+from theory.arguments import Array, float_if_scalar, in_blocks, real_array
+from theory.hertz.graded import rule, towards_zero
 from theory.hertz.limits import DISC_FAST, FAST, SQUARE_FAST
 
+_Function = Callable[[Array], Array]
 _FASTEST = 1e30  # Pe: from here on the fast limit differs by less than rounding
-_BLOCK = 64  # Péclet numbers at a time: bounds the memory
 
 
-def _over_distance() -> Rule:
-    """Return a rule for 0 ≤ r ≤ 2: graded towards 0, and with r = 2 − w² near 2, for the powers of √(2 − r) of g."""
-    near = rule(towards_zero(1e-33, 1.0))
-    return near.joined(rule(np.array([0.0, 0.5, 1.0])).mapped(lambda w: 2 - w**2, lambda w: 2 * w))
-
-
-_DISTANCE = _over_distance()
+# 0 ≤ r ≤ 2: graded towards 0, and with r = 2 − w² near 2, for the powers of √(2 − r) of g
+_DISTANCE = rule(towards_zero(1e-33, 1.0)).joined(
+    rule(np.array([0.0, 0.5, 1.0])).mapped(lambda w: 2 - w**2, lambda w: 2 * w)
+)
 _ANGLE = rule(towards_zero(1e-17, pi / 4)).joined(
     rule(np.linspace(pi / 4, pi, 7))
 )  # the corners at odd π/4
@@ -55,11 +52,7 @@ def flash_temperature(peclet: ArrayLike) -> Array | float:
     theory.quadrature.QuadratureError
         If the integral does not reach its accuracy, 1e-11.
     """
-    return _as_given(
-        *_evaluated(
-            peclet, lambda z, r: _autocorrelation(r) * i0e(z), FAST.flash_temperature, 3 / 2 / pi
-        )
-    )
+    return _over_distance(peclet, _autocorrelation, i0e, FAST.flash_temperature)
 
 
 def flash_gradient(peclet: ArrayLike) -> Array | float:
@@ -67,10 +60,8 @@ def flash_gradient(peclet: ArrayLike) -> Array | float:
 
     Parameters, errors: as `flash_temperature`.
     """
-    values, number = _evaluated(
-        peclet, lambda z, r: _slope(r) * i1e(z), FAST.flash_gradient, 3 / 2 / pi
-    )
-    return _as_given(values * np.sign(number), number)
+    magnitude = _over_distance(peclet, _slope, i1e, FAST.flash_gradient)
+    return float_if_scalar(np.asarray(magnitude * np.sign(peclet)))
 
 
 def flash_laplacian(peclet: ArrayLike) -> Array | float:
@@ -78,9 +69,7 @@ def flash_laplacian(peclet: ArrayLike) -> Array | float:
 
     Parameters, errors: as `flash_temperature`.
     """
-    return _as_given(
-        *_evaluated(peclet, lambda z, r: _laplacian(r) * i0e(z), FAST.flash_laplacian, 3 / 2 / pi)
-    )
+    return _over_distance(peclet, _laplacian, i0e, FAST.flash_laplacian)
 
 
 def flash_width(peclet: ArrayLike) -> Array | float:
@@ -88,8 +77,7 @@ def flash_width(peclet: ArrayLike) -> Array | float:
 
     Parameters, errors: as `flash_temperature`.
     """
-    result = np.sqrt(-np.asarray(flash_temperature(peclet)) / np.asarray(flash_laplacian(peclet)))
-    return float(result) if result.ndim == 0 else np.asarray(result)
+    return float_if_scalar(np.sqrt(-np.divide(flash_temperature(peclet), flash_laplacian(peclet))))
 
 
 def slope_length(peclet: ArrayLike) -> Array | float:
@@ -98,8 +86,8 @@ def slope_length(peclet: ArrayLike) -> Array | float:
     Parameters, errors: as `flash_temperature`.
     """
     with np.errstate(divide="ignore"):
-        result = np.asarray(flash_temperature(peclet)) / np.abs(np.asarray(flash_gradient(peclet)))
-    return float(result) if result.ndim == 0 else np.asarray(result)
+        length = np.divide(flash_temperature(peclet), np.abs(flash_gradient(peclet)))
+    return float_if_scalar(length)
 
 
 def mean_temperature(peclet: ArrayLike) -> Array | float:
@@ -111,13 +99,12 @@ def mean_temperature(peclet: ArrayLike) -> Array | float:
     Parameters, errors: as `flash_temperature`.
     """
 
-    def integrand(z: Array, r: Array) -> Array:
+    def correlation(r: Array) -> Array:
         m = (2 - r) / 4
-        return np.asarray(
-            8 / 3 * r**1.5 * ((2 * m - 1) * ellipe(m) + (1 - m) * ellipk(m)) * (i0e(z) + i1e(z))
-        )
+        elliptic = (2 * m - 1) * ellipe(m) + (1 - m) * ellipk(m)
+        return np.asarray(8 / 3 / pi * r**1.5 * elliptic)
 
-    return _as_given(*_evaluated(peclet, integrand, FAST.mean_temperature, 1 / pi))
+    return _over_distance(peclet, correlation, lambda z: i0e(z) + i1e(z), FAST.mean_temperature)
 
 
 def disc_mean_temperature(peclet: ArrayLike) -> Array | float:
@@ -128,10 +115,10 @@ def disc_mean_temperature(peclet: ArrayLike) -> Array | float:
     Parameters, errors: as `flash_temperature`.
     """
 
-    def integrand(z: Array, r: Array) -> Array:
-        return np.asarray((2 * np.arccos(r / 2) - r / 2 * np.sqrt((2 - r) * (2 + r))) * i0e(z))
+    def correlation(r: Array) -> Array:
+        return np.asarray((2 * np.arccos(r / 2) - r / 2 * np.sqrt((2 - r) * (2 + r))) / pi)
 
-    return _as_given(*_evaluated(peclet, integrand, DISC_FAST.mean_temperature, 1 / pi))
+    return _over_distance(peclet, correlation, i0e, DISC_FAST.mean_temperature)
 
 
 def square_mean_temperature(peclet: ArrayLike) -> Array | float:
@@ -141,9 +128,11 @@ def square_mean_temperature(peclet: ArrayLike) -> Array | float:
 
     Parameters, errors: as `flash_temperature`.
     """
-    number = real_array("peclet", peclet, "1")
 
-    def integrand(angle: Array, magnitude: Array) -> Array:
+    def integral(magnitude: Array) -> Array:
+        return _ANGLE.integral(lambda angle: ray(angle, magnitude)) / 4 / pi
+
+    def ray(angle: Array, magnitude: Array) -> Array:
         c, s = np.abs(np.cos(angle)), np.abs(np.sin(angle))
         reach = 2 / np.maximum(c, s)
         b = magnitude * np.sin(angle / 2) ** 2 * reach
@@ -154,25 +143,23 @@ def square_mean_temperature(peclet: ArrayLike) -> Array | float:
         )
         return np.asarray(reach * parts)
 
-    values = _in_blocks(
-        number, lambda magnitude: _ANGLE.integral(lambda angle: integrand(angle, magnitude))
-    )
-    return _as_given(_with_limit(values / 4 / pi, number, SQUARE_FAST.mean_temperature), number)
+    return _at_each(peclet, integral, SQUARE_FAST.mean_temperature)
 
 
 def _autocorrelation(r: Array) -> Array:
+    """Return (3/2π) g, as the others times the factor of T_flash."""
     root = np.sqrt((2 - r) * (2 + r))
-    return np.asarray(pi / 4 * (root * (1 + r**2 / 8) - r**2 * (1 - r**2 / 16) * np.arccosh(2 / r)))
+    return np.asarray(3 / 8 * (root * (1 + r**2 / 8) - r**2 * (1 - r**2 / 16) * np.arccosh(2 / r)))
 
 
 def _slope(r: Array) -> Array:
     root = np.sqrt((2 - r) * (2 + r))
-    return np.asarray(pi / 4 * r * (root / 2 - (2 - r**2 / 4) * np.arccosh(2 / r)))
+    return np.asarray(3 / 8 * r * (root / 2 - (2 - r**2 / 4) * np.arccosh(2 / r)))
 
 
 def _laplacian(r: Array) -> Array:
     square = (2 - r) * (2 + r)
-    return np.asarray(pi / 4 * (2 * np.sqrt(square) - square * np.arccosh(2 / r)))
+    return np.asarray(3 / 8 * (2 * np.sqrt(square) - square * np.arccosh(2 / r)))
 
 
 def _moment(power: int, b: Array) -> Array:
@@ -183,30 +170,20 @@ def _moment(power: int, b: Array) -> Array:
     return np.where(small, 1 / (power + 1) - b / (power + 2), large)
 
 
-_Integrand = Callable[[Array, Array], Array]
+def _over_distance(
+    peclet: ArrayLike, correlation: _Function, wake: _Function, fast: float
+) -> Array | float:
+    """Return ∫ correlation(r) wake(|Pe| r/2) dr."""
+
+    def integral(magnitude: Array) -> Array:
+        return _DISTANCE.integral(lambda r: correlation(r) * wake(magnitude * r / 2))
+
+    return _at_each(peclet, integral, fast)
 
 
-def _evaluated(
-    peclet: ArrayLike, integrand: _Integrand, fast: float, factor: float
-) -> tuple[Array, Array]:
-    """Return factor ∫ integrand(Pe r/2, r) dr at each |Pe|, and the checked Péclet numbers."""
-    number = real_array("peclet", peclet, "1")
-    values = _in_blocks(
-        number, lambda magnitude: _DISTANCE.integral(lambda r: integrand(magnitude * r / 2, r))
-    )
-    return _with_limit(factor * values, number, fast), number
-
-
-def _in_blocks(number: Array, integral: Callable[[Array], Array]) -> Array:
-    flat = np.minimum(np.abs(number.ravel()), _FASTEST)
-    parts = [integral(flat[i : i + _BLOCK, None]) for i in range(0, flat.size, _BLOCK)]
-    return np.concatenate([np.empty(0), *parts]).reshape(number.shape)
-
-
-def _with_limit(values: Array, number: Array, fast: float) -> Array:
-    magnitude = np.abs(number)
-    return np.where(magnitude < _FASTEST, values, fast / np.sqrt(np.maximum(magnitude, _FASTEST)))
-
-
-def _as_given(values: Array, number: Array) -> Array | float:
-    return float(values) if number.ndim == 0 else values
+def _at_each(peclet: ArrayLike, integral: _Function, fast: float) -> Array | float:
+    """Return the integral at each |Pe|; beyond _FASTEST the limit `fast` Pe^(−1/2)."""
+    magnitude = np.abs(real_array("peclet", peclet, "1"))
+    values = in_blocks(integral, np.minimum(magnitude, _FASTEST))
+    limit = fast / np.sqrt(np.maximum(magnitude, _FASTEST))
+    return float_if_scalar(np.where(magnitude < _FASTEST, values, limit))
