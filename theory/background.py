@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import quad
 
-from theory.arguments import Array, not_negative_array, positive, real_array
+from theory.arguments import Array, float_if_scalar, not_negative_array, positive, real_array
 from theory.quadrature import QuadratureError
-from theory.skin import Skin, layers_of, steady_rise
+from theory.skin import Skin, body_of, steady_rise
 
 _ACCURACY = 1e-10
 
@@ -60,33 +60,28 @@ def temperature(
         If the integral over q̇(t′) does not reach its accuracy, 1e-10: name its breaks.
     """
     time = not_negative_array("t", t, "s")
-    kappa, diffusion = (
-        positive("conductivity", conductivity, "W/(m K)"),
-        positive("diffusivity", diffusivity, "m²/s"),
-    )
-    layers = layers_of(skin, heat_depth, kappa, diffusion)
+    kappa, diffusion, layers = body_of(conductivity, diffusivity, skin, heat_depth)
     if callable(heat_flux):
         if layers is not None:
             raise ValueError(
                 "skin and heat_depth go with a constant heat_flux; give one number in W/m²"
             )
         turns = not_negative_array("breaks", np.asarray(breaks, dtype=np.float64), "s")
-        half = np.array(
-            [_accumulated(heat_flux, float(end), turns) for end in time.ravel()]
-        ).reshape(time.shape)
+        several = [_accumulated(heat_flux, end, turns) for end in time.ravel().tolist()]
+        half = np.array(several).reshape(time.shape)
     else:
         half = positive("heat_flux", heat_flux, "W/m²") * np.sqrt(time)
     rise = 2 / kappa * sqrt(diffusion / pi) * half
     if layers is not None and time.size:
         flux = positive("heat_flux", heat_flux, "W/m²")
         rise = rise + flux / kappa * steady_rise(layers, diffusion * float(time.min()))
-    return float(rise) if time.ndim == 0 else np.asarray(rise)
+    return float_if_scalar(np.asarray(rise))
 
 
 def _accumulated(heat_flux: Callable[[float], float], end: float, breaks: Array) -> float:
     """Return ∫₀^√t q̇(t − u²) du: half the integral over t′, without its singularity."""
     inner = np.sqrt(end - breaks[(breaks > 0.0) & (breaks < end)])
-    edges = np.unique(np.concatenate([[0.0], inner, [sqrt(end)]]))
+    edges = np.unique([0.0, *inner, sqrt(end)])
 
     def flux(u: float) -> float:
         return float(real_array("heat_flux", heat_flux(end - u * u), "W/m²"))
@@ -95,11 +90,11 @@ def _accumulated(heat_flux: Callable[[float], float], end: float, breaks: Array)
         quad(flux, low, high, epsabs=0.0, epsrel=_ACCURACY / 10, limit=500, full_output=1)
         for low, high in pairwise(edges)
     ]
-    total, error = sum(piece[0] for piece in pieces), sum(piece[1] for piece in pieces)
-    scale = sum(abs(piece[0]) for piece in pieces)
+    parts, errors = np.array([piece[:2] for piece in pieces]).T
+    error, scale = errors.sum(), np.abs(parts).sum()
     if not error <= max(_ACCURACY * scale, np.finfo(float).tiny):
         raise QuadratureError(
             f"the background at t = {end:.6g} s has the relative error {error / scale:.1e}, above {_ACCURACY:.0e}; "
             "name the breaks of q̇(t)"
         )
-    return float(total)
+    return float(parts.sum())

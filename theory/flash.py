@@ -19,6 +19,7 @@ from theory.arguments import (
     Array,
     Spectrum,
     float_if_scalar,
+    in_blocks,
     not_negative_array,
     positive,
     real_array,
@@ -27,12 +28,12 @@ from theory.directions import angular_integrals, even_integral, odd_integral, sq
 from theory.hankel import hankel_transform
 from theory.persson import StressDensity, Weight, stress_density
 from theory.skin import (
-    Layers,
+    Body,
     Part,
     Skin,
+    body_of,
     direction_mean,
     even_part,
-    layers_of,
     odd_part,
     square_part,
 )
@@ -59,7 +60,6 @@ class Kernel(NamedTuple):
 EVEN = Kernel(even_integral, even_part)
 ODD = Kernel(odd_integral, odd_part)
 SQUARE = Kernel(square_integral, square_part)
-_BLOCK = 64  # speeds at a time: bounds the memory
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,19 +69,19 @@ class _HeatSource:
     stress: StressDensity
     velocity: Array  # v, m/s, any shape
     heating: Array  # μ|v|/κσ₀, the factor of Eqs. (4), (7) and (9), of that shape
-    diffusivity: float  # D, m²/s
-    layers: Layers | None  # a skin, and the depth of release
+    body: Body
 
     def integral(self, kernel: Kernel, power: int) -> Array:
         """Return (2/π) ∫ s(q) q^power kernel(v/Dq) dq at each velocity, Pa² m^(−power)."""
-        return bracket(self.velocity, self.diffusivity, self.stress, kernel, power, self.layers)
+        return bracket(self.velocity, self.body, self.stress, kernel, power)
 
     def mean(self, kernel: Kernel, q: Array) -> Array:
         """Return the mean over directions at wavenumbers of any shape, rad/m, at a single velocity."""
-        if self.layers is None:
-            return np.asarray(2 / pi * kernel.closed(self.velocity / (self.diffusivity * q)))
-        drift = float(self.velocity) / self.diffusivity
-        return direction_mean(q.ravel(), drift, self.layers, kernel.part).reshape(q.shape)
+        _, diffusivity, layers = self.body
+        if layers is None:
+            return np.asarray(2 / pi * kernel.closed(self.velocity / (diffusivity * q)))
+        drift = float(self.velocity) / diffusivity
+        return direction_mean(q.ravel(), drift, layers, kernel.part).reshape(q.shape)
 
 
 def _heat_source(
@@ -97,14 +97,10 @@ def _heat_source(
     """Check the numbers of the heating, in SI."""
     velocity = real_array("speed", speed, "m/s")
     friction = positive("friction_coefficient", friction_coefficient, "1")
-    kappa = positive("conductivity", conductivity, "W/(m K)")
-    heating = np.asarray(
-        friction * np.abs(velocity) / (kappa * positive("nominal_pressure", nominal_pressure, "Pa"))
-    )
-    diffusion = positive("diffusivity", diffusivity, "m²/s")
-    return _HeatSource(
-        stress, velocity, heating, diffusion, layers_of(skin, heat_depth, kappa, diffusion)
-    )
+    pressure = positive("nominal_pressure", nominal_pressure, "Pa")
+    body = body_of(conductivity, diffusivity, skin, heat_depth)
+    heating = np.asarray(friction * np.abs(velocity) / (body.conductivity * pressure))
+    return _HeatSource(stress, velocity, heating, body)
 
 
 def flash_temperature(  # noqa: PLR0913  (load, body, skin and depth of the heat)
@@ -331,25 +327,18 @@ def temperature_correlation(  # noqa: PLR0913  (load, body, skin and depth of th
 
 
 def bracket(
-    velocity: Array,
-    diffusivity: float,
-    stress: StressDensity,
-    kernel: Kernel,
-    power: int,
-    layers: Layers | None = None,
+    velocity: Array, body: Body, stress: StressDensity, kernel: Kernel, power: int
 ) -> Array:
     """Return (2/π) ∫ s(q) q^power kernel(v/Dq) dq at each checked velocity, Pa² m^(−power)."""
+    _, diffusivity, layers = body
     q = stress.wavenumber()
-    flat = velocity.ravel()
-    if layers is not None:
-        moment = stress.weighted() * q**power
-        means = [direction_mean(q, float(v) / diffusivity, layers, kernel.part) for v in flat]
-        return np.array([mean @ moment for mean in means]).reshape(velocity.shape)
-    moment = 2 / pi * stress.weighted() * q**power
-    diffusive = positive("diffusivity", diffusivity, "m²/s") * q
-    blocks = [flat[i : i + _BLOCK, None] / diffusive for i in range(0, flat.size, _BLOCK)]
-    sums = [kernel.closed(a) @ moment for a in blocks]
-    return np.concatenate(sums).reshape(velocity.shape) if sums else np.empty(velocity.shape)
+    if layers is None:
+        moment = 2 / pi * stress.weighted() * q**power
+        return in_blocks(lambda v: kernel.closed(v / (diffusivity * q)) @ moment, velocity)
+    moment = stress.weighted() * q**power
+    drifts = (velocity / diffusivity).ravel().tolist()
+    means = [direction_mean(q, drift, layers, kernel.part) @ moment for drift in drifts]
+    return np.array(means).reshape(velocity.shape)
 
 
 def _defined(integral: Array) -> Array:

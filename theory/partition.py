@@ -6,10 +6,10 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, Spectrum, positive, real_array
+from theory.arguments import Array, Spectrum, float_if_scalar, positive, real_array
 from theory.flash import EVEN, bracket
 from theory.persson import StressDensity, Weight, stress_density
-from theory.skin import Layers, Skin, layers_of, steady_rise, surface_response
+from theory.skin import Body, Skin, body_of, steady_rise, surface_response
 
 
 def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
@@ -74,26 +74,16 @@ def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
     """
     velocity = real_array("speed", speed, "m/s")
     time = _sliding_time(rule, duration)
-    kappa, diffusion = (
-        positive("conductivity", conductivity, "W/(m K)"),
-        positive("diffusivity", diffusivity, "m²/s"),
+    moving = body_of(conductivity, diffusivity, skin, heat_depth)
+    still = body_of(
+        resting_conductivity, resting_diffusivity, resting_skin, resting_heat_depth, like=moving
     )
-    still_kappa, still_diffusion = kappa, diffusion
-    if resting_conductivity is not None:
-        still_kappa = positive("resting_conductivity", resting_conductivity, "W/(m K)")
-    if resting_diffusivity is not None:
-        still_diffusion = positive("resting_diffusivity", resting_diffusivity, "m²/s")
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, pressure, gamma)
-    layers = layers_of(skin, heat_depth, kappa, diffusion)
-    still = layers_of(resting_skin, resting_heat_depth, still_kappa, still_diffusion)
-    hot = bracket(velocity, diffusion, stress, EVEN, -1, layers) + _background(
-        diffusion, pressure, time, layers
-    )
-    cold = _resting_bracket(stress, still_diffusion, time, still)
-    cold += _background(still_diffusion, pressure, time, still)
-    share = np.asarray(cold / still_kappa / (cold / still_kappa + hot / kappa))
-    return float(share) if share.ndim == 0 else share
+    hot = bracket(velocity, moving, stress, EVEN, -1) + _background(moving, pressure, time)
+    cold = _resting_bracket(stress, still, time) + _background(still, pressure, time)
+    rise, still_rise = hot / moving.conductivity, cold / still.conductivity
+    return float_if_scalar(np.asarray(still_rise / (still_rise + rise)))
 
 
 def _sliding_time(rule: str, duration: float | None) -> float | None:
@@ -108,22 +98,21 @@ def _sliding_time(rule: str, duration: float | None) -> float | None:
     return None
 
 
-def _background(
-    diffusivity: float, pressure: float, time: float | None, layers: Layers | None
-) -> float:
+def _background(body: Body, pressure: float, time: float | None) -> float:
     """Return σ₀ κ T₀(t)/μv, Pa² m; 0 in the rule without background."""
     if time is None:
         return 0.0
-    bare = float(2 * pressure**2 * np.sqrt(diffusivity * time / pi))
-    return bare if layers is None else bare + pressure**2 * steady_rise(layers, diffusivity * time)
+    spread = body.diffusivity * time
+    bare = float(2 * pressure**2 * np.sqrt(spread / pi))
+    return bare + pressure**2 * (steady_rise(body.layers, spread) if body.layers else 0.0)
 
 
-def _resting_bracket(
-    stress: StressDensity, diffusivity: float, time: float | None, layers: Layers | None
-) -> float:
+def _resting_bracket(stress: StressDensity, body: Body, time: float | None) -> float:
     """Return the integral of Eq. (4) at v = 0, Pa² m, steady or `time` after the heat was switched on."""
     q = stress.wavenumber()
-    grown = np.ones_like(q) if time is None else scipy.special.erf(q * np.sqrt(diffusivity * time))
-    if layers is not None:
-        grown += surface_response(q, np.zeros_like(q), layers).real - 1.0
+    grown = np.ones_like(q)
+    if time is not None:
+        grown = scipy.special.erf(q * np.sqrt(body.diffusivity * time))
+    if body.layers is not None:
+        grown += surface_response(q, np.zeros_like(q), body.layers).real - 1.0
     return float((stress.weighted() / q * grown).sum())

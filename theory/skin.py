@@ -71,6 +71,31 @@ def layers_of(
     )
 
 
+class Body(NamedTuple):
+    """A half-space with checked numbers."""
+
+    conductivity: float  # κ, W/(m K)
+    diffusivity: float  # D, m²/s
+    layers: Layers | None  # None of a bare one that is heated in its plane
+
+
+def body_of(
+    conductivity: float | None,
+    diffusivity: float | None,
+    skin: Skin | None,
+    heat_depth: float,
+    like: Body | None = None,
+) -> Body:
+    """Return a body; of the one at rest, κ and D that are None are those of the moving body, `like`."""
+    name = "" if like is None else "resting_"
+    if like is not None:
+        conductivity = like.conductivity if conductivity is None else conductivity
+        diffusivity = like.diffusivity if diffusivity is None else diffusivity
+    kappa = positive(f"{name}conductivity", conductivity, "W/(m K)")
+    diffusion = positive(f"{name}diffusivity", diffusivity, "m²/s")
+    return Body(kappa, diffusion, layers_of(skin, heat_depth, kappa, diffusion))
+
+
 def surface_response(q: Array, advection: Array | Complex, layers: Layers) -> Complex:
     """Return F = |q|κT/q̇ of waves |q|, rad/m, with q·v/D = `advection`, 1/m²; arrays that broadcast.
 

@@ -44,7 +44,7 @@ from theory.arguments import Array, Spectrum, float_if_scalar, positive, real_ar
 from theory.clipped import PAIRS
 from theory.layered_memory import pulses, uniform_rise
 from theory.memory import Memory, SeenPairs, memory_of
-from theory.skin import Layers, Skin, layers_of
+from theory.skin import Body, Layers, Skin, body_of
 
 _EXCHANGED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # bodies exchanged: ψ and χ change sign
 _MIRRORED = np.array([_EXCHANGED[i] * _EXCHANGED[j] for i, j in PAIRS])
@@ -145,29 +145,23 @@ def sliding_temperatures(  # noqa: PLR0913  (two bodies)
     if not 0.0 <= part <= 1.0:
         raise ValueError(f"moving_roughness = {part:.6g} must lie from 0 to 1")
     heating = positive("friction_coefficient", friction_coefficient, "1") * velocity.ravel()
-    moving = (
-        positive("conductivity", conductivity, "W/(m K)"),
-        positive("diffusivity", diffusivity, "m²/s"),
+    moving = body_of(conductivity, diffusivity, skin, heat_depth)
+    resting = body_of(
+        resting_conductivity, resting_diffusivity, resting_skin, resting_heat_depth, like=moving
     )
-    resting_kappa, resting_diffusion = moving
-    if resting_conductivity is not None:
-        resting_kappa = positive("resting_conductivity", resting_conductivity, "W/(m K)")
-    if resting_diffusivity is not None:
-        resting_diffusion = positive("resting_diffusivity", resting_diffusivity, "m²/s")
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")
     memory = memory_of(spectrum, effective_modulus, pressure, penetration_hardness, part)
     time = (distance / velocity).ravel()
 
-    def heated(
-        body: SeenPairs, kappa: float, diffusion: float, layers: Layers | None, sign: Array
-    ) -> tuple[Array, Array]:
+    def heated(seen: SeenPairs, body: Body, sign: Array) -> tuple[Array, Array]:
         """Return M_ij and the background of one body with all the heat at each age, K; (speeds, ages, …)."""
+        kappa, diffusion, layers = body
         ages = time[:, None] * _AGES
         if layers is None:
-            terms = sign * memory.means(body, velocity.ravel(), ages[:, 1:], diffusion)
+            terms = sign * memory.means(seen, velocity.ravel(), ages[:, 1:], diffusion)
             warmed = 2 * np.sqrt(diffusion * ages / pi)
         else:
-            terms = sign * _layered_means(memory, body, velocity.ravel(), time, diffusion, layers)
+            terms = sign * _layered_means(memory, seen, velocity.ravel(), time, diffusion, layers)
             warmed = np.array([[0.0, *uniform_rise(layers, diffusion, row[1:])] for row in ages])
         terms *= (heating / (kappa * pressure))[:, None, None]
         flash = np.zeros((*ages.shape, _SHARES, _SHARES))
@@ -176,11 +170,8 @@ def sliding_temperatures(  # noqa: PLR0913  (two bodies)
             flash[:, 1:, i, j] = terms[..., column]
         return flash, pressure * (heating / kappa)[:, None] * warmed
 
-    moving_layers = layers_of(skin, heat_depth, *moving)
-    resting = resting_kappa, resting_diffusion
-    resting_layers = layers_of(resting_skin, resting_heat_depth, *resting)
-    hot, hot_background = heated(memory.moving, *moving, moving_layers, _MIRRORED)
-    cold, cold_background = heated(memory.resting, *resting, resting_layers, np.ones(len(PAIRS)))
+    hot, hot_background = heated(memory.moving, moving, _MIRRORED)
+    cold, cold_background = heated(memory.resting, resting, np.ones(len(PAIRS)))
     return _shared(hot, cold, hot_background, cold_background, velocity.shape)
 
 
