@@ -76,9 +76,9 @@ def need_whole(name: str, value: Any, least: int) -> None:
         raise ValueError(f"{name} = {value!r} must be a whole number of {least} or more")
 
 
-def float_if_scalar(values: Array) -> Array | float:
+def float_if_scalar(values: Array | float) -> Array | float:
     """Return one number as a float, and an array with axes as it is."""
-    return float(values) if values.ndim == 0 else values
+    return float(values) if np.ndim(values) == 0 else values
 
 
 def in_blocks(of: Callable[[Array], Array], values: Array) -> Array:

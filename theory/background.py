@@ -75,7 +75,7 @@ def temperature(
     if layers is not None and time.size:
         flux = positive("heat_flux", heat_flux, "W/m²")
         rise = rise + flux / kappa * steady_rise(layers, diffusion * float(time.min()))
-    return float_if_scalar(np.asarray(rise))
+    return float_if_scalar(rise)
 
 
 def _accumulated(heat_flux: Callable[[float], float], end: float, breaks: Array) -> float:

@@ -1,10 +1,10 @@
 """Means over the direction of sliding, in closed form: of a bare half-space that is heated in its plane."""
 
 import numpy as np
-import scipy
 from numpy.polynomial.chebyshev import Chebyshev, cheb2poly
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
+from scipy.special import ellipk, ellipkm1, elliprd
 
 from theory.arguments import Array, real_array
 
@@ -14,7 +14,7 @@ _DEGREE = 24  # K − D has its singularity at m = 1, far from 0 ≤ m ≤ 1/2: 
 def _k_less_d() -> Array:
     """Return the coefficients of K(m) − D(m) in powers of 4m − 1: R_D costs ten times as much at each node."""
     interpolant = Chebyshev.interpolate(
-        lambda m: scipy.special.ellipk(m) - scipy.special.elliprd(0.0, 1 - m, 1.0) / 3,
+        lambda m: ellipk(m) - elliprd(0.0, 1 - m, 1.0) / 3,
         _DEGREE,
         domain=[0.0, 0.5],
     )
@@ -47,13 +47,13 @@ def angular_integrals(a: ArrayLike) -> tuple[Array, Array]:
         If `a` is not real and finite.
     """
     ratio = real_array("a", a, "1")
-    return even_integral(ratio), odd_integral(ratio)
+    return np.asarray(even_integral(ratio)), np.asarray(odd_integral(ratio))
 
 
 def even_integral(a: Array) -> Array:
     """Return A of checked ratios a = v/Dq."""
     h = np.hypot(1.0, a)
-    return np.asarray(scipy.special.ellipk(_parameter(a, h)) / np.sqrt(h))
+    return ellipk(_parameter(a, h)) / np.sqrt(h)
 
 
 def odd_integral(a: Array) -> Array:
@@ -66,10 +66,8 @@ def square_integral(a: Array) -> Array:
     """Return ∫₀^{π/2} (1 + a² cos²φ)^(−1/2) dφ = K(−a²) of checked ratios a = v/Dq: π/2 at rest, then ln(4|a|)/|a|."""
     h = np.hypot(1.0, a)
     # K(−a²) = K(1 − 1/h²)/h; for large h, before h² overflows, K(1 − 1/h²) is ln 4h to rounding
-    return np.asarray(
-        np.where(h < 1e9, scipy.special.ellipkm1(np.minimum(h, 1e9) ** -2.0), np.log(4.0 * h)) / h
-    )
+    return np.where(h < 1e9, ellipkm1(np.minimum(h, 1e9) ** -2.0), np.log(4.0 * h)) / h
 
 
 def _parameter(a: Array, h: Array) -> Array:
-    return np.asarray((a / h) * (a / (h + 1)) / 2)
+    return (a / h) * (a / (h + 1)) / 2

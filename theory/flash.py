@@ -79,7 +79,7 @@ class _HeatSource:
         """Return the mean over directions at wavenumbers of any shape, rad/m, at a single velocity."""
         _, diffusivity, layers = self.body
         if layers is None:
-            return np.asarray(2 / pi * kernel.closed(self.velocity / (diffusivity * q)))
+            return 2 / pi * kernel.closed(self.velocity / (diffusivity * q))
         drift = float(self.velocity) / diffusivity
         return direction_mean(q.ravel(), drift, layers, kernel.part).reshape(q.shape)
 
@@ -99,7 +99,7 @@ def _heat_source(
     friction = positive("friction_coefficient", friction_coefficient, "1")
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")
     body = body_of(conductivity, diffusivity, skin, heat_depth)
-    heating = np.asarray(friction * np.abs(velocity) / (body.conductivity * pressure))
+    heating = friction * np.abs(velocity) / (body.conductivity * pressure)
     return _HeatSource(stress, velocity, heating, body)
 
 

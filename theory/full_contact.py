@@ -3,8 +3,8 @@
 from math import pi
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
+from scipy.special import erf
 
 from theory import quadrature
 from theory.arguments import (
@@ -60,4 +60,4 @@ def probability(half_variance: Array, pressure: float) -> Array:
     if pressure == 0.0:
         return np.zeros(half_variance.shape)
     with np.errstate(divide="ignore"):
-        return np.asarray(scipy.special.erf(pressure / (2 * np.sqrt(half_variance))))
+        return np.asarray(erf(pressure / (2 * np.sqrt(half_variance))))

@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 import scipy
+from scipy.special import j0, j1
 
 from theory.arguments import Array
 from theory.quadrature import (
@@ -127,7 +128,7 @@ def _transform(panels: Panels, values: Array, r: float) -> float:
         (together(*parts), np.concatenate(held))
         for parts, held in (zip(*found, strict=True) for found in (slowly, quickly))
     )
-    summed = float(((at_gauss * scipy.special.j0(r * gauss.nodes()[0])) @ WEIGHTS).sum())
+    summed = float(((at_gauss * j0(r * gauss.nodes()[0])) @ WEIGHTS).sum())
     return summed + _levin(levin, at_levin, r)
 
 
@@ -149,5 +150,5 @@ def _levin(panels: Panels, values: Array, r: float) -> float:
     solution = np.linalg.solve(system, known[..., None])[..., 0]
     at_ends = solution.reshape(-1, 2, NODES) @ ENDS.T
     phase = r * panels.ends()
-    primitive = at_ends[:, 0] * scipy.special.j0(phase) + at_ends[:, 1] * scipy.special.j1(phase)
+    primitive = at_ends[:, 0] * j0(phase) + at_ends[:, 1] * j1(phase)
     return float((primitive[:, 1] - primitive[:, 0]).sum())

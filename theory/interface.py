@@ -27,6 +27,7 @@ from math import ceil, isinf, log, pi, sqrt
 
 import numpy as np
 import scipy
+from scipy.special import ndtr, ndtri
 
 from theory.arguments import Array, Spectrum, breaks_of, density
 
@@ -68,7 +69,7 @@ def diffuse(
             pressure, UNREACHED * spread
         )  # contact is full: more load changes no stress but the mean
     highest = min(hardness, pressure + UNREACHED * spread)
-    start = float(scipy.special.ndtri(pressure / highest))
+    start = float(ndtri(pressure / highest))
     below, above = ceil((start + _FURTHEST) / _SPACING), ceil((_FURTHEST - start) / _SPACING)
     z: Array = start + _SPACING * np.arange(-below, above + 1, dtype=np.float64)
     ramp = 2 * highest / (modulus * wavenumber)  # 2σ_P/(E*q), m
@@ -79,9 +80,7 @@ def diffuse(
     rates = _rates(z, highest)
     growth = between_shells(stiffness**2, variance)
     probability = _spread(growth, rates, below)
-    return Diffusion(
-        wavenumber, variance, highest * scipy.special.ndtr(z), stiffness, probability, growth, rates
-    )
+    return Diffusion(wavenumber, variance, highest * ndtr(z), stiffness, probability, growth, rates)
 
 
 def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Array, float]:
@@ -147,19 +146,18 @@ def _walls(z: Array, ramp: float) -> Array:
     x = -np.sort(-x)  # falling, so that the pressure rises
 
     def touched(t: Array) -> Array:
-        return np.asarray(np.exp(-(t**2) / 2) / sqrt(2 * pi) - t * scipy.special.ndtr(-t))
+        return np.exp(-(t**2) / 2) / sqrt(2 * pi) - t * ndtr(-t)
 
-    normal = scipy.special.ndtr
     lower = x > -ramp / 2  # each half from its own wall: nothing cancels
     low = touched(x) - touched(x + ramp)
     high = touched(-x - ramp) - touched(-x)
-    above = normal(x)
-    below = normal(-x - ramp)
+    above = ndtr(x)
+    below = ndtr(-x - ramp)
     free = above + below
-    inside = np.where(lower, normal(-x) - below, normal(x + ramp) - above)
+    inside = np.where(lower, ndtr(-x) - below, ndtr(x + ramp) - above)
     tiny = np.finfo(float).tiny
-    from_low = scipy.special.ndtri(np.clip(low / ramp, tiny, 0.5))
-    from_high = scipy.special.ndtri(np.clip(high / ramp, tiny, 0.5))
+    from_low = ndtri(np.clip(low / ramp, tiny, 0.5))
+    from_high = ndtri(np.clip(high / ramp, tiny, 0.5))
     position = np.where(lower, from_low, -from_high)
     ratio = np.log(np.maximum(free, tiny)) - np.log(np.maximum(inside, tiny))  # ln of c E*q/2
     compliance = np.exp(np.interp(z, position, ratio))
@@ -198,9 +196,7 @@ def _rosenbrock(law: Array, step: float, z: Array, series: Array, spacing: float
 
 def _rates(z: Array, hardness: float) -> tuple[Array, Array]:
     """Return the rates to both neighbours that keep the mean and let the variance grow by κ² dv."""
-    gap = hardness * np.where(
-        z[:-1] < 0, np.diff(scipy.special.ndtr(z)), -np.diff(scipy.special.ndtr(-z))
-    )
+    gap = hardness * np.where(z[:-1] < 0, np.diff(ndtr(z)), -np.diff(ndtr(-z)))
     up, down = np.zeros(z.size), np.zeros(z.size)
     up[1:-1] = 1 / (gap[1:] * (gap[1:] + gap[:-1]))
     down[1:-1] = 1 / (gap[:-1] * (gap[1:] + gap[:-1]))
@@ -219,7 +215,7 @@ def between_shells(square: Array, variance: Array) -> Array:
     level = np.abs(ratio) < 1e-6
     logarithmic = (before - after) / np.where(level, 1.0, ratio)
     mean = np.where(level, after, logarithmic)
-    return np.asarray(np.where(square[:-1] > 0.0, mean * fall, 0.0))
+    return np.where(square[:-1] > 0.0, mean * fall, 0.0)
 
 
 def _spread(growth: Array, rates: tuple[Array, Array], start: int) -> Array:

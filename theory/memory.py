@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from math import pi, sqrt
 
 import numpy as np
-import scipy
+from scipy.special import erf, erfc, erfcx, i0e, ive
 
 from theory.arguments import Array, Spectrum, breaks_of, kept_for_values
 from theory.clipped import PAIRS, ClippedField, Correlations, clipped_field, directed_correlations
@@ -74,20 +74,15 @@ class Memory:
         result = np.empty((*ages.shape, len(PAIRS)))
         for n, (v, times) in enumerate(zip(speed.tolist(), ages, strict=True)):
             reach = 2 * np.sqrt(diffusivity * times)[:, None]
-            still = scipy.special.erfc(self.radius / reach)
+            still = erfc(self.radius / reach)
             # a source in motion: e^(−z) I₀(z) with z = vr/2D in the steady state, and I_k(z) for cos kφ
             way = v * times[:, None]
             ahead, behind = (self.radius - way) / reach, (self.radius + way) / reach
             with np.errstate(under="ignore"):
-                begun = scipy.special.erfc(ahead) + scipy.special.erfcx(behind) * np.exp(
-                    -(ahead**2)
-                )
+                begun = erfc(ahead) + erfcx(behind) * np.exp(-(ahead**2))
             # SciPy's scaled I_k is NaN above 2e9; from 1e8 on all orders are I₀ to 1e-8
             z = v * self.radius / (2 * diffusivity)
-            orders = [
-                np.where(z < 1e8, scipy.special.ive(k, z), scipy.special.i0e(z))
-                for k in range(len(_ORDERS))
-            ]
+            orders = [np.where(z < 1e8, ive(k, z), i0e(z)) for k in range(len(_ORDERS))]
             passing = np.einsum("kir,kr->ri", body.other, np.array(orders) / 2)
             terms = still @ body.own.T + begun @ passing + self._joint(body, v, times, diffusivity)
             # as much of all as of the pressure with the g_σ of the law
@@ -103,7 +98,7 @@ class Memory:
         # `both` is linear between places: ∫ of r/w² e^(−r²/2w²) over each interval, and its share of the upper end
         with np.errstate(under="ignore"):
             left = np.exp(-(ratio**2))
-        beyond = sqrt(pi) / 2 * spread * scipy.special.erf(ratio)
+        beyond = sqrt(pi) / 2 * spread * erf(ratio)
         whole = left[:-1] - left[1:]
         width = np.diff(self.place)[:, None]
         later = (np.diff(beyond, axis=0) - width * left[1:]) / width

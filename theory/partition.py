@@ -3,8 +3,8 @@
 from math import pi
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
+from scipy.special import erf
 
 from theory.arguments import Array, Spectrum, float_if_scalar, positive, real_array
 from theory.flash import EVEN, bracket
@@ -83,7 +83,7 @@ def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
     hot = bracket(velocity, moving, stress, EVEN, -1) + _background(moving, pressure, time)
     cold = _resting_bracket(stress, still, time) + _background(still, pressure, time)
     rise, still_rise = hot / moving.conductivity, cold / still.conductivity
-    return float_if_scalar(np.asarray(still_rise / (still_rise + rise)))
+    return float_if_scalar(still_rise / (still_rise + rise))
 
 
 def _sliding_time(rule: str, duration: float | None) -> float | None:
@@ -112,7 +112,7 @@ def _resting_bracket(stress: StressDensity, body: Body, time: float | None) -> f
     q = stress.wavenumber()
     grown = np.ones_like(q)
     if time is not None:
-        grown = scipy.special.erf(q * np.sqrt(body.diffusivity * time))
+        grown = erf(q * np.sqrt(body.diffusivity * time))
     if body.layers is not None:
         grown += surface_response(q, np.zeros_like(q), body.layers).real - 1.0
     return float((stress.weighted() / q * grown).sum())

@@ -212,7 +212,7 @@ class StressDensity:
 
     def weighted(self) -> Array:
         """Return s dq at the nodes as one array, Pa²: its sum is g_σ(0)."""
-        return np.asarray((self.values * quadrature.WEIGHTS).ravel())
+        return (self.values * quadrature.WEIGHTS).ravel()
 
 
 @kept_for_values  # .01 s for each quantity of one surface at each speed, .4 s in a comparison

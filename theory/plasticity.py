@@ -150,9 +150,8 @@ class SmoothedSpectrum:
 
         `start` lies within the breaks, and no break of the unsmoothed spectrum between it and q.
         """
-        return np.asarray(
-            density(self.spectrum, q, (start, rise))
-            * self._remaining(self._table.above(start, rise))
+        return density(self.spectrum, q, (start, rise)) * self._remaining(
+            self._table.above(start, rise)
         )
 
     def _remaining(self, integral: Array) -> Array:
@@ -209,6 +208,6 @@ def smoothing(s: float, rest: float, g: Array) -> Array:
 def _missing_early(s: float, rest: float, g: Array) -> Array:
     """Return δ from the images; near full yield they are taken about s = 1, since δ is proportional to `rest` there."""
     if s <= 0.5:
-        return np.asarray(1 - images(s, rest, g) / s)
+        return 1 - images(s, rest, g) / s
     later = sum(erfc_drop(2 * k - rest, rest, g) for k in range(1, IMAGES // 2 + 1))
-    return np.asarray((probability(g, rest) - rest + later) / s)
+    return (probability(g, rest) - rest + later) / s

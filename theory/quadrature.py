@@ -58,9 +58,7 @@ class Panels(NamedTuple):
 
     def coordinates(self) -> Array:
         """Return y at the Gauss nodes, shape (panels, NODES)."""
-        return np.asarray(
-            self.start[:, None] + ((self.stop - self.start) / 2)[:, None] * (1 + POINTS)
-        )
+        return self.start[:, None] + ((self.stop - self.start) / 2)[:, None] * (1 + POINTS)
 
     def place(self) -> tuple[Array, Array]:
         """Return the lower bound of the piece and the exact ln(q/lower) at the Gauss nodes, shape (panels, NODES)."""
@@ -89,7 +87,7 @@ class Panels(NamedTuple):
 
 def _extents(lower: Array, upper: Array) -> Array:
     """Return ln(upper/lower), to its own relative accuracy also for nearly equal bounds."""
-    return np.asarray(np.log1p((upper - lower) / lower))
+    return np.log1p((upper - lower) / lower)
 
 
 def panels_between(breaks: Array) -> Panels:
@@ -186,7 +184,7 @@ def _departure(values: Array, finer: Array) -> Array:
 
 
 def _scale(values: Array, running: bool) -> Array:
-    integrals = np.asarray(values @ WEIGHTS)
+    integrals = values @ WEIGHTS
     return integrals.cumsum(axis=1) if running else integrals.sum(axis=1, keepdims=True)
 
 
@@ -238,18 +236,16 @@ class Primitive:
     def _within(self, index: Which, y: Array) -> Array:
         start, stop = self.panels.start[index], self.panels.stop[index]
         rise = 2 * (y - start) / (stop - start)
-        return np.asarray(
-            self.before[index] + rise ** self.power[index] * self._polynomial(index, rise - 1)
-        )
+        return self.before[index] + rise ** self.power[index] * self._polynomial(index, rise - 1)
 
     def _polynomial(self, index: Which, t: Array) -> Array:
         """Sum the Legendre series of the panels `index` at `t` by the recurrence of the P_k."""
         previous, current = np.ones_like(t), t
-        total = self.coefficients[0][index] + self.coefficients[1][index] * t
+        total: Array = self.coefficients[0][index] + self.coefficients[1][index] * t
         for k in range(1, NODES - 1):
             previous, current = current, ((2 * k + 1) * t * current - k * previous) / (k + 1)
             total += self.coefficients[k + 1][index] * current
-        return np.asarray(total)
+        return total
 
     def inverse(self, value: float) -> float:
         """Return the lowest wavenumber at which the integral reaches `value` ≥ 0, rad/m; ∞ if it never does."""

@@ -85,7 +85,7 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
 
 def middle(values: Array) -> Array:
     """Return the means of neighbours."""
-    return np.asarray((values[1:] + values[:-1]) / 2)
+    return (values[1:] + values[:-1]) / 2
 
 
 def beside(x: Array, own: Array, share: Array, grid: Array) -> Array:

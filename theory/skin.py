@@ -141,12 +141,12 @@ def even_part(_: Array, response: Complex) -> Array:
 
 def odd_part(cosine: Array, response: Complex) -> Array:
     """Return Re(i cosφ F): its mean over directions is (2/π)B of a bare half-space."""
-    return np.asarray(-cosine * response.imag)
+    return -cosine * response.imag
 
 
 def square_part(_: Array, response: Complex) -> Array:
     """Return |F|²."""
-    return np.asarray(response.real**2 + response.imag**2)
+    return response.real**2 + response.imag**2
 
 
 def direction_mean(q: Array, drift: float, layers: Layers, part: Part) -> Array:

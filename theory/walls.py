@@ -20,6 +20,7 @@ import numpy as np
 import scipy
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
+from scipy.special import erfcx
 
 from theory.arguments import (
     Array,
@@ -152,7 +153,7 @@ def missing_late(s: float, rest: float, g: Array) -> Array:
     total = np.zeros(g.shape)
     for n in range(1, MODES + 1):
         total += sign ** (n + 1) * np.sinc(n * lesser) * np.exp(-((n * pi) ** 2) * g)
-    return np.asarray(2 * lesser / s * total)
+    return 2 * lesser / s * total
 
 
 def images(s: float, rest: float, g: Array) -> Array:
@@ -177,6 +178,4 @@ def erfc_drop(near_side: float, s: float, g: Array) -> Array:
 def _erfc_ratio(distance: float, g: Array) -> Array:
     """Return erfc(distance/2√g), rounding the exponent once: erfc(x) itself errs by x² ε on each step to x."""
     with np.errstate(divide="ignore", under="ignore"):
-        return np.asarray(
-            scipy.special.erfcx(distance / (2 * np.sqrt(g))) * np.exp(-(distance**2) / (4 * g))
-        )
+        return erfcx(distance / (2 * np.sqrt(g))) * np.exp(-(distance**2) / (4 * g))

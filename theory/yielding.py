@@ -401,11 +401,11 @@ class YieldingSpectrum:
 
 def edges(x: Array, rim: float) -> Array:
     """Return the tail of the edges at q = x q_max, in any unit: q⁻³ up to x = `rim`, q⁻⁴ beyond."""
-    return np.asarray(x**-3 / (1 + (ONSET / x) ** 8) * (1 + rim) / (x + rim))
+    return x**-3 / (1 + (ONSET / x) ** 8) * (1 + rim) / (x + rim)
 
 
 def _value(spline: BSpline, q: Array) -> Array:
-    return np.asarray(np.exp(spline(np.clip(np.log(q), spline.t[0], spline.t[-1]))))
+    return np.exp(spline(np.clip(np.log(q), spline.t[0], spline.t[-1])))
 
 
 def _smooth(table: Table, first: float) -> BSpline:

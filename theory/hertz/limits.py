@@ -122,7 +122,7 @@ def fast_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
 def _within(t: Array) -> Array:
     m = (1 + t) / 2
     second = np.where(m < 1.0, (1 - m) * ellipk(_below_one(m)), 0.0)
-    return np.asarray(4 / 3 * sqrt(2) * ((2 * m - 1) * ellipe(m) + second))
+    return 4 / 3 * sqrt(2) * ((2 * m - 1) * ellipe(m) + second)
 
 
 def _wake(t: Array) -> Array:

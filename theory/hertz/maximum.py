@@ -127,9 +127,9 @@ def _hertz_line(delta: float, peclet: float) -> float:
         decay = peclet * np.sin(angle / 2)[:, None] ** 2 * reach
 
         def flux(t: Array) -> Array:
-            return np.asarray(np.sqrt((1 - t) * reach * (back + t * reach)) * np.exp(-decay * t))
+            return np.sqrt((1 - t) * reach * (back + t * reach)) * np.exp(-decay * t)
 
-        return np.asarray(reach[:, 0] * along.integral(flux))
+        return reach[:, 0] * along.integral(flux)
 
     return float(angles.integral(ray) / pi)
 
@@ -169,7 +169,6 @@ def _through(reach: Array, decay: Array) -> Array:
     """Return ∫ e^(−decay r) dr up to `reach`."""
     exponent = decay * reach
     with np.errstate(under="ignore"):
-        return np.asarray(
-            reach
-            * np.where(exponent > 1e-30, -np.expm1(-exponent) / np.maximum(exponent, 1e-300), 1.0)
+        return reach * np.where(
+            exponent > 1e-30, -np.expm1(-exponent) / np.maximum(exponent, 1e-300), 1.0
         )

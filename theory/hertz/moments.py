@@ -61,7 +61,7 @@ def flash_gradient(peclet: ArrayLike) -> Array | float:
     Parameters, errors: as `flash_temperature`.
     """
     magnitude = _over_distance(peclet, _slope, i1e, FAST.flash_gradient)
-    return float_if_scalar(np.asarray(magnitude * np.sign(peclet)))
+    return float_if_scalar(magnitude * np.sign(peclet))
 
 
 def flash_laplacian(peclet: ArrayLike) -> Array | float:
@@ -102,7 +102,7 @@ def mean_temperature(peclet: ArrayLike) -> Array | float:
     def correlation(r: Array) -> Array:
         m = (2 - r) / 4
         elliptic = (2 * m - 1) * ellipe(m) + (1 - m) * ellipk(m)
-        return np.asarray(8 / 3 / pi * r**1.5 * elliptic)
+        return 8 / 3 / pi * r**1.5 * elliptic
 
     return _over_distance(peclet, correlation, lambda z: i0e(z) + i1e(z), FAST.mean_temperature)
 
@@ -116,7 +116,7 @@ def disc_mean_temperature(peclet: ArrayLike) -> Array | float:
     """
 
     def correlation(r: Array) -> Array:
-        return np.asarray((2 * np.arccos(r / 2) - r / 2 * np.sqrt((2 - r) * (2 + r))) / pi)
+        return (2 * np.arccos(r / 2) - r / 2 * np.sqrt((2 - r) * (2 + r))) / pi
 
     return _over_distance(peclet, correlation, i0e, DISC_FAST.mean_temperature)
 
@@ -149,17 +149,17 @@ def square_mean_temperature(peclet: ArrayLike) -> Array | float:
 def _autocorrelation(r: Array) -> Array:
     """Return (3/2π) g, as the others times the factor of T_flash."""
     root = np.sqrt((2 - r) * (2 + r))
-    return np.asarray(3 / 8 * (root * (1 + r**2 / 8) - r**2 * (1 - r**2 / 16) * np.arccosh(2 / r)))
+    return 3 / 8 * (root * (1 + r**2 / 8) - r**2 * (1 - r**2 / 16) * np.arccosh(2 / r))
 
 
 def _slope(r: Array) -> Array:
     root = np.sqrt((2 - r) * (2 + r))
-    return np.asarray(3 / 8 * r * (root / 2 - (2 - r**2 / 4) * np.arccosh(2 / r)))
+    return 3 / 8 * r * (root / 2 - (2 - r**2 / 4) * np.arccosh(2 / r))
 
 
 def _laplacian(r: Array) -> Array:
     square = (2 - r) * (2 + r)
-    return np.asarray(3 / 8 * (2 * np.sqrt(square) - square * np.arccosh(2 / r)))
+    return 3 / 8 * (2 * np.sqrt(square) - square * np.arccosh(2 / r))
 
 
 def _moment(power: int, b: Array) -> Array:
