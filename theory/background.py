@@ -90,7 +90,7 @@ def _accumulated(heat_flux: Callable[[float], float], end: float, breaks: Array)
         quad(flux, low, high, epsabs=0.0, epsrel=_ACCURACY / 10, limit=500, full_output=1)
         for low, high in pairwise(edges)
     ]
-    parts, errors = np.array([piece[:2] for piece in pieces]).T
+    parts, errors = np.reshape([piece[:2] for piece in pieces], (-1, 2)).T
     error, scale = errors.sum(), np.abs(parts).sum()
     if not error <= max(_ACCURACY * scale, np.finfo(float).tiny):
         raise QuadratureError(

@@ -381,7 +381,8 @@ class YieldingSpectrum:
         """Return |σ_q|² at the wavenumbers `q`, rad/m, elementwise, Pa² m²."""
         wavenumber = real_array("q", q, "rad/m")
         high = breaks_of(self.spectrum)[-1]
-        result = self._of_waves(wavenumber) * self._balance.scale
+        result = self._of_waves(wavenumber)
+        result *= self._balance.scale
         above = (wavenumber > high) & (wavenumber <= self.breaks[-1])
         result[above] += self._balance.edge * edges(wavenumber[above] / high, self._balance.rim)
         return result

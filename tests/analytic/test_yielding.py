@@ -228,7 +228,9 @@ def test_the_tail_of_edges_begins_where_sums_of_two_waves_end():
     ).sidebands
     x = np.array([1.7, 100.0])
     beside = (
-        (1 - EDGE) * np.interp(np.log(x * 2e5), place, np.exp(value), right=0.0) * stress._balance.scale
+        (1 - EDGE)
+        * np.interp(np.log(x * 2e5), place, np.exp(value), right=0.0)
+        * stress._balance.scale
     )
     near, far = x**3 * (stress(x * 2e5) - beside)
     assert near / far == pytest.approx(0.5, rel=0.05)
