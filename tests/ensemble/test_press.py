@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 from press_cases import GRID, SIDE, drawn_map, levelled, on_finer_points, write_scene
 
 import roughsim as rs
@@ -130,6 +131,7 @@ def test_the_mean_is_the_map_and_the_scatter_that_of_its_quadrants(scene_file, t
     assert "doubling cells" not in said  # of drawn surfaces
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_the_command_warns_as_run_does_but_not_of_the_error_of_a_spectrum(
     scene_file, tmp_path, capsys
 ):
@@ -146,8 +148,9 @@ def test_the_command_warns_as_run_does_but_not_of_the_error_of_a_spectrum(
     assert "press the map" not in page
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(
-    scene_file, tmp_path, capsys
+    scene_file, tmp_path, capsys, drawn
 ):
     folder = tmp_path / "run"
     with pytest.raises(SystemExit) as ended:
@@ -164,19 +167,15 @@ def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(
     again = rs.press(scene_file, folder, changes={"sliding.speed": 35})
     name = "flash_temperature"
     np.testing.assert_array_equal(again.estimate(name).mean, first.estimate(name).mean)
-    assert report_run(again, tmp_path / "page.html").stat().st_size > 10_000
+    assert report_run(again, tmp_path / "page.html").exists()
     rs.compare(again).chart(tmp_path / "chart.png")
-    with pytest.raises(SystemExit) as ended:
-        main(["plot", str(folder), "temperature", "-o", str(tmp_path / "map.png")])
-    assert ended.value.code == 0
-    with pytest.raises(SystemExit) as ended:
-        main(["plot", str(folder), "spectrum", "-o", str(tmp_path / "spectrum.svg")])
-    assert ended.value.code == 0
-    assert "measured, one realization" in (tmp_path / "spectrum.svg").read_text()
-    with pytest.raises(SystemExit) as ended:
-        main(["plot", str(folder), "heights", "-o", str(tmp_path / "heights.svg")])
-    assert ended.value.code == 0
-    assert "the map and its mirror images" in (tmp_path / "heights.svg").read_text()
+    for quantity, words in (
+        ("spectrum", "measured, one realization"),
+        ("heights", "the map and its mirror images"),
+    ):
+        with pytest.raises(SystemExit, match="0"):
+            main(["plot", str(folder), quantity, "-o", str(tmp_path / "a.svg")])
+        assert words in " ".join(text.get_text() for text in drawn[-1].findobj(Text))
     with pytest.raises(rs.RecordError, match="holds another scene: sliding.speed is"):
         rs.press(scene_file, folder)
     np.save(tmp_path / "map.npy", np.load(tmp_path / "map.npy")[::-1])

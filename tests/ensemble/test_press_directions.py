@@ -183,6 +183,7 @@ def test_a_map_turned_by_a_right_angle_exchanges_along_and_across(run, tmp_path)
         )
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_table_json_and_report_have_directions_and_twin_and_compute_nothing(
     run, calls, capsys, tmp_path
 ):
