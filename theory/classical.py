@@ -67,12 +67,20 @@ def archard(peclet: ArrayLike) -> Array | float:
 
     Source: J.F. Archard, Wear 2, 438 (1959).
 
-    Parameters, errors: as `jaeger`.
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vR/D, dimensionless, of either sign and any shape.
 
     Returns
     -------
     ndarray or float
         In q̇R/κ, the shape of `peclet`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `jaeger`.
     """
     magnitude = np.abs(real_array("peclet", peclet, "1"))
     middle = np.interp(
@@ -131,7 +139,22 @@ def tian_kennedy(peclet: ArrayLike, *, source: str = "hertz") -> Array | float:
     Source: X. Tian and F.E. Kennedy, J. Tribology 116, 167 (1994). The constants were checked against the exact
     limits, which they meet to 5e-4.
 
-    Parameters, errors: as `greenwood`.
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vR/D, dimensionless, of either sign and any shape.
+    source : {"hertz", "disc", "square"}
+        Shape of the source.
+
+    Returns
+    -------
+    ndarray or float
+        In q̇R/κ (q̇₁R/κ for "hertz"), the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `peclet` is not real and finite, or the source is none of these.
     """
     if source not in _TIAN_KENNEDY:
         raise ValueError(f"source = {source!r} must be one of {sorted(_TIAN_KENNEDY)}")

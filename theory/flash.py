@@ -177,7 +177,23 @@ def flash_gradient(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     """Weighted slope T′_flash = ⟨∂ₓT σ⟩/⟨σ⟩ along x, K/m. Eq. (7).
 
     Negative for a speed > 0, as the body is hotter behind the contact; positive for a speed < 0, 0 at rest.
-    Parameters, errors: as `flash_temperature`.
+
+    Parameters
+    ----------
+    speed, spectrum, stress_spectrum, nominal_pressure, effective_modulus, gamma
+        Velocity and load, as in `flash_temperature`.
+    friction_coefficient, conductivity, diffusivity, skin, heat_depth
+        The body and its heat, as in `flash_temperature`.
+
+    Returns
+    -------
+    ndarray or float
+        T′ in K/m, the shape of `speed`; a float for one speed.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`.
     """
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
     heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
@@ -201,7 +217,22 @@ def flash_laplacian(  # noqa: PLR0913  (load, body, skin and depth of the heat)
 ) -> Array | float:
     """Weighted Laplacian in the plane ∇²T_flash = ⟨∇²T σ⟩/⟨σ⟩ ≤ 0, K/m². Eq. (9).
 
-    Parameters, errors: as `flash_temperature`.
+    Parameters
+    ----------
+    speed, spectrum, stress_spectrum, nominal_pressure, effective_modulus, gamma
+        Velocity and load, as in `flash_temperature`.
+    friction_coefficient, conductivity, diffusivity, skin, heat_depth
+        The body and its heat, as in `flash_temperature`.
+
+    Returns
+    -------
+    ndarray or float
+        ∇²T in K/m², the shape of `speed`; a float for one speed.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`.
     """
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
     heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
@@ -225,7 +256,22 @@ def flash_width(  # noqa: PLR0913  (load, body, skin and depth of the heat)
 ) -> Array | float:
     """Width of the hot spots D_flash = √(−T_flash/∇²T_flash), m; at rest its limit for v → 0. Eq. (25).
 
-    Parameters, errors: as `flash_temperature`; μ and κ cancel.
+    Parameters
+    ----------
+    speed, spectrum, stress_spectrum, nominal_pressure, effective_modulus, gamma
+        Velocity and load, as in `flash_temperature`.
+    friction_coefficient, conductivity, diffusivity, skin, heat_depth
+        The body and its heat, as in `flash_temperature`.
+
+    Returns
+    -------
+    ndarray or float
+        D_flash in m, the shape of `speed`; a float for one speed. μ and κ cancel.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`, or the stress is uniform.
     """
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
     heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
@@ -250,7 +296,22 @@ def slope_length(  # noqa: PLR0913  (load, body, skin and depth of the heat)
 ) -> Array | float:
     """Slope length d_flash = T_flash/|T′_flash|, m: 4D/|v| for v → 0, ∞ at rest. Eq. (26).
 
-    Parameters, errors: as `flash_temperature`; μ and κ cancel.
+    Parameters
+    ----------
+    speed, spectrum, stress_spectrum, nominal_pressure, effective_modulus, gamma
+        Velocity and load, as in `flash_temperature`.
+    friction_coefficient, conductivity, diffusivity, skin, heat_depth
+        The body and its heat, as in `flash_temperature`.
+
+    Returns
+    -------
+    ndarray or float
+        d_flash in m, the shape of `speed`; a float for one speed. μ and κ cancel.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`, or the stress is uniform.
     """
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
     heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
@@ -280,7 +341,23 @@ def rms_temperature(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     ⟨|T_q|²⟩ = (μv/κq)² |σ_q|² (2/π) K(−a²) with a = v/Dq and K of the parameter m = −a², so that
     T_rms² = 2π ∫ q ⟨|T_q|²⟩ dq. Isotropic roughness has the same T_rms in each direction.
 
-    Parameters, errors: as `flash_temperature`; without `spectrum` the nominal pressure does not enter.
+    Parameters
+    ----------
+    speed, spectrum, stress_spectrum, nominal_pressure, effective_modulus, gamma
+        Velocity and load, as in `flash_temperature`.
+    friction_coefficient, conductivity, diffusivity, skin, heat_depth
+        The body and its heat, as in `flash_temperature`.
+
+    Returns
+    -------
+    ndarray or float
+        T_rms in K, the shape of `speed`; a float for one speed. Without `spectrum` the nominal
+        pressure does not enter.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`.
     """
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
     heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
@@ -309,9 +386,26 @@ def temperature_correlation(  # noqa: PLR0913  (load, body, skin and depth of th
     2π ∫ q ⟨|T_q|²⟩ J₀(qr) dq with ⟨|T_q|²⟩ of `rms_temperature`, at the distance r of x and x′. The temperature has
     tracks along the direction of sliding; this is the mean over all directions of x − x′.
 
-    `r` are distances ≥ 0 of any shape, m, and `speed` is one speed of either sign, m/s. Returns K² in the shape of `r`;
-    T_rms² at r = 0. Other parameters, errors: as `flash_temperature`; QuadratureError also if the integral with J₀
-    does not reach its accuracy, 1e-11 of T_rms².
+    Parameters
+    ----------
+    r : array_like
+        Distances ≥ 0 of any shape, m.
+    speed : float
+        One speed of either sign, m/s.
+    spectrum, stress_spectrum, nominal_pressure, effective_modulus, gamma
+        The load, as in `flash_temperature`.
+    friction_coefficient, conductivity, diffusivity, skin, heat_depth
+        The body and its heat, as in `flash_temperature`.
+
+    Returns
+    -------
+    ndarray
+        K², the shape of `r`; T_rms² at r = 0.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`, also if the integral with J₀ does not reach its accuracy, 1e-11 of T_rms².
     """
     distance = not_negative_array("r", r, "m")
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)

@@ -80,7 +80,24 @@ def contact_probability(
 ) -> Array:
     """Relative contact area when roughness up to `q` is seen: P = erf(σ₀ / 2√G), dimensionless, the shape of `q`.
 
-    Parameters, errors: as `half_variance`; `nominal_pressure` σ₀ in Pa, > 0.
+    Parameters
+    ----------
+    q : array_like
+        Wavenumbers ≥ 0 of any shape, rad/m.
+    spectrum, effective_modulus
+        As in `half_variance`.
+    nominal_pressure : float
+        σ₀, Pa, > 0.
+
+    Returns
+    -------
+    ndarray
+        P, dimensionless, the shape of `q`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `half_variance`.
     """
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")
     return probability(half_variance(q, spectrum, effective_modulus=effective_modulus), pressure)
@@ -95,9 +112,24 @@ def stress_weight(
     gamma: Weight = 0.45,
 ) -> Array:
     """Share of the full-contact stress spectrum that is left at `q`: W = P[γ + (1 − γ)P²], the shape of `q`.
-
-    Parameters, errors: as `contact_probability`, `effective_modulus` and `nominal_pressure` in Pa; `gamma` is a number
     from 0 to 1 (1: W = P) or a callable W(P, q).
+
+    Parameters
+    ----------
+    q, spectrum, effective_modulus, nominal_pressure
+        As in `contact_probability`.
+    gamma : float or callable
+        γ from 0 to 1 (1: W = P), or a weight W(P, q).
+
+    Returns
+    -------
+    ndarray
+        W, dimensionless, the shape of `q`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `contact_probability`, or `gamma` gives no weight.
     """
     share = contact_probability(
         q, spectrum, effective_modulus=effective_modulus, nominal_pressure=nominal_pressure
@@ -177,7 +209,22 @@ def correlation_radius(
 
     At `fraction` = α, e.g. 0.1, it is the effective diameter of the macroasperity contacts (Sec. 2, after Eq. 2).
 
-    Parameters, errors: as `pressure_correlation`; `fraction` from 0 up to, not including, 1.
+    Parameters
+    ----------
+    fraction : float
+        From 0 up to, not including, 1.
+    spectrum, nominal_pressure, effective_modulus, gamma, stress_spectrum
+        As in `pressure_correlation`.
+
+    Returns
+    -------
+    float
+        r in m.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `pressure_correlation`, or g_σ never falls so far.
     """
     level = float(real_array("fraction", fraction, "1"))
     if not 0.0 <= level < 1.0:

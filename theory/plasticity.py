@@ -110,9 +110,16 @@ def _mode(n: int, small: float, sign: int, t: Array) -> Array:
 class SmoothedSpectrum:
     """C_sm(q) = [1 − (A_pl/A_pl0)⁶] C(q), m⁴, as made by `smoothed_spectrum`. Eq. (27).
 
-    Equal and equally hashed when all physical arguments (`spectrum`, `effective_modulus`, `nominal_pressure` and
-    `penetration_hardness`, Pa) are; `breaks` are the breaks of `spectrum` and the bends of
-    the smoothing.
+    Two of them are equal if all but their breaks are.
+
+    Attributes
+    ----------
+    spectrum : callable
+        C(q), m⁴, with `breaks`.
+    effective_modulus, nominal_pressure, penetration_hardness : float
+        E*, σ₀ and σ_P, Pa.
+    breaks : tuple of float
+        Breaks of `spectrum` and bends of the smoothing, rad/m.
     """
 
     spectrum: Spectrum
@@ -146,9 +153,17 @@ class SmoothedSpectrum:
         return np.asarray(density(self.spectrum, wavenumber) * result.reshape(wavenumber.shape))
 
     def above(self, q: Array, start: Array, rise: Array) -> Array:
-        """Return C_sm at q = start·e^rise, rad/m, elementwise, m⁴: exact also if a layer above q_min yields at once.
+        """Smoothed spectrum close above a break: exact also if a layer above q_min yields at once. Eq. (27).
 
-        `start` lies within the breaks, and no break of the unsmoothed spectrum between it and q.
+        Parameters
+        ----------
+        q, start, rise : ndarray
+            q = start·e^rise in rad/m; `start` lies within the breaks, and no break of `spectrum` between it and q.
+
+        Returns
+        -------
+        ndarray
+            C_sm in m⁴, the shape of `q`.
         """
         return density(self.spectrum, q, (start, rise)) * self._remaining(
             self._table.above(start, rise)

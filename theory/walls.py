@@ -77,12 +77,22 @@ def yield_wavenumber(
 ) -> float:
     """Wavenumber q_y, rad/m: with roughness up to q_y, A_el/(A_el + A_pl) is `elastic_share`.
 
-    Parameters, errors: as `smoothed_spectrum`; `elastic_share` between 0 and 1.
+    Parameters
+    ----------
+    spectrum, effective_modulus, nominal_pressure, penetration_hardness
+        As in `smoothed_spectrum`.
+    elastic_share : float
+        Between 0 and 1.
 
     Returns
     -------
     float
         q_y in rad/m; q_min when all is plastic from the start (σ₀ = σ_P), ∞ when q_max comes first.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not real, finite and of the right sign, or σ₀ > σ_P.
     """
     share = float(real_array("elastic_share", elastic_share, "1"))
     if not 0.0 < share < 1.0:

@@ -17,9 +17,16 @@ _FAR = 6.0  # from here on series: the closed forms cancel
 class Limit:
     """Limit of the Hertz source: when fast, temperatures, gradients and Laplacians are times Pe^(−1/2).
 
-    Temperatures in q̇₁R/κ, the gradient in q̇₁/κ, the Laplacian in q̇₁/κR, lengths in R; `hottest_point` is x < 0.
-    `flash_temperature`, `mean_temperature` and `max_temperature` are Eqs. (14), (16) and (15), `flash_gradient` and
-    `flash_laplacian` the weighted slope and curvature, `flash_width` and `slope_length` Eqs. (25) and (26).
+    Attributes
+    ----------
+    flash_temperature, max_temperature, mean_temperature : float
+        In q̇₁R/κ. Eqs. (14), (15) and (16).
+    flash_gradient, flash_laplacian : float
+        The weighted slope, q̇₁/κ, and curvature, q̇₁/κR.
+    flash_width, slope_length : float
+        In R. Eqs. (25) and (26).
+    hottest_point : float
+        x in R, < 0 behind the centre.
     """
 
     flash_temperature: float
@@ -32,15 +39,31 @@ class Limit:
     hottest_point: float
 
     def per_power(self, temperature: float) -> float:
-        """Return a temperature in Q̇/κR instead of q̇₁R/κ, as Eqs. (14) to (16) and (21) to (23) print it."""
+        """Take a temperature to the unit in which Eqs. (14) to (16) and (21) to (23) print it.
+
+        Parameters
+        ----------
+        temperature : float
+            In q̇₁R/κ.
+
+        Returns
+        -------
+        float
+            In Q̇/κR, with the power Q̇ of the source.
+        """
         return _PER_POWER * temperature
 
 
 @dataclass(frozen=True, slots=True)
 class UniformLimit:
-    """Limit of a uniform source: `max_temperature` and `mean_temperature` in q̇R/κ, when fast times Pe^(−1/2).
+    """Limit of a uniform source: when fast, temperatures are times Pe^(−1/2).
 
-    `hottest_point` is x/R.
+    Attributes
+    ----------
+    max_temperature, mean_temperature : float
+        In q̇R/κ.
+    hottest_point : float
+        x in R.
     """
 
     max_temperature: float
@@ -106,7 +129,20 @@ def fast_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
     f = s^(3/2) F(t), F = (4√2/3)[(2m−1)E(m) + (1−m)K(m)], m = (1+t)/2 within the contact, and
     F = (4/3)√(t+1) [t E(m) − (t−1) K(m)], m = 2/(1+t) in the wake, t > 1. Ahead and beside T = 0.
 
-    Parameters, errors: as `static_temperature`.
+    Parameters
+    ----------
+    x, y : array_like
+        Position in R from the centre of contact; broadcast against each other.
+
+    Returns
+    -------
+    ndarray or float
+        In q̇₁R/κ · Pe^(−1/2), the common shape of `x` and `y`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `static_temperature`.
     """
     behind, beside = np.broadcast_arrays(-real_array("x", x, "R"), real_array("y", y, "R"))
     square = (1 - beside) * (1 + beside)

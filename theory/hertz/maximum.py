@@ -48,31 +48,105 @@ def max_temperature(peclet: ArrayLike) -> Array | float:
 def hottest_point(peclet: ArrayLike) -> Array | float:
     """Position x/R of the highest temperature of the Hertz contact: behind the centre, x < 0 for Pe > 0. To about 1e-7.
 
-    Parameters, errors: as `max_temperature`.
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vR/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        x in R, to about 1e-7, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `max_temperature`.
     """
     return _hottest(peclet, _hertz_line, FAST)[1]
 
 
 def disc_max_temperature(peclet: ArrayLike) -> Array | float:
-    """Highest temperature of a uniform moving disc, q̇R/κ. Parameters, errors: as `max_temperature`."""
+    """Highest temperature of a uniform moving disc, q̇R/κ.
+
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vR/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        In q̇R/κ, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `max_temperature`.
+    """
     return _hottest(peclet, _disc_line, DISC_FAST)[0]
 
 
 def disc_hottest_point(peclet: ArrayLike) -> Array | float:
-    """Position x/R of the highest temperature of a uniform moving disc. Parameters, errors: as `max_temperature`."""
+    """Position x/R of the highest temperature of a uniform moving disc.
+
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vR/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        x in R, to about 1e-7, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `max_temperature`.
+    """
     return _hottest(peclet, _disc_line, DISC_FAST)[1]
 
 
 def square_max_temperature(peclet: ArrayLike) -> Array | float:
     """Highest temperature of a uniform square of side 2l moving along a side, q̇l/κ, Pe = vl/D.
 
-    Parameters, errors: as `max_temperature`.
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vl/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        In q̇l/κ, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `max_temperature`.
     """
     return _hottest(peclet, _square_line, SQUARE_FAST)[0]
 
 
 def square_hottest_point(peclet: ArrayLike) -> Array | float:
-    """Position x/l of the highest temperature of a uniform square. Parameters, errors: as `max_temperature`."""
+    """Position x/l of the highest temperature of a uniform square.
+
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vl/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        x in l, to about 1e-7, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `max_temperature`.
+    """
     return _hottest(peclet, _square_line, SQUARE_FAST)[1]
 
 

@@ -58,7 +58,20 @@ def flash_temperature(peclet: ArrayLike) -> Array | float:
 def flash_gradient(peclet: ArrayLike) -> Array | float:
     """Weighted slope T′_flash = ⟨∂ₓT σ⟩/⟨σ⟩ of the Hertz source, q̇₁/κ; negative for Pe > 0, odd in Pe. Eq. (A7).
 
-    Parameters, errors: as `flash_temperature`.
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vR/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        In q̇₁/κ, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`.
     """
     magnitude = _over_distance(peclet, _slope, i1e, FAST.flash_gradient)
     return float_if_scalar(magnitude * np.sign(peclet))
@@ -67,7 +80,20 @@ def flash_gradient(peclet: ArrayLike) -> Array | float:
 def flash_laplacian(peclet: ArrayLike) -> Array | float:
     """Weighted Laplacian in the plane ∇²T_flash = ⟨∇²T σ⟩/⟨σ⟩ of the Hertz source, q̇₁/κR. Eqs. (17) and (A6).
 
-    Parameters, errors: as `flash_temperature`.
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vR/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        In q̇₁/κR, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`.
     """
     return _over_distance(peclet, _laplacian, i0e, FAST.flash_laplacian)
 
@@ -75,7 +101,20 @@ def flash_laplacian(peclet: ArrayLike) -> Array | float:
 def flash_width(peclet: ArrayLike) -> Array | float:
     """Width D_flash/R = √(−T_flash/∇²T_flash)/R of the Hertz source: √0.4 at rest, 4/9 when fast. Eq. (25).
 
-    Parameters, errors: as `flash_temperature`.
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vR/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        In R, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`.
     """
     return float_if_scalar(np.sqrt(-np.divide(flash_temperature(peclet), flash_laplacian(peclet))))
 
@@ -83,7 +122,20 @@ def flash_width(peclet: ArrayLike) -> Array | float:
 def slope_length(peclet: ArrayLike) -> Array | float:
     """Slope length d_flash/R = T_flash/R|T′_flash| of the Hertz source: 4/|Pe| for Pe → 0, ∞ at rest. Eq. (26).
 
-    Parameters, errors: as `flash_temperature`.
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vR/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        In R, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`.
     """
     with np.errstate(divide="ignore"):
         length = np.divide(flash_temperature(peclet), np.abs(flash_gradient(peclet)))
@@ -96,7 +148,20 @@ def mean_temperature(peclet: ArrayLike) -> Array | float:
     T_av = −(1/π) ∫ c′ r[I₀(z) + I₁(z)]e^(−z) dr, where c(r) is the correlation of the source with the disc of contact,
     c′ = −(8/3)√r [(2m−1)E(m) + (1−m)K(m)], m = (2−r)/4, and the bracket is the primitive of e^(−z)I₀(z).
 
-    Parameters, errors: as `flash_temperature`.
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vR/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        In q̇₁R/κ, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`.
     """
 
     def correlation(r: Array) -> Array:
@@ -112,7 +177,20 @@ def disc_mean_temperature(peclet: ArrayLike) -> Array | float:
 
     T_av = (1/π) ∫₀² [2 arccos(r/2) − rs/2] e^(−z)I₀(z) dr.
 
-    Parameters, errors: as `flash_temperature`.
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vR/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        In q̇R/κ, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`.
     """
 
     def correlation(r: Array) -> Array:
@@ -126,7 +204,20 @@ def square_mean_temperature(peclet: ArrayLike) -> Array | float:
 
     T_av = (1/8π) ∫dφ ∫dr (2 − r|cos φ|)(2 − r|sin φ|) e^(−ar), a = Pe sin²(φ/2); the inner integral is closed.
 
-    Parameters, errors: as `flash_temperature`.
+    Parameters
+    ----------
+    peclet : array_like
+        Pe = vl/D, dimensionless, of either sign and any shape.
+
+    Returns
+    -------
+    ndarray or float
+        In q̇l/κ, the shape of `peclet`; a float for one number.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `flash_temperature`.
     """
 
     def integral(magnitude: Array) -> Array:
