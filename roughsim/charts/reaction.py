@@ -26,8 +26,9 @@ from roughsim.charts.style import (
     new_figure,
     row_of_panels,
 )
+from roughsim.estimate.asked import RATE
 from roughsim.observables.catalogue import UNITS
-from roughsim.results.reactions import ABOUT, RATE, not_asked
+from roughsim.results.reactions import ABOUT, not_asked
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.text import plain
 

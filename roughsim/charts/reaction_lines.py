@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import prediction
+from roughsim.estimate import fields
+from roughsim.estimate.asked import ACTIVATION, Asked
 from roughsim.estimate.errors import Estimate
 from roughsim.grid import Array
 from roughsim.observables.distribution import LEVELS
-from roughsim.results.reactions import ACTIVATION, Asked
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
@@ -50,15 +51,14 @@ def theory_of(run: Run, column: str) -> Theory:
     """Return the calibrated theory of what the scene asks for; empty for the column sliding: it takes seconds."""
     if column == SLIDING:
         return {}
-    share = prediction.calibrated_share(run.scene)
-    return {one.key: one.estimate.value for one in prediction.asked_predictions(run.scene, share)}
+    return {one.key: one.estimate.mean for one in fields.asked(run.scene)}
 
 
 def quantile_lines(run: Run, column: str, place: int) -> list[ReactionLine]:
     """Return the temperatures at one speed that shares of the heat, and of the contact area, do not exceed."""
     hotter = 100.0 * (1.0 - np.array([*LEVELS.values()]))
     nothing = np.full(hotter.shape, np.nan)
-    theory = {} if column == SLIDING else prediction.calibrated_predictions(run.scene)
+    theory = {} if column == SLIDING else fields.calibrated_predictions(run.scene)
     lines = []
     for of, label in (("", "of the heat"), ("area_", "of the area")):
         names = [f"temperature_quantile_{of}{name}" for name in LEVELS]

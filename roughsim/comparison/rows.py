@@ -9,6 +9,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.comparison.row import NOTHING, Cell, Ratio, Row
+from roughsim.estimate import fields
 from roughsim.estimate.errors import Estimate, Uncertain, quantile, quotient, spread
 from roughsim.estimate.levels import Values
 from roughsim.grid import Array, Grid, modes_between
@@ -53,11 +54,8 @@ def rows_of(
     slid = None if run.numerics.slide is None else prediction.sliding_prediction(run.scene)
     names = run.observables if observables is None else observables
     asks = slid is not None and any(OBSERVABLES[name].asked for name in names)
-    fields = prediction.sliding_distributions(run.scene) if asks else ()
-    quantiles = {
-        name: estimate.value
-        for name, estimate in prediction.quantiles_of(run.scene, fields).items()
-    }
+    quantiles = fields.quantiles(run.scene, sliding=True) if asks else {}
+    drawn = {name: estimate.mean for name, estimate in quantiles.items()}
     for observable in names:
         predicted = {name: values[observable] for name, values in theories.items()}
         estimates = {name: run.estimate(observable, name) for name in run.numerics.columns}
@@ -68,7 +66,7 @@ def rows_of(
         )
         sliding = _theory_of_sliding(slid, observable, predicted["calibrated"])
         yield from _rows_of_one(
-            run, observable, predicted, estimates, ratios, quantiles.get(observable, sliding)
+            run, observable, predicted, estimates, ratios, drawn.get(observable, sliding)
         )
     if observables is not None:
         return
@@ -76,7 +74,7 @@ def rows_of(
         flash = {name: values[FLASH] for name, values in theories.items()}
         yield from _rows_of_contact_temperature(run, flash, slid)
     if run.scene.distribution:
-        yield from _rows_that_are_asked(run, fields)
+        yield from _rows_that_are_asked(run)
     yield from _rows_of_directions(run)
 
 
@@ -93,7 +91,7 @@ def theories_of(run: Run) -> dict[str, Predicted]:
         "theory": prediction.predictions(run.scene),
         "theory_same_modes": summed,
         "theory_at_cut_off": prediction.predictions(run.scene, q_c),
-        "calibrated": prediction.calibrated_predictions(run.scene),
+        "calibrated": fields.calibrated_predictions(run.scene),
     }
 
 
@@ -114,22 +112,15 @@ def _rows_of_contact_temperature(
     yield from _rows_of_one(run, CONTACT_TEMPERATURE, predicted, estimates, ratios, sliding)
 
 
-def _rows_that_are_asked(run: Run, fields: prediction.Parts) -> Iterator[Row]:
-    """Yield the rows of a reaction at each energy and speed, and of the heat above each temperature.
-
-    `fields` are the `sliding_distributions` of the scene.
-    """
+def _rows_that_are_asked(run: Run) -> Iterator[Row]:
+    """Yield the rows of a reaction at each energy and speed, and of the heat above each temperature."""
     columns = run.numerics.columns
     names = [f"{columns[0]}_over_theory", *(f"{columns[1]}_over_{columns[0]}" for _ in columns[1:])]
     ratios = {name: Ratio(nan, nan) for name in names}
-    predicted = {
-        asked.key: asked.estimate.value
-        for asked in prediction.asked_predictions(run.scene, prediction.calibrated_share(run.scene))
-    }
-    slid = {
-        asked.key: asked.estimate.value
-        for asked in prediction.sliding_asked_predictions(run.scene, fields)
-    }
+    predicted = {asked.key: asked.estimate.mean for asked in fields.asked(run.scene)}
+    slid = {}
+    if run.numerics.slide is not None:
+        slid = {asked.key: asked.estimate.mean for asked in fields.asked(run.scene, sliding=True)}
     nothing = np.full(len(run.scene.speeds), nan)
     columns = run.reacting_columns
     for together in zip(*(run.reactions(column) for column in columns), strict=True):

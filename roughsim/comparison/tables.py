@@ -10,7 +10,9 @@ import numpy as np
 from roughsim import prediction
 from roughsim.comparison.rows import CONTACT_TEMPERATURE
 from roughsim.comparison.trust import Trust
-from roughsim.estimate.errors import SOURCES
+from roughsim.estimate import fields
+from roughsim.estimate.errors import SOURCES, Estimate
+from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -79,12 +81,22 @@ def _distribution_values(scene: Scene) -> dict[str, Any]:
     """Return quantiles of the temperature, and reactions, if a scene asks for them; each with its errors."""
     share = prediction.calibrated_share(scene)
     found: dict[str, Any] = {
-        name: {part: number * share for part, number in estimate._asdict().items()}
-        for name, estimate in prediction.quantile_predictions(scene).items()
+        name: {part: number * share for part, number in _with_errors(estimate).items()}
+        for name, estimate in fields.quantiles(scene).items()
     }
-    for asked in prediction.asked_predictions(scene, share):
-        found.setdefault(asked.observable, []).append(asked.about | asked.estimate._asdict())
+    for asked in fields.asked(scene):
+        rows = found.setdefault(asked.estimate.observable, [])
+        rows.append(asked.about | _with_errors(asked.estimate))
     return found
+
+
+def _with_errors(found: Estimate) -> dict[str, Array]:
+    """Return a value of the theory with its error by the drawing of fields, one σ, and in all, 95 %."""
+    return {
+        "value": found.mean,
+        "standard_error": found.standard_error,
+        "error": found.total_error,
+    }
 
 
 def theory_table(scene: Scene) -> Table:
@@ -107,9 +119,9 @@ def theory_table(scene: Scene) -> Table:
     if isinstance(scene.sliding.heat_partition, str) and not np.isnan(own).all():
         values |= {"calibrated_share": own}
         columns |= {"calibrated_share": "share calibrated"}
-    hottest = prediction.quantile_predictions(scene).get(_HOTTEST)
+    hottest = fields.quantiles(scene).get(_HOTTEST)
     if hottest is not None:
-        values |= {_HOTTEST: hottest.value * own}
+        values |= {_HOTTEST: hottest.mean * own}
         columns |= {_HOTTEST: "99 % of the heat below, K"}
     slid = prediction.sliding_prediction(scene) if scene.sliding.history == SLIDING else None
     if slid is not None:
@@ -122,7 +134,7 @@ def theory_table(scene: Scene) -> Table:
             "sliding_flash_temperature": "T_flash sliding, K",
             "sliding_share": "share sliding",
         }
-    errors = {} if hottest is None else {_HOTTEST: hottest.error * own}
+    errors = {} if hottest is None else {_HOTTEST: hottest.total_error * own}
     rows: list[Row] = [
         (
             f"{speed:g}",

@@ -25,6 +25,8 @@ SOURCES = {
     "solver": "largest change by the contact solver's tolerance in measured contacts: for T_flash 0.3 of it",
     "tail": "share of a rate from the hottest pixels, whose temperature has no limit; unknown above a quarter",
     "slide": "of two bodies that slide: low cut-off, rest of pixel and step, and the distance continued by the theory",
+    "form": "of drawn contacts: solved ones are evener, the slower the more",
+    "law": "of T_flash, and of the contact area, by the calibrated law, as compared with simulations",
     "scan": "of C(q) measured on maps: few long waves, none longer than a map, and other places than these",
 }
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.ladder import Pair, Rung, change_by_pixel, climb
-from roughsim.estimate.levels import FLASH, PIXEL_FALL, Values
+from roughsim.estimate.levels import FLASH, Values
 from roughsim.estimate.limit import by_steps
 from roughsim.estimate.mean import Mean, mean_of
 from roughsim.estimate.sliding import DOUBT_OF_DISTRIBUTION, stretched
@@ -25,12 +25,14 @@ from roughsim.scene import Scene
 from roughsim.scene.numerics import SAME
 
 BOLTZMANN = 1.380649e-23  # J/K
+ELECTRONVOLT = 1.602176634e-19  # J
 LEAST_MEMBERS = 4.0  # effective ones that carry a mean: of fewer the scatter is unknown
 _MOST_OF_TAIL = 0.25  # share of a mean from the hottest pixels, beyond which it is unknown
 _COLDEST = 1e-3  # K, absolute: colder bins, of a field below its mean, do not react either
 _ROUNDING = 1e-6  # of the temperature, relative, of bins within one pixel
 _STEP = 1e-3  # of ln T_flash, for slopes
 _ITERATIONS = 50  # of Newton's method for a uniform temperature; a few suffice
+LawOfFlash = Callable[[tuple[float, ...]], Array | None]
 OverBins = Callable[
     [Bins, Array], Array
 ]  # bins and the factor of their temperatures → values of bins
@@ -184,6 +186,11 @@ class ContactMean:
         result: Array = value + derivative * (rows - uniform)
         return result
 
+    def value(self, sample: Sample) -> Array:
+        """Return the mean over all contacts, or the function of it, (speeds,)."""
+        mean: Array = self.mean(sample).mean(axis=0)
+        return mean if self.of_mean is None else self.of_mean(bins_of(sample), mean)[0]
+
     def derivative(self, sample: Sample) -> Array:
         """Return the derivative of the function of the mean, (speeds,); 1 without one."""
         mean = self.mean(sample).mean(axis=0)
@@ -203,23 +210,25 @@ class ContactMean:
 
 
 def mean_over_contact(
-    scene: Scene, column: str, pairs: list[Pair], of_level: ContactMean, end: float
+    pairs: list[Pair], of_level: ContactMean, end: float, law: LawOfFlash, fall: float | None
 ) -> OverContact:
     """Return a mean over the contact from the levels of a column, continued to the end of C(q), rad/m, and its errors.
 
     What of it changes with the cut-off at one T_flash follows the law of T_flash by steps. All of this rest counts as
-    an error, since it is small and only a guess.
+    an error, since it is small and only a guess. `law` takes the cut-offs to T_flash up to the last two and over all of
+    C(q), None where it is unknown; `fall` is as of `PIXEL_FALL`, None for levels that no pixel changes.
     """
-    top = pairs[-1].sample
     rungs = climb(of_level.influence, pairs)
-    rest, unknown = _rest(scene, column, rungs, end)
-    change, pixel = change_by_pixel(rungs, np.nan, PIXEL_FALL[column], end)
-    mean = rungs[-1].mean.plus(rest).by(change._replace(value=1.0 + change.value))
-    own = {
-        "bandwidth": np.where(unknown, np.nan, np.abs(rest.value)),
-        "pixel": np.abs(mean.value) * pixel,
-    }
-    return _over_contact(mean, rungs[-1].mean.value, own, of_level, top, pairs[0].sample)
+    rest, unknown = rest_of(rungs, end, law)
+    mean = rungs[-1].mean.plus(rest)
+    own = {"bandwidth": np.where(unknown, np.nan, np.abs(rest.value))}
+    if fall is not None:
+        change, pixel = change_by_pixel(rungs, np.nan, fall, end)
+        mean = mean.by(change._replace(value=1.0 + change.value))
+        own["pixel"] = np.abs(mean.value) * pixel
+    return _over_contact(
+        mean, rungs[-1].mean.value, own, of_level, pairs[-1].sample, pairs[0].sample
+    )
 
 
 def mean_over_slides(drawn: Pair, stretch: Array, of_level: ContactMean) -> OverContact:
@@ -286,15 +295,23 @@ def factor_of(sample: Sample, flash: Values) -> Array:
     return factor
 
 
-def _rest(scene: Scene, column: str, rungs: list[Rung], end: float) -> tuple[Mean, bool]:
+def law_of_flash(scene: Scene, column: str) -> LawOfFlash:
+    """Return the law that T_flash of a simulated column follows over the cut-off."""
+
+    def law(q: tuple[float, ...]) -> Array | None:
+        rises = prediction.continuation(scene, column, q, FLASH)
+        return prediction.yielded_fall(scene, q[-2:]) if rises is None else rises
+
+    return law
+
+
+def rest_of(rungs: list[Rung], end: float, law: LawOfFlash) -> tuple[Mean, bool]:
     """Return the rest beyond the highest cut-off, and whether it is unknown: with one rung it is that of T_flash."""
-    top = rungs[-1].mean
-    nothing = Mean(np.zeros_like(top.value), {})
+    nothing = Mean(np.zeros_like(rungs[-1].mean.value), {})
     q = tuple(rung.q_max for rung in rungs)
     if len(rungs) < 2 or q[-1] >= end * (1.0 - SAME):
         return nothing, False
-    law = prediction.continuation(scene, column, q, FLASH)
-    law = prediction.yielded_fall(scene, q[-2:]) if law is None else law
-    if law is None or not np.isfinite(law).all():
+    flash = law(q)
+    if flash is None or not np.isfinite(flash).all():
         return nothing, True
-    return by_steps(rungs, law).rest, False
+    return by_steps(rungs, flash).rest, False

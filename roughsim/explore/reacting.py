@@ -10,8 +10,8 @@ from roughsim.charts.reaction_lines import (
     speed_label,
     theory_of,
 )
-from roughsim.prediction.distribution import ELECTRONVOLT
-from roughsim.results.reactions import ACTIVATION, RATE
+from roughsim.estimate.asked import ACTIVATION, RATE
+from roughsim.estimate.reactions import ELECTRONVOLT
 from roughsim.results.run import Run
 
 HOTTER, WARM, RATES = "hotter", ACTIVATION, RATE  # panels

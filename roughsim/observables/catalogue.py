@@ -325,10 +325,10 @@ def stored_numbers(measured: Measured) -> dict[str, Array]:
     return {name: one.of_member(measured) for name, one in stored.items()}
 
 
-def slid_quantiles(distribution: Distribution) -> dict[str, Array]:
-    """Return the quantiles that a slide stores, (speeds,), from the distribution at its last positions."""
+def quantiles_of(distribution: Distribution, prefix: str = "") -> dict[str, Array]:
+    """Return the quantiles of a distribution, (speeds,), by their names; slides store them with "sliding_" before."""
     return {
-        slid_quantile(name, weight).name: getattr(distribution, f"by_{weight}")[:, place]
+        prefix + quantile(name, weight).name: getattr(distribution, f"by_{weight}")[:, place]
         for weight in ("heat", "area")
         for place, name in enumerate(LEVELS)
     }

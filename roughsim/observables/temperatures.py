@@ -52,6 +52,18 @@ def temperature_distribution(
     if not contact.any():
         nothing = np.full((speeds, len(LEVELS)), np.nan)
         return Distribution(nothing, nothing, Bins(*np.full((4, speeds, BIN_AREAS.size), np.nan)))
+    fields = contact_fields(pressure, grid, sliding, slide)
+    heat = pressure[contact]
+    with np.errstate(all="ignore"):  # 0/0 at rest, and of a uniform pressure
+        factor = flash_temperature / own_flash(fields, heat, pressure.mean(), sliding)
+    alike = np.isnan(factor) | ((factor > np.exp(-MOST_SCALED)) & (factor < np.exp(MOST_SCALED)))
+    return distribution_of(fields, [heat] * speeds, np.where(alike, flash_temperature, np.nan))
+
+
+def contact_fields(pressure: Array, grid: Grid, sliding: HeatSource, slide: Slide) -> list[Field]:
+    """Return κT/q̇ at the points of contact, m, at each speed, q̇ the mean heat; arguments and errors as above."""
+    contact = pressure > 0.0
+    speeds = len(sliding.speeds)
     flux = (pressure / pressure.mean()).astype(np.float32)
     motions = []
     for speed, diffusivity, layers in zip(
@@ -71,19 +83,18 @@ def temperature_distribution(
         ]
     for field in fields:
         need_computed("temperature", field, "m of κT/q̇", "the size of the cell and the speed")
-    heat = pressure[contact]
-    own = np.array([field @ heat for field in fields]) / heat.sum()  # κ T_flash/q̇ of the fields, m
-    flux_of_mean = sliding.heat_partition * np.multiply(
+    return fields
+
+
+def own_flash(
+    fields: Sequence[Field], heat: Array, nominal_pressure: float, sliding: HeatSource
+) -> Array:
+    """Return T_flash of the `contact_fields` themselves, K, (speeds,); `heat` is the pressure at their points."""
+    flux = sliding.heat_partition * np.multiply(
         sliding.friction_coefficient, np.abs(sliding.speeds)
     )
-    with np.errstate(all="ignore"):  # 0/0 at rest, and of a uniform pressure
-        factor = (
-            flash_temperature
-            * np.asarray(sliding.conductivity)
-            / (flux_of_mean * pressure.mean() * own)
-        )
-    alike = np.isnan(factor) | ((factor > np.exp(-MOST_SCALED)) & (factor < np.exp(MOST_SCALED)))
-    return distribution_of(fields, [heat] * speeds, np.where(alike, flash_temperature, np.nan))
+    own = np.array([field @ heat for field in fields]) / heat.sum()  # κ T_flash/q̇, m
+    return np.asarray(flux * nominal_pressure * own / np.asarray(sliding.conductivity))
 
 
 class _Motion(NamedTuple):

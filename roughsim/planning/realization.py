@@ -13,7 +13,6 @@ from roughsim.estimate.rounds import first_counts
 from roughsim.grid import Grid
 from roughsim.heat.partition import Body
 from roughsim.machine import BYTES_PER_POINT
-from roughsim.observables.moments import HeatSource
 from roughsim.observables.temperatures import Slide
 from roughsim.pipeline import Problem, Solution, linear_algebra, solve_problem
 from roughsim.scene import Scene, SceneLike, as_scene
@@ -24,7 +23,6 @@ from roughsim.sliding.path import oblique_path, pixel_of_path
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 
 _LEAST_STEPS = 4  # of a slide: the last half has means
-_AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
 def realize(
@@ -137,7 +135,7 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
         grid=grid,
         solid=Solid(scene.effective_modulus, scene.penetration_hardness),
         nominal_pressure=scene.sliding.nominal_pressure,
-        sliding=_sliding(scene),
+        sliding=prediction.heat_source(scene),
         resting=tuple(
             Body(kappa, diffusivity, **scene.layers[1]._asdict())
             for kappa, diffusivity in zip(
@@ -182,7 +180,7 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
             grid=grid,
             solid=Solid(scene.effective_modulus, np.inf if elastic else scene.penetration_hardness),
             nominal_pressure=scene.sliding.nominal_pressure,
-            sliding=_sliding(scene),
+            sliding=prediction.heat_source(scene),
             tolerance=numerics.tolerance,
             precision=numerics.precision,
             solver=numerics.solver,
@@ -194,16 +192,3 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
             if scene.distribution
             else None,
         )
-
-
-def _sliding(scene: Scene) -> HeatSource:
-    """Return the frictional heat of a scene, all of it in the moving body."""
-    bodies, layers = prediction.conduction(scene), scene.layers[0]
-    return HeatSource(
-        speeds=[speed or _AT_REST for speed in scene.speeds],
-        friction_coefficient=prediction.friction_coefficient(scene).tolist(),
-        conductivity=bodies.conductivity.tolist(),
-        diffusivity=bodies.diffusivity.tolist(),
-        skin=layers.skin,
-        heat_depth=layers.heat_depth,
-    )

@@ -23,13 +23,7 @@ from roughsim.prediction.cut_offs import (
     usual_exponent,
     yielded_fall,
 )
-from roughsim.prediction.distribution import (
-    Banded,
-    Parts,
-    asked_predictions,
-    quantile_predictions,
-    quantiles_of,
-)
+from roughsim.prediction.fields import frozen_fields, heat_source, slid_fields
 from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
@@ -38,10 +32,6 @@ from roughsim.prediction.sliding import (
     sliding_continuation,
     sliding_error,
     sliding_prediction,
-)
-from roughsim.prediction.sliding_distribution import (
-    sliding_asked_predictions,
-    sliding_distributions,
 )
 from roughsim.prediction.theories import (
     calibrated_correlation,
@@ -55,10 +45,7 @@ from roughsim.prediction.theories import (
 )
 
 __all__ = [
-    "Banded",
-    "Parts",
     "area_fractions",
-    "asked_predictions",
     "background",
     "backgrounds",
     "balanced",
@@ -75,18 +62,17 @@ __all__ = [
     "follows_power",
     "follows_theory",
     "friction_coefficient",
+    "frozen_fields",
     "heat_partition",
     "heat_per_pressure",
+    "heat_source",
     "hills",
     "in_motion",
     "mode_sums",
     "over_speed",
     "predictions",
-    "quantile_predictions",
-    "quantiles_of",
-    "sliding_asked_predictions",
+    "slid_fields",
     "sliding_continuation",
-    "sliding_distributions",
     "sliding_error",
     "sliding_prediction",
     "slow",

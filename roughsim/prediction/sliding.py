@@ -135,7 +135,7 @@ def continuation_fault(scene: Scene) -> str:
             f"the resting body conducts {contrast:.3g} times as well as the moving one, over {_CONTRAST:g} times, "
             f"where the theory that continues it errs by more than {100 * CONTINUED:.2g} %"
         )
-    if _moving_roughness(scene) > _MOVING_PART:
+    if moving_roughness(scene) > _MOVING_PART:
         return (
             f"over {_MOVING_PART:.0%} of C(q) is on the moving face, where the theory that continues it errs by more "
             f"than {100 * CONTINUED:.2g} %"
@@ -189,7 +189,7 @@ def sliding_error(scene: Scene) -> float:
     law = calibrated(scene).stress_spectrum
     if law is None:
         return nan
-    part, area = _moving_roughness(scene), law.contact_fraction
+    part, area = moving_roughness(scene), law.contact_fraction
     bodies = conduction(scene)
     kappa = bodies.counter_conductivity / bodies.conductivity
     effusivity = kappa * np.sqrt(bodies.diffusivity / bodies.counter_diffusivity)
@@ -208,11 +208,11 @@ def pair_arguments(scene: Scene, bodies: Conduction) -> dict[str, Any]:
         "diffusivity": bodies.diffusivity,
         "resting_conductivity": bodies.counter_conductivity,
         "resting_diffusivity": bodies.counter_diffusivity,
-        "moving_roughness": _moving_roughness(scene),
+        "moving_roughness": moving_roughness(scene),
     }
 
 
-def _moving_roughness(scene: Scene) -> float:
+def moving_roughness(scene: Scene) -> float:
     """Return the moving face's part of C(q): its mean over |σ_q|², if it depends on q."""
     resting, moving = scene.sliding_faces
     if moving is None:

@@ -22,7 +22,6 @@ from roughsim.prediction.bodies import (
     smoothed_spectrum,
     stress_arguments,
 )
-from roughsim.prediction.distribution import QUANTILES, quantile_predictions
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.values import NOTHING, Predicted
 from roughsim.scene import Scene
@@ -127,10 +126,11 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
 
 
 def calibrated_predictions(scene: Scene) -> Predicted:
-    """Return every observable by the calibrated law, as `predictions`; NaN where the law does not hold."""
-    return Predicted(
-        calibrated_integrals(scene), scene, (*calibrated(scene).observables, *QUANTILES)
-    )
+    """Return every observable by the calibrated law, as `predictions`; NaN where the law does not hold.
+
+    Quantiles of the temperature have an estimate of their own (`roughsim.estimate.fields`).
+    """
+    return Predicted(calibrated_integrals(scene), scene, calibrated(scene).observables)
 
 
 def calibrated_integrals(scene: Scene) -> Theory:
@@ -142,8 +142,7 @@ def calibrated_integrals(scene: Scene) -> Theory:
     temperatures = calibrated_over_speed(scene, np.array(scene.speeds))
     rule = "total" if scene.sliding.heat_partition == "total" else "mean"
     share = heat_partition(scene, rule=rule, stress=law)
-    quantiles = {name: estimate.value for name, estimate in quantile_predictions(scene).items()}
-    values = {**temperatures, "heat_partition": share, **areas, **quantiles}
+    values = {**temperatures, "heat_partition": share, **areas}
     return _integrated(scene, values, {"stress_spectrum": law})
 
 

@@ -9,11 +9,13 @@ from math import isfinite
 import numpy as np
 
 from roughsim import prediction
+from roughsim.estimate import fields
+from roughsim.estimate.asked import HEAT_ABOVE, RATE
 from roughsim.estimate.errors import Estimate
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.arrays import SHARE, Labelled
-from roughsim.results.reactions import ABOUT, HEAT_ABOVE, RATE, asked_names
+from roughsim.results.reactions import ABOUT, asked_names
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
@@ -92,9 +94,9 @@ def answers(run: Run, observables: Sequence[str] | None = None) -> Iterator[Labe
         [run.heat_partition, own] + [run.share(column) for column in run.numerics.columns] + slid
     )
     yield Labelled("heat_share_used", ("column", "speed"), np.array(shares), SHARE)
-    theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
+    theories = prediction.predictions(run.scene), fields.calibrated_predictions(run.scene)
     bands = prediction.calibrated(run.scene).errors
-    quantiles = prediction.quantile_predictions(run.scene)
+    quantiles = fields.quantiles(run.scene)
     names = [*run.observables, *asked_names(run.scene)] if observables is None else observables
     for name in (name for name in names if name not in ABOUT):
         record = OBSERVABLES[name]
@@ -105,7 +107,7 @@ def answers(run: Run, observables: Sequence[str] | None = None) -> Iterator[Labe
         nothing, unmarked = np.full_like(theory, np.nan), [""] * len(theory)
         entries: list[_Entry] = [(theory, nothing, unmarked, unmarked)]
         band = np.abs(calibrated) * bands.get(name, np.nan)
-        band = quantiles[name].error * shares[1] if name in quantiles else band
+        band = quantiles[name].total_error * shares[1] if name in quantiles else band
         entries.append((calibrated, band, unmarked, unmarked))
         for column in columns[2:]:
             measured = column != SLIDING or name in run.slid_observables
@@ -134,11 +136,7 @@ def _answers_of_reactions(run: Run) -> Iterator[Labelled]:
     columns = _columns_of(run)
     asked = {column: run.reactions(column) for column in run.reacting_columns}
     first = asked[run.numerics.columns[0]]
-    asked_of_theory = prediction.asked_predictions(
-        run.scene, prediction.calibrated_share(run.scene)
-    )
-    theory = {one.key: one.estimate for one in asked_of_theory}
-    nothing = prediction.Banded(*np.full((3, len(run.scene.speeds)), np.nan))
+    asked["calibrated"] = fields.asked(run.scene)
     for name in dict.fromkeys(one.estimate.observable for one in first):
         places = [k for k, one in enumerate(first) if one.estimate.observable == name]
         axis, unit = ("heat_above", "K") if name == HEAT_ABOVE else ("energy", "eV")
@@ -148,14 +146,8 @@ def _answers_of_reactions(run: Run) -> Iterator[Labelled]:
         shape = len(columns), len(places), len(run.scene.speeds)
         values, errors = np.full(shape, np.nan), np.full(shape, np.nan)
         unknown, notes = np.full(shape, "", object), np.full(shape, "", object)
-        values[columns.index("calibrated")] = [
-            theory.get(first[k].key, nothing).value for k in places
-        ]
-        errors[columns.index("calibrated")] = [
-            theory.get(first[k].key, nothing).error for k in places
-        ]
         for column, of_column in asked.items():
-            for j, k in enumerate(places):
+            for j, k in enumerate(places if of_column else ()):
                 at, estimate = (columns.index(column), j), of_column[k].estimate
                 values[at], errors[at] = estimate.mean, estimate.total_error
                 parts = [estimate.unknown_at(n) for n in range(len(estimate.mean))]

@@ -4,47 +4,30 @@ The absolute temperature of the contact is T₀ + T: T₀ is `sliding.background
 warmed after the `duration` of the scene, and T is the distribution about T_flash.
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Iterator
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.errors import Estimate, estimate
-from roughsim.estimate.levels import FLASH, Values, product, scaled, with_errors
-from roughsim.estimate.reactions import (
-    LEAST_MEMBERS,
-    Activation,
-    ContactMean,
-    OverContact,
-    bins_of,
-    factor_of,
-    heat_above,
-    log_scale,
-    mean_over_contact,
-    mean_over_slides,
-    of_uniform_temperature,
-    rates,
-    uniform_temperature,
+from roughsim.estimate.asked import (
+    ACTIVATION,
+    CONVERSION,
+    HEAT_ABOVE,
+    RATE,
+    Asked,
+    Contacts,
+    asked_of,
 )
+from roughsim.estimate.levels import FLASH, PIXEL_FALL, Values, scaled, with_errors
+from roughsim.estimate.reactions import law_of_flash, mean_over_contact, mean_over_slides
 from roughsim.estimate.sliding import stretched, warmed
 from roughsim.grid import Array
-from roughsim.observables.record import Sample
-from roughsim.prediction.distribution import ELECTRONVOLT
 from roughsim.results.means import Means
 from roughsim.results.share import has_own_share
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
-from roughsim.scene.reactions import ReactionSection
 
-RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = (
-    "reaction_rate",
-    "activation_temperature",
-    "conversion",
-    "heat_share_above",
-)
 ABOUT = {
     RATE: "energy",
     ACTIVATION: "energy",
@@ -61,31 +44,7 @@ _ASKS = {
 _SOLVER_SHARE = 2.0  # of the tolerance, of temperatures: as of observables that were not measured
 
 
-class Asked(NamedTuple):
-    """An estimate of a reaction at one energy, or of the heat above one temperature."""
-
-    estimate: Estimate
-    energy: float | None = None  # eV
-    temperature: float | None = None  # absolute, K
-
-    @property
-    def key(self) -> tuple[str, float | None, float | None]:
-        """Observable, energy and temperature."""
-        return self.estimate.observable, self.energy, self.temperature
-
-
-class _Contacts(NamedTuple):
-    """The contacts of a column, whose temperatures are scaled to its T_flash."""
-
-    column: str  # of single contacts
-    samples: list[Sample]  # of the levels and of those below, or of slides, and at last `top`
-    top: Sample  # of the highest level, or of the slides at the end of C(q)
-    flash: Values  # reported T_flash, K
-    background: Array  # T₀, absolute, K
-    mean: Callable[[ContactMean], OverContact]  # over these contacts, with its errors
-
-
-def _contacts_of(run: Means, column: str | None) -> _Contacts:
+def _contacts_of(run: Means, column: str | None) -> Contacts:
     """Return the contacts of a column; ValueError if it is missing."""
     solver = {"solver": _SOLVER_SHARE * run.numerics.tolerance}
     if column == SLIDING:
@@ -97,16 +56,21 @@ def _contacts_of(run: Means, column: str | None) -> _Contacts:
         top = stretched(pair.sample, stretch)
         mean = partial(mean_over_slides, pair, stretch)
         flash = with_errors(warmed(flash, warm, run.estimate("heat_partition", SLIDING)), **solver)
-        return _Contacts(run.column(None), [pair.sample, top], top, flash, background, mean)
+        area = run.values("contact_fraction")
+        return Contacts(
+            run.scene, [pair.sample, top], top, flash, area, background, mean, run.sources
+        )
     name = run.column(column)
     pairs = run.pairs(name)
     samples = [
         sample for pair in pairs for sample in (pair.below, pair.sample) if sample is not None
     ]
     end = float(run.scene.spectrum.breaks[-1]) if run.drawn else samples[-1].q_max
-    mean = partial(mean_over_contact, run.scene, name, pairs, end=end)
+    law = law_of_flash(run.scene, name)
+    mean = partial(mean_over_contact, pairs, end=end, law=law, fall=PIXEL_FALL[name])
     flash = with_errors(_with_errors_of_background(run, name), **solver)
-    return _Contacts(name, samples, samples[-1], flash, background_temperature(run, name), mean)
+    area, background = run.values("contact_fraction", name), background_temperature(run, name)
+    return Contacts(run.scene, samples, samples[-1], flash, area, background, mean, run.sources)
 
 
 def _with_errors_of_background(run: Means, column: str) -> Values:
@@ -147,87 +111,11 @@ def asked_estimates(run: Means, column: str | None = None) -> Iterator[Asked]:
 
     ValueError if there is no such column, or no sound realization yet.
     """
-    reaction, observables = run.scene.reaction, run.scene.observables
-    if reaction is None and observables is None:
-        return
-    contacts = _contacts_of(run, column)
-    if reaction is not None:
-        for energy in reaction.activation_energy:
-            for found in _reaction(run, reaction, energy, contacts):
-                yield Asked(found, energy=round(energy / ELECTRONVOLT, 12))
-    if observables is not None:
-        for temperature in observables.heat_above or ():
-            yield Asked(_heat_above(run, temperature, contacts), temperature=temperature)
+    if run.scene.reaction is not None or run.scene.observables is not None:
+        yield from asked_of(_contacts_of(run, column))
 
 
 def background_temperature(run: Means, column: str | None = None) -> Array:
     """Return T₀, absolute, of the surface of the moving body at each speed, K, by the share of heat of a column."""
     start = run.scene.sliding.background_temperature or 0.0
     return start + run.share(column) * prediction.background(run.scene)
-
-
-def _reaction(
-    run: Means, reaction: ReactionSection, energy: float, contacts: _Contacts
-) -> Iterator[Estimate]:
-    """Yield rate and activation temperature at an energy, J, and the conversion in a pass if its length is given."""
-    flash = contacts.flash
-    activation = Activation(energy, reaction.activation_volume, contacts.background)
-    scales = [
-        log_scale(bins_of(sample), factor_of(sample, flash), activation)
-        for sample in contacts.samples
-    ]
-    scale = np.max(scales, axis=0)
-    of_bins = partial(rates, activation=activation, scale=scale)
-    of_mean = partial(uniform_temperature, activation=activation, scale=scale)
-    warm = contacts.mean(ContactMean(of_bins, flash, of_mean))
-    found = warm.values.mean  # continued below absolute zero it is unknown
-    warm = warm._replace(values=warm.values._replace(mean=np.where(found > 0.0, found, np.nan)))
-    if np.isfinite(found).any():
-        over = warm._replace(
-            values=of_uniform_temperature(warm.values, contacts.top, activation, scale)
-        )
-    else:  # without a barrier
-        over = contacts.mean(ContactMean(of_bins, flash))
-    of_contact = scaled(over.values, reaction.prefactor * np.exp(scale))
-    rate = product(of_contact, run.values("contact_fraction", contacts.column))
-    yield _estimate(run, RATE, rate, over)
-    yield _estimate(run, ACTIVATION, warm.values, warm)
-    if reaction.contact_length is not None:
-        yield _conversion(run, rate, over, reaction.contact_length)
-
-
-def _conversion(run: Means, rate: Values, over: OverContact, length: float) -> Estimate:
-    """Return 1 − exp(−k t) of the rate k after the time t that a point spends in a nominal contact of a length, m."""
-    with np.errstate(divide="ignore"):
-        time = length / np.array(run.scene.speeds)
-    with np.errstate(invalid="ignore", over="ignore"):
-        done = rate.mean * time
-        left = np.exp(-done)
-        factor = np.where(np.isinf(time), 0.0, time * left)
-    errors = {name: factor * part for name, part in rate.errors.items()}
-    scatter = {stream: rows * factor for stream, rows in rate.scatter.items()}
-    values = rate._replace(
-        mean=-np.expm1(-done), finest=-np.expm1(-rate.finest * time), errors=errors, scatter=scatter
-    )
-    return _estimate(run, CONVERSION, values, over)
-
-
-def _heat_above(run: Means, temperature: float, contacts: _Contacts) -> Estimate:
-    """Return the share of the heat where the contact is hotter than an absolute temperature, K."""
-    of_bins = partial(heat_above, excess=temperature - contacts.background)
-    over = contacts.mean(ContactMean(of_bins, contacts.flash, by_contact=True))
-    values = over.values._replace(mean=np.clip(over.values.mean, 0.0, 1.0))
-    return _estimate(run, HEAT_ABOVE, values, over)
-
-
-def _estimate(run: Means, observable: str, values: Values, over: OverContact) -> Estimate:
-    """Return an estimate; the scatter of a mean that few members carry is unknown."""
-    note = f"T₀ + T of the contact, with {np.round(over.members, 1).tolist()} effective members over the speeds"
-    found = estimate(observable, values, (note,))
-    statistical = np.where(over.members < LEAST_MEMBERS, np.nan, found.budget["statistical"])
-    return replace(
-        found,
-        budget=found.budget | {"statistical": statistical},
-        speeds=run.scene.speeds,
-        sources=run.sources,
-    )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.errors import RecordError, number
+from roughsim.estimate.asked import Asked
 from roughsim.estimate.errors import Estimate
 from roughsim.estimate.levels import Values
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
@@ -21,7 +22,7 @@ from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_datas
 from roughsim.results.description import Description
 from roughsim.results.means import Means
 from roughsim.results.members import Damaged, Members
-from roughsim.results.reactions import Asked, asked_estimates
+from roughsim.results.reactions import asked_estimates
 from roughsim.scene import Scene
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import Remark

@@ -43,12 +43,28 @@ class Sampler:
                 self.temperatures[k].append(above[pressure > 0.0].astype(np.float32))
                 self.pressures[k].append(pressure[pressure > 0.0].astype(np.float32))
 
+    @property
+    def flash_temperature(self) -> Array:
+        """T_flash of the temperatures taken, all positions together, K, (speeds,)."""
+        pressures, temperatures = self._joined()
+        return np.array(
+            [
+                np.average(hot, weights=heat)
+                for hot, heat in zip(temperatures, pressures, strict=True)
+            ]
+        )
+
     def together(self, flash_temperature: Array) -> Distribution:
         """Return the distribution over all positions together, scaled to a T_flash, (speeds,), K."""
-        pressures, temperatures = (
-            [np.concatenate(rows) for rows in kept] for kept in (self.pressures, self.temperatures)
-        )
+        pressures, temperatures = self._joined()
         return distribution_of(temperatures, pressures, flash_temperature)
+
+    def _joined(self) -> list[list[Array]]:
+        """Return pressures and temperatures of all positions together, by speed."""
+        return [
+            [np.concatenate(rows, dtype=np.float32) for rows in kept]
+            for kept in (self.pressures, self.temperatures)
+        ]
 
 
 def positions(end: int, late: float) -> frozenset[int]:

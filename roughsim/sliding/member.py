@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from roughsim.contact import Contact, Solid
 from roughsim.grid import Array, Grid
 from roughsim.heat.partition import Body
-from roughsim.observables.catalogue import AXIS, CURVES, slid_quantiles
+from roughsim.observables.catalogue import AXIS, CURVES, quantiles_of
 from roughsim.observables.distribution import Bins
 from roughsim.observables.moments import HeatSource
 from roughsim.observables.stress_spectrum import uniform_nodes
@@ -157,7 +157,7 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
     numbers, bins = _means_of(of_steps, path, problem.distances), None
     if samples is not None:
         distribution = samples.together(numbers["sliding_flash_temperature"])
-        numbers |= slid_quantiles(distribution)
+        numbers |= quantiles_of(distribution, "sliding_")
         bins = distribution.bins
     return SlideSolution(
         numbers | coarser,

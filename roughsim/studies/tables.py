@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from roughsim.estimate.reactions import ELECTRONVOLT
 from roughsim.observables.catalogue import UNITS
-from roughsim.prediction.distribution import ELECTRONVOLT
 from roughsim.results.answers import meanings
 from roughsim.results.reactions import ABOUT
 from roughsim.scene.numerics import SLIDING

@@ -8,24 +8,21 @@ z gives ⟨σ(0)σ(r)⟩ − σ₀² the shape of g_σ(r) of that law.
 Source: one step is the clipped random wave of N.F. Berk, Phys. Rev. Lett. 58, 2718 (1987).
 """
 
-from theory.clipped.distribution import BOLTZMANN, Estimate, TemperatureDistribution, form_doubt
-from theory.clipped.field import ClippedField, clipped_field, directed_correlations
+from theory.clipped.drawing import amplitudes, halved, heights, ranked
+from theory.clipped.field import ClippedField, clipped_field, directed_correlations, law_of
 from theory.clipped.products import PAIRS, Correlations, Products, products
-from theory.clipped.sliding import sliding_temperature_distribution
-from theory.clipped.temperatures import temperature_distribution
 
 __all__ = [
-    "BOLTZMANN",
     "PAIRS",
     "ClippedField",
     "Correlations",
-    "Estimate",
     "Products",
-    "TemperatureDistribution",
+    "amplitudes",
     "clipped_field",
     "directed_correlations",
-    "form_doubt",
+    "halved",
+    "heights",
+    "law_of",
     "products",
-    "sliding_temperature_distribution",
-    "temperature_distribution",
+    "ranked",
 ]

@@ -68,6 +68,10 @@ class ClippedField:
         rising = np.append(0.0, np.cumsum(self.heights))
         return np.asarray(rising[np.searchsorted(self.levels, value)])
 
+    def ascending(self, count: int) -> Array:
+        """Return the pressures of so many equal shares of the area, Pa, ascending."""
+        return self.pressure(scipy.special.ndtri((np.arange(count) + 0.5) / count))
+
     def angles(self) -> Array:
         """Return θ(r) = arccos ρ at each `distance`; π where contacts avoid one another more than any ρ allows."""
         of_angle = self.products

@@ -1,0 +1,149 @@
+"""What a scene asks of the contacts of a column: rates of reactions, activation temperatures, the share of hot heat.
+
+The absolute temperature of the contact is T₀ + T: T₀ is `sliding.background_temperature`, plus what the surface has
+warmed after the `duration` of the scene, and T is the distribution about T_flash.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from roughsim.estimate.errors import SOURCES, Estimate, estimate
+from roughsim.estimate.levels import Values, product, scaled
+from roughsim.estimate.reactions import (
+    ELECTRONVOLT,
+    LEAST_MEMBERS,
+    Activation,
+    ContactMean,
+    OverContact,
+    bins_of,
+    factor_of,
+    heat_above,
+    log_scale,
+    of_uniform_temperature,
+    rates,
+    uniform_temperature,
+)
+from roughsim.grid import Array
+from roughsim.observables.record import Sample
+from roughsim.scene import Scene
+from roughsim.scene.reactions import ReactionSection
+
+RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = (
+    "reaction_rate",
+    "activation_temperature",
+    "conversion",
+    "heat_share_above",
+)
+
+
+class Asked(NamedTuple):
+    """An estimate of a reaction at one energy, or of the heat above one temperature."""
+
+    estimate: Estimate
+    energy: float | None = None  # eV
+    temperature: float | None = None  # absolute, K
+
+    @property
+    def about(self) -> dict[str, float]:
+        """Energy or temperature, whichever it has."""
+        both = {"energy": self.energy, "temperature": self.temperature}
+        return {name: value for name, value in both.items() if value is not None}
+
+    @property
+    def key(self) -> tuple[str, float | None, float | None]:
+        """Observable, energy and temperature."""
+        return self.estimate.observable, self.energy, self.temperature
+
+
+class Contacts(NamedTuple):
+    """The contacts of a column, whose temperatures are scaled to its T_flash."""
+
+    scene: Scene
+    samples: list[Sample]  # of the levels and of those below, or of slides, and at last `top`
+    top: Sample  # of the highest level, or of the slides at the end of C(q)
+    flash: Values  # reported T_flash, K
+    area: Values  # A/A₀
+    background: Array  # T₀, absolute, K
+    mean: Callable[[ContactMean], OverContact]  # over these contacts, with its errors
+    sources: Mapping[str, str] = SOURCES  # the parts of an error, in words
+
+
+def asked_of(contacts: Contacts) -> Iterator[Asked]:
+    """Yield the estimates that [reaction] and `heat_above` of a scene ask for, over its speeds."""
+    reaction, observables = contacts.scene.reaction, contacts.scene.observables
+    if reaction is not None:
+        for energy in reaction.activation_energy:
+            for found in _reaction(contacts, reaction, energy):
+                yield Asked(found, energy=round(energy / ELECTRONVOLT, 12))
+    if observables is not None:
+        for temperature in observables.heat_above or ():
+            yield Asked(_heat_above(contacts, temperature), temperature=temperature)
+
+
+def _reaction(contacts: Contacts, reaction: ReactionSection, energy: float) -> Iterator[Estimate]:
+    """Yield rate and activation temperature at an energy, J, and the conversion in a pass if its length is given."""
+    flash = contacts.flash
+    activation = Activation(energy, reaction.activation_volume, contacts.background)
+    scales = [
+        log_scale(bins_of(sample), factor_of(sample, flash), activation)
+        for sample in contacts.samples
+    ]
+    scale = np.max(scales, axis=0)
+    of_bins = partial(rates, activation=activation, scale=scale)
+    of_mean = partial(uniform_temperature, activation=activation, scale=scale)
+    warm = contacts.mean(ContactMean(of_bins, flash, of_mean))
+    found = warm.values.mean  # continued below absolute zero it is unknown
+    warm = warm._replace(values=warm.values._replace(mean=np.where(found > 0.0, found, np.nan)))
+    if np.isfinite(found).any():
+        over = warm._replace(
+            values=of_uniform_temperature(warm.values, contacts.top, activation, scale)
+        )
+    else:  # without a barrier
+        over = contacts.mean(ContactMean(of_bins, flash))
+    of_contact = scaled(over.values, reaction.prefactor * np.exp(scale))
+    rate = product(of_contact, contacts.area)
+    yield _estimate(contacts, RATE, rate, over)
+    yield _estimate(contacts, ACTIVATION, warm.values, warm)
+    if reaction.contact_length is not None:
+        yield _conversion(contacts, rate, over, reaction.contact_length)
+
+
+def _conversion(contacts: Contacts, rate: Values, over: OverContact, length: float) -> Estimate:
+    """Return 1 − exp(−k t) of the rate k after the time t that a point spends in a nominal contact of a length, m."""
+    with np.errstate(divide="ignore"):
+        time = length / np.array(contacts.scene.speeds)
+    with np.errstate(invalid="ignore", over="ignore"):
+        done = rate.mean * time
+        left = np.exp(-done)
+        factor = np.where(np.isinf(time), 0.0, time * left)
+    errors = {name: factor * part for name, part in rate.errors.items()}
+    scatter = {stream: rows * factor for stream, rows in rate.scatter.items()}
+    values = rate._replace(
+        mean=-np.expm1(-done), finest=-np.expm1(-rate.finest * time), errors=errors, scatter=scatter
+    )
+    return _estimate(contacts, CONVERSION, values, over)
+
+
+def _heat_above(contacts: Contacts, temperature: float) -> Estimate:
+    """Return the share of the heat where the contact is hotter than an absolute temperature, K."""
+    of_bins = partial(heat_above, excess=temperature - contacts.background)
+    over = contacts.mean(ContactMean(of_bins, contacts.flash, by_contact=True))
+    values = over.values._replace(mean=np.clip(over.values.mean, 0.0, 1.0))
+    return _estimate(contacts, HEAT_ABOVE, values, over)
+
+
+def _estimate(contacts: Contacts, observable: str, values: Values, over: OverContact) -> Estimate:
+    """Return an estimate; the scatter of a mean that few members carry is unknown."""
+    note = f"T₀ + T of the contact, with {np.round(over.members, 1).tolist()} effective members over the speeds"
+    found = estimate(observable, values, (note,))
+    statistical = np.where(over.members < LEAST_MEMBERS, np.nan, found.budget["statistical"])
+    return replace(
+        found,
+        budget=found.budget | {"statistical": statistical},
+        speeds=contacts.scene.speeds,
+        sources=contacts.sources,
+    )

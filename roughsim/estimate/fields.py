@@ -1,0 +1,253 @@
+"""Estimates of the column calibrated: quantiles and reactions of contacts that the law draws, with all their errors.
+
+The contacts are members without a solver (`roughsim.prediction.fields`), and are averaged as members are. Two parts
+of the error are their own: "form", as solved contacts are evener than the fields, the slower the more, and "law".
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import lru_cache, partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roughsim import prediction
+from roughsim.estimate.asked import Asked, Contacts, asked_of
+from roughsim.estimate.errors import Estimate, estimate
+from roughsim.estimate.ladder import Pair, climb
+from roughsim.estimate.levels import FLASH, Values, scaled
+from roughsim.estimate.reactions import (
+    ContactMean,
+    OverContact,
+    bins_of,
+    mean_over_contact,
+    mean_over_slides,
+    rest_of,
+)
+from roughsim.estimate.sliding import HOT, sliding_quantile, stretch_of, stretched
+from roughsim.grid import Array
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.distribution import BIN_AREAS, LEVELS
+from roughsim.observables.record import Sample, ratio
+from roughsim.prediction.fields import FrozenFields
+from roughsim.prediction.values import Predicted
+from roughsim.scene import Scene
+
+QUANTILES = tuple(name for name, record in OBSERVABLES.items() if record.asked)
+_FURTHEST = 2.0  # steps of the cut-off, to twice as high a one, by which fields are continued
+# of `form_doubt`: at 1, its fall, least and most. Set on 29 contacts that were drawn by chance, tested on 13 others
+# (experiments/reactions.py)
+_AT_ONE, _PER_E_FOLD, _DOUBTS = 0.17, 0.02, (0.06, 0.24)
+_OF_SLIDES = 0.15  # chosen wide: beside solved slides .11 rms, at most .3, at 99 % (experiments/sliding_reactions.py)
+_SHIFT = 1.4  # of all temperatures, over T_flash and the doubt: contact that the law lacks is cold
+
+
+class Drawn(NamedTuple):
+    """Contacts that the law draws, as a column; temperatures are with all their heat in the moving body."""
+
+    samples: tuple[
+        Sample, ...
+    ]  # lowest cut-off first; of slides the second is continued to all of C(q)
+    flash: Values  # T_flash of the law, K
+    quantile: Callable[[str], Values]  # by its name
+    mean: Callable[
+        [ContactMean], OverContact
+    ]  # over these contacts, at the T_flash of its argument
+
+
+def form_doubt(peclet_number: ArrayLike) -> Array:
+    """Return how far T/T_flash is in doubt by the form of the fields at v h_rms/(D h′), dimensionless."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.clip(_AT_ONE - _PER_E_FOLD * np.log(peclet_number), *_DOUBTS))
+
+
+def by_law(value: Array, band: float, part: str = "bandwidth") -> Values:
+    """Return T_flash, K, or the contact area of the law with its relative error; `part` is that of their contacts."""
+    nothing = np.zeros_like(value)
+    return Values(value, value, {}, {part: nothing, "form": nothing, "law": band * value})
+
+
+def drawn_frozen(fields: FrozenFields, end: float, flash: Values, doubt: Array | float) -> Drawn:
+    """Return frozen contacts as a column; `end` of C(q), rad/m, `doubt` by their form, 0 of solved ones."""
+    samples = fields.samples
+    pairs = [
+        Pair(level, 0, sample, samples[level - 1] if level else None)
+        for level, sample in enumerate(samples)
+    ]
+    nothing = np.zeros_like(flash.mean)
+
+    def law(_: tuple[float, ...]) -> Array:
+        """The temperature below which a share of the heat is set free is linear in T_flash; here it is over T_flash."""
+        below, high, last = fields.flash
+        with np.errstate(all="ignore"):
+            steps = np.clip(np.nan_to_num((last - high) / (high - below)), 0.0, _FURTHEST)
+        growth = steps * below / (high + steps * (high - below))
+        return np.stack([nothing, nothing + 1.0, 1.0 + growth])
+
+    def over_flash(sample: Sample, name: str) -> Array:
+        return ratio(sample.numbers[name], sample.numbers[FLASH])
+
+    by_heat = [climb(partial(over_flash, name=name), pairs) for name in QUANTILES[: len(LEVELS)]]
+    tops = np.array([rungs[-1].mean.value for rungs in by_heat])
+    rests = np.array([rest_of(rungs, end, law)[0].value for rungs in by_heat])
+
+    def quantile(name: str) -> Values:
+        top = climb(partial(over_flash, name=name), pairs)[-1].mean
+        # points of one temperature change together, by heat and by area: once all has yielded both are equal
+        columns = zip(top.value, tops.T, rests.T, strict=True)
+        rest = np.array([np.interp(*column) for column in columns])
+        value = top.value + rest
+        errors = {
+            "bandwidth": flash.mean * np.abs(rest),
+            "form": flash.mean
+            * _by_form(lambda s: over_flash(s, name).mean(axis=0), samples[-1], doubt),
+            "law": flash.errors["law"] * np.abs(value),
+        }
+        finest, scatter = flash.mean * top.value, top.times(flash.mean).scatter
+        return Values(flash.mean * value, finest, scatter, errors)
+
+    def mean(of_level: ContactMean) -> OverContact:
+        found = mean_over_contact(pairs, of_level, end, law, None)
+        return _with_form(found, _by_form(of_level.value, samples[-1], doubt))
+
+    return Drawn(samples, flash, quantile, mean)
+
+
+def drawn_slides(sample: Sample, flash: Values, stretch: Array) -> Drawn:
+    """Return slides as a column, of which temperatures about T_flash grow by `stretch` up to the end of C(q)."""
+    pair = Pair(0, 0, sample, None)
+
+    def quantile(name: str) -> Values:
+        def values(numbers: Mapping[str, Array]) -> Values:
+            return sliding_quantile(flash, name, dict(numbers), 0, stretch)
+
+        found = values(sample.numbers)
+        form = _by_form(lambda s: values(s.numbers).mean, sample, _OF_SLIDES)
+        return found._replace(errors=found.errors | {"form": form})
+
+    def mean(of_level: ContactMean) -> OverContact:
+        found = mean_over_slides(pair, stretch, of_level)
+        form = _by_form(lambda s: of_level.value(stretched(s, stretch)), sample, _OF_SLIDES)
+        return _with_form(found, form)
+
+    return Drawn((sample, stretched(sample, stretch)), flash, quantile, mean)
+
+
+def _with_form(found: OverContact, form: Array) -> OverContact:
+    """Return a mean over the contact with its error by the form of the fields."""
+    return found._replace(values=found.values._replace(errors=found.values.errors | {"form": form}))
+
+
+def _by_form(value: Callable[[Sample], Array], sample: Sample, doubt: Array | float) -> Array:
+    """Return the error of a value by the form of the fields, whose changes add as squares."""
+    plain = value(sample)
+    changes = [value(other) - plain for other in _doubted(sample, doubt)]
+    return np.asarray(np.sqrt(sum(np.square(change) for change in changes)))
+
+
+def _doubted(sample: Sample, doubt: Array | float) -> Iterator[Sample]:
+    """Yield samples as far from a given one as its form is in doubt, 95 %, with the same T_flash.
+
+    At the distance x from T_flash, over T_flash, the hotter, or the colder points, are nearer to it by `doubt`·x^(3/2);
+    or all are hotter by 1.4 `doubt`.
+    """
+    flash, bins = sample.numbers[FLASH].mean(axis=0), bins_of(sample)
+    hot = {name: values for name, values in sample.numbers.items() if "quantile" in name}
+    apart = np.broadcast_to(doubt, flash.shape)
+    over = bins.temperature / flash[:, None]
+    heat = BIN_AREAS * bins.pressure
+    for side in (1.0, -1.0):
+        evened = _evened(over, apart[:, None], side)
+        # they have another mean, but T_flash is given
+        unit = flash / ((heat * evened).sum(axis=(0, 2)) / (heat * over).sum(axis=(0, 2)))
+        numbers = {
+            name: unit * _evened(values / flash, apart, side) for name, values in hot.items()
+        }
+        yield replace(
+            sample,
+            numbers=sample.numbers | numbers,
+            bins=bins._replace(temperature=unit[:, None] * evened),
+        )
+    warmer = 1.0 + _SHIFT * apart
+    yield replace(
+        sample,
+        numbers=sample.numbers | {name: warmer * values for name, values in hot.items()},
+        bins=bins._replace(temperature=warmer[:, None] * bins.temperature),
+    )
+
+
+def _evened(ratio: Array, doubt: Array, side: float) -> Array:
+    """Return T/T_flash with the hotter points, `side` 1, or the colder ones, −1, nearer to 1."""
+    excess = ratio - 1.0
+    with np.errstate(divide="ignore"):  # further out all come to the same: the order stays
+        apart = np.minimum(np.abs(excess), 4.0 / 9.0 / doubt**2)
+    nearer = 1.0 + np.sign(excess) * (apart - doubt * apart**1.5)
+    return np.where(side * excess > 0.0, nearer, ratio)
+
+
+@lru_cache(maxsize=16)
+def _frozen(scene: Scene) -> Drawn | None:
+    """Return the drawn contacts of a scene that slide frozen; None where it has none."""
+    fields = prediction.frozen_fields(scene)
+    if fields is None:
+        return None
+    speeds = np.array(scene.speeds)
+    flash = prediction.calibrated_over_speed(scene, speeds)[FLASH]
+    length = scene.spectrum.rms_height / scene.spectrum.rms_slope
+    doubt = form_doubt(speeds * length / prediction.conduction(scene).diffusivity)
+    band = prediction.calibrated(scene).errors[FLASH]
+    end = float(scene.spectrum.breaks[-1])
+    return drawn_frozen(fields, end, by_law(flash, band), doubt)
+
+
+@lru_cache(maxsize=4)
+def _slid(scene: Scene) -> Drawn | None:
+    """Return the drawn slides of a scene; None where it has none."""
+    sample, frozen = prediction.slid_fields(scene), _frozen(scene)
+    slid = prediction.sliding_prediction(scene)
+    if sample is None or frozen is None or slid is None:
+        return None
+    flash = by_law(slid.flash_temperature, prediction.sliding_error(scene), "slide")
+    stretch = stretch_of(frozen.flash, frozen.quantile(HOT), frozen.samples[0])
+    return drawn_slides(sample, flash, stretch)
+
+
+def quantiles(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
+    """Return each quantile of the temperature, K, with all heat in the moving body; empty where there is none.
+
+    `sliding` is of two bodies that slide, with the moving body's own share of the heat.
+    """
+    drawn = _slid(scene) if sliding else _frozen(scene)
+    if drawn is None:
+        return {}
+    return {
+        name: replace(estimate(name, drawn.quantile(name)), speeds=scene.speeds)
+        for name in QUANTILES
+    }
+
+
+def asked(scene: Scene, *, sliding: bool = False) -> list[Asked]:
+    """Return reactions and the share of hot heat that a scene asks for, with its share of the heat; empty without."""
+    drawn = _slid(scene) if sliding else _frozen(scene)
+    law = prediction.calibrated(scene)
+    if drawn is None or law.stress_spectrum is None:
+        return []
+    start = scene.sliding.background_temperature or 0.0
+    share, warm = np.ones(len(scene.speeds)), np.zeros(len(scene.speeds))
+    slid = prediction.sliding_prediction(scene) if sliding else None
+    if slid is None:
+        share = prediction.calibrated_share(scene)
+        warm = share * prediction.background(scene)
+    elif scene.sliding.duration is not None:
+        warm = slid.contact_temperature - slid.flash_temperature
+    area = by_law(np.full(1, law.stress_spectrum.contact_fraction), law.errors["contact_fraction"])
+    flash = scaled(drawn.flash, share)
+    samples = [*drawn.samples]
+    return [*asked_of(Contacts(scene, samples, samples[-1], flash, area, start + warm, drawn.mean))]
+
+
+def calibrated_predictions(scene: Scene) -> Predicted:
+    """Return every observable by the calibrated law, quantiles of the temperature among them; NaN where unknown."""
+    found = {name: one.mean for name, one in quantiles(scene).items()}
+    return prediction.calibrated_predictions(scene).with_known(found)

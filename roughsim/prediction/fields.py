@@ -1,0 +1,295 @@
+"""Contacts that the calibrated law draws, without a solver: a source of members, measured by the stages of members.
+
+Clipped Gaussian fields (`theory.clipped`) have the distribution and the power of the pressure of the law. They give
+T/T_flash; T_flash itself is that of the law. Fields for frozen contact come on two grids, with the same long waves, so
+that temperatures are continued to all of C(q) as along the levels of a run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from math import inf, pi, sqrt
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import theory
+from roughsim.contact import Contact
+from roughsim.grid import Array, Grid
+from roughsim.heat.partition import Body
+from roughsim.observables.catalogue import quantiles_of
+from roughsim.observables.distribution import Bins, Distribution
+from roughsim.observables.record import Sample
+from roughsim.prediction.bodies import conduction, friction_coefficient, load_arguments
+from roughsim.prediction.law import calibrated
+from roughsim.prediction.sliding import moving_roughness
+from roughsim.scene import Scene
+from roughsim.scene.model import Layers
+from roughsim.scene.numerics import SLIDING
+from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
+
+if TYPE_CHECKING:  # slow to import, as the stages below
+    from roughsim.observables.moments import HeatSource
+    from roughsim.sliding.stepping import Motion
+
+_PIXELS = 4  # along the shortest wave
+_WAVES, _POINTS, _FIELDS = 4, 512, 8  # longest waves and points along a side of frozen contact
+# of two faces: long waves leave few short ones room, and many are slow
+_SLID_WAVES, _SLID_POINTS, _SLID_FIELDS = (2.0, 8.0), 128, 4
+_FINEST, _LEAST_STEPS = 512, 4  # points of slides that are short, and pixels of these
+_FURTHEST = 6.0  # lengths of the cell that are slid: further counts as that
+_AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
+
+
+class Solid(NamedTuple):
+    """E*, σ₀ and σ_P of a contact, Pa; elastic without σ_P."""
+
+    effective_modulus: float
+    nominal_pressure: float
+    penetration_hardness: float | None
+
+
+class FrozenFields(NamedTuple):
+    """Drawn contacts up to one cut-off, or two on the same surfaces, and T_flash of the law."""
+
+    samples: tuple[Sample, ...]  # lowest cut-off first
+    flash: Array  # K, up to each cut-off and over all of C(q), (samples + 1, speeds)
+
+
+def heat_source(scene: Scene) -> HeatSource:
+    """Return the frictional heat of a scene, all of it in the moving body."""
+    from roughsim.observables.moments import HeatSource  # loads the transforms
+
+    bodies, layers = conduction(scene), scene.layers[0]
+    return HeatSource(
+        speeds=[speed or _AT_REST for speed in scene.speeds],
+        friction_coefficient=friction_coefficient(scene).tolist(),
+        conductivity=bodies.conductivity.tolist(),
+        diffusivity=bodies.diffusivity.tolist(),
+        skin=layers.skin,
+        heat_depth=layers.heat_depth,
+    )
+
+
+@lru_cache(maxsize=16)  # .7 s at three speeds, in each table of a comparison
+def frozen_fields(scene: Scene) -> FrozenFields | None:
+    """Return drawn contacts of a scene that slide frozen.
+
+    None where a scene does not ask for the distribution of the temperature, the moving body has a skin or is heated in
+    depth, or the calibrated law does not hold for all of C(q) and for its part in the fields.
+    """
+    if not _has_fields(scene, 0):
+        return None
+    try:
+        return draw_frozen(
+            scene.spectrum, _solid(scene), heat_source(scene), scene.numerics.slid_distance
+        )
+    except ValueError:  # the law does not hold for C(q) up to the shortest wave of the fields
+        return None
+
+
+@lru_cache(maxsize=4)  # seconds at each speed
+def slid_fields(scene: Scene) -> Sample | None:
+    """Return drawn pairs of faces of a scene that slide over one another, with the temperatures of the moving body.
+
+    None as for `frozen_fields`, here of both bodies, or if the scene does not slide or slides less than a few pixels.
+    """
+    if scene.sliding.history != SLIDING or not (_has_fields(scene, 0) and _has_fields(scene, 1)):
+        return None
+    from roughsim.sliding.stepping import Motion
+
+    bodies = conduction(scene)
+    speeds = np.array(scene.speeds)
+    constants = np.stack([bodies.conductivity, bodies.diffusivity, bodies.counter_conductivity])
+    rows = np.stack([speeds, friction_coefficient(scene), *constants, bodies.counter_diffusivity])
+    motions = [
+        Motion(speed, friction, Body(*moving), Body(*resting), distance)
+        for (speed, friction, *each), distance in zip(
+            rows.T.tolist(), scene.sliding.distances, strict=True
+        )
+        for moving, resting in [(each[:2], each[2:])]
+    ]
+    try:
+        return draw_slides(scene.spectrum, _solid(scene), motions, moving_roughness(scene))
+    except (ValueError, ArithmeticError):  # as above, or the bodies do not come to one temperature
+        return None
+
+
+def _has_fields(scene: Scene, body: int) -> bool:
+    """Whether a scene asks for fields, and the law and a bare body allow them."""
+    asks = scene.distribution and calibrated(scene).stress_spectrum is not None
+    return asks and scene.layers[body] == Layers()
+
+
+def _solid(scene: Scene) -> Solid:
+    hardness = None if scene.elastic else scene.penetration_hardness
+    return Solid(**load_arguments(scene), penetration_hardness=hardness)
+
+
+def draw_frozen(
+    spectrum: Spectrum,
+    solid: Solid,
+    source: HeatSource,
+    slid_distance: float | None = None,
+    *,
+    points: int = _POINTS,
+    fields: int = _FIELDS,
+    seed: int = 0,
+) -> FrozenFields:
+    """Draw contacts of C(q) up to waves of four pixels, and the same up to half of that if C(q) goes on beyond it.
+
+    They slide from rest over `slid_distance`, m, at most half of the cell: older heat is even, and left out.
+    ValueError where the law does not hold.
+    """
+    longest, end = float(spectrum.breaks[0]), float(spectrum.breaks[-1])
+    length = 2 * pi * _WAVES / longest
+    slid = min(slid_distance or inf, length / 2)
+    rng = np.random.default_rng(seed)
+    white = [rng.standard_normal((points, points)) for _ in range(fields)]
+    samples, laws = [], []
+    for count in (points // 2, points):
+        q_max = longest * count / (_WAVES * _PIXELS)
+        if count < points and q_max >= end:
+            continue
+        cut = TruncatedSpectrum(spectrum, min(q_max, end))
+        noise = white if count == points else [theory.clipped.halved(waves) for waves in white]
+        rows = [
+            _measured(pressure, length, source, slid)
+            for pressure in _contacts(cut, solid, noise, length)
+        ]
+        samples.append(_sample(cut.breaks[-1], count, rows))
+        laws.append(cut)
+    flash = [_flash_of_law(law, solid, source) for law in (*laws, spectrum)]
+    return FrozenFields(tuple(samples), np.array(flash))
+
+
+def _contacts(
+    spectrum: Spectrum, solid: Solid, white: Sequence[Array], length: float
+) -> Iterator[Array]:
+    """Yield the pressure of drawn contacts in a cell of this side, m, for each field of white noise."""
+    field = theory.clipped.clipped_field(spectrum, **solid._asdict())
+    points = white[0].shape[0]
+    amplitude, _ = theory.clipped.amplitudes(field, points, length)
+    ascending = field.ascending(points**2)
+    for noise in white:
+        yield theory.clipped.ranked(theory.clipped.heights(amplitude, noise), ascending)
+
+
+def _measured(
+    pressure: Array, length: float, source: HeatSource, slid_distance: float
+) -> tuple[Array, Distribution]:
+    """Return T_flash of a contact by its own field of temperature, K, and the distribution about it."""
+    from roughsim.observables.temperatures import Slide, contact_fields, distribution_of, own_flash
+
+    grid = Grid((len(pressure), len(pressure)), (length, length))
+    hot = contact_fields(pressure, grid, source, Slide(slid_distance=slid_distance))
+    heat = pressure[pressure > 0.0]
+    flash = own_flash(hot, heat, float(pressure.mean()), source)
+    return flash, distribution_of(hot, [heat] * len(hot), flash)
+
+
+def _flash_of_law(spectrum: Spectrum, solid: Solid, source: HeatSource) -> Array:
+    """Return T_flash of the calibrated law, K, (speeds,)."""
+    law = theory.clipped.law_of(spectrum, **solid._asdict())
+    constants = source.friction_coefficient, source.conductivity, source.diffusivity
+    return np.array(
+        [
+            theory.flash.flash_temperature(
+                speed,
+                stress_spectrum=law,
+                nominal_pressure=solid.nominal_pressure,
+                friction_coefficient=friction,
+                conductivity=conductivity,
+                diffusivity=diffusivity,
+            )
+            for speed, friction, conductivity, diffusivity in np.broadcast(
+                source.speeds, *constants
+            )
+        ]
+    )
+
+
+def draw_slides(
+    spectrum: Spectrum,
+    solid: Solid,
+    motions: Sequence[Motion],
+    moving_part: float,
+    *,
+    points: int = _SLID_POINTS,
+    fields: int = _SLID_FIELDS,
+    seed: int = 0,
+) -> Sample:
+    """Draw pairs of faces, and slide one over the other as members slide, but with contacts that are drawn.
+
+    z = √(1 − f) z₁(x) + √f z₂(x + s), f the `moving_part` of C(q), s the slid distance. C(q) is drawn up to 16 q_min.
+    ValueError where the law does not hold, or if a slide is too short; ConvergenceError as a member.
+    """
+    from roughsim.sliding.distribution import Sampler
+    from roughsim.sliding.history import LAST
+    from roughsim.sliding.path import oblique_path, pixel_of_path
+    from roughsim.sliding.stepping import walk
+
+    longest, end = float(spectrum.breaks[0]), float(spectrum.breaks[-1])
+    waves = min(max(points / _PIXELS * longest / end, _SLID_WAVES[0]), _SLID_WAVES[1])
+    length = 2 * pi * waves / longest
+    cut = TruncatedSpectrum(spectrum, min(longest * points / (_PIXELS * waves), end))
+    distances = np.minimum([motion.slid_distance for motion in motions], _FURTHEST * length)
+    grid = Grid((points, points), (length, length))
+    while distances.min() < _LEAST_STEPS * pixel_of_path(grid):
+        if grid.shape[0] >= _FINEST:
+            raise ValueError(f"slid_distance = {distances.min():.4g} m is too short")
+        grid = Grid((2 * grid.shape[0], 2 * grid.shape[1]), grid.lengths)
+    path = oblique_path(grid, float(distances.max()))
+    field = theory.clipped.clipped_field(cut, **solid._asdict())
+    amplitude, _ = theory.clipped.amplitudes(field, grid.shape[0], length)
+    ascending = field.ascending(grid.points)
+    rng, rows = np.random.default_rng(seed), []
+    for _ in range(fields):
+        still, riding = (
+            theory.clipped.heights(amplitude, rng.standard_normal(grid.shape)) for _ in range(2)
+        )
+        contacts = _along(
+            path.offsets, sqrt(1 - moving_part) * still, sqrt(moving_part) * riding, ascending
+        )
+        sampler = Sampler(grid, np.rint(distances / path.distance[1]).astype(int).tolist(), LAST)
+        for n, step in enumerate(walk(contacts, grid, path, motions)):
+            if n > 0:
+                sampler.add(n, step)
+        rows.append((sampler.flash_temperature, sampler.together(sampler.flash_temperature)))
+    return _sample(cut.breaks[-1], grid.shape[0], rows, "sliding_")
+
+
+def _along(offsets: ArrayLike, still: Array, riding: Array, ascending: Array) -> Iterator[Contact]:
+    """Yield the drawn contact at each position of a face that rides over one that is still."""
+    contact = None
+    for offset in np.asarray(offsets):
+        if contact is None or riding.any():
+            z = still + np.roll(riding, -offset, axis=(0, 1))
+            pressure = theory.clipped.ranked(z, ascending)
+            share = float((pressure > 0.0).mean())
+            contact = Contact(pressure, np.zeros_like(pressure), share, 0.0, 0.0, 0, 0.0)
+        yield contact
+
+
+def _sample(
+    q_max: float, points: int, rows: Sequence[tuple[Array, Distribution]], prefix: str = ""
+) -> Sample:
+    """Return what members would have stored: their T_flash, quantiles and bins; no stress spectra."""
+    stored = [
+        dict.fromkeys(("flash_temperature", f"{prefix}flash_temperature"), flash)
+        | quantiles_of(distribution, prefix)
+        for flash, distribution in rows
+    ]
+    bins = zip(*(distribution.bins for _, distribution in rows), strict=True)
+    return Sample(
+        q_max,
+        float(points),
+        np.arange(len(rows)),
+        {name: np.array([row[name] for row in stored]) for name in stored[0]},
+        np.empty(0),
+        np.empty((len(rows), 0)),
+        0.0,
+        bins=Bins(*map(np.array, bins)),
+    )
