@@ -5,7 +5,7 @@
 The contacts were drawn by chance, and their list was committed before any was solved; nothing in the form of the theory
 was fitted to them. `--draw` writes the list again. They are of four kinds: light load, where all has yielded (kind L),
 yielded in part (P), nearly elastic (N), and without a hardness (E). The part "first" was there when the theory got its
-form. "band" was solved to set `TemperatureDistribution.doubt`, "judge" to test it and for nothing else.
+form. "band" was solved to set `fields.form_doubt`, "judge" to test it and for nothing else.
 
 `--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces, with four longest waves a
 side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are over T_flash. Rates
@@ -22,7 +22,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from math import exp, inf, log, pi
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from figures.style import BLUE, GREEN, ORANGE, PINK, legend_below, new_figure
@@ -30,8 +30,16 @@ from reference.pairs import level_at, rounded
 from script import Command, Row, Rows, show_on_pages, write_evidence
 
 import roughsim as rs
+from roughsim.estimate import fields
+from roughsim.estimate.asked import of_reaction
+from roughsim.estimate.errors import estimate
+from roughsim.estimate.fields import by_law, drawn_frozen, form_doubt
+from roughsim.estimate.reactions import BOLTZMANN, ELECTRONVOLT
 from roughsim.observables.distribution import LEVELS
+from roughsim.observables.moments import HeatSource
 from roughsim.planning.realization import slide_problem
+from roughsim.prediction.fields import FrozenFields, Solid, draw_frozen, measured, sample_of
+from roughsim.scene.reactions import ReactionSection
 from roughsim.sliding.member import solve_slide
 from theory import clipped
 from theory.yielding import ELASTIC_BANDS
@@ -44,11 +52,9 @@ MEMBERS = 6
 DIFFUSIVITY = 7.6e-6  # m²/s
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999)
 ENERGIES = (0.6, 1.0, 1.5)  # eV
-ELECTRONVOLT = 1.602176634e-19  # J
 BACKGROUND, FLASH = 700.0, 220.0  # K
 COLOURS = {"L": BLUE, "P": ORANGE, "N": GREEN, "E": PINK}
 AREA = ELASTIC_BANDS["contact_fraction"]
-HEAT = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": DIFFUSIVITY}
 
 
 @dataclass(frozen=True)
@@ -123,46 +129,55 @@ class Drawn:
             self.level, self.hurst, q_min, self.plateau * q_min, 2 * pi * points / CELL / 4
         )
 
-    def theory(
-        self, points: int | None = None, fields: int = 16
-    ) -> clipped.TemperatureDistribution:
-        """Return the distribution of drawn fields."""
-        speeds, points = list(self.part.speeds.values()), points or self.part.points
-        return clipped.temperature_distribution(
-            speeds, self.spectrum(points), **self.solid(), **HEAT, points=points, fields=fields
-        )
+    @property
+    def source(self) -> HeatSource:
+        """The heat of all of its speeds."""
+        return HeatSource([*self.part.speeds.values()], 1.0, 1.0, DIFFUSIVITY)
 
-    def solve(
-        self, points: int | None = None, members: int = MEMBERS
-    ) -> clipped.TemperatureDistribution:
-        """Return the distribution of solved contacts of drawn surfaces."""
+    def theory(self, points: int | None = None, fields: int = 16) -> Found:
+        """Return drawn fields."""
+        points = points or self.part.points
+        spectrum = self.spectrum(points)
+        solid = Solid(**self.solid())
+        drawn = draw_frozen(spectrum, solid, self.source, points=points, fields=fields)
+        law = clipped.law_of(spectrum, **self.solid())
+        length = spectrum.rms_height / spectrum.rms_slope
+        doubt = form_doubt(np.array(self.source.rates) * length)
+        return Found(drawn.flash[-1], law.contact_fraction, column_of(drawn, spectrum, doubt))
+
+    def solve(self, points: int | None = None, members: int = MEMBERS) -> Found:
+        """Return solved contacts of drawn surfaces."""
         points = points or self.part.points
         grid = rs.Grid((points, points), (CELL, CELL))
         solid = rs.Solid(MODULUS, inf if self.hardness is None else self.hardness)
         spawned = ord(self.name[0]), int(self.name[1:])
-        streams = np.random.SeedSequence(FIRST.seed, spawn_key=spawned).spawn(members)
-        kelvins, pressures, numbers, area = [], [], [], 0.0
-        for n, stream in enumerate(streams):
+        rows, area = [], 0.0
+        for stream in np.random.SeedSequence(FIRST.seed, spawn_key=spawned).spawn(members):
             heights = rs.synthesize(self.spectrum(points), grid, np.random.default_rng(stream))
             pressure = rs.solve_contact(
                 heights, grid, solid, nominal_pressure=self.pressure, tolerance=1e-4
             ).pressure
-            touching = pressure > 0.0
-            fields = [
-                rs.sliding_temperature(
-                    v * pressure, grid, speed=v, conductivity=1.0, diffusivity=DIFFUSIVITY
-                )
-                for v in self.part.speeds.values()
-            ]
-            kelvins.append(np.stack([field[touching] for field in fields]))
-            pressures.append(pressure[touching])
-            numbers.append(np.full(pressures[-1].size, n))
-            area += touching.mean() / members
-        kelvin, pressure = np.concatenate(kelvins, axis=1), np.concatenate(pressures)
-        flash = kelvin @ pressure / pressure.sum()
-        return clipped.TemperatureDistribution(
-            flash, area, kelvin / flash[:, None], pressure, np.concatenate(numbers), 0.0
-        )
+            rows.append(measured(pressure, CELL, self.source, CELL / 2))
+            area += (pressure > 0.0).mean() / members
+        spectrum = self.spectrum(points)
+        sample = sample_of(spectrum.breaks[-1], points, rows)
+        flash = sample.numbers["flash_temperature"].mean(axis=0)
+        solved = FrozenFields((sample,), flash[None])
+        return Found(flash, area, column_of(solved, spectrum, 0.0))
+
+
+class Found(NamedTuple):
+    """Contacts at all speeds: T_flash, K, A/A₀, and what they are at `FLASH`."""
+
+    flash_temperature: np.ndarray
+    contact_fraction: float
+    drawn: fields.Drawn
+
+
+def column_of(found: FrozenFields, spectrum: rs.SelfAffineSpectrum, doubt: Any) -> fields.Drawn:
+    """Return contacts with a T_flash of `FLASH` at all speeds, without an error of the law."""
+    flash = by_law(np.full(found.flash.shape[1:], FLASH), 0.0)
+    return drawn_frozen(found, spectrum.breaks[-1], flash, doubt)
 
 
 def drawn() -> list[Drawn]:
@@ -218,38 +233,34 @@ def _speeds_of(name: str, solved: Row) -> dict[str, float]:
     return {speed: v for speed, v in part.speeds.items() if f"{speed} flash" in solved}
 
 
-def row_of(found: clipped.TemperatureDistribution, speeds: Iterable[str]) -> Row:
+def row_of(found: Found, speeds: Iterable[str]) -> Row:
     """Return T_flash, quantiles over T_flash, and rates over that of the nominal area at T_flash, with errors."""
     row: Row = {"contact_fraction": found.contact_fraction}
-    even = replace(found, flash_temperature=np.full(len(found.flash_temperature), FLASH))
-    energies = np.array(ENERGIES) * ELECTRONVOLT
-    at_flash = np.exp(-energies / (clipped.BOLTZMANN * (BACKGROUND + FLASH)))
-    units = {"quantile": FLASH, "area": FLASH, "rate": at_flash[:, None], "kelvin": 1.0}
-
-    def tables(one: clipped.TemperatureDistribution) -> dict[str, clipped.Estimate]:
-        return {
-            "quantile": one.quantiles(SHARES),
-            "area": one.quantiles(SHARES, by="area"),
-            "rate": one.reaction_rate(energies, background_temperature=BACKGROUND),
-            "kelvin": one.activation_temperature(energies, background_temperature=BACKGROUND),
-        }
-
-    values, doubted = (
-        tables(even),
-        [tables(one) for one in even.doubted()] if np.any(found.doubt) else [],
-    )
-    for kind, estimate in values.items():
-        names = ENERGIES if kind in ("rate", "kelvin") else SHARES
-        columns = {"": estimate.value, " error": estimate.standard_error}
-        if doubted:
-            columns[" form"] = np.linalg.norm(
-                [one[kind].value - estimate.value for one in doubted], axis=0
-            )
-        for column, table_ in columns.items():
-            for (k, n), value in np.ndenumerate(table_ / units[kind]):
-                row[f"{list(speeds)[n]} {kind} {names[k]:g}{column}"] = float(value)
+    flash = found.drawn.flash
+    background = np.full(len(flash.mean), BACKGROUND)
+    area = by_law(np.full(1, found.contact_fraction), 0.0)
+    contacts = found.drawn.contacts((0.0,) * len(flash.mean), flash, area, background)
+    estimates = {}
+    for kind, names in ("quantile", LEVELS), ("area", [f"area_{name}" for name in LEVELS]):
+        for name, share in zip(names, SHARES, strict=True):
+            quantile = f"temperature_quantile_{name}"
+            value = estimate(quantile, found.drawn.quantile(quantile))
+            estimates[kind, share] = value, FLASH
+    for energy in ENERGIES:
+        barrier = energy * ELECTRONVOLT
+        at_flash = exp(-barrier / (BOLTZMANN * (BACKGROUND + FLASH)))
+        rate, kelvin = of_reaction(
+            contacts, ReactionSection(activation_energy=(barrier,), prefactor=1.0), barrier
+        )
+        estimates |= {("rate", energy): (rate, at_flash), ("kelvin", energy): (kelvin, 1.0)}
+    for (kind, name), (value, unit) in estimates.items():
+        columns = {"": value.mean, " error": value.standard_error, " form": value.budget["form"]}
+        for column, numbers in columns.items():
+            for speed, number in zip(speeds, numbers, strict=True):
+                row[f"{speed} {kind} {name:g}{column}"] = float(number) / unit
     return row | {
-        f"{speed} flash": float(found.flash_temperature[n]) for n, speed in enumerate(speeds)
+        f"{speed} flash": float(kelvin)
+        for speed, kelvin in zip(speeds, found.flash_temperature, strict=True)
     }
 
 
@@ -321,21 +332,10 @@ def table(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
 
 def of_steel() -> dict[str, float]:
     """Return T above which the hottest hundredth of the heat is set free, over T_flash, of steel-1.2GPa in theory."""
-    scene = rs.load_scene("steel-1.2GPa")
-    solid = {
-        "effective_modulus": scene.effective_modulus,
-        "penetration_hardness": scene.penetration_hardness,
-    }
-    heat = {
-        "friction_coefficient": 0.11,
-        "conductivity": 30.0,
-        "diffusivity": 30.0 / (7900.0 * 500.0),
-    }
-    load = {"nominal_pressure": scene.sliding.nominal_pressure}
-    found = clipped.temperature_distribution(
-        list(FIRST.speeds.values()), scene.spectrum, **solid, **load, **heat
-    )
-    ratios = found.quantiles(0.99).value[0] / found.flash_temperature
+    asks = {"sliding.speed": [*FIRST.speeds.values()], "sliding.heat_partition": "all"}
+    scene = rs.load_scene("steel-1.2GPa", asks | {"observables.temperature_distribution": True})
+    flash = fields.calibrated_predictions(scene)["flash_temperature"]
+    ratios = fields.quantiles(scene)["temperature_quantile_99"].mean / flash
     return {f"steel_{name}": float(ratio) for name, ratio in zip(FIRST.speeds, ratios, strict=True)}
 
 

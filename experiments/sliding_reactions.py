@@ -24,11 +24,14 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from reactions import ENERGIES, SHARES, row_of
+from reactions import ENERGIES, FLASH, SHARES, Found, row_of
 from reference.pairs import CELL, MODULUS, Bodies, level_at, rounded
 from script import Command, Row, Rows, write_evidence
 
 import roughsim as rs
+from roughsim.estimate.fields import by_law, drawn_slides
+from roughsim.observables.record import Sample
+from roughsim.prediction.fields import Solid, draw_slides, sample_of
 from roughsim.sliding.distribution import Sampler
 from roughsim.sliding.history import LAST, follow
 from roughsim.sliding.path import oblique_path
@@ -56,29 +59,21 @@ class Drawn(Bodies):
         """C(q) of both faces together."""
         return self.spectrum_to(ENDS[self.name[0]])
 
-    def theory(self, fields: int = 6, points: int = 192) -> clipped.TemperatureDistribution:
-        """Return the distribution of drawn fields, of T_flash 1 K."""
-        return clipped.sliding_temperature_distribution(
-            self.speeds,
-            self.spectrum,
-            effective_modulus=MODULUS,
-            nominal_pressure=self.pressure,
-            penetration_hardness=self.hardness,
-            conductivity=self.moving[0],
-            diffusivity=self.moving[1],
-            resting_conductivity=self.resting[0],
-            resting_diffusivity=self.resting[1],
-            moving_roughness=self.part,
-            slid_distance=self.distance,
-            flash_temperature=1.0,
-            fields=fields,
-            points=points,
-        )
+    def motions(self) -> list[Motion]:
+        """Return how the contact moves at both speeds."""
+        bodies = rs.Body(*self.moving), rs.Body(*self.resting)
+        return [Motion(speed, 0.1, *bodies, self.distance) for speed in self.speeds]
 
-    def slide(
-        self, points: int = POINTS, members: int = MEMBERS
-    ) -> clipped.TemperatureDistribution:
-        """Return the distribution of slides."""
+    def theory(self, fields: int = 6, points: int = 160) -> Found:
+        """Return drawn fields."""
+        solid = Solid(MODULUS, self.pressure, self.hardness)
+        sample = draw_slides(
+            self.spectrum, solid, self.motions(), self.part, fields=fields, points=points
+        )
+        return found_of(sample, clipped.law_of(self.spectrum, **solid._asdict()).contact_fraction)
+
+    def slide(self, points: int = POINTS, members: int = MEMBERS) -> Found:
+        """Return slides."""
         grid = rs.Grid((points, points), (CELL, CELL))
         solid = rs.Solid(MODULUS, inf if self.hardness is None else self.hardness)
         spectrum = self.spectrum.truncated(q_max=min(self.spectrum.breaks[-1], grid.nyquist / 2))
@@ -86,7 +81,7 @@ class Drawn(Bodies):
         streams = np.random.SeedSequence(
             SEED, spawn_key=(ord(self.name[0]), int(self.name[1:]))
         ).spawn(2 * members)
-        kelvins, pressures, numbers, area = [], [], [], 0.0
+        rows, area = [], 0.0
         for n in range(members):
             one, two = (
                 rs.synthesize(spectrum, grid, np.random.default_rng(key))
@@ -96,27 +91,19 @@ class Drawn(Bodies):
             along = contacts(
                 sqrt(1 - self.part) * one, riding, grid, solid, self.pressure, path, 1e-3
             )
-            motions = [
-                Motion(v, 0.1, rs.Body(*self.moving), rs.Body(*self.resting), self.distance)
-                for v in self.speeds
-            ]
-            sampler = Sampler(grid, [path.steps] * len(motions), LAST)
-            area += (
-                follow(along, grid, path, motions, sampler=sampler).contact_fraction.mean()
-                / members
-            )
-            kelvins.append(np.stack([np.concatenate(rows) for rows in sampler.temperatures]))
-            pressures.append(np.concatenate(sampler.pressures[0]))
-            numbers.append(np.full(pressures[-1].size, n))
-        kelvin, pressure = (
-            np.concatenate(kelvins, axis=1, dtype=float),
-            np.concatenate(pressures, dtype=float),
-        )
-        flash = kelvin @ pressure / pressure.sum()
-        ratio = kelvin / flash[:, None]
-        return clipped.TemperatureDistribution(
-            flash, area, ratio, pressure, np.concatenate(numbers), 0.0
-        )
+            sampler = Sampler(grid, [path.steps] * len(self.speeds), LAST)
+            history = follow(along, grid, path, self.motions(), sampler=sampler)
+            area += history.contact_fraction.mean() / members
+            flash = sampler.flash_temperature
+            rows.append((flash, sampler.together(flash)))
+        return found_of(sample_of(spectrum.breaks[-1], points, rows, "sliding_"), area)
+
+
+def found_of(sample: Sample, area: float) -> Found:
+    """Return slides with a T_flash of `FLASH`, without an error of the law; `area` is A/A₀."""
+    flash = sample.numbers["flash_temperature"].mean(axis=0)
+    given = by_law(np.full(len(flash), FLASH), 0.0, "slide")
+    return Found(flash, area, drawn_slides(sample, given, np.ones(len(flash))))
 
 
 def drawn() -> list[Drawn]:
@@ -279,7 +266,7 @@ def main() -> None:
             print(f"{pair.name} slid", flush=True)
     slid = kept["slid"]
     pairs = [pair for pair in pairs if pair.name in slid]
-    fields = (2, 64) if options.toy else (6, 192)
+    fields = (2, 64) if options.toy else (6, 160)
     found = {pair.name: (row_of(pair.theory(*fields), SPEEDS), slid[pair.name]) for pair in pairs}
     if found:
         numbers = table(pairs, found)

@@ -70,8 +70,6 @@ EQUAL: tuple[tuple[str, str], ...] = (
         "theory/background.py",
         "quad(flux, low, high, epsabs=0.0, epsrel=_ACCURACY / 10, limit=500, full_output=1)",
     ),
-    # what is left of a way is rounding
-    ("theory/clipped/two_faces.py", "while left > 1e-6 * shortest:"),
     # a tolerance below rounding stops at rounding
     ("theory/hardness.py", "accuracy = 1e-12 * max(abs(start), 1.0)"),
     # at the last temperature both refuse

@@ -62,7 +62,7 @@ class Asked(NamedTuple):
 class Contacts(NamedTuple):
     """The contacts of a column, whose temperatures are scaled to its T_flash."""
 
-    scene: Scene
+    speeds: tuple[float, ...]  # m/s
     samples: list[Sample]  # of the levels and of those below, or of slides, and at last `top`
     top: Sample  # of the highest level, or of the slides at the end of C(q)
     flash: Values  # reported T_flash, K
@@ -72,19 +72,19 @@ class Contacts(NamedTuple):
     sources: Mapping[str, str] = SOURCES  # the parts of an error, in words
 
 
-def asked_of(contacts: Contacts) -> Iterator[Asked]:
+def asked_of(scene: Scene, contacts: Contacts) -> Iterator[Asked]:
     """Yield the estimates that [reaction] and `heat_above` of a scene ask for, over its speeds."""
-    reaction, observables = contacts.scene.reaction, contacts.scene.observables
+    reaction, observables = scene.reaction, scene.observables
     if reaction is not None:
         for energy in reaction.activation_energy:
-            for found in _reaction(contacts, reaction, energy):
+            for found in of_reaction(contacts, reaction, energy):
                 yield Asked(found, energy=round(energy / ELECTRONVOLT, 12))
     if observables is not None:
         for temperature in observables.heat_above or ():
             yield Asked(_heat_above(contacts, temperature), temperature=temperature)
 
 
-def _reaction(contacts: Contacts, reaction: ReactionSection, energy: float) -> Iterator[Estimate]:
+def of_reaction(contacts: Contacts, reaction: ReactionSection, energy: float) -> Iterator[Estimate]:
     """Yield rate and activation temperature at an energy, J, and the conversion in a pass if its length is given."""
     flash = contacts.flash
     activation = Activation(energy, reaction.activation_volume, contacts.background)
@@ -115,7 +115,7 @@ def _reaction(contacts: Contacts, reaction: ReactionSection, energy: float) -> I
 def _conversion(contacts: Contacts, rate: Values, over: OverContact, length: float) -> Estimate:
     """Return 1 − exp(−k t) of the rate k after the time t that a point spends in a nominal contact of a length, m."""
     with np.errstate(divide="ignore"):
-        time = length / np.array(contacts.scene.speeds)
+        time = length / np.array(contacts.speeds)
     with np.errstate(invalid="ignore", over="ignore"):
         done = rate.mean * time
         left = np.exp(-done)
@@ -144,6 +144,6 @@ def _estimate(contacts: Contacts, observable: str, values: Values, over: OverCon
     return replace(
         found,
         budget=found.budget | {"statistical": statistical},
-        speeds=contacts.scene.speeds,
+        speeds=contacts.speeds,
         sources=contacts.sources,
     )

@@ -55,6 +55,14 @@ class Drawn(NamedTuple):
         [ContactMean], OverContact
     ]  # over these contacts, at the T_flash of its argument
 
+    def contacts(
+        self, speeds: tuple[float, ...], flash: Values, area: Values, background: Array
+    ) -> Contacts:
+        """Return them with a T_flash, A/A₀ and an absolute temperature of the background."""
+        return Contacts(
+            speeds, [*self.samples], self.samples[-1], flash, area, background, self.mean
+        )
+
 
 def form_doubt(peclet_number: ArrayLike) -> Array:
     """Return how far T/T_flash is in doubt by the form of the fields at v h_rms/(D h′), dimensionless."""
@@ -243,8 +251,7 @@ def asked(scene: Scene, *, sliding: bool = False) -> list[Asked]:
         warm = slid.contact_temperature - slid.flash_temperature
     area = by_law(np.full(1, law.stress_spectrum.contact_fraction), law.errors["contact_fraction"])
     flash = scaled(drawn.flash, share)
-    samples = [*drawn.samples]
-    return [*asked_of(Contacts(scene, samples, samples[-1], flash, area, start + warm, drawn.mean))]
+    return [*asked_of(scene, drawn.contacts(scene.speeds, flash, area, start + warm))]
 
 
 def calibrated_predictions(scene: Scene) -> Predicted:

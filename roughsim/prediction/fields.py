@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike
 import theory
 from roughsim.contact import Contact
 from roughsim.grid import Array, Grid
-from roughsim.heat.partition import Body
 from roughsim.observables.catalogue import quantiles_of
 from roughsim.observables.distribution import Bins, Distribution
 from roughsim.observables.record import Sample
@@ -34,12 +33,13 @@ if TYPE_CHECKING:  # slow to import, as the stages below
     from roughsim.observables.moments import HeatSource
     from roughsim.sliding.stepping import Motion
 
-_PIXELS = 4  # along the shortest wave
-_WAVES, _POINTS, _FIELDS = 4, 512, 8  # longest waves and points along a side of frozen contact
-# of two faces: long waves leave few short ones room, and many are slow
-_SLID_WAVES, _SLID_POINTS, _SLID_FIELDS = (2.0, 8.0), 128, 4
-_FINEST, _LEAST_STEPS = 512, 4  # points of slides that are short, and pixels of these
-_FURTHEST = 6.0  # lengths of the cell that are slid: further counts as that
+# longest waves and points along a side of frozen contact, pixels along its shortest wave, and number of fields
+_WAVES, _POINTS, _PIXELS, _FIELDS = 4, 512, 4, 8
+# of two faces: long waves leave few short ones room, and many are slow. With 4 pixels, and steps of one, the coldest
+# twentieth is .05 T_flash hotter
+_SLID_WAVES, _SLID_POINTS, _SLID_PIXELS, _SLID_FIELDS = (2.0, 8.0), 160, 5, 6
+_FINEST, _LEAST_STEPS = 640, 4  # points of slides that are short, and pixels of these
+_FURTHEST = 4.0  # lengths of the cell that are slid: further counts as that
 _AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
@@ -98,6 +98,7 @@ def slid_fields(scene: Scene) -> Sample | None:
     """
     if scene.sliding.history != SLIDING or not (_has_fields(scene, 0) and _has_fields(scene, 1)):
         return None
+    from roughsim.heat.partition import Body
     from roughsim.sliding.stepping import Motion
 
     bodies = conduction(scene)
@@ -156,10 +157,10 @@ def draw_frozen(
         cut = TruncatedSpectrum(spectrum, min(q_max, end))
         noise = white if count == points else [theory.clipped.halved(waves) for waves in white]
         rows = [
-            _measured(pressure, length, source, slid)
+            measured(pressure, length, source, slid)
             for pressure in _contacts(cut, solid, noise, length)
         ]
-        samples.append(_sample(cut.breaks[-1], count, rows))
+        samples.append(sample_of(cut.breaks[-1], count, rows))
         laws.append(cut)
     flash = [_flash_of_law(law, solid, source) for law in (*laws, spectrum)]
     return FrozenFields(tuple(samples), np.array(flash))
@@ -177,7 +178,7 @@ def _contacts(
         yield theory.clipped.ranked(theory.clipped.heights(amplitude, noise), ascending)
 
 
-def _measured(
+def measured(
     pressure: Array, length: float, source: HeatSource, slid_distance: float
 ) -> tuple[Array, Distribution]:
     """Return T_flash of a contact by its own field of temperature, K, and the distribution about it."""
@@ -232,9 +233,9 @@ def draw_slides(
     from roughsim.sliding.stepping import walk
 
     longest, end = float(spectrum.breaks[0]), float(spectrum.breaks[-1])
-    waves = min(max(points / _PIXELS * longest / end, _SLID_WAVES[0]), _SLID_WAVES[1])
+    waves = min(max(points / _SLID_PIXELS * longest / end, _SLID_WAVES[0]), _SLID_WAVES[1])
     length = 2 * pi * waves / longest
-    cut = TruncatedSpectrum(spectrum, min(longest * points / (_PIXELS * waves), end))
+    cut = TruncatedSpectrum(spectrum, min(longest * points / (_SLID_PIXELS * waves), end))
     distances = np.minimum([motion.slid_distance for motion in motions], _FURTHEST * length)
     grid = Grid((points, points), (length, length))
     while distances.min() < _LEAST_STEPS * pixel_of_path(grid):
@@ -258,7 +259,7 @@ def draw_slides(
             if n > 0:
                 sampler.add(n, step)
         rows.append((sampler.flash_temperature, sampler.together(sampler.flash_temperature)))
-    return _sample(cut.breaks[-1], grid.shape[0], rows, "sliding_")
+    return sample_of(cut.breaks[-1], grid.shape[0], rows, "sliding_")
 
 
 def _along(offsets: ArrayLike, still: Array, riding: Array, ascending: Array) -> Iterator[Contact]:
@@ -273,7 +274,7 @@ def _along(offsets: ArrayLike, still: Array, riding: Array, ascending: Array) ->
         yield contact
 
 
-def _sample(
+def sample_of(
     q_max: float, points: int, rows: Sequence[tuple[Array, Distribution]], prefix: str = ""
 ) -> Sample:
     """Return what members would have stored: their T_flash, quantiles and bins; no stress spectra."""

@@ -58,7 +58,7 @@ def _contacts_of(run: Means, column: str | None) -> Contacts:
         flash = with_errors(warmed(flash, warm, run.estimate("heat_partition", SLIDING)), **solver)
         area = run.values("contact_fraction")
         return Contacts(
-            run.scene, [pair.sample, top], top, flash, area, background, mean, run.sources
+            run.scene.speeds, [pair.sample, top], top, flash, area, background, mean, run.sources
         )
     name = run.column(column)
     pairs = run.pairs(name)
@@ -70,7 +70,9 @@ def _contacts_of(run: Means, column: str | None) -> Contacts:
     mean = partial(mean_over_contact, pairs, end=end, law=law, fall=PIXEL_FALL[name])
     flash = with_errors(_with_errors_of_background(run, name), **solver)
     area, background = run.values("contact_fraction", name), background_temperature(run, name)
-    return Contacts(run.scene, samples, samples[-1], flash, area, background, mean, run.sources)
+    return Contacts(
+        run.scene.speeds, samples, samples[-1], flash, area, background, mean, run.sources
+    )
 
 
 def _with_errors_of_background(run: Means, column: str) -> Values:
@@ -112,7 +114,7 @@ def asked_estimates(run: Means, column: str | None = None) -> Iterator[Asked]:
     ValueError if there is no such column, or no sound realization yet.
     """
     if run.scene.reaction is not None or run.scene.observables is not None:
-        yield from asked_of(_contacts_of(run, column))
+        yield from asked_of(run.scene, _contacts_of(run, column))
 
 
 def background_temperature(run: Means, column: str | None = None) -> Array:

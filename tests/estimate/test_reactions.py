@@ -8,7 +8,7 @@ import scipy
 from ladder_cases import NAME, ladder, lowest, part_of
 
 from roughsim.estimate.errors import spread
-from roughsim.estimate.levels import Values
+from roughsim.estimate.levels import PIXEL_FALL, Values
 from roughsim.estimate.reactions import (
     BOLTZMANN,
     Activation,
@@ -16,6 +16,7 @@ from roughsim.estimate.reactions import (
     bins_of,
     factor_of,
     heat_above,
+    law_of_flash,
     log_scale,
     mean_over_contact,
     of_uniform_temperature,
@@ -26,6 +27,10 @@ from roughsim.observables.distribution import BIN_AREAS, Bins, binned
 
 EV = 1.602176634e-19
 SCENE = SimpleNamespace()  # the predictions of `foretold` read no scene
+
+
+def over(column, pairs, of_level, end):
+    return mean_over_contact(pairs, of_level, end, law_of_flash(SCENE, column), PIXEL_FALL[column])
 
 
 def of_pixels(temperature, pressure):
@@ -195,7 +200,7 @@ def test_each_level_is_brought_to_the_continued_flash_temperature(foretold):
                 )
     flash = flash_values(220.0, error=11.0)
     of_level, scale = rate_of(levels, flash, activation)
-    found = mean_over_contact(SCENE, "capped", levels, of_level, 1e9)
+    found = over("capped", levels, of_level, 1e9)
     temperature = 400.0 + 220.0 * np.linspace(0.2, 2.5, 48)
     exact = BIN_AREAS @ np.exp(-EV / (BOLTZMANN * temperature) - scale)
     assert found.values.mean == pytest.approx(exact, rel=1e-9)
@@ -242,9 +247,7 @@ def test_errors_of_an_activation_temperature_follow_from_its_own_slope_over_the_
         values = flash_values(flash, error=9.0, rows=rows)._replace(
             scatter={} if rows is None else {7: rows}
         )
-        return mean_over_contact(
-            SCENE, "capped", pairs, of_temperature(pairs, values, activation), 1.0
-        )
+        return over("capped", pairs, of_temperature(pairs, values, activation), 1.0)
 
     found = at(230.0, rows)
     slope = (at(230.23).values.mean - at(229.77).values.mean) / 0.46  # K over K
@@ -272,7 +275,7 @@ def test_a_finer_pixel_changes_a_rate_as_its_partner_shows(foretold, column, fal
     change = of_level.influence(finer.sample).mean() / of_level.influence(finer.below).mean() - 1.0
     assert abs(change) > 1e-3
     for end, carried in (1.0, 1.0), (16.0, 16.0**-fall):
-        found = mean_over_contact(SCENE, column, [low, finer], of_level, end).values
+        found = over(column, [low, finer], of_level, end).values
         mean = of_level.mean(low.sample).mean()
         assert found.mean == pytest.approx(mean * (1.0 + carried * change), rel=1e-6)
         moved = 0.0 if end == 1.0 else carried  # to a higher cut-off, all of it is in doubt
@@ -289,8 +292,8 @@ def test_what_changes_with_the_cut_off_follows_the_steps_of_the_law_and_is_in_do
     activation = Activation(EV, 0.0, np.array([600.0]))
     flash = flash_values(210.0)
     of_level, _ = rate_of(pairs, flash, activation)
-    found = mean_over_contact(SCENE, "capped", pairs, of_level, 1e9).values
-    at_cut_off = mean_over_contact(SCENE, "capped", pairs, of_level, 2.0).values
+    found = over("capped", pairs, of_level, 1e9).values
+    at_cut_off = over("capped", pairs, of_level, 2.0).values
     low = of_level.mean(pairs[0].sample).mean()
     ratio = of_level.mean(pairs[1].sample).mean() / of_level.mean(pairs[1].below).mean()
     assert at_cut_off.mean == pytest.approx(low * ratio, rel=1e-6)
@@ -299,9 +302,7 @@ def test_what_changes_with_the_cut_off_follows_the_steps_of_the_law_and_is_in_do
     assert found.mean == pytest.approx(low * ratio + rest, rel=1e-6)
     assert found.errors["bandwidth"] == pytest.approx(abs(rest), rel=1e-6)
     foretold.law = None
-    assert np.isnan(
-        mean_over_contact(SCENE, "capped", pairs, of_level, 1e9).values.errors["bandwidth"]
-    )
+    assert np.isnan(over("capped", pairs, of_level, 1e9).values.errors["bandwidth"])
 
 
 def test_a_rate_from_a_few_hot_pixels_of_one_member_has_an_unknown_error(foretold):
@@ -311,11 +312,11 @@ def test_a_rate_from_a_few_hot_pixels_of_one_member_has_an_unknown_error(foretol
     activation = Activation(1.5 * EV, 0.0, np.array([300.0]))
     flash = flash_values(250.0)
     of_level, _ = rate_of(pairs, flash, activation)
-    found = mean_over_contact(SCENE, "capped", pairs, of_level, 1.0)
+    found = over("capped", pairs, of_level, 1.0)
     assert found.members < 1.1
     assert np.isnan(found.values.errors["tail"])
     # where the whole contact reacts, the hottest pixels count by their area
     mild, _ = rate_of(pairs, flash, Activation(0.0, 0.0, np.array([300.0])))
-    even = mean_over_contact(SCENE, "capped", pairs, mild, 1.0)
+    even = over("capped", pairs, mild, 1.0)
     assert even.members == pytest.approx(8.0)
     assert even.values.errors["tail"] < 1e-3

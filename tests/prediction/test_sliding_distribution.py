@@ -1,7 +1,6 @@
 """The theory of the temperature over two faces that slide, for a scene: rows beside the column sliding."""
 
 import json
-from functools import cache
 
 import numpy as np
 import pytest
@@ -10,8 +9,10 @@ from slide_cases import sliding_scene
 import roughsim as rs
 from roughsim import prediction
 from roughsim.comparison.tables import theory_dict
+from roughsim.estimate import fields
+from roughsim.estimate.reactions import BOLTZMANN
 from roughsim.observables.distribution import LEVELS
-from theory import clipped, two_bodies
+from theory import two_bodies
 
 EV = 1.602176634e-19
 DIFFUSIVITY = 30 / (7900 * 500)
@@ -34,17 +35,12 @@ def asking(history=FAR, *changes):
     )
 
 
-@cache
-def fields(scene):
-    return prediction.sliding_distributions(scene)
-
-
 def quantiles(scene):
-    return prediction.quantiles_of(scene, fields(scene))
+    return fields.quantiles(scene, sliding=True)
 
 
 def reactions(scene):
-    return prediction.sliding_asked_predictions(scene, fields(scene))
+    return fields.asked(scene, sliding=True)
 
 
 @pytest.fixture(scope="module")
@@ -52,40 +48,43 @@ def scene():
     return asking()
 
 
-@pytest.fixture(scope="module")
-def drawn(scene):
+def flash_over_the_last_half(scene):
     distances = np.linspace(0.2e-3, 0.4e-3, 41)
     arguments = SOLID | BODY | {"friction_coefficient": 0.11, "slid_distance": distances}
     flash = [
         two_bodies.sliding_temperatures(v, scene.spectrum, **arguments).flash_temperature
         for v in (1.0, 35.0)
     ]
-    mean = np.trapezoid(flash, distances, axis=1) / 0.2e-3
-    return clipped.sliding_temperature_distribution(
-        [1.0, 35.0], scene.spectrum, **SOLID, **BODY, slid_distance=0.4e-3, flash_temperature=mean
-    )
+    return np.trapezoid(flash, distances, axis=1) / 0.2e-3
 
 
-def test_quantiles_are_those_of_drawn_faces_over_the_last_half_of_the_slide(scene, drawn):
+def test_quantiles_are_those_of_drawn_faces_over_the_last_half_of_the_slide(scene):
+    numbers = prediction.slid_fields(scene).numbers
+    flash = flash_over_the_last_half(scene)
     found = quantiles(scene)
-    for weight, of in (("heat", ""), ("area", "area_")):
-        expected = drawn.quantiles([*LEVELS.values()], by=weight)
-        for k, name in enumerate(LEVELS):
-            estimate = found[f"temperature_quantile_{of}{name}"]
-            assert estimate.value == pytest.approx(expected.value[k], rel=1e-4)
-            assert estimate.standard_error == pytest.approx(expected.standard_error[k], rel=1e-4)
+    for name in (f"temperature_quantile_{of}{level}" for of in ("", "area_") for level in LEVELS):
+        drawn = numbers[f"sliding_{name}"]
+        ratio = drawn.mean(axis=0) / numbers["sliding_flash_temperature"].mean(axis=0)
+        assert found[name].mean == pytest.approx(ratio * flash, rel=1e-3)
+        assert found[name].n == 6
+    assert set(found[name].budget) == {"statistical", "slide", "form", "law"}
 
 
-def test_reactions_are_those_of_the_moving_body_with_its_own_share_of_the_heat(scene, drawn):
-    asked = {each.key: each.estimate.value for each in reactions(scene)}
-    rate = drawn.reaction_rate([EV], prefactor=1e13, background_temperature=600.0).value[0]
-    assert asked["reaction_rate", 1.0, None] == pytest.approx(rate, rel=1e-3)
-    kelvin = drawn.activation_temperature([EV], background_temperature=600.0).value[0]
-    assert asked["activation_temperature", 1.0, None] == pytest.approx(kelvin, rel=1e-4)
-    assert asked["heat_share_above", None, 700.0] == pytest.approx(
-        drawn.share_above(100.0).value, rel=1e-2, abs=1e-9
-    )
-    assert 0.5 < asked["heat_share_above", None, 700.0][1] < 1.0
+def test_reactions_are_those_of_the_moving_body_with_its_own_share_of_the_heat(scene):
+    found = {each.key: each.estimate for each in reactions(scene)}
+    flash, hot = flash_over_the_last_half(scene), quantiles(scene)
+    kelvin = found["activation_temperature", 1.0, None].mean
+    assert (kelvin > 600.0 + flash).all()
+    assert (kelvin < 600.0 + hot["temperature_quantile_99"].mean).all()
+    law = prediction.calibrated(scene).stress_spectrum
+    rate = law.contact_fraction * 1e13 * np.exp(-EV / (BOLTZMANN * kelvin))
+    assert found["reaction_rate", 1.0, None].mean == pytest.approx(rate, rel=1e-6)
+    assert found["reaction_rate", 1.0, None].unknown == ()
+    levels = np.array([*LEVELS.values()])
+    for k in range(2):
+        heat = [hot[f"temperature_quantile_{name}"].mean[k] for name in LEVELS]
+        expected = 1.0 - np.interp(100.0, heat, levels, left=0.0, right=1.0)
+        assert found["heat_share_above", None, 700.0].mean[k] == pytest.approx(expected, abs=0.03)
 
 
 def test_with_a_duration_the_background_of_the_slide_is_added_and_each_speed_slides_its_own_way():
@@ -95,20 +94,18 @@ def test_with_a_duration_the_background_of_the_slide_is_added_and_each_speed_sli
     slid = prediction.sliding_prediction(scene)
     warm = slid.contact_temperature - slid.flash_temperature
     assert (warm > 3.0).all()
-    asked = {each.key: each.estimate.value for each in reactions(scene)}
-    for k, speed in enumerate((10.0, 35.0)):
-        fields = clipped.sliding_temperature_distribution(
-            speed,
-            scene.spectrum,
-            **SOLID,
-            **BODY,
-            slid_distance=10e-6 * speed,
-            flash_temperature=slid.flash_temperature[k],
-        )
-        rate = fields.reaction_rate(
-            [EV], prefactor=1e13, background_temperature=600.0 + warm[k]
-        ).value[0]
-        assert asked["reaction_rate", 1.0, None][k] == pytest.approx(rate[0], rel=1e-9)
+    found = {each.key: each.estimate.mean for each in reactions(scene)}
+    kelvin = found["activation_temperature", 1.0, None]
+    assert (kelvin > 600.0 + slid.contact_temperature).all()
+    numbers = prediction.slid_fields(scene).numbers
+    alone = asking('history = "sliding"\nduration = "10 us"', ("speed = [1, 35]", "speed = 35"))
+    other = prediction.slid_fields(alone).numbers
+    name = "sliding_temperature_quantile_90"
+    # the fast one alone slides on a coarser grid
+    ratios = [
+        one[name].mean(axis=0) / one["flash_temperature"].mean(axis=0) for one in (numbers, other)
+    ]
+    assert ratios[0][-1] == pytest.approx(ratios[1][-1], rel=0.05)
 
 
 def test_rows_of_a_comparison_have_it_beside_the_slides(tmp_path, scene):
@@ -121,13 +118,13 @@ def test_rows_of_a_comparison_have_it_beside_the_slides(tmp_path, scene):
     for name, estimate in quantiles(scene).items():
         for k, speed in enumerate((1.0, 35.0)):
             row = found[name, None, None, speed]
-            assert row["sliding_calibrated"] == pytest.approx(estimate.value[k], rel=1e-12)
+            assert row["sliding_calibrated"] == pytest.approx(estimate.mean[k], rel=1e-12)
             assert row["sliding_calibrated"] != row["calibrated"]
     for asked in reactions(scene):
         for k, speed in enumerate((1.0, 35.0)):
-            row = found[asked.observable, asked.energy, asked.temperature, speed]
+            row = found[asked.estimate.observable, asked.energy, asked.temperature, speed]
             assert row["sliding_calibrated"] == pytest.approx(
-                float(asked.estimate.value[k]), rel=1e-12
+                float(asked.estimate.mean[k]), rel=1e-12
             )
     # 32² points and two slides of two
     row = found["temperature_quantile_50", None, None, 35.0]

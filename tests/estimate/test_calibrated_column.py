@@ -1,0 +1,161 @@
+"""The column calibrated: contacts that the law draws, continued to all of C(q), and the parts of their error."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from roughsim.estimate import fields
+from roughsim.estimate.reactions import BOLTZMANN, ELECTRONVOLT, ContactMean, heat_above
+from roughsim.observables.distribution import (
+    LEVELS,
+    Bins,
+    area_quantiles,
+    binned,
+    weighted_quantiles,
+)
+from roughsim.observables.record import Sample
+from roughsim.prediction.fields import FrozenFields
+
+NAMES = {
+    weight: [f"temperature_quantile_{weight}{name}" for name in LEVELS] for weight in ("", "area_")
+}
+
+
+def sample(q_max, contacts):
+    """A sample of contacts at one speed, each with ascending temperatures and pressures of its points."""
+    levels = np.array([*LEVELS.values()])
+    rows, bins = [], []
+    for temperature, pressure in contacts:
+        by_heat = weighted_quantiles(temperature, pressure, levels)
+        by_area = area_quantiles(temperature, levels)
+        row = dict(zip(NAMES[""], by_heat, strict=True)) | dict(
+            zip(NAMES["area_"], by_area, strict=True)
+        )
+        rows.append(row | {"flash_temperature": np.average(temperature, weights=pressure)})
+        bins.append(binned(temperature, pressure))
+    numbers = {name: np.array([[row[name]] for row in rows]) for name in rows[0]}
+    together = Bins(*(np.array(part)[:, None] for part in zip(*bins, strict=True)))
+    nothing = np.empty((len(rows), 0))
+    return Sample(
+        q_max, 64.0, np.arange(len(rows)), numbers, np.empty(0), nothing, 0.0, bins=together
+    )
+
+
+def spread(width, seed=1, count=4000):
+    """Points about 100 K with this deviation, over 100 K."""
+    rng = np.random.default_rng(seed)
+    temperature = np.sort(100.0 * (1.0 + width * rng.uniform(-1.7, 1.7, count)))
+    return temperature, np.full(count, 2.0)
+
+
+def column(widths, flash, reported=100.0, doubt=0.0, band=0.0):
+    samples = tuple(
+        sample(q, [spread(width, seed) for seed in range(6)])
+        for q, width in zip((1.0, 2.0), widths, strict=False)
+    )
+    drawn = FrozenFields(samples, np.array(flash)[:, None])
+    given = fields.by_law(np.array([reported]), band)
+    return fields.drawn_frozen(drawn, 64.0, given, doubt)
+
+
+def test_temperatures_go_on_in_proportion_to_the_flash_temperature():
+    # T_flash of the law from 100 to 80 K, and 70 K at the end: half a step more
+    found = column((0.2, 0.4), (100.0, 80.0, 70.0), reported=70.0)
+    plain = column((0.2, 0.4), (100.0, 80.0, 80.0))  # no step is known: as the finer fields
+    coarse = column((0.2,), (100.0, 100.0))
+    for name in (*NAMES[""], *NAMES["area_"]):
+        below, high = (one.quantile(name).mean / 100.0 for one in (coarse, plain))
+        kelvin = 80.0 * high + 0.5 * (80.0 * high - 100.0 * below)
+        assert found.quantile(name).mean == pytest.approx(kelvin, rel=2e-3)
+        rest = np.abs(found.quantile(name).mean - 70.0 * high)
+        assert found.quantile(name).errors["bandwidth"] == pytest.approx(rest, abs=1e-9)
+    furthest, limit = (column((0.2, 0.4), (100.0, 80.0, end), reported=1.0) for end in (10.0, 40.0))
+    back = column((0.2, 0.4), (100.0, 80.0, 90.0))
+    name = NAMES[""][5]
+    assert furthest.quantile(name).mean == pytest.approx(limit.quantile(name).mean, rel=1e-12)
+    assert back.quantile(name).mean == pytest.approx(plain.quantile(name).mean, rel=1e-12)
+
+
+def test_a_share_of_hot_heat_goes_on_as_the_temperatures():
+    found = column((0.2, 0.4), (100.0, 80.0, 70.0))
+    of_bins = lambda bins, factor: heat_above(bins, factor, np.array([120.0]))  # noqa: E731
+    values = found.mean(ContactMean(of_bins, found.flash, by_contact=True)).values
+    assert (
+        values.mean
+        > column((0.4,), (1.0, 1.0))
+        .mean(ContactMean(of_bins, found.flash, by_contact=True))
+        .values.mean
+    )
+    assert values.errors["bandwidth"] > 0.0
+    assert set(values.errors) == {"bandwidth", "form", "law", "tail"}
+
+
+def test_the_drawing_is_the_scatter_of_equal_fields():
+    name = NAMES[""][5]
+    found = column((0.2,), (1.0, 1.0)).quantile(name)
+    one = column((0.2,), (1.0, 1.0)).samples[0].numbers
+    ratio = one[name] / one["flash_temperature"]
+    assert found.scatter[0].std(ddof=1) * 6 == pytest.approx(100.0 * ratio.std(ddof=1), rel=0.02)
+
+
+def test_the_law_and_the_form_are_parts_of_the_error():
+    name = NAMES[""][5]
+    found = column((0.2,), (1.0, 1.0), doubt=0.1, band=0.07).quantile(name)
+    assert found.errors["law"] == pytest.approx(0.07 * found.mean, rel=1e-12)
+    x = found.mean / 100.0 - 1.0
+    # warmer by 1.4 · .1; the hotter side evener, the colder not; both with their mean restored
+    assert found.errors["form"] > 0.14 * found.mean
+    assert found.errors["form"] == pytest.approx(
+        np.hypot(0.14 * found.mean, 0.1 * x**1.5 * 100.0), rel=0.1
+    )
+    assert column((0.2,), (1.0, 1.0)).quantile(name).errors["form"] == 0.0
+
+
+def test_the_doubt_of_fields_falls_with_the_speed():
+    # from .24 of a slow source by .02 for each factor e, to .06
+    found = fields.form_doubt([0.0, 1e-3, 1.0, np.e, np.e**2, 1e6])
+    np.testing.assert_allclose(found, [0.24, 0.24, 0.17, 0.15, 0.13, 0.06], rtol=1e-12)
+
+
+def test_doubted_contacts_are_evener_on_one_side_or_hotter():
+    plain = sample(1.0, [(np.array([0.36, 0.75, 1.0, 1.4, 1.49]), np.ones(5))])
+    numbers = plain.numbers | {"temperature_quantile_50": np.array([[1.2]])}
+    hot, cold, warm = fields._doubted(replace(plain, numbers=numbers), 0.2)
+    over = plain.bins.temperature[0, 0]
+    x = over - 1.0
+    nearer = np.sign(x) * (np.abs(x) - 0.2 * np.abs(x) ** 1.5)
+    for one, side in (hot, x > 0.0), (cold, x < 0.0):
+        shape = 1.0 + np.where(side, nearer, x)
+        scale = one.bins.temperature[0, 0] / shape
+        assert scale == pytest.approx(scale[0], rel=1e-12)
+        heat = fields.BIN_AREAS * plain.bins.pressure[0, 0]
+        assert one.bins.temperature[0, 0] @ heat == pytest.approx(over @ heat, rel=1e-12)
+    found = hot.numbers["temperature_quantile_50"] / hot.bins.temperature[0, 0, 0] * over[0]
+    assert found == pytest.approx(1.0 + 0.2 - 0.2 * 0.2**1.5, rel=1e-12)
+    np.testing.assert_allclose(warm.bins.temperature[0, 0], 1.28 * over, rtol=1e-12)
+    np.testing.assert_allclose(warm.numbers["temperature_quantile_50"], 1.28 * 1.2, rtol=1e-12)
+    # further from T_flash than 4/9/doubt² all points come to the same place
+    far = fields._evened(np.array([41.0, 61.0]), np.array(0.5), 1.0)
+    np.testing.assert_allclose(far, 1.0 + 16 / 9 - 0.5 * (16 / 9) ** 1.5, rtol=1e-12)
+
+
+@pytest.mark.parametrize("energy", [0.6, 1.0, 1.5])
+def test_an_even_contact_reacts_at_its_own_temperature(energy):
+    from roughsim.estimate.asked import of_reaction
+    from roughsim.scene.reactions import ReactionSection
+
+    even = sample(1.0, [(np.full(50, 100.0), np.full(50, 3.0))] * 5)
+    drawn = fields.drawn_frozen(
+        FrozenFields((even,), np.ones((2, 1))), 1.0, fields.by_law(np.array([100.0]), 0.0), 0.0
+    )
+    area = fields.by_law(np.array([0.25]), 0.13)
+    contacts = drawn.contacts((1.0,), drawn.flash, area, np.array([300.0]))
+    barrier = energy * ELECTRONVOLT
+    section = ReactionSection(activation_energy=(barrier,), prefactor=1e13)
+    rate, kelvin = of_reaction(contacts, section, barrier)
+    assert kelvin.mean == pytest.approx(400.0, rel=1e-9)
+    expected = 0.25 * 1e13 * np.exp(-barrier / (BOLTZMANN * 400.0))
+    assert rate.mean == pytest.approx(expected, rel=1e-9)
+    assert rate.budget["law"] == pytest.approx(0.13 * expected, rel=1e-9)
+    assert rate.standard_error == 0.0

@@ -1,0 +1,206 @@
+"""Contacts that the calibrated law draws, frozen and sliding: exact limits and solved contacts."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import ndtr, ndtri
+
+import roughsim as rs
+from roughsim.estimate import fields
+from roughsim.observables.distribution import LEVELS
+from roughsim.observables.moments import HeatSource
+from roughsim.prediction.fields import Solid, draw_frozen, draw_slides
+from roughsim.sliding.stepping import Motion
+from theory import clipped, flash, plasticity
+
+MODULUS, DIFFUSIVITY = 1.1e11, 7.6e-6
+STEEL = Solid(1.0989e11, 9e7, 1.2e9)
+SHARES = np.array([*LEVELS.values()])
+# C(q) of both faces of two rough steels, h_rms = .9 µm each
+ROUGH = rs.SelfAffineSpectrum.from_rms_height(
+    9e-7, hurst=0.8, q_min=6350.0, q_roll_off=9.4e4, q_max=4.15e7, roll_off_exponent=1.5
+).scaled(2.0)
+INSULATING = rs.Body(1e-4, 1e-6)
+
+
+def self_affine(level, q_max, q_min=5e4):
+    return rs.SelfAffineSpectrum(level, 0.8, q_min, 1e5, q_max)
+
+
+def frozen(speeds, spectrum, solid=STEEL, **numbers):
+    return draw_frozen(spectrum, solid, HeatSource(speeds, 0.11, 30.0, DIFFUSIVITY), **numbers)
+
+
+def slides(speeds, spectrum, solid=STEEL, resting=None, part=0.5, distance=2e-3, **numbers):
+    moving = rs.Body(30.0, DIFFUSIVITY)
+    motions = [Motion(v, 0.1, moving, resting or moving, distance) for v in speeds]
+    return draw_slides(spectrum, solid, motions, part, **numbers)
+
+
+def over_flash(sample, weight="", prefix=""):
+    """Quantiles over T_flash and their standard errors, (levels, speeds)."""
+    names = [f"{prefix}temperature_quantile_{weight}{name}" for name in LEVELS]
+    ratios = (
+        np.array([sample.numbers[name] for name in names]) / sample.numbers["flash_temperature"]
+    )
+    return ratios.mean(axis=1), ratios.std(axis=1, ddof=1) / np.sqrt(len(sample.rows))
+
+
+def test_in_full_contact_pressure_and_temperature_are_jointly_normal():
+    spectrum, solid = self_affine(1e-29, 1e6), Solid(MODULUS, 0.5e11, 1e11)
+    (sample, fine), _ = frozen([0.02], spectrum, solid, fields=6, points=256, seed=3)
+    assert (sample.q_max, fine.q_max) == (4 * 2 * 5e4, 8 * 2 * 5e4)
+    even, error = (values[:, 0] for values in over_flash(fine, "area_"))
+    law = {
+        "stress_spectrum": plasticity.stress_spectrum(spectrum, **solid._asdict()),
+        "nominal_pressure": 0.5e11,
+        "friction_coefficient": 0.11,
+        "conductivity": 30.0,
+        "diffusivity": DIFFUSIVITY,
+    }
+    deviation = even[4] / ndtri(0.9)
+    over = float(flash.rms_temperature(0.02, **law) / flash.flash_temperature(0.02, **law))
+    assert deviation == pytest.approx(
+        over, rel=0.05
+    )  # waves of the fields end at half of those of C(q)
+    inner = slice(0, 5)
+    expected = deviation * ndtri(SHARES)
+    assert (np.abs(even - expected) < 4 * error + 0.02 * deviation)[inner].all()
+    # the heat σ tilts the normal density by 1 + T T_flash/s², of the mean T_flash: Φ(x) − (T_flash/s) φ(x)
+    tilted = [
+        brentq(
+            lambda x, p=p: ndtr(x) - np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi) / deviation - p, -6, 6
+        )
+        for p in SHARES
+    ]
+    heated, error = (values[:, 0] for values in over_flash(fine))
+    wanted = deviation * np.array(tilted)
+    assert (np.abs(heated - wanted) < 4 * error + 0.02 * deviation)[inner].all()
+
+
+def test_steel_has_the_quantiles_of_solved_contacts():
+    spectrum = ROUGH.truncated(q_max=2.032e5)
+    drawn = frozen([1.0, 35.0], spectrum)
+    ratio, error = over_flash(drawn.samples[-1])
+    # of boundary-element contacts, all heat in the body: slow and fast
+    solved = [
+        (0.26, 0.64, 0.96, 1.31, 1.67, 2.28, 2.55),
+        (0.04, 0.55, 0.96, 1.41, 1.83, 2.58, 3.06),
+    ]
+    assert (np.abs(ratio.T - solved) < 3 * error.T + 0.06)[:, :6].all()
+    assert (np.abs(ratio.T - solved)[:, 6] < 0.2).all()  # .999 is the mean over small fields
+
+
+def test_the_hottest_of_all_steel_is_that_of_a_ladder_of_solved_contacts():
+    # boundary-element contacts have 99 % quantiles of 2.43 and 2.72 T_flash at 8e5 1/m, and they rise by .06 more
+    drawn = frozen([1.0, 35.0], ROUGH)
+    column = fields.drawn_frozen(drawn, 4.15e7, fields.by_law(np.ones(2), 0.0), 0.0)
+    hottest = column.quantile("temperature_quantile_99")
+    assert hottest.mean == pytest.approx([2.49, 2.77], abs=0.1)
+    assert (hottest.errors["bandwidth"] < 0.3).all()
+
+
+def test_fields_end_at_the_wave_of_four_pixels():
+    # four longest waves on 128 points: that is 8 q_min
+    whole, part = (
+        frozen([3.0], self_affine(1e-24, end * 5e4), fields=2, points=128) for end in (16, 8)
+    )
+    for name, values in whole.samples[-1].numbers.items():
+        assert values == pytest.approx(part.samples[-1].numbers[name], rel=1e-9)
+    assert whole.flash[-1] != pytest.approx(part.flash[-1], rel=1e-3)  # it goes on
+    assert part.flash[-1] == part.flash[-2]
+    (short,), _ = frozen([3.0], self_affine(1e-24, 4 * 5e4), fields=2, points=128)
+    assert short.q_max == 4 * 5e4
+
+
+def test_speeds_keep_their_order_and_seeds_their_fields():
+    some = {"spectrum": self_affine(1e-24, 1e6), "fields": 2, "points": 128}
+    name = "temperature_quantile_75"
+
+    def quantiles(speeds, **numbers):
+        return frozen(speeds, **some, **numbers).samples[-1].numbers[name][0].tolist()
+
+    one, again = quantiles([3.0, 0.1]), quantiles([0.1, 3.0])
+    assert one == again[::-1]
+    assert quantiles([3.0], seed=1) != one[:1]
+    # a way beyond half of the cell counts as that half
+    assert quantiles([3.0], slid_distance=1.0) == one[:1]
+    near, _ = over_flash(frozen([3.0], **some, slid_distance=1e-5).samples[-1])
+    far, _ = over_flash(frozen([3.0], **some).samples[-1])
+    assert near[5] < far[5]
+
+
+def test_a_smooth_body_that_takes_all_heat_feels_the_frozen_contact():
+    # one face is smooth, the resting body insulating: as frozen, along another direction
+    spectrum = self_affine(1e-23, 1.6e5, q_min=2e4)
+    known, error = over_flash(frozen([2.0], spectrum, fields=4, points=256).samples[-1])
+    slid = slides([2.0], spectrum, resting=INSULATING, part=0.0, fields=4)
+    own, own_error = over_flash(slid, prefix="sliding_")
+    assert (np.abs(own - known) < 4 * np.hypot(error, own_error) + 0.04)[:6].all()
+
+
+def test_in_full_contact_the_temperature_of_a_slide_is_normal():
+    spectrum, solid = self_affine(1e-29, 4e5), Solid(MODULUS, 0.5e11, 1e11)
+    sample = slides([0.02], spectrum, solid, INSULATING, 0.0, 5e-4, fields=2)
+    even, _ = over_flash(sample, "area_", "sliding_")
+    deviation = even[4, 0] / ndtri(0.9)
+    assert even[:5, 0] == pytest.approx(deviation * ndtri(SHARES[:5]), abs=0.15 * deviation)
+
+
+def test_slides_of_steel_have_the_quantiles_of_solved_ones():
+    # experiments/reactions.py --slide: boundary-element contacts up to 1.016e5 1/m; slow and fast
+    slid = np.array(
+        [
+            (0.316, 0.677, 0.972, 1.295, 1.598, 2.135, 2.444),
+            (0.319, 0.689, 0.984, 1.290, 1.568, 2.049, 2.367),
+        ]
+    )
+    sample = slides([1.0, 35.0], ROUGH.truncated(q_max=1.016e5), fields=3)
+    ratio = over_flash(sample, prefix="sliding_")[0].T
+    assert np.abs(ratio - slid)[:, 1:5].max() < 0.05
+    assert np.abs(ratio - slid)[:, 5:].max() < 0.15
+    assert np.abs(ratio - slid)[:, 0].max() < 0.07
+
+
+def test_hot_places_of_waves_that_are_not_drawn_are_those_of_frozen_contact():
+    flat = fields.by_law(np.array([100.0]), 0.0, "slide")
+    sample = slides([3.0], self_affine(1e-23, 2e5), distance=3e-4, fields=2)
+    drawn, whole = (fields.drawn_slides(sample, flat, np.array([x])) for x in (1.0, 1.3))
+    for name in fields.QUANTILES:
+        above = drawn.quantile(name).mean - 100.0
+        assert whole.quantile(name).mean - 100.0 == pytest.approx(1.3 * above, rel=1e-9)
+
+
+def test_short_slides_have_finer_steps_and_still_shorter_ones_are_refused():
+    spectrum = self_affine(1e-23, 2e5)
+    pixel = 8 * 2 * np.pi / 5e4 / 160
+    sample = slides([3.0], spectrum, distance=3 * pixel, fields=1)
+    assert sample.side == 320.0
+    with pytest.raises(ValueError, match="slid_distance"):
+        slides([3.0], spectrum, distance=0.3 * pixel, fields=1)
+
+
+def test_outside_the_law_there_are_no_fields():
+    with pytest.raises(ValueError, match="penetration_hardness"):
+        frozen([1.0], ROUGH, STEEL._replace(penetration_hardness=1e6))
+    with pytest.raises(ValueError, match="penetration_hardness"):
+        slides([1.0], ROUGH, STEEL._replace(penetration_hardness=1e6))
+
+
+def test_each_position_of_a_slide_has_the_area_of_the_field():
+    from roughsim.prediction.fields import _along
+
+    field = clipped.clipped_field(self_affine(3e-25, 4e7), **STEEL._asdict())
+    rng = np.random.default_rng(5)
+    still, riding = rng.standard_normal((2, 96, 96))
+    offsets = np.array([[0, 0], [1, 0], [7, 1]])
+    share = float(ndtr(-field.levels[0]))
+    ascending = field.ascending(96**2)
+    for contact in _along(offsets, 0.8 * still, 0.6 * riding, ascending):
+        assert contact.pressure.mean() == pytest.approx(9e7, rel=1e-3)
+        assert contact.contact_fraction == pytest.approx(share, rel=0.01)
+    first, *others = _along(offsets, still, 0.0 * riding, ascending)
+    assert all(contact is first for contact in others)
+    moved = [contact.pressure for contact in _along(offsets, 0.0 * still, riding, ascending)]
+    for offset, pressure in zip(offsets, moved, strict=True):
+        assert (np.roll(pressure, offset, axis=(0, 1)) == moved[0]).all()
