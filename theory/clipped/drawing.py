@@ -16,7 +16,8 @@ _FASTEST = 100.0  # factor of an iteration
 def amplitudes(field: ClippedField, points: int, length: float) -> tuple[Array, float]:
     """Return the standard deviation of each wave of z, and the share of the variance of the pressure on wrong waves.
 
-    The cell has `points` × `points` pixels and the side `length`, m; the waves are those of a full transform.
+    The periodic cell of the `field` has `points` × `points` pixels and the side `length`, m; the waves are those of a
+    full transform.
 
     z is to give the pressure the power of the law on each wave. The transform of ρ does so where it is positive. Else
     the variance of each wave is multiplied by the power that is wanted over the power that it gives, several times;
@@ -63,7 +64,7 @@ def halved(white: Array) -> Array:
 
 
 def heights(amplitude: Array, white: Array) -> Array:
-    """Return z for the standard deviation of each of its waves and `white` noise, both of shape (points, points)."""
+    """Return z for the `amplitude` of each of its waves and `white` noise, both of shape (points, points)."""
     points = amplitude.shape[0]
     waves = scipy.fft.rfft2(white) * (amplitude[:, : points // 2 + 1] * points)
     return np.asarray(scipy.fft.irfft2(waves, s=amplitude.shape))

@@ -69,7 +69,7 @@ class ClippedField:
         return np.asarray(rising[np.searchsorted(self.levels, value)])
 
     def ascending(self, count: int) -> Array:
-        """Return the pressures of so many equal shares of the area, Pa, ascending."""
+        """Return the pressures of `count` equal shares of the area, Pa, ascending."""
         return self.pressure(scipy.special.ndtri((np.arange(count) + 0.5) / count))
 
     def angles(self) -> Array:
