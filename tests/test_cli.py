@@ -71,10 +71,10 @@ def test_theory_prints_the_steel_table(capsys):
 
 
 def test_theory_and_plan_print_tables(capsys):
-    code, out, _ = inside(capsys, "theory", "steel-1.2GPa")
+    code, out, _ = inside(capsys, "theory", "steel-1.2GPa", "--all")
     assert code == 0
     assert "258.9" in out
-    code, out, _ = inside(capsys, "plan", "steel-1.2GPa")
+    code, out, _ = inside(capsys, "plan", "steel-1.2GPa", "--all")
     assert code == 0
     assert "to q_c = 1.08e+06 rad/m" in out
     assert "C(q) goes on to 4.15e+07 rad/m" in " ".join(out.split())

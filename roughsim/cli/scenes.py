@@ -14,6 +14,7 @@ from roughsim.cli.runs import compare
 from roughsim.cli.words import (
     Chart,
     Csv,
+    Every,
     Json,
     SceneName,
     Set,
@@ -26,6 +27,7 @@ from roughsim.cli.words import (
     open_scene,
     print_json,
     print_parts,
+    show_scene,
 )
 from roughsim.show.text import clock, fail, note, say, tell, warn
 
@@ -70,6 +72,7 @@ def theory(
     trust: Annotated[
         bool, Option("--trust", help="Print the error of the theory for this scene.")
     ] = False,
+    every: Every = False,
 ) -> None:
     """Print the results of the analytic theory for a scene. A figure holds several scenes.
 
@@ -91,11 +94,11 @@ def theory(
     else:
         for one in theories:
             judged = judge(one.scene)
-            print_parts(
-                one.table(), *([trust_table(look_up(one.scene))] if trust else []), judged.table()
-            )
-            for line in judged.warnings:
-                warn(line)
+            errors = [trust_table(look_up(one.scene))] if trust else []
+            tables = [one.table(), *errors, judged.table()]
+            show_scene(one.summary(), tables, judged.warnings, every, len(theories))
+            if not every:
+                print_parts(*errors)
     draw_figure(partial(theory_chart, dict(zip(scenes, theories, strict=True))), chart, csv)
 
 
@@ -103,6 +106,7 @@ def plan(
     scene: SceneName,
     changes: Set = None,
     target_error: TargetError = None,
+    every: Every = False,
     as_json: Json = False,
 ) -> None:
     """Show how a scene would be computed, and why so."""
@@ -117,7 +121,7 @@ def plan(
     if not as_json:
         note(f"planning {scene}")  # before slow imports
     from roughsim.planning.limits import judge
-    from roughsim.planning.reasons import plan_table
+    from roughsim.planning.reasons import plan_summary, plan_table
 
     numerics = rs.plan(loaded)
     judged = judge(loaded, numerics)
@@ -126,9 +130,9 @@ def plan(
         reasons = [dict(zip(names, one.row, strict=True)) for one in numerics.reasons]
         print_json(numerics.to_dict() | {"reasons": reasons} | judged.to_dict())
     else:
-        print_parts(plan_table(numerics.reasons), judged.table())
-        for line in judged.warnings:
-            warn(line)
+        short = plan_summary(loaded.title or scene, numerics, judged.sizes)
+        tables = [plan_table(numerics.reasons), judged.table()]
+        show_scene(short, tables, judged.warnings, every)
 
 
 def run(

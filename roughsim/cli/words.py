@@ -1,14 +1,14 @@
 """Arguments and options that the verbs share, opening of scenes and runs, and printing."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
 import roughsim as rs
-from roughsim.show.text import note, say, tell
+from roughsim.show.text import note, say, tell, warn
 
 if TYPE_CHECKING:  # commands import late: the help loads none of these
     from roughsim.results.run import Run
@@ -49,6 +49,9 @@ TargetError = Annotated[
 ]
 RunFolder = Annotated[Path, Argument(metavar="RUN", help="The folder of a run, or of a study.")]
 Json = Annotated[bool, Option("--json", help="Print JSON (SI units) for programs.")]
+Every = Annotated[
+    bool, Option("--all", help="Print all values, reasons, assumptions and warnings.")
+]
 Chart = Annotated[Path | None, Option(metavar="FILE", help="Draw the figure: .png, .pdf or .svg.")]
 Csv = Annotated[
     Path | None, Option(metavar="FILE", help="Write the numbers that are drawn, too: .csv.")
@@ -93,6 +96,24 @@ def print_parts(*parts: "str | Table") -> None:
     from roughsim.show.terminal import PlainConsole
 
     PlainConsole().print_parts(*parts)
+
+
+def show_scene(
+    short: "Table",
+    whole: "Sequence[Table]",
+    warnings: Sequence[str],
+    every: bool,
+    screens: int = 1,
+) -> None:
+    """Print the first screen of a scene, one of several, or its whole tables and all of its warnings."""
+    from roughsim.show.terminal import print_first_screen
+
+    if not every:
+        print_first_screen(short, whole, warnings, screens)
+        return
+    print_parts(*whole)
+    for line in warnings:
+        warn(line)
 
 
 def check_figure(chart: Path | None, csv: Path | None = None) -> None:

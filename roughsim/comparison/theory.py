@@ -2,18 +2,22 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import isnan, nan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from roughsim.comparison.tables import theory_dict, theory_table, theory_values
+from roughsim import prediction
+from roughsim.comparison.tables import calibrated_note, theory_dict, theory_table, theory_values
 from roughsim.grid import Array
 from roughsim.planning.limits import judge, warnings_of
 from roughsim.scene import Scene, SceneLike, as_scene
+from roughsim.scene.numerics import SLIDING
+from roughsim.scene.schema import shortened
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import warn_of
-from roughsim.show.table import Table
+from roughsim.show.table import Column, Number, Row, Table, with_unit
 from roughsim.show.text import marked
 
 
@@ -77,6 +81,31 @@ class Theory:
         """Return the table that the command line prints."""
         return theory_table(self.scene)
 
+    def summary(self) -> Table:
+        """Return T_flash with its error by the calibrated spectrum, and by the theory, the highest speed first."""
+        scene, law = self.scene, prediction.calibrated(self.scene)
+        kelvin: dict[
+            str, tuple[Array, float]
+        ] = {}  # T_flash, and its relative error, NaN if unknown
+        if scene.sliding.history == SLIDING and (slid := prediction.sliding_prediction(scene)):
+            kelvin["sliding, K"] = slid.flash_temperature, prediction.sliding_error(scene)
+        if law.stress_spectrum is not None:
+            kelvin["calibrated, K"] = self.calibrated, law.errors["flash_temperature"]
+        kelvin["theory, K"] = self.flash_temperature, 0.0 if kelvin else nan
+        titles = [*kelvin, with_unit("D_flash", "m"), "share"]
+        rows: list[Row] = []
+        for k in np.argsort(self.speed)[::-1]:
+            flash = [
+                Number(values[k], "K", error * values[k], ("unknown",) * isnan(error))
+                for values, error in kelvin.values()
+            ]
+            others = Number(self.flash_width[k], "m"), Number(self.heat_partition[k])
+            rows.append([f"{self.speed[k]:g}", *flash, *others])
+        areas = f"{self.contact_fraction:.3g} of the area, {self.plastic_fraction:.3g} yields"
+        notes = [f"T_flash above the background; contact on {areas}.", calibrated_note(scene)]
+        columns = [Column(title, number=True) for title in ("speed, m/s", *titles)]
+        return Table(columns, rows, shortened(scene.title), notes)
+
     def to_dict(self) -> dict[str, Any]:
         """Return the theory, sizes of the scene and warnings as JSON values."""
         return theory_dict(self.scene) | judge(self.scene).to_dict()
@@ -103,7 +132,7 @@ def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> The
     Returns
     -------
     Theory
-        Arrays over the speeds of the scene; ``str()`` is the table of the command line.
+        Arrays over the speeds of the scene; ``str()`` is the table of ``roughsim theory --all``.
 
     Raises
     ------

@@ -54,11 +54,15 @@ class Plausibility(NamedTuple):
         """The warnings, the most serious first."""
         return [str(remark) for remark in self.remarks if remark.kind in WARNINGS]
 
+    @property
+    def sizes(self) -> list[Remark]:
+        """Sizes and assumptions."""
+        sizes = self.facts.rows() if self.facts else []
+        return [*sizes, *(remark for remark in self.remarks if remark.kind == "assumption")]
+
     def table(self) -> Table:
         """Return sizes and assumptions for people: name, value, and meaning or reason."""
-        sizes = self.facts.rows() if self.facts else []
-        assumptions = [remark for remark in self.remarks if remark.kind == "assumption"]
-        rows = [remark.row for remark in (*sizes, *assumptions)]
+        rows = [remark.row for remark in self.sizes]
         return Table([Column("", name=True), Column("", name=True), Column("")], rows)
 
     def to_dict(self) -> dict[str, Any]:

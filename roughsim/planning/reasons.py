@@ -1,10 +1,12 @@
 """The choices of a plan in words: its levels, its workers, and the table of all."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from math import prod
 
 from roughsim.grid import Array
 from roughsim.machine import SHARE, available_memory, in_words, usable_cores, workers_that_fit
 from roughsim.scene.numerics import Level, Numerics
+from roughsim.scene.schema import shortened
 from roughsim.show.remarks import Remark
 from roughsim.show.table import Column, Table, significant
 
@@ -13,6 +15,23 @@ def plan_table(reasons: Sequence[Remark]) -> Table:
     """Return the choices of a plan with their reasons."""
     titles = [Column(title) for title in ("choice", "value", "because")]
     return Table(titles, [reason.row for reason in reasons])
+
+
+def plan_summary(title: str, numerics: Numerics, sizes: Iterable[Remark]) -> Table:
+    """Return the cost, the levels of each column, and values without their reasons, the most important first."""
+    reasons = {reason.quantity: reason for reason in numerics.reasons}
+    cost = reasons["CPU time"]
+    rows = [("CPU time", f"{cost.value}, {cost.text.partition(',')[0]}")]
+    for column in numerics.columns:
+        levels = [numerics.levels[i] for i in numerics.of_column(column)]
+        x, y = max((level.shape for level in levels), key=prod)
+        q_max = f"{levels[-1].q_max:.3g} rad/m"
+        rows.append((column, f"{len(levels)} levels to q_c = {q_max}, up to {x} × {y} points"))
+    for name in ("cell", "hardness", "slid distance", "slides", "scan", "workers", "memory"):
+        if name in reasons:
+            rows.append((name, reasons[name].value))
+    rows += [(size.quantity, size.value) for size in sizes]
+    return Table([Column("", name=True), Column("")], rows, shortened(title))
 
 
 def workers_reason(numerics: Numerics, first: tuple[float, str], largest: float) -> Remark:

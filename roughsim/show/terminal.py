@@ -1,8 +1,10 @@
 """Printing tables and lines to a terminal; brackets, colons and control characters in a text have no effect."""
 
 import sys
+from collections.abc import Sequence
+from dataclasses import replace
 from io import StringIO
-from textwrap import wrap
+from textwrap import fill, wrap
 from typing import IO, Any
 
 import rich.table
@@ -11,9 +13,11 @@ from rich.console import Console
 from rich.text import Text
 
 from roughsim.show.table import Table
-from roughsim.show.text import plain_lines
+from roughsim.show.text import marked, plain_lines, say, tell
 
 PIPED = 150  # columns: a pipe has no width, and no number is to be broken
+_NARROW, _LINES = 80, 24  # of a first screen, below a line on slow work
+_MOST_REMARKS = 3  # of a first screen
 _WIDEST = 500  # columns of a table whose numbers are whole
 _LEAST_TEXT = (
     12  # columns that a text may be narrowed to; longer words, such as paths, are then broken
@@ -75,6 +79,31 @@ class PlainConsole(Console):
         self.width = width
         for note in table.notes:
             self.print(note, style="dim")
+
+
+def print_first_screen(
+    short: Table, whole: Sequence[Table], warnings: Sequence[str], screens: int = 1
+) -> None:
+    """Print a short table, the most serious warnings, and what --all adds: 25 lines of 80 columns for all `screens`.
+
+    The table has its most important rows first; the last ones are left out where there is no room. `whole` are the
+    tables of --all.
+    """
+    told = [
+        fill(f"roughsim: {line}", _NARROW, subsequent_indent="  ", break_on_hyphens=False)
+        for line in marked(warnings[:_MOST_REMARKS])
+    ]
+    room = _LINES // screens - 1 - sum(text.count("\n") + 1 for text in told)
+    rows = list(short.rows)
+    while len(rows) > 1 and table_text(replace(short, rows=rows), _NARROW).count("\n") >= room:
+        del rows[-1]
+    PlainConsole(piped=_NARROW).print_table(replace(short, rows=rows))
+    for text in told:
+        tell(text)
+    more = f"{sum(len(table.rows) for table in whole)} rows"
+    if len(warnings) > len(told):
+        more += f", and {len(warnings) - len(told)} more warnings"
+    say(f"--all prints {more}, with reasons.")
 
 
 def table_text(table: Table, width: int = PIPED) -> str:

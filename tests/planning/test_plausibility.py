@@ -526,7 +526,7 @@ def test_theory_plan_run_and_report_all_say_it(quick, tmp_path, capsys):
     )
     for verb in ("theory", "plan"):
         with pytest.raises(SystemExit):
-            main([verb, str(path)])
+            main([verb, str(path), "--all"])
         shown = capsys.readouterr()
         assert shown.err.count(hot) == " ".join(shown.out.split()).count(share) == 1
         for word in (

@@ -133,7 +133,9 @@ def test_the_other_solutions_are_stated_with_their_temperatures(capped_scene, tm
     run = rs.run(
         replace(scene, numerics=replace(scene.numerics, levels=tuple(levels))), tmp_path / "run"
     )
-    outputs = [CliRunner().invoke(app, [verb, str(path)]).stdout for verb in ("theory", "plan")]
+    outputs = [
+        CliRunner().invoke(app, [verb, str(path), "--all"]).stdout for verb in ("theory", "plan")
+    ]
     outputs.append(CliRunner().invoke(app, ["compare", str(run.folder)]).stdout)
     for text in outputs:
         (line,) = re.findall(r"contact at 35 m/s.*?first", " ".join(text.split()))

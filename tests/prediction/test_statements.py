@@ -168,7 +168,9 @@ def test_plan_theory_compare_and_report_print_the_same_statements(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(scene.to_toml())
     rs.run(scene, tmp_path / "run", max_realizations=2, until={})
-    outputs = [CliRunner().invoke(app, [verb, str(path)]).output for verb in ("plan", "theory")]
+    outputs = [
+        CliRunner().invoke(app, [verb, str(path), "--all"]).output for verb in ("plan", "theory")
+    ]
     outputs.append(CliRunner().invoke(app, ["compare", str(tmp_path / "run")]).stdout)
     outputs.append(report_run(rs.open_run(tmp_path / "run"), tmp_path / "run.html").read_text())
     for text in outputs:

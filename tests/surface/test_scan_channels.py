@@ -174,7 +174,7 @@ def test_a_scene_keeps_the_channel_of_its_scan(tmp_path, capsys):
     )
     (tmp_path / "a.toml").write_text(text)
     with pytest.raises(SystemExit):
-        main(["plan", str(tmp_path / "a.toml")])
+        main(["plan", str(tmp_path / "a.toml"), "--all"])
     assert "channel 'Height'" in capsys.readouterr().out
 
 
