@@ -11,7 +11,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.planning.levels import SIDE, cell_of
-from roughsim.prediction.facts import YIELDED, Facts, gentle_end
+from roughsim.prediction.facts import YIELDED, Facts, facts_of, gentle_end
 from roughsim.prediction.scans import scan_of_hottest, unknown_by
 from roughsim.prediction.statements import (
     NO_VALUE,
@@ -110,7 +110,7 @@ def _examined(
     scanned = _scan_remarks(scene) if drawn else ()
     plain = [*scene.slips, *scanned, *cautions(scene, drawn=drawn, measured=measured)]
     try:
-        known = Facts(
+        known = facts_of(
             scene, numerics.lengths if numerics else cell_of(prediction.computed(scene))[0]
         )
     except NO_VALUE as error:

@@ -1,5 +1,6 @@
 """The sizes that follow from a scene: roughness, load, contact area, hot spots, Péclet numbers and temperatures."""
 
+from dataclasses import asdict, dataclass
 from math import exp, inf, isfinite, isinf, log, nan, pi
 from typing import Any
 
@@ -15,61 +16,42 @@ from roughsim.scene import Scene
 from roughsim.scene.slips import STEEP
 from roughsim.show.remarks import Remark
 from roughsim.show.table import json_value
+from roughsim.surface.topography import Texture
 
 _ROOM = 293.0  # K, the background temperature where none is given
 YIELDED = 32.0  # q_y: shorter waves touch at the hardness alone, and their slope changes nothing
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class Facts:
-    """Sizes that follow from a scene in a cell of these sides, m, in SI; arrays run over its speeds.
+    """Sizes that follow from a scene, in SI; arrays run over its speeds."""
 
-    ValueError, ArithmeticError or RuntimeError where the theory of the scene has no value.
-    """
-
-    def __init__(self, scene: Scene, lengths: tuple[float, float]):
-        theory, spectrum, load = predictions(scene), scene.spectrum, scene.sliding.nominal_pressure
-        self.rms_height = spectrum.rms_height  # of both faces together, as all of the roughness
-        self.rms_slope = spectrum.rms_slope
-        yields = inf if scene.elastic else yield_wavenumber(scene)
-        gentle = (
-            spectrum
-            if YIELDED * yields >= spectrum.breaks[-1]
-            else spectrum.truncated(q_max=YIELDED * yields)
-        )
-        self.textures = {
-            face: [texture._asdict() for texture in maps] for face, maps in textures(scene).items()
-        }
-        self.rms_slope_before_yield = (
-            gentle.rms_slope
-        )  # of the waves up to 32 q_y; of all where q_y is inf
-        self.longest_wave = 2 * pi / spectrum.breaks[0]
-        self.shortest_wave = 2 * pi / spectrum.breaks[-1]
-        self.pressure_over_hardness = (
-            load / scene.penetration_hardness
-        )  # σ₀/σ_P; 0 of elastic contact
-        self.pressure_over_modulus = load / scene.effective_modulus  # σ₀/E*
-        self.contact_fraction = contact = float(theory["contact_fraction"][0])  # A/A₀ of the theory
-        self.contact_pressure = load / contact if contact > 0.0 else inf  # its mean, σ₀A₀/A
-        self.yield_wavenumber = yields  # q_y; inf of elastic contact, or where C(q) ends before
-        # the distance over which the correlation of the pressure falls to a half, in theory
-        self.hot_spot_radius = radius = float(theory["correlation_radius_50"][0])
-        self.hot_spots = (
-            contact * lengths[0] * lengths[1] / (pi * radius**2)
-        )  # contact area of a cell over πr²
-        self.cell = lengths  # its sides
-        self.speed = np.array(scene.speeds)
-        self.peclet_number = self.speed * radius / conduction(scene).diffusivity  # vr/D
-        self.heat_partition = heat_partition(scene)  # share used
-        # of the theory with that share, K above the background
-        self.flash_temperature = self.heat_partition * theory["flash_temperature"]
-        self.background_temperature = scene.sliding.background_temperature or _ROOM  # absolute
-        self.melting_temperature = (
-            scene.melting_temperature
-        )  # absolute; inf if the scene gives none
+    rms_height: float  # of both faces together, as all of the roughness
+    rms_slope: float
+    textures: dict[str, list[Texture]]  # of the maps of each face
+    rms_slope_before_yield: float  # of the waves up to 32 q_y; of all where q_y is inf
+    longest_wave: float
+    shortest_wave: float
+    pressure_over_hardness: float  # σ₀/σ_P; 0 of elastic contact
+    pressure_over_modulus: float  # σ₀/E*
+    contact_fraction: float  # A/A₀ of the theory
+    contact_pressure: float  # its mean, σ₀A₀/A
+    yield_wavenumber: float  # q_y; inf of elastic contact, or where C(q) ends before
+    hot_spot_radius: float  # over which the correlation of the pressure falls to a half, in theory
+    hot_spots: float  # contact area of a cell over πr²
+    cell: tuple[float, float]  # its sides
+    speed: Array
+    peclet_number: Array  # vr/D
+    heat_partition: Array  # share used
+    flash_temperature: Array  # of the theory with that share, K above the background
+    background_temperature: float  # absolute
+    melting_temperature: float  # absolute; inf if the scene gives none
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON values in SI; NaN and inf as None."""
-        return {name: json_value(value) for name, value in vars(self).items()}
+        textures = {face: [one._asdict() for one in maps] for face, maps in self.textures.items()}
+        values: dict[str, Any] = json_value(asdict(self) | {"textures": textures})
+        return values
 
     def rows(self) -> list[Remark]:
         """Return name, value and meaning of each for people."""
@@ -114,6 +96,43 @@ class Facts:
             ),
         ]
         return [Remark("size", name, meaning, value) for name, value, meaning in rows]
+
+
+def facts_of(scene: Scene, lengths: tuple[float, float]) -> Facts:
+    """Return the sizes of a scene in a cell of these sides, m.
+
+    ValueError, ArithmeticError or RuntimeError where the theory of the scene has no value.
+    """
+    theory, spectrum, load = predictions(scene), scene.spectrum, scene.sliding.nominal_pressure
+    speed, share = np.array(scene.speeds), heat_partition(scene)
+    yields = inf if scene.elastic else yield_wavenumber(scene)
+    gentle = spectrum
+    if YIELDED * yields < spectrum.breaks[-1]:
+        gentle = spectrum.truncated(q_max=YIELDED * yields)
+    contact = float(theory["contact_fraction"][0])
+    radius = float(theory["correlation_radius_50"][0])
+    return Facts(
+        rms_height=spectrum.rms_height,
+        rms_slope=spectrum.rms_slope,
+        textures=textures(scene),
+        rms_slope_before_yield=gentle.rms_slope,
+        longest_wave=2 * pi / spectrum.breaks[0],
+        shortest_wave=2 * pi / spectrum.breaks[-1],
+        pressure_over_hardness=load / scene.penetration_hardness,
+        pressure_over_modulus=load / scene.effective_modulus,
+        contact_fraction=contact,
+        contact_pressure=load / contact if contact > 0.0 else inf,
+        yield_wavenumber=yields,
+        hot_spot_radius=radius,
+        hot_spots=contact * lengths[0] * lengths[1] / (pi * radius**2),
+        cell=lengths,
+        speed=speed,
+        peclet_number=speed * radius / conduction(scene).diffusivity,
+        heat_partition=share,
+        flash_temperature=share * theory["flash_temperature"],
+        background_temperature=scene.sliding.background_temperature or _ROOM,
+        melting_temperature=scene.melting_temperature,
+    )
 
 
 def _range_text(values: Array) -> str:

@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def facts(scene):
-    return sizes.Facts(scene, choose_lengths(scene)[0])
+    return sizes.facts_of(scene, choose_lengths(scene)[0])
 
 
 def warned(text):
@@ -504,7 +504,7 @@ def test_a_theory_that_cannot_be_evaluated_is_said_and_stops_nothing(quick, monk
     def none(*_):
         raise RuntimeError("the integral\nis not reached")
 
-    monkeypatch.setattr("roughsim.planning.limits.Facts", none)
+    monkeypatch.setattr("roughsim.planning.limits.facts_of", none)
     assert (
         "rms slope" in warned(changed('"0.90 um"', '"2 m"'))[1]
     )  # what needs no theory is told all the same
