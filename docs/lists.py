@@ -116,10 +116,12 @@ def _limits(record: type[Record], name: str) -> str:
     """Return the limits of a number, or the words of a choice."""
     number = quantity(record, name)
     if number:
-        bounds = {">": number.above, "≥": number.at_least, "<": number.below, "≤": number.at_most}
+        bounds = {">": number.gt, "≥": number.ge, "<": number.lt, "≤": number.le}
         return (
             ", ".join(
-                f"{sign} {bound:g}" for sign, bound in bounds.items() if abs(bound) < _NO_LIMIT
+                f"{sign} {bound:g}"
+                for sign, bound in bounds.items()
+                if bound is not None and abs(bound) < _NO_LIMIT
             )
             or "–"
         )

@@ -171,7 +171,7 @@ WRONG = {
     ),
     "bad total target": (
         ("plan", "demo", "--target-error", "120%"),
-        '--target-error = "120%" must be above 0 and below 1',
+        "--target-error = 1.2 must be above 0 and below 1",
     ),
     "unknown observable": (
         ("run", "demo", "-o", "{tmp}/a", "--until", "heat=1%"),
@@ -304,7 +304,7 @@ def test_a_warning_is_one_line_without_the_place_in_the_code(capsys, theory_tabl
     theory_table(warned)
     with warnings.catch_warnings():
         warnings.simplefilter("default")
-        code, _, err = inside(capsys, "theory", "demo")
+        code, _, err = inside(capsys, "theory", "demo", "--all")
     assert code == 0
     assert err == "roughsim: warning: the cell is small\n"
 

@@ -3,19 +3,18 @@
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic.dataclasses import dataclass
 
-from roughsim.scene.schema import QMax, QMin, Quantity, Record
+from roughsim.scene.schema import QMax, QMin, Quantity, Record, record
 
 
-@dataclass(frozen=True, kw_only=True)
+@record()
 class Bump(Record):
     """C(q) of a face, m⁴."""
 
     name: Literal["bump"]
-    psd_at_q_min: Annotated[float, Quantity("m^4", '"1e-22 m^4"', above=0)]
+    psd_at_q_min: Annotated[float, Quantity("m^4", '"1e-22 m^4"', gt=0)]
     q_min: QMin
-    q_bump: Annotated[float, Quantity("rad/m", '"6e4 1/m"', above=0)]
+    q_bump: Annotated[float, Quantity("rad/m", '"6e4 1/m"', gt=0)]
     q_max: QMax
 
     @property

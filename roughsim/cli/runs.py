@@ -1,5 +1,6 @@
 """The verbs that take the folder of a run."""
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -186,10 +187,9 @@ def _parse_speed(text: str | None) -> float | None:
         return None
     from roughsim.scene.sections import SPEED
 
-    try:
+    with suppress(ValueError):
         return float(text)
-    except ValueError:
-        return SPEED.of_text(text, "--speed")
+    return float(SPEED(text, "--speed"))
 
 
 def _parse_zoom(text: str | None) -> tuple[tuple[float, float], tuple[float, float]] | None:

@@ -14,7 +14,6 @@ from roughsim.grid import Array
 from roughsim.planning.limits import judge, warnings_of
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import SLIDING
-from roughsim.scene.schema import shortened
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import warn_of
 from roughsim.show.table import Column, Number, Row, Table, with_unit
@@ -104,7 +103,7 @@ class Theory:
         areas = f"{self.contact_fraction:.3g} of the area, {self.plastic_fraction:.3g} yields"
         notes = [f"T_flash above the background; contact on {areas}.", calibrated_note(scene)]
         columns = [Column(title, number=True) for title in ("speed, m/s", *titles)]
-        return Table(columns, rows, shortened(scene.title), notes)
+        return Table(columns, rows, scene.title, notes)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the theory, sizes of the scene and warnings as JSON values."""

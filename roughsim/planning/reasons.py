@@ -6,7 +6,6 @@ from math import prod
 from roughsim.grid import Array
 from roughsim.machine import SHARE, available_memory, in_words, usable_cores, workers_that_fit
 from roughsim.scene.numerics import Level, Numerics
-from roughsim.scene.schema import shortened
 from roughsim.show.remarks import Remark
 from roughsim.show.table import Column, Table, significant
 
@@ -31,7 +30,7 @@ def plan_summary(title: str, numerics: Numerics, sizes: Iterable[Remark]) -> Tab
         if name in reasons:
             rows.append((name, reasons[name].value))
     rows += [(size.quantity, size.value) for size in sizes]
-    return Table([Column("", name=True), Column("")], rows, shortened(title))
+    return Table([Column("", name=True), Column("")], rows, title)
 
 
 def workers_reason(numerics: Numerics, first: tuple[float, str], largest: float) -> Remark:

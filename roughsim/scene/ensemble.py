@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator
-from pydantic.dataclasses import dataclass
 
 from roughsim.observables.catalogue import OBSERVABLES, observables_of
-from roughsim.scene.schema import Quantity, Record, as_written, did_you_mean, whole
+from roughsim.scene.schema import Quantity, Record, as_written, did_you_mean, record, whole
 
-TARGET = Quantity("", '"1 %"', above=0, below=1)
+TARGET = Quantity("", '"1 %"', gt=0, lt=1)
 
 
 def _read_targets(value: Any) -> tuple[tuple[str, float], ...]:
@@ -28,8 +27,8 @@ def _read_targets(value: Any) -> tuple[tuple[str, float], ...]:
     return tuple((name, TARGET(target, f".{name}")) for name, target in value)
 
 
-@dataclass(frozen=True, kw_only=True)
-class EnsembleSection(Record, section="ensemble"):
+@record("ensemble")
+class EnsembleSection(Record):
     """Seed, number of realizations or the largest one, and targets."""
 
     seed: Annotated[int, whole("1", 0)] = 1

@@ -6,7 +6,6 @@ from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from pydantic import BeforeValidator, model_validator
-from pydantic.dataclasses import dataclass
 from pydantic_core import to_jsonable_python
 
 from roughsim.scene.changes import with_changes
@@ -24,7 +23,7 @@ from roughsim.scene.checks import (
 from roughsim.scene.ensemble import EnsembleSection
 from roughsim.scene.numerics import NumericsSection
 from roughsim.scene.reactions import ObservablesSection, ReactionSection
-from roughsim.scene.schema import Record
+from roughsim.scene.schema import Record, record
 from roughsim.scene.sections import (
     NOT_IDENTITY,
     BodySection,
@@ -63,8 +62,8 @@ class Conduction(NamedTuple):
     counter_layers: Layers = Layers()
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class Scene(Record, section=""):
+@record("", repr=False)
+class Scene(Record):
     """A simulated system: frozen, in SI, checked when made and by ``dataclasses.replace``.
 
     Attributes

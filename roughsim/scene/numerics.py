@@ -5,7 +5,6 @@ from math import isinf, pi
 from typing import Annotated, Any, Final, Literal, Self, get_args
 
 from pydantic import BeforeValidator, PlainSerializer, SkipValidation, model_validator
-from pydantic.dataclasses import dataclass
 from pydantic_core import to_jsonable_python
 
 from roughsim.errors import ResolutionError
@@ -18,6 +17,7 @@ from roughsim.scene.schema import (
     as_written,
     one_or_list,
     optional_keys,
+    record,
     whole,
 )
 from roughsim.show.markup import in_notebook
@@ -31,18 +31,18 @@ SLIDING: Final = (
 )
 QUADRANTS: Final = "quadrants"  # the column of the quadrants of a pressed map
 _Points = Annotated[int, whole("1024", 1, 2**31)]
-_Length = Annotated[float, Quantity("m", '"4 mm"', above=0)]
+_Length = Annotated[float, Quantity("m", '"4 mm"', gt=0)]
 _Distance = Annotated[
     float,
-    Quantity("m", '"2 mm"', above=0, may_be_infinite=True),
+    Quantity("m", '"2 mm"', gt=0, may_be_infinite=True),
     PlainSerializer(lambda distance: "inf" if isinf(distance) else distance),  # JSON has no inf
 ]
 DEFAULT_SOLVER = "active_set"
 SAME = 1e-9  # relative: wavenumbers that differ by less are the same
 
 
-@dataclass(frozen=True)
-class Level(Record, section="numerics.levels"):
+@record("numerics.levels", kw_only=False)
+class Level(Record):
     """A contact problem with its own random surfaces.
 
     Parameters
@@ -70,7 +70,7 @@ class Level(Record, section="numerics.levels"):
     q_max: QMax
     cell: Literal["half", "quarter"] | None = None
     first: Annotated[int, whole("8", 1, 1_000_000)] | None = None
-    followed: Annotated[float, Quantity("m", '"4 mm"', above=0)] | None = None
+    followed: Annotated[float, Quantity("m", '"4 mm"', gt=0)] | None = None
     lengths: Annotated[tuple[_Length, _Length], one_or_list(2)] | None = None
 
     @property
@@ -101,8 +101,8 @@ def _read_levels(value: Any) -> Any:
     return value
 
 
-@dataclass(frozen=True)
-class Numerics(Record, section="numerics"):
+@record("numerics", kw_only=False)
+class Numerics(Record):
     """Numerical parameters of a computation.
 
     A column of levels is a ladder of cut-offs: its lowest level has the mean, and each higher one corrects the level
@@ -132,7 +132,7 @@ class Numerics(Record, section="numerics"):
 
     levels: Annotated[tuple[Level, ...], BeforeValidator(_read_levels)]
     lengths: Annotated[tuple[_Length, _Length], one_or_list(2)]
-    tolerance: Annotated[float, Quantity("", "3e-3", above=0, below=1)] = 3e-3
+    tolerance: Annotated[float, Quantity("", "3e-3", gt=0, lt=1)] = 3e-3
     precision: Literal["double", "single"] = "double"
     slid_distance: _Distance | None = None
     threads: Annotated[int, whole("1", 1, 4096)] = 1
@@ -359,6 +359,6 @@ DEFAULT_REASONS = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class NumericsSection(optional_keys(Numerics), section="numerics"):  # type: ignore[misc, call-arg]
+@record("numerics")
+class NumericsSection(optional_keys(Numerics)):  # type: ignore[misc]
     """The numerics that the scene fixes: the keys of `Numerics`; None leaves the choice to the plan."""

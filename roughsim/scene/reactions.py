@@ -3,9 +3,8 @@
 from typing import Annotated
 
 from pydantic import BeforeValidator, StrictBool
-from pydantic.dataclasses import dataclass
 
-from roughsim.scene.schema import KELVIN, Quantity, Record, one_or_list
+from roughsim.scene.schema import KELVIN, Quantity, Record, one_or_list, record
 
 _TINY = 1e-40  # m³: volumes of atoms are 1e-29
 _LARGEST_VOLUME = 1e-26  # m³: σV/k_B T of any solid stays within floats
@@ -18,8 +17,8 @@ def _refuse_empty(value: object) -> object:
     return value
 
 
-@dataclass(frozen=True, kw_only=True)
-class ObservablesSection(Record, section="observables"):
+@record("observables")
+class ObservablesSection(Record):
     """Observables that are measured only if the scene asks for them."""
 
     temperature_distribution: StrictBool = False
@@ -34,12 +33,12 @@ class ObservablesSection(Record, section="observables"):
     free where the contact is hotter."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ReactionSection(Record, section="reaction"):
+@record("reaction")
+class ReactionSection(Record):
     """A thermally activated reaction of the surface of the moving body, with the rate ν exp(−(E − σV)/k_B T)."""
 
     activation_energy: Annotated[
-        tuple[Annotated[float, Quantity("J", '"1 eV"', at_least=0, at_most=1e-17)], ...],
+        tuple[Annotated[float, Quantity("J", '"1 eV"', ge=0, le=1e-17)], ...],
         one_or_list(),
         BeforeValidator(_refuse_empty),
     ]
@@ -49,13 +48,13 @@ class ReactionSection(Record, section="reaction"):
         Quantity(
             "m^3",
             '"10 angstrom^3"',
-            at_least=-_LARGEST_VOLUME,
-            at_most=_LARGEST_VOLUME,
+            ge=-_LARGEST_VOLUME,
+            le=_LARGEST_VOLUME,
             smallest=_TINY,
         ),
     ] = 0.0
     """V, by which the pressure lowers the barrier."""
-    prefactor: Annotated[float, Quantity("1/s", '"1e13 1/s"', above=0)]
+    prefactor: Annotated[float, Quantity("1/s", '"1e13 1/s"', gt=0)]
     """ν, attempts per second."""
-    contact_length: Annotated[float, Quantity("m", '"1 cm"', above=0)] | None = None
+    contact_length: Annotated[float, Quantity("m", '"1 cm"', gt=0)] | None = None
     """Of the nominal contact along sliding, for the conversion in one pass; None: no conversion."""

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 _MOST_SCANS = 32  # of one face: their table with its errors still fits into a scene
 _UNEVEN = 0.05  # of the larger number of points: more would make pixels of one length oblong
-_MAP_SIZE = Quantity("m", '"1 mm"', above=0)
-_CUT = Quantity("rad/m", '"2.5e6 1/m"', above=0)
+_MAP_SIZE = Quantity("m", '"1 mm"', gt=0)
+_CUT = Quantity("rad/m", '"2.5e6 1/m"', gt=0)
 MEASURED_KEYS = (
     "psd_source",
     "psd_error",

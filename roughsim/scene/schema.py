@@ -11,14 +11,21 @@ import math
 import re
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from dataclasses import dataclass, fields, make_dataclass
+from dataclasses import dataclass, field, fields, make_dataclass
 from decimal import Decimal
 from functools import lru_cache
 from numbers import Integral, Real
-from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, TypeVar, dataclass_transform, get_args, get_type_hints
 
-from pydantic import ConfigDict, GetCoreSchemaHandler, ValidationError, WrapValidator
-from pydantic_core import core_schema
+from pydantic import (
+    ConfigDict,
+    GetCoreSchemaHandler,
+    TypeAdapter,
+    ValidationError,
+    WrapValidator,
+)
+from pydantic.dataclasses import dataclass as pydantic_dataclass
+from pydantic_core import PydanticKnownError, core_schema
 
 from roughsim.errors import RoughsimError
 from roughsim.scene.other_names import OTHER_NAMES
@@ -29,6 +36,7 @@ _SMALLEST, _LARGEST = (
     1e-30,
     1e30,
 )  # sizes of lawful numbers, SI: products of several of them do not overflow
+_LIMITS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}  # of pydantic, in words
 _NUMBER_AND_UNIT = re.compile(
     r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)"
 )
@@ -84,17 +92,17 @@ def did_you_mean(word: str, names: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number of a scene: its SI unit ("" for none), an example as written in a file, and its limits.
+    """A number of a scene: its SI unit ("" for none), an example as written in a file, and its limits by pydantic.
 
-    As the annotation of a field it converts the value before pydantic checks the type.
+    As the annotation of a field it reads a text with a unit before pydantic checks type and limits.
     """
 
     unit: str
     example: str
-    above: float = -math.inf
-    at_least: float = -math.inf
-    below: float = math.inf
-    at_most: float = math.inf
+    gt: float | None = None
+    ge: float | None = None
+    lt: float | None = None
+    le: float | None = None
     may_be_infinite: bool = False
     whole: bool = False
     smallest: float = _SMALLEST  # size of a number that is not zero
@@ -102,63 +110,62 @@ class Quantity:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
-        """Let pydantic read the value first."""
-        return core_schema.no_info_before_validator_function(self, handler(source))
+        """Return the schema of the number: strict, so that no bool and no text without a unit passes."""
+        limits: dict[str, Any] = {name: getattr(self, name) for name in _LIMITS}
+        if self.whole:
+            number: core_schema.CoreSchema = core_schema.int_schema(strict=True, **limits)
+        else:
+            finite = not self.may_be_infinite
+            number = core_schema.float_schema(strict=True, allow_inf_nan=not finite, **limits)
+        return core_schema.no_info_before_validator_function(self.read, number)
 
     def __call__(self, value: Any, where: str = "") -> Any:
-        """Return `value` in SI; the second argument is its place within the key, such as "[2]"."""
-        as_text = isinstance(value, str) and not self.whole
-        number = self.of_text(value, where) if as_text else self.of_number(value, where)
-        limit = self.missed_limit(number)
-        if limit:
-            raise ValueError(
-                f"{where} = {as_written(value, self.unit)} must be {limit}, for example {self.example}"
-            )
-        return number
-
-    def missed_limit(self, number: float) -> str:
-        """Return in words the limits that a number does not keep, as "above 0 m"; "" if it keeps all."""
-        if math.isnan(number) or (math.isinf(number) and not self.may_be_infinite):
-            return "finite"
-        within = self.at_least <= number <= self.at_most
-        inside = self.above < number and (number < self.below or math.isinf(self.below))
-        if not (within and inside):
-            bounds = {
-                "above": self.above,
-                "at least": self.at_least,
-                "below": self.below,
-                "at most": self.at_most,
-            }
-            texts = [
-                f"{word} {limit:.15g} {self.unit}"
-                for word, limit in bounds.items()
-                if math.isfinite(limit)
-            ]
-            return " and ".join(text.rstrip() for text in texts)
-        if number and math.isfinite(number) and not self.smallest <= abs(number) <= _LARGEST:
-            size = f"{self.smallest:g} to {_LARGEST:g} {self.unit}".rstrip()
-            return f"of a size from {size}; check the exponent and the unit"
-        return ""
-
-    def of_number(self, value: Any, where: str) -> float:
-        """Return a number as a float, or as an int if it must be whole; one that is too large is inf."""
-        numbers: Any = Integral if self.whole else Real
-        if isinstance(value, bool) or not isinstance(value, numbers):
-            kind = f"a number in {self.unit} or a string with a unit" if self.unit else "a number"
-            kind = "a whole number" if self.whole else kind
-            raise ValueError(
-                f"{where} = {as_written(value)} must be {kind}, for example {self.example}"
-            )
+        """Return `value` in SI; the second argument is its key, or its place within the key, such as "[2]"."""
         try:
-            number = float(value)
-        except OverflowError:
-            return math.inf
-        return int(value) if self.whole else number
+            return TypeAdapter(Annotated[Any, self]).validate_python(value)
+        except ValidationError as error:
+            raise ValueError(where + self.refusal(error.errors(include_url=False)[0])) from None
 
-    def of_text(self, value: str, where: str) -> float:
+    def refusal(self, detail: Any) -> str:
+        """Return what pydantic refused, as text that follows the key: value, limit and example."""
+        context = detail.get("ctx", {})
+        if "error" in context:
+            return str(context["error"])
+        if _LIMITS.keys() & context:
+            ends = {word: getattr(self, name) for name, word in _LIMITS.items()}
+            texts = [f"{w} {end:.15g} {self.unit}" for w, end in ends.items() if end is not None]
+            wanted = " and ".join(text.rstrip() for text in texts)
+        elif detail["type"] == "finite_number":
+            wanted = "finite"
+        elif self.whole:
+            wanted = "a whole number"
+        else:
+            wanted = "a number" + f" in {self.unit} or a string with a unit" * bool(self.unit)
+        value = as_written(detail["input"], self.unit)
+        return f" = {value} must be {wanted}, for example {self.example}"
+
+    def read(self, value: Any) -> Any:
+        """Return a number as Python's own, in SI from a text with a unit; pydantic refuses what is none."""
+        number = self.of_text(value) if isinstance(value, str) and not self.whole else value
+        if type(number) not in (int, float):
+            kind: Any = Integral if self.whole else Real  # such as those of NumPy
+            if isinstance(number, bool) or not isinstance(number, kind):
+                return number
+            number = int(number) if self.whole else float(number)
+        size = abs(number)
+        small, large = 0.0 < size < self.smallest, _LARGEST < size < math.inf
+        if self.whole or not (small or large):
+            return number
+        sizes = f"{self.smallest:g} to {_LARGEST:g} {self.unit}".rstrip()
+        written = as_written(value, self.unit)
+        raise ValueError(
+            f" = {written} must be of a size from {sizes}; check the exponent and the unit"
+        )
+
+    def of_text(self, value: str) -> float:
         """Return the value of a string with a unit, in SI."""
         match = _NUMBER_AND_UNIT.fullmatch(value) if len(value) <= 100 else None
-        key = f"{where} = {as_written(value)}"
+        key = f" = {as_written(value)}"
         if match is None:
             hint = with_decimal_point(value) or f"; write for example {self.example}"
             raise ValueError(f"{key} is not a number with a unit{hint}")
@@ -199,16 +206,16 @@ def _unit_registry() -> Any:
 
 def whole(example: str, at_least: int, at_most: int = 2**63 - 1) -> Quantity:
     """Return the annotation of a whole number; TOML holds no larger ones."""
-    return Quantity("", example, at_least=at_least, at_most=at_most, whole=True)
+    return Quantity("", example, ge=at_least, le=at_most, whole=True)
 
 
-KELVIN = Quantity("K", '"300 K"', above=0)
+KELVIN = Quantity("K", '"300 K"', gt=0)
 # keys that several records have
-RmsHeight = Annotated[float, Quantity("m", '"0.90 um"', above=0)]
-Hurst = Annotated[float, Quantity("", "0.8", at_least=0, at_most=1)]
-QMin = Annotated[float, Quantity("rad/m", '"6350 1/m"', above=0)]
-QRollOff = Annotated[float, Quantity("rad/m", '"9.4e4 1/m"', above=0)]
-QMax = Annotated[float, Quantity("rad/m", '"4.15e7 1/m"', above=0)]
+RmsHeight = Annotated[float, Quantity("m", '"0.90 um"', gt=0)]
+Hurst = Annotated[float, Quantity("", "0.8", ge=0, le=1)]
+QMin = Annotated[float, Quantity("rad/m", '"6350 1/m"', gt=0)]
+QRollOff = Annotated[float, Quantity("rad/m", '"9.4e4 1/m"', gt=0)]
+QMax = Annotated[float, Quantity("rad/m", '"4.15e7 1/m"', gt=0)]
 
 
 def one_or_list(count: int = 1) -> WrapValidator:
@@ -222,48 +229,65 @@ def one_or_list(count: int = 1) -> WrapValidator:
         try:
             return handler((value,) * count)
         except ValidationError as error:  # without the index, which the file does not have
-            cause = error.errors()[0]["ctx"]["error"]
-            raise (
-                cause if isinstance(value, Real) else ValueError(f"{cause}, or a list of such")
-            ) from None
+            detail = error.errors()[0]
+            context: dict[str, Any] = detail.get("ctx", {})
+            if "error" in context:
+                cause = context["error"]
+                raise (
+                    cause if isinstance(value, Real) else ValueError(f"{cause}, or a list of such")
+                ) from None
+            raise PydanticKnownError(detail["type"], context) from None  # type: ignore[arg-type]
 
     return WrapValidator(read)
 
 
-class _RecordType(type):
-    """Makes the constructor of a record raise a `SceneError` of one line instead of pydantic's ValidationError."""
-
-    def __call__(cls: type[_Made], *args: Any, **values: Any) -> _Made:
-        """Return a checked record."""
-        try:
-            return super().__call__(*args, **values)  # type: ignore[misc, no-any-return]
-        except ValidationError as error:
-            details = error.errors(include_url=False)
-        # an unknown key goes first, for it often explains a missing one
-        detail = next(
-            (d for d in details if d["type"] == "unexpected_keyword_argument"), details[0]
-        )
-        cause = detail.get("ctx", {}).get("error")
-        if isinstance(cause, RoughsimError):
-            raise cause
-        raise SceneError(plain(_one_line(detail, cls)))  # type: ignore[arg-type]
-
-
-class Record(metaclass=_RecordType):
-    """A frozen pydantic dataclass whose fields are keys of a scene; ``section="..."`` names the section it is."""
+class Record:
+    """A frozen pydantic dataclass whose fields are keys of a scene."""
 
     __pydantic_config__ = ConfigDict(extra="forbid")
     section: ClassVar[str] = ""
-
-    def __init_subclass__(cls, section: str | None = None) -> None:
-        if section is not None:
-            cls.section = section
-            SECTIONS[section] = cls
 
     @classmethod
     def known_keys(cls) -> list[str]:
         """Return the keys that a scene file may give."""
         return [field.name for field in fields(cls)]  # type: ignore[arg-type]
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field,))
+def record(
+    section: str | None = None, *, kw_only: bool = True, repr: bool = True
+) -> Callable[[type[_Made]], type[_Made]]:
+    """Return a decorator that makes a class a record, the section of this name; its refusals are `SceneError`s."""
+
+    def decorated(cls: type[Any]) -> Any:
+        made: Any = pydantic_dataclass(cls, frozen=True, kw_only=kw_only, repr=repr)
+        check = made.__init__
+
+        def checked(self: Any, *values: Any, **keys: Any) -> None:
+            try:
+                check(self, *values, **keys)
+            except ValidationError as error:
+                raise refusal(error, made) from None
+
+        made.__init__ = checked
+        if section is not None:
+            made.section = section
+            SECTIONS[section] = made
+        return made
+
+    return decorated
+
+
+def refusal(error: ValidationError, record: type[Record]) -> RoughsimError:
+    """Return the error of one line for what pydantic refuses in a record."""
+    details = error.errors(include_url=False)
+    # an unknown key goes first, for it often explains a missing one
+    unknown = (detail for detail in details if detail["type"] == "unexpected_keyword_argument")
+    detail = next(unknown, details[0])
+    cause = detail.get("ctx", {}).get("error")
+    return (
+        cause if isinstance(cause, RoughsimError) else SceneError(plain(_one_line(detail, record)))
+    )
 
 
 def optional_keys(record: type[Record]) -> Any:
@@ -310,29 +334,33 @@ def example(record: type[Record], key: str) -> str:
 def _one_line(detail: Any, record: type[Record]) -> str:
     """Return one error of pydantic in a record as a sentence: the key, its value, the limit and the remedy."""
     location, kind, value = detail["loc"], detail["type"], as_written(detail["input"])
-    if location and location[0] in range(len(record.known_keys())):  # given by its position
-        location = (record.known_keys()[location[0]], *location[1:])
+    keys = record.known_keys()
+    if location and location[0] in range(len(keys)):  # given by its position
+        location = (keys[location[0]], *location[1:])
     path = (record.section, *location) if record.section else location
     key, holder = _dotted(path), _dotted(path[:-1])
     # the record in which the key stands: this one, or a section within it
-    inner = record if len(location) == 1 else SECTIONS.get(re.sub(r"\[\d+\]", "", holder), record)
-    if (
-        kind == "value_error"
-    ):  # of our own checks: its text goes on after the key of a value, or begins with a key
+    names = [part for part in path if isinstance(part, str)]
+    inner = SECTIONS.get(".".join(names[:-1]), record) if names[1:] else record
+    if kind == "value_error":
+        # of our own checks: its text goes on after the key of a value, or begins with a key
         text = str(detail["ctx"]["error"])
         return f"{key}.{text}" if key and text[0] not in " .[" else key + text
-    if kind == "unexpected_keyword_argument":
-        return f"{key} = {value} is not a key of a scene; {_where_known(str(path[-1]), inner)}"
-    if kind == "dataclass_type":
-        return f"{key} = {value} must be a section: a line [{key}] with its keys below"
     if kind == "missing":
         return _missing(key, holder, inner)
+    name = names[-1] if names else ""
+    number = quantity(inner, name)
+    hints = {
+        "unexpected_keyword_argument": f"is not a key of a scene; {_where_known(name, inner)}",
+        "dataclass_type": f"must be a section: a line [{key}] with its keys below",
+        "tuple_type": "must be a list",
+    }
     if kind == "literal_error":
         words = re.findall(r"'(.*?)'", detail["ctx"]["expected"])
-        return f"{key} = {value} is not known; " + did_you_mean(value.strip('"'), words)
-    return f"{key} = {value} " + (
-        "must be a list" if kind == "tuple_type" else f"cannot be used: {detail['msg']}"
-    )
+        hints[kind] = "is not known; " + did_you_mean(value.strip('"'), words)
+    elif kind not in hints and number is not None:
+        return key + number.refusal(detail)
+    return f"{key} = {value} {hints.get(kind, detail['msg'])}"
 
 
 def _missing(key: str, holder: str, record: type[Record]) -> str:

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, WrapValidator, model_validator
-from pydantic.dataclasses import dataclass
 
 from roughsim.extensions import extensions, loaded
 from roughsim.scene.scans import MEASURED_KEYS, SCAN_KEYS
@@ -29,6 +28,7 @@ from roughsim.scene.schema import (
     one_or_list,
     optional_keys,
     quantity,
+    record,
     unit_of,
 )
 from roughsim.scene.skins import HeatDepth, SkinSection
@@ -41,9 +41,9 @@ from roughsim.scene.tables import (
     read_psd_texture,
 )
 
-_SHARE = Quantity("", "0.938", above=0, at_most=1)
+_SHARE = Quantity("", "0.938", gt=0, le=1)
 _SHARE_RULES = ("mean", "total", "all")
-SPEED = Quantity("m/s", '"35 m/s"', at_least=0)
+SPEED = Quantity("m/s", '"35 m/s"', ge=0)
 _SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
 _SIZE_KEYS = (
     "rms_height",
@@ -247,13 +247,13 @@ def _check_all_or_none(keys: Sequence[str], together: Sequence[str]) -> None:
         )
 
 
-@dataclass(frozen=True, kw_only=True)
-class SurfaceSection(Record, section="surface"):
+@record("surface")
+class SurfaceSection(Record):
     """The roughness of one face."""
 
     rms_height: RmsHeight | None = None
     """√⟨h²⟩; exactly one of this, `rms_slope`, `psd` and `spectrum` is given."""
-    rms_slope: Annotated[float, Quantity("", "0.3", above=0)] | None = None
+    rms_slope: Annotated[float, Quantity("", "0.3", gt=0)] | None = None
     """√⟨|∇h|²⟩."""
     psd: Annotated[Rows, BeforeValidator(read_psd)] | None = None
     """Rows (q in rad/m, C in m⁴): the content of `psd_file`, or the C(q) of the map `topography`; f in 1/m in place of
@@ -273,14 +273,14 @@ class SurfaceSection(Record, section="surface"):
         Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_texture)] | None
     ) = None
     """A row for each map, see `roughsim.surface.topography.Texture`; None: unknown of a scan."""
-    psd_filled: Annotated[float, Quantity("", "0.1", at_least=0, below=1)] | None = None
+    psd_filled: Annotated[float, Quantity("", "0.1", ge=0, lt=1)] | None = None
     """Share of the scans that was undefined and filled; part of their error."""
     hurst: Hurst | None = None
     """H of the self-affine C(q), see `roughsim.SelfAffineSpectrum`; so are the next four."""
     q_min: QMin | None = None
     q_roll_off: QRollOff | None = None
     q_max: QMax | None = None
-    roll_off_exponent: Annotated[float, Quantity("", "1.5", at_least=0, at_most=4)] | None = None
+    roll_off_exponent: Annotated[float, Quantity("", "1.5", ge=0, le=4)] | None = None
     spectrum: Annotated[Any, BeforeValidator(_read_spectrum)] | None = None
     """The record of a C(q) of its own name and keys, in place of all others."""
 
@@ -292,24 +292,24 @@ class SurfaceSection(Record, section="surface"):
     _fits = model_validator(mode="after")(_check_roughness)
 
 
-@dataclass(frozen=True, kw_only=True)
-class BodySection(Record, section="body"):
+@record("body")
+class BodySection(Record):
     """The moving body, whose temperature is reported."""
 
-    youngs_modulus: Annotated[float, Quantity("Pa", '"200 GPa"', above=0)]
-    poisson_ratio: Annotated[float, Quantity("", "0.3", above=-1, at_most=0.5)]
+    youngs_modulus: Annotated[float, Quantity("Pa", '"200 GPa"', gt=0)]
+    poisson_ratio: Annotated[float, Quantity("", "0.3", gt=-1, le=0.5)]
     penetration_hardness: (
         Annotated[
-            float, Quantity("Pa", '"1.2 GPa"', above=0), BeforeValidator(_refuse_table_of_hardness)
+            float, Quantity("Pa", '"1.2 GPa"', gt=0), BeforeValidator(_refuse_table_of_hardness)
         ]
         | None
     ) = None
     """σ_P; None is elastic."""
     conductivity: Conductivity
     """κ, or rows (absolute temperature in K, κ), linear between."""
-    density: Annotated[float, Quantity("kg/m^3", '"7900 kg/m^3"', above=0)]
-    heat_capacity: Annotated[float, Quantity("J/(kg K)", '"500 J/(kg K)"', above=0)]
-    melting_temperature: Annotated[float, Quantity("K", '"1800 K"', above=0)] | None = None
+    density: Annotated[float, Quantity("kg/m^3", '"7900 kg/m^3"', gt=0)]
+    heat_capacity: Annotated[float, Quantity("J/(kg K)", '"500 J/(kg K)"', gt=0)]
+    melting_temperature: Annotated[float, Quantity("K", '"1800 K"', gt=0)] | None = None
     """Absolute. A hotter contact gives a warning; no number depends on it."""
     skin: SkinSection | None = None
     """A layer of another material that the contact touches."""
@@ -317,8 +317,8 @@ class BodySection(Record, section="body"):
     """h of the heat released with the density q̇ e^(−z/h)/h; None is the surface."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class CounterfaceSection(optional_keys(BodySection), SurfaceSection, section="counterface"):  # type: ignore[misc]
+@record("counterface")
+class CounterfaceSection(optional_keys(BodySection), SurfaceSection):  # type: ignore[misc]
     """The resting body: like the moving one, or its own keys of `SurfaceSection` and `BodySection`.
 
     Without surface keys it is smooth, without `youngs_modulus` rigid, without `conductivity` insulating.
@@ -335,14 +335,14 @@ class CounterfaceSection(optional_keys(BodySection), SurfaceSection, section="co
     _fits = model_validator(mode="after")(_check_counterface)
 
 
-@dataclass(frozen=True, kw_only=True)
-class SlidingSection(Record, section="sliding"):
+@record("sliding")
+class SlidingSection(Record):
     """Load, friction and speed."""
 
-    nominal_pressure: Annotated[float, Quantity("Pa", '"90 MPa"', above=0)]
+    nominal_pressure: Annotated[float, Quantity("Pa", '"90 MPa"', gt=0)]
     friction_coefficient: FrictionCoefficient
     """μ, or rows (absolute temperature in K, μ), linear between."""
-    junction_growth: Annotated[float, Quantity("", "9", at_least=0, at_most=100)] | None = None
+    junction_growth: Annotated[float, Quantity("", "9", ge=0, le=100)] | None = None
     """Tabor's α: with friction contact yields at σ_P/√(1 + αμ²). None: friction does not change the contact."""
     speed: Annotated[
         tuple[Annotated[float, SPEED], ...],
@@ -350,17 +350,15 @@ class SlidingSection(Record, section="sliding"):
         WrapValidator(_read_speeds),
     ]
     """Sliding speeds; one number is a tuple of one."""
-    direction: (
-        Annotated[float, Quantity("rad", '"30 deg"', at_least=-_TURN, at_most=_TURN)] | None
-    ) = None
+    direction: Annotated[float, Quantity("rad", '"30 deg"', ge=-_TURN, le=_TURN)] | None = None
     """Of sliding over a map that is pressed, from x towards y; no number of theory and drawn surfaces depends on it."""
     heat_partition: Annotated[Annotated[float, _SHARE] | str, BeforeValidator(_read_share)] = "all"
     """Share of the heat into the moving body, or the rule by which it follows from both bodies."""
-    duration: Annotated[float, Quantity("s", '"1 ms"', above=0)] | None = None
+    duration: Annotated[float, Quantity("s", '"1 ms"', gt=0)] | None = None
     """Time since sliding began; None is steady. With history = "sliding" each speed slides as far as it comes in it."""
     history: Literal["frozen", "sliding"] = "frozen"
     """"frozen": one contact slides on, unchanged. "sliding": also both faces over one another, contact by contact."""
-    slid_distance: Annotated[float, Quantity("m", '"4 mm"', above=0)] | None = None
+    slid_distance: Annotated[float, Quantity("m", '"4 mm"', gt=0)] | None = None
     """Of history = "sliding", at all speeds; in place of `duration`."""
 
     @property
@@ -372,9 +370,9 @@ class SlidingSection(Record, section="sliding"):
     """Absolute, of both bodies when sliding began; a table κ(T) or μ(T), and [reaction], need it."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class TheorySection(Record, section="theory"):
+@record("theory")
+class TheorySection(Record):
     """Input of the theory alone."""
 
-    gamma: Annotated[float, Quantity("", "0.45", at_least=0, at_most=1)] = 0.45
+    gamma: Annotated[float, Quantity("", "0.45", ge=0, le=1)] = 0.45
     """γ of W = P[γ + (1 − γ)P²]."""

@@ -2,22 +2,20 @@
 
 from typing import Annotated
 
-from pydantic.dataclasses import dataclass
+from roughsim.scene.schema import SECTIONS, Quantity, Record, record
 
-from roughsim.scene.schema import SECTIONS, Quantity, Record
-
-HeatDepth = Annotated[float, Quantity("m", '"0.5 um"', at_least=0)]
+HeatDepth = Annotated[float, Quantity("m", '"0.5 um"', ge=0)]
 
 
-@dataclass(frozen=True, kw_only=True)
-class SkinSection(Record, section="body.skin"):
+@record("body.skin")
+class SkinSection(Record):
     """A layer on a body, in ideal thermal contact with it; the contact mechanics do not depend on it."""
 
-    thickness: Annotated[float, Quantity("m", '"0.3 um"', above=0)]
-    conductivity: Annotated[float, Quantity("W/(m K)", '"3 W/(m K)"', above=0)]
-    density: Annotated[float, Quantity("kg/m^3", '"5200 kg/m^3"', above=0)] | None = None
+    thickness: Annotated[float, Quantity("m", '"0.3 um"', gt=0)]
+    conductivity: Annotated[float, Quantity("W/(m K)", '"3 W/(m K)"', gt=0)]
+    density: Annotated[float, Quantity("kg/m^3", '"5200 kg/m^3"', gt=0)] | None = None
     """None: as the body."""
-    heat_capacity: Annotated[float, Quantity("J/(kg K)", '"650 J/(kg K)"', above=0)] | None = None
+    heat_capacity: Annotated[float, Quantity("J/(kg K)", '"650 J/(kg K)"', gt=0)] | None = None
     """None: as the body."""
 
     def layer(self, density: float, heat_capacity: float) -> tuple[float, float, float]:

@@ -7,14 +7,13 @@ from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BeforeValidator
-from pydantic.dataclasses import dataclass
 
-from roughsim.scene.schema import KELVIN, Quantity, Record, SceneError, as_written
+from roughsim.scene.schema import KELVIN, Quantity, Record, SceneError, as_written, record
 
-_WAVENUMBER = Quantity("rad/m", "1e4", above=0)
-_PSD = Quantity("", "1e-24", above=0, smallest=1e-100)
-_CONDUCTIVITY = Quantity("W/(m K)", '"30 W/(m K)"', above=0)
-_FRICTION = Quantity("", "0.11", above=0)
+_WAVENUMBER = Quantity("rad/m", "1e4", gt=0)
+_PSD = Quantity("", "1e-24", gt=0, smallest=1e-100)
+_CONDUCTIVITY = Quantity("W/(m K)", '"30 W/(m K)"', gt=0)
+_FRICTION = Quantity("", "0.11", gt=0)
 MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
 _TEXTURE_NUMBERS = 10  # of a map
 _MAX_TEMPERATURES = 100  # of a table over temperature
@@ -90,7 +89,7 @@ def read_psd_texture(value: Any) -> tuple[tuple[float, ...], ...]:
     return rows
 
 
-@dataclass(frozen=True, kw_only=True)
+@record()
 class _ConductivityTable(Record):
     """κ over the absolute temperature, as a scene file writes it."""
 
@@ -98,7 +97,7 @@ class _ConductivityTable(Record):
     value: tuple[Annotated[float, _CONDUCTIVITY], ...]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record()
 class _FrictionTable(Record):
     """μ over the absolute temperature, as a scene file writes it."""
 

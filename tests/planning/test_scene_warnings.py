@@ -157,7 +157,7 @@ def test_a_run_has_the_temperature_that_mean_gives_in_its_own_contacts(odd, tmp_
 
 @pytest.mark.parametrize("verb", ["theory", "plan", "run", "study"])
 def test_verbs_print_each_once_on_the_standard_error(odd, verb, tmp_path, capsys):
-    words = [verb, str(odd)]
+    words = [verb, str(odd), *(["--all"] if verb in ("theory", "plan") else [])]
     if verb in ("run", "study"):
         words += ["-o", str(tmp_path / verb)]
     if verb == "study":

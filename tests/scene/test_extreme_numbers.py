@@ -69,7 +69,7 @@ def test_a_number_beyond_arithmetic_is_refused_by_its_key():
 
 
 def test_the_least_and_largest_size_are_lawful_and_their_limits_are_told():
-    length = Quantity("m", '"1 m"', above=0)
+    length = Quantity("m", '"1 m"', gt=0)
     assert (length(1e-30, "x"), length(1e30, "x")) == (1e-30, 1e30)
     for wrong in (0.99e-30, 1.01e30, "1e31 m"):
         with pytest.raises(

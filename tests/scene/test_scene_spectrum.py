@@ -7,12 +7,11 @@ import math
 from typing import Annotated, Any, Literal
 
 import pytest
-from pydantic.dataclasses import dataclass
 from steel_text import STEEL, approx, refusal, with_counterface
 
 from roughsim.extensions import INSIDE
 from roughsim.scene import parse_scene
-from roughsim.scene.schema import QMax, QMin, Quantity, Record
+from roughsim.scene.schema import QMax, QMin, Quantity, Record, record
 
 K = {
     "name": "k_correlation",
@@ -92,17 +91,17 @@ def test_a_wrong_named_spectrum_is_refused_by_its_key(text, told):
     assert f"scene: {told}" in refusal(text) or told in refusal(text)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record()
 class Other(Record):
     name: Literal["other"]
-    hurst: Annotated[float, Quantity("", "2", at_most=3)]
+    hurst: Annotated[float, Quantity("", "2", le=3)]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record()
 class Mine(Record):
     name: Literal["mine"]
     kink: QMin | None = None
-    psd_at_q_min: Annotated[float, Quantity("m^4", '"1e-22 m^4"', above=0)]
+    psd_at_q_min: Annotated[float, Quantity("m^4", '"1e-22 m^4"', gt=0)]
     q_min: QMin
     q_max: QMax
 

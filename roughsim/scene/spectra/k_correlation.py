@@ -8,12 +8,11 @@ from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
-from pydantic.dataclasses import dataclass
 
-from roughsim.scene.schema import Hurst, QMax, QMin, QRollOff, Record, RmsHeight
+from roughsim.scene.schema import Hurst, QMax, QMin, QRollOff, Record, RmsHeight, record
 
 
-@dataclass(frozen=True, kw_only=True)
+@record()
 class Spectrum(Record):
     """C(q) of a face, m⁴."""
 
