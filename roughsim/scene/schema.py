@@ -25,7 +25,7 @@ from pydantic import (
     WrapValidator,
 )
 from pydantic.dataclasses import dataclass as pydantic_dataclass
-from pydantic_core import PydanticKnownError, core_schema
+from pydantic_core import core_schema
 
 from roughsim.errors import RoughsimError
 from roughsim.scene.other_names import OTHER_NAMES
@@ -117,50 +117,51 @@ class Quantity:
         else:
             finite = not self.may_be_infinite
             number = core_schema.float_schema(strict=True, allow_inf_nan=not finite, **limits)
-        return core_schema.no_info_before_validator_function(self.read, number)
+        return core_schema.no_info_wrap_validator_function(self.read, number)
 
     def __call__(self, value: Any, where: str = "") -> Any:
         """Return `value` in SI; the second argument is its key, or its place within the key, such as "[2]"."""
         try:
             return TypeAdapter(Annotated[Any, self]).validate_python(value)
         except ValidationError as error:
-            raise ValueError(where + self.refusal(error.errors(include_url=False)[0])) from None
+            raise ValueError(f"{where}{error.errors()[0]['ctx']['error']}") from None
 
-    def refusal(self, detail: Any) -> str:
-        """Return what pydantic refused, as text that follows the key: value, limit and example."""
-        context = detail.get("ctx", {})
-        if "error" in context:
-            return str(context["error"])
-        if _LIMITS.keys() & context:
+    def read(self, value: Any, check: Callable[[Any], Any]) -> Any:
+        """Return a number in SI, once it is read and pydantic has checked it; ValueError with its limits otherwise."""
+        number = self.of_text(value) if isinstance(value, str) and not self.whole else value
+        kind: Any = Integral if self.whole else Real  # those of NumPy become Python's own
+        if (
+            type(number) not in (int, float)
+            and not isinstance(number, bool)
+            and isinstance(number, kind)
+        ):
+            number = int(number) if self.whole else float(number)
+        try:
+            number = check(number)
+        except ValidationError as error:
+            wanted = self.limits(error.errors()[0])
+        else:
+            size = abs(number)
+            small, large = 0.0 < size < self.smallest, _LARGEST < size < math.inf
+            if self.whole or not (small or large):
+                return number
+            sizes = f"{self.smallest:g} to {_LARGEST:g} {self.unit}".rstrip()
+            wanted = f"of a size from {sizes}; check the exponent and the unit"
+        raise ValueError(
+            f" = {as_written(value, self.unit)} must be {wanted}, for example {self.example}"
+        )
+
+    def limits(self, detail: Any) -> str:
+        """Return in words what pydantic wants in place of a number that it refused."""
+        if _LIMITS.keys() & detail.get("ctx", {}):
             ends = {word: getattr(self, name) for name, word in _LIMITS.items()}
             texts = [f"{w} {end:.15g} {self.unit}" for w, end in ends.items() if end is not None]
-            wanted = " and ".join(text.rstrip() for text in texts)
-        elif detail["type"] == "finite_number":
-            wanted = "finite"
-        elif self.whole:
-            wanted = "a whole number"
-        else:
-            wanted = "a number" + f" in {self.unit} or a string with a unit" * bool(self.unit)
-        value = as_written(detail["input"], self.unit)
-        return f" = {value} must be {wanted}, for example {self.example}"
-
-    def read(self, value: Any) -> Any:
-        """Return a number as Python's own, in SI from a text with a unit; pydantic refuses what is none."""
-        number = self.of_text(value) if isinstance(value, str) and not self.whole else value
-        if type(number) not in (int, float):
-            kind: Any = Integral if self.whole else Real  # such as those of NumPy
-            if isinstance(number, bool) or not isinstance(number, kind):
-                return number
-            number = int(number) if self.whole else float(number)
-        size = abs(number)
-        small, large = 0.0 < size < self.smallest, _LARGEST < size < math.inf
-        if self.whole or not (small or large):
-            return number
-        sizes = f"{self.smallest:g} to {_LARGEST:g} {self.unit}".rstrip()
-        written = as_written(value, self.unit)
-        raise ValueError(
-            f" = {written} must be of a size from {sizes}; check the exponent and the unit"
-        )
+            return " and ".join(text.rstrip() for text in texts)
+        if detail["type"] == "finite_number":
+            return "finite"
+        if self.whole:
+            return "a whole number"
+        return "a number" + f" in {self.unit} or a string with a unit" * bool(self.unit)
 
     def of_text(self, value: str) -> float:
         """Return the value of a string with a unit, in SI."""
@@ -229,14 +230,10 @@ def one_or_list(count: int = 1) -> WrapValidator:
         try:
             return handler((value,) * count)
         except ValidationError as error:  # without the index, which the file does not have
-            detail = error.errors()[0]
-            context: dict[str, Any] = detail.get("ctx", {})
-            if "error" in context:
-                cause = context["error"]
-                raise (
-                    cause if isinstance(value, Real) else ValueError(f"{cause}, or a list of such")
-                ) from None
-            raise PydanticKnownError(detail["type"], context) from None  # type: ignore[arg-type]
+            cause = error.errors()[0]["ctx"]["error"]
+            raise (
+                cause if isinstance(value, Real) else ValueError(f"{cause}, or a list of such")
+            ) from None
 
     return WrapValidator(read)
 
@@ -349,7 +346,6 @@ def _one_line(detail: Any, record: type[Record]) -> str:
     if kind == "missing":
         return _missing(key, holder, inner)
     name = names[-1] if names else ""
-    number = quantity(inner, name)
     hints = {
         "unexpected_keyword_argument": f"is not a key of a scene; {_where_known(name, inner)}",
         "dataclass_type": f"must be a section: a line [{key}] with its keys below",
@@ -358,8 +354,6 @@ def _one_line(detail: Any, record: type[Record]) -> str:
     if kind == "literal_error":
         words = re.findall(r"'(.*?)'", detail["ctx"]["expected"])
         hints[kind] = "is not known; " + did_you_mean(value.strip('"'), words)
-    elif kind not in hints and number is not None:
-        return key + number.refusal(detail)
     return f"{key} = {value} {hints.get(kind, detail['msg'])}"
 
 

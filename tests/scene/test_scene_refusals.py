@@ -38,7 +38,7 @@ REFUSED = [
     (PRESSURE, '"Pa"', "sliding.nominal_pressure"),
     (PRESSURE, "0", "sliding.nominal_pressure = 0 Pa must be above 0 Pa"),
     (PRESSURE, "-9e7", "sliding.nominal_pressure = -90000000.0 Pa must be above 0 Pa"),
-    (PRESSURE, '"-90 MPa"', "sliding.nominal_pressure = -90000000.0 Pa must be above 0 Pa"),
+    (PRESSURE, '"-90 MPa"', 'sliding.nominal_pressure = "-90 MPa" must be above 0 Pa'),
     (PRESSURE, "nan", "sliding.nominal_pressure = nan Pa must be finite"),
     (PRESSURE, "inf", "sliding.nominal_pressure = inf Pa must be finite"),
     (PRESSURE, '"nan Pa"', "sliding.nominal_pressure"),
