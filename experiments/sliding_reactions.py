@@ -93,7 +93,7 @@ class Drawn(Bodies):
             )
             sampler = Sampler(grid, [path.steps] * len(self.speeds), LAST)
             history = follow(along, grid, path, self.motions(), sampler=sampler)
-            area += history.contact_fraction.mean() / members
+            area += history.curves["contact_fraction"].mean() / members
             flash = sampler.flash_temperature
             rows.append((flash, sampler.together(flash)))
         return found_of(sample_of(spectrum.breaks[-1], points, rows, "sliding_"), area)

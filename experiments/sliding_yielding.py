@@ -70,9 +70,13 @@ def slide(
 
 def rows_of(history: SlideHistory) -> np.ndarray:
     """Return the numbers of `COLOURS` at each step, (steps, numbers)."""
-    fractions = history.contact_fraction, history.plastic_fraction
+    fractions = history.curves["contact_fraction"], history.curves["plastic_fraction"]
     return np.stack(
-        [*fractions, *history.frozen_flash_temperature, *history.numbers["flash_temperature"]],
+        [
+            *fractions,
+            *history.curves["frozen_flash_temperature"],
+            *history.curves["flash_temperature"],
+        ],
         axis=1,
     )
 

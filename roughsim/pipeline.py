@@ -22,7 +22,7 @@ from roughsim.grid import Field, Grid
 from roughsim.machine import BYTES_PER_POINT
 from roughsim.observables.moments import HeatSource, measure
 from roughsim.observables.record import Measured
-from roughsim.observables.temperatures import Slide, temperature_distribution
+from roughsim.observables.temperatures import SlideFromRest, temperature_distribution
 from roughsim.surface.peak_volume import peak_volume
 from roughsim.surface.spectrum import Spectrum
 from roughsim.surface.synthesis import synthesize
@@ -53,7 +53,7 @@ class Problem:
     index: int = 0  # of the realization
     threads: int = 1  # of the linear algebra: the last bits of its sums depend on it
     with_peaks: bool = False  # whether the peak volume of the surface is computed
-    distribution: Slide | None = (
+    distribution: SlideFromRest | None = (
         None  # after which the distribution of the temperature is taken; None: it is not
     )
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import h5py
 import numpy as np
 
-from roughsim.store.member_files import Member, StoredMoments
+from roughsim.observables.member import Member, StoredMoments
 
 PASSING = (
     errno.ENOLCK,

@@ -8,8 +8,8 @@ import numpy as np
 
 from roughsim.grid import Array
 from roughsim.observables.catalogue import stored_numbers
+from roughsim.observables.member import Member, StoredMoments
 from roughsim.pipeline import Problem, Solution, Solved, solve_problem
-from roughsim.store.member_files import Member, StoredMoments
 
 if TYPE_CHECKING:  # a worker that slides loads it with the source; single contacts do without
     from roughsim.sliding.member import SlideProblem
@@ -101,21 +101,5 @@ class Slides:
         """Compute a slide; it shares nothing with others."""
         from roughsim.sliding.member import solve_slide
 
-        solution = solve_slide(replace(self.problem, index=index), film=keep)
-        member = Member(
-            self.level,
-            index,
-            moments=(
-                StoredMoments(
-                    solution.numbers, solution.wavenumber, solution.spectrum, solution.bins
-                ),
-            ),
-            curves=solution.curves,
-            fields=solution.film.fields() if solution.film else {},
-            provenance={
-                "residual": solution.residual,
-                "iterations": solution.steps,
-                "seconds": solution.seconds,
-            },
-        )
-        return member, before
+        member = solve_slide(replace(self.problem, index=index), film=keep)
+        return replace(member, level=self.level), before

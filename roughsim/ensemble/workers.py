@@ -10,8 +10,9 @@ from typing import Any
 from roughsim import fourier
 from roughsim.ensemble.sources import Source
 from roughsim.errors import ConvergenceError, RecordError
+from roughsim.observables.member import Member
 from roughsim.pipeline import Solved, versions
-from roughsim.store.member_files import Member, write_member
+from roughsim.store.member_files import write_member
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -29,15 +29,15 @@ MOST_SCALED = 0.5
 _KEPT = 2**21  # points times speeds up to which the responses of a grid are kept, in 8 MB
 
 
-class Slide(NamedTuple):
-    """Slide from rest after which the field of temperature is taken, as in `sliding_temperature`."""
+class SlideFromRest(NamedTuple):
+    """SlideFromRest from rest after which the field of temperature is taken, as in `sliding_temperature`."""
 
     direction: float = 0.0  # radians from axis 0 towards axis 1
     slid_distance: float | None = None  # m; None: half the chord of the cell
 
 
 def temperature_distribution(
-    pressure: Array, grid: Grid, sliding: HeatSource, flash_temperature: Array, slide: Slide
+    pressure: Array, grid: Grid, sliding: HeatSource, flash_temperature: Array, slide: SlideFromRest
 ) -> Distribution:
     """Return the distribution of the temperature over a contact, pressure > 0, at each speed.
 

@@ -13,7 +13,7 @@ from roughsim.estimate.rounds import first_counts
 from roughsim.grid import Grid
 from roughsim.heat.partition import Body
 from roughsim.machine import BYTES_PER_POINT
-from roughsim.observables.temperatures import Slide
+from roughsim.observables.temperatures import SlideFromRest
 from roughsim.pipeline import Problem, Solution, linear_algebra, solve_problem
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.checks import check_levels
@@ -188,7 +188,7 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
             stream=numerics.stream(level),
             threads=numerics.threads,
             with_peaks=numerics.below(level) is None,  # control variates of the lowest level alone
-            distribution=Slide(scene.sliding.direction or 0.0, numerics.slid_distance)
+            distribution=SlideFromRest(scene.sliding.direction or 0.0, numerics.slid_distance)
             if scene.distribution
             else None,
         )

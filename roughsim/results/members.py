@@ -16,6 +16,7 @@ from roughsim.estimate.rounds import Counts
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.distribution import BIN_AREAS, Bins
+from roughsim.observables.member import Member, StoredMoments
 from roughsim.observables.record import Sample
 from roughsim.results.description import Description
 from roughsim.sliding.film import film_shape
@@ -24,8 +25,6 @@ from roughsim.store.member_files import (
     FIELDS,
     KEPT_FIELDS,
     MEMBER_NAME,
-    Member,
-    StoredMoments,
     damaged,
     member_name,
     member_path,

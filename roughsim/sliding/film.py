@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,21 +19,11 @@ LEAST_POINTS = 128  # along a side: rather than to fewer, nothing is averaged
 Frames = NDArray[np.float32]
 
 
-class FilmField(NamedTuple):
-    """An array of a film in the file of a member."""
-
-    unit: str
-    axes: tuple[str, ...]
-    description: str
-
-
 AXIS = "film_distance"
-FIELDS = {
-    AXIS: FilmField("m", (AXIS,), "slid distance of the positions of the film"),
-    "film_pressure": FilmField(
-        "Pa", (AXIS, "x", "y"), "contact pressure, in the frame of the resting body"
-    ),
-    "film_temperature": FilmField(
+FIELDS = {  # unit, axes and description of each array in the file of a member
+    AXIS: ("m", (AXIS,), "slid distance of the positions of the film"),
+    "film_pressure": ("Pa", (AXIS, "x", "y"), "contact pressure, in the frame of the resting body"),
+    "film_temperature": (
         "K",
         ("speed", AXIS, "x", "y"),
         "surface of the moving body above its background, at its position then",

@@ -1,7 +1,7 @@
 """All steps of a slide of two bodies, and maps of a few of its positions."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,42 +19,13 @@ from roughsim.sliding.stepping import NUMBERS, Motion, walk
 LAST = 0.5  # share of a slid distance, at its end, over which means are taken
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SlideHistory:
-    """Observables of two sliding bodies over the slid distance.
+class SlideHistory(NamedTuple):
+    """Observables of two sliding bodies over the slid distance."""
 
-    Attributes
-    ----------
-    slid_distance : ndarray
-        At the end of each step, m, shape (steps,).
-    numbers : dict of str to ndarray
-        `NUMBERS` at each speed, shape (speeds, steps).
-    frozen_flash_temperature : ndarray
-        ⟨Tσ⟩/⟨σ⟩, K, if the contact of that step slid on unchanged with all heat in the moving body; (speeds, steps).
-    contact_fraction, plastic_fraction : ndarray
-        Shape (steps,).
-    stress_correlation : ndarray
-        Of the stress with the stress at positions `slid_distance` earlier, shape (steps,).
-    spot_survival : ndarray
-        Share of the contact spots that live for longer than `slid_distance`, shape (steps,); NaN of a flat face.
-    spectrum : ndarray
-        Of the stress, Pa², mean over the last half of the distance.
-    contact : Contact
-        The last one.
-    film : Film or None
-        Maps of the selected positions.
-    """
-
-    slid_distance: Array
-    numbers: dict[str, Array]
-    frozen_flash_temperature: Array
-    contact_fraction: Array
-    plastic_fraction: Array
-    stress_correlation: Array
-    spot_survival: Array
-    spectrum: Array
-    contact: Contact
-    film: Film | None
+    curves: dict[str, Array]  # as `Slide` names them, (steps,), or (speeds, steps)
+    spectrum: Array  # of the stress, Pa², mean over the last half of the distance
+    contact: Contact  # the last one
+    film: Film | None  # maps of the selected positions
 
 
 def follow(
@@ -105,14 +76,17 @@ def follow(
     heating = np.asarray(sliding.friction_coefficient) * np.array(sliding.speeds)
     factor = heating / (np.asarray(sliding.conductivity) * step.stress[0, 0].real)
     area, yielded = np.array(fractions).T
+    curves = {
+        "slid_distance": path.distance[1:],
+        **dict(zip(NUMBERS, np.array(rows).transpose(1, 2, 0), strict=True)),
+        "frozen_flash_temperature": (factor * np.array(frozen)).T,
+        "contact_fraction": area,
+        "plastic_fraction": yielded,
+        "stress_correlation": correlation.mean(),
+        "spot_survival": survival(spots.lives(), path.distance[1:]),
+    }
     return SlideHistory(
-        path.distance[1:],
-        dict(zip(NUMBERS, np.array(rows).transpose(1, 2, 0), strict=True)),
-        (factor * np.array(frozen)).T,
-        area,
-        yielded,
-        correlation.mean(),
-        survival(spots.lives(), path.distance[1:]),
+        curves,
         late / (path.steps - int(LAST * path.steps)),
         step.contact,
         projector.film(path),

@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 from roughsim.contact import Contact, Solid
 from roughsim.grid import Array, Grid
 from roughsim.heat.partition import Body
-from roughsim.observables.catalogue import AXIS, CURVES, quantiles_of
-from roughsim.observables.distribution import Bins
+from roughsim.observables.catalogue import CURVES, quantiles_of
+from roughsim.observables.member import Member, StoredMoments
 from roughsim.observables.moments import HeatSource
 from roughsim.observables.stress_spectrum import uniform_nodes
 from roughsim.pipeline import linear_algebra
 from roughsim.sliding.distribution import POSITIONS, Sampler
-from roughsim.sliding.film import Film
-from roughsim.sliding.history import LAST, SlideHistory, follow
+from roughsim.sliding.history import LAST, follow
 from roughsim.sliding.path import Path, coarser_grid, oblique_path
 from roughsim.sliding.stepping import Motion, contacts
 from roughsim.surface.spectrum import Spectrum as Roughness
@@ -114,27 +113,10 @@ class SlideProblem:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SlideSolution:
-    """Observables of one slide."""
-
-    numbers: dict[str, Array]  # (speeds,), as `_means_of` and `_coarser_means` explain
-    curves: dict[str, Array]  # as in `CURVES`; NaN after the distance of a speed
-    wavenumber: Array  # rad/m, of the spectrum
-    spectrum: Array  # of the stress, Pa², mean over the last half of the longest distance
-    residual: float  # the largest ‖T₁ − T₂‖/‖T₁ + T₂‖ on the contact
-    steps: int
-    seconds: dict[str, float]  # spent in each stage: surface, contact (with the temperatures)
-    film: Film | None  # maps of some positions, if selected
-    bins: (
-        Bins | None
-    )  # of the contact area at the last positions, if the problem asks for the distribution
-
-
-def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
+def solve_slide(problem: SlideProblem, *, film: bool = False) -> Member:
     """Draw both faces, slide one over the other and measure; ConvergenceError if a contact or a share is not found.
 
-    With `film` the maps of some positions are kept, too.
+    With `film` the maps of some positions are kept, too. The level of the member is 0.
     """
     grid = problem.grid
     with linear_algebra().limit(limits=problem.threads):
@@ -147,28 +129,23 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
         )
         coarser = _coarser_means(problem.coarser) if problem.coarser else {}
         solved = time.perf_counter()
-    of_steps = numbers_of(history)
-    over_distance = of_steps | {
-        AXIS: history.slid_distance,
-        "contact_fraction": history.contact_fraction,
-        "stress_correlation": history.stress_correlation,
-        "spot_survival": history.spot_survival,
-    }
-    numbers, bins = _means_of(of_steps, path, problem.distances), None
+    numbers, bins = _means_of(history.curves, path, problem.distances), None
     if samples is not None:
         distribution = samples.together(numbers["sliding_flash_temperature"])
         numbers |= quantiles_of(distribution, "sliding_")
         bins = distribution.bins
-    return SlideSolution(
-        numbers | coarser,
-        _curves_of(over_distance, path),
-        uniform_nodes(grid).entries,
-        history.spectrum,
-        float(np.nanmax(of_steps["residual"])),
-        path.steps,
-        {"surface": drawn - begin, "contact": solved - drawn},
-        history.film,
-        bins,
+    wavenumber = uniform_nodes(grid).entries
+    return Member(
+        0,
+        problem.index,
+        moments=(StoredMoments(numbers | coarser, wavenumber, history.spectrum, bins),),
+        curves=_curves_of(history.curves, path),
+        fields=history.film.fields() if history.film else {},
+        provenance={
+            "residual": float(np.nanmax(history.curves["residual"])),
+            "iterations": path.steps,
+            "seconds": {"surface": drawn - begin, "contact": solved - drawn},
+        },
     )
 
 
@@ -181,18 +158,10 @@ def _sampler(problem: SlideProblem, path: Path) -> Sampler:
 def _coarser_means(problem: SlideProblem) -> dict[str, Array]:
     """Return T_flash and the frozen one of a slide on the coarser grid, means as `_means_of`, by their stored names."""
     path, contacts_along = _sliding_contacts(problem)
-    means = _means_of(
-        numbers_of(follow(contacts_along, problem.grid, path, problem.motions)),
-        path,
-        problem.distances,
-    )
+    history = follow(contacts_along, problem.grid, path, problem.motions)
+    means = _means_of(history.curves, path, problem.distances)
     names = ("sliding_flash_temperature", "sliding_frozen_flash_temperature")
     return {name.replace("sliding_", "sliding_coarser_"): means[name] for name in names}
-
-
-def numbers_of(history: SlideHistory) -> dict[str, Array]:
-    """Return the numbers of each step, (speeds, steps), with the frozen T_flash."""
-    return history.numbers | {"frozen_flash_temperature": history.frozen_flash_temperature}
 
 
 def _sliding_contacts(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
@@ -217,7 +186,7 @@ def _stream_of(seed: int, *key: int) -> np.random.Generator:
 
 
 def _means_of(
-    of_steps: dict[str, Array], path: Path, distances: tuple[float, ...]
+    curves: dict[str, Array], path: Path, distances: tuple[float, ...]
 ) -> dict[str, Array]:
     """Return the stored numbers: means over the last half of the distance that each speed slides, and T₀ at its end."""
     steps = np.arange(1, path.steps + 1)
@@ -228,16 +197,16 @@ def _means_of(
         "sliding_share": "moving_share",
         "sliding_frozen_flash_temperature": "frozen_flash_temperature",
     }
-    means = {stored: np.mean(of_steps[name], axis=1, where=late) for stored, name in names.items()}
-    end = np.take_along_axis(of_steps["background"], last.astype(np.intp) - 1, axis=1)[:, 0]
+    means = {stored: np.mean(curves[name], axis=1, where=late) for stored, name in names.items()}
+    end = np.take_along_axis(curves["background"], last.astype(np.intp) - 1, axis=1)[:, 0]
     return means | {"sliding_background": end}
 
 
-def _curves_of(over_distance: dict[str, Array], path: Path) -> dict[str, Array]:
+def _curves_of(curves: dict[str, Array], path: Path) -> dict[str, Array]:
     """Return the stored curves, at the `_chosen_steps`."""
     chosen = _chosen_steps(path) - 1
     return {
-        name: np.ascontiguousarray(over_distance[name.removeprefix("slide_")][..., chosen])
+        name: np.ascontiguousarray(curves[name.removeprefix("slide_")][..., chosen])
         for name in CURVES
     }
 

@@ -146,16 +146,11 @@ def slide(  # noqa: PLR0913  (two bodies)
     contacts_along = contacts(still, riding, grid, solid, load, path, tolerance)
     history = follow(contacts_along, grid, path, motions)
     shape = *np.shape(speed), path.steps
-    return Slide(
-        slid_distance=history.slid_distance,
-        **{name: values.reshape(shape) for name, values in history.numbers.items()},
-        frozen_flash_temperature=history.frozen_flash_temperature.reshape(shape),
-        contact_fraction=history.contact_fraction,
-        plastic_fraction=history.plastic_fraction,
-        stress_correlation=history.stress_correlation,
-        spot_survival=history.spot_survival,
-        contact=history.contact,
-    )
+    curves = {
+        name: values.reshape(shape) if values.ndim == 2 else values
+        for name, values in history.curves.items()
+    }
+    return Slide(**curves, contact=history.contact)
 
 
 def _checked_speeds(speed: ArrayLike, moving: Body, resting: Body) -> Array:

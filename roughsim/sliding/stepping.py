@@ -74,7 +74,7 @@ def walk(
 
     `contacts` yields one contact at each position, the first included.
     """
-    pairs: list[Pair | None] = []
+    pairs: list[HeatedBodies | None] = []
     last = [
         round(min(motion.slid_distance, path.distance[-1]) / path.distance[1]) for motion in motions
     ]
@@ -82,7 +82,7 @@ def walk(
     for n, contact in enumerate(contacts):
         stress = fourier.forward(contact.pressure)
         if n == 0:
-            pairs = [Pair(grid, motion, stress, path) for motion in motions]
+            pairs = [HeatedBodies(grid, motion, stress, path) for motion in motions]
         else:
             pairs = [pair if n <= end else None for pair, end in zip(pairs, last, strict=True)]
             nothing = (math.nan,) * len(NUMBERS)
@@ -119,7 +119,7 @@ def contacts(
         yield contact
 
 
-class Pair:
+class HeatedBodies:
     """Both bodies at one speed: their histories, and the share of the heat of the latest step."""
 
     def __init__(self, grid: Grid, motion: Motion, stress: Spectrum, path: Path) -> None:

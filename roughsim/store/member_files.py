@@ -13,7 +13,6 @@ import io
 import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,6 +23,7 @@ from roughsim.errors import RecordError
 from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS, CURVES, NUMBERS
 from roughsim.observables.distribution import BIN_AREAS, Bins
+from roughsim.observables.member import Member, StoredMoments
 from roughsim.sliding import film
 from roughsim.store.disk import DamagedError, place_bytes, read_bytes, seal
 
@@ -73,45 +73,6 @@ KINDS = {
     "y": Kind("m", ("y",)),
     **FIELDS,
 }
-
-
-class StoredMoments(NamedTuple):
-    """StoredMoments of one contact; temperatures with all heat in the moving body."""
-
-    numbers: dict[str, Array]  # (speeds,) or (1,)
-    wavenumber: Array  # rad/m
-    spectrum: Array  # radial stress spectrum: shares of the pressure variance, Pa²
-    bins: Bins | None = None  # of the contact area, (speeds, bins), if the scene asks for them
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Member:
-    """One realization of one level, as it is stored."""
-
-    level: int
-    index: int  # of the realization
-    failure: str = ""  # why there are no numbers; empty for a sound member
-    moments: tuple[
-        StoredMoments, ...
-    ] = ()  # of its level, and of the level below on the same surface; none of a failure
-    curves: dict[str, Array] = field(
-        default_factory=dict
-    )  # over the slid distance, of the column "sliding" only
-    # heights, m, and pressure, Pa, or the film of a slide, if they are kept
-    fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
-    lengths: tuple[float, float] = (1.0, 1.0)  # sides of the cell, m
-    speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s
-    provenance: dict[str, Any] = field(
-        default_factory=dict
-    )  # scene, numerics, versions, residual, times
-    kept: dict[str, tuple[int, ...]] = field(
-        default_factory=dict
-    )  # shapes of the fields in its file, by name
-
-    @property
-    def numbers(self) -> dict[str, Array]:
-        """The numbers of its level; none of a failure."""
-        return self.moments[0].numbers if self.moments else {}
 
 
 def member_name(level: int, index: int) -> str:

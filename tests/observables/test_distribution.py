@@ -14,7 +14,7 @@ from roughsim.observables.distribution import (
     two_pressures,
     weighted_quantiles,
 )
-from roughsim.observables.temperatures import Slide, temperature_distribution
+from roughsim.observables.temperatures import SlideFromRest, temperature_distribution
 
 P = np.array([*LEVELS.values()])
 
@@ -111,7 +111,7 @@ def test_the_mean_of_an_exponential_over_normal_temperature_and_pressure_is_clos
 
 
 STEEL = {"conductivity": 30.0, "diffusivity": 7.6e-6}
-FROM_REST = Slide()
+FROM_REST = SlideFromRest()
 
 
 def flash_of_field(pressure, grid, heat, slide=FROM_REST, skin=None):
@@ -130,7 +130,7 @@ def resting(pressure, grid):
     """The distribution over T_flash."""
     heat = rs.HeatSource([1e-150], friction_coefficient=0.1, **STEEL)
     flash = flash_of_field(pressure, grid, heat) if pressure.any() else np.ones(1)
-    found = temperature_distribution(pressure, grid, heat, flash, Slide())
+    found = temperature_distribution(pressure, grid, heat, flash, SlideFromRest())
     return replace(found, by_heat=found.by_heat / flash, by_area=found.by_area / flash)
 
 
@@ -150,8 +150,8 @@ def test_temperatures_are_in_proportion_to_their_heat_weighted_mean():
     grid = rs.Grid((64, 64), (1e-3, 1e-3))
     pressure = np.maximum(rng.standard_normal(grid.shape), 0.0)
     heat = rs.HeatSource([0.5, 20.0], friction_coefficient=0.1, **STEEL)
-    flashes = flash_of_field(pressure, grid, heat, Slide(0.3, 1e-4)) * [0.7, 1.6]
-    found = temperature_distribution(pressure, grid, heat, flashes, Slide(0.3, 1e-4))
+    flashes = flash_of_field(pressure, grid, heat, SlideFromRest(0.3, 1e-4)) * [0.7, 1.6]
+    found = temperature_distribution(pressure, grid, heat, flashes, SlideFromRest(0.3, 1e-4))
     for k, (speed, flash) in enumerate(zip([0.5, 20.0], flashes, strict=True)):
         field = rs.sliding_temperature(
             pressure,
@@ -190,7 +190,7 @@ def test_single_precision_errs_by_less_than_a_hundred_thousandth_of_the_flash_te
     speeds, skin = [0.01, 1.0, 100.0], rs.Skin(thickness=3e-7, conductivity=2.0, diffusivity=1e-6)
     heat = rs.HeatSource(speeds, friction_coefficient=0.1, **STEEL, skin=skin)
     flashes = flash_of_field(pressure, grid, heat, skin=skin)
-    found = temperature_distribution(pressure, grid, heat, flashes, Slide())
+    found = temperature_distribution(pressure, grid, heat, flashes, SlideFromRest())
     for k, speed in enumerate(speeds):
         field = rs.sliding_temperature(
             pressure, grid, speed=speed, conductivity=30.0, diffusivity=7.6e-6, skin=skin
@@ -213,8 +213,10 @@ def test_fields_of_many_points_are_those_of_each_speed_alone():
 
     def distribution(some):
         heat = rs.HeatSource(some, friction_coefficient=0.1, **STEEL)
-        flashes = flash_of_field(pressure, grid, heat, Slide(0.3, 1e-4))
-        return temperature_distribution(pressure, grid, heat, flashes, Slide(0.3, 1e-4)).by_heat
+        flashes = flash_of_field(pressure, grid, heat, SlideFromRest(0.3, 1e-4))
+        return temperature_distribution(
+            pressure, grid, heat, flashes, SlideFromRest(0.3, 1e-4)
+        ).by_heat
 
     together = distribution(speeds)
     assert np.isfinite(together).all()
@@ -259,7 +261,7 @@ def test_full_contact_has_normal_temperatures():
 )
 def test_a_field_of_another_flash_temperature_is_unknown(factor, known):
     pressure, grid = rough_contact(64)
-    friction, speeds, slide = [0.1, 0.3], [0.1, 2.0], Slide(1.0)
+    friction, speeds, slide = [0.1, 0.3], [0.1, 2.0], SlideFromRest(1.0)
     conductivity = [15.0, 60.0]
     source = {"heat_partition": 0.8, "diffusivity": 7.6e-6}
     flashes = []

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from damage_cases import member
 
+from roughsim.observables.member import Member
 from roughsim.results.description import Description
 from roughsim.results.members import Members
 from roughsim.scene.numerics import Level, Numerics
-from roughsim.store.member_files import Member
 
 SPEEDS = (0.0, 0.5, 3.0)
 LEVELS = (

@@ -49,7 +49,8 @@ def kept_run(capped_scene, tmp_path_factory):
 @pytest.fixture(scope="module")
 def files(kept_run, capped_scene, tmp_path_factory):
     """One file of each kind."""
-    from roughsim.store.member_files import Member, write_member
+    from roughsim.observables.member import Member
+    from roughsim.store.member_files import write_member
 
     place = tmp_path_factory.mktemp("files")
     bare = replace(capped_scene, numerics=replace(capped_scene.numerics, keep_fields=0))

@@ -32,10 +32,10 @@ def test_a_plan_follows_slides_once_around_their_cell():
     lawless = ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"')
     assert rs.plan(continued_scene("8 mm", WITHOUT, lawless)).levels[-1].followed is None
     reason = next(
-        r for r in rs.plan(continued_scene("8 mm", WITHOUT)).reasons if r.choice == "slid distance"
+        r for r in rs.plan(continued_scene("8 mm", WITHOUT)).reasons if r.quantity == "slid distance"
     )
     assert reason.value == "2 mm"
-    assert reason.reason.endswith("; the theory continues it to 8 mm, within 2.5 %")
+    assert reason.text.endswith("; the theory continues it to 8 mm, within 2.5 %")
 
 
 def test_a_run_multiplies_what_it_followed_by_the_theory(tmp_path):
@@ -144,7 +144,7 @@ def test_slides_on_a_much_better_conductor_are_planned_to_their_end():
 
 def test_a_slide_that_is_followed_further_than_it_slides_is_not_continued():
     scene = continued_scene("3 mm", ("first = 2 }", "first = 2, followed = 5e-3 }"))
-    reason = next(r for r in rs.plan(scene).reasons if r.choice == "slid distance")
+    reason = next(r for r in rs.plan(scene).reasons if r.quantity == "slid distance")
     assert (reason.value, "theory" in reason.reason) == ("3 mm", False)
 
 
@@ -169,7 +169,7 @@ def test_the_slides_of_a_study_are_followed_as_far_as_the_longest_needs(tmp_path
     runs = [study.run(point) for point in study.points]
     assert [run.numerics.levels[-1].followed for run in runs] == [3e-3] * 3
     assert [len(run.members.sound(SLIDE)) for run in runs] == [1] * 3
-    reason = next(r for r in runs[0].reasons if r.choice == "slid distance")
+    reason = next(r for r in runs[0].reasons if r.quantity == "slid distance")
     assert reason.value == "3 mm"
     # a later point slides too far for the distance that was planned
     vary["sliding.slid_distance"].append("60 mm")

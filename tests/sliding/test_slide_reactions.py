@@ -12,7 +12,7 @@ from slide_cases import SLIDING
 import roughsim as rs
 from roughsim import fourier
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
-from roughsim.observables.temperatures import Slide, temperature_distribution
+from roughsim.observables.temperatures import SlideFromRest, temperature_distribution
 from roughsim.planning.realization import slide_problem
 from roughsim.results.answers import answers
 from roughsim.results.film import read_film
@@ -128,7 +128,7 @@ def frozen_of(problem):
     )
     flash = rs.measure(contact, problem.grid, problem.sliding).flash_temperature
     return flash, temperature_distribution(
-        contact.pressure, problem.grid, problem.sliding, flash, Slide()
+        contact.pressure, problem.grid, problem.sliding, flash, SlideFromRest()
     )
 
 
@@ -158,8 +158,8 @@ def test_twins_that_slide_slowly_have_half_the_temperatures_of_a_resting_contact
         assert slid.numbers[f"sliding_temperature_quantile_{name}"] == pytest.approx(
             0.5 * frozen.by_heat[:, place], rel=5e-3, abs=5e-3 * flash[0]
         )
-    heat = BIN_AREAS * slid.bins.pressure
-    assert (heat * slid.bins.temperature).sum() / heat.sum() == pytest.approx(
+    heat = BIN_AREAS * slid.moments[0].bins.pressure
+    assert (heat * slid.moments[0].bins.temperature).sum() / heat.sum() == pytest.approx(
         0.5 * flash[0], rel=0.01
     )
 

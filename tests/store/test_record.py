@@ -10,10 +10,9 @@ from damage_cases import forged, member, with_header
 
 import roughsim as rs
 from roughsim.observables.catalogue import NUMBERS
+from roughsim.observables.member import Member, StoredMoments
 from roughsim.store.member_files import (
     FIELDS,
-    Member,
-    StoredMoments,
     member_path,
     read_field,
     read_member,
