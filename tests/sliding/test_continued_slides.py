@@ -145,7 +145,7 @@ def test_slides_on_a_much_better_conductor_are_planned_to_their_end():
 def test_a_slide_that_is_followed_further_than_it_slides_is_not_continued():
     scene = continued_scene("3 mm", ("first = 2 }", "first = 2, followed = 5e-3 }"))
     reason = next(r for r in rs.plan(scene).reasons if r.quantity == "slid distance")
-    assert (reason.value, "theory" in reason.reason) == ("3 mm", False)
+    assert (reason.value, "theory" in reason.text) == ("3 mm", False)
 
 
 def test_too_short_a_distance_is_that_of_the_level():
