@@ -30,7 +30,7 @@ _KEPT = 2**21  # points times speeds up to which the responses of a grid are kep
 
 
 class SlideFromRest(NamedTuple):
-    """SlideFromRest from rest after which the field of temperature is taken, as in `sliding_temperature`."""
+    """Slide from rest after which the field of temperature is taken, as in `sliding_temperature`."""
 
     direction: float = 0.0  # radians from axis 0 towards axis 1
     slid_distance: float | None = None  # m; None: half the chord of the cell
@@ -60,7 +60,9 @@ def temperature_distribution(
     return distribution_of(fields, [heat] * speeds, np.where(alike, flash_temperature, np.nan))
 
 
-def contact_fields(pressure: Array, grid: Grid, sliding: HeatSource, slide: Slide) -> list[Field]:
+def contact_fields(
+    pressure: Array, grid: Grid, sliding: HeatSource, slide: SlideFromRest
+) -> list[Field]:
     """Return κT/q̇ at the points of contact, m, at each speed, q̇ the mean heat; arguments and errors as above."""
     contact = pressure > 0.0
     speeds = len(sliding.speeds)

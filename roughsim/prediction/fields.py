@@ -182,10 +182,15 @@ def measured(
     pressure: Array, length: float, source: HeatSource, slid_distance: float
 ) -> tuple[Array, Distribution]:
     """Return T_flash of a contact by its own field of temperature, K, and the distribution about it."""
-    from roughsim.observables.temperatures import Slide, contact_fields, distribution_of, own_flash
+    from roughsim.observables.temperatures import (
+        SlideFromRest,
+        contact_fields,
+        distribution_of,
+        own_flash,
+    )
 
     grid = Grid((len(pressure), len(pressure)), (length, length))
-    hot = contact_fields(pressure, grid, source, Slide(slid_distance=slid_distance))
+    hot = contact_fields(pressure, grid, source, SlideFromRest(slid_distance=slid_distance))
     heat = pressure[pressure > 0.0]
     flash = own_flash(hot, heat, float(pressure.mean()), source)
     return flash, distribution_of(hot, [heat] * len(hot), flash)

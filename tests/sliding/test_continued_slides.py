@@ -32,7 +32,9 @@ def test_a_plan_follows_slides_once_around_their_cell():
     lawless = ('nominal_pressure = "90 MPa"', 'nominal_pressure = "1 MPa"')
     assert rs.plan(continued_scene("8 mm", WITHOUT, lawless)).levels[-1].followed is None
     reason = next(
-        r for r in rs.plan(continued_scene("8 mm", WITHOUT)).reasons if r.quantity == "slid distance"
+        r
+        for r in rs.plan(continued_scene("8 mm", WITHOUT)).reasons
+        if r.quantity == "slid distance"
     )
     assert reason.value == "2 mm"
     assert reason.text.endswith("; the theory continues it to 8 mm, within 2.5 %")
