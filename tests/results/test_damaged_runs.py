@@ -89,11 +89,13 @@ def foreign(whole, elsewhere, how):
     """Place a file with a sound seal that is not of the run at L1-000002."""
     path = member_path(elsewhere, 1, 2)
     one = read_member(path, FIELDS)
-    if how == "seed":
-        scene = replace(whole.scene, ensemble=replace(whole.scene.ensemble, seed=8))
-        other = rs.run(
-            scene, elsewhere.with_name("other"), numerics=whole.numerics, max_realizations=3
-        )
+    if how in ("seed", "tolerance"):
+        scene, numerics = whole.scene, whole.numerics
+        if how == "seed":
+            scene = replace(scene, ensemble=replace(scene.ensemble, seed=8))
+        else:
+            numerics = replace(numerics, tolerance=1e-5)
+        other = rs.run(scene, elsewhere.with_name("other"), numerics=numerics, max_realizations=3)
         shutil.copy(member_path(other.folder, 1, 2), path)
     elif how == "index":
         shutil.copy(member_path(elsewhere, 1, 3), path)
@@ -117,7 +119,9 @@ def foreign(whole, elsewhere, how):
     return path
 
 
-@pytest.mark.parametrize("how", ["seed", "speeds", "no level below", "fields", "index", "link"])
+@pytest.mark.parametrize(
+    "how", ["seed", "tolerance", "speeds", "no level below", "fields", "index", "link"]
+)
 def test_what_readers_refuse_the_run_moves_aside_and_does_again(folder, whole, how):
     path = foreign(whole, folder, how)
     wrong = path.read_bytes()

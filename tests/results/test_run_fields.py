@@ -133,22 +133,6 @@ def test_a_damaged_field_is_never_shown(quick, tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run"]
 
 
-def test_a_field_of_another_grid_is_not_shown(kept_run, tmp_path):
-    shutil.copytree(kept_run.folder, tmp_path / "run")
-    path = member_path(tmp_path / "run", 2, 0)
-    one = read_member(path, FIELDS)
-    path.unlink()
-    write_member(
-        tmp_path / "run", replace(one, fields={name: f[:, :64] for name, f in one.fields.items()})
-    )
-    with pytest.raises(
-        rs.RecordError, match=r"L2-000000.h5 is of another run: its speeds, levels or points differ"
-    ):
-        rs.open_run(tmp_path / "run")
-    run = rs.open_run(tmp_path / "run", damaged="skip")
-    assert run.kept(2) == [1]
-
-
 def test_a_run_whose_files_lack_a_field_has_the_others(kept_run, tmp_path):
     shutil.copytree(kept_run.folder, tmp_path / "run")
     for path in (tmp_path / "run" / "realizations").glob("L*-000001.h5"):
