@@ -306,6 +306,7 @@ def test_sums_in_pieces_are_those_in_one(monkeypatch):
         )
 
 
+@pytest.mark.slow
 def test_the_bits_of_moments_do_not_depend_on_the_threads_of_the_blas():
     code = """
         import numpy as np, roughsim as rs

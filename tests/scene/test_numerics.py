@@ -183,8 +183,3 @@ def test_a_level_beyond_nyquist_raises_the_error_of_resolution():
         rs.ResolutionError, match=r"q_max = .* rad/m exceeds the Nyquist wavenumber"
     ):
         Numerics((Level("elastic", (64, 64), 1e4),), (1.0, 1.0))
-
-
-def test_a_column_that_is_none_is_refused_with_the_nearest_name():
-    with pytest.raises(ValueError, match='column = "plastic" is not known; did you mean "elastic"'):
-        Level("plastic", (8, 8), 1.0)
