@@ -19,7 +19,6 @@ from roughsim.errors import ConvergenceError as ConvergenceError
 from roughsim.errors import RecordError as RecordError
 from roughsim.errors import ResolutionError as ResolutionError
 from roughsim.errors import RoughsimError as RoughsimError
-from roughsim.estimate.errors import Estimate as Estimate
 from roughsim.fourier import set_threads as set_threads
 from roughsim.grid import Grid as Grid
 from roughsim.heat.half_space import half_space_temperature as half_space_temperature
@@ -53,6 +52,7 @@ from roughsim.studies.work import study as study
 from roughsim.surface.power_laws import SelfAffineSpectrum as SelfAffineSpectrum
 from roughsim.surface.power_laws import TabulatedSpectrum as TabulatedSpectrum
 from roughsim.surface.synthesis import synthesize as synthesize
+from roughsim.table import Estimate as Estimate
 
 __version__: str
 

@@ -19,6 +19,7 @@ ORDER = (
     "untrusted",
     "extensions",
     "grid",
+    "table",
     "_kernels",
     "fourier",
     "surface",

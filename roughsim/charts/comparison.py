@@ -1,16 +1,16 @@
 """A comparison as a figure: measured bands over theory lines."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from roughsim import prediction
-from roughsim.charts.curves import Row, distances, theories
+from roughsim.charts.curves import distances, theories
 from roughsim.charts.spectra import draw_correlation, draw_cut_offs, draw_psd
 from roughsim.charts.style import (
     CALIBRATED,
@@ -24,11 +24,12 @@ from roughsim.charts.style import (
     new_figure,
     plain_ticks,
 )
-from roughsim.results.answers import AT_CUT_OFF
+from roughsim.results.row import Row
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.show.table import shown
 from roughsim.show.text import plain
+from roughsim.table import AT_CUT_OFF
 
 # observables drawn over speed → title, symbol, and SI unit
 _DRAWN = {
@@ -38,31 +39,7 @@ _DRAWN = {
 }
 
 
-class _Cell(Protocol):
-    """A mean with its total error, 95 %, and the names of its unknown parts."""
-
-    @property
-    def mean(self) -> float: ...
-    @property
-    def total_error(self) -> float: ...
-    @property
-    def unknown(self) -> Sequence[str]: ...
-
-
-class _Row(Row, Protocol):
-    """A row of a comparison, as `roughsim.compare` makes it."""
-
-    @property
-    def calibrated(self) -> float: ...
-    @property
-    def theory_at_cut_off(self) -> float: ...
-    @property
-    def cut(self) -> bool: ...
-    @property
-    def columns(self) -> Mapping[str, _Cell]: ...
-
-
-def comparison_chart(run: Run, rows: Sequence[_Row], path: Path | None, look: Look = USUAL) -> None:
+def comparison_chart(run: Run, rows: Sequence[Row], path: Path | None, look: Look = USUAL) -> None:
     """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v); `rows` as of `roughsim.compare`."""
     with new_figure(path, (9.6, 5.8), look=look) as figure:
         psd, correlation, *over_speed, words = figure.subplots(2, 3).ravel()
@@ -106,7 +83,7 @@ def comparison_chart(run: Run, rows: Sequence[_Row], path: Path | None, look: Lo
         _draw_legend(words, run, [row for row in rows if row.observable in _DRAWN and row.speed])
 
 
-def draw_over_speed(axes: Axes, run: Run, rows: Sequence[_Row], observable: str) -> None:
+def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Row], observable: str) -> None:
     """Draw an observable over the speed: both theories, the theory up to q_c if it differs, and each column."""
     rows = [row for row in rows if row.observable == observable and row.speed]
     speed = np.array([row.speed for row in rows])
@@ -118,7 +95,11 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[_Row], observable: str)
     _draw_theory(axes, run.scene, observable, factor)
     if any(row.cut for row in rows):
         axes.plot(
-            speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--"
+            speed,
+            [row.theories["theory_at_cut_off"] * factor for row in rows],
+            color=THEORY,
+            lw=1.2,
+            ls="--",
         )
     for column in rows[0].columns:
         _draw_measured(axes, rows, column, factor)
@@ -137,7 +118,7 @@ def _draw_theory(axes: Axes, scene: Scene, observable: str, factor: float) -> No
     axes.plot(dense, by["calibrated"] * factor, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
 
 
-def _draw_measured(axes: Axes, rows: Sequence[_Row], column: str, factor: float) -> None:
+def _draw_measured(axes: Axes, rows: Sequence[Row], column: str, factor: float) -> None:
     """Draw the values of a column over the speed with their errors; nothing for observables that a slide lacks."""
     speed = np.array([row.speed for row in rows])
     mean = np.array([row.columns[column].mean for row in rows]) * factor
@@ -147,7 +128,7 @@ def _draw_measured(axes: Axes, rows: Sequence[_Row], column: str, factor: float)
         axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=COLOURS[column])
 
 
-def _draw_legend(axes: Axes, run: Run, drawn: Sequence[_Row]) -> None:
+def _draw_legend(axes: Axes, run: Run, drawn: Sequence[Row]) -> None:
     """Draw the legend of lines and bands, and lines of text about the run."""
     axes.set_axis_off()
     meanings = {
@@ -181,11 +162,9 @@ def _draw_legend(axes: Axes, run: Run, drawn: Sequence[_Row]) -> None:
     )
 
 
-def _text_of_run(run: Run, drawn: Sequence[_Row]) -> str:
+def _text_of_run(run: Run, drawn: Sequence[Row]) -> str:
     """Return lines on the run, the bands and the heat share."""
-    unknown = dict.fromkeys(
-        part for row in drawn for cell in row.columns.values() for part in cell.unknown
-    )
+    unknown = dict.fromkeys(part for row in drawn for part in row.unknown)
     unknown.pop("bandwidth", None)  # in the titles as "at q_c"
     lines = [
         plain(run.scene.title),

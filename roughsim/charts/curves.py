@@ -1,9 +1,9 @@
 """Curves of scenes and runs beside one another: C(q), g_σ(r), and observables over the speed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -28,11 +28,12 @@ from roughsim.charts.style import (
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.theories import OVER_SPEED as DENSE
-from roughsim.results.answers import AT_CUT_OFF
+from roughsim.results.row import Row
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.show.table import shown
 from roughsim.show.text import plain
+from roughsim.table import AT_CUT_OFF
 
 PSD, CORRELATION = "psd", "correlation"
 ALL = (PSD, CORRELATION, "flash_temperature", "flash_width", "slope_length")
@@ -49,26 +50,6 @@ OVER_SPEED = tuple(name for name, record in OBSERVABLES.items() if record.per_sp
 _BRIGHTEST = 0.85  # of the colours of several scenes; the end of the scale is too pale for paper
 _ONE, _MANY = (5.4, 3.8), (9.6, 5.8)  # sizes of a figure of one panel and of all, inches
 _LETTERS = 46  # of a line of text in a panel
-
-
-class Row(Protocol):
-    """A row of a comparison, as `roughsim.compare` makes it."""
-
-    @property
-    def observable(self) -> str:
-        """Name of the observable."""
-
-    @property
-    def speed(self) -> float | None:
-        """Sliding speed, m/s; None: it has none."""
-
-    @property
-    def note(self) -> str:
-        """A note of `roughsim.results.answers`."""
-
-    @property
-    def columns(self) -> Mapping[str, Any]:
-        """Cells by column."""
 
 
 class Entry(NamedTuple):

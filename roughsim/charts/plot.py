@@ -13,8 +13,8 @@ from roughsim.charts.spectra import correlation_chart, spectrum_chart
 from roughsim.charts.style import FIELDS, USUAL, Look, Subject, beside, check_ending
 from roughsim.charts.temperature import distribution_chart, profile_chart
 from roughsim.errors import number
+from roughsim.estimate.asked import ABOUT
 from roughsim.results.film import filmed, no_film
-from roughsim.results.reactions import ABOUT
 from roughsim.results.run import DERIVED_UNITS, Run
 from roughsim.scene.numerics import SLIDING
 

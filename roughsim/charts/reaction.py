@@ -26,9 +26,9 @@ from roughsim.charts.style import (
     new_figure,
     row_of_panels,
 )
-from roughsim.estimate.asked import RATE
+from roughsim.estimate.asked import ABOUT, ACTIVATION, RATE
 from roughsim.observables.catalogue import UNITS
-from roughsim.results.reactions import ABOUT, not_asked
+from roughsim.results.reactions import not_asked
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.text import plain
 
@@ -54,11 +54,13 @@ def reaction_chart(subject: Subject, path: Path) -> None:
         _draw_hotter(panels[0], subject, int(fast[-1]))
         if reacts:
             found, theory = run.reactions(subject.column), theory_of(run, subject.column)
-            _draw_temperatures(panels[1], activation_lines(run, found, theory))
+            _draw_temperatures(
+                panels[1], activation_lines(run, found[ACTIVATION], theory.get(ACTIVATION))
+            )
             _draw_over_speed(
                 panels[2],
                 RATE,
-                lines_over_speed(run, RATE, found, theory),
+                lines_over_speed(run, found[RATE], theory.get(RATE)),
                 with_theory=bool(theory),
             )
             panels[2].set_title("Rate per nominal area")
@@ -71,11 +73,11 @@ def over_speed_chart(name: str, subject: Subject, path: Path) -> None:
     """
     run = subject.run
     found = run.reactions(subject.column)
-    if not any(one.estimate.observable == name for one in found):
+    if name not in found:
         raise not_asked(run, name)
     _moving(subject)
     theory = theory_of(run, subject.column)
-    lines = lines_over_speed(run, name, found, theory)
+    lines = lines_over_speed(run, found[name], theory.get(name))
     with new_figure(path, (_WIDTH, 3.9), _title(subject), subject.look) as figure:
         _draw_over_speed(figure.subplots(), name, lines, with_theory=bool(theory))
 

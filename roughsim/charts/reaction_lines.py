@@ -1,6 +1,5 @@
 """What a reaction feels, as lines to draw: quantiles of the temperature, activation temperatures, rates over speed."""
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -8,16 +7,11 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.estimate import fields
-from roughsim.estimate.asked import ACTIVATION, Asked
-from roughsim.estimate.errors import Estimate
 from roughsim.grid import Array
 from roughsim.observables.distribution import LEVELS
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
-
-Theory = Mapping[
-    tuple[str, float | None, float | None], Array
-]  # values over speed, by the key of an estimate
+from roughsim.table import Estimate
 
 
 class ReactionLine(NamedTuple):
@@ -47,11 +41,9 @@ def speed_label(speed: float) -> str:
     return f"{speed:g} m/s"
 
 
-def theory_of(run: Run, column: str) -> Theory:
+def theory_of(run: Run, column: str) -> dict[str, Estimate]:
     """Return the calibrated theory of what the scene asks for; empty for the column sliding: it takes seconds."""
-    if column == SLIDING:
-        return {}
-    return {one.key: one.estimate.mean for one in fields.asked(run.scene)}
+    return {} if column == SLIDING else fields.asked(run.scene)
 
 
 def quantile_lines(run: Run, column: str, place: int) -> list[ReactionLine]:
@@ -63,9 +55,8 @@ def quantile_lines(run: Run, column: str, place: int) -> list[ReactionLine]:
     for of, label in (("", "of the heat"), ("area_", "of the area")):
         names = [f"temperature_quantile_{of}{name}" for name in LEVELS]
         found = [run.estimate(name, column) for name in names]
-        mean, error = (
-            np.array([values[place] for values in rows]) for rows in _of_estimates(found)
-        )
+        mean = np.array([one.mean[place] for one in found])
+        error = np.array([one.total_error[place] for one in found])
         drawn = np.array([theory[name][place] for name in names]) if theory else nothing
         lines.append(
             ReactionLine(
@@ -75,43 +66,42 @@ def quantile_lines(run: Run, column: str, place: int) -> list[ReactionLine]:
     return lines
 
 
-def activation_lines(run: Run, found: list[Asked], theory: Theory) -> list[ReactionLine]:
+def activation_lines(run: Run, found: Estimate, theory: Estimate | None) -> list[ReactionLine]:
     """Return the activation temperatures over the energy, a line for each speed above zero."""
-    warm = [one for one in found if one.estimate.observable == ACTIVATION]
-    energies = np.array([one.energy for one in warm])
+    energies = found.coords["energy"]
     order = np.argsort(energies)
-    nothing = np.full(len(run.scene.speeds), np.nan)
-    rows = (
-        *_of_estimates([one.estimate for one in warm]),
-        [theory.get(one.key, nothing) for one in warm],
-    )
-    mean, error, drawn = (np.array(values)[order] for values in rows)
+    drawn = _values(found, theory)
     return [
         ReactionLine(
-            speed_label(run.scene.speeds[k]), energies[order], mean[:, k], error[:, k], drawn[:, k]
+            speed_label(run.scene.speeds[k]),
+            energies[order],
+            found.mean[order, k],
+            found.total_error[order, k],
+            drawn[order, k],
         )
         for k in moving_places(run)
     ]
 
 
-def lines_over_speed(run: Run, name: str, found: list[Asked], theory: Theory) -> list[ReactionLine]:
-    """Return an observable of `found` over the speeds above zero, a line for each energy or temperature."""
+def lines_over_speed(run: Run, found: Estimate, theory: Estimate | None) -> list[ReactionLine]:
+    """Return an observable over the speeds above zero, a line for each energy or temperature."""
     fast = moving_places(run)
     speeds = np.array(run.scene.speeds)
-    nothing = np.full(speeds.shape, np.nan)
+    axis = found.dims[0]
+    label = energy_label if axis == "energy" else "{:g} K".format
+    drawn = _values(found, theory)
     return [
         ReactionLine(
-            energy_label(one.energy) if one.energy is not None else f"{one.temperature:g} K",
+            label(number),
             speeds[fast],
-            one.estimate.mean[fast],
-            one.estimate.total_error[fast],
-            theory.get(one.key, nothing)[fast],
+            found.mean[k, fast],
+            found.total_error[k, fast],
+            drawn[k, fast],
         )
-        for one in found
-        if one.estimate.observable == name
+        for k, number in enumerate(found.coords[axis].tolist())
     ]
 
 
-def _of_estimates(found: list[Estimate]) -> tuple[list[Array], list[Array]]:
-    """Return the means and the total errors."""
-    return [one.mean for one in found], [one.total_error for one in found]
+def _values(found: Estimate, theory: Estimate | None) -> Array:
+    """Return the values of the theory beside an estimate; NaN without a theory."""
+    return np.full(found.mean.shape, np.nan) if theory is None else theory.mean

@@ -12,10 +12,10 @@ from matplotlib.lines import Line2D
 from roughsim.charts.style import DASHES, THEORY, USUAL, Look, band, new_figure, plain_ticks
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
-from roughsim.results.answers import AT_CUT_OFF
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
+from roughsim.table import AT_CUT_OFF
 
 _DARKEST, _BRIGHTEST = (
     0.0,

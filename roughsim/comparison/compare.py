@@ -6,30 +6,33 @@ theory and elastic. `theory` is over the whole spectrum; the ratio to the theory
 the modes of the simulation.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
 from math import degrees, isfinite
 from pathlib import Path
 from typing import Any
 
-from roughsim.comparison.row import NOTICED, Row
-from roughsim.comparison.rows import (
-    CONTACT_TEMPERATURE,
-    FLASH,
-    Slope,
-    finest,
-    rows_of,
-    stress_slope,
-    theories_of,
-)
+import numpy as np
+
+from roughsim.comparison.slope import Slope, stress_slope
 from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
+from roughsim.estimate.levels import FLASH
 from roughsim.prediction.sliding import CONTINUED
 from roughsim.prediction.statements import statements
-from roughsim.prediction.values import Predicted
-from roughsim.results import answers
+from roughsim.results.columns import (
+    AT_CUT_OFF,
+    CONTACT_TEMPERATURE,
+    SAME_MODES,
+    SLIDING_CALIBRATED,
+    THEORY,
+    ColumnOf,
+    columns_of,
+    finest,
+    results_of,
+)
 from roughsim.results.folder import left_out, open_run
+from roughsim.results.row import NOTICED, Row, rows_of
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
@@ -37,6 +40,7 @@ from roughsim.show.markup import in_notebook
 from roughsim.show.table import Cell, Column, Number, Table, json_value, with_unit
 from roughsim.show.table import Row as Cells
 from roughsim.show.text import marked
+from roughsim.table import Results, marks_in_words
 
 # what each ratio tests
 TESTS = {
@@ -52,16 +56,34 @@ _SAME_MODES = "The ratio to theory is over the modes of the cell, up to q_c."
 class Comparison:
     """A run beside the theory. Temperatures have the heat share used; ratios do not depend on it.
 
-    `theories` are those of the run by the field of a row. Printed, it is `summary()`.
+    `columns` are those of the run, as functions of an observable. Printed, it is `summary()`.
     """
 
     run: Run
-    theories: dict[str, Predicted]
+    columns: Mapping[str, ColumnOf]
 
     @cached_property  # .4 s; a summary does without
+    def results(self) -> Results:
+        """Every observable over the columns, the speed, and the energy, temperature or direction of some."""
+        return results_of(self.run, functions=self.columns)
+
+    @cached_property
+    def flash(self) -> Results:
+        """T_flash alone."""
+        return results_of(self.run, (FLASH,), functions=self.columns)
+
+    @cached_property
     def rows(self) -> tuple[Row, ...]:
         """A row for each observable and speed."""
-        return tuple(rows_of(self.run, theories=self.theories))
+        return tuple(rows_of(self.results))
+
+    def to_xarray(self) -> Any:
+        """Return `results` as an `xarray.Dataset`; ImportError without xarray.
+
+        NAME has the values of an observable over (column, …, speed), NAME_part the parts of its 95 % error over
+        (part, column, …, speed), NAME_note its marks.
+        """
+        return self.results.to_xarray()
 
     @property
     def slopes(self) -> tuple[Slope, ...]:
@@ -78,21 +100,21 @@ class Comparison:
     @property
     def unknown(self) -> tuple[str, ...]:
         """The parts of the errors that are unknown in some column or ratio."""
-        cells = [cell.unknown for row in self.rows for cell in row.columns.values()]
-        ratios = [ratio.unknown for row in self.rows for ratio in row.ratios.values()]
-        return tuple(dict.fromkeys(chain(*cells, *ratios)))
+        simulated = [part for row in self.rows for part in row.unknown]
+        ratios = [part for row in self.rows for one in row.ratios.values() for part in one.unknown]
+        return tuple(dict.fromkeys((*simulated, *ratios)))
 
     def notes(self) -> tuple[str, ...]:
         """Return notes on missing members, and on waves that only the theory or only the simulation includes."""
         q_c, q_max = finest(self.run)[1], self.run.scene.spectrum.breaks[-1]
         notes = left_out(self.run)
-        if cut := self.farthest("theory_at_cut_off", "theory"):
+        if cut := self.farthest(AT_CUT_OFF, THEORY):
             notes.append(
                 f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. Up to q_c the theory is {cut} "
                 "Means are extrapolated to q_max, and the doubt of that is in their error; rows marked at q_c are not "
                 "extrapolated. The ratio is formed up to q_c."
             )
-        if short := self.farthest("theory_same_modes", "theory_at_cut_off"):
+        if short := self.farthest(SAME_MODES, AT_CUT_OFF):
             notes.append(
                 f"The cell holds too few long waves for the theory: summed over its modes it is {short} The error of "
                 "the ratio includes this; take more waves per side."
@@ -102,22 +124,17 @@ class Comparison:
     def farthest(self, name: str, other: str) -> str:
         """Return in words T_flash where two theories differ most; empty for a difference below `NOTICED`.
 
-        `name` and `other` are fields of `Row`, as "calibrated".
+        `name` and `other` are columns, as "calibrated".
         """
-
-        def apart(row: Row) -> float:
-            return float(abs(getattr(row, name) / getattr(row, other) - 1.0))
-
-        rows = [
-            row
-            for row in self.rows
-            if row.observable == "flash_temperature" and getattr(row, other)
-        ]
-        row = max(rows, key=apart, default=None)
-        if row is None or not apart(row) > NOTICED:
+        flash = self.flash[FLASH]
+        values, references = (flash.sel(column=column).mean for column in (name, other))
+        with np.errstate(all="ignore"):  # 0/0 at rest
+            apart = np.where(references == 0.0, 0.0, np.abs(values / references - 1.0))
+        k = int(np.argmax(np.nan_to_num(apart, nan=np.inf)))
+        if not apart[k] > NOTICED:
             return ""
-        value, reference = getattr(row, name), getattr(row, other)
-        return f"{value:.4g} instead of {reference:.4g} K (flash_temperature at {row.speed:g} m/s)."
+        speed = self.run.scene.speeds[k]
+        return f"{values[k]:.4g} instead of {references[k]:.4g} K (flash_temperature at {speed:g} m/s)."
 
     def to_dict(self) -> dict[str, Any]:
         """Return the table as JSON values; NaN and infinity become None."""
@@ -141,9 +158,7 @@ class Comparison:
         """Return the table that `compare` prints: T_flash, or all of a pressed map, with its directions of sliding."""
         if not self.run.drawn:
             return self.table()
-        return summary_table(
-            self, list(rows_of(self.run, (FLASH,), self.theories))
-        )  # others take ten times as long
+        return summary_table(self, list(rows_of(self.flash)))  # others take ten times as long
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
@@ -203,7 +218,7 @@ def compare(run: Run | str | Path) -> Comparison:
         raise ValueError(
             f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on"
         )
-    return Comparison(run, theories_of(run))
+    return Comparison(run, columns_of(run))
 
 
 def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
@@ -212,7 +227,7 @@ def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
     yield Number(row.calibrated, row.unit)
     for name in columns:
         cell = row.columns.get(name)
-        yield "" if cell is None else Number(cell.mean, row.unit, cell.total_error, cell.unknown)
+        yield "" if cell is None else cell.number()
 
 
 def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
@@ -232,13 +247,11 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
     fastest = max(rows, key=lambda row: row.speed or 0.0)
     ratios = [
         f"{name.replace('_over_', '/')} at {fastest.speed:g} m/s: "
-        f"{Number(ratio.value, '1', ratio.total_error, ratio.unknown)}, {TESTS[name]}."
+        f"{replace(ratio, unit='1').number()}, {TESTS[name]}."
         for name, ratio in fastest.ratios.items()
-        if isfinite(ratio.value)
+        if isfinite(ratio.mean)
     ]
-    unknown = dict.fromkeys(
-        part for row in rows for cell in row.columns.values() for part in cell.unknown
-    )
+    unknown = dict.fromkeys(part for row in rows for part in row.unknown)
     modes = (
         f" {_SAME_MODES}"
         if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios)
@@ -246,7 +259,7 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
     )
     notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}."]
     notes += [*map(str, statements(run.scene)), *marked(run.warnings)]
-    notes += [*answers.meanings(list(unknown), {row.note for row in rows}), *left_out(run)]
+    notes += [*marks_in_words(list(unknown), {row.note for row in rows}), *left_out(run)]
     title = f"{run.scene.title}: {_count(run)}" if run.scene.title else _count(run)
     return Table(columns, cells, f"{title}; {with_unit('flash_temperature', 'K')}", notes)
 
@@ -267,11 +280,8 @@ def comparison_table(comparison: Comparison) -> Table:
             with_unit(row.title, row.unit),
             "" if row.speed is None else f"{row.speed:g}",
             *numbers_of(row, row.columns),
-            *(Number(row.sliding_calibrated, row.unit) for _ in beside),
-            *(
-                Number(ratio.value, "1", ratio.total_error, ratio.unknown)
-                for ratio in row.ratios.values()
-            ),
+            *(Number(row.theories[SLIDING_CALIBRATED], row.unit) for _ in beside),
+            *(replace(ratio, unit="1").number() for ratio in row.ratios.values()),
             row.note,
         )
         for row in comparison.rows
@@ -324,7 +334,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
             + _continued_note(comparison.run)
         )
         yield sliding_note(comparison.run.scene)
-    yield from answers.meanings(comparison.unknown, {row.note for row in comparison.rows})
+    yield from marks_in_words(comparison.unknown, {row.note for row in comparison.rows})
     if any(row.observable == CONTACT_TEMPERATURE for row in comparison.rows):
         yield (
             f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, above its temperature when "

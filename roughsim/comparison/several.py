@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.comparison.compare import Comparison, numbers_of
-from roughsim.comparison.row import Row
-from roughsim.comparison.rows import FLASH
-from roughsim.results.answers import meanings
+from roughsim.estimate.levels import FLASH
 from roughsim.results.folder import left_out
+from roughsim.results.row import Row
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import of_several
 from roughsim.show.table import Column, Table, with_unit
 from roughsim.show.text import marked
+from roughsim.table import marks_in_words
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -80,12 +80,10 @@ class Comparisons:
 
     def _notes(self, rows: Sequence[Row]) -> list[str]:
         """Return the sentences below the table of some rows."""
-        unknown = dict.fromkeys(
-            part for row in rows for cell in row.columns.values() for part in cell.unknown
-        )
+        unknown = dict.fromkeys(part for row in rows for part in row.unknown)
         notes = [
             "± total error, 95 %; each with the heat share of its run.",
-            *meanings(list(unknown), set()),
+            *marks_in_words(list(unknown), set()),
         ]
         for label, one in zip(self.labels, self.comparisons, strict=True):
             notes += [f"{label}: {line}" for line in left_out(one.run)]

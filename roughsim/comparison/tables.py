@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 
 from roughsim import prediction
-from roughsim.comparison.rows import CONTACT_TEMPERATURE
 from roughsim.comparison.trust import Trust
 from roughsim.estimate import fields
-from roughsim.estimate.errors import SOURCES, Estimate
+from roughsim.estimate.asked import ABOUT
+from roughsim.estimate.errors import SOURCES
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
+from roughsim.results.columns import CONTACT_TEMPERATURE
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import Column, Number, Row, Table, json_value, with_unit
+from roughsim.table import Estimate
 
 _CORRELATION_POINTS = 65
 _HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")
@@ -84,9 +86,12 @@ def _distribution_values(scene: Scene) -> dict[str, Any]:
         name: {part: number * share for part, number in _with_errors(estimate).items()}
         for name, estimate in fields.quantiles(scene).items()
     }
-    for asked in fields.asked(scene):
-        rows = found.setdefault(asked.estimate.observable, [])
-        rows.append(asked.about | _with_errors(asked.estimate))
+    for name, estimate in fields.asked(scene).items():
+        axis = ABOUT[name]
+        found[name] = [
+            {axis: label} | _with_errors(estimate.sel(**{axis: label}))
+            for label in estimate.coords[axis].tolist()
+        ]
     return found
 
 

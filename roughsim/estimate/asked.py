@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughsim.estimate.errors import SOURCES, Estimate, estimate
+from roughsim.estimate.errors import SOURCES, estimate
 from roughsim.estimate.levels import Values, product, scaled
 from roughsim.estimate.reactions import (
     ELECTRONVOLT,
@@ -31,6 +31,7 @@ from roughsim.grid import Array
 from roughsim.observables.record import Sample
 from roughsim.scene import Scene
 from roughsim.scene.reactions import ReactionSection
+from roughsim.table import AT_CUT_OFF, Estimate, concat
 
 RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = (
     "reaction_rate",
@@ -38,25 +39,12 @@ RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = (
     "conversion",
     "heat_share_above",
 )
-
-
-class Asked(NamedTuple):
-    """An estimate of a reaction at one energy, or of the heat above one temperature."""
-
-    estimate: Estimate
-    energy: float | None = None  # eV
-    temperature: float | None = None  # absolute, K
-
-    @property
-    def about(self) -> dict[str, float]:
-        """Energy or temperature, whichever it has."""
-        both = {"energy": self.energy, "temperature": self.temperature}
-        return {name: value for name, value in both.items() if value is not None}
-
-    @property
-    def key(self) -> tuple[str, float | None, float | None]:
-        """Observable, energy and temperature."""
-        return self.estimate.observable, self.energy, self.temperature
+ABOUT = {  # axis of each
+    RATE: "energy",
+    ACTIVATION: "energy",
+    CONVERSION: "energy",
+    HEAT_ABOVE: "temperature",
+}
 
 
 class Contacts(NamedTuple):
@@ -72,16 +60,27 @@ class Contacts(NamedTuple):
     sources: Mapping[str, str] = SOURCES  # the parts of an error, in words
 
 
-def asked_of(scene: Scene, contacts: Contacts) -> Iterator[Asked]:
-    """Yield the estimates that [reaction] and `heat_above` of a scene ask for, over its speeds."""
-    reaction, observables = scene.reaction, scene.observables
-    if reaction is not None:
-        for energy in reaction.activation_energy:
-            for found in of_reaction(contacts, reaction, energy):
-                yield Asked(found, energy=round(energy / ELECTRONVOLT, 12))
-    if observables is not None:
-        for temperature in observables.heat_above or ():
-            yield Asked(_heat_above(contacts, temperature), temperature=temperature)
+def asked_of(scene: Scene, contacts: Contacts) -> dict[str, Estimate]:
+    """Return what [reaction] and `heat_above` of a scene ask for, by name.
+
+    Over energy, eV, or temperature, absolute, K, and speed.
+    """
+    found: dict[str, dict[float, Estimate]] = {}
+    if scene.reaction is not None:
+        for energy in scene.reaction.activation_energy:
+            for one in of_reaction(contacts, scene.reaction, energy):
+                found.setdefault(one.observable, {})[round(energy / ELECTRONVOLT, 12)] = one
+    if scene.observables is not None:
+        for temperature in scene.observables.heat_above or ():
+            one = _heat_above(contacts, temperature)
+            found.setdefault(one.observable, {})[temperature] = one
+    return {
+        name: concat(
+            {(k,): one for k, one in enumerate(by_label.values())},
+            {ABOUT[name]: np.array([*by_label])},
+        )
+        for name, by_label in found.items()
+    }
 
 
 def of_reaction(contacts: Contacts, reaction: ReactionSection, energy: float) -> Iterator[Estimate]:
@@ -139,11 +138,9 @@ def _heat_above(contacts: Contacts, temperature: float) -> Estimate:
 def _estimate(contacts: Contacts, observable: str, values: Values, over: OverContact) -> Estimate:
     """Return an estimate; the scatter of a mean that few members carry is unknown."""
     note = f"T₀ + T of the contact, with {np.round(over.members, 1).tolist()} effective members over the speeds"
-    found = estimate(observable, values, (note,))
+    found = estimate(observable, values, (note,), contacts.speeds)
     statistical = np.where(over.members < LEAST_MEMBERS, np.nan, found.budget["statistical"])
-    return replace(
-        found,
-        budget=found.budget | {"statistical": statistical},
-        speeds=contacts.speeds,
-        sources=contacts.sources,
-    )
+    budget = {**found.budget, "statistical": statistical}
+    at_cut_off = np.isnan(budget["bandwidth"]) & np.isfinite(found.mean) & (found.mean != 0.0)
+    marks = np.where(at_cut_off, AT_CUT_OFF, "").astype(object)
+    return replace(found, budget=budget, note=marks, sources=contacts.sources)

@@ -1,7 +1,7 @@
 """Means with all parts of their errors: statistical, bandwidth, pixel, finite size, solver."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -10,8 +10,7 @@ from roughsim.estimate.levels import Values
 from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
-from roughsim.show.markup import in_notebook
-from roughsim.show.table import Column, Number, Row, Table, shown, with_unit
+from roughsim.table import Estimate
 
 SOURCES = {
     "statistical": (
@@ -31,156 +30,10 @@ SOURCES = {
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Uncertain:
-    """A mean, or a ratio of two, with its errors; arrays over speed, or of one entry.
-
-    Attributes
-    ----------
-    mean : ndarray
-        Extrapolated in q_c and the pixel if a limit exists and the levels show it.
-    standard_error : ndarray
-        Of the mean, statistical.
-    budget : dict of str to ndarray
-        The parts of the 95 % error by source, keys of `SOURCES`; NaN: unknown. "scan" is there only if C(q) was
-        measured on maps, "last step" only if it counts at some speed.
-    """
-
-    mean: Array
-    standard_error: Array
-    budget: dict[str, Array]
-
-    @property
-    def total_error(self) -> Array:
-        """Root of the sum of squares of the known parts of `budget`; NaN for an undefined mean."""
-        total = np.sqrt(
-            sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in self.budget.values())
-        )
-        return np.where(np.isnan(self.mean), np.nan, total)
-
-    def unknown_at(self, k: int) -> tuple[str, ...]:
-        """The unknown parts of `budget` at entry k; none if the mean is undefined or exactly zero."""
-        has_error = np.isfinite(self.mean[k]) and self.mean[k] != 0.0
-        return tuple(name for name, part in self.budget.items() if has_error and np.isnan(part[k]))
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Estimate(Uncertain):
-    """The mean of one observable with its errors; arrays over speed, or of one entry.
-
-    Attributes
-    ----------
-    mean, standard_error, budget
-        As of `Uncertain`.
-    observable : str
-        Its name.
-    unit : str
-        SI unit.
-    bias : ndarray
-        Value at the finest level minus `mean`; zero without extrapolation.
-    n : int
-        Number of realizations.
-    effective_n : ndarray
-        Independent realizations that would give the same interval: degrees of freedom and one.
-    notes : tuple of str
-        Sentences on extrapolation and missing levels, for `explain`.
-    speeds : tuple of float
-        Of the entries, m/s; empty for an observable that does not depend on the speed.
-    sources : mapping of str to str
-        Meaning of each part of `budget`.
-    """
-
-    observable: str
-    unit: str
-    bias: Array
-    n: int
-    effective_n: Array
-    notes: tuple[str, ...] = ()
-    speeds: tuple[float, ...] = ()
-    sources: Mapping[str, str] = field(default_factory=SOURCES.copy)
-
-    @property
-    def half_width(self) -> Array:
-        """Half-width of the 95 % interval of the scatter (`quantile` with `effective_n` − 1 degrees of freedom)."""
-        return self.budget["statistical"]
-
-    @property
-    def unknown(self) -> tuple[str, ...]:
-        """The unknown parts of `budget` at any entry, by `unknown_at`; `total_error` excludes them."""
-        found = {name for k in range(len(self.mean)) for name in self.unknown_at(k)}
-        return tuple(name for name in self.budget if name in found)
-
-    def number(self, k: int) -> Number:
-        """Return entry k as it is shown, with its total error."""
-        return Number(
-            float(self.mean[k]), self.unit, float(self.total_error[k]), self.unknown_at(k)
-        )
-
-    def parts(self, k: int, names: Iterable[str] | None = None) -> list[Number]:
-        """Return the parts of the error of entry k, and the value at the finest level minus the mean, for tables.
-
-        `names` are the columns of the table; a part that `budget` lacks is zero. Default: the names of `budget`.
-        """
-        errors = [
-            float(self.budget[name][k]) if name in self.budget else 0.0
-            for name in names or self.budget
-        ]
-        return [Number(error, self.unit, digits=2) for error in (*errors, float(self.bias[k]))]
-
-    def table(self) -> Table:
-        """Return the mean with its total error and the parts of the error, a row per speed."""
-        titles = ["mean ± total error", *self.budget, "finest − mean"]
-        rows: list[Row] = [[self.number(k), *self.parts(k)] for k in range(len(self.mean))]
-        if self.speeds:
-            titles = ["speed, m/s", *titles]
-            rows = [[f"{speed:g}", *row] for speed, row in zip(self.speeds, rows, strict=True)]
-        columns = [Column(title, number=True) for title in titles]
-        title = f"{with_unit(self.observable, self.unit)}: {self.n} realizations"
-        return Table(
-            columns,
-            rows,
-            title,
-            (*self.notes, *(f"{name}: {self.sources[name]}" for name in self.budget)),
-        )
-
-    def __repr__(self) -> str:
-        means = ", ".join(str(self.number(k)) for k in range(len(self.mean)))
-        at = f" at {', '.join(f'{speed:g}' for speed in self.speeds)} m/s" if self.speeds else ""
-        return f"<Estimate of {with_unit(self.observable, self.unit)}: {means}{at}; n = {self.n}>"
-
-    def _repr_html_(self) -> str:
-        return in_notebook(self.table())
-
-    def explain(self) -> str:
-        """Explain the source of each part of the error."""
-        lines, (unit, factor) = [], shown(self.unit)
-        for k in range(len(self.mean)):
-            known = {
-                name: part[k] * factor for name, part in self.budget.items() if np.isfinite(part[k])
-            }
-            parts = ", ".join(f"{name} {part:.2g}" for name, part in known.items())
-            lines.append(
-                f"{self.number(k)} {unit}".rstrip()
-                + f": {parts}; n = {self.n} realizations of the lowest "
-                f"level; interval with {self.effective_n[k] - 1:.3g} degrees of freedom; value at the finest level "
-                f"{self.bias[k] * factor:+.2g}"
-            )
-        sources = [
-            f"{name}: {self.sources[name]}" for name in self.budget if name not in self.unknown
-        ]
-        why = dict.fromkeys(self.unknown, "no level of the run shows it")
-        if "bandwidth" in why and "last step" in self.budget:
-            why["bandwidth"] = (
-                "the waves above the highest q_c may change more than the last step to it did"
-            )
-        missing = [
-            f"{name}: unknown: {reason}; not in these figures" for name, reason in why.items()
-        ]
-        return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
-
-
-def estimate(observable: str, values: Values, notes: tuple[str, ...] = ()) -> Estimate:
-    """Return mean, errors and bias of an observable from its values."""
+def estimate(
+    observable: str, values: Values, notes: tuple[str, ...] = (), speeds: Sequence[float] = ()
+) -> Estimate:
+    """Return mean, errors and bias of an observable from its values; without `speeds` their labels are NaN."""
     mean = values.mean
     error, freedom = spread_of(values.scattered)
     with np.errstate(
@@ -189,9 +42,22 @@ def estimate(observable: str, values: Values, notes: tuple[str, ...] = ()) -> Es
         bias = values.finest - mean
     budget = _budget(half_width(error, freedom), values.errors)
     n = len(next(iter(values.scatter.values())))
-    return Estimate(
-        mean, error, budget, observable, UNITS[observable], bias, n, freedom + 1.0, notes
+    exact = Estimate.of(observable, UNITS[observable], mean, speed_axis(mean, speeds), budget)
+    return replace(
+        exact,
+        standard_error=error,
+        bias=bias,
+        n=n,
+        effective_n=freedom + 1.0,
+        notes=notes,
+        sources=SOURCES,
     )
+
+
+def speed_axis(values: Array, speeds: Sequence[float] = ()) -> dict[str, Array]:
+    """Return the axis of values over speed; NaN for one value that does not depend on it, or without `speeds`."""
+    known = len(speeds) == len(values) and len(speeds) > 0
+    return {"speed": np.array(speeds, float) if known else np.full(len(values), np.nan)}
 
 
 def _budget(statistical: Array, errors: dict[str, Array]) -> dict[str, Array]:
@@ -206,7 +72,8 @@ def quotient(
     *,
     size: Array | float = 0.0,
     scanned: bool = False,
-) -> Uncertain:
+    speeds: Sequence[float] = (),
+) -> Estimate:
     """Return the ratio above/below, (speeds,), of two columns, or of a column and exact values, with its errors.
 
     `size` is a further relative error by the finite cell; `scanned` whether C(q) was measured on maps. The common
@@ -235,7 +102,8 @@ def quotient(
         budget = _budget(half_width(error, freedom), errors)
     if scanned:  # both columns use the one C(q), but nothing shows that its error cancels
         budget["scan"] = np.full(value.shape, np.nan)
-    return Uncertain(value, error, budget)
+    ratio_of_means = Estimate.of("ratio", "1", value, speed_axis(value, speeds), budget)
+    return replace(ratio_of_means, standard_error=error)
 
 
 def spread(values: Array) -> tuple[Array, Array]:

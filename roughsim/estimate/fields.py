@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughsim import prediction
-from roughsim.estimate.asked import Asked, Contacts, asked_of
-from roughsim.estimate.errors import Estimate, estimate
+from roughsim.estimate.asked import Contacts, asked_of
+from roughsim.estimate.errors import estimate
 from roughsim.estimate.ladder import Pair, climb
 from roughsim.estimate.levels import FLASH, Values, scaled
 from roughsim.estimate.reactions import (
@@ -33,6 +33,7 @@ from roughsim.observables.record import Sample, ratio
 from roughsim.prediction.fields import FrozenFields
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
+from roughsim.table import Estimate
 
 QUANTILES = tuple(name for name, record in OBSERVABLES.items() if record.asked)
 _FURTHEST = 2.0  # steps of the cut-off, to twice as high a one, by which fields are continued
@@ -229,18 +230,15 @@ def quantiles(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
     drawn = _slid(scene) if sliding else _frozen(scene)
     if drawn is None:
         return {}
-    return {
-        name: replace(estimate(name, drawn.quantile(name)), speeds=scene.speeds)
-        for name in QUANTILES
-    }
+    return {name: estimate(name, drawn.quantile(name), speeds=scene.speeds) for name in QUANTILES}
 
 
-def asked(scene: Scene, *, sliding: bool = False) -> list[Asked]:
-    """Return reactions and the share of hot heat that a scene asks for, with its share of the heat; empty without."""
+def asked(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
+    """Return reactions and the share of hot heat that a scene asks for, with its share of the heat, as `asked_of`."""
     drawn = _slid(scene) if sliding else _frozen(scene)
     law = prediction.calibrated(scene)
     if drawn is None or law.stress_spectrum is None:
-        return []
+        return {}
     start = scene.sliding.background_temperature or 0.0
     share, warm = np.ones(len(scene.speeds)), np.zeros(len(scene.speeds))
     slid = prediction.sliding_prediction(scene) if sliding else None
@@ -251,7 +249,7 @@ def asked(scene: Scene, *, sliding: bool = False) -> list[Asked]:
         warm = slid.contact_temperature - slid.flash_temperature
     area = by_law(np.full(1, law.stress_spectrum.contact_fraction), law.errors["contact_fraction"])
     flash = scaled(drawn.flash, share)
-    return [*asked_of(scene, drawn.contacts(scene.speeds, flash, area, start + warm))]
+    return asked_of(scene, drawn.contacts(scene.speeds, flash, area, start + warm))
 
 
 def calibrated_predictions(scene: Scene) -> Predicted:

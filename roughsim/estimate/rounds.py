@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim.estimate.cell_size import SIZE_SHARE, SYSTEMATIC
-from roughsim.estimate.errors import Estimate, quantile, spread_of
+from roughsim.estimate.errors import quantile, spread_of
 from roughsim.estimate.levels import Values
 from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
+from roughsim.table import Estimate
 
 # members of the lowest level in the first round, and of others; fewer show too little scatter
 FIRST, FIRST_STEP = 12, 6

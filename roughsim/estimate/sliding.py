@@ -5,17 +5,19 @@ as frozen contacts. The ratio scatters little and depends little on the cut-off.
 contacts, which includes all of C(q). A slide that is followed over a part of its distance is continued by the theory.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from roughsim.estimate.errors import Estimate, half_width, spread
+from roughsim.estimate.errors import half_width, spread
 from roughsim.estimate.levels import FLASH, Values
 from roughsim.estimate.mean import mean_of
 from roughsim.grid import Array
 from roughsim.observables.record import Sample, ratio
 from roughsim.prediction.sliding import WHOLE, SlidingContinuation
+from roughsim.table import Estimate
 
 SLIDING_OBSERVABLES = ("flash_temperature", "heat_partition", "contact_fraction")
 # exponents of the pixel between which the error of the ratio falls, measured from 3 to 16 pixels per shortest wave
@@ -220,7 +222,7 @@ def warmed(flash: Values, warm: Array, share: Estimate) -> Values:
     return flash._replace(errors=_added(flash.errors, warm, share))
 
 
-def _added(errors: dict[str, Array], warm: Array, share: Estimate) -> dict[str, Array]:
+def _added(errors: Mapping[str, Array], warm: Array, share: Estimate) -> dict[str, Array]:
     """Return errors of T_flash with those of a background, K, which has all of the share's but its scatter."""
     parts = {name: part * warm for name, part in _relative(share).items() if name != "statistical"}
     return {name: part + parts.get(name, 0.0) for name, part in errors.items()}

@@ -38,6 +38,6 @@ def reaction_lines(run: Run) -> dict[str, list[ReactionLine]]:
     result = {HOTTER: quantile_lines(run, column, int(moving_places(run)[-1]))}
     if run.scene.reaction is not None:
         found, theory = run.reactions(column), theory_of(run, column)
-        result[WARM] = activation_lines(run, found, theory)
-        result[RATES] = lines_over_speed(run, RATE, found, theory)
+        result[WARM] = activation_lines(run, found[ACTIVATION], theory.get(ACTIVATION))
+        result[RATES] = lines_over_speed(run, found[RATE], theory.get(RATE))
     return result

@@ -9,10 +9,11 @@ from bokeh.document import Document
 from bokeh.layouts import column, row
 
 from roughsim.charts.style import data_url
+from roughsim.estimate.asked import ABOUT
 from roughsim.explore.layout import THEME, plain_text
 from roughsim.explore.page import HEAD, LatestTask
 from roughsim.observables.catalogue import observables_of
-from roughsim.results.reactions import ABOUT, asked_names
+from roughsim.results.reactions import asked_names
 from roughsim.show.text import plain
 from roughsim.studies.figure import NONE, SPEED, Choice, draw_study, usual_choice
 from roughsim.studies.study import Study, open_study

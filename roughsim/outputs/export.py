@@ -6,15 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.outputs.opened import Folder, opened
-from roughsim.results.answers import answers
+from roughsim.results.columns import estimated_columns, results_of
 from roughsim.results.export import ENDINGS, export_run, export_surface
-from roughsim.results.reactions import asked_names
 from roughsim.results.run import Run
 from roughsim.show.frame import csv_bytes, parquet_bytes
 from roughsim.show.table import json_value
 from roughsim.show.text import note
 from roughsim.store.disk import place_bytes
-from roughsim.studies.results import rows_of_run
 from roughsim.studies.study import Study
 
 TABLES = (".csv", ".json", ".parquet")
@@ -70,10 +68,8 @@ def export(
 
 def tidy_rows(run: Run) -> Iterator[dict[str, Any]]:
     """Yield a row for each observable, column and speed of a run, in SI, as `Study.rows`."""
-    names = [*run.observables, *asked_names(run.scene)]
-    table = {array.name: array for array in answers(run, names)}
-    for name in names:
-        yield from rows_of_run(run, table, name)
+    for row in results_of(run, columns=estimated_columns(run)).rows():
+        yield row | {"realizations": run.realizations}
 
 
 def _save_table(run: Run, path: Path) -> Path:

@@ -3,6 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from importlib import resources
 from math import isfinite
@@ -145,9 +146,7 @@ def answer(comparison: Comparison) -> Html:
     values = {"theory": Number(row.theory, "K")}
     if isfinite(row.calibrated):
         values["calibrated"] = Number(row.calibrated, "K")
-    values |= {
-        name: Number(x.mean, "K", x.total_error, x.unknown) for name, x in row.columns.items()
-    }
+    values |= {name: one.number() for name, one in row.columns.items()}
     boxes = []
     for name, value in values.items():
         label = tag("span", _COLUMNS[name], css="label")
@@ -157,7 +156,7 @@ def answer(comparison: Comparison) -> Html:
     tests = []
     for name, ratio in row.ratios.items():
         words = name.replace("_over_", " / ") + " of the same modes" * name.endswith("_over_theory")
-        quotient = digits(Number(ratio.value, "1", ratio.total_error, ratio.unknown))
+        quotient = digits(replace(ratio, unit="1").number())
         tests.append(Html(f"{words} = {quotient}: {TESTS[name]}"))
     share = comparison.run.share_text()
     caption = (

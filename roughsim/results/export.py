@@ -1,7 +1,7 @@
 """Export of a run to one file for HDF5 and netCDF-4 readers, and of surfaces to other contact programs.
 
-The root group has the results: every observable with its error, and both theories. The group ``members`` has the
-arrays of `Run.to_xarray`: numbers and kept fields. All arrays have dimension scales and units (netCDF-4). The group
+The group ``results`` has the `Results`: every observable in every column with its error. The group ``members`` has
+the arrays of `Run.to_xarray`: numbers and kept fields. All arrays have dimension scales and units (netCDF-4). The group
 ``entry`` links to the default plots of viewers (NeXus).
 """
 
@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.results.answers import answers, readme
-from roughsim.results.arrays import Labelled, Stored, attributes_of
+from roughsim.results.arrays import SHARE, Labelled, Stored, attributes_of
+from roughsim.results.columns import columns_of, heat_shares, is_ratio, meaning, results_of
 from roughsim.results.run import Run
 from roughsim.store.disk import place_bytes, seal
 from roughsim.surface import topography
+from roughsim.table import Estimate
 
 ENDINGS = (".h5", ".hdf5", ".nc")
 _MANTISSA = 23  # explicit bits of a float32
@@ -27,10 +28,10 @@ _GZIP = 4  # level at which fields are packed
 
 
 def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
-    """Write the answers of a run, the numbers of all members that count, and the kept fields into one file.
+    """Write the results of a run, the numbers of all members that count, and the kept fields into one file.
 
     It is whole or not there, and its last line has the SHA-256 of all before. Its attribute README describes it.
-    ``xarray.open_dataset(path)`` has the answers, and with ``group="members"`` the members.
+    ``xarray.open_dataset(path, group="results")`` has the results, and with ``group="members"`` the members.
 
     `path`, which is returned, ends in .h5, .hdf5 or .nc; a file there is replaced. `bits` are the explicit mantissa
     bits that fields keep, 1 to 23, left out: all. A value is rounded by at most 2^−(bits+1) of itself.
@@ -125,22 +126,23 @@ class _DeferringFile(FileIO):
 
 
 def _write_run(file: Any, run: Run, bits: int | None) -> None:
-    """Fill an HDF5 file with a run: answers, members, and the default plots of viewers."""
+    """Fill an HDF5 file with a run: results, members, and the default plots of viewers."""
     from roughsim.store.hdf5 import write_arrays  # loads h5py
 
-    root = list(answers(run))
+    results = results_of(run)
     members = [_rounded(array, bits) for array in run.arrays()]
-    group = file.create_group("members")
     file.attrs.update(
         attributes_of(run.scene, run.members)
         | {"README": readme(run), "NX_class": "NXroot", "default": "entry"}
     )
     file.attrs.update(realizations=run.realizations, failed=run.failed)
-    write_arrays(file, root)
+    shares = Labelled("heat_share_used", ("column", "speed"), heat_shares(run), SHARE)
+    write_arrays(file.create_group("results"), (*results.arrays(), shares))
+    group = file.create_group("members")
     write_arrays(group, members, _GZIP)
     entry = file.create_group("entry")
     entry.attrs.update(NX_class="NXentry", default="flash_temperature")
-    _draw_answer(file, entry, root, run.column(None))
+    _draw_flash(file, entry, results["flash_temperature"], run.column(None))
     for array in members:
         if isinstance(array.data, Stored):
             shown = entry.create_group(array.name)
@@ -149,24 +151,51 @@ def _write_run(file: Any, run: Run, bits: int | None) -> None:
                 shown[name] = group[name]
 
 
-def _draw_answer(file: Any, entry: Any, root: list[Labelled], column: str) -> None:
-    """Set the default plot of viewers: T_flash of a column over the speed, with its error, and both theories."""
+def _draw_flash(file: Any, entry: Any, flash: Estimate, column: str) -> None:
+    """Set the default plot of viewers: T_flash of a column over the speed, with its error, and the other columns."""
     from roughsim.store.hdf5 import write_arrays
 
-    tables = {
-        array.name: array.data for array in root
-    }  # not read from the file: a full disk has taken nothing
-    columns = tables["column"].tolist()
-    curves = dict(zip(columns, tables["flash_temperature"], strict=True))
-    curves[f"{column}_errors"] = tables["flash_temperature_total_error"][columns.index(column)]
-    beside = [name for name in columns if name != column]
+    names = [name for name in flash.coords["column"].tolist() if not is_ratio(name)]
+    curves = {name: flash.sel(column=name).mean for name in names}
+    curves[f"{column}_errors"] = flash.sel(column=column).total_error
+    beside = [name for name in names if name != column]
     group = entry.create_group("flash_temperature")
     group.attrs.update(NX_class="NXdata", signal=column, auxiliary_signals=beside, axes=["speed"])
-    group["speed"] = file["speed"]
+    group["speed"] = file["results/speed"]
     write_arrays(
         group,
         [Labelled(name, ("speed",), values, {"units": "K"}) for name, values in curves.items()],
     )
+
+
+def readme(run: Run) -> str:
+    """Return the README text of an exported file."""
+    columns, main = list(columns_of(run)), run.column(None)
+    failed = f", {run.failed} of them failed and left out" if run.failed else ""
+    levels = [
+        f"- level {i}: {level.column} contact, {level.shape[0]} x {level.shape[1]} points{level.where}, "
+        f"q_c = {level.q_max:.4g} rad/m."
+        for i, level in enumerate(run.numerics.levels)
+    ]
+    parts = [
+        f"{run.scene.title or run.folder.resolve().name}: {run.realizations} realizations{failed}. Units are SI. "
+        "Temperatures are above the background, with the share heat_share_used of the heat of both bodies.",
+        "The group results holds the results. Each observable is an array over the columns, and over the speed if it "
+        "depends on it. NAME_part are the parts of its 95 % error (NaN: unknown), NAME_total_error their root of "
+        "squares, and NAME_note marks values that are not extrapolated (at q_c) or fixed by force balance (identity). "
+        "The columns are",
+        *(f"- {column}: {meaning(column)}" for column in columns),
+        "The means are extrapolated to all of C(q) if the levels allow it. The raw numbers, one for each level and "
+        "realization, are in the group members. Its levels are",
+        *levels,
+        "Arrays of one level, as pressure_L2, end with its number: spectra, and fields (heights, pressure, and "
+        "temperature at the highest speed) of the realizations that kept them. The group entry links to the data for "
+        "viewers (NeXus).",
+        f'For example in Python, T_flash of column "{main}" over the speed: '
+        f'h5py.File(NAME)["results/flash_temperature"][{columns.index(main)}] or '
+        f'xarray.open_dataset(NAME, group="results").flash_temperature.sel(column="{main}").',
+    ]
+    return "\n".join(parts)
 
 
 def _rounded(array: Labelled, bits: int | None) -> Labelled:

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from math import isfinite
 
 import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.correlation import correlation_of
-from roughsim.estimate.errors import SOURCES, Estimate, estimate
+from roughsim.estimate.errors import SOURCES, estimate, speed_axis
 from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import (
     FLASH,
@@ -40,6 +41,7 @@ from roughsim.scene import Scene
 from roughsim.scene.numerics import QUADRANTS, SLIDING
 from roughsim.sliding.path import coarser_grid
 from roughsim.store.member_files import member_path, read_member
+from roughsim.table import AT_CUT_OFF, IDENTITY, Estimate, Labels
 
 
 class Means:
@@ -235,10 +237,25 @@ class Means:
 
         ValueError if there is no such observable or column, or no realization yet.
         """
-        result = self._slid(observable) if column == SLIDING else self.single(observable, column)
-        speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
+        slid = column == SLIDING
+        result = self._slid(observable) if slid else self.single(observable, column)
+        per_speed = OBSERVABLES[observable].per_speed
+        axis = speed_axis(result.mean, self.scene.speeds if per_speed else ())
+        note = self._note(result, SLIDING if slid else self.column(column))
         notes = result.notes if self.drawn else (*result.notes, pressed.NOTE)
-        return replace(result, speeds=speeds, sources=self.sources, notes=notes)
+        return replace(result, coords=axis, note=note, sources=self.sources, notes=notes)
+
+    def _note(self, found: Estimate, column: str) -> Labels:
+        """Return the mark of each entry of an estimate: `IDENTITY`, `AT_CUT_OFF` or ""."""
+        record = OBSERVABLES[found.observable]
+        plastic = column in ("capped", SLIDING) and not self.scene.elastic
+        yielded = plastic and isfinite(prediction.yield_wavenumber(self.scene))
+        if yielded and record.by_force_balance:
+            return np.full(found.mean.shape, IDENTITY, object)
+        no_limit = np.isnan(found.budget.get("bandwidth", np.zeros_like(found.mean)))
+        no_limit |= plastic and not record.limit  # plastic patches have steep edges
+        cut = no_limit & ~np.isnan(found.mean)
+        return np.where(cut, AT_CUT_OFF, "").astype(object)
 
     def estimates(self, column: str | None = None) -> dict[str, Estimate]:
         """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""

@@ -7,13 +7,14 @@ import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.estimate import errors
-from roughsim.estimate.errors import Estimate, half_width, spread
+from roughsim.estimate.errors import half_width, spread
 from roughsim.estimate.levels import Values, with_errors
 from roughsim.grid import Array
 from roughsim.results.members import Members
 from roughsim.scene.numerics import QUADRANTS
 from roughsim.show.remarks import Remark
 from roughsim.store.member_files import member_path
+from roughsim.table import Estimate
 
 PARTS = 4  # quadrants of a map
 NOTE = (

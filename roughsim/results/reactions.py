@@ -4,7 +4,6 @@ The absolute temperature of the contact is T₀ + T: T₀ is `sliding.background
 warmed after the `duration` of the scene, and T is the distribution about T_flash.
 """
 
-from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
@@ -15,7 +14,6 @@ from roughsim.estimate.asked import (
     CONVERSION,
     HEAT_ABOVE,
     RATE,
-    Asked,
     Contacts,
     asked_of,
 )
@@ -27,13 +25,8 @@ from roughsim.results.means import Means
 from roughsim.results.share import has_own_share
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
+from roughsim.table import Estimate
 
-ABOUT = {
-    RATE: "energy",
-    ACTIVATION: "energy",
-    CONVERSION: "energy",
-    HEAT_ABOVE: "temperature",
-}  # key of their rows
 # lines of a scene that ask for them; without a name: for the distribution of the temperature alone
 _ASKS = {
     RATE: "[reaction] with activation_energy and prefactor",
@@ -108,13 +101,14 @@ def asked_names(scene: Scene) -> tuple[str, ...]:
     return tuple(names)
 
 
-def asked_estimates(run: Means, column: str | None = None) -> Iterator[Asked]:
-    """Yield the estimates that [reaction] and `heat_above` of a scene ask for, over its speeds.
+def asked_estimates(run: Means, column: str | None = None) -> dict[str, Estimate]:
+    """Return what [reaction] and `heat_above` of a scene ask for, as `asked_of`.
 
     ValueError if there is no such column, or no sound realization yet.
     """
-    if run.scene.reaction is not None or run.scene.observables is not None:
-        yield from asked_of(run.scene, _contacts_of(run, column))
+    if run.scene.reaction is None and run.scene.observables is None:
+        return {}
+    return asked_of(run.scene, _contacts_of(run, column))
 
 
 def background_temperature(run: Means, column: str | None = None) -> Array:

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.errors import RecordError, number
-from roughsim.estimate.asked import Asked
-from roughsim.estimate.errors import Estimate
 from roughsim.estimate.levels import Values
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
 from roughsim.grid import Array, Grid
@@ -29,6 +27,7 @@ from roughsim.show.remarks import Remark
 from roughsim.show.table import Column, Row, Table
 from roughsim.show.text import marked, plain
 from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
+from roughsim.table import Estimate
 
 if TYPE_CHECKING:  # not among the packages that roughsim needs
     import xarray
@@ -349,13 +348,13 @@ class Run(Means):
         temperature *= np.float32(self.heat_share(speed, column, scene))
         return temperature
 
-    def reactions(self, column: str | None = None) -> list[Asked]:
+    def reactions(self, column: str | None = None) -> dict[str, Estimate]:
         """Return rates, activation temperatures and conversions of [reaction], and the heat above each temperature.
 
-        Each has its `estimate`, arrays over speed, and its `energy`, eV, or `temperature`, absolute, K. ValueError if
-        there is no such column, or no realization yet; empty if the scene asks for nothing.
+        By name, over (energy, speed), eV, or (temperature, speed), absolute, K. ValueError if there is no such column,
+        or no realization yet; empty if the scene asks for nothing.
         """
-        return list(asked_estimates(self, column))
+        return asked_estimates(self, column)
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error for fields of a level that were not kept, with advice: of realization `index`, or of all."""

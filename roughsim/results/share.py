@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.errors import Estimate
 from roughsim.grid import Array
 from roughsim.scene import Scene
+from roughsim.table import Estimate
 
 _OWN = ("mean", "total")  # the rules by which each measured column has a share of its own
 NOTE = "with the share of the heat from the temperatures of both bodies in this contact"
@@ -24,7 +24,7 @@ def has_own_share(scene: Scene) -> bool:
 
 def with_warming(flash: Estimate, share: Estimate, warming: Array) -> Estimate:
     """Return s (T₀ + T_flash) from s T_flash and s, whose errors add; `warming`, (speeds,), is T₀ with all heat, K."""
-    parts = flash.budget | share.budget
+    parts = {**flash.budget, **share.budget}
     return replace(
         flash,
         mean=flash.mean + share.mean * warming,

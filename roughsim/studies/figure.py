@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from roughsim.estimate.asked import ABOUT
 from roughsim.observables.catalogue import UNITS
-from roughsim.results.reactions import ABOUT
 from roughsim.studies.results import StudyResults
 from roughsim.studies.tables import value_text, words_of
 

@@ -2,16 +2,15 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from roughsim.observables.catalogue import UNITS
-from roughsim.results.answers import NOTE, TAIL, TAILS, UNKNOWN, marked
-from roughsim.results.arrays import Labelled, to_dataset
-from roughsim.results.reactions import asked_names
+from roughsim.results.columns import observables_of
 from roughsim.show.frame import csv_bytes, parquet_bytes
 from roughsim.show.table import json_value
 from roughsim.store.disk import place_bytes, seal
@@ -19,6 +18,7 @@ from roughsim.studies.results import StudyResults
 from roughsim.studies.tables import plain_value
 from roughsim.studies.trends import trends_of
 from roughsim.studies.vary import key_quantity
+from roughsim.table import Results, concat
 
 
 def save_study(study: StudyResults, path: Path) -> Path:
@@ -77,7 +77,7 @@ def _hdf5(study: StudyResults) -> bytes:
 
     def fill(file: Any) -> None:
         file.attrs.update(_attributes(study))
-        write_arrays(file, _arrays(study))
+        write_arrays(file, study_results(study).arrays())
 
     return hdf5_bytes(fill)
 
@@ -95,11 +95,6 @@ def _plain_rows(study: StudyResults) -> list[dict[str, Any]]:
     return rows
 
 
-def dataset(study: StudyResults) -> Any:
-    """Return the arrays of a study as an `xarray.Dataset`; ImportError without xarray."""
-    return to_dataset(list(_arrays(study)), _attributes(study))
-
-
 def _attributes(study: StudyResults) -> dict[str, str]:
     """Return title and scene of a study, and a description of its arrays."""
     columns = (
@@ -107,8 +102,9 @@ def _attributes(study: StudyResults) -> dict[str, str]:
     )
     readme = (
         f"A study by roughsim: {study.scene.title}. Units are SI. Each observable is an array over the varied keys, "
-        f"the column it comes from ({columns}), and the speed if it depends on it. {TAILS} NaN: not computed yet, "
-        "or not defined."
+        f"the column it comes from ({columns}), and the speed if it depends on it. NAME_part are the parts of its 95 % "
+        "error, and NAME_note marks values that are not extrapolated (at q_c) or fixed by force balance (identity). "
+        "NaN: not computed yet, or not defined."
     )
     return {
         "title": study.scene.title or study.folder.name,
@@ -117,90 +113,46 @@ def _attributes(study: StudyResults) -> dict[str, str]:
     }
 
 
-def _arrays(study: StudyResults) -> Iterator[Labelled]:
-    """Yield the axes of a study, and each observable with its error over them, the column, and the speed.
+def study_results(study: StudyResults) -> Results:
+    """Return each observable over the column, the varied keys, and the speed; ValueError without results.
 
-    An axis of several keys has the first as its coordinate, and the others beside it. ValueError without results, or
-    for points with lists of other speeds.
+    An axis of several keys has the first as its coordinate, and the others beside it. Points with a single speed, each
+    its own, have no axis of the speed.
     """
     tables = {
-        point.name: study.answers(point, run, [*run.observables, *asked_names(run.scene)])
-        for point, run in study.results
+        place: study.results_at(point, run, observables_of(run))
+        for place, point in zip(np.ndindex(study.shape), study.points, strict=True)
+        if (run := study.run(point)) is not None and run.independent > 1
     }
     if not tables:
         raise ValueError(f"{study.folder} has no point with results yet; let it run first")
-    for axis in study.axes:
-        for i, key in enumerate(axis.keys):
-            values = np.array([plain_value(row[i]) for row in axis.values])
-            number = key_quantity(key)
-            unit = (
-                {"units": number.unit or "1"}
-                if number is not None and values.dtype.kind != "U"
-                else {}
-            )
-            yield Labelled(
-                study.keys[key], (study.keys[axis.keys[0]],), values, unit | {"key": key}
-            )
-    columns = list(
-        dict.fromkeys(
-            column for table in tables.values() for column in table["column"].data.tolist()
-        )
-    )
-    yield Labelled("column", ("column",), np.array(columns), {"description": "source of a value"})
-    speeds = study.common_speeds()
-    if speeds is not None:
-        yield Labelled("speed", ("speed",), np.array(speeds), {"units": "m/s"})
-    about: dict[str, list[float]] = {}
-    for name, of_row in (("energy", "eV"), ("heat_above", "K")):
-        about[name] = sorted(
-            {x for table in tables.values() if name in table for x in table[name].data.tolist()}
-        )
-        if about[name]:
-            yield Labelled(name, (name,), np.array(about[name]), {"units": of_row})
-    for name in (name for name in UNITS if all(name in table for table in tables.values())):
-        yield from _over_the_grid(study, tables, columns, speeds, about, name)
-
-
-def _over_the_grid(
-    study: StudyResults,
-    tables: dict[str, dict[str, Labelled]],
-    columns: list[str],
-    speeds: list[float] | None,
-    about: dict[str, list[float]],
-    name: str,
-) -> Iterator[Labelled]:
-    """Yield an observable with its error and marks over the grid of points, the columns and the speeds.
-
-    Reactions are over the energies, and the share of hot heat over the temperatures, of `about` all points, too.
-    """
-    axes_of_one = next(iter(tables.values()))[name].axes[1:]
-    inner = [axis for axis in axes_of_one if axis != "speed" or speeds is not None]
-    sizes = {axis: len(numbers) for axis, numbers in about.items()} | {"speed": len(speeds or ())}
-    shape = (*study.shape, len(columns), *(sizes[axis] for axis in inner))
-    parts = {
-        "": np.full(shape, np.nan),
-        TAIL: np.full(shape, np.nan),
-        UNKNOWN: np.full(shape, "", object),
-        NOTE: np.full(shape, "", object),
+    speeds = {run.scene.speeds for _, run in study.results}
+    if len(speeds) > 1 and all(len(each) == 1 for each in speeds):
+        for place, table in tables.items():
+            of_point = {name: one.sel(speed=one.coords["speed"][0]) for name, one in table.items()}
+            tables[place] = replace(table, estimates=of_point)
+    coords, about, along = _axes_of(study)
+    names = [name for name in UNITS if all(name in table for table in tables.values())]
+    joined = {
+        name: concat({place: table[name] for place, table in tables.items()}, coords)
+        for name in names
     }
-    for place, point in zip(np.ndindex(study.shape), study.points, strict=True):
-        table = tables.get(point.name, {})
-        for i, column in enumerate(table["column"].data.tolist() if table else []):
-            at: tuple[Any, ...] = (*place, columns.index(column))
-            for axis in (axis for axis in inner if axis in about):
-                at = (*at, [about[axis].index(number) for number in table[axis].data.tolist()])
-            for tail, array in parts.items():
-                entry = table[name + tail].data[i]
-                array[at] = (
-                    entry if entry.ndim == len(inner) else entry[..., 0]
-                )  # of the only speed of each point
-    value, error, unknown, note = parts.values()
-    missing = np.isnan(value)
-    if missing.all():
-        return
-    unknown[missing] = note[missing] = ""
-    axes = [study.keys[axis.keys[0]] for axis in study.axes]
-    names = (*axes, "column", *inner)
-    yield from marked(
-        name, names, value, np.where(missing, np.nan, error), unknown.astype(str), note.astype(str)
-    )
+    known = {name: one for name, one in joined.items() if not np.isnan(one.mean).all()}
+    return Results(known, _attributes(study), about, along)
+
+
+def _axes_of(study: StudyResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """Return the labels of the axes of a study, their attributes, and the labels of keys beside the first ones."""
+    coords, about, along = {}, {}, {}
+    for axis in study.axes:
+        first = study.keys[axis.keys[0]]
+        for i, key in enumerate(axis.keys):
+            name, values = study.keys[key], np.array([plain_value(row[i]) for row in axis.values])
+            number = key_quantity(key)
+            known = number is not None and values.dtype.kind != "U"
+            about[name] = {"key": key} | ({"units": number.unit or "1"} if number and known else {})
+            if i == 0:
+                coords[name] = values
+            else:
+                along[name] = (first, values)
+    return coords, about, along

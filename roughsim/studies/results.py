@@ -7,16 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.observables.catalogue import UNITS
-from roughsim.results.answers import NOTE, TAIL, UNKNOWN, answers
-from roughsim.results.arrays import Labelled
+from roughsim.results.columns import estimated_columns, observables_of, results_of
 from roughsim.results.description import folder_state
 from roughsim.results.folder import open_run
-from roughsim.results.reactions import ABOUT, asked_names
 from roughsim.results.run import Run
 from roughsim.show.remarks import of_several
 from roughsim.studies.folder import Description, read, refuse_other_scene
 from roughsim.studies.vary import Point, short_names
+from roughsim.table import Estimate, Results
 
 LATER = "levels of the study"  # choice of the reason of a point that came later and has the levels of the others
 _LIMITS = (
@@ -39,9 +37,7 @@ class StudyResults:
         self.target_error = description.target_error
         self._description = description
         self._runs: dict[str, Run | None] = {}
-        self._answers: dict[
-            str, dict[str, Labelled]
-        ] = {}  # of a point; the two theories take .1 s each
+        self._tables: dict[str, dict[str, Estimate]] = {}  # of a point; the theories take .1 s each
 
     @property
     def keys(self) -> dict[str, str]:
@@ -129,24 +125,13 @@ class StudyResults:
         columns = [run.column(None) for _, run in self.results]
         return "capped" if "capped" in columns or not columns else columns[0]
 
-    def common_speeds(self) -> list[float] | None:
-        """Return the common speeds of all points; None if each has its own single speed. ValueError for other lists."""
-        lists = {run.scene.speeds for _, run in self.results}
-        if len(lists) == 1:
-            return list(lists.pop())
-        if all(len(speeds) == 1 for speeds in lists):
-            return None
-        raise ValueError(
-            "the points have lists of different speeds, which make no array; use the tidy table"
-        )
-
-    def answers(self, point: Point, run: Run, observables: list[str]) -> dict[str, Labelled]:
-        """Return observables of a point as arrays over column and speed, by their names; reactions as of a run."""
-        table = self._answers.setdefault(point.name, {})
-        missing = [name for name in observables if name not in table]
+    def results_at(self, point: Point, run: Run, observables: list[str]) -> Results:
+        """Return observables of a point in the theories of all of C(q) and the simulated columns."""
+        known = self._tables.setdefault(point.name, {})
+        missing = [name for name in observables if name not in known]
         if missing:
-            table |= {array.name: array for array in answers(run, missing)}
-        return table
+            known |= results_of(run, missing, estimated_columns(run))
+        return Results({name: known[name] for name in observables if name in known})
 
     def rows(self, observable: str | None = None) -> Iterator[dict[str, Any]]:
         """Yield the tidy table: a row for each point, observable (or a single one), column and speed, in SI.
@@ -157,37 +142,8 @@ class StudyResults:
         a reaction have its `energy`, eV, and rows of the heat above a temperature this `temperature`, absolute, K.
         """
         for point, run in self.results:
-            known = (*run.observables, *asked_names(run.scene))
-            names = [name for name in known if observable in (None, name)]
+            names = [name for name in observables_of(run) if observable in (None, name)]
             head: dict[str, Any] = {"point": point.name}
             head |= {self.keys[key]: value for key, value in point.values.items()}
-            table = self.answers(point, run, names)
-            for name in names:
-                for row in rows_of_run(run, table, name):
-                    yield head | row
-
-
-def rows_of_run(run: Run, table: dict[str, Labelled], name: str) -> Iterator[dict[str, Any]]:
-    """Yield a row for each value of an observable of a run, or of a reaction or the heat above a temperature."""
-    axes, columns = table[name].axes, table["column"].data.tolist()
-    speeds = run.scene.speeds if "speed" in axes else (None,)
-    numbers = table[axes[1]].data.tolist() if name in ABOUT else [None]
-    shape = len(columns), len(numbers), len(speeds)
-    value, error, unknown, note = (
-        table[name + tail].data.reshape(shape) for tail in ("", TAIL, UNKNOWN, NOTE)
-    )
-    for i, j, k in np.ndindex(shape):
-        if np.isnan(value[i, j, k]):
-            continue
-        yield {
-            "observable": name,
-            "unit": UNITS[name],
-            "column": columns[i],
-            "speed": speeds[k],
-            **({ABOUT[name]: numbers[j]} if name in ABOUT else {}),
-            "value": float(value[i, j, k]),
-            "total_error": float(error[i, j, k]),
-            "unknown": str(unknown[i, j, k]),
-            "note": str(note[i, j, k]),
-            "realizations": run.realizations,
-        }
+            for row in self.results_at(point, run, names).rows():
+                yield head | row | {"realizations": run.realizations}

@@ -8,7 +8,7 @@ from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.terminal import table_text
 from roughsim.studies.figure import draw_study, usual_choice
-from roughsim.studies.files import dataset, save_study, study_dict
+from roughsim.studies.files import save_study, study_dict, study_results
 from roughsim.studies.results import StudyResults
 from roughsim.studies.tables import study_table
 from roughsim.studies.trends import trends_of
@@ -40,8 +40,8 @@ class Study(StudyResults):
         for point, run in self.results:
             if run.finished:
                 again._runs[point.name] = run
-                if point.name in self._answers:
-                    again._answers[point.name] = self._answers[point.name]
+                if point.name in self._tables:
+                    again._tables[point.name] = self._tables[point.name]
         return again
 
     def to_dict(self) -> dict[str, Any]:
@@ -57,7 +57,7 @@ class Study(StudyResults):
 
         ImportError without xarray; ValueError if no point has a result, or the points have lists of other speeds.
         """
-        return dataset(self)
+        return study_results(self).to_xarray()
 
     def trends(
         self, observable: str = "flash_temperature", column: str | None = None

@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from roughsim.estimate.asked import ABOUT
 from roughsim.estimate.reactions import ELECTRONVOLT
 from roughsim.observables.catalogue import UNITS
-from roughsim.results.answers import meanings
-from roughsim.results.reactions import ABOUT
 from roughsim.scene.numerics import SLIDING
 from roughsim.scene.written import literal
 from roughsim.show.table import Cell, Column, Number, Table, significant, with_unit
@@ -16,6 +15,7 @@ from roughsim.show.text import marked
 from roughsim.studies.results import StudyResults
 from roughsim.studies.trends import trends_of
 from roughsim.studies.vary import Point, key_quantity
+from roughsim.table import marks_in_words
 
 _PREFIXES = {  # SI unit of a key → factor, shown unit
     "Pa": (1e-6, "MPa"),
@@ -129,7 +129,10 @@ def asked_table(study: StudyResults) -> Table | None:
     ]
     measured = (row for *_, columns in shown for row in columns.values())
     unknown = dict.fromkeys(part for row in measured for part in _unknown_parts(row))
-    notes = ["± total error, 95 %; activation temperatures are absolute.", *meanings(unknown, {})]
+    notes = [
+        "± total error, 95 %; activation temperatures are absolute.",
+        *marks_in_words(unknown, {}),
+    ]
     if len(shown) > _MOST_ROWS:
         notes.append(f"The first {_MOST_ROWS} rows; `roughsim export` writes all.")
     return Table(titles, cells, "What reacts", notes)
@@ -184,7 +187,7 @@ def _notes(
             f"The first {_MOST_ROWS} points; `roughsim export` writes all, with all observables and speeds."
         )
     notes.append(f"{observable} at the highest speed of each point; ± total error, 95 %.")
-    notes += meanings(unknown, marks)
+    notes += marks_in_words(unknown, marks)
     if trends:
         notes.append(_PAIRED)
     return [*notes, *_missing_notes(trends.values()), *marked(study.warnings)]

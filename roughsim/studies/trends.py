@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.estimate.errors import Uncertain, quotient
+from roughsim.estimate.errors import quotient
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.results.answers import notes_of
 from roughsim.results.run import Run
 from roughsim.studies.results import StudyResults
 from roughsim.studies.vary import Point
+from roughsim.table import Estimate
 
 
 def trends_of(study: StudyResults, observable: str, column: str | None) -> Iterator[dict[str, Any]]:
@@ -77,7 +77,7 @@ def _kinds(run: Run, observable: str, column: str | None) -> list[tuple[tuple[st
     """Return the unknown parts and the note of each value: values that differ in them make no trend."""
     name = run.column(column)
     estimate = run.estimate(observable, name)
-    return [(estimate.unknown_at(k), note) for k, note in enumerate(notes_of(run, name, estimate))]
+    return [(estimate.unknown_at(k), str(note)) for k, note in enumerate(estimate.note)]
 
 
 def _surfaces(run: Run) -> tuple[Any, ...]:
@@ -85,7 +85,7 @@ def _surfaces(run: Run) -> tuple[Any, ...]:
     return run.seed, run.numerics.levels, run.numerics.lengths
 
 
-def paired_ratio(above: Run, below: Run, observable: str, column: str | None = None) -> Uncertain:
+def paired_ratio(above: Run, below: Run, observable: str, column: str | None = None) -> Estimate:
     """Return the ratio of an observable of two runs with the same levels and surfaces, and its paired errors.
 
     Temperatures include the heat share of each run. A surface of only one of them adds its whole scatter. ValueError

@@ -13,8 +13,8 @@ from roughsim.charts.numbers import bare
 from roughsim.charts.plot import CURVES, plot_run
 from roughsim.charts.style import Look, plain_ticks
 from roughsim.cli import main
+from roughsim.estimate.asked import ABOUT
 from roughsim.estimate.errors import quantile
-from roughsim.results.reactions import ABOUT
 
 
 def test_the_size_and_the_pixels_are_those_asked_for(capped_run, tmp_path):

@@ -10,7 +10,7 @@ from matplotlib.text import Text
 from roughsim.charts.plot import QUANTITIES, plot_run
 from roughsim.charts.style import scaled
 from roughsim.cli import main
-from roughsim.results.reactions import ABOUT
+from roughsim.estimate.asked import ABOUT
 
 ASKED = ("sliding", "reaction", *ABOUT, "film")  # of other scenes
 DRAWN = [quantity for quantity in QUANTITIES if quantity not in ASKED]

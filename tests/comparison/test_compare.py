@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from roughsim.comparison.row import Ratio
+from roughsim.comparison.rows import ratios_of
 
 import roughsim as rs
 from roughsim import prediction
 from roughsim.comparison.compare import comparison_table
-from roughsim.comparison.row import Ratio
-from roughsim.comparison.rows import ratios_of
 from roughsim.estimate.levels import values_of
 from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
 from roughsim.observables.record import Observable

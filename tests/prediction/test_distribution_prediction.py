@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from roughsim.results.answers import answers
 from typer.testing import CliRunner
 
 import roughsim as rs
@@ -13,7 +14,6 @@ from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.estimate import fields
 from roughsim.estimate.reactions import BOLTZMANN
 from roughsim.observables.distribution import LEVELS
-from roughsim.results.answers import answers
 
 ASKS = {
     "sliding.background_temperature": 500.0,

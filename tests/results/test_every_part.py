@@ -5,11 +5,11 @@ import warnings
 import numpy as np
 import pytest
 from press_cases import drawn_map, write_scene
+from roughsim.comparison.rows import ratios_of
 from slide_cases import SLIDING as TEXT
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.comparison.rows import ratios_of
 from roughsim.estimate.errors import SOURCES
 from roughsim.results import means, reactions
 from roughsim.results.pressed import OVERSHOOT

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from roughsim.results.answers import answers
 from slide_cases import SLIDING
 
 import roughsim as rs
@@ -14,7 +15,6 @@ from roughsim import fourier
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
 from roughsim.observables.temperatures import SlideFromRest, temperature_distribution
 from roughsim.planning.realization import slide_problem
-from roughsim.results.answers import answers
 from roughsim.results.film import read_film
 from roughsim.scene import parse_scene
 from roughsim.sliding.distribution import POSITIONS, Sampler, positions

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim.estimate.asked import ABOUT
 from roughsim.outputs.study_report import page
-from roughsim.results.reactions import ABOUT
 from roughsim.show.terminal import table_text
 from roughsim.studies.figure import SPEED, chosen_rows, usual_choice
 from roughsim.studies.tables import asked_table

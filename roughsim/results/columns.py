@@ -1,0 +1,313 @@
+"""The results of a run: every observable in every column, as `Results`.
+
+A column is a theory, a simulation, or the ratio of two columns. Here is one function of an observable for each column:
+a new column is a new entry of `columns_of`.
+"""
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache, partial
+
+import numpy as np
+
+from roughsim import prediction
+from roughsim.estimate import fields
+from roughsim.estimate.asked import ABOUT
+from roughsim.estimate.errors import quotient, speed_axis
+from roughsim.estimate.levels import FLASH, Values
+from roughsim.grid import Array, Grid
+from roughsim.observables.catalogue import OBSERVABLES, UNITS
+from roughsim.prediction.values import Predicted
+from roughsim.results.arrays import attributes_of
+from roughsim.results.reactions import asked_names
+from roughsim.results.run import Run
+from roughsim.scene.numerics import SLIDING
+from roughsim.surface.spectrum import TruncatedSpectrum
+from roughsim.table import Estimate, Results, concat
+
+THEORY, SAME_MODES, AT_CUT_OFF = "theory", "theory_same_modes", "theory_at_cut_off"
+CALIBRATED, SLIDING_CALIBRATED = "calibrated", "sliding_calibrated"
+CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
+BY_DIRECTION = "flash_temperature_by_direction"  # of a pressed map
+OVER_TWIN = "map_over_gaussian_twin"  # T_flash of a pressed map over that of a map of random phases
+MEANINGS = {
+    THEORY: "the analytic theory over the whole spectrum C(q)",
+    SAME_MODES: "the theory summed over the modes of the simulated cell, up to q_c",
+    AT_CUT_OFF: "the theory over C(q) up to q_c",
+    CALIBRATED: "the theory with a stress spectrum fitted to simulations, with the error of the fit; NaN outside the "
+    "range compared with simulations",
+    "smoothed": "simulated elastic contact of surfaces with the smoothed spectrum C_sm(q)",
+    "capped": "simulated contact, in which the pressure never exceeds the hardness",
+    "elastic": "simulated elastic contact",
+    SLIDING: "simulated contact of two rough faces that slide over one another, with its own share of the heat",
+    SLIDING_CALIBRATED: "the calibrated theory of two rough faces that slide over one another",
+}
+ColumnOf = Callable[[str], Estimate | None]  # of an observable; None where the column lacks it
+
+
+def is_theory(column: str) -> bool:
+    """Return whether a column is a theory."""
+    return column in (THEORY, SAME_MODES, AT_CUT_OFF, CALIBRATED, SLIDING_CALIBRATED)
+
+
+def is_ratio(column: str) -> bool:
+    """Return whether a column is the ratio of two."""
+    return "_over_" in column
+
+
+def estimated_columns(run: Run) -> list[str]:
+    """Return the columns of the tidy table: theories of all of C(q), and simulations."""
+    return [name for name in columns_of(run) if name in (THEORY, CALIBRATED) or is_simulated(name)]
+
+
+def is_simulated(column: str) -> bool:
+    """Return whether a column is a simulation."""
+    return not (is_theory(column) or is_ratio(column))
+
+
+def meaning(column: str) -> str:
+    """Return a column in words."""
+    above, _, below = column.partition("_over_")
+    if below == THEORY:
+        return f"ratio of {above} up to q_c to {SAME_MODES}, without a unit"
+    return MEANINGS[column] if not below else f"ratio of {above} to {below}, without a unit"
+
+
+def heat_shares(run: Run) -> Array:
+    """Return the share of the heat in the temperatures of each column, (columns, speeds); NaN where it has none."""
+    shares = dict.fromkeys((THEORY, SAME_MODES, AT_CUT_OFF), run.heat_partition)
+    shares[CALIBRATED] = prediction.calibrated_share(run.scene)
+    shares |= {column: run.share(column) for column in run.numerics.columns}
+    columns = columns_of(run)
+    if SLIDING in columns:
+        shares[SLIDING] = run.estimate("heat_partition", SLIDING).mean
+    nothing = np.full(len(run.scene.speeds), np.nan)
+    return np.array([shares.get(column, nothing) for column in columns])
+
+
+def results_of(
+    run: Run,
+    observables: Sequence[str] | None = None,
+    columns: Sequence[str] | None = None,
+    functions: Mapping[str, ColumnOf] | None = None,
+) -> Results:
+    """Return observables of a run, by default all, in columns of it, by default all.
+
+    `functions` are `columns_of(run)`, if they are at hand. ValueError if the run has no sound realization.
+    """
+    functions = functions or columns_of(run)
+    chosen = list(functions) if columns is None else [name for name in columns if name in functions]
+    estimates = {}
+    for name in observables_of(run) if observables is None else observables:
+        found = {(k,): functions[column](name) for k, column in enumerate(chosen)}
+        pieces = {place: one for place, one in found.items() if one is not None}
+        if pieces:
+            estimates[name] = concat(pieces, {"column": np.array(chosen)})
+    return Results(estimates, attributes_of(run.scene, run.members))
+
+
+def observables_of(run: Run) -> list[str]:
+    """Return the names of all observables of a run, in the order of tables."""
+    names = list(run.observables)
+    if run.scene.sliding.duration is not None:
+        names.append(CONTACT_TEMPERATURE)
+    names += asked_names(run.scene)
+    if not run.drawn:
+        names += [BY_DIRECTION, OVER_TWIN]
+    return names
+
+
+def columns_of(run: Run) -> dict[str, ColumnOf]:
+    """Return the columns of a run in their order, each as a function of the name of an observable."""
+    first, *others = run.numerics.columns
+    theory = cache(partial(theory_of, run))
+    columns: dict[str, ColumnOf] = {
+        name: partial(_of_theory, run, theory, name) for name in (THEORY, SAME_MODES, AT_CUT_OFF)
+    }
+    columns[CALIBRATED] = partial(_calibrated, run, theory, cache(partial(fields.asked, run.scene)))
+    for name in run.numerics.columns:
+        columns[name] = partial(_simulated, run, name, cache(partial(run.reactions, name)))
+    slide = run.numerics.slide
+    if slide is not None:
+        if run.members.sound(slide):
+            asked = cache(partial(run.reactions, SLIDING))
+            columns[SLIDING] = partial(_simulated, run, SLIDING, asked)
+        columns[SLIDING_CALIBRATED] = partial(
+            _sliding_theory, run, theory, cache(partial(fields.asked, run.scene, sliding=True))
+        )
+    columns[f"{first}_over_theory"] = partial(_over_theory, run, first, theory)
+    for name in others:
+        columns[f"{name}_over_{first}"] = partial(_over_column, run, name, first)
+    return columns
+
+
+def finest(run: Run) -> tuple[Grid, float]:
+    """Return a grid of the run's cell with the pixel of the first column's finest level, and its cut-off, rad/m.
+
+    Levels without sound members are ignored.
+    """
+    level = run.numerics.levels[run.pairs(run.numerics.columns[0])[-1].level]
+    nx, ny = level.shape
+    return Grid((level.parts * nx, level.parts * ny), run.numerics.lengths), level.q_max
+
+
+def theory_of(run: Run, column: str) -> Predicted:
+    """Return the theory of a column of a run, with all heat in the moving body."""
+    if column == THEORY:
+        return prediction.predictions(run.scene)
+    if column == CALIBRATED:
+        return fields.calibrated_predictions(run.scene)
+    grid, q_c = finest(run)
+    if column == AT_CUT_OFF:
+        return prediction.predictions(run.scene, q_c)
+    drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
+    with warnings.catch_warnings():
+        # the longest waves of C(q) represent the longest of a map, and the plan says which its own cell has
+        if not run.drawn or run.scene.numerics.lengths is None:
+            warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
+        return prediction.mode_sums(run.scene, drawn, grid)
+
+
+def _exact(
+    run: Run, observable: str, mean: Array, budget: Mapping[str, Array] | None = None
+) -> Estimate:
+    """Return values over the speed, or one value, without realizations."""
+    per_speed = observable not in OBSERVABLES or OBSERVABLES[observable].per_speed
+    axis = speed_axis(mean, run.scene.speeds if per_speed else ())
+    return Estimate.of(observable, UNITS.get(observable, "K"), mean, axis, budget)
+
+
+def _with_share(run: Run, predicted: Predicted, observable: str, share: Array) -> Array | None:
+    """Return an observable by a theory, temperatures times a share of the heat; None if it has no theory."""
+    if observable == CONTACT_TEMPERATURE:
+        return (predicted[FLASH] + prediction.background(run.scene)) * share
+    if observable not in OBSERVABLES:
+        return None
+    heated = OBSERVABLES[observable].heated
+    return predicted[observable] * share if heated else predicted[observable]
+
+
+def _of_theory(
+    run: Run, theory: Callable[[str], Predicted], column: str, observable: str
+) -> Estimate | None:
+    """Return an observable by the theory of a column; it states no error."""
+    mean = _with_share(run, theory(column), observable, run.heat_partition)
+    return None if mean is None else _exact(run, observable, mean)
+
+
+def _calibrated(
+    run: Run,
+    theory: Callable[[str], Predicted],
+    asked: Callable[[], Mapping[str, Estimate]],
+    observable: str,
+) -> Estimate | None:
+    """Return an observable by the calibrated law with the error of the law, where that was measured."""
+    if observable in ABOUT:
+        return asked().get(observable)
+    share = prediction.calibrated_share(run.scene)
+    quantiles = fields.quantiles(run.scene)
+    if observable in quantiles:
+        return quantiles[observable].times(share)
+    mean = _with_share(run, theory(CALIBRATED), observable, share)
+    if mean is None:
+        return None
+    bands = prediction.calibrated(run.scene).errors
+    budget = {"law": np.abs(mean) * bands[observable]} if observable in bands else {}
+    return _exact(run, observable, mean, budget)
+
+
+def _simulated(
+    run: Run, column: str, asked: Callable[[], Mapping[str, Estimate]], observable: str
+) -> Estimate | None:
+    """Return an observable of a simulated column; None for one that it has not stored."""
+    if observable in ABOUT:
+        return asked().get(observable) if column in run.reacting_columns else None
+    if observable == CONTACT_TEMPERATURE:
+        found = run.contact_temperature(column, prediction.background(run.scene))
+        return replace(found, observable=observable)
+    if observable in (BY_DIRECTION, OVER_TWIN):
+        return _of_map(run, observable, column)
+    if column == SLIDING and observable not in run.slid_observables:
+        return None
+    return run.estimate(observable, column)
+
+
+def _of_map(run: Run, observable: str, column: str) -> Estimate | None:
+    """Return T_flash of a pressed map by direction, or over its map of random phases; None while parts are missing."""
+    if observable == OVER_TWIN:
+        twin = run.over_twin  # of one map: it shows no scatter
+        return None if twin is None else replace(_exact(run, observable, twin), unit="1")
+    pieces = {(k,): run.in_direction(name, column) for k, name in enumerate(run.angles)}
+    if not pieces:
+        return None
+    return replace(concat(pieces, {"direction": np.array([*run.angles])}), observable=observable)
+
+
+def _sliding_theory(
+    run: Run,
+    theory: Callable[[str], Predicted],
+    asked: Callable[[], Mapping[str, Estimate]],
+    observable: str,
+) -> Estimate | None:
+    """Return an observable by the calibrated theory of two bodies that slide."""
+    if observable in ABOUT:
+        return asked().get(observable)
+    slid = prediction.sliding_prediction(run.scene)
+    if slid is None:
+        return None
+    if observable == "contact_fraction":
+        return _exact(run, observable, theory(CALIBRATED)[observable])
+    if observable in fields.QUANTILES:
+        return fields.quantiles(run.scene, sliding=True).get(observable)
+    mean = getattr(slid, observable, None)
+    return None if mean is None else _exact(run, observable, mean)
+
+
+def _over_theory(
+    run: Run, column: str, theory: Callable[[str], Predicted], observable: str
+) -> Estimate | None:
+    """Return the ratio of a column to the theory of the same modes, both up to q_c, with all heat in one body.
+
+    The difference of the sum over the modes from the integral counts as an error by the finite cell, though contacts
+    are less sensitive to it than the sum.
+    """
+    values = _values_of(run, observable, column, extrapolated=False)
+    if values is None:
+        return None
+    summed, integral = (
+        np.asarray(_with_share(run, theory(name), observable, np.ones(1)))
+        for name in (SAME_MODES, AT_CUT_OFF)
+    )
+    with np.errstate(all="ignore"):  # 0/0 at rest
+        apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
+    # the theory uses the C(q) of the scans, also if the map itself is pressed
+    ratio = quotient(values, summed, size=apart, scanned=run.scene.scanned)
+    return _named(run, ratio, observable)
+
+
+def _over_column(run: Run, column: str, below: str, observable: str) -> Estimate | None:
+    """Return the ratio of two simulated columns with all heat in one body."""
+    above, base = (_values_of(run, observable, name) for name in (column, below))
+    if above is None or base is None:
+        return None
+    return _named(run, quotient(above, base, scanned=run.scanned), observable)
+
+
+def _named(run: Run, ratio: Estimate, observable: str) -> Estimate:
+    """Return a ratio as an entry of an observable."""
+    axes = _exact(run, observable, ratio.mean)
+    return replace(ratio, observable=observable, unit=axes.unit, coords=axes.coords)
+
+
+def _values_of(
+    run: Run, observable: str, column: str, *, extrapolated: bool = True
+) -> Values | None:
+    """Return the values of a column with all heat in the moving body; None for what has no ratio."""
+    if observable == CONTACT_TEMPERATURE:
+        flash = run.values(FLASH, column, extrapolated=extrapolated)
+        warm = prediction.background(run.scene)
+        return flash._replace(mean=flash.mean + warm, finest=flash.finest + warm)
+    if observable not in OBSERVABLES:
+        return None
+    return run.values(observable, column, extrapolated=extrapolated)

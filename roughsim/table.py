@@ -1,0 +1,404 @@
+"""`Results`: every observable over named axes, with its error in parts. All outputs are views of it.
+
+The words are those of xarray: `dims`, `coords`, `sel`, `concat`. The axis "column" comes first and "speed" last;
+between them stand "energy", "temperature" or "direction", and the varied keys of a study. An observable that does not
+depend on the speed has the one speed NaN, which files leave out.
+"""
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.grid import Array
+from roughsim.show.markup import in_notebook
+from roughsim.show.table import Column, Number, Row, Table, shown, with_unit
+
+# SI units of the axes that are no varied keys of a study, but of energies, which are in eV
+AXES = {"column": "", "direction": "", "energy": "eV", "temperature": "K", "speed": "m/s"}
+_PLACES = {"column": 0, "speed": 2}  # of axes in an array; 1 of all others
+_NO_SPEED = np.array([np.nan])
+IDENTITY, AT_CUT_OFF = "identity", "at q_c"  # marks of values, see `Estimate.note`
+_ARRAYS = "mean", "standard_error", "bias", "effective_n"
+_TAILS = {
+    "_part": "parts of the 95 % error; NaN: unknown, 0: absent",
+    "_total_error": "total error of the mean, 95 %: root of the squares of its known parts",
+    "_standard_error": "statistical standard error of the mean",
+    "_bias": "value at the finest level minus the mean",
+    "_note": "identity: fixed by force balance; at q_c: not extrapolated in the cut-off",
+}
+NO_XARRAY = "xarray is not installed; type: pip install 'roughsim[xarray]'"
+Labels = NDArray[Any]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Estimate:
+    """One observable over named axes, with its error in parts; all arrays have the shape of `dims`.
+
+    Attributes
+    ----------
+    observable : str
+        Its name.
+    unit : str
+        SI unit.
+    mean : ndarray
+        Extrapolated in q_c and the pixel if a limit exists and the levels show it.
+    standard_error : ndarray
+        Of the mean, statistical.
+    budget : mapping of str to ndarray
+        The parts of the 95 % error by source; NaN: unknown, 0: absent. If all are unknown, no error is stated, as of
+        the theory.
+    bias : ndarray
+        Value at the finest level minus `mean`; zero without extrapolation.
+    n : int
+        Number of realizations.
+    effective_n : ndarray
+        Independent realizations that would give the same interval: degrees of freedom and one.
+    note : ndarray of str
+        "identity": fixed by force balance; "at q_c": without a limit in the cut-off, or none that the run shows.
+    dims : tuple of str
+        Names of the axes.
+    coords : mapping of str to ndarray
+        Labels along each axis.
+    notes : tuple of str
+        Sentences on extrapolation and missing levels, for `explain`.
+    sources : mapping of str to str
+        Meaning of each part of `budget`.
+    """
+
+    observable: str
+    unit: str
+    mean: Array
+    standard_error: Array
+    budget: Mapping[str, Array]
+    bias: Array
+    n: int
+    effective_n: Array
+    note: Labels
+    dims: tuple[str, ...] = ("speed",)
+    coords: Mapping[str, Labels] = field(default_factory=lambda: {"speed": _NO_SPEED})
+    notes: tuple[str, ...] = ()
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        observable: str,
+        unit: str,
+        mean: Array,
+        coords: Mapping[str, Labels],
+        budget: Mapping[str, Array] | None = None,
+    ) -> "Estimate":
+        """Return values without realizations, such as of a theory; without a `budget` no error is stated."""
+        mean = np.asarray(mean, float)
+        nothing, unmarked = np.full(mean.shape, np.nan), np.full(mean.shape, "", object)
+        return cls(
+            observable, unit, mean, nothing, budget or {}, nothing, 0, nothing, unmarked,
+            tuple(coords), coords,
+        )  # fmt: skip
+
+    @property
+    def stated(self) -> NDArray[np.bool_]:
+        """Whether a part of the error is known."""
+        unknown = np.full(self.mean.shape, True)
+        for part in self.budget.values():
+            unknown &= np.isnan(part)
+        return ~unknown
+
+    @property
+    def total_error(self) -> Array:
+        """Root of the sum of squares of the known parts of `budget`; NaN without any, or for an undefined mean."""
+        parts = self.budget.values()
+        total = np.sqrt(sum((np.where(np.isnan(p), 0.0, p) ** 2 for p in parts), np.array(0.0)))
+        return np.where(np.isnan(self.mean) | ~self.stated, np.nan, total)
+
+    @property
+    def half_width(self) -> Array:
+        """Half-width of the 95 % interval of the scatter (Student t with `effective_n` − 1 degrees of freedom)."""
+        return self.budget["statistical"]
+
+    def unknown_at(self, *place: int) -> tuple[str, ...]:
+        """The unknown parts of `budget` at an entry; none if no error is stated, or the mean undefined or zero."""
+        mean = self.mean[place]
+        if not (np.isfinite(mean) and mean != 0.0 and self.stated[place]):
+            return ()
+        return tuple(name for name, part in self.budget.items() if np.isnan(part[place]))
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """The unknown parts of `budget` at any entry, by `unknown_at`; `total_error` excludes them."""
+        found = {name for place in np.ndindex(self.mean.shape) for name in self.unknown_at(*place)}
+        return tuple(name for name in self.budget if name in found)
+
+    def sel(self, **labels: Any) -> "Estimate":
+        """Return the entries at a label of an axis, which is dropped, or at several, which stay in their order.
+
+        KeyError for a label that is not there. Axes that the estimate lacks are ignored.
+        """
+        result = self
+        for dim, wanted in labels.items():
+            if dim not in result.dims:
+                continue
+            several = isinstance(wanted, (list, tuple, np.ndarray))
+            places = _places(result.coords[dim], wanted if several else [wanted])
+            axis = result.dims.index(dim)
+            taken = places if several else places[0]
+            coords = {**result.coords, dim: result.coords[dim][places]}
+            if not several:
+                del coords[dim]
+            result = result._mapped(lambda values: np.take(values, taken, axis), coords)  # noqa: B023
+        return result
+
+    def times(self, factor: Array | float) -> "Estimate":
+        """Return the estimate of a product with an exact factor, such as a share of the heat."""
+        budget = {name: part * np.abs(factor) for name, part in self.budget.items()}
+        return replace(
+            self,
+            mean=self.mean * factor,
+            standard_error=self.standard_error * np.abs(factor),
+            budget=budget,
+            bias=self.bias * factor,
+        )
+
+    def _mapped(self, function: Callable[[Any], Any], coords: Mapping[str, Labels]) -> "Estimate":
+        """Return the estimate with all its arrays mapped to other axes."""
+        arrays: dict[str, Any] = {}
+        for name in (*_ARRAYS, "note"):
+            arrays[name] = np.asarray(function(getattr(self, name)))
+        budget = {name: np.asarray(function(part)) for name, part in self.budget.items()}
+        return replace(self, **arrays, budget=budget, dims=tuple(coords), coords=coords)
+
+    def labels(self, place: Sequence[int]) -> dict[str, Any]:
+        """Return the labels of an entry by axis; None in place of NaN."""
+        found = {dim: self.coords[dim][k] for dim, k in zip(self.dims, place, strict=True)}
+        plain = {dim: x.item() if hasattr(x, "item") else x for dim, x in found.items()}
+        return {dim: None if repr(x) == "nan" else x for dim, x in plain.items()}
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Yield each defined entry with its labels, its value and total error in SI, and its marks."""
+        total = self.total_error
+        for place in np.ndindex(self.mean.shape):
+            if np.isnan(self.mean[place]):
+                continue
+            yield {
+                "observable": self.observable,
+                "unit": self.unit,
+                **self.labels(place),
+                "value": float(self.mean[place]),
+                "total_error": float(total[place]),
+                "unknown": ", ".join(self.unknown_at(*place)),
+                "note": str(self.note[place]),
+            }
+
+    def number(self, *place: int) -> Number:
+        """Return an entry as it is shown, with its total error."""
+        error = float(self.total_error[place])
+        return Number(float(self.mean[place]), self.unit, error, self.unknown_at(*place))
+
+    def parts(self, k: int, names: Iterable[str] | None = None) -> list[Number]:
+        """Return the parts of the error of entry k, and the value at the finest level minus the mean, for tables.
+
+        `names` are the columns of the table; a part that `budget` lacks is zero. Default: the names of `budget`.
+        """
+        nothing = np.zeros_like(self.mean)
+        errors = [float(self.budget.get(name, nothing)[k]) for name in names or self.budget]
+        return [Number(error, self.unit, digits=2) for error in (*errors, float(self.bias[k]))]
+
+    def table(self) -> Table:
+        """Return the mean with its total error and the parts of the error, a row per speed."""
+        titles = ["mean ± total error", *self.budget, "finest − mean"]
+        rows: list[Row] = [[self.number(k), *self.parts(k)] for k in range(len(self.mean))]
+        if not np.isnan(self.coords["speed"]).any():
+            titles = ["speed, m/s", *titles]
+            speeds = self.coords["speed"]
+            rows = [[f"{speed:g}", *row] for speed, row in zip(speeds, rows, strict=True)]
+        columns = [Column(title, number=True) for title in titles]
+        title = f"{with_unit(self.observable, self.unit)}: {self.n} realizations"
+        sources = (f"{name}: {self.sources[name]}" for name in self.budget)
+        return Table(columns, rows, title, (*self.notes, *sources))
+
+    def __repr__(self) -> str:
+        means = ", ".join(str(self.number(*place)) for place in np.ndindex(self.mean.shape))
+        speeds = [f"{speed:g}" for speed in self.coords.get("speed", ()) if not np.isnan(speed)]
+        at = f" at {', '.join(speeds)} m/s" if speeds else ""
+        return f"<Estimate of {with_unit(self.observable, self.unit)}: {means}{at}; n = {self.n}>"
+
+    def _repr_html_(self) -> str:
+        return in_notebook(self.table())
+
+    def explain(self) -> str:
+        """Explain the source of each part of the error."""
+        lines, (unit, factor) = [], shown(self.unit)
+        for k in range(len(self.mean)):
+            known = {
+                name: part[k] * factor for name, part in self.budget.items() if np.isfinite(part[k])
+            }
+            parts = ", ".join(f"{name} {part:.2g}" for name, part in known.items())
+            lines.append(
+                f"{self.number(k)} {unit}".rstrip()
+                + f": {parts}; n = {self.n} realizations of the lowest "
+                f"level; interval with {self.effective_n[k] - 1:.3g} degrees of freedom; value at the finest level "
+                f"{self.bias[k] * factor:+.2g}"
+            )
+        known_parts = (name for name in self.budget if name not in self.unknown)
+        sources = [f"{name}: {self.sources[name]}" for name in known_parts]
+        why = dict.fromkeys(self.unknown, "no level of the run shows it")
+        if "bandwidth" in why and "last step" in self.budget:
+            why["bandwidth"] = (
+                "the waves above the highest q_c may change more than the last step to it did"
+            )
+        missing = (
+            f"{name}: unknown: {reason}; not in these figures" for name, reason in why.items()
+        )
+        return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
+
+
+def marks_in_words(unknown: Collection[str], notes: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each mark that a table has; `unknown` are parts of errors, `notes` as `Estimate.note`."""
+    if unknown:
+        yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(unknown)})."
+    if IDENTITY in notes:
+        yield "identity: fixed by force balance; its ratios test nothing."
+    if AT_CUT_OFF in notes:
+        yield "at q_c: no limit in the cut-off, or none that the run shows; its ratios test nothing."
+
+
+def concat(pieces: Mapping[Any, Estimate], coords: Mapping[str, Labels]) -> Estimate:
+    """Join estimates of one observable along new axes; the key of a piece is the tuple of its places on them.
+
+    Labels of the other axes are united in the order of their appearance. Entries that no piece has are NaN. A part of
+    the error that a piece lacks is 0, or NaN if the piece states no error.
+    """
+    first = next(iter(pieces.values()))
+    united = dict(coords)
+    for dim in first.dims:
+        found = {repr(x): x for one in pieces.values() for x in one.coords[dim].tolist()}
+        united[dim] = np.array([*found.values()])
+    dims = sorted(united, key=lambda dim: _PLACES.get(dim, 1))
+    order = [[*united].index(dim) for dim in dims]
+
+    def joined(values: Callable[[Estimate], Any], missing: Any) -> Any:
+        shape = [len(labels) for labels in united.values()]
+        whole = np.full(shape, missing, np.asarray(missing).dtype if missing != "" else object)
+        for place, one in pieces.items():
+            inside = (_places(united[dim], one.coords[dim]) for dim in first.dims)
+            whole[place][np.ix_(*inside)] = values(one)
+        return whole.transpose(order)
+
+    names = dict.fromkeys(name for one in pieces.values() for name in one.budget)
+    arrays = {name: joined(lambda one: getattr(one, name), np.nan) for name in _ARRAYS}  # noqa: B023
+    budget = {
+        name: joined(lambda one: one.budget.get(name, 0.0 if one.budget else np.nan), np.nan)  # noqa: B023
+        for name in names
+    }
+    return replace(
+        first,
+        **arrays,
+        budget=budget,
+        note=joined(lambda one: one.note, ""),
+        n=max(one.n for one in pieces.values()),
+        dims=tuple(dims),
+        coords={dim: united[dim] for dim in dims},
+        sources={name: text for one in pieces.values() for name, text in one.sources.items()},
+    )
+
+
+def _places(labels: Labels, wanted: Iterable[Any]) -> list[int]:
+    """Return the places of some labels of an axis; NaN is a label. KeyError if one is not there."""
+    places = {repr(label): k for k, label in enumerate(labels.tolist())}
+    return [places[repr(x.item() if hasattr(x, "item") else x)] for x in wanted]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Results(Mapping[str, Estimate]):
+    """The estimates of observables by name, over named axes; immutable.
+
+    Attributes
+    ----------
+    estimates : mapping of str to Estimate
+        By the names of the observables.
+    attrs : mapping
+        Scene, numerics, seed and versions, as texts or numbers.
+    about : mapping of str to mapping
+        Attributes of axes, such as their units, in place of those of `AXES`.
+    along : mapping of str to (str, ndarray)
+        Further labels along an axis, with its name: keys that vary together, or angles of directions.
+    """
+
+    estimates: Mapping[str, Estimate]
+    attrs: Mapping[str, Any] = field(default_factory=dict)
+    about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    along: Mapping[str, tuple[str, Labels]] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Estimate:
+        return self.estimates[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.estimates)
+
+    def __len__(self) -> int:
+        return len(self.estimates)
+
+    def sel(self, **labels: Any) -> "Results":
+        """Return the entries at labels of axes, as `Estimate.sel` of each observable."""
+        chosen = {name: estimate.sel(**labels) for name, estimate in self.items()}
+        return replace(self, estimates=chosen)
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Yield the tidy table: the rows of each observable after one another, in SI."""
+        for estimate in self.values():
+            yield from estimate.rows()
+
+    def arrays(self) -> Iterator[tuple[str, tuple[str, ...], Labels, dict[str, str]]]:
+        """Yield the axes, then the arrays of each observable: name, names of its axes, data and attributes.
+
+        NAME_part has the parts of the 95 % error of NAME over the axis "part" and the axes of NAME, NAME_total_error
+        their root of squares, NAME_standard_error the statistical error of the mean, and NAME_bias the value at the
+        finest level minus the mean. NAME_note marks entries that are not extrapolated or fixed by force balance.
+        """
+        flat = {name: _without_no_speed(one) for name, one in self.items()}
+        parts = list(dict.fromkeys(part for one in flat.values() for part in one.budget))
+        axes = {"part": np.array(parts)}
+        for one in flat.values():
+            axes |= one.coords
+        for name, labels in axes.items():
+            of_axis = {"units": AXES[name]} if AXES.get(name) else {}
+            attributes = self.about.get(name, of_axis)
+            yield name, (name,), labels, dict(attributes)
+        for name, (axis, labels) in self.along.items():
+            yield name, (axis,), labels, dict(self.about.get(name, {}))
+        for name, one in flat.items():
+            unit = {"units": one.unit}
+            nothing = np.where(one.stated, 0.0, np.nan)
+            beside = {
+                "_part": [one.budget.get(part, nothing) for part in parts],
+                "_total_error": one.total_error,
+                "_standard_error": one.standard_error,
+                "_bias": one.bias,
+            }
+            tails = " ".join(name + tail for tail in (*beside, "_note"))
+            yield name, one.dims, one.mean, unit | {"ancillary_variables": tails}
+            for tail, values in beside.items():
+                dims = ("part", *one.dims) if tail == "_part" else one.dims
+                yield name + tail, dims, np.array(values), unit | {"description": _TAILS[tail]}
+            yield name + "_note", one.dims, one.note.astype(str), {"description": _TAILS["_note"]}
+
+    def to_xarray(self) -> Any:
+        """Return all `arrays` as an `xarray.Dataset`; ImportError without xarray."""
+        try:
+            xarray = import_module("xarray")
+        except ImportError:
+            raise ImportError(NO_XARRAY) from None
+        arrays = {name: tuple(array) for name, *array in self.arrays()}
+        axes = {name for name, (dims, *_) in arrays.items() if dims == (name,)} | {*self.along}
+        variables = {name: array for name, array in arrays.items() if name not in axes}
+        return xarray.Dataset(variables, {name: arrays[name] for name in axes}, dict(self.attrs))
+
+
+def _without_no_speed(estimate: Estimate) -> Estimate:
+    """Return an estimate that does not depend on the speed without this axis, and others unchanged."""
+    alike = "speed" in estimate.dims and bool(np.isnan(estimate.coords["speed"]).all())
+    return estimate.sel(speed=np.nan) if alike else estimate
