@@ -14,7 +14,6 @@ from dataclasses import replace
 from script import EVIDENCE, Command, write_evidence
 
 import roughsim as rs
-from roughsim.show.table import Number
 
 SCENES = ("steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa")
 SPEED = 35.0
@@ -63,21 +62,15 @@ def main() -> None:
         row = next(
             r for r in comparison.rows if r.observable == "flash_temperature" and r.speed == SPEED
         )
-        cells = [
-            str(Number(cell.mean, "K", cell.total_error, cell.unknown))
-            for cell in row.columns.values()
-        ]
-        ratios = [
-            str(Number(entry.value, "1", entry.total_error, entry.unknown))
-            for entry in row.ratios.values()
-        ]
+        cells = [str(cell.number()) for cell in row.columns.values()]
+        ratios = [str(replace(ratio, unit="1").number()) for ratio in row.ratios.values()]
         print(
             f"{name:14}{row.theory:8.1f}{cells[0]:>16}{cells[1]:>16}{ratios[0]:>18}{ratios[1]:>18}"
         )
         hardness = name.removeprefix("steel-").replace("GPa", " GPa")
         table.append([hardness, f"{row.theory:.1f}", *cells, *ratios])
         numbers[f"{name}_theory"] = row.theory
-        numbers |= {f"{name}_{column}": cell.mean for column, cell in row.columns.items()}
+        numbers |= {f"{name}_{column}": float(cell.mean) for column, cell in row.columns.items()}
     if options.evidence:
         command_line = "python experiments/flash_vs_speed.py --evidence"
         write_evidence("flash_vs_speed", command_line, numbers=numbers, tables={"flash": table})

@@ -52,8 +52,8 @@ def numbers_of(folder):
     return {
         "theory": flash.theory,
         "width": 1e6 * rows["flash_width"].theory,
-        "hotter": 100 * (flash.ratios["smoothed_over_theory"].value - 1),
-        "left": 100 * flash.ratios["capped_over_smoothed"].value,
+        "hotter": 100 * float(flash.ratios["smoothed_over_theory"].mean - 1),
+        "left": 100 * float(flash.ratios["capped_over_smoothed"].mean),
     }
 
 

@@ -53,17 +53,18 @@ def rows_of(run: rs.Run, names: tuple[str, ...]) -> list[list[str]]:
     """Return a row of the table for each reaction; rates at T₀ + T_flash are at the hardness."""
     background = run.scene.sliding.background_temperature or 0.0
     warm = background + float(run.estimate("flash_temperature").mean[0])
-    asked = {(found.estimate.observable, found.energy): found.estimate for found in run.reactions()}
+    asked = run.reactions()
     eased = (
         (run.scene.reaction.activation_volume or 0.0)
         * run.scene.penetration_hardness
         / ELECTRONVOLT
     )
-    energies = sorted({energy for _, energy in asked if energy is not None})
+    energies = sorted(asked["reaction_rate"].coords["energy"].tolist())
     rows = []
     for name, energy in zip(sorted(names, key=ENERGIES.__getitem__), energies, strict=True):
         felt, rate = (
-            asked[observable, energy] for observable in ("activation_temperature", "reaction_rate")
+            asked[observable].sel(energy=energy)
+            for observable in ("activation_temperature", "reaction_rate")
         )
         area = float(run.estimate("contact_fraction").mean[0])
         even = area * PREFACTOR * np.exp((eased - energy) / (BOLTZMANN * warm))
@@ -97,7 +98,7 @@ def main() -> None:
     table = [HEADS, *rows_of(hot, OXIDATION), *rows_of(cold, ADDITIVE)]
     for row in table:
         print("  ".join(f"{cell:>16}" for cell in row))
-    weak = next(found.estimate for found in hot.reactions() if found.temperature == WEAK)
+    weak = hot.reactions()["heat_share_above"].sel(temperature=WEAK)
     print(f"share of the heat above {WEAK:g} K: {weak}")
     rs.plot(hot, "reaction", options.output / "worked_reactions.png")
     if options.evidence:

@@ -141,6 +141,7 @@ def _estimate(contacts: Contacts, observable: str, values: Values, over: OverCon
     found = estimate(observable, values, (note,), contacts.speeds)
     statistical = np.where(over.members < LEAST_MEMBERS, np.nan, found.budget["statistical"])
     budget = {**found.budget, "statistical": statistical}
-    at_cut_off = np.isnan(budget["bandwidth"]) & np.isfinite(found.mean) & (found.mean != 0.0)
-    marks = np.where(at_cut_off, AT_CUT_OFF, "").astype(object)
+    cut = np.isnan(budget.get("bandwidth", np.zeros_like(found.mean)))
+    cut &= np.isfinite(found.mean) & (found.mean != 0.0)
+    marks = np.where(cut, AT_CUT_OFF, "").astype(object)
     return replace(found, budget=budget, note=marks, sources=contacts.sources)

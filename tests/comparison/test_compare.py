@@ -7,8 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from roughsim.comparison.row import Ratio
-from roughsim.comparison.rows import ratios_of
 
 import roughsim as rs
 from roughsim import prediction
@@ -16,6 +14,9 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.estimate.levels import values_of
 from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
 from roughsim.observables.record import Observable
+from roughsim.results.columns import columns_of
+from roughsim.results.row import deviation
+from roughsim.table import Estimate, Results, concat
 
 HEADINGS = {
     "observable",
@@ -40,12 +41,12 @@ def test_full_contact_is_exact_through_the_whole_chain(full_scene, tmp_path):
     checked = 0
     for row in rs.compare(run).rows:
         cell, ratio = row.columns["elastic"], row.ratios["elastic_over_theory"]
-        if np.isnan(ratio.value):  # 0/0: at rest, or no plastic area; or the theory says nothing
+        if np.isnan(ratio.mean):  # 0/0: at rest, or no plastic area; or the theory says nothing
             assert row.speed == 0.0 or row.observable == "plastic_fraction" or np.isnan(row.theory)
             continue
-        assert ratio.value == pytest.approx(1.0, abs=1e-12), (row.observable, row.speed)
+        assert ratio.mean == pytest.approx(1.0, abs=1e-12), (row.observable, row.speed)
         assert cell.standard_error == 0.0
-        assert ratio.z == 0.0
+        assert deviation(ratio) == 0.0
         checked += 1
     assert checked >= 25
 
@@ -67,9 +68,11 @@ def test_the_total_share_measured_in_full_contact_is_the_theory_to_rounding(full
             if r.observable == "heat_partition"
         ]
         for row in rows:
-            assert row.columns["elastic"].mean == pytest.approx(row.theory_same_modes, rel=1e-10)
-            assert row.ratios["elastic_over_theory"].value == pytest.approx(1.0, abs=1e-10)
-        shares[duration] = [row.theory_same_modes for row in rows]
+            assert row.columns["elastic"].mean == pytest.approx(
+                row.theories["theory_same_modes"], rel=1e-10
+            )
+            assert row.ratios["elastic_over_theory"].mean == pytest.approx(1.0, abs=1e-10)
+        shares[duration] = [row.theories["theory_same_modes"] for row in rows]
         told = [row.theory for row in rows]
         np.testing.assert_allclose(prediction.heat_partition(scene), told, rtol=1e-12)
     # long after the start the two backgrounds dominate: effusivities share the heat, κ₁ρ₁c₁ = 2 κ₂ρ₂c₂
@@ -81,7 +84,7 @@ def test_at_rest_there_is_no_heat_but_a_width_and_a_share(table):
     resting = {row.observable: row for row in table.rows if row.speed == 0.0}
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
         assert resting[name].columns["capped"].mean == resting[name].theory == 0.0
-        assert np.isnan(resting[name].ratios["smoothed_over_theory"].value)
+        assert np.isnan(resting[name].ratios["smoothed_over_theory"].mean)
     assert (
         resting["slope_length"].columns["capped"].mean == resting["slope_length"].theory == np.inf
     )
@@ -156,8 +159,8 @@ def test_force_balance_is_marked_where_all_has_yielded(tmp_path):
 
 def test_temperatures_carry_the_share_and_ratios_do_not(table, capped_run):
     row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
-    assert row.ratios["smoothed_over_theory"].value == pytest.approx(
-        row.columns["smoothed"].mean / row.theory_same_modes,
+    assert row.ratios["smoothed_over_theory"].mean == pytest.approx(
+        row.columns["smoothed"].mean / row.theories["theory_same_modes"],
         rel=1e-4,  # the theory sees some 1e-5 of C_sm beyond the cut-off
     )
     assert row.columns["capped"].mean == pytest.approx(
@@ -206,7 +209,7 @@ def test_ratios_keep_the_pairing(table, capped_run):
         (n - 1) * np.var([ratio(stream, i) for i in range(n)]) for stream, n in streams.items()
     )
     row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
-    assert row.ratios["capped_over_smoothed"].value == pytest.approx(ratio(), rel=1e-12)
+    assert row.ratios["capped_over_smoothed"].mean == pytest.approx(ratio(), rel=1e-12)
     assert row.ratios["capped_over_smoothed"].standard_error == pytest.approx(
         np.sqrt(variance), rel=0.1
     )
@@ -217,8 +220,7 @@ def test_the_cell_makes_both_columns_of_a_ratio_uncertain(capped_run):
     relative = [
         estimate.budget["size"][1:] / estimate.mean[1:] for estimate in both
     ]  # the first speed is rest
-    theory = np.ones(len(capped_run.scene.speeds))
-    ratio = ratios_of(capped_run, "flash_temperature", theory, theory)["capped_over_smoothed"]
+    ratio = columns_of(capped_run)["capped_over_smoothed"]("flash_temperature")
     assert np.min(relative) > 0.0
     np.testing.assert_allclose(
         ratio.budget["size"][1:] / ratio.mean[1:], np.hypot(*relative), rtol=1e-9
@@ -247,22 +249,29 @@ def test_theory_stands_beside_the_whole_spectrum(table):
     )
     row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
     assert row.theory == pytest.approx(0.9 * whole, rel=1e-9)
-    assert row.theory_same_modes == pytest.approx(row.theory, rel=0.02)  # modes of a finite cell
+    assert row.theories["theory_same_modes"] == pytest.approx(
+        row.theory, rel=0.02
+    )  # modes of a finite cell
 
 
-def with_rows(table, rows):
-    """Return a comparison with other rows than those of its run."""
+def with_theories(table, **theories):
+    """Return a comparison with other theories of T_flash, each over the speeds of its run."""
+    speeds = {"speed": np.array(table.run.scene.speeds)}
+    values = {
+        name: Estimate.of("flash_temperature", "K", np.broadcast_to(x, 3), speeds)
+        for name, x in theories.items()
+    }
+    pieces = {(k,): one for k, one in enumerate(values.values())}
+    flash = concat(pieces, {"column": np.array([*values])})
     other = copy(table)
-    vars(other)["rows"] = tuple(rows)
+    vars(other)["flash"] = Results({"flash_temperature": flash})
     return other
 
 
 def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_cause(table):
-    row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
-
     def notes(summed, cut, whole):
         theories = {"theory": whole, "theory_same_modes": summed, "theory_at_cut_off": cut}
-        return with_rows(table, [replace(row, **theories)]).notes()
+        return with_theories(table, **{name: (0.0, 0.0, x) for name, x in theories.items()}).notes()
 
     assert notes(1.0, 1.0, 1.019) == notes(1.019, 1.0, 1.0) == ()
     (cut,) = notes(0.7, 0.7, 1.0)
@@ -279,20 +288,20 @@ def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_
 
 
 def test_the_speed_at_which_two_theories_differ_most_is_named(table):
-    rows = [row for row in table.rows if row.observable == "flash_temperature" and row.speed]
-    theories = {"theory_same_modes": 1.0, "theory_at_cut_off": 1.0}
-    slow, fast = (
-        replace(row, **theories, theory=whole) for row, whole in zip(rows, (1.25, 2.0), strict=True)
-    )
-    for order in ((slow, fast), (fast, slow)):
-        (note,) = with_rows(table, order).notes()
-        assert f"1 instead of 2 K (flash_temperature at {fast.speed:g} m/s)" in note
+    for speed, whole in ((35.0, (1.0, 1.25, 2.0)), (0.1, (1.0, 2.0, 1.25))):
+        theories = {"theory": whole, "theory_same_modes": 1.0, "theory_at_cut_off": 1.0}
+        (note,) = with_theories(table, **theories).notes()
+        assert f"1 instead of 2 K (flash_temperature at {speed:g} m/s)" in note
 
 
 def test_z_counts_standard_errors_from_one():
-    assert Ratio(1.3, 0.1).z == pytest.approx(3.0)
-    assert Ratio(1.0, 0.0).z == 0.0
-    assert Ratio(1.1, 0.0).z == float("inf")
+    def z(value, error):
+        exact = Estimate.of("flash_temperature", "K", value, {})
+        return deviation(replace(exact, standard_error=np.array(error)))
+
+    assert z(1.3, 0.1) == pytest.approx(3.0)
+    assert z(1.0, 0.0) == 0.0
+    assert z(1.1, 0.0) == float("inf")
 
 
 def test_one_realization_is_not_compared(quick, tmp_path):

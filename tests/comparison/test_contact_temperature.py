@@ -88,23 +88,23 @@ def test_the_ratios_are_those_of_the_sums(runs):
     rows, flash = of(table, "contact_temperature"), of(table, "flash_temperature")
     for k, (row, part) in enumerate(zip(rows, flash, strict=True)):
         if row.speed == 0.0:
-            assert np.isnan(row.ratios["smoothed_over_theory"].value)
+            assert np.isnan(row.ratios["smoothed_over_theory"].mean)
             continue
-        theory = part.theory_same_modes / 0.8
+        theory = part.theories["theory_same_modes"] / 0.8
         mine, his = row.ratios["smoothed_over_theory"], part.ratios["smoothed_over_theory"]
-        assert mine.value == pytest.approx(
-            (his.value * theory + warm[k]) / (theory + warm[k]), rel=1e-12
+        assert mine.mean == pytest.approx(
+            (his.mean * theory + warm[k]) / (theory + warm[k]), rel=1e-12
         )
         assert mine.standard_error == pytest.approx(
             his.standard_error * theory / (theory + warm[k]), rel=1e-9
         )
         assert mine.total_error < his.total_error
         both = row.ratios["capped_over_smoothed"]
-        assert both.value == pytest.approx(
+        assert both.mean == pytest.approx(
             (values["capped"][k] + warm[k]) / (values["smoothed"][k] + warm[k]), rel=2e-3
         )
         alone = part.ratios["capped_over_smoothed"]
-        assert both.standard_error / both.value < alone.standard_error / alone.value
+        assert both.standard_error / both.mean < alone.standard_error / alone.mean
 
 
 def test_full_contact_is_exact_with_its_warming(full_scene, tmp_path):
@@ -115,6 +115,8 @@ def test_full_contact_is_exact_with_its_warming(full_scene, tmp_path):
         alone = prediction.predictions(scene)["flash_temperature"][k]
         assert row.theory == pytest.approx(share[k] * (alone + warm[k]), rel=1e-12)
         if row.speed:
-            assert row.ratios["elastic_over_theory"].value == pytest.approx(1.0, abs=1e-12)
+            assert row.ratios["elastic_over_theory"].mean == pytest.approx(1.0, abs=1e-12)
             # the share of the column is its own, by sums over its modes; that of the theory is by integrals
-            assert row.columns["elastic"].mean == pytest.approx(row.theory_same_modes, rel=1e-8)
+            assert row.columns["elastic"].mean == pytest.approx(
+                row.theories["theory_same_modes"], rel=1e-8
+            )

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from damage_cases import forged
-from roughsim.comparison.rows import stress_slope
 
 import roughsim as rs
 from roughsim.comparison.compare import comparison_table
+from roughsim.comparison.slope import stress_slope
 from roughsim.store.member_files import member_path
 
 

@@ -10,6 +10,7 @@ from scipy import stats
 from roughsim.estimate import errors as est
 from roughsim.estimate.levels import Values, product, with_errors
 from roughsim.estimate.mean import Mean, mean_of
+from roughsim.table import Estimate
 
 SHARES = {"bandwidth": 0.02, "pixel": 0.03}
 
@@ -236,7 +237,7 @@ def test_the_table_of_an_estimate_has_a_column_for_each_part_and_a_row_for_each_
         assert [cell.value for cell in row[1:]] == pytest.approx(
             [*(part[k] for part in found.budget.values()), -0.9]
         )
-    named = replace(found, speeds=(0.5, 2.0))
+    named = replace(found, coords={"speed": np.array([0.5, 2.0])})
     assert [row[0] for row in named.table().rows] == ["0.5", "2"]
     assert [part.value for part in found.parts(0, ("scan", "pixel"))] == pytest.approx(
         [0.0, 0.4, -0.9]
@@ -245,9 +246,8 @@ def test_the_table_of_an_estimate_has_a_column_for_each_part_and_a_row_for_each_
 
 def test_what_is_exactly_zero_or_undefined_has_no_unknown_error():
     means = np.array([0.0, 2.0, np.nan])
-    found = est.Uncertain(
-        means, means, {"statistical": np.array([0.0, 0.3, 0.0]), "scan": np.full(3, np.nan)}
-    )
+    budget = {"statistical": np.array([0.0, 0.3, 0.0]), "scan": np.full(3, np.nan)}
+    found = Estimate.of(NAME, "K", means, {"speed": np.arange(3.0)}, budget)
     assert [found.unknown_at(k) for k in range(3)] == [(), ("scan",), ()]
     np.testing.assert_array_equal(found.total_error, [0.0, 0.3, np.nan])
 

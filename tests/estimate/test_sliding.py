@@ -8,7 +8,7 @@ import pytest
 from ladder_cases import lowest
 from scipy import stats
 
-from roughsim.estimate.errors import Estimate, spread_of
+from roughsim.estimate.errors import spread_of
 from roughsim.estimate.levels import Values
 from roughsim.estimate.reactions import (
     BOLTZMANN,
@@ -29,16 +29,16 @@ from roughsim.estimate.sliding import (
 )
 from roughsim.observables.distribution import BIN_AREAS, Bins
 from roughsim.prediction.sliding import SlidingContinuation
+from roughsim.table import Estimate
 
 
 def frozen():
     """T_flash of 200 K, ± 4 K statistical and 1 K of the cell."""
-    return Estimate(
-        mean=np.array([200.0]),
+    budget = {"statistical": np.array([4.0]), "size": np.array([1.0])}
+    exact = Estimate.of("flash_temperature", "K", [200.0], {"speed": np.array([35.0])}, budget)
+    return replace(
+        exact,
         standard_error=np.array([2.0]),
-        budget={"statistical": np.array([4.0]), "size": np.array([1.0])},
-        observable="flash_temperature",
-        unit="K",
         bias=np.array([3.0]),
         n=12,
         effective_n=np.array([12.0]),

@@ -160,7 +160,7 @@ def test_the_page_says_what_the_run_says(kept_run, written):
     for cell in row.columns.values():
         assert two_digits(cell.mean, cell.total_error, cell.unknown) in words
     for ratio in row.ratios.values():
-        assert f"= {two_digits(ratio.value, ratio.total_error, ratio.unknown)}: tests" in words
+        assert f"= {two_digits(ratio.mean, ratio.total_error, ratio.unknown)}: tests" in words
     assert f"{row.theory:.4g}" in words
     estimate = kept_run.estimate("flash_temperature")
     for part in (*estimate.budget.values(), estimate.bias, estimate.total_error):

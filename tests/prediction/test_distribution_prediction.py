@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from roughsim.results.answers import answers
+from table_cases import by_label
 from typer.testing import CliRunner
 
 import roughsim as rs
@@ -14,6 +14,7 @@ from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.estimate import fields
 from roughsim.estimate.reactions import BOLTZMANN
 from roughsim.observables.distribution import LEVELS
+from roughsim.results.columns import results_of
 
 ASKS = {
     "sliding.background_temperature": 500.0,
@@ -36,7 +37,7 @@ def scene():
 
 
 def asked(scene):
-    return {each.key: each.estimate for each in fields.asked(scene)}
+    return by_label(fields.asked(scene))
 
 
 def test_quantiles_are_those_of_the_drawn_contacts_at_the_flash_temperature_of_the_law(scene):
@@ -159,7 +160,7 @@ def test_a_comparison_has_the_theory_beside_its_rows(tmp_path):
     }
     run = rs.run(rs.load_scene("steel-1.2GPa", ASKS | small), tmp_path / "run", max_realizations=2)
     rows = {
-        (row.observable, row.speed, row.energy, row.temperature): row
+        (row.observable, row.speed, row.about.get("energy"), row.about.get("temperature")): row
         for row in rs.compare(run).rows
     }
     quantiles = fields.quantiles(run.scene)
@@ -168,19 +169,17 @@ def test_a_comparison_has_the_theory_beside_its_rows(tmp_path):
             assert rows[name, speed, None, None].calibrated == pytest.approx(
                 0.5 * estimate.mean[k], rel=1e-12
             )
-    for one in fields.asked(run.scene):
-        for k, speed in enumerate(run.scene.speeds):
-            row = rows[one.estimate.observable, speed, one.energy, one.temperature]
-            assert row.calibrated == pytest.approx(
-                float(one.estimate.mean[k]), rel=1e-12, nan_ok=True
-            )
-    written = {
-        one.name: one.data for one in answers(run, ["temperature_quantile_99", "reaction_rate"])
-    }
-    error = written["temperature_quantile_99_total_error"][1]
+    known = fields.asked(run.scene)
+    for name, estimate in known.items():
+        for place in np.ndindex(estimate.mean.shape):
+            labels = estimate.labels(place)
+            row = rows[name, labels["speed"], labels.get("energy"), labels.get("temperature")]
+            assert row.calibrated == pytest.approx(estimate.mean[place], rel=1e-12, nan_ok=True)
+    written = results_of(run, ["temperature_quantile_99", "reaction_rate"]).sel(column="calibrated")
+    error = written["temperature_quantile_99"].total_error
     assert error == pytest.approx(0.5 * quantiles["temperature_quantile_99"].total_error)
-    rates = [one.estimate.total_error for one in fields.asked(run.scene)]
-    assert written["reaction_rate_total_error"][1, 0] == pytest.approx(rates[0], rel=1e-9)
+    rate = written["reaction_rate"]
+    assert rate.total_error[0] == pytest.approx(known["reaction_rate"].total_error[0], rel=1e-9)
     row = rows["activation_temperature", 35.0, 1.0, None]
     assert row.calibrated == pytest.approx(row.columns["capped"].mean, rel=0.1)
 
@@ -203,6 +202,6 @@ def test_without_the_question_or_the_law_there_is_no_distribution(changes):
     changes = {key: value for key, value in changes.items() if value is not None}
     scene = rs.load_scene("steel-1.2GPa", asks | changes)
     assert fields.quantiles(scene) == {}
-    assert fields.asked(scene) == []
+    assert fields.asked(scene) == {}
     assert np.isnan(fields.calibrated_predictions(scene)["temperature_quantile_50"]).all()
     assert "temperature_quantile_50" not in theory_dict(scene)["calibrated"]

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from slide_cases import sliding_scene
+from table_cases import by_label
 
 import roughsim as rs
 from roughsim import prediction
@@ -40,7 +41,7 @@ def quantiles(scene):
 
 
 def reactions(scene):
-    return fields.asked(scene, sliding=True)
+    return by_label(fields.asked(scene, sliding=True))
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +72,7 @@ def test_quantiles_are_those_of_drawn_faces_over_the_last_half_of_the_slide(scen
 
 
 def test_reactions_are_those_of_the_moving_body_with_its_own_share_of_the_heat(scene):
-    found = {each.key: each.estimate for each in reactions(scene)}
+    found = reactions(scene)
     flash, hot = flash_over_the_last_half(scene), quantiles(scene)
     kelvin = found["activation_temperature", 1.0, None].mean
     assert (kelvin > 600.0 + flash).all()
@@ -94,8 +95,7 @@ def test_with_a_duration_the_background_of_the_slide_is_added_and_each_speed_sli
     slid = prediction.sliding_prediction(scene)
     warm = slid.contact_temperature - slid.flash_temperature
     assert (warm > 3.0).all()
-    found = {each.key: each.estimate.mean for each in reactions(scene)}
-    kelvin = found["activation_temperature", 1.0, None]
+    kelvin = reactions(scene)["activation_temperature", 1.0, None].mean
     assert (kelvin > 600.0 + slid.contact_temperature).all()
     numbers = prediction.slid_fields(scene).numbers
     alone = asking('history = "sliding"\nduration = "10 us"', ("speed = [1, 35]", "speed = 35"))
@@ -120,12 +120,10 @@ def test_rows_of_a_comparison_have_it_beside_the_slides(tmp_path, scene):
             row = found[name, None, None, speed]
             assert row["sliding_calibrated"] == pytest.approx(estimate.mean[k], rel=1e-12)
             assert row["sliding_calibrated"] != row["calibrated"]
-    for asked in reactions(scene):
+    for labels, estimate in reactions(scene).items():
         for k, speed in enumerate((1.0, 35.0)):
-            row = found[asked.estimate.observable, asked.energy, asked.temperature, speed]
-            assert row["sliding_calibrated"] == pytest.approx(
-                float(asked.estimate.mean[k]), rel=1e-12
-            )
+            row = found[*labels, speed]
+            assert row["sliding_calibrated"] == pytest.approx(float(estimate.mean[k]), rel=1e-12)
     # 32² points and two slides of two
     row = found["temperature_quantile_50", None, None, 35.0]
     assert row["sliding_calibrated"] == pytest.approx(row["sliding"]["mean"], rel=0.3)
@@ -142,7 +140,7 @@ def test_rows_of_a_comparison_have_it_beside_the_slides(tmp_path, scene):
 def test_a_scene_that_does_not_ask_has_none():
     silent = sliding_scene(FAR)
     assert quantiles(silent) == {}
-    assert reactions(silent) == []
+    assert reactions(silent) == {}
 
 
 @pytest.mark.parametrize(
@@ -156,4 +154,4 @@ def test_a_scene_that_does_not_ask_has_none():
 def test_without_bare_bodies_in_the_range_of_the_law_there_is_none(change):
     scene = asking(FAR, change)
     assert quantiles(scene) == {}
-    assert reactions(scene) == []
+    assert reactions(scene) == {}

@@ -5,13 +5,13 @@ import warnings
 import numpy as np
 import pytest
 from press_cases import drawn_map, write_scene
-from roughsim.comparison.rows import ratios_of
 from slide_cases import SLIDING as TEXT
 
 import roughsim as rs
 from roughsim import prediction
 from roughsim.estimate.errors import SOURCES
 from roughsim.results import means, reactions
+from roughsim.results.columns import columns_of, is_ratio
 from roughsim.results.pressed import OVERSHOOT
 from roughsim.scene import parse_scene
 from roughsim.scene.numerics import SLIDING
@@ -60,22 +60,28 @@ def pressed(capped_scene, tmp_path_factory):
         return rs.press(path, folder / "run")
 
 
+def along_labels(asked):
+    """Return the estimates over speed of a reaction at each energy, or of hot heat at each temperature."""
+    (axis, _) = asked.dims
+    return [asked.sel(**{axis: label}) for label in asked.coords[axis]]
+
+
 def numbers_of(run):
     """Yield each number that a run gives, with its name and column."""
     columns = [*run.numerics.columns, *([SLIDING] if run.numerics.slide is not None else [])]
     for column in columns:
         for name, found in run.estimates(column).items():
             yield name, column, found
-        for asked in run.reactions(column):
-            yield asked.estimate.observable, column, asked.estimate
+        for name, asked in run.reactions(column).items():
+            for one in along_labels(asked):
+                yield name, column, one
         if run.scene.sliding.duration is not None:
             warming = prediction.background(run.scene)
             yield "contact_temperature", column, run.contact_temperature(column, warming)
-    ones = np.ones(len(run.scene.speeds))
-    for name, record in run.observables.items():
-        exact = ones if record.per_speed else np.ones(1)
-        for ratio, found in ratios_of(run, name, exact, exact).items():
-            yield name, ratio, found
+    functions = {name: of for name, of in columns_of(run).items() if is_ratio(name)}
+    for name in run.observables:
+        for ratio, found in functions.items():
+            yield name, ratio, found(name)
         yield name, "paired", paired_ratio(run, run, name)
 
 
@@ -159,7 +165,7 @@ def test_a_pressed_map_has_every_part(pressed, monkeypatch, unknown):
     run = rs.open_run(pressed.folder)
     numbers = [
         *run.estimates().items(),
-        *((asked.estimate.observable, asked.estimate) for asked in run.reactions()),
+        *((name, one) for name, asked in run.reactions().items() for one in along_labels(asked)),
     ]
     for name, found in numbers:
         assert {"statistical", "bandwidth", "pixel", "size", "solver"} <= {*found.budget}
@@ -175,9 +181,7 @@ def test_reactions_follow_the_error_of_the_scan(slid, monkeypatch, name, wrong):
     run = rs.open_run(slid.folder)
 
     def found():
-        return next(
-            asked.estimate for asked in run.reactions("capped") if asked.estimate.observable == name
-        )
+        return along_labels(run.reactions("capped")[name])[0]
 
     before, genuine = found().mean, means.Means.values
 

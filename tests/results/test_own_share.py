@@ -174,12 +174,12 @@ def test_the_theory_keeps_its_own_share_and_ratios_have_none(run):
             share[k] * prediction.predictions(scene)["flash_temperature"][k], rel=1e-12
         )
         alone = [moments(run, level)[0].mean(axis=0)[k] for level in (0, 1)]
-        assert row.ratios["capped_over_smoothed"].value == pytest.approx(
+        assert row.ratios["capped_over_smoothed"].mean == pytest.approx(
             alone[1] / alone[0], rel=1e-12
         )
-        theory = row.theory_same_modes / share[k]
+        theory = row.theories["theory_same_modes"] / share[k]
         # the first ratio is at the grid of the level, as the column is
-        assert row.ratios["smoothed_over_theory"].value == pytest.approx(
+        assert row.ratios["smoothed_over_theory"].mean == pytest.approx(
             alone[0] / theory, rel=1e-12
         )
 

@@ -94,7 +94,7 @@ def test_a_scene_that_does_not_ask_stores_and_estimates_nothing_of_it(tmp_path, 
         ValueError, match=r"is not in this run, whose scene lacks \[observables\] temp"
     ):
         run.estimate("temperature_quantile_99")
-    assert run.reactions() == []
+    assert run.reactions() == {}
 
 
 def test_quantiles_ascend_and_bracket_the_flash_temperature(asked):
@@ -116,12 +116,10 @@ def test_rows_of_a_reaction_have_their_energy_in_ev(asked):
     table = rs.compare(asked)
     rows = json.loads(json.dumps(table.to_dict()))["rows"]
     about = [(row["observable"], row["energy"], row["speed"]) for row in rows if "energy" in row]
-    of_energy = [
-        (name, speed)
-        for name in ("reaction_rate", "activation_temperature", "conversion")
-        for speed in (0, 10)
+    of_reaction = ("reaction_rate", "activation_temperature", "conversion")
+    assert about == [
+        (name, energy, speed) for name in of_reaction for energy in (0.0, 1.0) for speed in (0, 10)
     ]
-    assert about == [(name, energy, speed) for energy in (0.0, 1.0) for name, speed in of_energy]
     (still, moving) = [row for row in rows if row["observable"] == "heat_share_above"]
     assert still["temperature"] == moving["temperature"] == 560.0
     assert still["capped"]["mean"] == 0.0
@@ -132,11 +130,7 @@ def test_rows_of_a_reaction_have_their_energy_in_ev(asked):
 
 
 def found(run, name, energy):
-    return next(
-        one.estimate
-        for one in run.reactions()
-        if one.estimate.observable == name and one.energy == pytest.approx(energy)
-    )
+    return run.reactions()[name].sel(energy=energy)
 
 
 def test_without_a_barrier_the_rate_is_that_of_the_contact_area(asked):
@@ -226,7 +220,9 @@ def test_the_background_is_absolute_and_warms_with_the_share_of_the_heat():
 
 def test_the_theory_of_a_reaction_is_in_the_column_calibrated(asked):
     rows = rs.compare(asked).rows
-    of_theory = {(row.observable, row.energy, row.speed): row.calibrated for row in rows}
+    of_theory = {
+        (row.observable, row.about.get("energy"), row.speed): row.calibrated for row in rows
+    }
     for name in NAMES:
         assert of_theory[name, None, 0.0] == 0.0
     flash = of_theory["flash_temperature", None, 10.0]
@@ -245,10 +241,11 @@ def test_the_theory_of_a_reaction_is_in_the_column_calibrated(asked):
 
 
 def test_an_export_has_the_rates_over_column_energy_and_speed(asked, tmp_path):
-    with h5py.File(export_run(asked, tmp_path / "run.h5"), "r") as file:
+    with h5py.File(export_run(asked, tmp_path / "run.h5"), "r") as whole:
+        file = whole["results"]
         columns = [name.decode() for name in file["column"]]
         np.testing.assert_allclose(file["energy"], [0.0, 1.0])
-        np.testing.assert_allclose(file["heat_above"], [560.0])
+        np.testing.assert_allclose(file["temperature"], [560.0])
         rate = file["reaction_rate"]
         assert rate.attrs["units"] == "1/s"
         assert [axis.keys()[0] for axis in rate.dims] == ["column", "energy", "speed"]
@@ -291,8 +288,9 @@ def test_each_row_that_is_asked_is_drawn_over_the_speed_with_its_errors(asked, t
     drawn = [line.rsplit(",", 3) for line in numbers.read_text().splitlines()[1:]]
     measured = [(float(value), float(error)) for _, speed, value, error in drawn if error]
     assert {float(speed) for _, speed, _, _ in drawn} == {10.0}  # not at rest
-    estimates = [one.estimate for one in asked.reactions() if one.estimate.observable == name]
-    expected = [(one.mean[1], one.total_error[1]) for one in estimates if np.isfinite(one.mean[1])]
+    estimate = asked.reactions()[name].sel(speed=10.0)
+    both = zip(estimate.mean, estimate.total_error, strict=True)
+    expected = [(mean, error) for mean, error in both if np.isfinite(mean)]
     np.testing.assert_allclose(measured, expected, rtol=1e-5)
     theory = [float(value) for _, _, value, error in drawn if not error and value]
     rows = [row for row in rs.compare(asked).rows if row.observable == name and row.speed == 10.0]
@@ -346,10 +344,10 @@ def test_what_one_field_does_not_show_is_unknown(unlike, asked):
             in estimate.explain()
         )
         assert "unknown where" not in asked.estimate(name).explain()
-    for asks in unlike.reactions():
-        if asks.energy != 0.0:
-            assert np.isnan(asks.estimate.mean[1]), asks.key
-            assert np.isfinite(asks.estimate.mean[0]), asks.key
+    for name, estimate in unlike.reactions().items():
+        barred = estimate.sel(energy=[1.0])
+        assert np.isnan(barred.mean[:, 1]).all(), name
+        assert np.isfinite(barred.mean[:, 0]).all(), name
     rows = [row for row in rs.compare(unlike).rows if row.observable == "temperature_quantile_99"]
     assert [np.isnan(row.columns["capped"].mean) for row in rows] == [False, True]
     assert (

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from roughsim.results.answers import answers
 from slide_cases import SLIDING
 
 import roughsim as rs
@@ -15,6 +14,7 @@ from roughsim import fourier
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
 from roughsim.observables.temperatures import SlideFromRest, temperature_distribution
 from roughsim.planning.realization import slide_problem
+from roughsim.results.columns import results_of
 from roughsim.results.film import read_film
 from roughsim.scene import parse_scene
 from roughsim.sliding.distribution import POSITIONS, Sampler, positions
@@ -182,12 +182,8 @@ def test_the_column_sliding_has_quantiles_about_its_own_flash_temperature(asked)
     }
 
 
-def found(run, name, energy=None):
-    return next(
-        one.estimate
-        for one in run.reactions("sliding")
-        if one.estimate.observable == name and one.energy == energy
-    )
+def found(run, name, **about):
+    return run.reactions("sliding")[name].sel(**about)
 
 
 def test_reactions_of_the_column_sliding(asked):
@@ -195,8 +191,11 @@ def test_reactions_of_the_column_sliding(asked):
         asked.estimate("contact_fraction").mean[0],
         asked.estimate("flash_temperature", "sliding"),
     )
-    assert found(asked, "reaction_rate", 0.0).mean == pytest.approx(1e13 * area)
-    rate, warm = found(asked, "reaction_rate", 1.0), found(asked, "activation_temperature", 1.0)
+    assert found(asked, "reaction_rate", energy=0.0).mean == pytest.approx(1e13 * area)
+    rate, warm = (
+        found(asked, "reaction_rate", energy=1.0),
+        found(asked, "activation_temperature", energy=1.0),
+    )
     bins = [read_member(member_path(asked.folder, SLIDE, i)).moments[0].bins for i in (0, 1)]
     slid = np.mean(
         [asked.members[SLIDE, i].numbers["sliding_flash_temperature"] for i in (0, 1)], axis=0
@@ -209,7 +208,7 @@ def test_reactions_of_the_column_sliding(asked):
     assert warm.mean == pytest.approx(-1.602176634e-19 / (1.380649e-23 * np.log(mean)), rel=1e-9)
     by_area = np.mean([one.temperature @ BIN_AREAS for one in bins], axis=0)
     assert (warm.mean > 600.0 + by_area * flash.mean / slid).all()  # Jensen
-    share = found(asked, "heat_share_above")
+    share = found(asked, "heat_share_above", temperature=700.0)
     assert share.mean[0] == 0.0
     assert 0.5 < share.mean[1] < 1.0
 
@@ -219,13 +218,15 @@ def test_compare_and_exports_have_them_in_the_column_sliding(asked):
     cells = {(row["observable"], row.get("energy"), row["speed"]): row["sliding"] for row in rows}
     for name in NAMES:
         assert cells[name, None, 35.0]["mean"] == asked.estimate(name, "sliding").mean[1]
-    assert cells["reaction_rate", 1.0, 35.0]["mean"] == found(asked, "reaction_rate", 1.0).mean[1]
-    arrays = {one.name: one.data for one in answers(asked)}
-    at = [*arrays["column"]].index("sliding")
-    assert arrays["activation_temperature"][at, 1] == pytest.approx(
-        found(asked, "activation_temperature", 1.0).mean
+    assert (
+        cells["reaction_rate", 1.0, 35.0]["mean"]
+        == found(asked, "reaction_rate", energy=1.0).mean[1]
     )
-    assert arrays["temperature_quantile_99"][at] == pytest.approx(
+    sliding = results_of(asked).sel(column="sliding")
+    assert sliding["activation_temperature"].sel(energy=1.0).mean == pytest.approx(
+        found(asked, "activation_temperature", energy=1.0).mean
+    )
+    assert sliding["temperature_quantile_99"].mean == pytest.approx(
         asked.estimate(NAMES[5], "sliding").mean
     )
 
@@ -239,11 +240,7 @@ def test_the_picture_of_reactions_is_also_of_the_column_sliding(asked, tmp_path)
     picture, numbers = drawn("sliding")
     assert "sliding contact, total errors" in picture
     assert "calibrated" not in picture
-    rate = next(
-        one.estimate
-        for one in asked.reactions("sliding")
-        if one.key == ("reaction_rate", 1.0, None)
-    )
+    rate = found(asked, "reaction_rate", energy=1.0)
     assert all(f"{value:.7g}" in numbers for value in rate.mean)
     assert "calibrated theory" in drawn("capped")[0]
     with pytest.raises(ValueError, match="column = 'sliding' is not in this run"):
@@ -263,7 +260,9 @@ def test_with_a_duration_the_contact_reacts_above_the_background_of_the_slide(tm
     kelvin = 600.0 + numbers["sliding_background"][:, None] + scaled
     mean = np.exp(-1.602176634e-19 / (1.380649e-23 * kelvin)) @ BIN_AREAS
     expected = -1.602176634e-19 / (1.380649e-23 * np.log(mean))
-    assert found(run, "activation_temperature", 1.0).mean == pytest.approx(expected, rel=1e-9)
+    assert found(run, "activation_temperature", energy=1.0).mean == pytest.approx(
+        expected, rel=1e-9
+    )
     assert np.min(numbers["sliding_background"]) > 20.0
 
 

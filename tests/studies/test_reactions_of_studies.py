@@ -55,15 +55,13 @@ def test_rows_have_the_estimates_of_each_run_at_each_energy_and_temperature(aske
             found[key] = row["value"], row["total_error"]
     expected = {}
     for point, run in asked.results:
-        for one in run.reactions():
-            for k, speed in enumerate(run.scene.speeds):
-                if not np.isnan(
-                    one.estimate.mean[k]
-                ):  # the activation temperature without a barrier
-                    expected[point.name, *one.key, speed] = (
-                        one.estimate.mean[k],
-                        one.estimate.total_error[k],
-                    )
+        for name, one in run.reactions().items():
+            labels = one.coords[ABOUT[name]]
+            for i, k in np.ndindex(one.mean.shape):
+                about = (labels[i], None) if ABOUT[name] == "energy" else (None, labels[i])
+                if not np.isnan(one.mean[i, k]):  # the activation temperature without a barrier
+                    key = (point.name, name, *about, run.scene.speeds[k])
+                    expected[key] = one.mean[i, k], one.total_error[i, k]
     assert found.keys() == expected.keys()
     for key, both in expected.items():
         np.testing.assert_array_equal(found[key], both)
@@ -83,8 +81,8 @@ def test_a_rate_without_a_barrier_is_the_prefactor_times_the_area_at_each_point(
 
 def test_files_have_energy_and_temperature_beside_the_values(asked, tmp_path):
     (point, run), _ = asked.results
-    rate = next(one.estimate for one in run.reactions() if one.key == ("reaction_rate", 1.0, None))
-    hot = next(one.estimate for one in run.reactions() if one.temperature == 560.0)
+    rate = run.reactions()["reaction_rate"].sel(energy=1.0)
+    hot = run.reactions()["heat_share_above"].sel(temperature=560.0)
     with asked.save(tmp_path / "t.csv").open() as file:
         rows = [
             row
@@ -110,11 +108,11 @@ def test_files_have_energy_and_temperature_beside_the_values(asked, tmp_path):
     with h5py.File(asked.save(tmp_path / "t.h5")) as file:
         place = [name.decode() for name in file["column"][()]].index("capped")
         assert list(file["energy"]) == ENERGIES
-        assert list(file["heat_above"]) == [520.0, 560.0]
+        assert list(file["temperature"]) == [520.0, 560.0]
         names = [file["reaction_rate"].dims[k][0].name for k in range(4)]
-        assert names == ["/nominal_pressure", "/column", "/energy", "/speed"]
-        assert list(file["reaction_rate"][0, place, 1]) == list(rate.mean)
-        assert list(file["heat_share_above"][0, place, 1]) == list(hot.mean)
+        assert names == ["/column", "/nominal_pressure", "/energy", "/speed"]
+        assert list(file["reaction_rate"][place, 0, 1]) == list(rate.mean)
+        assert list(file["heat_share_above"][place, 0, 1]) == list(hot.mean)
         assert file["reaction_rate"].attrs["units"] == "1/s"
 
 
@@ -140,10 +138,7 @@ def test_tables_have_a_row_for_each_point_at_each_energy(asked):
     expected += ["heat_share_above, 520 K", "heat_share_above, 560 K"]
     assert heads == [(name, load) for name in expected for load in ("50", "100")]
     (_, first), (_, second) = asked.results
-    warm = [
-        next(o.estimate for o in run.reactions() if o.key[:2] == ("activation_temperature", 1.0))
-        for run in (first, second)
-    ]
+    warm = [run.reactions()["activation_temperature"].sel(energy=1.0) for run in (first, second)]
     assert [row[-1].value for row in table.rows[4:6]] == [
         estimate.mean[1] for estimate in warm
     ]  # the highest speed

@@ -4,6 +4,7 @@ import shutil
 import threading
 from dataclasses import replace
 
+import h5py
 import numpy as np
 import pytest
 from study_cases import LOADS, VARY, description_of
@@ -130,11 +131,12 @@ def test_speeds_may_be_varied_one_by_one(small, tmp_path):
         (1.0, 1.0),
         (35.0, 35.0),
     }
-    assert study.common_speeds() is None
     assert (
         list(study.trends()) == []
     )  # the contacts are one, but the theory of trends needs the same speeds
-    study.save(tmp_path / "s.h5")
+    with h5py.File(study.save(tmp_path / "s.h5")) as file:
+        assert "speed" not in file
+        assert file["flash_temperature"].shape == (len(file["column"]), 2)
 
 
 def test_a_process_waits_while_another_one_plans_the_points(small, tmp_path):
