@@ -8,6 +8,7 @@ depend on the speed has the one speed NaN, which files leave out.
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -173,9 +174,8 @@ class Estimate:
 
     def labels(self, place: Sequence[int]) -> dict[str, Any]:
         """Return the labels of an entry by axis; None in place of NaN."""
-        found = {dim: self.coords[dim][k] for dim, k in zip(self.dims, place, strict=True)}
-        plain = {dim: x.item() if hasattr(x, "item") else x for dim, x in found.items()}
-        return {dim: None if repr(x) == "nan" else x for dim, x in plain.items()}
+        at = zip(self.dims, place, strict=True)
+        return {dim: _plain(self.coords[dim][k].item()) for dim, k in at}
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Yield each defined entry with its labels, its value and total error in SI, and its marks."""
@@ -308,8 +308,13 @@ def concat(pieces: Mapping[Any, Estimate], coords: Mapping[str, Labels]) -> Esti
 
 def _places(labels: Labels, wanted: Iterable[Any]) -> list[int]:
     """Return the places of some labels of an axis; NaN is a label. KeyError if one is not there."""
-    places = {repr(label): k for k, label in enumerate(labels.tolist())}
-    return [places[repr(x.item() if hasattr(x, "item") else x)] for x in wanted]
+    places = {_plain(x): k for k, x in enumerate(labels.tolist())}
+    return [places[_plain(x)] for x in wanted]
+
+
+def _plain(label: Any) -> Any:
+    """Return a label, and None in place of NaN."""
+    return None if isinstance(label, float) and isnan(label) else label
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -40,7 +40,7 @@ from roughsim.show.markup import in_notebook
 from roughsim.show.table import Cell, Column, Number, Table, json_value, with_unit
 from roughsim.show.table import Row as Cells
 from roughsim.show.text import marked
-from roughsim.table import Results, marks_in_words
+from roughsim.table import Estimate, Results, marks_in_words
 
 # what each ratio tests
 TESTS = {
@@ -56,21 +56,18 @@ _SAME_MODES = "The ratio to theory is over the modes of the cell, up to q_c."
 class Comparison:
     """A run beside the theory. Temperatures have the heat share used; ratios do not depend on it.
 
-    `columns` are those of the run, as functions of an observable. Printed, it is `summary()`.
+    `columns` are those of the run, as functions of an observable; `flash` is T_flash in all of them. Printed, it is
+    `summary()`.
     """
 
     run: Run
     columns: Mapping[str, ColumnOf]
+    flash: Estimate
 
     @cached_property  # .4 s; a summary does without
     def results(self) -> Results:
         """Every observable over the columns, the speed, and the energy, temperature or direction of some."""
         return results_of(self.run, functions=self.columns)
-
-    @cached_property
-    def flash(self) -> Results:
-        """T_flash alone."""
-        return results_of(self.run, (FLASH,), functions=self.columns)
 
     @cached_property
     def rows(self) -> tuple[Row, ...]:
@@ -126,8 +123,7 @@ class Comparison:
 
         `name` and `other` are columns, as "calibrated".
         """
-        flash = self.flash[FLASH]
-        values, references = (flash.sel(column=column).mean for column in (name, other))
+        values, references = (self.flash.sel(column=column).mean for column in (name, other))
         with np.errstate(all="ignore"):  # 0/0 at rest
             apart = np.where(references == 0.0, 0.0, np.abs(values / references - 1.0))
         k = int(np.argmax(np.nan_to_num(apart, nan=np.inf)))
@@ -158,7 +154,9 @@ class Comparison:
         """Return the table that `compare` prints: T_flash, or all of a pressed map, with its directions of sliding."""
         if not self.run.drawn:
             return self.table()
-        return summary_table(self, list(rows_of(self.flash)))  # others take ten times as long
+        return summary_table(
+            self, list(rows_of({FLASH: self.flash}))
+        )  # others take ten times as long
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
@@ -218,7 +216,8 @@ def compare(run: Run | str | Path) -> Comparison:
         raise ValueError(
             f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on"
         )
-    return Comparison(run, columns_of(run))
+    columns = columns_of(run)
+    return Comparison(run, columns, results_of(run, (FLASH,), functions=columns)[FLASH])
 
 
 def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from roughsim.estimate.levels import FLASH
 from roughsim.results.columns import is_ratio, is_theory
-from roughsim.table import AT_CUT_OFF, IDENTITY, Estimate, Results
+from roughsim.table import AT_CUT_OFF, IDENTITY, Estimate
 
 NOTICED = 0.02  # relative difference of two theories that a note names
 
@@ -101,7 +101,7 @@ class Row:
         return {**shown, **self.about}
 
 
-def rows_of(results: Results) -> Iterator[Row]:
+def rows_of(results: Mapping[str, Estimate]) -> Iterator[Row]:
     """Yield the rows of results: each observable at each energy, temperature or direction, and speed."""
     for name, estimate in results.items():
         others = [dim for dim in estimate.dims if dim != "column"]

@@ -16,7 +16,7 @@ from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
 from roughsim.observables.record import Observable
 from roughsim.results.columns import columns_of
 from roughsim.results.row import deviation
-from roughsim.table import Estimate, Results, concat
+from roughsim.table import Estimate, concat
 
 HEADINGS = {
     "observable",
@@ -262,10 +262,7 @@ def with_theories(table, **theories):
         for name, x in theories.items()
     }
     pieces = {(k,): one for k, one in enumerate(values.values())}
-    flash = concat(pieces, {"column": np.array([*values])})
-    other = copy(table)
-    vars(other)["flash"] = Results({"flash_temperature": flash})
-    return other
+    return replace(table, flash=concat(pieces, {"column": np.array([*values])}))
 
 
 def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_cause(table):

@@ -63,12 +63,13 @@ def test_the_row_is_the_flash_temperature_and_an_exact_warming(runs):
     for k, (row, part) in enumerate(zip(rows, flash, strict=True)):
         added = 0.8 * warm[k]
         for name in ("theory", "theory_at_cut_off", "theory_same_modes", "calibrated"):
-            expected = pytest.approx(getattr(part, name) + added, rel=1e-12, nan_ok=True)
-            assert getattr(row, name) == expected
+            expected = pytest.approx(part.theories[name] + added, rel=1e-12, nan_ok=True)
+            assert row.theories[name] == expected
         for name, cell in row.columns.items():
-            mine, his = cell._asdict(), part.columns[name]._asdict()
-            assert mine.pop("mean") == pytest.approx(his.pop("mean") + added, rel=1e-12)
-            assert mine == his  # T₀ has no error
+            flash = part.columns[name]
+            assert cell.mean == pytest.approx(flash.mean + added, rel=1e-12)
+            assert cell.budget == flash.budget  # T₀ has no error
+            assert (cell.standard_error, cell.bias) == (flash.standard_error, flash.bias)
         assert (row.unit, row.note) == ("K", part.note)
     told = theory_dict(scene)
     expected = np.array(told["flash_temperature"]) + 0.8 * warm

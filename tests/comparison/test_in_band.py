@@ -62,7 +62,7 @@ def test_the_slope_of_one_realization_has_an_unknown_error(full, full_scene, tmp
     class OfOneRealization(type(rs.compare(full))):
         slopes = (stress_slope(one),)
 
-    alone = OfOneRealization(full, rs.compare(full).theories)
+    alone = OfOneRealization(full, {}, rs.compare(full).flash)
     assert "± unknown (statistical" in comparison_table(alone).notes[0]
     assert alone.to_dict()["stress_slopes"][0]["error"] is None  # JSON has no infinity
 

@@ -97,8 +97,9 @@ def theory_of_curve(path):
     return float(value)
 
 
-def in_file(path):
-    with h5py.File(path) as file:
+def in_file(path, group):
+    with h5py.File(path) as whole:
+        file = whole[group]
         columns = [text.decode() for text in file["column"]]
         return float(np.ravel(file["flash_temperature"][...])[columns.index("theory")])
 
@@ -166,7 +167,7 @@ def outputs(run, study, folder):
     speeds, values = theory_curves(run)["flash_temperature"]
     yield "explore", float(np.interp(SPEED, speeds, values))
     printed("export", run.folder, "-o", folder / "run.h5")
-    yield "HDF5", in_file(folder / "run.h5")
+    yield "HDF5", in_file(folder / "run.h5", "results")
     (row,) = [r for r in study.rows("flash_temperature") if r["column"] == "theory"]
     yield "tidy table of a study", row["value"]
     titles = [column.title for column in study_table(study).columns]
@@ -185,7 +186,7 @@ def outputs(run, study, folder):
         if (r["observable"], r["column"]) == ("flash_temperature", "theory")
     ]
     yield "JSON of a study", told[0]
-    yield "HDF5 of a study", in_file(study.save(folder / "study.h5"))
+    yield "HDF5 of a study", in_file(study.save(folder / "study.h5"), "/")
 
 
 @pytest.mark.usefixtures("no_pictures", "drawn")

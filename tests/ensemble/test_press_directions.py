@@ -213,11 +213,12 @@ def test_table_json_and_report_have_directions_and_twin_and_compute_nothing(
     assert "texture" in page
     assert solved == []
     with h5py.File(export_run(run, tmp_path / "numbers.h5")) as file:
-        np.testing.assert_allclose(file["map_over_gaussian_twin"], run.over_twin)
-        np.testing.assert_allclose(file["flash_temperature_along"], run.in_direction("along").mean)
-        np.testing.assert_allclose(
-            file["flash_temperature_along_total_error"], run.in_direction("along").total_error
-        )
+        results = file["results"]
+        np.testing.assert_allclose(results["map_over_gaussian_twin"], [run.over_twin])
+        name, along = "flash_temperature_by_direction", run.in_direction("along")
+        place = (0, [text.decode() for text in results["direction"]].index("along"))
+        np.testing.assert_allclose(results[name][place], along.mean)
+        np.testing.assert_allclose(results[f"{name}_total_error"][place], along.total_error)
 
 
 def test_flattened_tops_lie_far_below_their_gaussian_twin_and_a_gaussian_map_near_it(run, tmp_path):

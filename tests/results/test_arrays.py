@@ -76,10 +76,10 @@ def test_the_file_opens_in_xarray_with_the_numbers_of_the_run(kept_run, file, en
             np.testing.assert_array_equal(stored[name], flat[name])
             assert stored[name].dims == flat[name].dims
     with xarray.open_datatree(file, engine=engine) as tree:
-        capped = tree.flash_temperature.sel(column="capped")
+        capped = tree["results"].flash_temperature.sel(column="capped")
         np.testing.assert_array_equal(capped, kept_run.estimate("flash_temperature").mean)
         for name, unit in BOTH.items():
-            assert tree[name].attrs["units"] == unit
+            assert tree[f"results/{name}"].attrs["units"] == unit
 
 
 def test_levels_have_their_own_numbers_of_members_and_nan_beyond(whole):

@@ -36,7 +36,7 @@ def test_each_level_holds_every_number_of_every_member(kept_run, file):
                 )
         assert list(group["column"].asstr()) == ["smoothed", "capped", "capped"]
         np.testing.assert_array_equal(group["q_max"], [5e4, 5e4, 1e5])
-        np.testing.assert_array_equal(stored["speed"], [0.0, 0.1, 35.0])
+        np.testing.assert_array_equal(stored["results/speed"], [0.0, 0.1, 35.0])
         for name in ("heights", "pressure"):
             for index, field in kept_run.fields(name):
                 np.testing.assert_array_equal(group[f"{name}_L2"][index], field)
@@ -44,24 +44,32 @@ def test_each_level_holds_every_number_of_every_member(kept_run, file):
 
 def test_the_answers_are_those_that_the_comparison_prints(kept_run, file):
     rows = rs.compare(kept_run).rows
-    with h5py.File(file) as stored:
+    with h5py.File(file) as whole:
+        stored = whole["results"]
         columns = [text.decode() for text in stored["column"]]
-        assert columns == ["theory", "calibrated", "smoothed", "capped"]
+        parts = [text.decode() for text in stored["part"]]
+        ratios = ["smoothed_over_theory", "capped_over_smoothed"]
+        theories = ["theory", "theory_same_modes", "theory_at_cut_off", "calibrated"]
+        assert columns == [*theories, "smoothed", "capped", *ratios]
         for row in rows:
             place = () if row.speed is None else (kept_run.scene.speeds.index(row.speed),)
             values = stored[row.observable][(slice(None), *place)]
             errors = stored[f"{row.observable}_total_error"][(slice(None), *place)]
-            cells = [row.columns[name] for name in columns[2:]]
-            shown = [row.theory, row.calibrated, *(cell.mean for cell in cells)]
+            cells = {**row.columns, **row.ratios}
+            shown = [*row.theories.values(), *(cell.mean for cell in cells.values())]
             np.testing.assert_allclose(values, shown, rtol=1e-12)
-            np.testing.assert_allclose(errors[2:], [cell.total_error for cell in cells], rtol=1e-12)
+            totals = [cell.total_error for cell in cells.values()]
+            np.testing.assert_allclose(errors[4:], totals, rtol=1e-12)
             assert np.isnan(errors[0])
-            description = stored[f"{row.observable}_total_error"].attrs["description"]
-            assert all(part in description for cell in cells for part in cell.unknown)
-            unknown = stored[f"{row.observable}_unknown"].asstr()[(slice(None), *place)]
-            assert unknown.tolist()[2:] == [", ".join(cell.unknown) for cell in cells]
+            budget = stored[f"{row.observable}_part"][(slice(None), slice(None), *place)]
+            for name, cell in cells.items():
+                lacking = np.isnan(budget[:, columns.index(name)])
+                if cell.mean != 0.0 and np.isfinite(cell.mean):
+                    assert [part for part, lacks in zip(parts, lacking, strict=True) if lacks] == [
+                        part for part in parts if part in cell.unknown
+                    ]
             notes = stored[f"{row.observable}_note"].asstr()[(slice(None), *place)]
-            assert row.note in notes.tolist()[2:]
+            assert row.note in notes.tolist()[4:6]
 
 
 def test_the_temperature_map_is_that_of_the_plot_at_the_highest_speed(kept_run, file):
@@ -90,7 +98,11 @@ def test_the_file_says_in_words_what_is_in_it(kept_run, file):
     with h5py.File(file) as stored:
         words = stored.attrs["README"]
         groups = [name for name in stored if isinstance(stored[name], h5py.Group)]
-        for name in (*groups, *(text.decode() for text in stored["column"]), "heat_share_used"):
+        for name in (
+            *groups,
+            *(text.decode() for text in stored["results/column"]),
+            "heat_share_used",
+        ):
             assert name in words
         assert "small capped: 3 realizations" in words
         assert (stored.attrs["realizations"], stored.attrs["failed"]) == (3, 0)
@@ -140,6 +152,8 @@ def test_viewers_draw_the_flash_temperature_with_its_error_beside_both_theories_
         assert [signal, *place.attrs["auxiliary_signals"]] == [
             "capped",
             "theory",
+            "theory_same_modes",
+            "theory_at_cut_off",
             "calibrated",
             "smoothed",
         ]
@@ -198,7 +212,7 @@ def test_fewer_bits_shrink_the_file(kept_run, file, tmp_path):
             assert less[name].attrs["_QuantizeBitRoundNumberOfSignificantBits"] == 6
             sizes.append((whole[name].id.get_storage_size(), less[name].id.get_storage_size()))
         for name in (
-            "flash_temperature",
+            "results/flash_temperature",
             "members/stress_spectrum_L2",
             "members/wavenumber_L2",
         ):  # numbers keep all digits

@@ -228,7 +228,8 @@ def calibrated_outputs(run, folder):
     yield "share in the table", table.rows[2][place].value * all_heat
     share = next(r for r in comparison.rows if (r.observable, r.speed) == ("heat_partition", 1.0))
     yield "row of the share", share.calibrated * all_heat
-    with h5py.File(rs.results.export.export_run(run, folder / "run.h5")) as file:
+    with h5py.File(rs.results.export.export_run(run, folder / "run.h5")) as whole:
+        file = whole["results"]
         place = [text.decode() for text in file["column"]].index("calibrated")
         yield "HDF5", file["flash_temperature"][place, 2]
         yield "share in HDF5", file["heat_share_used"][place, 2] * all_heat
@@ -294,7 +295,8 @@ def outputs(run, column, folder):
     frame = comparison.to_dataframe().loc["flash_temperature"]
     yield "data frame", float(frame[frame.speed == 1.0][column].iloc[0])
     yield "explore", float(np.interp(1.0, *measured_curves(run, column)["flash_temperature"][:2]))
-    with h5py.File(rs.results.export.export_run(run, folder / "run.h5")) as file:
+    with h5py.File(rs.results.export.export_run(run, folder / "run.h5")) as whole:
+        file = whole["results"]
         place = [text.decode() for text in file["column"]].index(column)
         yield "HDF5", file["flash_temperature"][place, 2]
         level = COLUMNS.index(column)

@@ -12,6 +12,7 @@ from study_cases import LOADS
 import roughsim as rs
 from roughsim.results.run import Run
 from roughsim.studies.tables import study_table, target_note
+from roughsim.table import AT_CUT_OFF, IDENTITY
 
 HEAVY = LOADS[-1]  # the load whose bandwidth is unknown
 
@@ -31,7 +32,9 @@ def with_unknown_bandwidth(done, monkeypatch):
                 }
             if run.scene.sliding.nominal_pressure in loads:
                 budget["bandwidth"] = np.full_like(found.mean, np.nan)
-            return replace(found, budget=budget)
+            cut = np.where(np.isnan(budget["bandwidth"]), AT_CUT_OFF, "")
+            note = np.where(found.note == IDENTITY, IDENTITY, cut).astype(object)
+            return replace(found, budget=budget, note=note)
 
         monkeypatch.setattr(Run, "estimate", changed)
         return rs.open_study(done.folder)
@@ -169,17 +172,16 @@ def test_files_of_a_study_have_the_marks(mixed, tmp_path):
 
     with h5py.File(mixed.save(tmp_path / "t.h5")) as file:
         column = [name.decode() for name in file["column"]].index("capped")
-        assert file["flash_temperature_unknown"].asstr()[2, 1, column, -1] == "bandwidth"
-        assert file["flash_temperature_note"].asstr()[2, 1, column, -1] == "at q_c"
-        assert file["flash_temperature_unknown"].asstr()[0, 0, column, -1] == ""
-        words = (
-            "total error of the mean, 95 %; a lower bound if parts of it are unknown (bandwidth)"
-        )
+        part = [name.decode() for name in file["part"]].index("bandwidth")
+        assert np.isnan(file["flash_temperature_part"][part, column, 2, 1, -1])
+        assert file["flash_temperature_note"].asstr()[column, 2, 1, -1] == "at q_c"
+        assert np.isfinite(file["flash_temperature_part"][part, column, 0, 0, -1])
+        words = "total error of the mean, 95 %: root of the squares of its known parts"
         assert file["flash_temperature_total_error"].attrs["description"] == words
         beside = file["flash_temperature"].attrs["ancillary_variables"].split()
-        assert beside == [
-            f"flash_temperature_{part}" for part in ("total_error", "unknown", "note")
-        ]
+        assert all(
+            f"flash_temperature_{part}" in beside for part in ("total_error", "part", "note")
+        )
 
 
 def test_arrays_and_data_frames_of_a_study_have_the_marks(mixed, tmp_path):
@@ -193,7 +195,8 @@ def test_arrays_and_data_frames_of_a_study_have_the_marks(mixed, tmp_path):
     }
     with xarray.open_dataset(mixed.save(tmp_path / "s.nc"), engine="h5netcdf") as stored:
         for data in (stored, mixed.to_xarray()):
-            assert data.flash_temperature_unknown.sel(place).item() == "bandwidth"
+            parts = data.flash_temperature_part.sel(place)
+            assert parts.part[np.isnan(parts)].values.tolist() == ["bandwidth"]
             assert data.flash_temperature_note.sel(place).item() == "at q_c"
     frame = mixed.to_dataframe()
     assert isinstance(frame, pandas.DataFrame)

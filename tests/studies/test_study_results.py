@@ -52,12 +52,12 @@ def test_files_of_a_study_hold_the_same_numbers(done, tmp_path):
 
     with h5py.File(done.save(tmp_path / "t.h5")) as file:
         assert list(file["nominal_pressure"]) == LOADS
-        assert file["flash_temperature"].shape == (3, 2, file["column"].size, file["speed"].size)
+        assert file["flash_temperature"].shape == (file["column"].size, 3, 2, file["speed"].size)
         names = [file["flash_temperature"].dims[k][0].name for k in range(4)]
-        assert names == ["/nominal_pressure", "/friction_coefficient", "/column", "/speed"]
+        assert names == ["/column", "/nominal_pressure", "/friction_coefficient", "/speed"]
         columns = [name.decode() for name in file["column"][()]]
-        value = file["flash_temperature"][2, 1, columns.index("capped"), -1]
-        error = file["flash_temperature_total_error"][2, 1, columns.index("capped"), -1]
+        value = file["flash_temperature"][columns.index("capped"), 2, 1, -1]
+        error = file["flash_temperature_total_error"][columns.index("capped"), 2, 1, -1]
     e = done.results[-1][1].estimate("flash_temperature")
     assert (value, error) == (e.mean[-1], e.total_error[-1])
     with pytest.raises(ValueError, match="must end in .csv"):
