@@ -300,7 +300,7 @@ def outputs(run, column, folder):
         place = [text.decode() for text in file["column"]].index(column)
         yield "HDF5", file["flash_temperature"][place, 2]
         level = COLUMNS.index(column)
-        yield "level in HDF5", file["members/flash_temperature"][level, :, 2].mean()
+        yield "level in HDF5", whole["members/flash_temperature"][level, :, 2].mean()
         moving = moments(run, level)[0].mean(axis=0)[2]
         yield "share in HDF5", file["heat_share_used"][place, 2] * moving
     data = run.to_xarray()
