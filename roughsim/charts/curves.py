@@ -1,8 +1,9 @@
 """Curves of scenes and runs beside one another: C(q), g_σ(r), and observables over the speed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
@@ -28,12 +29,14 @@ from roughsim.charts.style import (
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.theories import OVER_SPEED as DENSE
-from roughsim.results.row import Row
+from roughsim.results.columns import AT_CUT_OFF as AT_Q_C
+from roughsim.results.columns import is_simulated
+from roughsim.results.row import NOTICED
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.show.table import shown
 from roughsim.show.text import plain
-from roughsim.table import AT_CUT_OFF
+from roughsim.table import AT_CUT_OFF, Estimate
 
 PSD, CORRELATION = "psd", "correlation"
 ALL = (PSD, CORRELATION, "flash_temperature", "flash_width", "slope_length")
@@ -53,16 +56,23 @@ _LETTERS = 46  # of a line of text in a panel
 
 
 class Entry(NamedTuple):
-    """A scene with a label, and its run with the rows of its comparison if there is one."""
+    """A scene with a label, and its run with results of it if there is one."""
 
     label: str
     scene: Scene
     run: Run | None = None
-    rows: Sequence[Row] = ()
+    results: Mapping[str, Estimate] = MappingProxyType({})
 
-    def rows_of(self, observable: str) -> list[Row]:
-        """Return the rows of an observable above rest."""
-        return [row for row in self.rows if row.observable == observable and row.speed]
+    def columns(self) -> list[str]:
+        """Return the simulated columns of the results."""
+        first = next(iter(self.results.values()), None)
+        columns = [] if first is None else first.coords["column"].tolist()
+        return [column for column in columns if is_simulated(column)]
+
+    def in_motion(self, observable: str, column: str) -> Estimate:
+        """Return an observable of a column at the speeds above rest."""
+        found = self.results[observable].sel(column=column)
+        return found.sel(speed=[speed for speed in found.coords["speed"] if speed > 0.0])
 
 
 def curves_chart(
@@ -75,22 +85,25 @@ def curves_chart(
     """Draw each quantity in a panel: PSD, CORRELATION, or an observable over the speed, of all entries.
 
     One entry has a colour for each source: theories and columns. Several have a colour each, and sources differ by
-    lines and markers. ValueError if a quantity has no curve for these entries.
+    lines and markers; words beside the legend of a single run name its bands and the share of the heat. ValueError if a
+    quantity has no curve for these entries; one run at rest has panels without axes.
     """
+    several, one_run = len(quantities) > 1, len(entries) == 1 and entries[0].run is not None
+    at_rest = any(_speeds(entry.scene).size == 0 for entry in entries)
     for quantity in quantities:
-        if quantity not in (PSD, CORRELATION) and any(
-            _speeds(entry.scene).size == 0 for entry in entries
-        ):
+        if quantity not in (PSD, CORRELATION) and at_rest and not (several and one_run):
             raise ValueError(
                 f"{quantity} is over the speed, and no speed is above 0 m/s; add one to sliding.speed"
             )
-    several = len(quantities) > 1
     with new_figure(
         path, _MANY if several else _ONE, plain(title).replace("$", r"\$"), look
     ) as figure:
         panels: list[Axes] = list(figure.subplots(2, 3).ravel()) if several else [figure.subplots()]
         colours = _colours(entries)
         for axes, quantity in zip(panels, quantities, strict=False):
+            if at_rest and quantity not in (PSD, CORRELATION):
+                axes.set_axis_off()
+                continue
             for entry, colour in zip(entries, colours, strict=True):
                 _draw(axes, entry, quantity, colour)
             _name_axes(axes, entries, quantity)
@@ -98,6 +111,8 @@ def curves_chart(
         if several:
             panels[-1].set_axis_off()
             panels[-1].legend(handles=handles, loc="upper left", borderaxespad=0)
+            if one_run:
+                _write_about_run(panels[-1], entries[0])
         else:
             panels[0].legend(handles=handles, loc="best")
 
@@ -165,20 +180,28 @@ def _draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: Any) -> 
     speed, sources = theories(entry.scene, observable)
     for source, values in sources.items():
         _line(axes, speed, values * factor, entry, source, colour)
-    rows = entry.rows_of(observable)
-    speed = np.array([row.speed for row in rows])
-    for column in rows[0].columns if rows else ():
-        cells = [row.columns[column] for row in rows]
-        mean = np.array([cell.mean for cell in cells]) * factor
-        if np.isnan(mean).all():  # a slide lacks some observables
+    if observable not in entry.results:
+        return
+    if colour is None and _is_cut(entry, observable):
+        cut = entry.in_motion(observable, AT_Q_C)
+        axes.plot(cut.coords["speed"], cut.mean * factor, color=THEORY, lw=1.2, ls="--", gid=AT_Q_C)
+    for column in entry.columns():
+        found = entry.in_motion(observable, column)
+        if np.isnan(found.mean).all():  # a slide lacks some observables
             continue
-        error = np.array([cell.total_error for cell in cells]) * abs(factor)
+        speed, mean, error = found.coords["speed"], found.mean * factor, found.total_error
         of_column = COLOURS[column] if colour is None else colour
-        band(axes, speed, mean, error, of_column, f"{entry.label}: {column}")
+        band(axes, speed, mean, error * abs(factor), of_column, f"{entry.label}: {column}")
         face = "white" if colour is not None and column == "smoothed" else of_column
         axes.plot(
             speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=of_column, mfc=face, gid=MARKS
         )
+
+
+def _is_cut(entry: Entry, observable: str) -> bool:
+    """Return whether the theory up to q_c differs noticeably from the theory over the whole spectrum."""
+    cut, whole = (entry.in_motion(observable, column).mean for column in (AT_Q_C, "theory"))
+    return bool(np.any(np.abs(cut - whole) > NOTICED * np.abs(whole)))
 
 
 def theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
@@ -251,9 +274,11 @@ def _name_axes(axes: Axes, entries: Sequence[Entry], quantity: str) -> None:
 
 def _column_at_cut_off(entry: Entry, observable: str) -> str:
     """Return the column whose values of an observable are marked to be at q_c: the main one of a run; "" if none is."""
-    if entry.run is None or all(row.note != AT_CUT_OFF for row in entry.rows_of(observable)):
+    if entry.run is None or observable not in entry.results:
         return ""
-    return entry.run.numerics.columns[-1]
+    notes = [entry.in_motion(observable, column).note for column in entry.columns()]
+    marked = any((note == AT_CUT_OFF).any() for note in notes)
+    return entry.run.numerics.columns[-1] if marked else ""
 
 
 def _handles(
@@ -279,10 +304,11 @@ def _handles(
         handles.append(
             Line2D([], [], color=colour, lw=1.2, ls=DASHES, label="calibrated stress spectrum")
         )
-    columns = dict.fromkeys(
-        name for entry in entries if entry.rows for name in entry.rows[0].columns
-    )
-    for name in columns:
+    lines = [line.get_gid() for axes in panels for line in axes.lines]
+    if AT_Q_C in lines:
+        label = "theory up to $q_c$"
+        handles.append(Line2D([], [], color=THEORY, lw=1.2, ls="--", label=label))
+    for name in dict.fromkeys(column for entry in entries for column in entry.columns()):
         colour = COLOURS[name] if colours[0] is None else THEORY
         face = "white" if colours[0] is not None and name == "smoothed" else colour
         style: dict[str, Any] = {
@@ -294,3 +320,22 @@ def _handles(
         }
         handles.append(Line2D([], [], label=f"{name}, ± total error, 95 %", **style))
     return handles
+
+
+def _write_about_run(axes: Axes, entry: Entry) -> None:
+    """Write lines on a run, its bands and the share of its heat below the legend."""
+    run = entry.run
+    assert run is not None
+    drawn = [entry.in_motion(name, column) for name in ALL[2:] for column in entry.columns()]
+    unknown = dict.fromkeys(part for one in drawn for part in one.unknown)
+    unknown.pop("bandwidth", None)  # in the titles as "at q_c"
+    lines = [
+        plain(run.scene.title),
+        run.extent,
+        "bands: total error, 95 %; of the stress correlation: statistical, 95 %",
+        f"at least, as these parts of the error are unknown: {', '.join(unknown)}" * bool(unknown),
+        f"heat share in the body: {run.share_text()}",
+    ]
+    text = "\n".join(fill(line, 50) for line in lines if line)
+    style: Any = {"va": "top", "fontsize": 8, "linespacing": 1.4, "parse_math": False}
+    axes.text(0, 0.6, text, transform=axes.transAxes, **style)

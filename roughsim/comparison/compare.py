@@ -185,10 +185,11 @@ class Comparison:
 
         `csv` is a file for the numbers drawn, .csv. ValueError for another ending of `path` or `csv`.
         """
-        from roughsim.charts.comparison import comparison_chart
+        from roughsim.charts.curves import Entry, curves_chart
         from roughsim.charts.style import Look, as_path
 
-        comparison_chart(self.run, self.rows, as_path(path), Look(csv=as_path(csv)))
+        entry = Entry("run", self.run.scene, self.run, self.results)
+        curves_chart(as_path(path), [entry], look=Look(csv=as_path(csv)))
 
 
 def compare(run: Run | str | Path) -> Comparison:

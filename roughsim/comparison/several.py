@@ -109,7 +109,7 @@ class Comparisons:
         from roughsim.charts.style import Look, as_path
 
         pairs = zip(self.labels, self.comparisons, strict=True)
-        entries = [Entry(label, one.run.scene, one.run, one.rows) for label, one in pairs]
+        entries = [Entry(label, one.run.scene, one.run, one.results) for label, one in pairs]
         curves_chart(as_path(path), entries, look=Look(csv=as_path(csv)))
 
 

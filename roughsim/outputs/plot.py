@@ -10,7 +10,6 @@ from roughsim.estimate.asked import ABOUT
 from roughsim.outputs.opened import Folder, opened
 from roughsim.results.columns import results_of
 from roughsim.results.reactions import asked_names, not_asked
-from roughsim.results.row import rows_of
 from roughsim.results.run import Run
 from roughsim.studies.study import Study
 
@@ -117,7 +116,7 @@ def _plot_curve(run: Run, quantity: str, path: str | Path | None, look: Look) ->
     check_ending(place)
     if quantity != PSD and quantity not in run.observables:
         raise not_asked(run, quantity)
-    rows = () if quantity == PSD else tuple(rows_of(results_of(run, [quantity])))
-    entry = Entry(run.folder.resolve().name, run.scene, run, rows)
+    results = results_of(run, [] if quantity == PSD else [quantity])
+    entry = Entry(run.folder.resolve().name, run.scene, run, results)
     curves_chart(place, [entry], [quantity], title=f"{run.scene.title}: {run.extent}", look=look)
     return place
