@@ -21,7 +21,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-COMMAND = ["-m", "roughsim.cli"]
+COMMAND = ["-m", "roughsim"]
 LIMIT = 1.3
 
 

@@ -32,7 +32,7 @@ def draw(folder: Path, lines: tuple[str, ...]) -> None:
     for line in lines:
         print(f"$ roughsim {line}", flush=True)
         subprocess.run(
-            [sys.executable, "-m", "roughsim.cli", *shlex.split(line)], cwd=folder, check=True
+            [sys.executable, "-m", "roughsim", *shlex.split(line)], cwd=folder, check=True
         )
 
 

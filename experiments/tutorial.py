@@ -61,12 +61,12 @@ def main() -> None:
     options = Command(__file__, __doc__, "theory and plan alone").parse()
     folder, texts = options.output, {}
     shutil.rmtree(folder / "runs", ignore_errors=True)
-    scene = printed(folder, ["-m", "roughsim.cli", "new", "demo"])
+    scene = printed(folder, ["-m", "roughsim", "new", "demo"])
     (folder / "my.toml").write_text(scene, encoding="utf-8")
     for name, line in COMMANDS.items():
         if options.toy and name in ("run", "compare", "plot"):
             line = "theory my.toml --chart theory.png"  # noqa: PLW2901
-        texts[name] = printed(folder, ["-m", "roughsim.cli", *shlex.split(line)])
+        texts[name] = printed(folder, ["-m", "roughsim", *shlex.split(line)])
         print(f"$ roughsim {line}\n{texts[name]}")
     if not options.toy:
         texts["python"] = printed(folder, ["-c", PYTHON])

@@ -119,7 +119,7 @@ def test_only_public_interfaces_of_python_and_other_packages_are_used(path):
 )
 def test_data_flows_one_way(path):
     stage = module_name(path).split(".")[1]
-    if stage == "scenes":
+    if stage in ("scenes", "__main__"):
         return
     for target in imported(path):
         parts = target.split(".")
@@ -135,7 +135,7 @@ def test_every_module_has_its_place():
         for path in SOURCES
         if module_name(path).startswith("roughsim.")
     }
-    assert stages - {"scenes"} == set(ORDER)
+    assert stages - {"scenes", "__main__"} == set(ORDER)
 
 
 def test_modules_stay_small():
@@ -149,7 +149,7 @@ def test_modules_stay_small():
 
 
 def test_rooms_stay_few():
-    assert len(ORDER) <= 29  # and the folder of scenes
+    assert len(ORDER) <= 30  # and the folder of scenes
 
 
 def test_no_imports_go_in_circles_not_even_for_annotations():

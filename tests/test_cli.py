@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 def call(*words, expect=0):
     """Run the command in a process of its own; return what it printed and complained."""
     done = subprocess.run(
-        [sys.executable, "-m", "roughsim.cli", *map(str, words)],
+        [sys.executable, "-m", "roughsim", *map(str, words)],
         capture_output=True,
         text=True,
         cwd=ROOT,

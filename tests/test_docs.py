@@ -54,7 +54,7 @@ WRITTEN = re.compile(r"<!-- \w+: written by docs/flow\.py -->.*?<!-- end -->", r
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 LARGE = re.compile(r"\bsteel-\d\.\dGPa(?![\w.])")
 NUMBER = re.compile(r"(?<![\w.])[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-COMMANDS = {"roughsim": f"{sys.executable} -m roughsim.cli", "python": sys.executable}
+COMMANDS = {"roughsim": f"{sys.executable} -m roughsim", "python": sys.executable}
 
 
 class Block(NamedTuple):

@@ -65,7 +65,7 @@ def test_what_breaks_altogether_is_told_in_one_line(tmp_path):
         'raise ImportError("libopenblas.so.0:\\ncannot open")'
     )
     places = os.pathsep.join([str(tmp_path), str(Path(rs.__file__).parents[1])])
-    words = [sys.executable, "-m", "roughsim.cli", "doctor", "--json"]
+    words = [sys.executable, "-m", "roughsim", "doctor", "--json"]
     ended = subprocess.run(
         words,
         env={**os.environ, "PYTHONPATH": places},

@@ -18,7 +18,7 @@ ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 
 def started(*words, environment=None, **streams):
     return subprocess.run(
-        [sys.executable, "-m", "roughsim.cli", *map(str, words)],
+        [sys.executable, "-m", "roughsim", *map(str, words)],
         env=os.environ | (environment or {}),
         cwd=ROOT,
         check=False,
@@ -70,7 +70,7 @@ def test_no_language_of_the_machine_ends_in_a_traceback(environment, tmp_path, c
 
 @pytest.mark.slow
 def test_a_reader_that_leaves_or_a_full_disk_is_no_traceback(capped_run):
-    words = f"{sys.executable} -m roughsim.cli status {capped_run.folder}"
+    words = f"{sys.executable} -m roughsim status {capped_run.folder}"
     environment = os.environ | {"PYTHONUNBUFFERED": ""}  # what buffers hold is written at the end
     for tail in ("| head -1", ">&-", "2>&-", "> /dev/full", "2> /dev/full"):
         shell = ["sh", "-c", f"{words} {tail}"]

@@ -224,7 +224,7 @@ def test_the_plan_of_one_core_has_one_worker():
         str(min(os.sched_getaffinity(0))),
         sys.executable,
         "-m",
-        "roughsim.cli",
+        "roughsim",
         "plan",
         "demo",
     ]

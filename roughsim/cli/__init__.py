@@ -8,8 +8,13 @@ from typer import Exit, Option, Typer
 import roughsim as rs
 from roughsim.cli.runs import compare, explore, export, plot, report, status
 from roughsim.cli.scenes import bench, demo, doctor, new, plan, press, run, study, theory
-from roughsim.show import text
-from roughsim.show.text import errors_in_one_line, print_in_any_language, say, show_warnings_once
+from roughsim.show.text import (
+    errors_in_one_line,
+    print_in_any_language,
+    say,
+    show_notes,
+    show_warnings_once,
+)
 
 # as help lists them
 _VERBS = (
@@ -62,7 +67,7 @@ for verb in _VERBS:
 def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
     show_warnings_once()
-    text.notes_are_shown = True
+    show_notes()
     print_in_any_language()
     with errors_in_one_line(" ".join(sys.argv[1:] if words is None else words)):
         code = app(words, standalone_mode=False)

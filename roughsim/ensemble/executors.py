@@ -21,7 +21,7 @@ from roughsim.machine import (
     usable_cores,
     workers_that_fit,
 )
-from roughsim.show import text
+from roughsim.show.text import note, notes_are_shown, show_notes
 
 # s of computing above which processes are started, if their number is not given: each takes 1.3 s of CPU time to
 # start, so two of them end earlier than one from 2.6 s on
@@ -94,7 +94,7 @@ class Workers:
                 f"{100 * SHARE:.0f} % of the {in_words(self._memory)}; the run has {count}"
             )
             if self._asked is None:
-                text.note(words)
+                note(words)
             else:
                 warnings.warn(words, RuntimeWarning, stacklevel=2)
         if count != self.count:
@@ -123,7 +123,7 @@ class Workers:
         ):  # a worker may be killed while it starts; a script without a guard fails again
             receiver, self._lifeline = context.Pipe(duplex=False)
             pool = self._pool = ProcessPoolExecutor(
-                self.count, context, _begin_worker, (receiver, text.notes_are_shown)
+                self.count, context, _begin_worker, (receiver, notes_are_shown())
             )
             # A script without a guard calls `run` again in each worker, which would wait for the claims of this
             # process. So no member is claimed before all workers have imported the script.
@@ -201,7 +201,8 @@ def _begin_worker(lifeline: Connection, notes: bool) -> None:
 
     Workers show notes if the parent does.
     """
-    text.notes_are_shown = notes
+    if notes:
+        show_notes()
     for name in ("SIGINT", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)

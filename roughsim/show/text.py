@@ -5,6 +5,7 @@ Titles, paths and messages of other libraries may contain commands to the termin
 
 import codecs
 import io
+import logging
 import os
 import sys
 import warnings
@@ -13,9 +14,6 @@ from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
 _LONGEST = 1200  # characters of an error; a path of thousands is cut in its middle
-notes_are_shown = (
-    False  # the command line asks for them; a program that calls roughsim need not expect them
-)
 _ASCII = {
     "±": "+/-", "×": "x", "µ": "u", "μ": "mu", "°": "deg", "²": "^2", "³": "^3", "⁴": "^4", "₀": "0", "₁": "1",
     "–": "-", "—": "-", "−": "-", "…": "...", "·": "*", "⟨": "<", "⟩": ">", "≤": "<=", "≥": ">=", "≈": "~", "≠": "!=",
@@ -72,9 +70,28 @@ def tell(text: str) -> None:
 
 
 def note(text: str) -> None:
-    """Write a line on slow work to the standard error, if `notes_are_shown`."""
-    if notes_are_shown:
-        tell(f"roughsim: {text}")
+    """Log a line on slow work, at level INFO of the logger "roughsim"; the command line shows it."""
+    logging.getLogger("roughsim").info(text)
+
+
+class _ToStandardError(logging.Handler):
+    """Writes what is logged to the standard error, as all lines of the command line."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write a line."""
+        tell(f"roughsim: {record.getMessage()}")
+
+
+def notes_are_shown() -> bool:
+    """Return whether `note` has an effect."""
+    return logging.getLogger("roughsim").isEnabledFor(logging.INFO)
+
+
+def show_notes() -> None:
+    """Show the lines of `note` from now on."""
+    logger = logging.getLogger("roughsim")
+    logger.setLevel(logging.INFO)
+    logger.handlers = [_ToStandardError()]
 
 
 def warn(text: object) -> None:

@@ -18,7 +18,7 @@ def test_the_first_run_on_a_machine_prints_one_line_on_compilation_and_later_run
         words = [
             sys.executable,
             "-m",
-            "roughsim.cli",
+            "roughsim",
             "run",
             "demo",
             "-o",

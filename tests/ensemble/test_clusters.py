@@ -172,7 +172,7 @@ def test_a_full_or_closed_terminal_stops_no_run(scene_file, tmp_path, reader):
     words = [
         sys.executable,
         "-m",
-        "roughsim.cli",
+        "roughsim",
         "run",
         scene_file,
         "-o",

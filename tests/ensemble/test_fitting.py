@@ -18,7 +18,6 @@ from roughsim.estimate.rounds import first_counts, work
 from roughsim.machine import Limit
 from roughsim.planning import reasons
 from roughsim.scene.numerics import Level, Numerics
-from roughsim.show import text
 
 
 @pytest.fixture
@@ -61,19 +60,20 @@ def test_workers_that_were_asked_for_are_lowered_by_memory_with_a_warning(job):
     )
 
 
-def test_where_no_number_was_asked_for_a_line_says_how_many_there_are(job, monkeypatch, capsys):
+def test_a_log_names_the_number_of_workers(job, caplog):
     job(8, 25.3)
-    monkeypatch.setattr(text, "notes_are_shown", True)
+    caplog.set_level("INFO", "roughsim")
     with Workers(None) as workers:
         assert workers.count == 8
         workers.fit(4e9, "largest grid", 1)
         assert workers.count == 4
-        assert "the run has 4" in capsys.readouterr().err
+        assert "the run has 4" in caplog.text
+        caplog.clear()
         workers.fit(
             1e9, "largest grid", 4
         )  # the next points of a study may have room for more: here two of four threads
         assert workers.count == 2
-        assert capsys.readouterr().err == ""
+        assert caplog.text == ""
 
 
 def test_a_short_computation_starts_no_processes_unless_their_number_is_given(job):

@@ -297,7 +297,7 @@ def test_neither_the_environment_nor_a_file_at_home_opens_it_wider(capped_run, t
         command = [
             sys.executable,
             "-m",
-            "roughsim.cli",
+            "roughsim",
             "explore",
             str(capped_run.folder),
             "--no-browser",

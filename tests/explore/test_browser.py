@@ -30,7 +30,7 @@ def served(capped_run):
     command = [
         sys.executable,
         "-m",
-        "roughsim.cli",
+        "roughsim",
         "explore",
         str(capped_run.folder),
         "--no-browser",

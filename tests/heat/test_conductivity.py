@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from roughsim.charts.comparison import draw_over_speed
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.charts.comparison import draw_over_speed
 from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.explore import content as curves
 from roughsim.heat import effective_conductivity, effective_temperature

@@ -1,4 +1,4 @@
-"""``python -m roughsim.cli``."""
+"""``python -m roughsim``."""
 
 from roughsim.cli import main
 
