@@ -56,8 +56,20 @@ _SAME_MODES = "The ratio to theory is over the modes of the cell, up to q_c."
 class Comparison:
     """A run beside the theory. Temperatures have the heat share used; ratios do not depend on it.
 
-    `columns` are those of the run, as functions of an observable; `flash` is T_flash in all of them. Printed, it is
-    `summary()`.
+    Printed, it is `summary()`.
+
+    Attributes
+    ----------
+    run : Run
+        The run.
+    columns : mapping of str to callable
+        The columns of the run, as functions of an observable.
+    results : Results
+        Every observable over (column, …, speed), with its error in parts.
+    flash : Results
+        T_flash alone.
+    rows : tuple of Row
+        `results`, a row for each observable and speed.
     """
 
     run: Run

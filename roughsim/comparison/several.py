@@ -19,7 +19,15 @@ from roughsim.table import marks_in_words
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Comparisons:
-    """The comparisons of several runs; `labels` has a name for each."""
+    """The comparisons of several runs.
+
+    Attributes
+    ----------
+    labels : sequence of str
+        A name for each run.
+    comparisons : sequence of Comparison
+        The comparison of each run.
+    """
 
     labels: Sequence[str]
     comparisons: Sequence[Comparison]

@@ -53,7 +53,18 @@ planning = (
 
 
 def set_threads(count: int) -> None:
-    """Set the number of threads of all later transforms in this process; ValueError unless `count` is whole and ≥ 1."""
+    """Set the number of threads of all later transforms in this process.
+
+    Parameters
+    ----------
+    count : int
+        At least 1.
+
+    Raises
+    ------
+    ValueError
+        If `count` is no whole number, or below 1.
+    """
     global _threads  # noqa: PLW0603  (process-wide by contract)
     try:
         whole = 0 if isinstance(count, bool) else operator.index(count)

@@ -9,10 +9,26 @@ from roughsim.studies.study import Study
 
 
 def report(run: Folder, path: str | Path | None = None) -> Path:
-    """Write a run or a study as one HTML page to send, without scripts and requests, and return its path.
+    """Write a run or a study as one HTML page to send, without scripts and requests.
 
-    `run` is the record or its folder; damaged members of a run are left out and named. `path` ends in .html, ValueError
-    if not; left out: beside the folder, named after it. RecordError if the folder is no run and no study.
+    Parameters
+    ----------
+    run : Run, Study, str or Path
+        The run, the study, or its folder; damaged members of a run are left out and named.
+    path : str or Path, optional
+        Ends in .html. Default: beside the folder, named after it.
+
+    Returns
+    -------
+    Path
+        The path of the page.
+
+    Raises
+    ------
+    ValueError
+        For another ending.
+    RecordError
+        If the folder is no run and no study.
     """
     record = opened(run, "skip")
     if isinstance(record, Study):

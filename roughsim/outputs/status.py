@@ -34,7 +34,20 @@ class Status:
 def status(run: Folder) -> Status:
     """Return the state of a run or a study: errors, failures, time left. It may still be computed.
 
-    `run` is the record or its folder; damaged members are left out. RecordError if it is no run and no study.
+    Parameters
+    ----------
+    run : Run, Study, str or Path
+        The run, the study, or its folder; damaged members are left out.
+
+    Returns
+    -------
+    Status
+        ``str()`` is the text of the command line, `to_dict()` the same as JSON values.
+
+    Raises
+    ------
+    RecordError
+        If the folder is no run and no study.
     """
     record = opened(run, "skip")
     if isinstance(record, Study):

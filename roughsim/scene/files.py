@@ -51,10 +51,26 @@ def scene_text(name: str) -> str:
 
 
 def new(name: str | None = None, path: str | os.PathLike[str] | None = None) -> str:
-    """Return the text of a bundled scene to start from, or of "blank", a form with every key; SceneError if unknown.
+    """Return the text of a bundled scene to start from.
 
-    Without a name: the names of all, a line each. With a `path`, the text is also written there, unless the file
-    exists: FileExistsError.
+    Parameters
+    ----------
+    name : str, optional
+        Of a bundled scene, or "blank", a form with every key. Default: the names of all, a line each, are returned.
+    path : path, optional
+        Of a new file to write the text to, too.
+
+    Returns
+    -------
+    str
+        The text of a scene file.
+
+    Raises
+    ------
+    SceneError
+        If there is no such scene.
+    FileExistsError
+        If the file exists.
     """
     if name is None:
         return "\n".join((*bundled_scenes(), BLANK))

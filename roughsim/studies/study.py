@@ -136,7 +136,19 @@ class Study(StudyResults):
 def open_study(folder: str | Path) -> Study:
     """Open the folder of a study for reading, also while processes compute it.
 
-    RecordError if it is none, or its study.json is damaged; also raised while reading results, if the folder of a point
-    holds another scene.
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of the study.
+
+    Returns
+    -------
+    Study
+        The study as it is now.
+
+    Raises
+    ------
+    RecordError
+        If it is no study, or its study.json is damaged; while reading results, if a point holds another scene.
     """
     return Study(folder)
