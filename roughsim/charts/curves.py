@@ -138,7 +138,7 @@ def _draw(axes: Axes, entry: Entry, quantity: str, colour: Any) -> None:
     elif quantity == CORRELATION:
         _draw_correlation(axes, entry, colour)
     else:
-        _draw_over_speed(axes, entry, quantity, colour)
+        draw_over_speed(axes, entry, quantity, colour)
 
 
 def _draw_correlation(axes: Axes, entry: Entry, colour: Any) -> None:
@@ -174,7 +174,7 @@ def _line(axes: Axes, x: Array, y: Array, entry: Entry, source: str, colour: Any
     line.set_gid(f"{entry.label}: {source}")  # names the curve in the file of the numbers
 
 
-def _draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: Any) -> None:
+def draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: Any = None) -> None:
     """Draw an observable by both theories and in each measured column over the speed."""
     factor = shown(OBSERVABLES[observable].unit)[1] * _sign(observable)
     speed, sources = theories(entry.scene, observable)

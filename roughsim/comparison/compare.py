@@ -66,8 +66,8 @@ class Comparison:
         The columns of the run, as functions of an observable.
     results : Results
         Every observable over (column, …, speed), with its error in parts.
-    flash : Results
-        T_flash alone.
+    flash : Estimate
+        T_flash alone, over (column, speed).
     rows : tuple of Row
         `results`, a row for each observable and speed.
     """

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import roughsim as rs
-from roughsim.charts import comparison as chart
+from roughsim.charts import curves as chart
 from roughsim.cli import app
 from roughsim.comparison.tables import theory_dict
 from roughsim.explore.content import theory_curves
@@ -149,7 +149,8 @@ def outputs(run, study, folder):
         float(re.search(r'<li class="theory"><span class="value">([\d.]+)', page).group(1)),
     )
     axes = Figure().subplots()
-    chart.draw_over_speed(axes, run, comparison.rows, "flash_temperature")
+    entry = chart.Entry("run", run.scene, run, comparison.results)
+    chart.draw_over_speed(axes, entry, "flash_temperature")
     yield "chart", theory_line(axes)[SPEED]
     yield (
         "theory",

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from roughsim.charts.comparison import draw_over_speed
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import roughsim as rs
 from roughsim import prediction
+from roughsim.charts import curves as chart
 from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.explore import content as curves
 from roughsim.heat import effective_conductivity, effective_temperature
@@ -197,7 +197,8 @@ def test_a_table_goes_from_the_plan_to_the_comparison(quick, tmp_path):
     assert rs.open_run(tmp_path / "table").scene.identity() == scene.identity()
     comparison = rs.compare(run)
     axes = Figure().subplots()
-    draw_over_speed(axes, run, comparison.rows, "flash_temperature")
+    entry = chart.Entry("run", run.scene, run, comparison.results)
+    chart.draw_over_speed(axes, entry, "flash_temperature")
     speeds, curve = axes.lines[0].get_data()
     whole = [row for row in comparison.rows if row.observable == "flash_temperature"][-1]
     assert curve[-1] == pytest.approx(whole.theory, rel=1e-12)  # the share of the heat included

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.charts import comparison as chart
+from roughsim.charts import curves as chart
 from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import theory_dict
 from roughsim.estimate import cell_size
@@ -101,10 +101,11 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, no_pictures):
     assert f'class="value">{digits(Number(said[-1]))}<small> K' in report.answer(compared)
     assert f">{digits(Number(said[0]))}</td>" in html_table(table)
     axes = Figure().subplots()
-    chart.draw_over_speed(axes, compared.run, compared.rows, "flash_temperature")
+    entry = chart.Entry("run", compared.run.scene, compared.run, compared.results)
+    chart.draw_over_speed(axes, entry, "flash_temperature")
     speed, line = axes.get_lines()[0].get_data()
     np.testing.assert_allclose([line[list(speed).index(v)] for v in scene.speeds], said, rtol=1e-12)
-    bands = [line.half_width for line in axes.get_lines() if line.get_gid() == "measured"]
+    bands = [line.half_width for line in axes.get_lines() if hasattr(line, "half_width")]
     for column, half in zip(compared.run.numerics.columns, bands, strict=True):
         np.testing.assert_array_equal(
             half, compared.run.estimate("flash_temperature", column).total_error

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.charts import comparison as chart
+from roughsim.charts import curves as chart
 from roughsim.cli import app
 from roughsim.estimate import fields
 from roughsim.explore.content import load_fields, measured_curves
@@ -234,7 +234,8 @@ def calibrated_outputs(run, folder):
         yield "HDF5", file["flash_temperature"][place, 2]
         yield "share in HDF5", file["heat_share_used"][place, 2] * all_heat
     axes = Figure().subplots()
-    chart.draw_over_speed(axes, run, comparison.rows, "flash_temperature")
+    entry = chart.Entry("run", run.scene, run, comparison.results)
+    chart.draw_over_speed(axes, entry, "flash_temperature")
     x, line = axes.get_lines()[1].get_data()
     yield "chart", line[np.argmin(np.abs(x - 1.0))]
     if scene.sliding.duration is not None:
@@ -307,8 +308,9 @@ def outputs(run, column, folder):
     yield "xarray", float(data.flash_temperature.isel(level=level, speed=2).mean())
     yield "share in xarray", float(data.heat_partition.isel(level=level, speed=2)) * moving
     axes = Figure().subplots()
-    chart.draw_over_speed(axes, run, comparison.rows, "flash_temperature")
-    bands = [line for line in axes.get_lines() if line.get_gid() == "measured"]
+    entry = chart.Entry("run", run.scene, run, comparison.results)
+    chart.draw_over_speed(axes, entry, "flash_temperature")
+    bands = [line for line in axes.get_lines() if hasattr(line, "half_width")]
     x, mean = bands[level].get_data()
     yield "chart", mean[list(x).index(1.0)]
     again = rs.open_run(run.folder)
