@@ -114,7 +114,7 @@ class Estimate:
         """Root of the sum of squares of the known parts of `budget`; NaN without any, or for an undefined mean."""
         parts = self.budget.values()
         total = np.sqrt(sum((np.where(np.isnan(p), 0.0, p) ** 2 for p in parts), np.array(0.0)))
-        return np.where(np.isnan(self.mean) | ~self.stated, np.nan, total)
+        return np.where(np.isnan(self.mean) | ~self.stated, np.nan, total)[()]
 
     @property
     def half_width(self) -> Array:
@@ -168,8 +168,8 @@ class Estimate:
         """Return the estimate with all its arrays mapped to other axes."""
         arrays: dict[str, Any] = {}
         for name in (*_ARRAYS, "note"):
-            arrays[name] = np.asarray(function(getattr(self, name)))
-        budget = {name: np.asarray(function(part)) for name, part in self.budget.items()}
+            arrays[name] = function(getattr(self, name))
+        budget = {name: function(part) for name, part in self.budget.items()}
         return replace(self, **arrays, budget=budget, dims=tuple(coords), coords=coords)
 
     def labels(self, place: Sequence[int]) -> dict[str, Any]:
@@ -190,7 +190,7 @@ class Estimate:
                 "value": float(self.mean[place]),
                 "total_error": float(total[place]),
                 "unknown": ", ".join(self.unknown_at(*place)),
-                "note": str(self.note[place]),
+                "note": str(np.asarray(self.note)[place]),
             }
 
     def number(self, *place: int) -> Number:
