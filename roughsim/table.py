@@ -93,7 +93,11 @@ class Estimate:
         coords: Mapping[str, Labels],
         budget: Mapping[str, Array] | None = None,
     ) -> "Estimate":
-        """Return values without realizations, such as of a theory; without a `budget` no error is stated."""
+        """Return the values `mean` of an observable without realizations, such as of a theory.
+
+        `unit` is SI, `coords` has the labels along each axis by its name, and `budget` the parts of the error; without
+        it no error is stated.
+        """
         mean = np.asarray(mean, float)
         nothing, unmarked = np.full(mean.shape, np.nan), np.full(mean.shape, "", object)
         return cls(
@@ -122,7 +126,7 @@ class Estimate:
         return self.budget["statistical"]
 
     def unknown_at(self, *place: int) -> tuple[str, ...]:
-        """The unknown parts of `budget` at an entry; none if no error is stated, or the mean undefined or zero."""
+        """Return the unknown parts of `budget` at the entry of indices `place`; none if no error is stated, or the mean undefined or zero."""
         mean = self.mean[place]
         if not (np.isfinite(mean) and mean != 0.0 and self.stated[place]):
             return ()
@@ -135,7 +139,7 @@ class Estimate:
         return tuple(name for name in self.budget if name in found)
 
     def sel(self, **labels: Any) -> "Estimate":
-        """Return the entries at a label of an axis, which is dropped, or at several, which stay in their order.
+        """Return the entries at the `labels` of axes by name: a single one drops its axis, several keep their order.
 
         KeyError for a label that is not there. Axes that the estimate lacks are ignored.
         """
@@ -194,7 +198,7 @@ class Estimate:
             }
 
     def number(self, *place: int) -> Number:
-        """Return an entry as it is shown, with its total error."""
+        """Return the entry of indices `place` as it is shown, with its total error."""
         error = float(self.total_error[place])
         return Number(float(self.mean[place]), self.unit, error, self.unknown_at(*place))
 
