@@ -23,12 +23,11 @@ def correlation_of(pairs: list[Pair], distance: Array) -> tuple[Array, Array, Ar
         return np.where(distance <= sample.reach, values, 0.0) if sample.part else values
 
     lowest, *others = pairs
-    total = mean_of(
-        lowest.stream, at_mean_peak_volume(of_level(lowest.sample), lowest.sample.numbers)
-    )
+    of_peaks = at_mean_peak_volume(of_level(lowest.sample), lowest.sample.numbers)
+    total = mean_of(lowest.stream, of_peaks)
     top = max(pair.sample.q_max for pair in pairs)
     for pair in others:
         if pair.below is not None and (not pair.is_partner or pair.sample.q_max == top):
             rows = of_level(pair.sample) - of_level(pair.below)
-            total = total.plus(mean_of(pair.stream, rows))
+            total += mean_of(pair.stream, rows)
     return total.value, *spread_of(total)

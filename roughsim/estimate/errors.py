@@ -81,10 +81,10 @@ def quotient(
     kind of contact. Exact values share the cut-off of the column and have no errors: then the error by q_c is zero.
     """
     if isinstance(below, Values):
-        ratio, columns = above.scattered.over(below.scattered), [above, below]
+        ratio, columns = above.scattered / below.scattered, [above, below]
     else:
         with np.errstate(all="ignore"):
-            ratio = above.scattered.times(1.0 / np.broadcast_to(below, above.mean.shape))
+            ratio = above.scattered * (1.0 / np.broadcast_to(below, above.mean.shape))
         nothing = np.zeros_like(above.mean)
         columns = [
             above._replace(errors=above.errors | {"bandwidth": nothing, "last step": nothing})

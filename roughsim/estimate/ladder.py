@@ -58,31 +58,25 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
     rungs: list[Rung] = []
     for pair, (fine, coarse) in zip(pairs, rows, strict=True):
         if coarse is None or pair.below is None:
-            rungs.append(
-                Rung(
-                    pair.sample.q_max,
-                    mean_of(pair.stream, at_mean_peak_volume(fine, pair.sample.numbers)),
-                )
-            )
+            of_peaks = at_mean_peak_volume(fine, pair.sample.numbers)
+            rungs.append(Rung(pair.sample.q_max, mean_of(pair.stream, of_peaks)))
             continue
         upper, lower = mean_of(pair.stream, fine), mean_of(pair.stream, coarse)
         with np.errstate(invalid="ignore"):  # infinite at rest
-            ratio, difference = upper.over(lower), upper.plus(lower.times(-1.0))
-        low = next(
-            k for k, rung in enumerate(rungs) if abs(rung.q_max / pair.below.q_max - 1) <= SAME
-        )
+            ratio, difference = upper / lower, upper - lower
+        of_below = (abs(rung.q_max / pair.below.q_max - 1) <= SAME for rung in rungs)
+        low = list(of_below).index(True)
         rung = rungs[low]
         if pair.is_partner:
             with np.errstate(all="ignore"):
-                relative = difference.times(1.0 / rung.mean.value)
-            relative = ratio._replace(value=ratio.value - 1.0).where(with_ratio, relative)
-            finer = relative if rung.finer is None else rung.finer.plus(relative)
-            rungs[low] = rung._replace(
-                finer=finer, last=relative, refined=pair.sample.side / pair.below.side
-            )
+                relative = difference * (1.0 / rung.mean.value)
+            relative = (ratio - 1.0).where(with_ratio, relative)
+            finer = relative if rung.finer is None else rung.finer + relative
+            refined = pair.sample.side / pair.below.side
+            rungs[low] = rung._replace(finer=finer, last=relative, refined=refined)
         else:
             with np.errstate(invalid="ignore"):  # infinite at rest, or 0/0 where nothing yields
-                mean = rung.mean.by(ratio).where(with_ratio, rung.mean.plus(difference))
+                mean = (rung.mean * ratio).where(with_ratio, rung.mean + difference)
             rungs.append(Rung(pair.sample.q_max, mean))
     return rungs
 
@@ -99,16 +93,15 @@ def change_by_pixel(
     comes with `slow`, the rungs of T_flash of slow contact: at high speeds its change may first grow, or turn, so the
     largest at any of these speeds counts as error at each, and falls more slowly. All are of shape (speeds,) or (1,).
     """
-    shown, shape = (
-        next((rung for rung in reversed(rungs) if rung.finer is not None), None),
-        rungs[-1].mean.value.shape,
-    )
+    shape = rungs[-1].mean.value.shape
     nothing = Mean(np.zeros(shape), {})
+    shown = next((rung for rung in reversed(rungs) if rung.finer is not None), None)
     if shown is None or shown.finer is None or shown.last is None:
         return nothing, np.full(shape, np.nan)
     beyond = _TURNING if isnan(order) else 1.0 / (shown.refined**order - 1.0)
-    unseen, carried = shown.last.times(beyond), (shown.q_max / max(end, shown.q_max)) ** fall
-    change = shown.finer if isnan(order) else shown.finer.plus(unseen)
+    unseen = shown.last * beyond
+    carried = (shown.q_max / max(end, shown.q_max)) ** fall
+    change = shown.finer if isnan(order) else shown.finer + unseen
     known = np.isfinite(change.value)  # 0/0 without yielding, or at rest
     change = change.where(known, nothing)
     if carried > 1.0 - SAME:
@@ -117,8 +110,6 @@ def change_by_pixel(
         moved = np.abs(change.value) * carried
     else:
         of_slow, _ = change_by_pixel(slow, order, fall)
-        moved = np.full(
-            shape,
-            max(np.abs(one.value).max() for one in (change, of_slow)) * carried**_LARGEST_FALL,
-        )
-    return change.times(carried), np.where(known, np.hypot(carried * unseen.value, moved), 0.0)
+        largest = max(np.abs(one.value).max() for one in (change, of_slow))
+        moved = np.full(shape, largest * carried**_LARGEST_FALL)
+    return change * carried, np.where(known, np.hypot(carried * unseen.value, moved), 0.0)

@@ -4,6 +4,7 @@ Level l has the cut-off q_l = q_0·2^l at a fixed number of pixels per shortest 
 solved at l and at the level below. The mean is T = ⟨T₀⟩ Π ⟨T_l⟩/⟨T_(l−1)⟩. Levels are independent: variances add.
 """
 
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -99,11 +100,8 @@ def _continued_to_the_end(
     end = scene.spectrum.breaks[-1] if extrapolated else q_c
     if q_c < end * (1 - SAME):
         limit = limit._replace(error=np.full_like(nothing, np.nan))
-        limit = (
-            continuation(scene, column, observable, rungs, limit)
-            if continued and has_limit
-            else limit
-        )
+        if continued and has_limit:
+            limit = continuation(scene, column, observable, rungs, limit)
     # the continued ladder has the same pixels per shortest wave: their effect at its end is corrected
     end = end if limit.way else q_c
     with np.errstate(all="ignore"):  # infinite at rest
@@ -111,20 +109,19 @@ def _continued_to_the_end(
         change, error = change_by_pixel(
             rungs, record.pixel_orders[capped], PIXEL_FALL[column], end, slow
         )
-        mean = top.plus(limit.rest)
+        mean = top + limit.rest
         pixel = np.abs(mean.value) * error
         if has_limit:
-            mean = mean.by(change._replace(value=1.0 + change.value))
+            mean *= change + 1.0
         else:  # the change is the error, and nothing is corrected
-            mean = mean._replace(value=finest)
+            mean = replace(mean, value=finest)
             pixel = np.abs(finest) * np.hypot(error, change.value)
         bandwidth = limit.error
         if capped and record.by_force_balance:
             mean, nearest = _bounded(scene, observable, mean, limit.rest.value)
             # on a map that is cut off they may lie further from the bound, but not if nothing yields
-            bandwidth = np.where(
-                continued | (mean.value == 0.0), np.fmin(bandwidth, nearest), bandwidth
-            )
+            on_this_side = continued | (mean.value == 0.0)
+            bandwidth = np.where(on_this_side, np.fmin(bandwidth, nearest), bandwidth)
         step = np.abs(top.value - rungs[-2].mean.value) if len(rungs) > 1 else nothing
         last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
     errors = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
@@ -174,7 +171,7 @@ def _share_of(
         body, resting = (
             v._replace(mean=v.mean + b) for v, b in zip(temperatures, backgrounds, strict=True)
         )
-        ratio = body.scattered.over(resting.scattered)
+        ratio = body.scattered / resting.scattered
         share = 1.0 / (1.0 + ratio.value)
         both = [v.finest + b for v, b in zip(temperatures, backgrounds, strict=True)]
         finest = both[1] / (both[0] + both[1])
@@ -184,7 +181,7 @@ def _share_of(
             * np.hypot(part / body.mean, resting.errors[name] / resting.mean)
             for name, part in body.errors.items()
         }
-        scatter = ratio.times(-(share**2)).scatter
+        scatter = (ratio * -(share**2)).scatter
     return body._replace(mean=share, finest=finest, scatter=scatter, errors=errors)
 
 
@@ -237,7 +234,7 @@ def _bounded(scene: Scene, observable: str, mean: Mean, rest: Array) -> tuple[Me
     bound = _bound(scene, observable)
     value = _TOWARDS_BOUND[observable](mean.value, bound)
     within = np.maximum(np.abs(value - (mean.value - rest)), np.abs(value - bound))
-    return mean._replace(value=value), within
+    return replace(mean, value=value), within
 
 
 def at_rest(values: Values, limit: float, scene: Scene) -> Values:
@@ -253,7 +250,7 @@ def at_rest(values: Values, limit: float, scene: Scene) -> Values:
 
 def product(first: Values, second: Values) -> Values:
     """Return the product of two observables of a column; their other errors add, as they have the same causes."""
-    both = first.scattered.by(second.scattered)
+    both = first.scattered * second.scattered
     errors = {}
     with np.errstate(invalid="ignore"):  # a product of zero has no error
         for name in first.errors | second.errors:
@@ -266,7 +263,7 @@ def product(first: Values, second: Values) -> Values:
 
 def scaled(values: Values, factor: Array) -> Values:
     """Return values times an exact number at each speed."""
-    mean = values.scattered.times(factor)
+    mean = values.scattered * factor
     errors = {name: part * factor for name, part in values.errors.items()}
     return values._replace(
         mean=mean.value, finest=values.finest * factor, scatter=mean.scatter, errors=errors

@@ -71,14 +71,12 @@ def by_steps(rungs: list[Rung], law: Array) -> Limit:
 
     One rung shows no step: it is continued in proportion, and all of the rest is its error.
     """
-    alike = _in_proportion(rungs, law)
-    rest = _by_steps(rungs, law) if len(rungs) > 1 else alike
-    size = np.abs(rest.value)
-    error = (
-        np.clip(np.abs(rest.value - alike.value), _OF_STEPS * size, size)
-        if len(rungs) > 1
-        else size
-    )
+    rest = alike = _in_proportion(rungs, law)
+    error = np.abs(alike.value)
+    if len(rungs) > 1:
+        rest = _by_steps(rungs, law)
+        size = np.abs(rest.value)
+        error = np.clip(np.abs(rest.value - alike.value), _OF_STEPS * size, size)
     return Limit(rest, error, "by steps of the law of T_flash for contact that yields")
 
 
@@ -97,7 +95,7 @@ def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
     if len(rungs) > 2:
         low, middle, top = (rung.mean for rung in rungs[-3:])
         with np.errstate(all="ignore"):
-            quotient = middle.plus(low.times(-1.0)).over(top.plus(middle.times(-1.0)))  # (q₂/q₁)^p
+            quotient = (middle - low) / (top - middle)  # (q₂/q₁)^p
         exponent, weight = _exponent(quotient, q[1] / q[0], usual, _LEAST_EXPONENT)
     slower = np.maximum(exponent - np.sqrt(1.0 - weight) * _USUAL_SCATTER, _LEAST_EXPONENT)
     faster = np.maximum(exponent, usual)
@@ -115,21 +113,14 @@ def by_bound(rungs: list[Rung], end: float, bound: float) -> Limit:
     p is the mean of 1 and the exponent of the last two distances, weighted by their inverse variances, and not below
     0. The error is by an exponent that is `_USUAL_SCATTER` off.
     """
-    low, high = (
-        rung.mean.plus(Mean(np.full(rung.mean.value.shape, -bound), {})) for rung in rungs[-2:]
-    )
-    with np.errstate(all="ignore"):
-        quotient = low.over(high)
-    exponent, _ = _exponent(quotient, rungs[-1].q_max / rungs[-2].q_max, 1.0, -np.inf)
+    low, high = (rung.mean - bound for rung in rungs[-2:])
+    exponent, _ = _exponent(low / high, rungs[-1].q_max / rungs[-2].q_max, 1.0, -np.inf)
     exponent = np.maximum(exponent, 0.0)
     off = np.maximum(exponent + np.array([[0.0], [-_USUAL_SCATTER], [_USUAL_SCATTER]]), 0.0)
     left, slower, faster = (rungs[-1].q_max / end) ** off
     error = np.abs(high.value) * np.maximum(slower - left, left - faster)
-    return Limit(
-        high.times(left - 1.0),
-        error,
-        f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}",
-    )
+    way = f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}"
+    return Limit(high * (left - 1.0), error, way)
 
 
 def _exponent(
@@ -152,14 +143,14 @@ def _in_words(exponent: Array) -> str:
 def _in_proportion(rungs: list[Rung], shape: Array) -> Mean:
     """Return the rest of a mean that stays in proportion to the shape."""
     with np.errstate(invalid="ignore"):  # zero up to here, of a shape that begins to rise
-        return rungs[-1].mean.times(_follows(shape, shape[-2]))
+        return rungs[-1].mean * _follows(shape, shape[-2])
 
 
 def _by_steps(rungs: list[Rung], shape: Array) -> Mean:
     """Return the rest of a mean whose steps stay in proportion to the steps of the shape."""
     with np.errstate(invalid="ignore"):  # infinite at rest
-        step = rungs[-1].mean.plus(rungs[-2].mean.times(-1.0))
-        return step.times(_follows(shape, shape[-2] - shape[-3]))
+        step = rungs[-1].mean - rungs[-2].mean
+        return step * _follows(shape, shape[-2] - shape[-3])
 
 
 def _follows(shape: Array, over: Array) -> Array:

@@ -1,6 +1,6 @@
 """`Mean`: a mean over surfaces with the deviation of each; sums, products and ratios keep surfaces together."""
 
-from typing import NamedTuple, Self
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,55 +10,50 @@ from roughsim.grid import Array
 Scatter = dict[int, Array]
 
 
-class Mean(NamedTuple):
-    """A mean, (speeds,), and its scatter.
+@dataclass(frozen=True, slots=True, eq=False)
+class Mean:
+    """A mean, (speeds,), and its scatter; + - * / of two means are taken to first order in it.
 
-    `scatter` has by stream, (realizations, speeds), the contribution of each realization to the deviation of this mean
-    from the true one (the delta method); its own mean is zero. Realizations of one stream and place have one surface.
+    `scatter` has by stream, (realizations, speeds), the influence values: the contribution of each realization to the
+    deviation of this mean from the true one (the delta method); its own mean is zero. Realizations of one stream and
+    place have one surface. The other operand may be an exact number, or one at each speed, but for /.
     """
 
     value: Array
     scatter: Scatter
 
-    def times(self, factor: Array | float) -> Self:
-        """Return the mean times an exact number."""
-        return self._replace(
-            value=self.value * factor,
-            scatter={s: rows * factor for s, rows in self.scatter.items()},
-        )
-
-    def plus(self, other: "Mean") -> "Mean":
-        """Return the sum of two means."""
+    def __add__(self, other: "Mean | Array | float") -> "Mean":
+        if not isinstance(other, Mean):
+            return Mean(self.value + other, self.scatter)
         scatter = dict(self.scatter)
         for stream, rows in other.scatter.items():
             scatter[stream] = _together(scatter[stream], rows) if stream in scatter else rows
         return Mean(self.value + other.value, scatter)
 
-    def by(self, other: "Mean") -> "Mean":
-        """Return the product of two means, to first order in their scatter."""
-        return (
-            self.times(other.value)
-            .plus(other.times(self.value))
-            ._replace(value=self.value * other.value)
-        )
+    def __sub__(self, other: "Mean | Array | float") -> "Mean":
+        return self + other * -1.0
 
-    def over(self, other: "Mean") -> "Mean":
-        """Return the ratio of two means, to first order; not finite if the other one is zero."""
+    def __mul__(self, other: "Mean | Array | float") -> "Mean":
+        if isinstance(other, Mean):
+            both = self * other.value + other * self.value
+            return Mean(self.value * other.value, both.scatter)
+        scatter = {stream: rows * other for stream, rows in self.scatter.items()}
+        return Mean(self.value * other, scatter)
+
+    def __truediv__(self, other: "Mean") -> "Mean":
+        """Return the ratio; not finite if the other mean is zero."""
         with np.errstate(all="ignore"):
             ratio = self.value / other.value
-            return (
-                self.times(1.0 / other.value)
-                .plus(other.times(-ratio / other.value))
-                ._replace(value=ratio)
-            )
+            both = self * (1.0 / other.value) + other * (-ratio / other.value)
+        return Mean(ratio, both.scatter)
 
     def where(self, chosen: NDArray[np.bool_], other: "Mean") -> "Mean":
         """Return this mean at the chosen speeds, the other one elsewhere; both are finite or discarded whole."""
         with np.errstate(invalid="ignore"):
             scatter = {s: np.where(chosen, rows, 0.0) for s, rows in self.scatter.items()}
             rest = {s: np.where(chosen, 0.0, rows) for s, rows in other.scatter.items()}
-        both = Mean(self.value, scatter).plus(Mean(other.value, rest))
-        return both._replace(value=np.where(chosen, self.value, other.value))
+        both = Mean(self.value, scatter) + Mean(other.value, rest)
+        return Mean(np.where(chosen, self.value, other.value), both.scatter)
 
     @property
     def variance(self) -> dict[int, Array]:
@@ -66,9 +61,8 @@ class Mean(NamedTuple):
         parts = {}
         for stream, rows in self.scatter.items():
             n = len(rows)
-            parts[stream] = (
-                (rows**2).sum(axis=0) * n / (n - 1) if n > 1 else np.full(rows.shape[1:], np.inf)
-            )
+            unknown = np.full(rows.shape[1:], np.inf)
+            parts[stream] = (rows**2).sum(axis=0) * n / (n - 1) if n > 1 else unknown
         return parts
 
 
@@ -81,9 +75,8 @@ def mean_of(stream: int, rows: Array) -> Mean:
 
 def _together(first: Array, second: Array) -> Array:
     """Return the sum of the scatter of two means over the same surfaces, of which one may have more than the other."""
-    longer, shorter = (first, second) if len(first) >= len(second) else (second, first)
-    result = np.array(
-        np.broadcast_to(longer, np.broadcast_shapes(longer.shape, (1, *shorter.shape[1:])))
-    )
+    shorter, longer = sorted((first, second), key=len)
+    shape = np.broadcast_shapes(longer.shape, (1, *shorter.shape[1:]))
+    result = np.array(np.broadcast_to(longer, shape))
     result[: len(shorter)] += shorter
     return result

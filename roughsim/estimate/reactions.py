@@ -220,15 +220,13 @@ def mean_over_contact(
     """
     rungs = climb(of_level.influence, pairs)
     rest, unknown = rest_of(rungs, end, law)
-    mean = rungs[-1].mean.plus(rest)
+    top, mean = rungs[-1].mean.value, rungs[-1].mean + rest
     own = {"bandwidth": np.where(unknown, np.nan, np.abs(rest.value))}
     if fall is not None:
         change, pixel = change_by_pixel(rungs, np.nan, fall, end)
-        mean = mean.by(change._replace(value=1.0 + change.value))
+        mean *= change + 1.0
         own["pixel"] = np.abs(mean.value) * pixel
-    return _over_contact(
-        mean, rungs[-1].mean.value, own, of_level, pairs[-1].sample, pairs[0].sample
-    )
+    return _over_contact(mean, top, own, of_level, pairs[-1].sample, pairs[0].sample)
 
 
 def mean_over_slides(drawn: Pair, stretch: Array, of_level: ContactMean) -> OverContact:
@@ -273,7 +271,7 @@ def _over_contact(
     values = Values(
         mean.value,
         finest,
-        mean.plus(Mean(np.zeros_like(slope), scatter)).scatter,
+        (mean + Mean(np.zeros_like(slope), scatter)).scatter,
         errors,
         flash.way,
     )

@@ -170,7 +170,7 @@ def sliding_flash(
     """
     paired = _change(numbers, coarsening)
     change = mean_of(stream, paired.rows)
-    mean = single.scattered.by(change)
+    mean = single.scattered * change
     errors = {name: part * change.value for name, part in single.errors.items()}
     errors["slide"] = single.mean * paired.doubt
     return Values(mean.value, single.finest * change.value, mean.scatter, errors, single.way)
@@ -185,9 +185,8 @@ def sliding_quantile(
     of the slide to the end of C(q) its difference from 1 grows by the factor `stretch`, (speeds,).
     """
     drawn = mean_of(stream, ratio(numbers[f"sliding_{name}"], numbers["sliding_flash_temperature"]))
-    over_flash = drawn._replace(value=drawn.value - 1.0).times(stretch)
-    over_flash = over_flash._replace(value=1.0 + over_flash.value)
-    mean = flash.scattered.by(over_flash)
+    over_flash = (drawn - 1.0) * stretch + 1.0
+    mean = flash.scattered * over_flash
     errors = {name: part * np.abs(over_flash.value) for name, part in flash.errors.items()}
     doubt = DOUBT_OF_DISTRIBUTION * np.maximum(np.abs(over_flash.value), 1.0)
     own = np.hypot(doubt, over_flash.value - drawn.value)

@@ -41,7 +41,7 @@ def students(error, freedom):
 
 def test_independent_streams_have_the_error_and_the_freedom_of_welch():
     first, second = rows_of(1, 9), rows_of(2, 5, scatter=2.0)
-    mean = mean_of(0, first).plus(mean_of(4, second).times(-1.0))
+    mean = mean_of(0, first) - mean_of(4, second)
     error, freedom = est.spread_of(mean)
     welch = stats.ttest_ind(first, second, equal_var=False)
     np.testing.assert_allclose(mean.value / error, welch.statistic, rtol=1e-12)
@@ -51,7 +51,7 @@ def test_independent_streams_have_the_error_and_the_freedom_of_welch():
 
 def test_three_streams_have_satterthwaites_degrees_of_freedom():
     rows = [rows_of(k, n, scatter=s) for k, (n, s) in enumerate(((12, 1.0), (6, 0.5), (4, 2.0)))]
-    mean = mean_of(0, rows[0]).plus(mean_of(1, rows[1])).plus(mean_of(2, rows[2]).times(0.3))
+    mean = mean_of(0, rows[0]) + mean_of(1, rows[1]) + mean_of(2, rows[2]) * 0.3
     error, freedom = est.spread_of(mean)
     parts = [
         w**2 * x.var(axis=0, ddof=1) / len(x) for w, x in zip((1.0, 1.0, 0.3), rows, strict=True)
@@ -64,7 +64,7 @@ def test_three_streams_have_satterthwaites_degrees_of_freedom():
 
 
 def test_a_stream_that_does_not_scatter_takes_no_freedom():
-    mean = mean_of(0, rows_of(1, 9)).plus(mean_of(1, np.full((2, 2), 3.0)))
+    mean = mean_of(0, rows_of(1, 9)) + mean_of(1, np.full((2, 2), 3.0))
     np.testing.assert_allclose(est.spread_of(mean)[1], 8.0, rtol=1e-12)
     still = mean_of(0, np.full((9, 2), 3.0))
     error, freedom = est.spread_of(still)
@@ -80,7 +80,7 @@ def test_agreement_to_all_digits_is_no_scatter_and_more_is(unit, step, agrees):
 
 
 def test_one_realization_of_any_stream_leaves_the_error_infinite():
-    mean = mean_of(0, rows_of(1, 9)).plus(mean_of(1, rows_of(2, 1)))
+    mean = mean_of(0, rows_of(1, 9)) + mean_of(1, rows_of(2, 1))
     error, freedom = est.spread_of(mean)
     assert np.isinf(error).all()
     np.testing.assert_array_equal(freedom, 0.0)
@@ -157,7 +157,7 @@ def test_errors_are_not_negative_where_the_mean_is():
 
 
 def test_the_number_of_realizations_is_that_of_the_lowest_level():
-    mean = mean_of(3, rows_of(1, 20)).plus(mean_of(0, rows_of(2, 6)))
+    mean = mean_of(3, rows_of(1, 20)) + mean_of(0, rows_of(2, 6))
     assert est.estimate(NAME, values_of(mean)).n == 20
 
 
@@ -260,7 +260,7 @@ def test_a_ratio_has_the_errors_of_both_columns_but_for_the_scatter_that_they_sh
     below = values_of(
         mean, bandwidth=0.02 * mean.value, pixel=0.03 * mean.value, size=0.001, solver=2e-4
     )
-    above = values_of(mean.times(0.5), bandwidth=0.01 * mean.value, size=0.002, solver=2e-4)
+    above = values_of(mean * 0.5, bandwidth=0.01 * mean.value, size=0.002, solver=2e-4)
     found = est.quotient(above, below, size=0.003)
     expected = {
         "statistical": 0.0,
@@ -279,7 +279,7 @@ def test_a_ratio_has_the_errors_of_both_columns_but_for_the_scatter_that_they_sh
 def test_a_ratio_pairs_surfaces_and_adds_the_scatter_of_levels_that_are_not_shared():
     common, fine = rows_of(1, 12, 8.0), rows_of(2, 6, 1.0, 0.2)
     above_rows = 1.5 * common + rows_of(3, 12, 0.0, 0.1)
-    above = values_of(mean_of(0, above_rows).plus(mean_of(3, fine)))
+    above = values_of(mean_of(0, above_rows) + mean_of(3, fine))
     found = est.quotient(above, values_of(mean_of(0, common)))
     b = common.mean(axis=0)
     ratio = (above_rows.mean(axis=0) + fine.mean(axis=0)) / b
@@ -349,7 +349,7 @@ def test_intervals_of_three_streams_hold_the_mean_as_often_as_they_say():
     rng, trials = np.random.default_rng(3), 20_000
     mean = Mean(np.zeros(trials), {})
     for stream, (n, scatter) in enumerate(((12, 1.0), (6, 0.7), (6, 0.4))):
-        mean = mean.plus(mean_of(stream, scatter * rng.standard_normal((n, trials))))
+        mean += mean_of(stream, scatter * rng.standard_normal((n, trials)))
     error, freedom = est.spread_of(mean)
     held = np.mean(np.abs(mean.value) <= stats.t.ppf(0.975, freedom) * error)
     assert abs(held - 0.95) < 0.01 + 3.0 * np.sqrt(

@@ -98,7 +98,7 @@ def test_a_law_is_judged_at_each_speed_and_at_rest_nothing_follows():
 def test_by_a_law_the_limit_scatters_as_the_top_does():
     rungs = rungs_at([[fall(x)] for x in CUT_OFFS], scatter=0.05)
     top = rungs[-1].mean
-    limit = top.plus(by_law(rungs, law_at(CUT_OFFS[-2:])).rest)
+    limit = top + by_law(rungs, law_at(CUT_OFFS[-2:])).rest
     assert relative_error(limit)[0] == pytest.approx(relative_error(top)[0], rel=1e-12)
 
 
