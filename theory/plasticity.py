@@ -82,28 +82,18 @@ def stress_distribution(
         raise ValueError(
             f"stress = {pressure.max():.6g} Pa exceeds the penetration_hardness {hardness:.6g} Pa"
         )
-    t = pressure / hardness
+    t = (pressure / hardness)[..., None]
     if g < SWITCH:
-        density_of_t = sum(_image_pair(t, s, 2.0 * k, g) for k in range(-3, 4))
+        start = s + 2.0 * np.arange(-3, 4)
+        with np.errstate(under="ignore"):
+            pairs = np.exp(-((t - start) ** 2) / (4 * g)) - np.exp(-((t + start) ** 2) / (4 * g))
+        terms = pairs / (2 * np.sqrt(pi * g))
     else:
-        small, sign = (s, 1) if s <= rest else (rest, -1)
-        modes = range(1, 2 * MODES)
-        density_of_t = 2 * sum(
-            _mode(n, small, sign, t) * np.exp(-((n * pi) ** 2) * g) for n in modes
-        )
-    return np.asarray(density_of_t / hardness)
-
-
-def _image_pair(t: Array, s: float, shift: float, g: float) -> Array:
-    norm = 2 * np.sqrt(pi * g)
-    with np.errstate(under="ignore"):
-        pair = np.exp(-((t - s - shift) ** 2) / (4 * g)) - np.exp(-((t + s + shift) ** 2) / (4 * g))
-    return np.asarray(pair / norm)
-
-
-def _mode(n: int, small: float, sign: int, t: Array) -> Array:
-    """Return sin(nπs) sin(nπt), with s = `small` or, for a negative `sign`, 1 − `small`."""
-    return np.asarray(sign ** (n + 1) * np.sin(n * pi * small) * np.sin(n * pi * t))
+        n = np.arange(1, 2 * MODES)
+        # sin(nπs), from 1 − s if that is less
+        sines = np.sin(n * pi * s) if s <= rest else (-1) ** (n + 1) * np.sin(n * pi * rest)
+        terms = 2 * sines * np.sin(n * pi * t) * np.exp(-((n * pi) ** 2) * g)
+    return np.asarray(terms.sum(axis=-1) / hardness)
 
 
 @dataclass(frozen=True, slots=True)

@@ -162,16 +162,11 @@ def direction_mean(q: Array, drift: float, layers: Layers, part: Part) -> Array:
     width, nodes = extent / panels, chebyshev.chebpts1(_NODES)
     panel = np.minimum(((log_q - low) / width).astype(int), panels - 1)
     starts = low + width * np.arange(panels)[:, None]
-    values = _mean_at(
-        np.exp(starts + width * (1 + nodes) / 2).ravel(), drift, layers, part
-    ).reshape(panels, _NODES)
+    waves = np.exp(starts + width * (1 + nodes) / 2)
+    values = _mean_at(waves.ravel(), drift, layers, part).reshape(panels, _NODES)
     coefficients = chebyshev.chebfit(nodes, values.T, _NODES - 1)
-    means = np.empty(q.size)
-    for k in range(panels):
-        inside = panel == k
-        means[inside] = chebyshev.chebval(
-            2 * (log_q[inside] - starts[k]) / width - 1, coefficients[:, k]
-        )
+    place = 2 * (log_q - starts[panel, 0]) / width - 1
+    means: Array = chebyshev.chebval(place, coefficients[:, panel], tensor=False)
     return means
 
 

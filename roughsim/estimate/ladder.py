@@ -27,6 +27,11 @@ class Pair(NamedTuple):
     sample: Sample
     below: Sample | None
 
+    def of(self, change: Callable[[Sample], Sample]) -> "Pair":
+        """Return the pair with both samples changed."""
+        below = None if self.below is None else change(self.below)
+        return self._replace(sample=change(self.sample), below=below)
+
     @property
     def is_partner(self) -> bool:
         """Whether it has the cut-off of the level below, on a finer grid."""

@@ -55,6 +55,12 @@ class Values(NamedTuple):
         """The mean with its scatter alone."""
         return Mean(self.mean, self.scatter)
 
+    def through(self, mean: Array, finest: Array, slope: Array) -> "Values":
+        """Return a function of these values, whose `slope` there carries their scatter and errors (delta method)."""
+        scatter = {stream: rows * slope for stream, rows in self.scatter.items()}
+        errors = {name: np.abs(slope) * part for name, part in self.errors.items()}
+        return Values(mean, finest, scatter, errors, self.way)
+
 
 def values_of(
     scene: Scene,
@@ -131,10 +137,8 @@ def _continued_to_the_end(
 def with_errors(values: Values, **relative: Array | float) -> Values:
     """Return values with further parts of the error, relative to the mean; what is exactly zero has none of them."""
     with np.errstate(invalid="ignore"):  # infinite at rest
-        parts = {
-            name: np.where(values.mean == 0.0, 0.0, np.abs(values.mean) * part)
-            for name, part in relative.items()
-        }
+        size = np.abs(values.mean)
+        parts = {name: np.where(size == 0.0, 0.0, size * part) for name, part in relative.items()}
     return values._replace(errors=values.errors | parts)
 
 
@@ -151,38 +155,29 @@ def _share_of(
     It is 1/(1 + T/T'), T of the moving and T' of the resting body, each with all the heat, continued by itself: T' as
     the temperature of slow sliding.
     """
-    balanced = [
-        pair._replace(
-            sample=prediction.balanced(scene, pair.sample),
-            below=None if pair.below is None else prediction.balanced(scene, pair.below),
-        )
-        for pair in pairs
-    ]
-    moving, slow = (climb(partial(number, name=name), balanced) for name in (FLASH, RESTING))
-    temperatures = [
+    balanced = [pair.of(partial(prediction.balanced, scene)) for pair in pairs]
+    slow = climb(partial(number, name=RESTING), balanced)
+    of_bodies = (
+        (prediction.in_motion(scene), climb(partial(number, name=FLASH), balanced)),
+        (prediction.slow(scene), slow),
+    )
+    body, resting = (
         _continued_to_the_end(of_body, column, FLASH, rungs, slow, extrapolated, continued)
-        for of_body, rungs in (
-            (prediction.in_motion(scene), moving),
-            (prediction.slow(scene), slow),
-        )
-    ]
-    backgrounds = prediction.backgrounds(scene, pairs[0].sample)
+        for of_body, rungs in of_bodies
+    )
+    warm, resting_warm = prediction.backgrounds(scene, pairs[0].sample)
     with np.errstate(all="ignore"):  # a body that does not conduct
-        body, resting = (
-            v._replace(mean=v.mean + b) for v, b in zip(temperatures, backgrounds, strict=True)
-        )
-        ratio = body.scattered / resting.scattered
+        above, below = body.scattered + warm, resting.scattered + resting_warm
+        ratio = above / below
         share = 1.0 / (1.0 + ratio.value)
-        both = [v.finest + b for v, b in zip(temperatures, backgrounds, strict=True)]
-        finest = both[1] / (both[0] + both[1])
-        errors = {
-            name: ratio.value
-            * share**2
-            * np.hypot(part / body.mean, resting.errors[name] / resting.mean)
-            for name, part in body.errors.items()
-        }
+        moving, still = body.finest + warm, resting.finest + resting_warm
+        errors = {}
+        for name, part in body.errors.items():
+            relative = np.hypot(part / above.value, resting.errors[name] / below.value)
+            errors[name] = ratio.value * share**2 * relative
         scatter = (ratio * -(share**2)).scatter
-    return body._replace(mean=share, finest=finest, scatter=scatter, errors=errors)
+        finest = still / (moving + still)
+    return Values(share, finest, scatter, errors, body.way)
 
 
 def continuation(
@@ -242,10 +237,10 @@ def at_rest(values: Values, limit: float, scene: Scene) -> Values:
     moving = np.array(scene.speeds) > 0.0
     if moving.all():
         return values
-    mean, finest = (np.where(moving, value, limit) for value in (values.mean, values.finest))
+    mean = values.scattered.where(moving, Mean(np.full(moving.shape, limit), {}))
+    finest = np.where(moving, values.finest, limit)
     errors = {name: np.where(moving, part, 0.0) for name, part in values.errors.items()}
-    scatter = {stream: np.where(moving, rows, 0.0) for stream, rows in values.scatter.items()}
-    return values._replace(mean=mean, finest=finest, errors=errors, scatter=scatter)
+    return Values(mean.value, finest, mean.scatter, errors, values.way)
 
 
 def product(first: Values, second: Values) -> Values:
@@ -257,30 +252,26 @@ def product(first: Values, second: Values) -> Values:
             of_first, of_second = first.errors.get(name, 0.0), second.errors.get(name, 0.0)
             part = np.abs(first.mean) * of_second + np.abs(second.mean) * of_first
             errors[name] = np.where(both.value == 0.0, 0.0, part)
-    finest = first.finest * second.finest
-    return first._replace(mean=both.value, finest=finest, scatter=both.scatter, errors=errors)
+    return Values(both.value, first.finest * second.finest, both.scatter, errors, first.way)
 
 
 def scaled(values: Values, factor: Array) -> Values:
     """Return values times an exact number at each speed."""
-    mean = values.scattered * factor
-    errors = {name: part * factor for name, part in values.errors.items()}
-    return values._replace(
-        mean=mean.value, finest=values.finest * factor, scatter=mean.scatter, errors=errors
-    )
+    return values.through(values.mean * factor, values.finest * factor, factor)
 
 
 def notes_of(
     scene: Scene, numerics: Numerics, column: str, observable: str, values: Values
 ) -> tuple[str, ...]:
     """Return notes on values: their levels, the way they were continued to the end of C(q), and the speeds."""
+    with_members = [
+        numerics.levels[i]
+        for i in numerics.of_column(column)
+        if numerics.stream(i) in values.scatter
+    ]
     grids = ", ".join(
         f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g} rad/m" + level.where
-        for level in (
-            numerics.levels[i]
-            for i in numerics.of_column(column)
-            if numerics.stream(i) in values.scatter
-        )
+        for level in with_members
     )
     notes = [
         f"{column} contact, levels with members: {grids}; solver tolerance {numerics.tolerance:.1g}"

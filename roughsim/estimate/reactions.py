@@ -146,9 +146,7 @@ def of_uniform_temperature(
     mean = mean_at(warm.mean)
     with np.errstate(all="ignore"):
         slope = 1.0 / uniform_temperature(bins_of(sample), mean, activation, scale)[1]
-    errors = {name: np.abs(slope) * part for name, part in warm.errors.items()}
-    scatter = {stream: rows * slope for stream, rows in warm.scatter.items()}
-    return warm._replace(mean=mean, finest=mean_at(warm.finest), errors=errors, scatter=scatter)
+    return warm.through(mean, mean_at(warm.finest), slope)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
