@@ -9,8 +9,10 @@ T_rms² = (2/π)(μv/κ)² ∫ (s/q²) K(−(v/Dq)²) dq.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import wraps
+from inspect import signature
 from math import pi
-from typing import NamedTuple
+from typing import NamedTuple, ParamSpec
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,6 +52,9 @@ __all__ = [
 ]
 
 
+P = ParamSpec("P")
+
+
 class Kernel(NamedTuple):
     """A mean over the directions of sliding: closed, as a function of v/Dq, and the mean of a part of F."""
 
@@ -68,6 +73,7 @@ class _HeatSource:
 
     stress: StressDensity
     velocity: Array  # v, m/s, any shape
+    pressure: float  # σ₀, Pa
     heating: Array  # μ|v|/κσ₀, the factor of Eqs. (4), (7) and (9), of that shape
     body: Body
 
@@ -84,26 +90,7 @@ class _HeatSource:
         return direction_mean(q.ravel(), drift, layers, kernel.part).reshape(q.shape)
 
 
-def _heat_source(
-    stress: StressDensity,
-    speed: ArrayLike,
-    friction_coefficient: float,
-    conductivity: float,
-    diffusivity: float,
-    nominal_pressure: float,
-    skin: Skin | None,
-    heat_depth: float,
-) -> _HeatSource:
-    """Check the numbers of the heating, in SI."""
-    velocity = real_array("speed", speed, "m/s")
-    friction = positive("friction_coefficient", friction_coefficient, "1")
-    pressure = positive("nominal_pressure", nominal_pressure, "Pa")
-    body = body_of(conductivity, diffusivity, skin, heat_depth)
-    heating = friction * np.abs(velocity) / (body.conductivity * pressure)
-    return _HeatSource(stress, velocity, heating, body)
-
-
-def flash_temperature(  # noqa: PLR0913  (load, body, skin and depth of the heat)
+def _heat_source(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     speed: ArrayLike,
     spectrum: Spectrum | None = None,
     *,
@@ -116,7 +103,38 @@ def flash_temperature(  # noqa: PLR0913  (load, body, skin and depth of the heat
     stress_spectrum: Spectrum | None = None,
     skin: Skin | None = None,
     heat_depth: float = 0.0,
-) -> Array | float:
+) -> _HeatSource:
+    """Check the arguments of every function below, which `flash_temperature` describes."""
+    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    velocity = real_array("speed", speed, "m/s")
+    friction = positive("friction_coefficient", friction_coefficient, "1")
+    pressure = positive("nominal_pressure", nominal_pressure, "Pa")
+    body = body_of(conductivity, diffusivity, skin, heat_depth)
+    heating = friction * np.abs(velocity) / (body.conductivity * pressure)
+    return _HeatSource(stress, velocity, pressure, heating, body)
+
+
+def _formula_of(
+    source: Callable[P, _HeatSource],
+) -> Callable[[Callable[[_HeatSource], Array]], Callable[P, Array | float]]:
+    """Return a decorator that turns a formula of a heat source into a function of the arguments of `source`."""
+
+    def decorated(formula: Callable[[_HeatSource], Array]) -> Callable[P, Array | float]:
+        @wraps(source)
+        def function(*arguments: P.args, **named: P.kwargs) -> Array | float:
+            return float_if_scalar(formula(source(*arguments, **named)))
+
+        function.__name__ = function.__qualname__ = formula.__name__
+        function.__doc__ = formula.__doc__
+        shown = signature(source).replace(return_annotation=Array | float)
+        function.__dict__["__signature__"] = shown
+        return function
+
+    return decorated
+
+
+@_formula_of(_heat_source)
+def flash_temperature(source: _HeatSource) -> Array:
     """Weighted average flash temperature T_flash = ⟨Tσ⟩/⟨σ⟩ with all the heat in the body. Eq. (4).
 
     Parameters
@@ -154,26 +172,11 @@ def flash_temperature(  # noqa: PLR0913  (load, body, skin and depth of the heat
     theory.quadrature.QuadratureError
         If an integral does not reach its accuracy, 1e-11.
     """
-    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
-    source = _heat_source(stress, speed, *heat)
-    return float_if_scalar(source.heating * source.integral(EVEN, -1))
+    return source.heating * source.integral(EVEN, -1)
 
 
-def flash_gradient(  # noqa: PLR0913  (load, body, skin and depth of the heat)
-    speed: ArrayLike,
-    spectrum: Spectrum | None = None,
-    *,
-    nominal_pressure: float,
-    friction_coefficient: float,
-    conductivity: float,
-    diffusivity: float,
-    effective_modulus: float | None = None,
-    gamma: Weight = 0.45,
-    stress_spectrum: Spectrum | None = None,
-    skin: Skin | None = None,
-    heat_depth: float = 0.0,
-) -> Array | float:
+@_formula_of(_heat_source)
+def flash_gradient(source: _HeatSource) -> Array:
     """Weighted slope T′_flash = ⟨∂ₓT σ⟩/⟨σ⟩ along x, K/m. Eq. (7).
 
     Negative for a speed > 0, as the body is hotter behind the contact; positive for a speed < 0, 0 at rest.
@@ -195,26 +198,11 @@ def flash_gradient(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     TypeError, ValueError, theory.quadrature.QuadratureError
         As `flash_temperature`.
     """
-    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
-    source = _heat_source(stress, speed, *heat)
-    return float_if_scalar(source.heating * source.integral(ODD, 0))
+    return source.heating * source.integral(ODD, 0)
 
 
-def flash_laplacian(  # noqa: PLR0913  (load, body, skin and depth of the heat)
-    speed: ArrayLike,
-    spectrum: Spectrum | None = None,
-    *,
-    nominal_pressure: float,
-    friction_coefficient: float,
-    conductivity: float,
-    diffusivity: float,
-    effective_modulus: float | None = None,
-    gamma: Weight = 0.45,
-    stress_spectrum: Spectrum | None = None,
-    skin: Skin | None = None,
-    heat_depth: float = 0.0,
-) -> Array | float:
+@_formula_of(_heat_source)
+def flash_laplacian(source: _HeatSource) -> Array:
     """Weighted Laplacian in the plane ∇²T_flash = ⟨∇²T σ⟩/⟨σ⟩ ≤ 0, K/m². Eq. (9).
 
     Parameters
@@ -234,26 +222,11 @@ def flash_laplacian(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     TypeError, ValueError, theory.quadrature.QuadratureError
         As `flash_temperature`.
     """
-    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
-    source = _heat_source(stress, speed, *heat)
-    return float_if_scalar(-source.heating * source.integral(EVEN, 1))
+    return -source.heating * source.integral(EVEN, 1)
 
 
-def flash_width(  # noqa: PLR0913  (load, body, skin and depth of the heat)
-    speed: ArrayLike,
-    spectrum: Spectrum | None = None,
-    *,
-    nominal_pressure: float,
-    friction_coefficient: float,
-    conductivity: float,
-    diffusivity: float,
-    effective_modulus: float | None = None,
-    gamma: Weight = 0.45,
-    stress_spectrum: Spectrum | None = None,
-    skin: Skin | None = None,
-    heat_depth: float = 0.0,
-) -> Array | float:
+@_formula_of(_heat_source)
+def flash_width(source: _HeatSource) -> Array:
     """Width of the hot spots D_flash = √(−T_flash/∇²T_flash), m; at rest its limit for v → 0. Eq. (25).
 
     Parameters
@@ -273,27 +246,12 @@ def flash_width(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     TypeError, ValueError, theory.quadrature.QuadratureError
         As `flash_temperature`, or the stress is uniform.
     """
-    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
-    source = _heat_source(stress, speed, *heat)
     curvature = _defined(source.integral(EVEN, 1))
-    return float_if_scalar(np.sqrt(source.integral(EVEN, -1) / curvature))
+    return np.sqrt(source.integral(EVEN, -1) / curvature)
 
 
-def slope_length(  # noqa: PLR0913  (load, body, skin and depth of the heat)
-    speed: ArrayLike,
-    spectrum: Spectrum | None = None,
-    *,
-    nominal_pressure: float,
-    friction_coefficient: float,
-    conductivity: float,
-    diffusivity: float,
-    effective_modulus: float | None = None,
-    gamma: Weight = 0.45,
-    stress_spectrum: Spectrum | None = None,
-    skin: Skin | None = None,
-    heat_depth: float = 0.0,
-) -> Array | float:
+@_formula_of(_heat_source)
+def slope_length(source: _HeatSource) -> Array:
     """Slope length d_flash = T_flash/|T′_flash|, m: 4D/|v| for v → 0, ∞ at rest. Eq. (26).
 
     Parameters
@@ -313,28 +271,13 @@ def slope_length(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     TypeError, ValueError, theory.quadrature.QuadratureError
         As `flash_temperature`, or the stress is uniform.
     """
-    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
-    source = _heat_source(stress, speed, *heat)
     temperature = _defined(source.integral(EVEN, -1))
     with np.errstate(divide="ignore"):
-        return float_if_scalar(temperature / np.abs(source.integral(ODD, 0)))
+        return temperature / np.abs(source.integral(ODD, 0))
 
 
-def rms_temperature(  # noqa: PLR0913  (load, body, skin and depth of the heat)
-    speed: ArrayLike,
-    spectrum: Spectrum | None = None,
-    *,
-    nominal_pressure: float,
-    friction_coefficient: float,
-    conductivity: float,
-    diffusivity: float,
-    effective_modulus: float | None = None,
-    gamma: Weight = 0.45,
-    stress_spectrum: Spectrum | None = None,
-    skin: Skin | None = None,
-    heat_depth: float = 0.0,
-) -> Array | float:
+@_formula_of(_heat_source)
+def rms_temperature(source: _HeatSource) -> Array:
     """Root mean square T_rms = √⟨T²⟩ of the temperature over the whole surface, about its mean, K; 0 at rest.
 
     Of one wave T_q = μvσ_q/(κ √(q² − iq_x v/D)). Its square, averaged over the directions of sliding, is
@@ -359,11 +302,8 @@ def rms_temperature(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     TypeError, ValueError, theory.quadrature.QuadratureError
         As `flash_temperature`.
     """
-    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
-    source = _heat_source(stress, speed, *heat)
-    rate = nominal_pressure * source.heating
-    return float_if_scalar(rate * np.sqrt(source.integral(SQUARE, -2)))
+    rate = source.pressure * source.heating
+    return rate * np.sqrt(source.integral(SQUARE, -2))
 
 
 def temperature_correlation(  # noqa: PLR0913  (load, body, skin and depth of the heat)
@@ -408,12 +348,23 @@ def temperature_correlation(  # noqa: PLR0913  (load, body, skin and depth of th
         As `flash_temperature`, also if the integral with J₀ does not reach its accuracy, 1e-11 of T_rms².
     """
     distance = not_negative_array("r", r, "m")
-    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    heat = friction_coefficient, conductivity, diffusivity, nominal_pressure, skin, heat_depth
-    source = _heat_source(stress, speed, *heat)
+    source = _heat_source(
+        speed,
+        spectrum,
+        nominal_pressure=nominal_pressure,
+        friction_coefficient=friction_coefficient,
+        conductivity=conductivity,
+        diffusivity=diffusivity,
+        effective_modulus=effective_modulus,
+        gamma=gamma,
+        stress_spectrum=stress_spectrum,
+        skin=skin,
+        heat_depth=heat_depth,
+    )
     if source.velocity.ndim:
         raise TypeError(f"speed has shape {source.velocity.shape}; give one speed in m/s")
-    rate = nominal_pressure * source.heating
+    rate = source.pressure * source.heating
+    stress = source.stress
     q = stress.panels.nodes()[0]
     response = source.mean(SQUARE, q) / q**2
     correlation = hankel_transform(stress.panels, stress.values * response, distance)
