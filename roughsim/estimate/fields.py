@@ -113,7 +113,7 @@ def drawn_frozen(fields: FrozenFields, end: float, flash: Values, doubt: Array |
             * _by_form(lambda s: over_flash(s, name).mean(axis=0), samples[-1], doubt),
             "law": flash.errors["law"] * np.abs(value),
         }
-        finest, scatter = flash.mean * top.value, top.times(flash.mean).scatter
+        finest, scatter = flash.mean * top.value, (top * flash.mean).scatter
         return Values(flash.mean * value, finest, scatter, errors)
 
     def mean(of_level: ContactMean) -> OverContact:
