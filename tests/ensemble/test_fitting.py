@@ -1,7 +1,7 @@
 """As many workers as memory and cores allow, which the run says; a worker that the system kills ends in a sentence."""
 
 import signal
-from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -76,17 +76,21 @@ def test_a_log_names_the_number_of_workers(job, caplog):
         assert caplog.text == ""
 
 
-def test_a_short_computation_starts_no_processes_unless_their_number_is_given(job):
+def test_a_short_computation_starts_no_processes_unless_their_number_is_given(job, monkeypatch):
+    # threads stand for processes, which take a second to start
+    monkeypatch.setattr(
+        executors, "ProcessPoolExecutor", lambda count, *_: ThreadPoolExecutor(count)
+    )
     job(2, 25.3)
     with Workers(None) as workers:
         assert isinstance(workers.executor(lambda: 0.5), SerialExecutor)
         assert workers.in_flight == 1
         pool = workers.executor(lambda: 60.0)
-        assert isinstance(pool, ProcessPoolExecutor)
+        assert isinstance(pool, ThreadPoolExecutor)
         assert workers.in_flight == 4
         assert workers.executor(lambda: 0.5) is pool
     with Workers(2) as workers:
-        assert isinstance(workers.executor(lambda: 0.5), ProcessPoolExecutor)
+        assert isinstance(workers.executor(lambda: 0.5), ThreadPoolExecutor)
 
 
 def test_the_expected_time_is_the_planned_one_in_the_first_round_and_the_measured_one_later(
