@@ -126,7 +126,10 @@ class Estimate:
         return self.budget["statistical"]
 
     def unknown_at(self, *place: int) -> tuple[str, ...]:
-        """Return the unknown parts of `budget` at the entry of indices `place`; none if no error is stated, or the mean undefined or zero."""
+        """Return the unknown parts of `budget` at the entry of indices `place`.
+
+        There is none if no error is stated, or the mean is undefined or zero.
+        """
         mean = self.mean[place]
         if not (np.isfinite(mean) and mean != 0.0 and self.stated[place]):
             return ()

@@ -68,8 +68,8 @@ def test_the_row_is_the_flash_temperature_and_an_exact_warming(runs):
         for name, cell in row.columns.items():
             flash = part.columns[name]
             assert cell.mean == pytest.approx(flash.mean + added, rel=1e-12)
-            for part, error in cell.budget.items():  # T₀ has none
-                np.testing.assert_array_equal(error, flash.budget[part])
+            for name_of_part, error in cell.budget.items():  # T₀ has none
+                np.testing.assert_array_equal(error, flash.budget[name_of_part])
             assert (cell.standard_error, cell.bias) == (flash.standard_error, flash.bias)
         assert (row.unit, row.note) == ("K", part.note)
     told = theory_dict(scene)
