@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from roughsim.scene.changes import with_changes
 from roughsim.scene.model import Scene
-from roughsim.scene.scans import SCAN_KEYS, measured_psd, psd_of_profile, read_scans
+from roughsim.scene.scans import SCAN_KEYS, measured_psd, psd_of_profile
 from roughsim.scene.schema import SceneError, as_written
 from roughsim.scene.sections import ROUGHNESS_KEYS
 from roughsim.scene.spellings import nearest, with_decimal_point
@@ -20,7 +20,7 @@ from roughsim.show.remarks import warn_of
 from roughsim.show.text import plain
 
 if TYPE_CHECKING:
-    from roughsim.surface.topography import Topography
+    from roughsim.surface.topography import Profile, Topography
 
 _MAX_BYTES = 64 * 1024
 _FEW_ROWS = 6  # of a table C(q) that a text for people shows
@@ -29,6 +29,7 @@ SceneSource = (
     str | os.PathLike[str] | Mapping[str, Any]
 )  # bundled name, path, or content of a scene
 SceneLike = Scene | SceneSource
+Scans = dict[str, "list[tuple[Path, Topography | Profile]]"]
 BLANK = "blank"  # the form to fill in: every key, commented out; it is no scene by itself
 
 
@@ -152,11 +153,18 @@ def parse_scene(text: str, *, source: str = "scene", folder: Path | None = None)
 
 
 def scene_of(
-    content: Mapping[str, Any], changes: Mapping[str, Any], source: str, folder: Path | None
+    content: Mapping[str, Any],
+    changes: Mapping[str, Any],
+    source: str,
+    folder: Path | None,
+    scans: Scans | None = None,
 ) -> Scene:
-    """Return the scene of a content with changes; a SceneError begins with `source`."""
+    """Return the scene of a content with changes; a SceneError begins with `source`.
+
+    The scans that were read are added to `scans`, by the section of their face.
+    """
     with errors_named(source):
-        return Scene(**_with_tables(with_changes(content, changes), folder))
+        return Scene(**_with_tables(with_changes(content, changes), folder, scans))
 
 
 def load_map(
@@ -167,26 +175,22 @@ def load_map(
     SceneError if [surface] names no map, or a face several.
     """
     content, source, folder = scene_content(name_or_path)
-    scene = scene_of(content, changes or {}, source, folder)
-    sections = with_changes(content, changes or {})
+    scans: Scans = {}
+    scene = scene_of(content, changes or {}, source, folder, scans)
     maps = []
-    for name in ("surface", "counterface"):
-        section = sections.get(name) or {}
-        named = section.get("topography", [])
-        paths = [Path(path) for path in ([named] if isinstance(named, str) else named)]
-        if name == "counterface" and not paths:
-            continue
-        if len(paths) != 1:
-            count = "names no map" if not paths else f"names {len(paths)} maps"
+    for name in ("surface", *(["counterface"] if scans.get("counterface") else [])):
+        found = scans.get(name, [])
+        if len(found) != 1:
+            count = f"names {len(found)} maps" if found else "names no map"
             raise SceneError(
                 f'{source}: [{name}] {count}; to press one, write topography = "scan.x3p"'
             )
-        found = next(read_scans([(folder or Path()) / paths[0]], section))
-        if found.heights.ndim != 2:
+        path, scan = found[0]
+        if scan.heights.ndim != 2:
             raise SceneError(
-                f"{source}: {paths[0]} is a line scan, of which there is C(q), but no map to press; use run"
+                f"{source}: {path} is a line scan, of which there is C(q), but no map to press; use run"
             )
-        maps.append(cast("Topography", found))
+        maps.append(cast("Topography", scan))
     return scene, maps
 
 
@@ -259,7 +263,7 @@ def read_text(path: Path, what: str, limit: int) -> str:
         ) from None
 
 
-def _stored_psd(paths: list[Path], _: dict[str, Any]) -> dict[str, Any]:
+def _stored_psd(paths: list[Path], *_: Any) -> dict[str, Any]:
     """Read a text file of two columns, q in rad/m and C in m⁴; return the key of a section that gives it as a table."""
     (path,) = paths
     text = read_text(path, "the table", _MAX_TABLE_BYTES)
@@ -282,21 +286,22 @@ def _stored_psd(paths: list[Path], _: dict[str, Any]) -> dict[str, Any]:
 
 
 # key → the reader of its files, their content, an example, and the keys that it excludes
-_FILES: dict[
-    str, tuple[Callable[[list[Path], dict[str, Any]], dict[str, Any]], str, str, tuple[str, ...]]
-] = {
+_FILES: dict[str, tuple[Callable[..., dict[str, Any]], str, str, tuple[str, ...]]] = {
     "topography": (measured_psd, "map", "scan.x3p", (*ROUGHNESS_KEYS, "psd_file")),
     "psd_file": (_stored_psd, "table", "psd.csv", ("psd", "psd_error")),
 }
 
 
-def _with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
+def _with_tables(
+    content: dict[str, Any], folder: Path | None, scans: Scans | None = None
+) -> dict[str, Any]:
     """Return the content with each `psd_file` and `topography` replaced by the table C(q) that the files hold."""
     result = dict(content)
     for name, key in product(("surface", "counterface"), _FILES):
         section = result.get(name)
         if isinstance(section, dict) and key in section:
-            result[name] = _with_table(name, key, section, folder)
+            found = None if scans is None else scans.setdefault(name, [])
+            result[name] = _with_table(name, key, section, folder, found)
     for name, key in product(("surface", "counterface"), SCAN_KEYS):
         if isinstance(section := result.get(name), dict) and key in section:
             raise SceneError(f"{name}.{key} goes with topography only; remove it")
@@ -312,7 +317,11 @@ def _with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]
 
 
 def _with_table(
-    name: str, key: str, section: dict[str, Any], folder: Path | None
+    name: str,
+    key: str,
+    section: dict[str, Any],
+    folder: Path | None,
+    found: "list[tuple[Path, Topography | Profile]] | None",
 ) -> dict[str, Any]:
     """Return a section with the key of its files replaced by the table C(q) that they hold."""
     read, what, example, others = _FILES[key]
@@ -333,7 +342,7 @@ def _with_table(
             f"{setting} needs a scene file to lie beside; write the table as psd = [[q, C], ...]"
         )
     try:
-        table = read([folder / path for path in paths], section)
+        table = read([folder / path for path in paths], section, found)
     except (OSError, ValueError, ImportError) as error:
         raise SceneError(f"{setting}: {error}") from None
     used = {key, *SCAN_KEYS} if key == "topography" else {key}

@@ -39,8 +39,15 @@ SCAN_KEYS = (
 )
 
 
-def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
-    """Measure C(q) of the scans of one surface; return the keys that give it, its error, and each map's texture."""
+def measured_psd(
+    paths: list[Path],
+    section: dict[str, Any],
+    found: "list[tuple[Path, Topography | Profile]] | None" = None,
+) -> dict[str, Any]:
+    """Measure C(q) of the scans of one surface; return the keys that give it, its error, and each map's texture.
+
+    The scans are added to `found`, if it is given.
+    """
     from roughsim.surface.topography import Topography, bins_of_lines, combined
 
     if len(paths) > _MOST_SCANS:
@@ -54,6 +61,8 @@ def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
         else:
             lines.append(scan)
         undefined.append(scan.undefined)
+        if found is not None:
+            found.append((path, scan))
     spectrum, errors = combined(bins + bins_of_lines(lines))
     rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
     rounded = [[float(f"{error:.3g}") for error in row] for row in errors.tolist()]

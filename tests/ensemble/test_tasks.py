@@ -220,7 +220,7 @@ def test_a_member_that_a_slow_file_system_shows_late_counts(quick, tmp_path):
 
         def submit(self, function, jobs, index):
             future = super().submit(function, jobs, index)
-            path = member_path(jobs[0].folder, jobs[0].level, index)
+            path = member_path(jobs[0].folder, jobs[0].source.level, index)
             path.rename(path.with_suffix(".late"))
             threading.Timer(0.3, path.with_suffix(".late").rename, [path]).start()
             return future
