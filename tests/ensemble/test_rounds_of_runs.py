@@ -46,7 +46,7 @@ class Recording(Executor):
         self.given, self.held = [], dict.fromkeys(held)
 
     def submit(self, function, jobs, index):
-        task, future = (jobs[0].level, index), Future()
+        task, future = (jobs[0].source.level, index), Future()
         self.given.append(task)
         if task in self.held:
             self.held[task] = lambda: future.set_result(function(jobs, index))
