@@ -164,7 +164,7 @@ def test_every_number_has_every_part(slid, monkeypatch, part, relative):
 @pytest.mark.parametrize("unknown", [True, False])
 def test_a_pressed_map_has_every_part(pressed, monkeypatch, unknown):
     overshoot = {OVERSHOOT: 0.02 if unknown else 0.0}  # share of the load on spikes
-    monkeypatch.setattr("roughsim.results.pressed._of_last_level", lambda run, index: overshoot)
+    monkeypatch.setattr("roughsim.results.pressed._of_last_level", lambda *_: overshoot)
     run = rs.open_run(pressed.folder)
     numbers = [
         *run.estimates().items(),

@@ -22,13 +22,16 @@ UNITS = {
 MEMBER = {
     "speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2", "x": "m", "y": "m", "heights": "m", "pressure": "Pa"
 }  # fmt: skip
-EXPORT = {**UNITS, "speed": "m/s", "members/x_L2": "m", "members/pressure_L2": "Pa"}
+EXPORT = {f"results/{name}": unit for name, unit in UNITS.items()} | {
+    "results/speed": "m/s", "members/x_L2": "m", "members/pressure_L2": "Pa"
+}  # fmt: skip
 AXES = {
     "numbers": ("below", "number", "speed"), "unit": ("number",), "stress_spectrum": ("below", "wavenumber"),
     "pressure": ("x", "y"),
 }  # fmt: skip
 EXPORT_AXES = {
-    "flash_temperature": ("column", "speed"), "contact_fraction_total_error": ("column",),
+    "results/flash_temperature": ("column", "speed"), "results/contact_fraction_total_error": ("column",),
+    "results/flash_temperature_part": ("part", "column", "speed"), "results/flash_temperature_note": ("column", "speed"),
     "members/flash_temperature": ("level", "realization", "speed"), "members/cell": ("level",),
     "members/stress_spectrum_L2": ("realization", "wavenumber_L2"),
     "members/pressure_L2": ("kept_realization_L2", "x_L2", "y_L2"),
