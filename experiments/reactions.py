@@ -38,7 +38,7 @@ from roughsim.estimate.reactions import BOLTZMANN, ELECTRONVOLT
 from roughsim.observables.distribution import LEVELS
 from roughsim.observables.moments import HeatSource
 from roughsim.planning.realization import slide_problem
-from roughsim.prediction.fields import FrozenFields, Solid, draw_frozen, measured, sample_of
+from roughsim.prediction.fields import FrozenFields, draw_frozen, measured, sample_of
 from roughsim.scene.reactions import ReactionSection
 from roughsim.sliding.member import solve_slide
 from theory import clipped
@@ -138,8 +138,7 @@ class Drawn:
         """Return drawn fields."""
         points = points or self.part.points
         spectrum = self.spectrum(points)
-        solid = Solid(**self.solid())
-        drawn = draw_frozen(spectrum, solid, self.source, points=points, fields=fields)
+        drawn = draw_frozen(spectrum, self.solid(), self.source, points=points, fields=fields)
         law = clipped.law_of(spectrum, **self.solid())
         length = spectrum.rms_height / spectrum.rms_slope
         doubt = form_doubt(np.array(self.source.rates) * length)

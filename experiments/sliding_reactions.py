@@ -31,7 +31,7 @@ from script import Command, Row, Rows, write_evidence
 import roughsim as rs
 from roughsim.estimate.fields import by_law, drawn_slides
 from roughsim.observables.record import Sample
-from roughsim.prediction.fields import Solid, draw_slides, sample_of
+from roughsim.prediction.fields import draw_slides, sample_of
 from roughsim.sliding.distribution import Sampler
 from roughsim.sliding.history import LAST, follow
 from roughsim.sliding.path import oblique_path
@@ -66,11 +66,12 @@ class Drawn(Bodies):
 
     def theory(self, fields: int = 6, points: int = 160) -> Found:
         """Return drawn fields."""
-        solid = Solid(MODULUS, self.pressure, self.hardness)
+        solid = {"effective_modulus": MODULUS, "nominal_pressure": self.pressure}
+        solid["penetration_hardness"] = self.hardness
         sample = draw_slides(
             self.spectrum, solid, self.motions(), self.part, fields=fields, points=points
         )
-        return found_of(sample, clipped.law_of(self.spectrum, **solid._asdict()).contact_fraction)
+        return found_of(sample, clipped.law_of(self.spectrum, **solid).contact_fraction)
 
     def slide(self, points: int = POINTS, members: int = MEMBERS) -> Found:
         """Return slides."""

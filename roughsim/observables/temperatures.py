@@ -26,6 +26,8 @@ from roughsim.observables.moments import HeatSource
 # lay had the 99 % quantile of the mean over directions to 4 % (rms; worst 20), 17 beyond it to 15 % (27). 252 fields of
 # 84 isotropic surfaces, with 1 to 8 longest waves a side, had a logarithm of at most .08
 MOST_SCALED = 0.5
+# arguments of `turned_response`
+_Motion = tuple[Grid, tuple[float, float], float, Layering | None, str, float]
 _KEPT = 2**21  # points times speeds up to which the responses of a grid are kept, in 8 MB
 
 
@@ -75,7 +77,7 @@ def contact_fields(
         strict=True,
     ):
         drift, durations, _ = moving(grid, speed, diffusivity, slide.direction, slide.slid_distance)
-        motions.append(_Motion(drift, layers, diffusivity * float(durations)))
+        motions.append((grid, drift, 0.0, layers, "f", diffusivity * float(durations)))
     if flux.min() == flux.max():  # only q = 0, which is left out
         fields = [np.zeros(grid.points, np.float32)] * speeds
     else:
@@ -99,30 +101,18 @@ def own_flash(
     return np.asarray(flux * nominal_pressure * own / np.asarray(sliding.conductivity))
 
 
-class _Motion(NamedTuple):
-    """A moving source in units of the half-space."""
-
-    drift: tuple[float, float]  # v/D along x and y, 1/m
-    layers: Layering | None
-    spread: float  # D t, m²
-
-
 def _responses(grid: Grid, motions: tuple[_Motion, ...]) -> Iterable[Field]:
     """Return the response κT/q̇ of the waves to each motion, as `convolutions` takes it."""
     if grid.points * len(motions) <= _KEPT:
-        return _kept_responses(grid, motions)
-    return (_response(grid, motion) for motion in motions)
+        return _kept_responses(motions)
+    return (turned_response(*motion) for motion in motions)
 
 
 @lru_cache(
     maxsize=8
 )  # half of the time of a contact of 512² points; the grids of a run come in turn
-def _kept_responses(grid: Grid, motions: tuple[_Motion, ...]) -> tuple[Field, ...]:
-    return tuple(_response(grid, motion) for motion in motions)
-
-
-def _response(grid: Grid, motion: _Motion) -> Field:
-    return turned_response(grid, motion.drift, 0.0, motion.layers, "f", motion.spread)
+def _kept_responses(motions: tuple[_Motion, ...]) -> tuple[Field, ...]:
+    return tuple(turned_response(*motion) for motion in motions)
 
 
 def distribution_of(

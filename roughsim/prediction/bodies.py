@@ -37,6 +37,12 @@ def pressure_arguments(scene: Scene) -> dict[str, float]:
     return load_arguments(scene) | {"penetration_hardness": scene.penetration_hardness}
 
 
+def law_arguments(scene: Scene) -> dict[str, Any]:
+    """Return E*, σ₀ and σ_P, None of elastic contact, as arguments of the calibrated law."""
+    hardness = None if scene.elastic else scene.penetration_hardness
+    return load_arguments(scene) | {"penetration_hardness": hardness}
+
+
 def stress_arguments(scene: Scene) -> dict[str, Any]:
     """Return E*, σ₀ and γ as arguments of the theory."""
     return load_arguments(scene) | {"gamma": scene.theory.gamma}

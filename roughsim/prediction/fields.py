@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from math import inf, pi, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +21,7 @@ from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import quantiles_of
 from roughsim.observables.distribution import Bins, Distribution
 from roughsim.observables.record import Sample
-from roughsim.prediction.bodies import conduction, friction_coefficient, load_arguments
+from roughsim.prediction.bodies import conduction, friction_coefficient, law_arguments
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.sliding import moving_roughness
 from roughsim.scene import Scene
@@ -40,15 +40,8 @@ _WAVES, _POINTS, _PIXELS, _FIELDS = 4, 512, 4, 8
 _SLID_WAVES, _SLID_POINTS, _SLID_PIXELS, _SLID_FIELDS = (2.0, 8.0), 160, 5, 6
 _FINEST, _LEAST_STEPS = 640, 4  # points of slides that are short, and pixels of these
 _FURTHEST = 4.0  # lengths of the cell that are slid: further counts as that
+Load = dict[str, Any]  # E*, σ₀ and σ_P, as `law_arguments`
 _AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
-
-
-class Solid(NamedTuple):
-    """E*, σ₀ and σ_P of a contact, Pa; elastic without σ_P."""
-
-    effective_modulus: float
-    nominal_pressure: float
-    penetration_hardness: float | None
 
 
 class FrozenFields(NamedTuple):
@@ -84,7 +77,7 @@ def frozen_fields(scene: Scene) -> FrozenFields | None:
         return None
     try:
         return draw_frozen(
-            scene.spectrum, _solid(scene), heat_source(scene), scene.numerics.slid_distance
+            scene.spectrum, law_arguments(scene), heat_source(scene), scene.numerics.slid_distance
         )
     except ValueError:  # the law does not hold for C(q) up to the shortest wave of the fields
         return None
@@ -101,19 +94,15 @@ def slid_fields(scene: Scene) -> Sample | None:
     from roughsim.heat.partition import Body
     from roughsim.sliding.stepping import Motion
 
-    bodies = conduction(scene)
-    speeds = np.array(scene.speeds)
-    constants = np.stack([bodies.conductivity, bodies.diffusivity, bodies.counter_conductivity])
-    rows = np.stack([speeds, friction_coefficient(scene), *constants, bodies.counter_diffusivity])
+    constants = np.array([friction_coefficient(scene), *conduction(scene)[1:]]).T.tolist()
     motions = [
-        Motion(speed, friction, Body(*moving), Body(*resting), distance)
-        for (speed, friction, *each), distance in zip(
-            rows.T.tolist(), scene.sliding.distances, strict=True
+        Motion(speed, friction, Body(kappa, diffusivity), Body(*resting), distance)
+        for speed, distance, (friction, kappa, diffusivity, *resting) in zip(
+            scene.speeds, scene.sliding.distances, constants, strict=True
         )
-        for moving, resting in [(each[:2], each[2:])]
     ]
     try:
-        return draw_slides(scene.spectrum, _solid(scene), motions, moving_roughness(scene))
+        return draw_slides(scene.spectrum, law_arguments(scene), motions, moving_roughness(scene))
     except (ValueError, ArithmeticError):  # as above, or the bodies do not come to one temperature
         return None
 
@@ -124,14 +113,9 @@ def _has_fields(scene: Scene, body: int) -> bool:
     return asks and scene.layers[body] == Layers()
 
 
-def _solid(scene: Scene) -> Solid:
-    hardness = None if scene.elastic else scene.penetration_hardness
-    return Solid(**load_arguments(scene), penetration_hardness=hardness)
-
-
 def draw_frozen(
     spectrum: Spectrum,
-    solid: Solid,
+    load: Load,
     source: HeatSource,
     slid_distance: float | None = None,
     *,
@@ -158,19 +142,19 @@ def draw_frozen(
         noise = white if count == points else [theory.clipped.halved(waves) for waves in white]
         rows = [
             measured(pressure, length, source, slid)
-            for pressure in _contacts(cut, solid, noise, length)
+            for pressure in _contacts(cut, load, noise, length)
         ]
         samples.append(sample_of(cut.breaks[-1], count, rows))
         laws.append(cut)
-    flash = [_flash_of_law(law, solid, source) for law in (*laws, spectrum)]
+    flash = [_flash_of_law(law, load, source) for law in (*laws, spectrum)]
     return FrozenFields(tuple(samples), np.array(flash))
 
 
 def _contacts(
-    spectrum: Spectrum, solid: Solid, white: Sequence[Array], length: float
+    spectrum: Spectrum, load: Load, white: Sequence[Array], length: float
 ) -> Iterator[Array]:
     """Yield the pressure of drawn contacts in a cell of this side, m, for each field of white noise."""
-    field = theory.clipped.clipped_field(spectrum, **solid._asdict())
+    field = theory.clipped.clipped_field(spectrum, **load)
     points = white[0].shape[0]
     amplitude, _ = theory.clipped.amplitudes(field, points, length)
     ascending = field.ascending(points**2)
@@ -196,16 +180,16 @@ def measured(
     return flash, distribution_of(hot, [heat] * len(hot), flash)
 
 
-def _flash_of_law(spectrum: Spectrum, solid: Solid, source: HeatSource) -> Array:
+def _flash_of_law(spectrum: Spectrum, load: Load, source: HeatSource) -> Array:
     """Return T_flash of the calibrated law, K, (speeds,)."""
-    law = theory.clipped.law_of(spectrum, **solid._asdict())
+    law = theory.clipped.law_of(spectrum, **load)
     constants = source.friction_coefficient, source.conductivity, source.diffusivity
     return np.array(
         [
             theory.flash.flash_temperature(
                 speed,
                 stress_spectrum=law,
-                nominal_pressure=solid.nominal_pressure,
+                nominal_pressure=load["nominal_pressure"],
                 friction_coefficient=friction,
                 conductivity=conductivity,
                 diffusivity=diffusivity,
@@ -219,7 +203,7 @@ def _flash_of_law(spectrum: Spectrum, solid: Solid, source: HeatSource) -> Array
 
 def draw_slides(
     spectrum: Spectrum,
-    solid: Solid,
+    load: Load,
     motions: Sequence[Motion],
     moving_part: float,
     *,
@@ -248,7 +232,7 @@ def draw_slides(
             raise ValueError(f"slid_distance = {distances.min():.4g} m is too short")
         grid = Grid((2 * grid.shape[0], 2 * grid.shape[1]), grid.lengths)
     path = oblique_path(grid, float(distances.max()))
-    field = theory.clipped.clipped_field(cut, **solid._asdict())
+    field = theory.clipped.clipped_field(cut, **load)
     amplitude, _ = theory.clipped.amplitudes(field, grid.shape[0], length)
     ascending = field.ascending(grid.points)
     rng, rows = np.random.default_rng(seed), []

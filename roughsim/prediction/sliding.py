@@ -11,7 +11,7 @@ from numpy.polynomial.legendre import leggauss
 
 import theory
 from roughsim.grid import Array
-from roughsim.prediction.bodies import conduction, groups, layer_arguments, load_arguments
+from roughsim.prediction.bodies import conduction, groups, law_arguments, layer_arguments
 from roughsim.prediction.law import calibrated
 from roughsim.scene import Scene
 from roughsim.scene.model import Conduction
@@ -201,9 +201,7 @@ def sliding_error(scene: Scene) -> float:
 
 def pair_arguments(scene: Scene, bodies: Conduction) -> dict[str, Any]:
     """Return contact, κ and D of both bodies, and the moving part of C(q), as arguments of the theory."""
-    arguments: dict[str, Any] = load_arguments(scene)
-    return arguments | {
-        "penetration_hardness": None if scene.elastic else scene.penetration_hardness,
+    return law_arguments(scene) | {
         "conductivity": bodies.conductivity,
         "diffusivity": bodies.diffusivity,
         "resting_conductivity": bodies.counter_conductivity,

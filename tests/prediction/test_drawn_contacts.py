@@ -9,12 +9,13 @@ import roughsim as rs
 from roughsim.estimate import fields
 from roughsim.observables.distribution import LEVELS
 from roughsim.observables.moments import HeatSource
-from roughsim.prediction.fields import Solid, draw_frozen, draw_slides
+from roughsim.prediction.fields import draw_frozen, draw_slides
 from roughsim.sliding.stepping import Motion
 from theory import clipped, flash, plasticity
 
-MODULUS, DIFFUSIVITY = 1.1e11, 7.6e-6
-STEEL = Solid(1.0989e11, 9e7, 1.2e9)
+DIFFUSIVITY = 7.6e-6
+STEEL = {"effective_modulus": 1.0989e11, "nominal_pressure": 9e7, "penetration_hardness": 1.2e9}
+FULL = {"effective_modulus": 1.1e11, "nominal_pressure": 0.5e11, "penetration_hardness": 1e11}
 SHARES = np.array([*LEVELS.values()])
 # C(q) of both faces of two rough steels, h_rms = .9 µm each
 ROUGH = rs.SelfAffineSpectrum.from_rms_height(
@@ -47,12 +48,12 @@ def over_flash(sample, weight="", prefix=""):
 
 
 def test_in_full_contact_pressure_and_temperature_are_jointly_normal():
-    spectrum, solid = self_affine(1e-29, 1e6), Solid(MODULUS, 0.5e11, 1e11)
+    spectrum, solid = self_affine(1e-29, 1e6), FULL
     (sample, fine), _ = frozen([0.02], spectrum, solid, fields=6, points=256, seed=3)
     assert (sample.q_max, fine.q_max) == (4 * 2 * 5e4, 8 * 2 * 5e4)
     even, error = (values[:, 0] for values in over_flash(fine, "area_"))
     law = {
-        "stress_spectrum": plasticity.stress_spectrum(spectrum, **solid._asdict()),
+        "stress_spectrum": plasticity.stress_spectrum(spectrum, **solid),
         "nominal_pressure": 0.5e11,
         "friction_coefficient": 0.11,
         "conductivity": 30.0,
@@ -140,7 +141,7 @@ def test_a_smooth_body_that_takes_all_heat_feels_the_frozen_contact():
 
 
 def test_in_full_contact_the_temperature_of_a_slide_is_normal():
-    spectrum, solid = self_affine(1e-29, 4e5), Solid(MODULUS, 0.5e11, 1e11)
+    spectrum, solid = self_affine(1e-29, 4e5), FULL
     sample = slides([0.02], spectrum, solid, INSULATING, 0.0, 5e-4, fields=2)
     even, _ = over_flash(sample, "area_", "sliding_")
     deviation = even[4, 0] / ndtri(0.9)
@@ -182,15 +183,15 @@ def test_short_slides_have_finer_steps_and_still_shorter_ones_are_refused():
 
 def test_outside_the_law_there_are_no_fields():
     with pytest.raises(ValueError, match="penetration_hardness"):
-        frozen([1.0], ROUGH, STEEL._replace(penetration_hardness=1e6))
+        frozen([1.0], ROUGH, STEEL | {"penetration_hardness": 1e6})
     with pytest.raises(ValueError, match="penetration_hardness"):
-        slides([1.0], ROUGH, STEEL._replace(penetration_hardness=1e6))
+        slides([1.0], ROUGH, STEEL | {"penetration_hardness": 1e6})
 
 
 def test_each_position_of_a_slide_has_the_area_of_the_field():
     from roughsim.prediction.fields import _along
 
-    field = clipped.clipped_field(self_affine(3e-25, 4e7), **STEEL._asdict())
+    field = clipped.clipped_field(self_affine(3e-25, 4e7), **STEEL)
     rng = np.random.default_rng(5)
     still, riding = rng.standard_normal((2, 96, 96))
     offsets = np.array([[0, 0], [1, 0], [7, 1]])

@@ -142,18 +142,16 @@ class ClippedField:
 
         TypeError or ValueError if `r` is not real and finite.
         """
-        radius = real_array("r", r, "m")
-        with np.errstate(divide="ignore"):
-            place = np.log(radius)
-        return np.interp(place, np.log(self.distance), np.cos(self.angles()), left=1.0, right=0.0)
+        return self._at(r, np.cos(self.angles()))
 
     def shape(self, r: ArrayLike) -> Array:
         """Return g_σ(r)/g_σ(0) of the law at the distances `r`, m, elementwise; ends and errors as `correlation`."""
-        radius = real_array("r", r, "m")
+        return self._at(r, self.pressure_correlation / self.variance)
+
+    def _at(self, r: ArrayLike, correlation: Array) -> Array:
         with np.errstate(divide="ignore"):
-            place = np.log(radius)
-        shape = self.pressure_correlation / self.variance
-        return np.interp(place, np.log(self.distance), shape, left=1.0, right=0.0)
+            place = np.log(real_array("r", r, "m"))
+        return np.interp(place, np.log(self.distance), correlation, left=1.0, right=0.0)
 
 
 def directed_correlations(correlations: Array, cosine: Array) -> Correlations:
