@@ -40,21 +40,19 @@ _FURTHEST = 2.0  # steps of the cut-off, to twice as high a one, by which fields
 # of `form_doubt`: at 1, its fall, least and most. Set on 29 contacts that were drawn by chance, tested on 13 others
 # (experiments/reactions.py)
 _AT_ONE, _PER_E_FOLD, _DOUBTS = 0.17, 0.02, (0.06, 0.24)
-_OF_SLIDES = 0.15  # chosen wide: beside solved slides .11 rms, at most .3, at 99 % (experiments/sliding_reactions.py)
+_OF_SLIDES = 0.15  # chosen wide: beside solved slides .06 rms, at most .15, at 99 % (experiments/sliding_reactions.py)
 _SHIFT = 1.4  # of all temperatures, over T_flash and the doubt: contact that the law lacks is cold
 
 
 class Drawn(NamedTuple):
     """Contacts that the law draws, as a column; temperatures are with all their heat in the moving body."""
 
-    samples: tuple[
-        Sample, ...
-    ]  # lowest cut-off first; of slides the second is continued to all of C(q)
+    # lowest cut-off first; of slides the second is continued to all of C(q)
+    samples: tuple[Sample, ...]
     flash: Values  # T_flash of the law, K
     quantile: Callable[[str], Values]  # by its name
-    mean: Callable[
-        [ContactMean], OverContact
-    ]  # over these contacts, at the T_flash of its argument
+    # over these contacts, at the T_flash of its argument
+    mean: Callable[[ContactMean], OverContact]
 
     def contacts(
         self, speeds: tuple[float, ...], flash: Values, area: Values, background: Array

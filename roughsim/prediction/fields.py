@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 import theory
 from roughsim.contact import Contact
+from roughsim.errors import ConvergenceError
 from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import quantiles_of
 from roughsim.observables.distribution import Bins, Distribution
@@ -103,7 +104,7 @@ def slid_fields(scene: Scene) -> Sample | None:
     ]
     try:
         return draw_slides(scene.spectrum, law_arguments(scene), motions, moving_roughness(scene))
-    except (ValueError, ArithmeticError):  # as above, or the bodies do not come to one temperature
+    except (ValueError, ConvergenceError):  # as above, or the bodies do not come to one temperature
         return None
 
 
