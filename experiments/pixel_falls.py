@@ -24,9 +24,9 @@ from scipy import stats
 from script import Command, Rows, write_evidence
 
 import roughsim as rs
-from roughsim.estimate.ladder import Rung, change_by_pixel
 from roughsim.estimate.levels import PIXEL_FALL
 from roughsim.estimate.mean import Mean
+from roughsim.estimate.telescoping import LevelMean, change_by_pixel
 from roughsim.observables.catalogue import OBSERVABLES
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
@@ -111,10 +111,10 @@ def carries(name: str, scene: rs.Scene, found: list[dict[str, Any]]) -> Iterator
         }
 
 
-def rung(row: dict[str, Any], of: slice) -> Rung:
+def rung(row: dict[str, Any], of: slice) -> LevelMean:
     """Return a rung with the change of some numbers by half the pixel."""
     values = Mean(np.array(row["change"][of]), {})
-    return Rung(row["q"], values, values, values, PIXELS[1] / PIXELS[0])
+    return LevelMean(row["q"], values, values, values, PIXELS[1] / PIXELS[0])
 
 
 def all_of(rows: list[dict[str, Any]]) -> tuple[Array, Array]:

@@ -22,9 +22,9 @@ from roughsim.contact import Contact
 from roughsim.contact.active_set import solve_contact
 from roughsim.ensemble.run import shown
 from roughsim.errors import ConvergenceError
-from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import values_of
 from roughsim.estimate.rounds import FIRST, FIRST_STEP, TARGET
+from roughsim.estimate.telescoping import Pair
 from roughsim.grid import Array, Grid
 from roughsim.machine import available_memory, workers_that_fit
 from roughsim.observables.catalogue import stored_numbers

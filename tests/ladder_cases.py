@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from roughsim.estimate.ladder import Pair, Rung, climb
 from roughsim.estimate.mean import mean_of
+from roughsim.estimate.telescoping import LevelMean, Pair, telescoped
 from roughsim.observables.record import Sample
 
 NAME = "flash_temperature"
@@ -87,14 +87,14 @@ def with_partner(pairs, change, cut_off, *, speeds=SPEEDS):
 
 def rungs_at(means, cut_offs=(4.0, 8.0, 16.0), **names):
     """Rungs of a ladder of these means."""
-    return climb(lambda sample: sample.numbers[NAME], ladder(means, cut_offs, **names))
+    return telescoped(lambda sample: sample.numbers[NAME], ladder(means, cut_offs, **names))
 
 
 def scattered(means, errors, cut_offs=(4.0, 8.0, 16.0)):
     """Rungs whose means are independent, with these standard errors."""
     rungs = []
     for stream, (mean, error, q_max) in enumerate(zip(means, errors, cut_offs, strict=True)):
-        rungs.append(Rung(q_max, mean_of(stream, mean + error * np.array([[1.0], [-1.0]]))))
+        rungs.append(LevelMean(q_max, mean_of(stream, mean + error * np.array([[1.0], [-1.0]]))))
     return rungs
 
 

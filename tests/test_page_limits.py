@@ -69,7 +69,7 @@ STATED = [
     (
         "errors",
         "and {} times the last change counts as error",
-        ["roughsim.estimate.ladder:_TURNING"],
+        ["roughsim.estimate.telescoping:_TURNING"],
     ),
     (
         "errors",

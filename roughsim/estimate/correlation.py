@@ -4,9 +4,9 @@ import numpy as np
 import scipy
 
 from roughsim.estimate.errors import spread_of
-from roughsim.estimate.ladder import Pair
 from roughsim.estimate.mean import mean_of
 from roughsim.estimate.regression import at_mean_peak_volume
+from roughsim.estimate.telescoping import Pair
 from roughsim.grid import Array
 from roughsim.observables.record import Sample
 

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from roughsim import prediction
 from roughsim.estimate.asked import Contacts, asked_of
 from roughsim.estimate.errors import estimate
-from roughsim.estimate.ladder import Pair, climb
 from roughsim.estimate.levels import FLASH, Values, scaled
 from roughsim.estimate.reactions import (
     ContactMean,
@@ -26,6 +25,7 @@ from roughsim.estimate.reactions import (
     rest_of,
 )
 from roughsim.estimate.sliding import HOT, sliding_quantile, stretch_of, stretched
+from roughsim.estimate.telescoping import Pair, telescoped
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
@@ -95,12 +95,14 @@ def drawn_frozen(fields: FrozenFields, end: float, flash: Values, doubt: Array |
     def over_flash(sample: Sample, name: str) -> Array:
         return ratio(sample.numbers[name], sample.numbers[FLASH])
 
-    by_heat = [climb(partial(over_flash, name=name), pairs) for name in QUANTILES[: len(LEVELS)]]
-    tops = np.array([rungs[-1].mean.value for rungs in by_heat])
-    rests = np.array([rest_of(rungs, end, law)[0].value for rungs in by_heat])
+    by_heat = [
+        telescoped(partial(over_flash, name=name), pairs) for name in QUANTILES[: len(LEVELS)]
+    ]
+    tops = np.array([levels[-1].mean.value for levels in by_heat])
+    rests = np.array([rest_of(levels, end, law)[0].value for levels in by_heat])
 
     def quantile(name: str) -> Values:
-        top = climb(partial(over_flash, name=name), pairs)[-1].mean
+        top = telescoped(partial(over_flash, name=name), pairs)[-1].mean
         # points of one temperature change together, by heat and by area: once all has yielded both are equal
         columns = zip(top.value, tops.T, rests.T, strict=True)
         rest = np.array([np.interp(*column) for column in columns])

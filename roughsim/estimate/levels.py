@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.ladder import Pair, Rung, change_by_pixel, climb
 from roughsim.estimate.limit import Limit, by_bound, by_law, by_power, by_shape, by_steps
 from roughsim.estimate.mean import Mean, Scatter
+from roughsim.estimate.telescoping import LevelMean, Pair, change_by_pixel, telescoped
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
@@ -79,10 +79,10 @@ def values_of(
     if observable == "heat_partition":
         return _share_of(scene, column, pairs, extrapolated=extrapolated, continued=continued)
     record = OBSERVABLES[observable]
-    rungs = climb(record.of_level, pairs)
+    levels = telescoped(record.of_level, pairs)
     is_temperature = observable == FLASH or record.as_flash
-    slow = climb(partial(number, name=RESTING), pairs) if is_temperature else None
-    values = _continued_to_the_end(scene, column, observable, rungs, slow, extrapolated, continued)
+    slow = telescoped(partial(number, name=RESTING), pairs) if is_temperature else None
+    values = _continued_to_the_end(scene, column, observable, levels, slow, extrapolated, continued)
     return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
 
 
@@ -90,30 +90,30 @@ def _continued_to_the_end(
     scene: Scene,
     column: str,
     observable: str,
-    rungs: list[Rung],
-    slow: list[Rung] | None,
+    levels: list[LevelMean],
+    slow: list[LevelMean] | None,
     extrapolated: bool,
     continued: bool,
 ) -> Values:
-    """Return the values of the rungs of an observable; others as of `values_of`.
+    """Return the values of the levels of an observable; others as of `values_of`.
 
-    A temperature of the contact comes with `slow`, the rungs of T_flash of slow contact, or of the resting body.
+    A temperature of the contact comes with `slow`, the levels of T_flash of slow contact, or of the resting body.
     """
     record, capped = OBSERVABLES[observable], column == "capped"
-    q_c, top, finer, *_ = rungs[-1]
+    q_c, top, finer, *_ = levels[-1]
     nothing = np.zeros(top.value.shape)
     limit, has_limit = Limit(Mean(nothing, {}), nothing, ""), record.limit or not capped
     end = scene.spectrum.breaks[-1] if extrapolated else q_c
     if q_c < end * (1 - SAME):
         limit = limit._replace(error=np.full_like(nothing, np.nan))
         if continued and has_limit:
-            limit = continuation(scene, column, observable, rungs, limit)
-    # the continued ladder has the same pixels per shortest wave: their effect at its end is corrected
+            limit = continuation(scene, column, observable, levels, limit)
+    # the continued levels have the same pixels per shortest wave: their effect at the end is corrected
     end = end if limit.way else q_c
     with np.errstate(all="ignore"):  # infinite at rest
         finest = top.value if finer is None else top.value * (1.0 + finer.value)
         change, error = change_by_pixel(
-            rungs, record.pixel_orders[capped], PIXEL_FALL[column], end, slow
+            levels, record.pixel_orders[capped], PIXEL_FALL[column], end, slow
         )
         mean = top + limit.rest
         pixel = np.abs(mean.value) * error
@@ -128,7 +128,7 @@ def _continued_to_the_end(
             # on a map that is cut off they may lie further from the bound, but not if nothing yields
             on_this_side = continued | (mean.value == 0.0)
             bandwidth = np.where(on_this_side, np.fmin(bandwidth, nearest), bandwidth)
-        step = np.abs(top.value - rungs[-2].mean.value) if len(rungs) > 1 else nothing
+        step = np.abs(top.value - levels[-2].mean.value) if len(levels) > 1 else nothing
         last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
     errors = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
     return Values(mean.value, finest, mean.scatter, errors, limit.way)
@@ -156,14 +156,14 @@ def _share_of(
     the temperature of slow sliding.
     """
     balanced = [pair.of(partial(prediction.balanced, scene)) for pair in pairs]
-    slow = climb(partial(number, name=RESTING), balanced)
+    slow = telescoped(partial(number, name=RESTING), balanced)
     of_bodies = (
-        (prediction.in_motion(scene), climb(partial(number, name=FLASH), balanced)),
+        (prediction.in_motion(scene), telescoped(partial(number, name=FLASH), balanced)),
         (prediction.slow(scene), slow),
     )
     body, resting = (
-        _continued_to_the_end(of_body, column, FLASH, rungs, slow, extrapolated, continued)
-        for of_body, rungs in of_bodies
+        _continued_to_the_end(of_body, column, FLASH, levels, slow, extrapolated, continued)
+        for of_body, levels in of_bodies
     )
     warm, resting_warm = prediction.backgrounds(scene, pairs[0].sample)
     with np.errstate(all="ignore"):  # a body that does not conduct
@@ -181,7 +181,7 @@ def _share_of(
 
 
 def continuation(
-    scene: Scene, column: str, observable: str, rungs: list[Rung], unknown: Limit
+    scene: Scene, column: str, observable: str, levels: list[LevelMean], unknown: Limit
 ) -> Limit:
     """Return the rest beyond the highest cut-off; `unknown` if no rule holds.
 
@@ -190,25 +190,25 @@ def continuation(
     rest is in doubt where C(q) falls more steeply. A distance shorter than the shortest wave follows no power.
     Temperatures of the contact other than T_flash follow its law by steps.
     """
-    q = tuple(rung.q_max for rung in rungs)
+    q = tuple(level.q_max for level in levels)
     record = OBSERVABLES[observable]
     followed = FLASH if record.as_flash else observable
     theory = prediction.continuation(scene, column, q, followed)
     if theory is not None:
-        return by_shape(rungs, theory, yields=column == "capped")
+        return by_shape(levels, theory, yields=column == "capped")
     law = prediction.yielded_fall(scene, q[-2:]) if followed == FLASH else None
     if law is not None:
-        return by_steps(rungs, law) if record.as_flash else by_law(rungs, law)
+        return by_steps(levels, law) if record.as_flash else by_law(levels, law)
     alike = prediction.follows_power(scene, q)
-    if len(rungs) < 2 or alike is None:
+    if len(levels) < 2 or alike is None:
         return unknown
-    top, end = rungs[-1].mean.value, scene.spectrum.breaks[-1]
+    top, end = levels[-1].mean.value, scene.spectrum.breaks[-1]
     if record.distance and top.mean() * q[-1] < 4.0 * np.pi:
-        return unknown._replace(error=np.abs(top - rungs[-2].mean.value))
+        return unknown._replace(error=np.abs(top - levels[-2].mean.value))
     if record.by_force_balance:
-        limit = by_bound(rungs, end, _bound(scene, observable))
+        limit = by_bound(levels, end, _bound(scene, observable))
     else:
-        limit = by_power(rungs, end, prediction.usual_exponent(scene, q[-1]))
+        limit = by_power(levels, end, prediction.usual_exponent(scene, q[-1]))
     return (
         limit if alike else limit._replace(error=np.maximum(limit.error, np.abs(limit.rest.value)))
     )

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughsim.estimate.ladder import Rung
 from roughsim.estimate.mean import Mean
+from roughsim.estimate.telescoping import LevelMean
 from roughsim.grid import Array
 
 # share of the rest that is in doubt, as measured: by the law for contact that yields, and at least by steps
@@ -31,93 +31,93 @@ class Limit(NamedTuple):
     way: str
 
 
-def by_law(rungs: list[Rung], law: Array) -> Limit:
+def by_law(levels: list[LevelMean], law: Array) -> Limit:
     """Return the rest in proportion to a law; `law` has its values at the upper two cut-offs and at the end.
 
-    The error is the doubt of any law, and how badly it foretold the last step, as squares. One rung tests no law: its
+    The error is the uncertainty of any law, and how badly it predicted the last step, as squares. One level tests no law: its
     error is all of the rest.
     """
-    rest = _in_proportion(rungs, law)
+    rest = _in_proportion(levels, law)
     size = np.abs(rest.value)
     error = size
-    if len(rungs) > 1:
-        apart = np.nan_to_num(np.abs(rest.value - _by_steps(rungs, law).value))
+    if len(levels) > 1:
+        apart = np.nan_to_num(np.abs(rest.value - _by_steps(levels, law).value))
         error = np.minimum(np.hypot(apart, _OF_LAW * size), size)
     return Limit(rest, error, "by the law for contact that yields")
 
 
-def by_shape(rungs: list[Rung], theory: Array, *, yields: bool = False) -> Limit:
+def by_shape(levels: list[LevelMean], theory: Array, *, yields: bool = False) -> Limit:
     """Return the rest by steps of the theory; after one step half of it is in doubt, all of it if a part `yields`.
 
     What is zero up to here, as where nothing yields yet, may rise as much as the theory.
-    `theory` has its values at all cut-offs and at the end, (rungs + 1, speeds); NaN outside its known range.
+    `theory` has its values at all cut-offs and at the end, (levels + 1, speeds); NaN outside its known range.
     """
-    rest = alike = _in_proportion(rungs, theory)
+    rest = alike = _in_proportion(levels, theory)
     error = np.abs(alike.value)
-    if len(rungs) > 1:
-        rest = _by_steps(rungs, theory)
-        least = 1.0 if yields else max(_OF_STEPS, 0.5 ** (len(rungs) - 1))
+    if len(levels) > 1:
+        rest = _by_steps(levels, theory)
+        least = 1.0 if yields else max(_OF_STEPS, 0.5 ** (len(levels) - 1))
         error = np.maximum(np.abs(rest.value - alike.value), least * np.abs(rest.value))
     with np.errstate(invalid="ignore"):  # infinite at rest
-        error = np.where(rungs[-1].mean.value == 0.0, np.abs(theory[-1] - theory[-2]), error)
-    tried = np.abs(rest.value) <= _MOST_BY_STEPS * np.abs(rungs[-1].mean.value)
+        error = np.where(levels[-1].mean.value == 0.0, np.abs(theory[-1] - theory[-2]), error)
+    tried = np.abs(rest.value) <= _MOST_BY_STEPS * np.abs(levels[-1].mean.value)
     nothing = Mean(np.zeros_like(rest.value), {})
     way = "with the shape of the theory" if np.any(tried & (rest.value != 0.0)) else ""
     return Limit(rest.where(tried, nothing), np.where(tried, error, np.nan), way)
 
 
-def by_steps(rungs: list[Rung], law: Array) -> Limit:
+def by_steps(levels: list[LevelMean], law: Array) -> Limit:
     """Return the rest by steps of a law that a part of the mean alone follows; `law` as of `by_law`.
 
-    One rung shows no step: it is continued in proportion, and all of the rest is its error.
+    One level shows no step: it is continued in proportion, and all of the rest is its error.
     """
-    rest = alike = _in_proportion(rungs, law)
+    rest = alike = _in_proportion(levels, law)
     error = np.abs(alike.value)
-    if len(rungs) > 1:
-        rest = _by_steps(rungs, law)
+    if len(levels) > 1:
+        rest = _by_steps(levels, law)
         size = np.abs(rest.value)
         error = np.clip(np.abs(rest.value - alike.value), _OF_STEPS * size, size)
     return Limit(rest, error, "by steps of the law of T_flash for contact that yields")
 
 
-def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
-    """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two rungs or more.
+def by_power(levels: list[LevelMean], end: float, usual: float) -> Limit:
+    """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two levels or more.
 
     p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances.
-    Steps that hardly shrink, grow or turn have the least exponent. As exponents rise to the usual one along a ladder,
+    Steps that hardly shrink, grow or turn have the least exponent. As exponents rise to the usual one along the levels,
     the error reaches up to it, and as far below p as its scatter. At least a share of the rest is in doubt: all of it
     after one step, which shows no exponent; the more the steps show, the closer to half of it after two and to
     `_OF_STEPS` after more.
     """
-    q = np.array([rung.q_max for rung in rungs[-2:]] + [end])[:, None]
-    shape = rungs[-1].mean.value.shape
+    q = np.array([level.q_max for level in levels[-2:]] + [end])[:, None]
+    shape = levels[-1].mean.value.shape
     exponent, weight = np.full(shape, usual), np.zeros(shape)
-    if len(rungs) > 2:
-        low, middle, top = (rung.mean for rung in rungs[-3:])
+    if len(levels) > 2:
+        low, middle, top = (level.mean for level in levels[-3:])
         with np.errstate(all="ignore"):
             quotient = (middle - low) / (top - middle)  # (q₂/q₁)^p
         exponent, weight = _exponent(quotient, q[1] / q[0], usual, _LEAST_EXPONENT)
     slower = np.maximum(exponent - np.sqrt(1.0 - weight) * _USUAL_SCATTER, _LEAST_EXPONENT)
     faster = np.maximum(exponent, usual)
-    rest, *others = (_by_steps(rungs, q**-p) for p in (exponent, slower, faster))
+    rest, *others = (_by_steps(levels, q**-p) for p in (exponent, slower, faster))
     apart = [np.abs(other.value - rest.value) for other in others]
-    shown = max(_OF_STEPS, 0.5 ** (len(rungs) - 2))
+    shown = max(_OF_STEPS, 0.5 ** (len(levels) - 2))
     least = 1.0 + weight * (shown - 1.0)
     error = np.maximum.reduce([*apart, least * np.abs(rest.value)])
     return Limit(rest, error, f"as q_c^(−p) with p = {_in_words(exponent)}")
 
 
-def by_bound(rungs: list[Rung], end: float, bound: float) -> Limit:
-    """Return the rest of a mean whose distance to an exact bound falls as q_c^(−p) up to `end`, rad/m, from two rungs.
+def by_bound(levels: list[LevelMean], end: float, bound: float) -> Limit:
+    """Return the rest of a mean whose distance to an exact bound falls as q_c^(−p) up to `end`, rad/m, from two levels.
 
     p is the mean of 1 and the exponent of the last two distances, weighted by their inverse variances, and not below
     0. The error is by an exponent that is `_USUAL_SCATTER` off.
     """
-    low, high = (rung.mean - bound for rung in rungs[-2:])
-    exponent, _ = _exponent(low / high, rungs[-1].q_max / rungs[-2].q_max, 1.0, -np.inf)
+    low, high = (level.mean - bound for level in levels[-2:])
+    exponent, _ = _exponent(low / high, levels[-1].q_max / levels[-2].q_max, 1.0, -np.inf)
     exponent = np.maximum(exponent, 0.0)
     off = np.maximum(exponent + np.array([[0.0], [-_USUAL_SCATTER], [_USUAL_SCATTER]]), 0.0)
-    left, slower, faster = (rungs[-1].q_max / end) ** off
+    left, slower, faster = (levels[-1].q_max / end) ** off
     error = np.abs(high.value) * np.maximum(slower - left, left - faster)
     way = f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}"
     return Limit(high * (left - 1.0), error, way)
@@ -140,16 +140,16 @@ def _in_words(exponent: Array) -> str:
     return ", ".join(dict.fromkeys(f"{p:.2f}" for p in exponent))
 
 
-def _in_proportion(rungs: list[Rung], shape: Array) -> Mean:
+def _in_proportion(levels: list[LevelMean], shape: Array) -> Mean:
     """Return the rest of a mean that stays in proportion to the shape."""
     with np.errstate(invalid="ignore"):  # zero up to here, of a shape that begins to rise
-        return rungs[-1].mean * _follows(shape, shape[-2])
+        return levels[-1].mean * _follows(shape, shape[-2])
 
 
-def _by_steps(rungs: list[Rung], shape: Array) -> Mean:
+def _by_steps(levels: list[LevelMean], shape: Array) -> Mean:
     """Return the rest of a mean whose steps stay in proportion to the steps of the shape."""
     with np.errstate(invalid="ignore"):  # infinite at rest
-        step = rungs[-1].mean - rungs[-2].mean
+        step = levels[-1].mean - levels[-2].mean
         return step * _follows(shape, shape[-2] - shape[-3])
 
 

@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.ladder import Pair, Rung, change_by_pixel, climb
 from roughsim.estimate.levels import FLASH, Values
 from roughsim.estimate.limit import by_steps
 from roughsim.estimate.mean import Mean, mean_of
 from roughsim.estimate.sliding import DOUBT_OF_DISTRIBUTION, stretched
+from roughsim.estimate.telescoping import LevelMean, Pair, change_by_pixel, telescoped
 from roughsim.grid import Array
 from roughsim.observables.distribution import BIN_AREAS, Bins, two_pressures
 from roughsim.observables.record import Sample
@@ -216,12 +216,12 @@ def mean_over_contact(
     an error, since it is small and only a guess. `law` takes the cut-offs to T_flash up to the last two and over all of
     C(q), None where it is unknown; `fall` is as of `PIXEL_FALL`, None for levels that no pixel changes.
     """
-    rungs = climb(of_level.influence, pairs)
-    rest, unknown = rest_of(rungs, end, law)
-    top, mean = rungs[-1].mean.value, rungs[-1].mean + rest
+    levels = telescoped(of_level.influence, pairs)
+    rest, unknown = rest_of(levels, end, law)
+    top, mean = levels[-1].mean.value, levels[-1].mean + rest
     own = {"bandwidth": np.where(unknown, np.nan, np.abs(rest.value))}
     if fall is not None:
-        change, pixel = change_by_pixel(rungs, np.nan, fall, end)
+        change, pixel = change_by_pixel(levels, np.nan, fall, end)
         mean *= change + 1.0
         own["pixel"] = np.abs(mean.value) * pixel
     return _over_contact(mean, top, own, of_level, pairs[-1].sample, pairs[0].sample)
@@ -301,13 +301,13 @@ def law_of_flash(scene: Scene, column: str) -> LawOfFlash:
     return law
 
 
-def rest_of(rungs: list[Rung], end: float, law: LawOfFlash) -> tuple[Mean, bool]:
-    """Return the rest beyond the highest cut-off, and whether it is unknown: with one rung it is that of T_flash."""
-    nothing = Mean(np.zeros_like(rungs[-1].mean.value), {})
-    q = tuple(rung.q_max for rung in rungs)
-    if len(rungs) < 2 or q[-1] >= end * (1.0 - SAME):
+def rest_of(levels: list[LevelMean], end: float, law: LawOfFlash) -> tuple[Mean, bool]:
+    """Return the rest beyond the highest cut-off, and whether it is unknown: with one level it is that of T_flash."""
+    nothing = Mean(np.zeros_like(levels[-1].mean.value), {})
+    q = tuple(level.q_max for level in levels)
+    if len(levels) < 2 or q[-1] >= end * (1.0 - SAME):
         return nothing, False
     flash = law(q)
     if flash is None or not np.isfinite(flash).all():
         return nothing, True
-    return by_steps(rungs, flash).rest, False
+    return by_steps(levels, flash).rest, False

@@ -10,7 +10,6 @@ from roughsim import prediction
 from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import SOURCES, estimate, speed_axis
-from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import (
     FLASH,
     Values,
@@ -30,6 +29,7 @@ from roughsim.estimate.sliding import (
     stretch_of,
     with_background,
 )
+from roughsim.estimate.telescoping import Pair
 from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS, OBSERVABLES, observables_of
 from roughsim.observables.record import Observable

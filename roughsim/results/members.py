@@ -11,8 +11,8 @@ from typing import Any, Literal
 import numpy as np
 
 from roughsim.errors import RecordError
-from roughsim.estimate.ladder import Pair
 from roughsim.estimate.rounds import Counts
+from roughsim.estimate.telescoping import Pair
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.distribution import BIN_AREAS, Bins

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import j0
 
 from roughsim.estimate.correlation import correlation_of
-from roughsim.estimate.ladder import Pair
+from roughsim.estimate.telescoping import Pair
 from roughsim.observables.record import Sample
 
 WAVENUMBER = np.array([1.0, 2.0, 5.0, 11.0])

@@ -7,8 +7,8 @@ import pytest
 from ladder_cases import END, NAME, SPEEDS
 
 from roughsim import prediction
-from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import values_of
+from roughsim.estimate.telescoping import Pair
 from roughsim.observables.record import Sample
 
 

@@ -17,8 +17,8 @@ from ladder_cases import (
 )
 from scipy.special import j0
 
-from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import notes_of, values_of
+from roughsim.estimate.telescoping import Pair
 from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Level, Numerics
 

@@ -3,8 +3,8 @@
 import numpy as np
 from ladder_cases import END, NAME, SPEEDS, sample
 
-from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import product, scaled, values_of
+from roughsim.estimate.telescoping import Pair
 
 
 def drawn_values(scene, seed, mean, scatter=0.1, stream=0, n=8):

@@ -6,8 +6,8 @@ from ladder_cases import NAME, lowest
 from scipy import stats
 
 from roughsim.estimate.errors import spread
-from roughsim.estimate.ladder import climb
 from roughsim.estimate.regression import LEAST_FITTED, at_mean_peak_volume
+from roughsim.estimate.telescoping import telescoped
 
 
 def corrected(values, volumes):
@@ -108,7 +108,9 @@ def test_the_lowest_level_of_a_column_is_taken_at_the_mean_peak_volume():
     rng = np.random.default_rng(8)
     x = rng.standard_normal(16)
     base = 100.0 + 5.0 * x[:, None] + 0.1 * rng.standard_normal((16, 1))
-    (rung,) = climb(lambda sample: sample.numbers[NAME], [lowest(base, peak_volume=x[:, None])])
+    (rung,) = telescoped(
+        lambda sample: sample.numbers[NAME], [lowest(base, peak_volume=x[:, None])]
+    )
     rows = by_others(base, x)
     np.testing.assert_allclose(rung.mean.value, rows.mean(axis=0), rtol=1e-12)
     np.testing.assert_allclose(rung.mean.variance[0], rows.var(axis=0, ddof=1) / 16, rtol=1e-9)

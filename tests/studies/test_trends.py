@@ -8,8 +8,8 @@ from ladder_cases import part_of
 from study_cases import LOADS
 
 import roughsim as rs
-from roughsim.estimate.ladder import Pair
 from roughsim.estimate.levels import values_of
+from roughsim.estimate.telescoping import Pair
 from roughsim.studies.trends import paired_ratio
 
 

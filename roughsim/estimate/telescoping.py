@@ -1,4 +1,4 @@
-"""The rungs of a column: its mean at each cut-off, and the change by a vanishing pixel."""
+"""The telescoping sum of a column: its mean at each level, and the change by a vanishing pixel."""
 
 from collections.abc import Callable
 from math import isnan
@@ -38,7 +38,7 @@ class Pair(NamedTuple):
         return self.below is not None and self.sample.q_max <= self.below.q_max * (1 + SAME)
 
 
-class Rung(NamedTuple):
+class LevelMean(NamedTuple):
     """A cut-off, rad/m, its mean, and relative changes by finer grids: by all, and by the last, `refined` times."""
 
     q_max: float
@@ -48,8 +48,8 @@ class Rung(NamedTuple):
     refined: float = 1.0
 
 
-def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
-    """Return the rungs of a column, lowest first; `of_level` gives the influence values of a sample, (n, speeds).
+def telescoped(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[LevelMean]:
+    """Return the levels of a column, lowest first; `of_level` gives the influence values of a sample, (n, speeds).
 
     A step is the ratio of the means if all values have the same sign, else their difference.
     """
@@ -60,47 +60,52 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
     values = np.concatenate([level for both in rows for level in both if level is not None])
     with np.errstate(invalid="ignore"):  # infinite at rest
         with_ratio = np.all(np.isfinite(values) & (values * values[0] > 0.0), axis=0)
-    rungs: list[Rung] = []
+    levels: list[LevelMean] = []
     for pair, (fine, coarse) in zip(pairs, rows, strict=True):
         if coarse is None or pair.below is None:
             of_peaks = at_mean_peak_volume(fine, pair.sample.numbers)
-            rungs.append(Rung(pair.sample.q_max, mean_of(pair.stream, of_peaks)))
+            levels.append(LevelMean(pair.sample.q_max, mean_of(pair.stream, of_peaks)))
             continue
         upper, lower = mean_of(pair.stream, fine), mean_of(pair.stream, coarse)
         with np.errstate(invalid="ignore"):  # infinite at rest
             ratio, difference = upper / lower, upper - lower
-        of_below = (abs(rung.q_max / pair.below.q_max - 1) <= SAME for rung in rungs)
+        of_below = (abs(level.q_max / pair.below.q_max - 1) <= SAME for level in levels)
         low = list(of_below).index(True)
-        rung = rungs[low]
+        level = levels[low]
         if pair.is_partner:
             with np.errstate(all="ignore"):
-                relative = difference * (1.0 / rung.mean.value)
+                relative = difference * (1.0 / level.mean.value)
             relative = (ratio - 1.0).where(with_ratio, relative)
-            finer = relative if rung.finer is None else rung.finer + relative
+            finer = relative if level.finer is None else level.finer + relative
             refined = pair.sample.side / pair.below.side
-            rungs[low] = rung._replace(finer=finer, last=relative, refined=refined)
+            levels[low] = level._replace(finer=finer, last=relative, refined=refined)
         else:
             with np.errstate(invalid="ignore"):  # infinite at rest, or 0/0 where nothing yields
-                mean = (rung.mean * ratio).where(with_ratio, rung.mean + difference)
-            rungs.append(Rung(pair.sample.q_max, mean))
-    return rungs
+                mean = (level.mean * ratio).where(with_ratio, level.mean + difference)
+            levels.append(LevelMean(pair.sample.q_max, mean))
+    return levels
 
 
 def change_by_pixel(
-    rungs: list[Rung], order: float, fall: float, end: float = 0.0, slow: list[Rung] | None = None
+    levels: list[LevelMean],
+    order: float,
+    fall: float,
+    end: float = 0.0,
+    slow: list[LevelMean] | None = None,
 ) -> tuple[Mean, Array]:
     """Return the change by a vanishing pixel at a cut-off `end`, rad/m, and its error, both relative; NaN if unknown.
 
     `order` is the order of convergence in the pixel at one cut-off; NaN for lengths that converge non-monotonically:
-    their value is from the finest grid, and the expected change by finer grids is their error. Along the ladder the
+    their value is from the finest grid, and the expected change by finer grids is their error. Along the levels the
     pixel is a fixed part of the shortest wave, and its effect falls as q_c^(−fall). So the change measured at the
-    highest partner is scaled to `end`, if that is higher, and the whole scaled change counts as error. A temperature
-    comes with `slow`, the rungs of T_flash of slow contact: at high speeds its change may first grow, or turn, so the
-    largest at any of these speeds counts as error at each, and falls more slowly. All are of shape (speeds,) or (1,).
+    highest refined level is scaled to `end`, if that is higher, and the whole scaled change counts as error. With a
+    temperature comes `slow`, the levels of T_flash of slow contact: at high speeds its change may first grow, or turn,
+    so the largest at any of these speeds counts as error at each, and falls more slowly. All are of shape (speeds,) or
+    (1,).
     """
-    shape = rungs[-1].mean.value.shape
+    shape = levels[-1].mean.value.shape
     nothing = Mean(np.zeros(shape), {})
-    shown = next((rung for rung in reversed(rungs) if rung.finer is not None), None)
+    shown = next((level for level in reversed(levels) if level.finer is not None), None)
     if shown is None or shown.finer is None or shown.last is None:
         return nothing, np.full(shape, np.nan)
     beyond = _TURNING if isnan(order) else 1.0 / (shown.refined**order - 1.0)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from ladder_cases import NAME, ladder, lowest, step
 
-from roughsim.estimate.ladder import Rung, change_by_pixel, climb
 from roughsim.estimate.mean import mean_of
+from roughsim.estimate.telescoping import LevelMean, change_by_pixel, telescoped
 
 RNG = np.random.default_rng(1)
 
 
 def rungs_of(pairs):
-    return climb(lambda sample: sample.numbers[NAME], pairs)
+    return telescoped(lambda sample: sample.numbers[NAME], pairs)
 
 
 def drawn(mean, n, speeds=2, scatter=0.1):
@@ -159,7 +159,7 @@ def test_a_change_that_was_seen_lower_falls_towards_the_end_and_all_of_it_is_in_
     order = 1.4
     rungs = by_order(order, (64.0, 128.0))
     change, error = change_by_pixel(
-        [*rungs, Rung(4.0, mean_of(9, np.full((6, 1), 8.0)))], order, fall, 16.0
+        [*rungs, LevelMean(4.0, mean_of(9, np.full((6, 1), 8.0)))], order, fall, 16.0
     )
     assert change.value[0] == pytest.approx(0.08 / 16.0**fall, rel=1e-12)
     unseen = 0.08 * 2.0**-order / 16.0**fall
