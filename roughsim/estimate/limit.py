@@ -34,8 +34,8 @@ class Limit(NamedTuple):
 def by_law(levels: list[LevelMean], law: Array) -> Limit:
     """Return the rest in proportion to a law; `law` has its values at the upper two cut-offs and at the end.
 
-    The error is the uncertainty of any law, and how badly it predicted the last step, as squares. One level tests no law: its
-    error is all of the rest.
+    The error is the uncertainty of any law, and how badly it predicted the last step, as squares. One level tests no
+    law: its error is all of the rest.
     """
     rest = _in_proportion(levels, law)
     size = np.abs(rest.value)
