@@ -8,7 +8,7 @@ from math import isinf
 
 import theory
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.prediction.bodies import load_arguments, pressure_arguments
+from roughsim.prediction.bodies import law_arguments
 from roughsim.scene import Scene
 from theory.yielding import ELASTIC_BANDS, ERROR_BANDS, YieldingSpectrum
 
@@ -36,10 +36,7 @@ def calibrated(scene: Scene) -> Calibrated:
     """Return the calibrated law of a scene; without a hardness it is the law of elastic contact."""
     errors = ELASTIC_BANDS if scene.elastic else ERROR_BANDS
     try:
-        if scene.elastic:
-            law = theory.persson.calibrated_spectrum(scene.spectrum, **load_arguments(scene))
-        else:
-            law = theory.plasticity.stress_spectrum(scene.spectrum, **pressure_arguments(scene))
+        law = theory.clipped.law_of(scene.spectrum, **law_arguments(scene))
         theory.persson.stress_density(
             stress_spectrum=law
         )  # kept for all quantities; refuses integrals without limit
