@@ -28,19 +28,6 @@ def test_a_figure_has_no_title_if_none_is_wanted(capped_run, drawn):
     assert [bool(figure.get_suptitle()) for figure in drawn] == [False, True]
 
 
-@pytest.mark.parametrize(
-    ("look", "message"),
-    [
-        ({"size": (0.5, 3.0)}, "size = 0.5 × 3 inches: each side must be 1.5 to 40 inches"),
-        ({"size": (3.0, float("nan"))}, "size = 3 × nan inches"),
-        ({"dpi": 5}, "dpi = 5 must be 30 to 1200"),
-    ],
-)
-def test_a_figure_that_cannot_be_is_refused(look, message):
-    with pytest.raises(ValueError, match=message):
-        Look(**look)
-
-
 def test_the_points_of_a_map_are_written_with_their_places(capped_run, tmp_path):
     plot_run(capped_run, "heights", tmp_path / "a.svg", look=Look(csv=tmp_path / "a.csv"))
     lines = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from chart_cases import SPEED
 from matplotlib.text import Text
+from refused_cases import assert_refused
 
+import roughsim as rs
 from roughsim.charts.plot import QUANTITIES, plot_run
 from roughsim.charts.style import scaled
 from roughsim.cli import main
@@ -63,49 +65,48 @@ def test_full_contact_in_an_oblong_cell_is_drawn_too(full_run, tmp_path, quantit
     assert "elastic contact" in text
 
 
-WRONG = {
-    "quantity": (("gap",), {}, "quantity = 'gap' cannot be drawn; choose one of heights, pressure"),
-    "ending": (("heights", "a.gif"), {}, "must end in .png, .pdf, .svg"),
-    "column": (("heights",), {"column": "elastic"}, "column = 'elastic' is not in this run"),
-    "not kept": (
-        ("pressure",),
+WRONG = {  # words → quantity and options
+    "quantity = 'gap' cannot be drawn; choose one of heights, pressure": ("gap", {}),
+    "'contact_area' cannot be drawn; choose one of heights, .*, flash_temperature": (
+        "contact_area",
+        {},
+    ),
+    "must end in .png, .pdf, .svg": ("heights", {"path": "a.gif"}),
+    "column = 'elastic' is not in this run": ("heights", {"column": "elastic"}),
+    "fields of realization 4 at level 2; .*--keep-fields 5.*index=4": (
+        "pressure",
         {"realization": 4},
-        "fields of realization 4 at level 2; .*--keep-fields 5.*index=4",
     ),
-    "frozen": (("sliding",), {}, 'has no column "sliding"'),
-    "no reaction": (
-        ("reaction",),
-        {},
-        r"add \[observables\] with temperature_distribution = true and run it in an",
+    'has no column "sliding"': ("sliding", {}),
+    r"add \[observables\] with temperature_distribution = true and run it in an": ("reaction", {}),
+    r"has no reaction_rate: .*; add \[reaction\] with activation_energy": ("reaction_rate", {}),
+    r"has no heat_share_above: .*; add \[observables\] with heat_above": ("heat_share_above", {}),
+    "has no temperature_quantile_99: .*; add": ("temperature_quantile_99", {}),
+    r"add \[reaction\] with activation_energy, prefactor and contact_length": ("conversion", {}),
+    'has no film of realization 0; run a scene with history = "sliding"': ("film", {}),
+    "sliding has a column of its own": ("sliding", {"column": "capped"}),
+    "mean over all": ("correlation", {"realization": 0}),
+    "speed: flash_temperature is of all members; leave it out": (
+        "flash_temperature",
+        {"speed": 1.0},
     ),
-    "no rate": (
-        ("reaction_rate",),
-        {},
-        r"has no reaction_rate: .*; add \[reaction\] with activation_energy and pre",
-    ),
-    "no share": (
-        ("heat_share_above",),
-        {},
-        r"has no heat_share_above: .*; add \[observables\] with heat_above",
-    ),
-    "no film": (
-        ("film",),
-        {},
-        'has no film of realization 0; run a scene with history = "sliding"',
-    ),
-    "own column": (("sliding",), {"column": "capped"}, "sliding has a column of its own"),
-    "a mean": (("correlation",), {"realization": 0}, "mean over all"),
-    "useless speed": (("heights",), {"speed": 1.0}, "speed = 1 m/s: heights does not depend on it"),
-    "at rest": (("temperature",), {"speed": 0.0}, "speed = 0 m/s makes no heat"),
-    "speed": (("profile",), {"speed": np.inf}, "speed = inf m/s must be finite"),
+    "over = 'speed' is for studies": ("flash_temperature", {"over": "speed"}),
+    "speed = 1 m/s: heights does not depend on it": ("heights", {"speed": 1.0}),
+    "speed = 0 m/s makes no heat": ("temperature", {"speed": 0.0}),
+    "speed = inf m/s must be finite": ("profile", {"speed": np.inf}),
+    "are for maps, and profile is not a map": ("profile", {"zoom": ((0.0, 1e-3), (0.0, 1e-3))}),
+    "maps, and profile is not a map": ("profile", {"side_by_side": True}),
+    "size = 0.5 × 3 inches: each side must be 1.5 to 40 inches": ("heights", {"size": (0.5, 3.0)}),
+    "size = 3 × nan inches": ("heights", {"size": (3.0, float("nan"))}),
+    "dpi = 5 must be 30 to 1200": ("heights", {"dpi": 5}),
 }
 
 
-@pytest.mark.parametrize("case", WRONG)
-def test_what_cannot_be_drawn_is_refused(capped_run, tmp_path, case):
-    words, options, message = WRONG[case]
-    with chdir(tmp_path), pytest.raises(ValueError, match=message):
-        plot_run(capped_run, *words, **options)
+@pytest.mark.parametrize("words", WRONG)
+def test_plot_refuses_by_name_and_value(capped_run, tmp_path, words):
+    quantity, options = WRONG[words]
+    with chdir(tmp_path):
+        assert_refused(lambda: rs.plot(capped_run, quantity, **options), words)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -151,12 +152,6 @@ def test_the_command_line_takes_zoom_and_side_by_side(capped_run, tmp_path, caps
     with pytest.raises(SystemExit):
         main(["plot", str(capped_run.folder), "heights", "--zoom", "1,2"])
     assert "--zoom 1,2: write X0:X1,Y0:Y1 in m" in capsys.readouterr().err
-
-
-def test_what_is_no_map_has_no_zoom_and_nothing_beside_it(capped_run, tmp_path):
-    for options in ({"zoom": ((0.0, 1e-3), (0.0, 1e-3))}, {"side_by_side": True}):
-        with pytest.raises(ValueError, match="are for maps, and profile is not a map"):
-            plot_run(capped_run, "profile", tmp_path / "a.png", **options)
 
 
 def test_units_get_the_prefix_that_keeps_numbers_readable():

@@ -96,28 +96,6 @@ def test_the_table_of_several_runs_has_the_values_of_each(capped_run, sliding_ru
     assert set(frame["run"]) == {capped_run.folder.name, sliding_run.folder.name}
 
 
-def test_what_has_no_curve_is_refused(capped_run):
-    with pytest.raises(
-        ValueError,
-        match=r"'contact_area' cannot be drawn; choose one of heights, .*, flash_temperature",
-    ):
-        rs.plot(capped_run, "contact_area")
-    with pytest.raises(
-        ValueError, match="speed: flash_temperature is of all members; leave it out"
-    ):
-        rs.plot(capped_run, "flash_temperature", speed=1.0)
-    with pytest.raises(
-        ValueError, match="has no temperature_quantile_99: its scene does not ask for it; add"
-    ):
-        rs.plot(capped_run, "temperature_quantile_99")
-    with pytest.raises(
-        ValueError, match=r"add \[reaction\] with activation_energy, prefactor and contact_length"
-    ):
-        rs.plot(capped_run, "conversion")
-    with pytest.raises(ValueError, match="over = 'speed' is for studies"):
-        rs.plot(capped_run, "flash_temperature", over="speed")
-
-
 def test_the_cut_offs_of_a_run_stand_in_its_spectra(capped_run, drawn):
     rs.plot(capped_run, "psd", "a.png")
     (axes,) = drawn[0].axes
