@@ -13,6 +13,9 @@ from roughsim.errors import instance, sized
 Array = NDArray[np.float64]
 LONGEST = 1e12  # times the shorter side of a cell
 Field = NDArray[Any]  # of real or complex numbers, in double or single precision
+Complex = NDArray[np.complex128]
+Mask = NDArray[np.bool_]
+Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,13 +17,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from roughsim.errors import positive, real_field
 from roughsim.fourier.blocks import run, spans, total
-from roughsim.grid import Array, Field, Grid, need_grid
+from roughsim.grid import Array, Field, Grid, Index, Mask, need_grid
 
-_Mask = NDArray[np.bool_]
 _EDGE_SHARE = 0.1  # pixels by which each side of a pixel on the edge enlarges the contact
 RESOLVED = 4  # pixels: the size of a smaller patch is set by the grid, not by the contact
 
@@ -32,7 +31,7 @@ class SizeDistribution(NamedTuple):
     """Patches by size, in bins that double: 1, 2–3, 4–7, … pixels."""
 
     edges: Array  # bounds of the bins, m², shape (n + 1,)
-    counts: NDArray[np.int64]  # number of patches in each bin, shape (n,)
+    counts: Index  # number of patches in each bin, shape (n,)
     areas: Array  # their area together, m², shape (n,)
 
     @property
@@ -45,7 +44,7 @@ class SizeDistribution(NamedTuple):
 class Patches:
     """The connected patches of a set of pixels."""
 
-    pixels: NDArray[np.int64]  # of each patch, largest first
+    pixels: Index  # of each patch, largest first
     pixel_area: float  # m²
 
     @property
@@ -139,10 +138,9 @@ def edge_corrected(field: Field, hardness: Any) -> tuple[float, float]:
     ) / field.size
 
 
-def yielded_points(pressure: Field, penetration_hardness: float) -> _Mask:
+def yielded_points(pressure: Field, penetration_hardness: float) -> Mask:
     """Return the mask of p = σ_P, in the precision of the field; ValueError for pressures beyond the hardness."""
-    result: _Mask = pressure == _checked_hardness(pressure, penetration_hardness)
-    return result
+    return pressure == _checked_hardness(pressure, penetration_hardness)
 
 
 def _checked_hardness(pressure: Field, penetration_hardness: float) -> Any:
@@ -158,13 +156,13 @@ def _checked_hardness(pressure: Field, penetration_hardness: float) -> Any:
     return limit
 
 
-def patch_sizes(mask: _Mask, *, periodic: bool = True) -> NDArray[np.int64]:
+def patch_sizes(mask: Mask, *, periodic: bool = True) -> Index:
     """Return the pixels of each connected patch, largest first; `periodic` joins them over the sides of the cell."""
     labels, count = labelled_patches(mask, periodic=periodic)
     return np.sort(np.bincount(labels.ravel(), minlength=count + 1)[1:])[::-1]
 
 
-def labelled_patches(mask: _Mask, *, periodic: bool = True) -> tuple[NDArray[np.int64], int]:
+def labelled_patches(mask: Mask, *, periodic: bool = True) -> tuple[Index, int]:
     """Return the number of each pixel's patch, from 1, 0 off all patches; and how many there are."""
     from scipy import ndimage
     from scipy.sparse import coo_array
@@ -213,11 +211,10 @@ def _counts(field: Field, hardness: Any) -> tuple[float, ...]:
         inner = np.count_nonzero(along == 1 ^ 3) + np.count_nonzero(across == 1 ^ 3)
         return touching, yielded, outer, inner
 
-    counts: tuple[float, ...] = total(run(count, spans(*field.shape)))
-    return counts
+    return total(run(count, spans(*field.shape)))
 
 
-def _pixels(mask: ArrayLike, grid: Grid) -> _Mask:
+def _pixels(mask: ArrayLike, grid: Grid) -> Mask:
     pixels = np.asarray(mask)
     if pixels.dtype != np.bool_:
         raise TypeError(

@@ -6,9 +6,8 @@ from functools import reduce
 from operator import add
 from typing import Any
 
-from numpy.typing import NDArray
-
 from roughsim.fourier.plans import get_threads, thread_cache
+from roughsim.grid import Field
 
 POINTS = 1 << 18  # in a block: small enough for the cache, large enough for two threads to gain
 
@@ -38,7 +37,7 @@ def total(parts: list[Any]) -> Any:
     return tuple(reduce(add, column) for column in zip(*parts, strict=True))
 
 
-def extremes(field: NDArray[Any]) -> tuple[float, float]:
+def extremes(field: Field) -> tuple[float, float]:
     """Return the least and the greatest value of a plane."""
     parts = run(lambda a, b: (field[a:b].min(), field[a:b].max()), spans(*field.shape))
     lows, highs = zip(*parts, strict=True)

@@ -1,20 +1,18 @@
 """Convolutions of a field with a kernel, by the spectrum of the kernel: zeros are not transformed."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 
 from roughsim.fourier.plans import Lines, Transform, lines, transform
+from roughsim.grid import Array, Field
 
 _ROWS = 64  # rows at a time, of an influence
 _BLOCK = 256  # bytes of a row of columns taken at a time: they stay in the cache
 
 
-def convolve(
-    field: NDArray[Any], response: NDArray[Any], shape: tuple[int, int], factor: float = 1.0
-) -> NDArray[Any]:
+def convolve(field: Field, response: Field, shape: tuple[int, int], factor: float = 1.0) -> Field:
     """Return the part over `field` of its convolution, padded with zeros to `shape`, times `factor`.
 
     `field` is real, of shape (n_x, n_y); `shape` = (m_x, m_y) is not smaller, and the same for a periodic convolution.
@@ -23,18 +21,15 @@ def convolve(
     rows = transformed_rows(field, shape)
     for part, block in transformed_columns(rows.spectrum, shape):
         _multiply_columns(block, block.result, response, part, rows.spectrum)
-    result: NDArray[Any] = np.multiply(
-        rows.inverse()[:, : field.shape[1]], field.dtype.type(factor)
-    )
-    return result
+    return np.multiply(rows.inverse()[:, : field.shape[1]], field.dtype.type(factor))
 
 
 def convolutions(
-    field: NDArray[Any],
-    responses: Iterable[NDArray[Any]],
+    field: Field,
+    responses: Iterable[Field],
     shape: tuple[int, int],
     factor: float = 1.0,
-) -> Iterator[NDArray[Any]]:
+) -> Iterator[Field]:
     """Yield `convolve` of the field with each response; the field is transformed only once."""
     rows = transformed_rows(field, shape)
     source = np.empty((shape[1] // 2 + 1, shape[0]), rows.spectrum.dtype)
@@ -48,8 +43,8 @@ def convolutions(
 
 
 def influence_spectrum(
-    influence: NDArray[np.float64], count: int, shape: tuple[int, int], dtype: DTypeLike
-) -> NDArray[Any]:
+    influence: Array, count: int, shape: tuple[int, int], dtype: DTypeLike
+) -> Field:
     """Return the response for `convolve` of a kernel given at all offsets in real space, for fields of `dtype`.
 
     `influence` has the offsets −(n − 1) … n − 1, shape (2 n_x − 1, 2 n_y − 1); if it is even along y the offsets from
@@ -95,7 +90,7 @@ def column_blocks(shape: tuple[int, int], dtype: DTypeLike) -> Iterator[tuple[sl
         yield slice(start, min(start + width, columns)), lines(width, shape[0], np.dtype(dtype))
 
 
-def transformed_rows(field: NDArray[Any], shape: tuple[int, int]) -> Transform:
+def transformed_rows(field: Field, shape: tuple[int, int]) -> Transform:
     """Pad the rows with zeros and transform them."""
     nx, ny = field.shape
     rows = transform((nx, shape[1]), field.dtype, (1,))
@@ -104,9 +99,7 @@ def transformed_rows(field: NDArray[Any], shape: tuple[int, int]) -> Transform:
     return rows
 
 
-def transformed_columns(
-    spectrum: NDArray[Any], shape: tuple[int, int]
-) -> Iterator[tuple[slice, Lines]]:
+def transformed_columns(spectrum: Field, shape: tuple[int, int]) -> Iterator[tuple[slice, Lines]]:
     """Yield each block of columns, padded with zeros and transformed, in `result`."""
     from roughsim._kernels import lines as kernels  # not at the top: numba is slow to import
 
@@ -118,7 +111,7 @@ def transformed_columns(
 
 
 def _multiply_columns(
-    block: Lines, source: NDArray[Any], response: NDArray[Any], part: slice, spectrum: NDArray[Any]
+    block: Lines, source: Field, response: Field, part: slice, spectrum: Field
 ) -> None:
     """Multiply a block of transformed columns by the response, and write the product back into the spectrum."""
     from roughsim._kernels import lines as kernels

@@ -18,7 +18,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 import scipy
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
+
+from roughsim.grid import Field
 
 try:
     import pyfftw
@@ -171,13 +173,12 @@ def libraries() -> list[Path]:
 FUNCTIONS = functions()  # 2 ms when the module is loaded
 
 
-def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
+def aligned(shape: tuple[int, int], dtype: Any) -> Field:
     """Return zeros that begin at a multiple of `ALIGNMENT` bytes."""
     size = shape[0] * shape[1] * np.dtype(dtype).itemsize
     memory = np.zeros(size + ALIGNMENT, np.uint8)
     start = -memory.ctypes.data % ALIGNMENT
-    result: NDArray[Any] = memory[start : start + size].view(dtype).reshape(shape)
-    return result
+    return memory[start : start + size].view(dtype).reshape(shape)
 
 
 def thread_cache(kind: str, key: Any, make: Callable[[], Made], *, most: int) -> Made:
@@ -223,7 +224,7 @@ class Transform:
             self.there = pyfftw.FFTW(self.field, self.spectrum, **options)
             self.back = pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options)
 
-    def forward(self) -> NDArray[Any]:
+    def forward(self) -> Field:
         """Transform `field` into `spectrum` and return the latter."""
         if pyfftw is None:
             self.spectrum[...] = scipy.fft.rfftn(self.field, axes=self.axes, workers=get_threads())
@@ -233,7 +234,7 @@ class Transform:
             np.multiply(self.spectrum, self.scale, out=self.spectrum)
         return self.spectrum
 
-    def inverse(self) -> NDArray[Any]:
+    def inverse(self) -> Field:
         """Transform `spectrum` into `field` and return the latter; `spectrum` is destroyed."""
         if pyfftw is None:
             points = [self.field.shape[axis] for axis in self.axes]
@@ -334,19 +335,19 @@ def lines(count: int, points: int, dtype: DTypeLike) -> Lines:
     return thread_cache("lines", key, lambda: Lines(*key), most=64)
 
 
-def forward(field: NDArray[Any]) -> NDArray[Any]:
+def forward(field: Field) -> Field:
     """Return the half spectrum f(q) = (1/N) Σ_x f(x) exp(−iq·x), shape (n_x, n_y//2 + 1), of a real field."""
     return transformed(field).copy()
 
 
-def transformed(field: NDArray[Any]) -> NDArray[Any]:
+def transformed(field: Field) -> Field:
     """Return `forward` of a field in the buffer of this Python thread: the next transform of the shape changes it."""
     buffers = transform((field.shape[0], field.shape[1]), field.dtype)
     buffers.field[...] = field
     return buffers.forward()
 
 
-def inverse(spectrum: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
+def inverse(spectrum: Field, shape: tuple[int, int]) -> Field:
     """Return the real field f(x) = Σ_q f(q) exp(+iq·x) of `shape` from its half spectrum; ValueError if of another."""
     half = (shape[0], shape[1] // 2 + 1)
     if spectrum.shape != half:  # numpy would broadcast it silently

@@ -1,19 +1,17 @@
 """The power of a field by wavenumber: |f(q)|² of the half spectrum, gathered from all modes of the plane."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim._kernels.gathering import gather_power
+from roughsim.grid import Complex, Field, Index
 
 
 def gathered_power(
-    amplitude: NDArray[np.complex128],
-    multiplicity: NDArray[Any],
-    slot: NDArray[np.intp],
+    amplitude: Complex,
+    multiplicity: Field,
+    slot: Index,
     slots: int,
-) -> tuple[NDArray[Any], NDArray[Any]]:
+) -> tuple[Field, Field]:
     """Return Σ|f(q)|² over the four modes (±q_x, ±q_y), and its sums over the modes of each slot.
 
     `amplitude` is the half spectrum f(q), shape (n_x, n_y//2 + 1), and `multiplicity` holds the weights of its columns;

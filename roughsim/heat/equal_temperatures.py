@@ -9,17 +9,16 @@ gradients. The preconditioner is its inverse on the whole plane, restricted to t
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim import fourier
 from roughsim.errors import ConvergenceError
-from roughsim.grid import Array, Field
+from roughsim.grid import Array, Field, Mask
 
 _FLAT = 4.0  # ratio of the largest to the smallest response up to which no preconditioner is worth its transforms
 _LIMIT = 200  # iterations: 2 to 10 are usual
 
 
-def equalize(contact: NDArray[np.bool_], jump: Array, response: Array, limit: float) -> Array:
+def equalize(contact: Mask, jump: Array, response: Array, limit: float) -> Array:
     """Return the change of flux at the points of the contact that closes a jump of temperature there, W/m².
 
     Parameters

@@ -13,14 +13,11 @@ from functools import lru_cache
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from roughsim.errors import ConvergenceError
-from roughsim.grid import Array, Grid
+from roughsim.grid import Array, Complex, Grid
 from roughsim.heat.layered_history import layered_kernel
 from roughsim.heat.skin import Layering
-
-Spectrum = NDArray[np.complex128]  # half spectrum of a real field, shape `grid.half_shape`
 
 KERNEL_ERROR = 5e-5  # of the sum of exponentials, relative to τ^(−1/2), at all times of the slide
 _TERMS = range(4, 40)  # exponentials: 10 to 18 are usual
@@ -40,7 +37,7 @@ class History:
     steps : int
         Steps of the whole history, at least 1.
     start : ndarray
-        Spectrum of the flux at time 0, W/m², when the body has its initial temperature everywhere.
+        Complex of the flux at time 0, W/m², when the body has its initial temperature everywhere.
     layers : Layering, optional
         Its skin, and the depth in which its heat is released.
     """
@@ -52,7 +49,7 @@ class History:
         diffusivity: float,
         step: float,
         steps: int,
-        start: Spectrum,
+        start: Complex,
         layers: Layering | None = None,
     ) -> None:
         qx, qy = grid.wavevectors
@@ -81,7 +78,7 @@ class History:
         self._mean_flux = np.zeros(steps + 1)
         self._mean_flux[0], self._step = start[0, 0].real, 0
 
-    def known(self) -> Spectrum:
+    def known(self) -> Complex:
         """Return the temperature that all earlier heat leaves at the end of the next step, K.
 
         The flux at that end adds `response` times its spectrum.
@@ -92,7 +89,7 @@ class History:
         self._known[0, 0] = self.unit * earlier
         return self._known
 
-    def advance(self, flux: Spectrum) -> None:
+    def advance(self, flux: Complex) -> None:
         """Take the flux at the end of the next step, W/m²; the history then ends there."""
         from roughsim._kernels.history import remember  # not at the top: numba is slow to import
 

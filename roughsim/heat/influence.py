@@ -92,8 +92,7 @@ class Axis:
             scaled = (edges + self.drift * u**2) / (2 * u)
             tail = np.exp(-(scaled**2)) / math.sqrt(math.pi)
             integral = scaled * scipy.special.erf(scaled) + tail
-            mean: Array = np.diff(integral, 2, axis=0) * (u / self.size)
-            return mean
+            return np.diff(integral, 2, axis=0) * (u / self.size)
         sides = np.append(offsets - 0.5, offsets[-1] + 0.5) + self.shift
         edges = sides[:, None] * self.size
         scaled = (edges + self.drift * u**2) / (2 * u)
@@ -227,10 +226,7 @@ def _oldest_heat(x: Axis, y: Axis, fading: Fading, end: float) -> float:
 
 def _slants(axis: Axis, before: int) -> Array:
     """e^(−p·x/2) at the offsets −before … n − 1."""
-    slants: Array = np.exp(
-        -axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift)
-    )
-    return slants
+    return np.exp(-axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift))
 
 
 def _passages(axis: Axis) -> Callable[[float], float]:

@@ -7,11 +7,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from roughsim.grid import Array
-
-Complex = NDArray[np.complex128]
+from roughsim.grid import Array, Complex
 
 _ACCURACY = 18.0  # −ln of the error of interpolation
 _POINTS = 24  # of the contour, half of them above the real axis: errors of 1e-13
@@ -28,8 +25,7 @@ WEIGHTS = -2j * _SLOPE * np.exp(NODES)
 def inverse(transform: Callable[[Complex], Complex], time: Array) -> Array:
     """Return the real function of time > 0 that has a Laplace transform; p has the shape of `time` and an axis more."""
     p = np.asarray(NODES / time[:, None], np.complex128)
-    integral: Array = (WEIGHTS * transform(p)).real.sum(axis=-1) / time
-    return integral
+    return (WEIGHTS * transform(p)).real.sum(axis=-1) / time
 
 
 def interpolation(
@@ -51,10 +47,7 @@ def interpolation(
 
         def function(at: Array) -> Array:
             place = 1 - 2 * np.log(at / low) / extent
-            result: Array = (
-                np.cos(np.outer(np.arccos(np.clip(place, -1, 1)), orders)) @ coefficients
-            )
-            return result
+            return np.cos(np.outer(np.arccos(np.clip(place, -1, 1)), orders)) @ coefficients
 
         return function
 

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughsim.errors import ConvergenceError
-from roughsim.grid import Array, Field, Grid
-from roughsim.heat.laplace import Complex, interpolation, inverse
+from roughsim.grid import Array, Complex, Field, Grid
+from roughsim.heat.laplace import interpolation, inverse
 from roughsim.heat.skin import Layering, steady_response
 
 _KERNEL_ERROR = 5e-5  # of the sum of exponentials times √τ, relative to the largest kernel times √τ, or latest step

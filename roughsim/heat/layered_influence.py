@@ -45,8 +45,7 @@ def layered_influence(x: Axis, y: Axis, *, depth: float, end: float, layers: Lay
         terms.append(
             one_sided_influence(along, across, fading=strength, end=math.sqrt(ratio) * end)
         )
-    total: Array = np.sum(terms, axis=0)
-    return total
+    return np.sum(terms, axis=0)
 
 
 @lru_cache(maxsize=2)  # .1 s for each body, the same at all times of a series

@@ -12,12 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from roughsim import fourier
 from roughsim.errors import ConvergenceError, need_computed, not_negative, number, sized
 from roughsim.fourier import convolution
-from roughsim.grid import Field, Grid, need_grid
+from roughsim.grid import Field, Grid, Mask, need_grid
 from roughsim.heat.arguments import checked_duration, checked_flux
 from roughsim.heat.half_space import axes, influence_response, padded_shape
 from roughsim.heat.precision import need_resolved
@@ -165,22 +165,20 @@ def body_spectrum(body: Body, grid: Grid, time: float) -> Field:
     response = influence_response(
         *axes(grid, body.speed / body.diffusivity), 0.0, "d", layers, spread
     )
-    spectrum: Field = response * (unit / body.conductivity)
-    return spectrum
+    return response * (unit / body.conductivity)
 
 
-def on_contact(values: Field, contact: NDArray[np.bool_], spectrum: Field) -> Field:
+def on_contact(values: Field, contact: Mask, spectrum: Field) -> Field:
     """Convolve values of the contact pixels, zero elsewhere; return the result at the contact pixels."""
     field = np.zeros(contact.shape)
     field[contact] = values
     shape = padded_shape((contact.shape[0], contact.shape[1]))
-    result: Field = convolution.convolve(field, spectrum, shape)[contact]
-    return result
+    return convolution.convolve(field, spectrum, shape)[contact]
 
 
 def _close_the_jump(
     jump: Field,
-    contact: NDArray[np.bool_],
+    contact: Mask,
     total: Field,
     inverse: Callable[[Field], Field],
     scale: float,
@@ -222,7 +220,7 @@ def _close_the_jump(
 
 
 def _nearly_inverse(
-    contact: NDArray[np.bool_], grid: Grid, spectrum: Field, slower: float
+    contact: Mask, grid: Grid, spectrum: Field, slower: float
 ) -> Callable[[Field], Field]:
     """Return an approximate inverse of a convolution restricted to the contact: the preconditioner of GMRES.
 
@@ -250,7 +248,6 @@ def _nearly_inverse(
         field *= weight
         field = fourier.inverse(fourier.forward(field) * response, shape) * weight
         extension.transpose(free, field, still, still)
-        result: Field = field[free.view(bool)]
-        return result
+        return field[free.view(bool)]
 
     return flux

@@ -21,12 +21,12 @@ from typing import Any
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from roughsim import fourier
 from roughsim.errors import need_computed, not_negative, number, real_field, sized
 from roughsim.fourier import convolution
-from roughsim.grid import Array, Field, Grid, need_grid
+from roughsim.grid import Array, Complex, Field, Grid, Index, need_grid
 from roughsim.heat.arguments import checked_times
 from roughsim.heat.precision import need_phases, need_resolved
 from roughsim.heat.skin import Layering, SkinLike, layering, response_from_rest
@@ -258,7 +258,7 @@ def responses(
     depth: float = 0.0,
     spread: float = math.inf,
     layers: Layering | None = None,
-) -> Iterator[tuple[NDArray[np.intp], NDArray[np.complex128]]]:
+) -> Iterator[tuple[Index, Complex]]:
     """Yield (rows, κT/q̇ in m) block by block: every row of the half spectrum once, q = 0 with response 0.
 
     `drift` is v/D along x and y, 1/m; `depth` the distance below the surface, m; `spread` D t, m², t the time since the
@@ -287,19 +287,19 @@ def responses(
 
 def _response_rows(
     grid: Grid,
-    rows: NDArray[np.intp],
+    rows: Index,
     qx: Field,
     drift: tuple[float, float],
     depth: float,
     spread: float,
     layers: Layering | None,
-) -> NDArray[np.complex128]:
+) -> Complex:
     """κT/q̇ at the wavevectors (qx, q_y ≥ 0), averaged over both signs at the Nyquist wavenumber of an axis."""
     qy = grid.wavevectors[1]
     along, across, square = drift[0] * qx, drift[1] * qy, qx**2 + qy**2
     square[square == 0.0] = 1.0  # q = 0: any finite response, replaced by the caller
 
-    def both_signs_of_qy(part: slice, along: Field) -> NDArray[np.complex128]:
+    def both_signs_of_qy(part: slice, along: Field) -> Complex:
         response = _response(square[part], along + across, depth, spread, layers)
         if grid.shape[1] % 2 == 0:
             flipped = _response(square[part, -1:], along - across[:, -1:], depth, spread, layers)
@@ -314,7 +314,7 @@ def _response_rows(
 
 def _response(
     square: Field, advection: Field, depth: float, spread: float, layers: Layering | None
-) -> NDArray[np.complex128]:
+) -> Complex:
     """κT/q̇ of waves with q² = `square` and q·v/D = `advection`, 1/m²."""
     if layers is None:
         return response_of_waves(square, advection, depth, spread)

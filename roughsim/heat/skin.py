@@ -18,9 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim.errors import not_negative, sized
-from roughsim.grid import Array, Field
+from roughsim.grid import Array, Complex, Field
 from roughsim.heat import laplace
-from roughsim.heat.laplace import Complex
 from roughsim.heat.waves import FORGOTTEN
 
 _CLOSE = 0.5  # |d/h − λ_s d| below which two exponentials of the depth cancel
@@ -101,8 +100,7 @@ def steady_response(
     below: Complex = np.sqrt(square - 1j * advection)  # λ
     spread = below * layers.heat_depth
     if layers.thickness == 0.0:
-        bare: Complex = 1 / (below * (1 + spread))
-        return bare
+        return 1 / (below * (1 + spread))
     within: Complex = np.sqrt(square - 1j * (layers.diffusion * advection))  # λ_s
     x = within * layers.thickness
     inner = layers.conduction * within
@@ -117,8 +115,7 @@ def steady_response(
         released = (inner + below) * -np.expm1(-x - y) / (1 + within * layers.heat_depth)
         released += (inner - below) * crossing * _depth_mean(x, y)
         released += 2 * inner * crossing * math.exp(-y) / (1 + spread)
-    response: Complex = released / (inner * determinant)
-    return response
+    return released / (inner * determinant)
 
 
 def response_from_rest(

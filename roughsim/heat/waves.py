@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
-from roughsim.grid import Field
+from roughsim.grid import Complex, Field
 
 FORGOTTEN = 40.0  # D q² t from which on a mode is steady: e^-40 = 4e-18 of the start is left
 COLD = 40.0  # z/2√(Dt) from which on no heat has come so deep: e^(−40²) is 0
@@ -15,13 +14,11 @@ _SERIES = (
 )
 
 
-def response_of_waves(
-    square: Field, advection: Field, depth: float, spread: float
-) -> NDArray[np.complex128]:
+def response_of_waves(square: Field, advection: Field, depth: float, spread: float) -> Complex:
     """κT/q̇ of the modes with q² = `square` and q·v/D = `advection`, both 1/m²."""
     modulus = np.sqrt(square**2 + advection**2)  # |λ|²; real numbers cost half of a complex root
     real = np.sqrt((modulus + square) / 2)
-    surface: NDArray[np.complex128] = np.empty(real.shape, np.complex128)
+    surface: Complex = np.empty(real.shape, np.complex128)
     surface.real, surface.imag = real / modulus, advection / (2 * real * modulus)  # 1/λ
     response = surface if depth == 0.0 else surface * np.exp(-depth * modulus * surface.conj())
     young = square * spread < FORGOTTEN  # not steady yet
@@ -36,7 +33,7 @@ def response_of_waves(
     return response
 
 
-def _buried(b: NDArray[np.complex128], a: float) -> NDArray[np.complex128]:
+def _buried(b: Complex, a: float) -> Complex:
     """[e^(−2ab) erfc(a−b) − e^(2ab) erfc(a+b)]/(2b) with b = λ√(Dt), a = z/2√(Dt), free of overflow.
 
     Either term is e^(−a²−b²) w(i(a∓b)), w the Faddeeva function, for Re(a∓b) ≥ 0.
@@ -45,7 +42,7 @@ def _buried(b: NDArray[np.complex128], a: float) -> NDArray[np.complex128]:
     shallow = b.real > a
     first = tail * scipy.special.erfcx(np.where(shallow, b - a, a - b))
     first = np.where(shallow, 2 * np.exp(-2 * a * b) - first, first)
-    result: NDArray[np.complex128] = (first - tail * scipy.special.erfcx(a + b)) / (2 * b)
+    result: Complex = (first - tail * scipy.special.erfcx(a + b)) / (2 * b)
     # for small b a series in b²: [f(a−b) − f(a+b)]/(2b) by the derivatives of f(x) = e^(x²) erfc(x), f′ = 2xf − 2/√π
     derivatives = [float(scipy.special.erfcx(a))]
     derivatives.append(2 * a * derivatives[0] - 2 / math.sqrt(math.pi))

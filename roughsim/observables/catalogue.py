@@ -41,8 +41,7 @@ def radius(sample: Sample, fraction: float) -> Array:
         return np.full((len(sample.spectrum), 1), np.nan)
     slope = -float((mean * q) @ j1(q * r))
     excess = sample.spectrum @ (j0(q * r) - fraction)
-    values: Array = (r - excess / slope)[:, None]
-    return values
+    return (r - excess / slope)[:, None]
 
 
 def _crossing(sample: Sample, fraction: float) -> Array:

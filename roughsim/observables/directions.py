@@ -36,8 +36,7 @@ def flash_temperature_along(
     """
 
     def at_speeds(value: ArrayLike) -> list[float]:
-        shared: list[float] = np.broadcast_to(value, len(sliding.speeds)).tolist()
-        return shared
+        return np.broadcast_to(value, len(sliding.speeds)).tolist()
 
     friction, kappa, diffusivity = map(
         at_speeds, (sliding.friction_coefficient, sliding.conductivity, sliding.diffusivity)

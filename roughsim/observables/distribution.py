@@ -58,8 +58,7 @@ def weighted_quantiles(values: Array, weights: Array, levels: Array) -> Array:
     A value stands at the middle of its own weight; between values the quantile is linear.
     """
     total = np.cumsum(weights)
-    quantiles: Array = np.interp(levels * total[-1], total - 0.5 * weights, values)
-    return quantiles
+    return np.interp(levels * total[-1], total - 0.5 * weights, values)
 
 
 def area_quantiles(values: Array, levels: Array) -> Array:
@@ -67,8 +66,7 @@ def area_quantiles(values: Array, levels: Array) -> Array:
     place = np.clip(levels * values.size - 0.5, 0.0, values.size - 1.0)
     below = place.astype(np.intp)
     above = np.minimum(below + 1, values.size - 1)
-    quantiles: Array = values[below] + (place - below) * (values[above] - values[below])
-    return quantiles
+    return values[below] + (place - below) * (values[above] - values[below])
 
 
 def binned(temperature: Array, pressure: Array) -> Bins:
@@ -101,8 +99,7 @@ def _sums(rows: Array) -> Array:
     )  # from the pixel at an edge up to that at the next one
     whole[:, -1] -= rows[:, -1]
     whole[:, at_edge[:-1] == at_edge[1:]] = 0.0  # both edges in one pixel
-    sums: Array = (whole + np.diff(part, axis=1))[:, ::-1]
-    return sums
+    return (whole + np.diff(part, axis=1))[:, ::-1]
 
 
 def two_pressures(bins: Bins) -> tuple[tuple[Array, Array], tuple[Array, Array]]:

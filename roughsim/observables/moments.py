@@ -21,13 +21,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from roughsim import fourier
 from roughsim.contact import Contact
 from roughsim.contact.patches import edge_corrected
 from roughsim.errors import need_computed, need_finite, not_negative, number, real_plane, sized
-from roughsim.grid import Array, Grid, need_grid
+from roughsim.grid import Array, Complex, Grid, need_grid
 from roughsim.heat.periodic import responses, unit_vector
 from roughsim.heat.precision import need_resolved
 from roughsim.heat.skin import Layering, SkinLike, checked_skin, direction_means, layering
@@ -120,8 +120,7 @@ class HeatSource:
     @property
     def rates(self) -> list[float]:
         """v/D at each speed, 1/m, with the sign of the speed."""
-        rates: list[float] = (np.array(self.speeds) / np.asarray(self.diffusivity)).tolist()
-        return rates
+        return (np.array(self.speeds) / np.asarray(self.diffusivity)).tolist()
 
     @property
     def layers(self) -> tuple[Layering | None, ...]:
@@ -359,9 +358,7 @@ def means_over_directions(q: Array, rate: float, layers: Layering | None) -> tup
     return angular_means(rate / q) if layers is None else direction_means(q, rate, layers)
 
 
-def _sums_of_one_direction(
-    amplitude: NDArray[np.complex128], grid: Grid, sliding: HeatSource
-) -> Array:
+def _sums_of_one_direction(amplitude: Complex, grid: Grid, sliding: HeatSource) -> Array:
     """Return the same sums for sliding along `direction`: the moments of the steady periodic field, to rounding."""
     ux, uy = unit_vector(sliding.direction or 0.0)
     qx, qy = grid.wavevectors

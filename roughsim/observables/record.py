@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from roughsim.grid import Array, Grid
+from roughsim.grid import Array, Grid, Index
 from roughsim.observables.distribution import Bins
 
 if TYPE_CHECKING:  # slow to import: reading names and units alone must not wait for them
@@ -25,7 +25,7 @@ class Measured:
     """One solved contact and its measured numbers, with all heat in the moving body."""
 
     grid: Grid
-    heights: NDArray[np.float64]  # of both faces together, shape `grid.shape`, m
+    heights: Array  # of both faces together, shape `grid.shape`, m
     contact: "Contact"
     observables: "Moments"  # at the speeds of the scene, averaged over directions
     peak_volume: float  # of the surface (`surface.peak_volume`); zero if it was not drawn
@@ -56,7 +56,7 @@ class Sample:
 
     q_max: float  # the cut-off of the level, rad/m
     side: float  # points along a side of the cell
-    rows: NDArray[np.intp]  # (n,), the place of each row among all realizations, ascending
+    rows: Index  # (n,), the place of each row among all realizations, ascending
     numbers: dict[str, Array]  # stored ones by name, (n, speeds) or (n, 1)
     wavenumber: Array  # of the stress spectra, (m,), rad/m
     spectrum: Array  # (n, m), Pa²
@@ -143,10 +143,7 @@ class Observable:
 
 def product(first: Array, second: Array) -> Array:
     """Return influence values of ⟨first⟩⟨second⟩ with the pairing of the rows kept; arrays (n, any)."""
-    values: Array = first * second.mean(axis=0) + first.mean(axis=0) * (
-        second - second.mean(axis=0)
-    )
-    return values
+    return first * second.mean(axis=0) + first.mean(axis=0) * (second - second.mean(axis=0))
 
 
 def ratio(above: Array, below: Array, power: float = 1.0) -> Array:

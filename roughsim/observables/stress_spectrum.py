@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughsim.errors import number
-from roughsim.grid import Array, Grid, distinct_wavenumbers
+from roughsim.grid import Array, Complex, Grid, Index, distinct_wavenumbers
 
 _STENCIL = (
     24  # nodes that one mode is spread over; modes below as many node spacings are kept as they are
@@ -160,7 +160,7 @@ def gathering(grid: Grid) -> Gathering:
 
 
 def stress_spectrum(
-    amplitude: NDArray[np.complex128], grid: Grid, gathered: Gathering
+    amplitude: Complex, grid: Grid, gathered: Gathering
 ) -> tuple[StressSpectrum, Array]:
     """Return the spectrum of the stress, and the part of it without a derivative along an axis, Pa².
 
@@ -184,9 +184,9 @@ class _NyquistWaves(NamedTuple):
     (or q_x²/q², or nothing) of its gradient; the rest is not seen.
     """
 
-    mode: NDArray[np.intp]  # place of each in the flattened quarter plane
+    mode: Index  # place of each in the flattened quarter plane
     unseen_share: Array  # of each, 0 to 1
-    entry: NDArray[np.intp]  # of each among the wavenumbers
+    entry: Index  # of each among the wavenumbers
     wavenumber: Array  # rad/m, increasing
 
 
@@ -251,7 +251,7 @@ class _UniformNodes:
     ]  # of each mode of the quarter plane: q = 0, the kept wavenumbers, the flattened table
     kept: int  # wavenumbers with entries of their own, q = 0 among them
     offset: Array  # from the middle of the cell, in node spacings: shape of the table
-    order: NDArray[np.intp]  # of kept wavenumbers and nodes that sorts them
+    order: Index  # of kept wavenumbers and nodes that sorts them
     entries: Array  # these wavenumbers sorted, rad/m
 
     @property

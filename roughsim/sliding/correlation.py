@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from roughsim.grid import Array, Grid
-from roughsim.heat.history import Spectrum
+from roughsim.grid import Array, Complex, Grid
 
 _ANCHORS = 8  # positions with which the stress of later ones is correlated
 
@@ -13,10 +12,10 @@ class StressCorrelation:
 
     def __init__(self, grid: Grid) -> None:
         self.grid, self.every, self.taken = grid, 1, 0
-        self.anchors: list[tuple[int, Spectrum]] = []
+        self.anchors: list[tuple[int, Complex]] = []
         self.sums, self.counts = np.zeros(16), np.zeros(16, np.intp)
 
-    def add(self, stress: Spectrum) -> None:
+    def add(self, stress: Complex) -> None:
         """Take the stress of the next position."""
         if self.taken == self.sums.size:
             self.sums, self.counts = (
@@ -39,7 +38,7 @@ class StressCorrelation:
         return relative
 
 
-def mean_product(grid: Grid, first: Spectrum, second: Spectrum) -> float:
+def mean_product(grid: Grid, first: Complex, second: Complex) -> float:
     """Return the mean over the cell of the product of two real fields, from their half spectra."""
     edges = (
         [0] if grid.shape[1] % 2 else [0, -1]

@@ -10,9 +10,9 @@ import numpy as np
 from roughsim import fourier
 from roughsim.contact import Contact, Solid
 from roughsim.errors import ConvergenceError
-from roughsim.grid import Array, Field, Grid
+from roughsim.grid import Array, Complex, Field, Grid
 from roughsim.heat.equal_temperatures import equalize
-from roughsim.heat.history import History, Spectrum
+from roughsim.heat.history import History
 from roughsim.heat.layered_history import uniform_rise
 from roughsim.heat.partition import Body
 from roughsim.sliding.correlation import mean_product
@@ -52,9 +52,9 @@ class Step:
 
     slid_distance: float
     contact: Contact
-    stress: Spectrum
+    stress: Complex
     numbers: Array
-    temperatures: list[Spectrum | None]
+    temperatures: list[Complex | None]
 
 
 class Motion(NamedTuple):
@@ -122,7 +122,7 @@ def contacts(
 class HeatedBodies:
     """Both bodies at one speed: their histories, and the share of the heat of the latest step."""
 
-    def __init__(self, grid: Grid, motion: Motion, stress: Spectrum, path: Path) -> None:
+    def __init__(self, grid: Grid, motion: Motion, stress: Complex, path: Path) -> None:
         heating, bodies = (
             motion.friction_coefficient * motion.speed,
             (motion.resting, motion.moving),
@@ -146,9 +146,9 @@ class HeatedBodies:
         )
         self.response = self.resting.response + self.moving.response
         self.share, self.step = np.full(grid.shape, share), 0
-        self.temperature: Spectrum | None = None  # of the surface of the moving body, K
+        self.temperature: Complex | None = None  # of the surface of the moving body, K
 
-    def advance(self, contact: Contact, stress: Spectrum) -> tuple[float, ...]:
+    def advance(self, contact: Contact, stress: Complex) -> tuple[float, ...]:
         """Share the heat of the next step, and return the `NUMBERS`."""
         self.step += 1
         phase = phases(self.grid, self.path.offsets[self.step])
@@ -217,11 +217,11 @@ def uniform_warming(body: Body, time: float) -> float:
     return uniform_rise(body.diffusivity * time, body.layers) / body.conductivity
 
 
-def phases(grid: Grid, offset: Any) -> Spectrum:
+def phases(grid: Grid, offset: Any) -> Complex:
     """Return e^(iq·s) of each mode: it brings a spectrum from the frame of the moving body to the resting frame."""
     qx, qy = grid.wavevectors
     along, across = (
         1j * q * (n * d) for q, n, d in zip((qx, qy), offset, grid.spacing, strict=True)
     )
-    phase: Spectrum = np.exp(along) * np.exp(across)
+    phase: Complex = np.exp(along) * np.exp(across)
     return phase

@@ -7,13 +7,11 @@ from math import hypot, pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim.errors import ResolutionError
-from roughsim.grid import Array, Grid
+from roughsim.grid import Array, Grid, Index, Mask
 from roughsim.surface.spectrum import Spectrum
 
-Index = NDArray[np.int64]
 Steps = tuple[float, float]
 _NEAR = 16.0  # cells closer to the origin than this many mode spacings are integrated in polar coordinates
 _MANY_BREAKS = (
@@ -62,7 +60,7 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
 
 
 def mean_over_cells(
-    weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid, modes: NDArray[np.bool_]
+    weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid, modes: Mask
 ) -> Array:
     """Return ∫ C w d²q / ∫ C d²q over the Fourier cells of some modes, the mean of w weighted by C.
 

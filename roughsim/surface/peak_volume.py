@@ -18,9 +18,8 @@ from statistics import NormalDist
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from roughsim.grid import Array, Grid
+from roughsim.grid import Array, Complex, Grid
 from roughsim.surface.spectrum import Spectrum
 from roughsim.surface.synthesis import remembered_modes
 
@@ -39,8 +38,8 @@ class HeightsAtAPoint(NamedTuple):
 
     rms: float  # m
     rms_slope: float
-    s: NDArray[np.complex128]  # 1/rms
-    mean_exponential: NDArray[np.complex128]  # ⟨e^(s h)⟩ at each s
+    s: Complex  # 1/rms
+    mean_exponential: Complex  # ⟨e^(s h)⟩ at each s
 
 
 def peak_volume(
@@ -115,10 +114,8 @@ def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
     slope = sqrt(float((squares * grid.wavenumbers.ravel()[modes.place] ** 2).sum()))
     nodes = NODES
     while True:
-        s: NDArray[np.complex128] = np.array(
-            1.0 + 1j * STEP * np.arange(nodes), dtype=np.complex128
-        )
-        mean: NDArray[np.complex128] = np.ones(nodes, dtype=np.complex128)
+        s: Complex = np.array(1.0 + 1j * STEP * np.arange(nodes), dtype=np.complex128)
+        mean: Complex = np.ones(nodes, dtype=np.complex128)
         if variance > 0.0:
             own = amplitude / sqrt(variance)
             mean = mean_exponential(own[phased], own[modes.real], s)
@@ -127,9 +124,7 @@ def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
         nodes *= 4
 
 
-def mean_exponential(
-    phased: Array, signed: Array, s: NDArray[np.complex128]
-) -> NDArray[np.complex128]:
+def mean_exponential(phased: Array, signed: Array, s: Complex) -> Complex:
     """Return Π I₀(a s) Π cosh(b s) over amplitudes a with random phases and b with random signs."""
     small = phased[phased <= LARGE]
     # ln I₀(x) = x²/4 − x⁴/64 + x⁶/576 − 11 x⁸/49152 + …
@@ -144,17 +139,15 @@ def mean_exponential(
         mean *= bessel(a * s) ** count
     for b in signed:
         mean *= np.cosh(b * s)
-    result: NDArray[np.complex128] = mean
-    return result
+    return mean
 
 
-def bessel(z: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def bessel(z: Complex) -> Complex:
     """Return I₀(z), the mean of e^(z cos φ) over all φ."""
     if abs(z).max() > 30.0:
         from scipy.special import iv  # slow to import, and only surfaces of a few waves need it
 
-        result: NDArray[np.complex128] = iv(0, z)
-        return result
+        return iv(0, z)
     # trapezoids of a periodic function: at 64 angles the error is 2 I₆₄(|z|) < 1e-13 I₀(|z|). A quarter of a turn is
     # enough, as cos φ has both signs there
     angles = np.arange(17) * (pi / 32)

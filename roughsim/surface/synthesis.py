@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.fourier.plans import transform
-from roughsim.grid import Array, Grid, need_grid
+from roughsim.grid import Array, Grid, Index, need_grid
 from roughsim.surface.modes import mode_variance
 from roughsim.surface.spectrum import Spectrum
 
@@ -82,8 +82,7 @@ def synthesize(
     flat = buffers.spectrum.reshape(-1)
     flat[modes.place] = values
     flat[modes.partner] = values[modes.paired].conj()
-    heights: Array = buffers.inverse().copy()
-    return heights
+    return buffers.inverse().copy()
 
 
 class _DrawnModes(NamedTuple):
@@ -92,10 +91,10 @@ class _DrawnModes(NamedTuple):
     kept: NDArray[
         np.bool_
     ]  # of all modes that are drawn: a Nyquist mode of this grid is two modes of a finer one
-    place: NDArray[np.int64]  # flat place in the half spectrum, of those kept
-    paired: NDArray[np.int64]  # which of them have their conjugate in the half spectrum, too
-    partner: NDArray[np.int64]  # flat places of those conjugates
-    real: NDArray[np.int64]  # which modes are their own conjugates
+    place: Index  # flat place in the half spectrum, of those kept
+    paired: Index  # which of them have their conjugate in the half spectrum, too
+    partner: Index  # flat places of those conjugates
+    real: Index  # which modes are their own conjugates
     deviation: Array  # √variance of one mode of the full plane, m
 
 

@@ -16,7 +16,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim._kernels import extension, lines
 from roughsim._kernels.extension import DOWN, FIRST, LAST, UP
@@ -217,7 +216,7 @@ class Extension:
         self.parent_rows = [(a // 2, (b + 1) // 2) for a, b in self.rows]
         self.line = np.empty(2 * shape[1] + 2, dtype)
 
-    def extend(self, free: NDArray[np.int8], field: Field) -> None:
+    def extend(self, free: Field, field: Field) -> None:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
         work = free, field, self.parents, self.pyramid
         if self.bottom == 0:
@@ -229,7 +228,7 @@ class Extension:
             self._stages(extension.extend, stages, *work)
 
     def transpose(
-        self, free: NDArray[np.int8], field: Field, step: Field, response: Field
+        self, free: Field, field: Field, step: Field, response: Field
     ) -> tuple[float, float]:
         """Gather `field` from the whole plane onto the free points, in place: the transpose of `extend`.
 
@@ -248,7 +247,7 @@ class Extension:
         return cross, own
 
     def gather_load(
-        self, free: NDArray[np.int8], load: Field, pressure: Field, cap: float, change: Field
+        self, free: Field, load: Field, pressure: Field, cap: float, change: Field
     ) -> tuple[float, int]:
         """Take the load of the points that are not free from the change of the free points around them.
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim._kernels import active_set as kernels
 from roughsim.contact.solver.load import find_offset, find_shift
@@ -44,8 +43,8 @@ class Workspace:
     operator: Operator
     extension: Extension
     blocks: list[tuple[int, int]]  # ranges of points, for threads
-    free: NDArray[np.int8]
-    inner: NDArray[np.int8]
+    free: Field
+    inner: Field
     field: Field
     trial: Field
     step: Field

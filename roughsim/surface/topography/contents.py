@@ -2,11 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 
 from roughsim.grid import Array
+from roughsim.machine import exceeds
 
+LEAST_POINTS = {1: 64, 2: 8}  # of a line scan; along each side of a map
+_BYTES_PER_POINT = 64.0  # that reading a map and its C(q) take
 EVEN = 0.1  # of a step: by so much coordinates may differ from even steps, as they are rounded
 _UNITS = {
     1.0: "m meter meters metre metres",
@@ -35,18 +39,34 @@ class Contents:
     """Heights as a file has them."""
 
     heights: Array  # in `unit`, undefined points NaN: a map, axis 0 is x, or a line scan
-    sizes: tuple[float, ...] | None = (
-        None  # length along each axis, in `lateral_unit`; None if the file has none
-    )
+    # length along each axis, in `lateral_unit`; None if the file has none
+    sizes: tuple[float, ...] | None = None
     unit: float | None = None  # of the heights, m; None if the file has none
     lateral_unit: float | None = None  # of the sizes, m
     periodic: bool = False
     reliable: float = np.inf  # wavenumber up to which the instrument resolves, rad/m
     left_out: tuple[str, ...] = ()  # of the file's numbers
-    channel: int | None = (
-        None  # index of these heights in `channels`; None of a file that has no channels
-    )
+    # index of these heights in `channels`; None of a file that has no channels
+    channel: int | None = None
     channels: tuple[str, ...] = ()  # names of all heights of the file
+
+
+def check_points(shape: tuple[int, ...]) -> None:
+    """Refuse other shapes than maps and line scans, and too small or large ones, before heights are read."""
+    least = LEAST_POINTS.get(len(shape))
+    if least is None:
+        raise NoHeightsError(
+            f"holds numbers of shape {shape}; C(q) of a surface needs a map or a line scan"
+        )
+    if min(shape) < least:
+        kind = "along each side" if len(shape) == 2 else "of a line scan"
+        raise NoHeightsError(f"has {shape} points; C(q) needs at least {least} {kind}")
+    points = prod(float(n) for n in shape)
+    if exceeds(_BYTES_PER_POINT * points, 0.5):
+        raise NoHeightsError(
+            f"declares {points:.3g} points; it takes {1e-9 * _BYTES_PER_POINT * points:.3g} GB to read, above half of "
+            "the available memory; crop it"
+        )
 
 
 def index_of_channel(names: Sequence[str], wanted: str | int) -> int:
@@ -54,9 +74,8 @@ def index_of_channel(names: Sequence[str], wanted: str | int) -> int:
     if isinstance(wanted, int):
         found = [wanted - 1] if 1 <= wanted <= len(names) else []
     else:
-        found = [
-            i for i, name in enumerate(names) if name.strip().lower() == wanted.strip().lower()
-        ]
+        lower = [name.strip().lower() for name in names]
+        found = [i for i, name in enumerate(lower) if name == wanted.strip().lower()]
     if len(found) != 1:
         fault = "several channels of heights" if found else "no channel of heights"
         what = f"with the name {wanted[:40]!r}" if isinstance(wanted, str) else f"number {wanted}"

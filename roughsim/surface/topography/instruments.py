@@ -3,7 +3,7 @@
 import re
 import warnings
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 from roughsim.surface.topography.contents import (
     Contents,
     NoHeightsError,
+    check_points,
     index_of_channel,
     numbered,
 )
@@ -58,16 +59,11 @@ def library() -> Any:
 
 
 def of_instrument(
-    stream: Any,
-    check: Callable[[tuple[int, ...]], None],
-    *,
-    channel: str | int | None = None,
-    text: bool = False,
+    stream: Any, *, channel: str | int | None = None, text: bool = False
 ) -> Contents | None:
     """Return the heights of an open file as SurfaceTopography reads them, of a `channel` by its name or number.
 
-    None if no reader takes it; with `text` also if no line of it has a size, a unit or a number of points. `check`
-    refuses a shape before its heights are read.
+    None if no reader takes it; with `text` also if no line of it has a size, a unit or a number of points.
     """
     try:
         reader = library().open_topography(stream)
@@ -90,7 +86,7 @@ def of_instrument(
     names = tuple(str(one.name) for one in heights)
     index = _default_index(first, heights) if channel is None else index_of_channel(names, channel)
     found = heights[index]
-    check(tuple(found.nb_grid_pts) if found.dim == 2 else (found.nb_grid_pts[0],))
+    check_points(tuple(found.nb_grid_pts[: found.dim]))
     if not found.is_uniform:
         raise NoHeightsError(
             "holds a line scan at uneven steps; put its heights on even steps first"
@@ -98,27 +94,22 @@ def of_instrument(
     return replace(_contents_of(found), channel=index, channels=names)
 
 
-def of_tiff(
-    path: Path, check: Callable[[tuple[int, ...]], None], channel: str | int | None = None
-) -> Contents | None:
+def of_tiff(path: Path, channel: str | int | None) -> Contents | None:
     """Return the heights of a TIFF of floating-point numbers, x along a line; None without such a page.
 
-    `check` refuses a shape before its heights are read. `channel` is the number of a page, or its name "page 1".
+    `channel` is the number of a page, or its name "page 1".
     """
     import tifffile
 
     try:
         with tifffile.TiffFile(path) as file:
-            pages = [
-                page
-                for page in file.pages
-                if page.dtype is not None and page.dtype.kind == "f" and page.ndim == 2
-            ]
+            planes = [page for page in file.pages if page.ndim == 2]
+            pages = [page for page in planes if page.dtype is not None and page.dtype.kind == "f"]
             if not pages:
                 return None
             names = tuple(f"page {number}" for number in range(1, len(pages) + 1))
             index = 0 if channel is None else index_of_channel(names, channel)
-            check(pages[index].shape[::-1])
+            check_points(pages[index].shape[::-1])
             heights = np.array(pages[index].asarray(), dtype=np.float64).T
     except tifffile.TiffFileError:
         return None
@@ -146,10 +137,13 @@ def _is_current(channel: Any) -> bool:
 
 def _with_units(channels: Sequence[Any]) -> str:
     """Return the names of channels that are no heights, with their units."""
-    few = [
-        f"{str(one.name)[:30]!r} in {one.data_unit or one.data_kind.value}" for one in channels[:6]
-    ]
-    return f"only {', '.join(few)}" + (" …" if len(channels) > 6 else "")
+    few = [f"{str(one.name)[:30]!r} in {one.data_unit or one.data_kind.value}" for one in channels]
+    return f"only {_first(few, 6)}"
+
+
+def _first(texts: Sequence[str], most: int) -> str:
+    """Return the first texts of several."""
+    return ", ".join(texts[:most]) + " …" * (len(texts) > most)
 
 
 def _contents_of(channel: Any) -> Contents:
@@ -212,16 +206,15 @@ def _about_hdf5(path: Path) -> str:
     import h5py
 
     found = []
+
+    def visit(name: str, one: Any) -> None:
+        if hasattr(one, "shape"):
+            found.append(f"{name[:40]} of shape {one.shape}")
+
     with h5py.File(path, "r", locking=False) as file:
-        file.visititems(
-            lambda name, one: (
-                found.append(f"{name[:40]} of shape {one.shape}") if hasattr(one, "shape") else None
-            )
-        )
-    some = ", ".join(found[:3]) + (" …" if len(found) > 3 else "")
-    return (
-        f"holds no map, {f'but {some}' if some else 'and no dataset'}; save a map of two dimensions"
-    )
+        file.visititems(visit)
+    some = f"but {_first(found, 3)}" if found else "and no dataset"
+    return f"holds no map, {some}; save a map of two dimensions"
 
 
 def _about_container(path: Path) -> str:
@@ -232,6 +225,6 @@ def _about_container(path: Path) -> str:
     scans = [name for name in names if Path(name).suffix.lower() not in descriptions]
     if not scans:
         return "is a container without a scan; name the file of the instrument"
-    some = ", ".join(name[:40] for name in scans[:3]) + (" …" if len(scans) > 3 else "")
+    some = _first([name[:40] for name in scans], 3)
     count = "1 file" if len(scans) == 1 else f"{len(scans)} files"
     return f"is a container of {count}; unpack it and name its scans ({some})"

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from roughsim.grid import Array, Grid
+from roughsim.grid import Array, Grid, Index, Mask
 from roughsim.surface.power_laws import TabulatedSpectrum
 
 BINS_PER_DECADE = 20
@@ -44,7 +43,7 @@ class Bins:
     psd: Array  # C(q) there, m⁴
     exponent: Array  # of the power law that C(q) is taken as within the bin
     error: Array  # standard error of C, relative
-    index: NDArray[np.intp]  # of the bin: it goes from 10^(index/20) to 10^((index + 1)/20) rad/m
+    index: Index  # of the bin: it goes from 10^(index/20) to 10^((index + 1)/20) rad/m
     variance: float  # ⟨h²⟩ of all modes, m²
     q_max: float  # the end of the reliable range of the map, rad/m
 
@@ -140,7 +139,7 @@ def discs(grid: Grid) -> tuple[list[tuple[slice, slice]], Grid]:
     return [(place, slice(None)) if along == 0 else (slice(None), place) for place in places], part
 
 
-def window_share(chosen: NDArray[np.bool_], grid: Grid) -> float:
+def window_share(chosen: Mask, grid: Grid) -> float:
     """Return the share of some points of a map in its C(q): each counts by the square of the windows over it."""
     parts, part = discs(grid)
     squares = np.zeros(grid.shape)
@@ -166,8 +165,7 @@ def window(grid: Grid) -> Array:
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
     x, y = (np.arange(nx) - nx // 2) * dx, (np.arange(ny) - ny // 2) * dy
     r = np.minimum(np.hypot(x[:, None], y) / (0.5 * min(grid.lengths)), 1.0)
-    result: Array = 0.5 + 0.5 * np.cos(np.pi * r)
-    return result
+    return 0.5 + 0.5 * np.cos(np.pi * r)
 
 
 def radial_average(

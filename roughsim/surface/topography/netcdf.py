@@ -12,6 +12,7 @@ from roughsim.grid import Array
 from roughsim.surface.topography.contents import (
     Contents,
     NoHeightsError,
+    check_points,
     even_step,
     index_of_channel,
     length_unit,
@@ -54,31 +55,25 @@ class _Variable(NamedTuple):
         text = self.attributes.get("units", self.attributes.get("unit", ""))
         if np.size(text) == 1:  # netCDF-4 stores letters such as µ in an array of one string
             text = np.ravel(text)[0]
-        return length_unit(
-            text.decode(errors="replace") if isinstance(text, bytes) else str(text), name
-        )
+        text = text.decode(errors="replace") if isinstance(text, bytes) else str(text)
+        return length_unit(text, name)
 
 
-def of_netcdf(
-    path: Path,
-    start: bytes,
-    check: Callable[[tuple[int, ...]], None],
-    channel: str | int | None = None,
-) -> Contents | None:
+def of_netcdf(path: Path, start: bytes, channel: str | int | None) -> Contents | None:
     """Return the heights of a netCDF file that begins with `start`; None if it is none with axes of its own.
 
-    `check` refuses a shape before its numbers are read. `channel` is the name or the number of a variable.
+    `channel` is the name or the number of a variable.
     """
     if start.startswith(_CLASSIC):
         from scipy.io import netcdf_file
 
         with netcdf_file(path, "r", mmap=False) as classic:
-            return _heights(_classic_variables(classic), check, channel)
+            return _heights(_classic_variables(classic), channel)
     if start.startswith(_HDF5):
         import h5py
 
         with h5py.File(path, "r", locking=False) as file:
-            return _heights(_hdf5_variables(file), check, channel)
+            return _heights(_hdf5_variables(file), channel)
     return None
 
 
@@ -103,13 +98,10 @@ def _hdf5_variables(file: Any) -> dict[str, _Variable]:
     import h5py
 
     result = {}
-    datasets = {
-        name: one
-        for name, one in file.items()
-        if isinstance(one, h5py.Dataset) and one.shape is not None
-    }
+    datasets = {name: one for name, one in file.items() if isinstance(one, h5py.Dataset)}
+    datasets = {name: one for name, one in datasets.items() if one.shape is not None}
     points = {
-        name: datasets[name].size for name in "xy" if name in datasets and datasets[name].ndim == 1
+        name: one.size for name, one in datasets.items() if name in ("x", "y") and one.ndim == 1
     }
     of_file = {key: file.attrs[key] for key in _UNIT_KEYS if key in file.attrs}
     of_file |= {
@@ -117,39 +109,23 @@ def _hdf5_variables(file: Any) -> dict[str, _Variable]:
     }
     for name, one in datasets.items():
         scale = one.attrs.get("CLASS") == b"DIMENSION_SCALE"
-        axes = (
-            (name,)
-            if scale
-            else tuple(axis[0].name.rsplit("/", 1)[-1] for axis in one.dims if len(axis))
-        )
-        axes = axes if len(axes) == one.ndim else _axes_of_lengths(name, one.shape, points)
-        without_values = bytes(one.attrs.get("NAME", b"")).startswith(
-            b"This is a netCDF dimension but not"
-        )
-        if axes and not without_values:
+        scales = [name] if scale else [axis[0].name for axis in one.dims if len(axis)]
+        axes = tuple(scale.rsplit("/", 1)[-1] for scale in scales)
+        if len(axes) != one.ndim:
+            # the axes among x and y that have as many points as the dataset; x first if both orders fit
+            orders = ((name,),) if name in points else (("x", "y"), ("y", "x"), ("x",))
+            fitting = [order for order in orders if one.shape == tuple(map(points.get, order))]
+            axes = next(iter(fitting), ())
+        kind = bytes(one.attrs.get("NAME", b""))
+        if axes and not kind.startswith(b"This is a netCDF dimension but not"):
             attributes = dict(one.attrs)
             own = {} if attributes.keys() & {*_UNIT_KEYS} else of_file
-            result[name] = _Variable(
-                axes, one.shape, attributes | own, partial(one.__getitem__, ())
-            )
+            read = partial(one.__getitem__, ())
+            result[name] = _Variable(axes, one.shape, attributes | own, read)
     return result
 
 
-def _axes_of_lengths(
-    name: str, shape: tuple[int, ...], points: Mapping[str, int]
-) -> tuple[str, ...]:
-    """Return the axes among x and y that have as many points as a dataset; x first if both orders fit."""
-    if name in points:
-        return (name,)
-    orders = (("x", "y"), ("y", "x"), ("x",))
-    return next((axes for axes in orders if shape == tuple(points.get(axis) for axis in axes)), ())
-
-
-def _heights(
-    variables: Mapping[str, _Variable],
-    check: Callable[[tuple[int, ...]], None],
-    channel: str | int | None,
-) -> Contents | None:
+def _heights(variables: Mapping[str, _Variable], channel: str | int | None) -> Contents | None:
     """Return the map of the variables, or the line scan if there is no map.
 
     Of several it is the chosen channel, or else the only one with a unit of length; NoHeightsError if there are more.
@@ -158,11 +134,8 @@ def _heights(
         return None
     data = {name: one for name, one in variables.items() if name not in one.axes}
     for dimensions in (2, 1):
-        names = [
-            name
-            for name, one in data.items()
-            if sum(points > 1 for points in one.shape) == dimensions
-        ]
+        sides = {name: sum(points > 1 for points in one.shape) for name, one in data.items()}
+        names = [name for name in data if sides[name] == dimensions]
         if not names:
             continue
         lengths = [name for name in names if _is_length(data[name])]
@@ -173,7 +146,7 @@ def _heights(
                 "save the heights alone"
             )
         index = 0 if channel is None else index_of_channel(alike, channel)
-        found = _with_axes(alike[index], data[alike[index]], variables, check)
+        found = _with_axes(alike[index], data[alike[index]], variables)
         return replace(found, channel=index, channels=tuple(alike)) if len(names) > 1 else found
     return None
 
@@ -185,15 +158,10 @@ def _is_length(variable: _Variable) -> bool:
         return False
 
 
-def _with_axes(
-    name: str,
-    variable: _Variable,
-    variables: Mapping[str, _Variable],
-    check: Callable[[tuple[int, ...]], None],
-) -> Contents:
+def _with_axes(name: str, variable: _Variable, variables: Mapping[str, _Variable]) -> Contents:
     """Return the heights of a variable over its axes, x first, both rising."""
     shape = tuple(n for n in variable.shape if n > 1)
-    check(shape)
+    check_points(shape)
     heights = variable.values().reshape(shape)
     axes = [axis for axis, n in zip(variable.axes, variable.shape, strict=True) if n > 1]
     sizes, units = [], []
@@ -209,9 +177,5 @@ def _with_axes(
     if [axis.lower() for axis in axes] == ["y", "x"]:
         heights, sizes = heights.T, sizes[::-1]
     whole = tuple(sizes) if len(sizes) == len(axes) else None
-    return Contents(
-        np.ascontiguousarray(heights),
-        whole,
-        variable.unit(f"its {name}"),
-        units[0] if units else None,
-    )
+    unit, lateral_unit = variable.unit(f"its {name}"), next(iter(units), None)
+    return Contents(np.ascontiguousarray(heights), whole, unit, lateral_unit)

@@ -3,9 +3,8 @@
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
-from roughsim.grid import Array, Grid
+from roughsim.grid import Array, Grid, Mask
 
 
 def mirrored(heights: Array) -> Array:
@@ -78,7 +77,7 @@ def band_limited(heights: Array, grid: Grid, shape: tuple[int, int], q_max: floa
     return np.fft.irfft2(kept, shape)
 
 
-def overshoots(surface: Array, heights: Array, grid: Grid, q_max: float) -> NDArray[np.bool_]:
+def overshoots(surface: Array, heights: Array, grid: Grid, q_max: float) -> Mask:
     """Return the mask of overshoots: points at which waves up to `q_max` exceed by far the map around them.
 
     `surface` is `band_limited` of `heights`. Waves of a spike go up and down beside it. Far is twice the median step

@@ -1,6 +1,7 @@
 """Reading maps of heights and line scans: by their content, whatever the name of the file."""
 
 import warnings
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from io import BytesIO
@@ -10,9 +11,8 @@ import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array, Grid
-from roughsim.machine import exceeds
 from roughsim.surface.power_laws import TabulatedSpectrum
-from roughsim.surface.topography.contents import Contents, NoHeightsError
+from roughsim.surface.topography.contents import Contents, NoHeightsError, check_points
 from roughsim.surface.topography.instruments import (
     TIFF,
     library,
@@ -46,9 +46,6 @@ from roughsim.untrusted import ChildEndedError, call_in_child, check_measured_fi
 _MOST_UNDEFINED = 0.05  # share of points that are filled unasked
 _MOST_FILLED = 0.5  # share of points that are filled on request
 FILLS = ("smooth",)
-LEAST_POINTS = 8  # along each side of a map
-_LEAST_OF_LINE = 64  # of a line scan
-BYTES_PER_POINT = 64.0  # that reading a map and its C(q) take
 _LEAST_SECONDS, _BYTES_PER_SECOND = (
     10.0,
     1e6,
@@ -105,21 +102,18 @@ def bins_of_lines(lines: Sequence[Profile]) -> list[Bins]:
 
     The mean over lines is taken of C₁, before it becomes C(q), as that needs waves whose C₁ is known.
     """
-    groups: dict[tuple[int, float], list[tuple[Array, Array, float]]] = {}
+    groups = defaultdict[tuple[int, float], list[tuple[Array, Array, float]]](list)
     for line in lines:
-        modes = line_modes(
+        k, along, together = line_modes(
             line.heights, line.length, periodic=line.periodic, reliable=line.reliable
         )
-        groups.setdefault((modes[0].size, float(modes[0][0])), []).append(modes)
-    return [
-        of_surface(
-            group[0][0],
-            np.mean([along for _, along, _ in group], axis=0),
-            together=group[0][2],
-            lines=len(group),
-        )
-        for group in groups.values()
-    ]
+        groups[k.size, float(k[0])].append((k, along, together))
+    bins = []
+    for group in groups.values():
+        k, _, together = group[0]
+        mean = np.mean([along for _, along, _ in group], axis=0)
+        bins.append(of_surface(k, mean, together=together, lines=len(group)))
+    return bins
 
 
 def read_topography(
@@ -206,11 +200,13 @@ def read_scan(
         raise RecordError(f"{path} cannot be read: {error}; it is damaged, or crop it") from error
     except Exception as error:
         raise RecordError(f"{path} {_unreadable(error)}") from error
-    if size is not None and isinstance(scan, Topography) and _square_if_exchanged(scan.grid):
-        notes.append(
-            "with the two sides of topography_size exchanged its pixels would be square; the first side is along x, "
-            "from line to line of a text"
-        )
+    if size is not None and isinstance(scan, Topography):
+        (nx, ny), (x, y) = scan.grid.shape, scan.grid.lengths
+        if abs(np.log(x * ny / (y * nx))) > 0.05 and abs(np.log(y * ny / (x * nx))) < 0.01:
+            notes.append(
+                "with the two sides of topography_size exchanged its pixels would be square; the first side is along "
+                "x, from line to line of a text"
+            )
     for note in [*notes, *assumed(found, channel, size, unit)]:
         warnings.warn(f"{path}: {note}", RuntimeWarning, stacklevel=2)
     return scan
@@ -242,30 +238,26 @@ def _of_format(file: Path, channel: str | int | None) -> Contents:
         if (reason := no_map(start)) is not None:
             raise NoHeightsError(reason)
         if start.startswith(_NUMPY):
-            return _of_array(file)
-        if (found := of_netcdf(file, start, _check_points, channel)) is not None:
+            numbers = np.load(file, mmap_mode="r", allow_pickle=False)
+            if numbers.dtype.kind not in "uif":
+                raise NoHeightsError(
+                    f"holds an array of dtype {numbers.dtype}; heights must be real numbers"
+                )
+            check_points(numbers.shape)
+            heights = np.array(numbers, dtype=np.float64)
+            return without_coordinates(heights) if heights.ndim == 2 else Contents(heights)
+        if (found := of_netcdf(file, start, channel)) is not None:
             return found
         text = decoded(start) and decoded(file.read_bytes())
         if text is not None:
             return _of_text(text)
         stream.seek(0)
-        of_file = of_instrument(stream, _check_points, channel=channel)
-        if of_file is None and start.startswith(TIFF):
-            of_file = of_tiff(file, _check_points, channel)
-    if of_file is None:
+        found = of_instrument(stream, channel=channel)
+        if found is None and start.startswith(TIFF):
+            found = of_tiff(file, channel)
+    if found is None:
         raise NoHeightsError(unknown(file, start))
-    return of_file
-
-
-def _of_array(file: Path) -> Contents:
-    numbers = np.load(file, mmap_mode="r", allow_pickle=False)
-    if numbers.dtype.kind not in "uif":
-        raise NoHeightsError(
-            f"holds an array of dtype {numbers.dtype}; heights must be real numbers"
-        )
-    _check_points(numbers.shape)
-    heights = np.array(numbers, dtype=np.float64)
-    return without_coordinates(heights) if heights.ndim == 2 else Contents(heights)
+    return found
 
 
 def _of_text(text: str) -> Contents:
@@ -282,34 +274,10 @@ def _of_text(text: str) -> Contents:
         refuse_damaged(table.header if table is not None else text.splitlines())
         if table is not None and table.layout.comma:
             text = text.replace(",", ".")
-        found = of_instrument(BytesIO(text.encode()), _check_points, text=True)
+        found = of_instrument(BytesIO(text.encode()), text=True)
         if found is not None:
             return found
     return heights_of(table if table is not None else table_of(text))
-
-
-def _check_points(shape: tuple[int, ...]) -> None:
-    """Refuse other shapes than maps and line scans, and too small or large ones, before heights are read."""
-    if len(shape) not in (1, 2):
-        raise NoHeightsError(
-            f"holds numbers of shape {shape}; C(q) of a surface needs a map or a line scan"
-        )
-    least = LEAST_POINTS if len(shape) == 2 else _LEAST_OF_LINE
-    if min(shape) < least:
-        kind = "along each side" if len(shape) == 2 else "of a line scan"
-        raise NoHeightsError(f"has {shape} points; C(q) needs at least {least} {kind}")
-    points = float(np.prod([float(n) for n in shape]))
-    if exceeds(BYTES_PER_POINT * points, 0.5):
-        raise NoHeightsError(
-            f"declares {points:.3g} points; it takes {1e-9 * BYTES_PER_POINT * points:.3g} GB to read, above half of "
-            "the available memory; crop it"
-        )
-
-
-def _square_if_exchanged(grid: Grid) -> bool:
-    """Whether the pixels of a map are oblong, and would be square with its two sides exchanged."""
-    (nx, ny), (x, y) = grid.shape, grid.lengths
-    return bool(abs(np.log(x * ny / (y * nx))) > 0.05 and abs(np.log(y * ny / (x * nx))) < 0.01)
 
 
 def _scan_of(
@@ -322,14 +290,23 @@ def _scan_of(
         *(f"heights of {mark:g}, which stand for undefined points" for mark in marks),
     ]
     notes = [f"left out: {' and '.join(left_out)}"] if left_out else []
-    _check_points(heights.shape)
-    sizes = _positive_sizes(found)
+    check_points(heights.shape)
+    sizes = tuple(float(size) for size in found.sizes or ())
+    if not all(0.0 < size < np.inf for size in sizes):
+        some = " and ".join(f"{size:.4g} m" for size in sizes)
+        raise NoHeightsError(f"has sizes of {some}; they must be above 0")
     undefined = np.isnan(heights)
-    share = float(np.mean(undefined))
-    _refuse_undefined(path, share, fill)
+    share, most = float(np.mean(undefined)), _MOST_UNDEFINED if fill is None else _MOST_FILLED
+    if share > most:
+        advice = 'write topography_fill = "smooth" to fill them, or ' * (
+            fill is None and share <= _MOST_FILLED
+        )
+        raise RecordError(
+            f"{path}: {100 * share:.3g} % of its points are undefined, above {100 * most:g} %; {advice}crop it"
+        )
     if share:
         notes.append(f"undefined points, {100 * share:.2g} %, were filled")
-        heights = filled(heights, undefined, library())
+        heights = filled(heights, undefined)
     heights = float(found.unit or 0.0) * heights
     if not np.ptp(heights) > 0.0:
         raise NoHeightsError("holds heights that are all alike; there is no C(q) to measure")
@@ -339,26 +316,3 @@ def _scan_of(
     grid = Grid((heights.shape[0], heights.shape[1]), (sizes[0], sizes[1]))
     weighted = share if found.periodic or not share else window_share(undefined, grid)
     return Topography(heights, grid, found.periodic, found.reliable, weighted), notes
-
-
-def _positive_sizes(found: Contents) -> tuple[float, ...]:
-    """Return the sizes of contents in m; NoHeightsError unless all are positive and finite."""
-    sizes = tuple(float(size) for size in found.sizes or ())
-    if not all(0.0 < size < np.inf for size in sizes):
-        raise NoHeightsError(
-            f"has sizes of {' and '.join(f'{size:.4g} m' for size in sizes)}; they must be above 0"
-        )
-    return sizes
-
-
-def _refuse_undefined(path: Path, share: float, fill: str | None) -> None:
-    """Refuse a scan with too large a share of undefined points, RecordError."""
-    most = _MOST_UNDEFINED if fill is None else _MOST_FILLED
-    if share <= most:
-        return
-    advice = "crop it"
-    if fill is None and share <= _MOST_FILLED:
-        advice = 'write topography_fill = "smooth" to fill them, or crop it'
-    raise RecordError(
-        f"{path}: {100 * share:.3g} % of its points are undefined, above {100 * most:g} %; {advice}"
-    )

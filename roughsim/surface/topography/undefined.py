@@ -1,11 +1,9 @@
 """Undefined points: numbers that stand for them, and filling them."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-from roughsim.grid import Array
+from roughsim.grid import Array, Mask
+from roughsim.surface.topography.instruments import library
 
 # numbers by which programs mark a point without a height: gridded files, 16-bit instruments, missing data of netCDF
 MARKS = (-9999.0, -99999.0, -32768.0, 32767.0, 65535.0, 9999.0, 99999.0)
@@ -28,20 +26,16 @@ def without_marks(heights: Array) -> tuple[Array, list[float]]:
     heights = np.where(beyond, np.nan, heights)
     for _ in range(4):  # both ends, and a second mark at each
         present = heights[np.isfinite(heights)]
-        mark = next((v for v in _candidates(present) if _is_mark(present, v)), None)
+        if not present.size:
+            break
+        ends = float(present.min()), float(present.max())
+        candidates = *ends, *(mark for mark in MARKS if ends[0] < mark < ends[1])
+        mark = next((value for value in candidates if _is_mark(present, value)), None)
         if mark is None:
             break
         found.append(mark)
         heights = np.where(heights == mark, np.nan, heights)
     return heights, found
-
-
-def _candidates(present: Array) -> list[float]:
-    """Return the ends of the heights, and the marks among them."""
-    if not present.size:
-        return []
-    ends = [float(present.min()), float(present.max())]
-    return ends + [mark for mark in MARKS if ends[0] < mark < ends[1]]
 
 
 def _is_mark(present: Array, value: float) -> bool:
@@ -51,16 +45,15 @@ def _is_mark(present: Array, value: float) -> bool:
     if not count or not others.size:
         return False
     extent, away = float(np.ptp(others)), float(np.abs(others - value).min())
-    if value in MARKS:
-        return away > extent or (
-            count > _OFTEN and count > _OFTEN * np.unique(others, return_counts=True)[1].max()
-        )
-    return count > 1 and extent > 0.0 and away > _FAR * extent
+    if value not in MARKS:
+        return count > 1 and extent > 0.0 and away > _FAR * extent
+    most = np.unique(others, return_counts=True)[1].max()
+    return bool(away > extent or count > _OFTEN * max(1, most))
 
 
-def filled(heights: Array, undefined: NDArray[np.bool_], library: Any) -> Array:
+def filled(heights: Array, undefined: Mask) -> Array:
     """Return the heights with undefined points filled by harmonic interpolation (SurfaceTopography)."""
-    shape = heights.shape if heights.ndim == 2 else heights.shape[0]
-    kind = library.Topography if heights.ndim == 2 else library.UniformLineScan
+    kind = library().Topography if heights.ndim == 2 else library().UniformLineScan
+    shape = heights.shape if heights.ndim == 2 else heights.size
     masked = kind(np.ma.masked_array(heights, undefined), shape)
     return np.ascontiguousarray(masked.interpolate_undefined_data().heights(), dtype=np.float64)
