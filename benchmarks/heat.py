@@ -100,7 +100,7 @@ def kernels(grid):
     }
     table["free kernel from rest, √(Dt) 30 pixels"] = lambda: free(0.1, 30.0)
     table["periodic kernel from rest"] = lambda: periodic.turned_response(
-        grid, (pixel, 0.0), 0.0, "d", 0.5 / pixel
+        grid, periodic.MovingSource((pixel, 0.0), 0.5 / pixel), np.float64
     )
     table["moments, 20 speeds, mean over directions"] = lambda: rs.measure(
         contact, grid, rs.HeatSource(speeds, 0.1, 1.0, 1.0)

@@ -12,9 +12,8 @@ A skin, or heat released in depth, has an influence of its own, `roughsim.heat.l
 import math
 import warnings
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import product
-from typing import Any
 
 import numpy as np
 import scipy
@@ -24,7 +23,7 @@ from roughsim.errors import need_computed, not_negative, number, real_field, siz
 from roughsim.fourier import convolution
 from roughsim.grid import Field, Grid, need_grid
 from roughsim.heat.arguments import checked_duration, checked_flux, checked_times
-from roughsim.heat.influence import Axis, buried, one_sided_influence, temperature_at
+from roughsim.heat.influence import PixelAxis, buried, one_sided_influence, temperature_at
 from roughsim.heat.layered_influence import layered_influence
 from roughsim.heat.periodic import fields_over_time, unit_vector
 from roughsim.heat.precision import need_resolved
@@ -65,18 +64,17 @@ def half_space_temperature(
     conductivity = sized("conductivity", conductivity, "W/(m K)")
     layers = layering(skin, heat_depth, conductivity, diffusivity)
     depth, times = not_negative("depth", depth, "m"), checked_times(time)
-    arguments = (
+    spreads = np.sqrt(diffusivity * times.ravel()) / unit
+    # a series would only replace the responses that are kept
+    response = partial(
+        influence_response if spreads.size == 1 else influence_response.__wrapped__,
         *axes(grid, drift, direction),
         depth / unit,
         flux.dtype.char,
         layers and layers.in_units(unit),
     )
-    spreads = np.sqrt(diffusivity * times.ravel()) / unit
-    # a series would only replace the responses that are kept
-    response: Any = influence_response if spreads.size == 1 else influence_response.__wrapped__
-    fields = fields_over_time(
-        flux, spreads, response, arguments, padded_shape(grid.shape), unit / conductivity
-    )
+    shape, factor = padded_shape(grid.shape), unit / conductivity
+    fields = fields_over_time(flux, spreads, response, shape, factor)
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
     return fields.reshape(times.shape + grid.shape)
 
@@ -87,19 +85,17 @@ def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
     return nx, ny
 
 
-def axes(grid: Grid, drift: float, direction: float = 0.0) -> tuple[Axis, Axis]:
+def axes(grid: Grid, drift: float, direction: float = 0.0) -> tuple[PixelAxis, PixelAxis]:
     """Return the axes in units of the pixel along x, for a drift v/D, 1/m, in a direction, rad."""
     (unit, side), (ux, uy) = grid.spacing, unit_vector(direction)
-    return Axis(grid.shape[0], 1.0, drift * ux * unit), Axis(
-        grid.shape[1], side / unit, drift * uy * unit
-    )
+    x = PixelAxis(grid.shape[0], 1.0, drift * ux * unit)
+    return x, PixelAxis(grid.shape[1], side / unit, drift * uy * unit)
 
 
-@lru_cache(
-    maxsize=4
-)  # a field takes 3 to 10 times as long if its response is not known, .2 s of 1024² points
+# a field takes 3 to 10 times as long if its response is not known, .2 s of 1024² points
+@lru_cache(maxsize=4)
 def influence_response(
-    x: Axis, y: Axis, depth: float, precision: str, layers: Layering | None, spread: float
+    x: PixelAxis, y: PixelAxis, depth: float, precision: str, layers: Layering | None, spread: float
 ) -> Field:
     """Return the response that makes T of q̇Δx/κ by `convolution.convolve`, Δx the pixel along x.
 
@@ -121,13 +117,11 @@ def influence_response(
 class SourceTemperature:
     """Temperatures of a source, K above the temperature of the body far away."""
 
-    flash_temperature: (
-        float  # Σ T q̇/Σ q̇ with T the mean over each pixel: exact for heat constant over each pixel
-    )
+    # Σ T q̇/Σ q̇ with T the mean over each pixel: exact for heat constant over each pixel
+    flash_temperature: float
     mean_temperature: float  # mean over the contact area
-    max_temperature: (
-        float  # the highest of all points of the surface, not of the centres of pixels alone
-    )
+    # the highest of all points of the surface, not of the centres of pixels alone
+    max_temperature: float
     hottest_point: tuple[float, float]  # its position, m from the centre of the pixel (0, 0)
 
 
@@ -151,9 +145,8 @@ def source_temperature(
     argument of the wrong kind, not finite or out of its range.
     """
     flux = checked_flux(heat_flux, grid.shape)
-    weights = (
-        flux > 0.0 if covered is None else real_field("covered", covered, grid.shape)
-    ).astype(np.float64)
+    weights = real_field("covered", flux > 0.0 if covered is None else covered, grid.shape)
+    weights = weights.astype(np.float64)
     if weights.min() < 0.0:
         raise ValueError(f"covered = {weights.min():.6g} must not be negative anywhere")
     speed, diffusivity = number("speed", speed, "m/s"), sized("diffusivity", diffusivity, "m²/s")
@@ -172,15 +165,12 @@ def source_temperature(
     # from one forward transform: the means over the pixels, then the temperatures at four points of each pixel. A pixel
     # that ends the source is hottest 2 to 5 D/v before its trailing edge
     inside = [min(0.25, 3 / axis.peclet) if axis.peclet > _SLOW else 0.0 for axis in pair]
-    trailing = [
-        -math.copysign(0.5 - part, axis.drift) for part, axis in zip(inside, pair, strict=True)
-    ]
+    trailing = [-math.copysign(0.5 - s, axis.drift) for s, axis in zip(inside, pair, strict=True)]
     shifts = list(product(*((0.0, shift) for shift in trailing)))
     averaged = replace(pair[0], averaged=True), replace(pair[1], averaged=True)
     shifted = [(replace(pair[0], shift=sx), replace(pair[1], shift=sy)) for sx, sy in shifts]
-    spectra = (
-        influence_response.__wrapped__(x, y, below, "d", None, end) for x, y in (averaged, *shifted)
-    )
+    response = influence_response.__wrapped__
+    spectra = (response(*axes, below, "d", None, end) for axes in (averaged, *shifted))
     fields = convolution.convolutions(flux, spectra, padded_shape(grid.shape))
     mean, hottest = next(fields), (-math.inf, (0.0, 0.0))
     for field, (sx, sy) in zip(fields, shifts, strict=True):
@@ -199,7 +189,7 @@ def source_temperature(
 
 
 def _hottest_along(
-    k: int, place: Place, flux: Field, pair: tuple[Axis, Axis], depth: float, end: float
+    k: int, place: Place, flux: Field, pair: tuple[PixelAxis, PixelAxis], depth: float, end: float
 ) -> tuple[float, Place]:
     """Return the highest κT along axis k inside the pixel of `place`, and its position.
 
@@ -214,16 +204,12 @@ def _hottest_along(
     def point(halving: float) -> tuple[float, Place]:
         position = pixel + sense * (2.0**-halving - 0.5)
         moved = (position, place[1]) if k == 0 else (place[0], position)
-        indices = []
-        shifted = []
-        for place_along, axis_along in zip(moved, pair, strict=True):
-            index = min(max(math.floor(place_along + 0.5), 0), axis_along.count - 1)
-            indices.append(index)
-            shifted.append(replace(axis_along, shift=place_along - index))
-        value = temperature_at(
-            (indices[0], indices[1]), flux, shifted[0], shifted[1], fading=buried(depth), end=end
+        i, j = (
+            min(max(math.floor(at + 0.5), 0), axis.count - 1)
+            for at, axis in zip(moved, pair, strict=True)
         )
-        return value, moved
+        x, y = replace(pair[0], shift=moved[0] - i), replace(pair[1], shift=moved[1] - j)
+        return temperature_at((i, j), flux, x, y, fading=buried(depth), end=end), moved
 
     points = [point(float(halving)) for halving in halvings]
     values = [value for value, _ in points]

@@ -31,7 +31,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class PixelAxis:
     """One axis of the grid: `count` pixels of side `size`, drift = v/D along it; lengths in any one unit.
 
     The temperature is taken `shift` pixels from the centres, |shift| ≤ ½, or `averaged` over each pixel.
@@ -115,7 +115,7 @@ def buried(depth: float) -> Fading:
     return Fading(lambda u: np.exp(-((depth / (2 * u)) ** 2)), math.inf, depth, nothing)
 
 
-def one_sided_influence(x: Axis, y: Axis, *, fading: Fading, end: float) -> Array:
+def one_sided_influence(x: PixelAxis, y: PixelAxis, *, fading: Fading, end: float) -> Array:
     """Return κT at all offsets for unit flux on the pixel at 0, in the unit of length of the axes.
 
     `end` is √(Dt), t the time since the start from rest; inf is the steady state. Shape (2 n_x − 1, 2 n_y − 1), offsets
@@ -137,7 +137,7 @@ def one_sided_influence(x: Axis, y: Axis, *, fading: Fading, end: float) -> Arra
 
 
 def temperature_at(
-    pixel: tuple[int, int], flux: Array, x: Axis, y: Axis, *, fading: Fading, end: float
+    pixel: tuple[int, int], flux: Array, x: PixelAxis, y: PixelAxis, *, fading: Fading, end: float
 ) -> float:
     """Return κT at the point of one pixel that the shifts of the axes name, for a flux on all pixels."""
     i, j = pixel
@@ -157,7 +157,12 @@ def temperature_at(
 
 
 def _shares(
-    x: Axis, y: Axis, fading: Fading, end: float, rows: tuple[int, int], columns: tuple[int, int]
+    x: PixelAxis,
+    y: PixelAxis,
+    fading: Fading,
+    end: float,
+    rows: tuple[int, int],
+    columns: tuple[int, int],
 ) -> Iterator[tuple[int, int, Array, Array]]:
     """Yield for each panel the first offsets in `rows` and `columns` that heat reaches, and the shares from there on.
 
@@ -177,7 +182,7 @@ def _shares(
 
 
 def _rules(
-    x: Axis, y: Axis, fading: Fading, end: float
+    x: PixelAxis, y: PixelAxis, fading: Fading, end: float
 ) -> Iterator[tuple[Array, Array, tuple[float, float]]]:
     """Yield nodes in u, weights, and the interval of u that they integrate over."""
 
@@ -195,7 +200,9 @@ def _rules(
         yield nodes, faded((high - low) / 2 * _WEIGHTS * nodes**2, nodes), (start, start)
 
 
-def _panels(x: Axis, y: Axis, fading: Fading, end: float) -> Iterator[tuple[float, float]]:
+def _panels(
+    x: PixelAxis, y: PixelAxis, fading: Fading, end: float
+) -> Iterator[tuple[float, float]]:
     """Panels in u: each grows by a factor at most, and none is wider than the passage of an edge of a pixel in it."""
     spread = max(x.extent, y.extent, fading.last)  # the heat is over the box by then
     last = min(end, x.end, y.end, spread * (1.0 if x.drift == y.drift == 0.0 else _FAR))
@@ -209,7 +216,7 @@ def _panels(x: Axis, y: Axis, fading: Fading, end: float) -> Iterator[tuple[floa
         low = high
 
 
-def _oldest_heat(x: Axis, y: Axis, fading: Fading, end: float) -> float:
+def _oldest_heat(x: PixelAxis, y: PixelAxis, fading: Fading, end: float) -> float:
     """κT by heat older than `_FAR` boxes, without its factor e^(−p·x/2): ab/4π · (2/√π) ∫ e^(−p²u²/4)/u² du."""
     start, p = _FAR * max(x.extent, y.extent, fading.last), math.hypot(x.drift, y.drift)
     if p == 0.0 or min(end, x.end, y.end) <= start:
@@ -224,12 +231,12 @@ def _oldest_heat(x: Axis, y: Axis, fading: Fading, end: float) -> float:
     return float(faded * x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end)))
 
 
-def _slants(axis: Axis, before: int) -> Array:
+def _slants(axis: PixelAxis, before: int) -> Array:
     """e^(−p·x/2) at the offsets −before … n − 1."""
     return np.exp(-axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift))
 
 
-def _passages(axis: Axis) -> Callable[[float], float]:
+def _passages(axis: PixelAxis) -> Callable[[float], float]:
     """Return the end of a panel, as a function of its start, so that none is wider than the passage of an edge in it.
 
     Edges of pixels at −ka pass over a heated line at u = √(ka/p), within a few 1/p.

@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from roughsim.grid import Array
-from roughsim.heat.influence import Axis, Fading, one_sided_influence
+from roughsim.heat.influence import Fading, PixelAxis, one_sided_influence
 from roughsim.heat.laplace import interpolation, inverse
 from roughsim.heat.skin import Layering, steady_response
 
@@ -37,7 +37,9 @@ _SHORTEST, _LONGEST = (
 )  # pixels: no layer matters that is thinner, or by how much it is thicker
 
 
-def layered_influence(x: Axis, y: Axis, *, depth: float, end: float, layers: Layering) -> Array:
+def layered_influence(
+    x: PixelAxis, y: PixelAxis, *, depth: float, end: float, layers: Layering
+) -> Array:
     """Return κT as `one_sided_influence` of a bare body; `layers` are in the unit of length of the axes."""
     terms = []
     for ratio, strength in _ways(layers, depth):

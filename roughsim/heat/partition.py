@@ -52,13 +52,15 @@ class Body:
     heat_depth: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(
-            self, "conductivity", sized("conductivity", self.conductivity, "W/(m K)")
-        )
-        object.__setattr__(self, "diffusivity", sized("diffusivity", self.diffusivity, "m²/s"))
-        object.__setattr__(self, "speed", number("speed", self.speed, "m/s"))
-        object.__setattr__(self, "skin", checked_skin(self.skin))
-        object.__setattr__(self, "heat_depth", not_negative("heat_depth", self.heat_depth, "m"))
+        checked = {
+            "conductivity": sized("conductivity", self.conductivity, "W/(m K)"),
+            "diffusivity": sized("diffusivity", self.diffusivity, "m²/s"),
+            "speed": number("speed", self.speed, "m/s"),
+            "skin": checked_skin(self.skin),
+            "heat_depth": not_negative("heat_depth", self.heat_depth, "m"),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
 
     @property
     def layers(self) -> Layering | None:
@@ -131,10 +133,8 @@ def partition_heat(
     if pointwise:
         total = spectra[0] + spectra[1]
         scale = float(np.linalg.norm(full[0][contact]))
-        slower = (
-            min(abs(body.speed) / body.diffusivity for body in (resting, moving)) * grid.lengths[0]
-        )
-        inverse = _nearly_inverse(contact, grid, total, slower)
+        drifts = [abs(body.speed) / body.diffusivity for body in (resting, moving)]
+        inverse = _nearly_inverse(contact, grid, total, min(drifts) * grid.lengths[0])
         change, residual, applications = _close_the_jump(
             colder - warmer, contact, total, inverse, scale
         )
@@ -159,12 +159,10 @@ def partition_heat(
 
 def body_spectrum(body: Body, grid: Grid, time: float) -> Field:
     """Return the padded half spectrum that turns the heat flux into a body into its surface temperature."""
-    unit = grid.spacing[0]
+    unit, pair = grid.spacing[0], axes(grid, body.speed / body.diffusivity)
     spread = math.sqrt(body.diffusivity * time) / unit
     layers = body.layers and body.layers.in_units(unit)
-    response = influence_response(
-        *axes(grid, body.speed / body.diffusivity), 0.0, "d", layers, spread
-    )
+    response = influence_response(*pair, 0.0, "d", layers, spread)
     return response * (unit / body.conductivity)
 
 
@@ -172,8 +170,7 @@ def on_contact(values: Field, contact: Mask, spectrum: Field) -> Field:
     """Convolve values of the contact pixels, zero elsewhere; return the result at the contact pixels."""
     field = np.zeros(contact.shape)
     field[contact] = values
-    shape = padded_shape((contact.shape[0], contact.shape[1]))
-    return convolution.convolve(field, spectrum, shape)[contact]
+    return convolution.convolve(field, spectrum, padded_shape(contact.shape))[contact]
 
 
 def _close_the_jump(
@@ -231,23 +228,23 @@ def _nearly_inverse(
     from roughsim.contact.solver.operators import Extension
 
     shape = padded_shape(grid.shape)
-    extension = Extension(
-        Grid(shape, (shape[0] * grid.spacing[0], shape[1] * grid.spacing[1])), np.float64
-    )
+    (nx, ny), (dx, dy) = shape, grid.spacing
+    extension = Extension(Grid(shape, (nx * dx, ny * dy)), np.float64)
     response = np.ascontiguousarray((1 / spectrum).T)
     free, still = np.zeros(shape, np.int8), np.zeros(shape)
-    free[: contact.shape[0], : contact.shape[1]] = contact
+    mask = free.view(np.bool_)
+    mask[: contact.shape[0], : contact.shape[1]] = contact
     # Lines along sliding part from each other when both bodies are fast: less of the extension is kept then. The
     # numbers come from trials with Hertz and rough contacts; they change the steps, never the result.
-    weight = np.where(free > 0, 1.0, max(0.6, 1.0 - 0.1 * math.log10(1.0 + slower)))
+    weight = np.where(mask, 1.0, max(0.6, 1.0 - 0.1 * math.log10(1.0 + slower)))
 
     def flux(temperatures: Field) -> Field:
         field = np.zeros(shape)
-        field[free.view(bool)] = temperatures
+        field[mask] = temperatures
         extension.extend(free, field)
         field *= weight
         field = fourier.inverse(fourier.forward(field) * response, shape) * weight
         extension.transpose(free, field, still, still)
-        return field[free.view(bool)]
+        return field[mask]
 
     return flux

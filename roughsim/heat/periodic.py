@@ -16,12 +16,12 @@ exponential here can overflow. Two cautions come with the periodic cell:
 
 import math
 import warnings
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from roughsim import fourier
 from roughsim.errors import need_computed, not_negative, number, real_field, sized
@@ -33,6 +33,17 @@ from roughsim.heat.skin import Layering, SkinLike, layering, response_from_rest
 from roughsim.heat.waves import FORGOTTEN, response_of_waves
 
 ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
+
+
+class MovingSource(NamedTuple):
+    """A moving source of heat, and the depth at which its temperature is taken, in units of the body."""
+
+    drift: tuple[float, float]  # v/D along x and y, 1/m
+    spread: float = (
+        math.inf
+    )  # D t, m², t the time since the start from rest; inf is the steady state
+    depth: float = 0.0  # below the surface, m
+    layers: Layering | None = None  # None of a bare half-space that is heated in its plane
 
 
 def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a depth)
@@ -97,19 +108,19 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     # a uniform flux has only q = 0: exactly nothing is left, whatever the transform rounds
     if flux[0, 0] == flux[-1, -1] and flux.min() == flux.max():
         return np.zeros((*durations.shape, *grid.shape), flux.dtype)
-    arguments, spreads = (
-        (grid, drift, depth, layers, flux.dtype.char),
-        diffusivity * durations.ravel(),
-    )
-    fields = fields_over_time(
-        flux, spreads, turned_response, arguments, grid.shape, 1 / conductivity
-    )
+    source = MovingSource(drift, math.inf, depth, layers)
+
+    def response(spread: float) -> Field:
+        return turned_response(grid, source._replace(spread=spread), flux.dtype)
+
+    spreads = diffusivity * durations.ravel()
+    fields = fields_over_time(flux, spreads, response, grid.shape, 1 / conductivity)
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
     laps = abs(speed) * chord / (2 * math.pi * diffusivity)
     if laps > 1.0 and np.isinf(durations).any():
         field = fields[np.isinf(durations).argmax()] * conductivity
-        spread = diffusivity * chord / (2 * abs(speed))
-        excess = _hot_track_excess(flux, field, grid, drift, depth, layers, spread)
+        half_cell = source._replace(spread=diffusivity * chord / (2 * abs(speed)))
+        excess = _hot_track_excess(flux, field, grid, half_cell)
         warnings.warn(
             f"v L/(2πD) = {laps:.3g} exceeds 1: each source slides in its own periodic hot track for ever, and the "
             f"steady T_flash exceeds a start from rest over half the cell by {100 * excess:.3g} %; "
@@ -136,7 +147,19 @@ def moving(
     ux, uy = unit_vector(direction)
     # length of the line through the centre of the cell along the sliding direction
     chord = min(side / abs(part) for side, part in zip(grid.lengths, (ux, uy), strict=True) if part)
-    durations = _durations(speed, chord, slid_distance, time)
+    if time is not None:
+        if slid_distance is not None:
+            raise ValueError(
+                f"slid_distance = {slid_distance} m and time = {time!r} s are both given; give one of them"
+            )
+        durations = checked_times(time)
+    else:
+        distance = chord / 2 if slid_distance is None else slid_distance
+        if not (isinstance(distance, (float, np.floating)) and distance == math.inf):
+            distance = not_negative("slid_distance", distance, "m")
+        with np.errstate(divide="ignore", over="ignore"):
+            # at rest any distance takes for ever, and none takes no time
+            durations = np.asarray(np.float64(distance) / abs(speed) if distance else 0.0)
     need_phases(grid, speed, durations)
     return (speed * ux / diffusivity, speed * uy / diffusivity), durations, chord
 
@@ -172,72 +195,38 @@ def uniform_temperature(
     return result if instants.ndim else float(result)
 
 
-def turned_response(
-    grid: Grid,
-    drift: tuple[float, float],
-    depth: float,
-    layers: Layering | None,
-    precision: str,
-    spread: float,
-) -> Field:
+def turned_response(grid: Grid, source: MovingSource, precision: DTypeLike) -> Field:
     """κT/q̇ of all modes, transposed as `convolution.convolve` takes it, shape (n_y//2 + 1, n_x)."""
     turned: Field = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
-    for rows, response in responses(grid, drift, depth, spread, layers):
+    for rows, response in responses(grid, source):
         turned[:, rows] = response.T / grid.points
     turned.flags.writeable = False
     return turned
 
 
-def _durations(
-    speed: float, chord: float, slid_distance: float | None, time: ArrayLike | None
-) -> Array:
-    """Times since the start from rest, s, in the shape of the argument."""
-    if time is not None:
-        if slid_distance is not None:
-            raise ValueError(
-                f"slid_distance = {slid_distance} m and time = {time!r} s are both given; give one of them"
-            )
-        return checked_times(time)
-    distance = chord / 2 if slid_distance is None else slid_distance
-    if not (isinstance(distance, (float, np.floating)) and distance == math.inf):
-        distance = not_negative("slid_distance", distance, "m")
-    if distance == 0.0:
-        return np.zeros(())
-    with np.errstate(divide="ignore", over="ignore"):
-        return np.asarray(np.float64(distance) / abs(speed))
-
-
-def _hot_track_excess(
-    flux: Field,
-    field: Field,
-    grid: Grid,
-    drift: tuple[float, float],
-    depth: float,
-    layers: Layering | None,
-    spread: float,
-) -> float:
-    """Relative excess of Σ T q̇ of the steady `field` (κT) over that a time t after the start; `spread` is D t, m².
+def _hot_track_excess(flux: Field, field: Field, grid: Grid, source: MovingSource) -> float:
+    """Relative excess of Σ T q̇ of the steady `field` (κT) over the field of a source that has not slid for ever.
 
     Only modes that are not steady yet differ. They are few at high speed: their rows and columns alone are summed.
     """
-    source = fourier.forward(flux)
+    amplitude = fourier.forward(flux)
     total = float(np.mean(flux * field, dtype=np.float64))
     excess = 0.0
     qx, qy = grid.wavevectors
-    forgotten = FORGOTTEN / spread * (1.0 if layers is None else max(1.0, layers.diffusion))
+    layers, (along, across) = source.layers, source.drift
+    forgotten = FORGOTTEN / source.spread * (1.0 if layers is None else max(1.0, layers.diffusion))
     columns = int((qy[0] ** 2 < forgotten).sum())
     weights = grid.multiplicity[:, :columns]
     rows = np.flatnonzero(qx[:, 0] ** 2 < forgotten)
     for part in np.array_split(rows, math.ceil(rows.size / ROWS)):
-        along = drift[0] * qx[part]
-        across = drift[1] * qy[:, :columns]
+        advection = along * qx[part] + across * qy[:, :columns]
         square = qx[part] ** 2 + qy[:, :columns] ** 2
-        power = np.abs(source[part, :columns]) ** 2 * weights
+        power = np.abs(amplitude[part, :columns]) ** 2 * weights
         mean = square == 0.0
         power[mean] = 0.0
         square[mean] = 1.0
-        steady = _response(square, along + across, depth, math.inf, layers)
-        young = _response(square, along + across, depth, spread, layers)
+        steady = _response(square, advection, source._replace(spread=math.inf))
+        young = _response(square, advection, source)
         excess += float(np.sum(power * (steady.real - young.real)))
     return excess / (total - excess) if total != excess else math.nan
 
@@ -252,23 +241,13 @@ def unit_vector(direction: float) -> tuple[float, float]:
     return (ux if abs(ux) > 1e-15 else 0.0), (uy if abs(uy) > 1e-15 else 0.0)
 
 
-def responses(
-    grid: Grid,
-    drift: tuple[float, float],
-    depth: float = 0.0,
-    spread: float = math.inf,
-    layers: Layering | None = None,
-) -> Iterator[tuple[Index, Complex]]:
-    """Yield (rows, κT/q̇ in m) block by block: every row of the half spectrum once, q = 0 with response 0.
-
-    `drift` is v/D along x and y, 1/m; `depth` the distance below the surface, m; `spread` D t, m², t the time since the
-    start from rest; inf is the steady state. `layers` are None of a bare half-space that is heated in its plane.
-    """
+def responses(grid: Grid, source: MovingSource) -> Iterator[tuple[Index, Complex]]:
+    """Yield (rows, κT/q̇ in m) block by block: every row of the half spectrum once, q = 0 with response 0."""
     qx = grid.wavevectors[0]
     count, half = grid.shape[0], grid.shape[0] // 2 + 1
     for start in range(0, half, ROWS):
         rows = np.arange(start, min(start + ROWS, half))
-        response = _response_rows(grid, rows, qx[rows], drift, depth, spread, layers)
+        response = _response_rows(grid, rows, qx[rows], source)
         if start == 0:
             response[0, 0] = 0.0
         yield rows, response
@@ -276,33 +255,25 @@ def responses(
         inner = (rows > 0) & (2 * rows != count)  # rows with a partner at −q_x
         if not inner.any():
             continue
-        if drift[1] == 0.0:
+        if source.drift[1] == 0.0:
             partner = response[inner].conj()
-        elif drift[0] == 0.0:
+        elif source.drift[0] == 0.0:
             partner = response[inner]
         else:
-            partner = _response_rows(grid, rows, -qx[rows], drift, depth, spread, layers)[inner]
+            partner = _response_rows(grid, rows, -qx[rows], source)[inner]
         yield count - rows[inner], partner
 
 
-def _response_rows(
-    grid: Grid,
-    rows: Index,
-    qx: Field,
-    drift: tuple[float, float],
-    depth: float,
-    spread: float,
-    layers: Layering | None,
-) -> Complex:
+def _response_rows(grid: Grid, rows: Index, qx: Field, source: MovingSource) -> Complex:
     """κT/q̇ at the wavevectors (qx, q_y ≥ 0), averaged over both signs at the Nyquist wavenumber of an axis."""
     qy = grid.wavevectors[1]
-    along, across, square = drift[0] * qx, drift[1] * qy, qx**2 + qy**2
+    along, across, square = source.drift[0] * qx, source.drift[1] * qy, qx**2 + qy**2
     square[square == 0.0] = 1.0  # q = 0: any finite response, replaced by the caller
 
     def both_signs_of_qy(part: slice, along: Field) -> Complex:
-        response = _response(square[part], along + across, depth, spread, layers)
+        response = _response(square[part], along + across, source)
         if grid.shape[1] % 2 == 0:
-            flipped = _response(square[part, -1:], along - across[:, -1:], depth, spread, layers)
+            flipped = _response(square[part, -1:], along - across[:, -1:], source)
             response[:, -1:] = (response[:, -1:] + flipped) / 2
         return response
 
@@ -312,10 +283,9 @@ def _response_rows(
     return response
 
 
-def _response(
-    square: Field, advection: Field, depth: float, spread: float, layers: Layering | None
-) -> Complex:
+def _response(square: Field, advection: Field, source: MovingSource) -> Complex:
     """κT/q̇ of waves with q² = `square` and q·v/D = `advection`, 1/m²."""
+    _, spread, depth, layers = source
     if layers is None:
         return response_of_waves(square, advection, depth, spread)
     return response_from_rest(square, advection, layers, depth, spread)
@@ -324,25 +294,21 @@ def _response(
 def fields_over_time(
     flux: Field,
     spreads: Array,
-    response: Any,
-    arguments: tuple[Any, ...],
+    response: Callable[[float], Field],
     shape: tuple[int, int],
     factor: float,
 ) -> Field:
     """Return one field per entry of `spreads`: one forward transform for all, one inverse each; zero for D t = 0.
 
-    `response(*arguments, spread)` is the response of `convolution.convolve`.
+    `response(spread)` is the response of `convolution.convolve`.
     """
     flowing = np.flatnonzero(spreads > 0.0)
     if spreads.size == flowing.size == 1:
-        return convolution.convolve(flux, response(*arguments, float(spreads[0])), shape, factor)[
-            None
-        ]
+        return convolution.convolve(flux, response(float(spreads[0])), shape, factor)[None]
     fields = np.zeros((spreads.size, *flux.shape), flux.dtype)
     if flowing.size:
-        series = (response(*arguments, float(spread)) for spread in spreads[flowing])
-        for index, field in zip(
-            flowing, convolution.convolutions(flux, series, shape, factor), strict=True
-        ):
+        series = map(response, spreads[flowing].tolist())
+        convolved = convolution.convolutions(flux, series, shape, factor)
+        for index, field in zip(flowing, convolved, strict=True):
             fields[index] = field
     return fields

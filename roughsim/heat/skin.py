@@ -214,6 +214,8 @@ def direction_means(wavenumber: Array, rate: float, layers: Layering) -> tuple[A
     """
     # F has its singularities at imaginary q: in ln q, π/2 off the real axis. A polynomial through n points is exact to
     # degree n − 1, a quadrature to 2n − 1
+    if not wavenumber.size:
+        return wavenumber, wavenumber
     low, high = math.log(wavenumber.min()), math.log(wavenumber.max())
     count = 2 * _node_count(max(high - low, 1.0))
     if count >= wavenumber.size:

@@ -28,7 +28,7 @@ from roughsim.contact import Contact
 from roughsim.contact.patches import edge_corrected
 from roughsim.errors import need_computed, need_finite, not_negative, number, real_plane, sized
 from roughsim.grid import Array, Complex, Grid, need_grid
-from roughsim.heat.periodic import responses, unit_vector
+from roughsim.heat.periodic import MovingSource, responses, unit_vector
 from roughsim.heat.precision import need_resolved
 from roughsim.heat.skin import Layering, SkinLike, checked_skin, direction_means, layering
 from roughsim.observables.stress_spectrum import (
@@ -371,7 +371,8 @@ def _sums_of_one_direction(amplitude: Complex, grid: Grid, sliding: HeatSource) 
     variance = (amplitude.real**2 + amplitude.imag**2) * grid.multiplicity
     for column, rate, layers in zip(sums.T, sliding.rates, sliding.layers, strict=True):
         sense = -1.0 if rate < 0.0 else 1.0
-        for rows, response in responses(grid, (rate * ux, rate * uy), layers=layers):
+        source = MovingSource((rate * ux, rate * uy), layers=layers)
+        for rows, response in responses(grid, source):
             even = variance[rows] * response.real
             column[0] += np.sum(even)
             column[1] += np.sum(variance[rows] * response.imag * (ux * ax[rows] + uy * ay)) * sense

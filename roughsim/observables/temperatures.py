@@ -9,8 +9,7 @@ import numpy as np
 from roughsim.errors import need_computed
 from roughsim.fourier.convolution import convolutions
 from roughsim.grid import Array, Field, Grid
-from roughsim.heat.periodic import moving, turned_response
-from roughsim.heat.skin import Layering
+from roughsim.heat.periodic import MovingSource, moving, turned_response
 from roughsim.observables.distribution import (
     BIN_AREAS,
     LEVELS,
@@ -26,8 +25,6 @@ from roughsim.observables.moments import HeatSource
 # lay had the 99 % quantile of the mean over directions to 4 % (rms; worst 20), 17 beyond it to 15 % (27). 252 fields of
 # 84 isotropic surfaces, with 1 to 8 longest waves a side, had a logarithm of at most .08
 MOST_SCALED = 0.5
-# arguments of `turned_response`
-_Motion = tuple[Grid, tuple[float, float], float, Layering | None, str, float]
 _KEPT = 2**21  # points times speeds up to which the responses of a grid are kept, in 8 MB
 
 
@@ -69,22 +66,21 @@ def contact_fields(
     contact = pressure > 0.0
     speeds = len(sliding.speeds)
     flux = (pressure / pressure.mean()).astype(np.float32)
-    motions = []
+    sources = []
+    diffusivities = np.broadcast_to(sliding.diffusivity, speeds).tolist()
     for speed, diffusivity, layers in zip(
-        sliding.speeds,
-        np.broadcast_to(sliding.diffusivity, speeds).tolist(),
-        sliding.layers,
-        strict=True,
+        sliding.speeds, diffusivities, sliding.layers, strict=True
     ):
         drift, durations, _ = moving(grid, speed, diffusivity, slide.direction, slide.slid_distance)
-        motions.append((grid, drift, 0.0, layers, "f", diffusivity * float(durations)))
+        sources.append(MovingSource(drift, diffusivity * float(durations), layers=layers))
     if flux.min() == flux.max():  # only q = 0, which is left out
         fields = [np.zeros(grid.points, np.float32)] * speeds
     else:
-        fields = [
-            field[contact]
-            for field in convolutions(flux, _responses(grid, tuple(motions)), grid.shape)
-        ]
+        if grid.points * speeds <= _KEPT:
+            responses: Iterable[Field] = _kept_responses(grid, tuple(sources))
+        else:
+            responses = (turned_response(grid, source, np.float32) for source in sources)
+        fields = [field[contact] for field in convolutions(flux, responses, grid.shape)]
     for field in fields:
         need_computed("temperature", field, "m of κT/q̇", "the size of the cell and the speed")
     return fields
@@ -94,25 +90,16 @@ def own_flash(
     fields: Sequence[Field], heat: Array, nominal_pressure: float, sliding: HeatSource
 ) -> Array:
     """Return T_flash of the `contact_fields` themselves, K, (speeds,); `heat` is the pressure at their points."""
-    flux = sliding.heat_partition * np.multiply(
-        sliding.friction_coefficient, np.abs(sliding.speeds)
-    )
+    heating = np.multiply(sliding.friction_coefficient, np.abs(sliding.speeds))
+    flux = sliding.heat_partition * heating
     own = np.array([field @ heat for field in fields]) / heat.sum()  # κ T_flash/q̇, m
     return np.asarray(flux * nominal_pressure * own / np.asarray(sliding.conductivity))
 
 
-def _responses(grid: Grid, motions: tuple[_Motion, ...]) -> Iterable[Field]:
-    """Return the response κT/q̇ of the waves to each motion, as `convolutions` takes it."""
-    if grid.points * len(motions) <= _KEPT:
-        return _kept_responses(motions)
-    return (turned_response(*motion) for motion in motions)
-
-
-@lru_cache(
-    maxsize=8
-)  # half of the time of a contact of 512² points; the grids of a run come in turn
-def _kept_responses(motions: tuple[_Motion, ...]) -> tuple[Field, ...]:
-    return tuple(turned_response(*motion) for motion in motions)
+# half of the time of a contact of 512² points; the grids of a run come in turn
+@lru_cache(maxsize=8)
+def _kept_responses(grid: Grid, sources: tuple[MovingSource, ...]) -> list[Field]:
+    return [turned_response(grid, source, np.float32) for source in sources]
 
 
 def distribution_of(

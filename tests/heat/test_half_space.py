@@ -11,7 +11,7 @@ from heat_cases import pixel_influence
 from roughsim import Grid, half_space_temperature, sliding_temperature
 from roughsim.fourier import convolution
 from roughsim.heat import uniform_temperature
-from roughsim.heat.influence import Axis, buried
+from roughsim.heat.influence import PixelAxis, buried
 from theory import hertz
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "half_space.json").read_text())[
@@ -51,7 +51,10 @@ def test_a_pixel_heats_the_others_as_moving_point_sources_do(case):
         case["direction"],
         case["offset"],
     )
-    x, y = Axis(7, pixel[0], drift * cos(direction)), Axis(6, pixel[1], drift * sin(direction))
+    x, y = (
+        PixelAxis(7, pixel[0], drift * cos(direction)),
+        PixelAxis(6, pixel[1], drift * sin(direction)),
+    )
     end = inf if case["spread"] is None else sqrt(case["spread"])
     influence = pixel_influence(x, y, fading=buried(case["depth"]), end=end)
     assert influence.shape == (13, 11)
@@ -283,7 +286,7 @@ def test_any_shape_is_the_sum_over_its_pixels(shape):
     settings = {"speed": 1.5, "direction": 0.4, "time": 0.7, "depth": 0.1} | UNIT
     actual = half_space_temperature(flux, grid, **settings)
     x, y = (
-        Axis(n, d, p)
+        PixelAxis(n, d, p)
         for n, d, p in zip(shape, grid.spacing, (1.5 * cos(0.4), 1.5 * sin(0.4)), strict=True)
     )
     influence = pixel_influence(x, y, fading=buried(0.1), end=sqrt(0.7))

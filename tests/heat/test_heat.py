@@ -10,7 +10,7 @@ from heat_cases import REFERENCE, STEEL, UNIT, close, points, steady
 from scipy import special
 
 from roughsim import Grid, sliding_temperature
-from roughsim.heat.periodic import responses
+from roughsim.heat.periodic import MovingSource, responses
 
 
 @pytest.mark.parametrize(
@@ -150,7 +150,7 @@ def test_the_shortest_wave_of_both_axes_is_the_mean_of_its_four_senses():
 def test_the_response_of_every_wave_is_that_of_a_real_field(shape):
     grid = Grid(shape, (1.0, 1.4))
     whole = np.empty(grid.half_shape, complex)
-    for rows, response in responses(grid, (30.0, -20.0)):
+    for rows, response in responses(grid, MovingSource((30.0, -20.0))):
         whole[rows] = response
     edges = [0, -1] if shape[1] % 2 == 0 else [0]
     opposite = whole[-np.arange(shape[0]) % shape[0]][:, edges]

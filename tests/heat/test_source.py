@@ -10,7 +10,7 @@ from heat_cases import pixel_influence
 
 from roughsim import Grid, half_space_temperature
 from roughsim.heat import source_temperature
-from roughsim.heat.influence import Axis, buried, temperature_at
+from roughsim.heat.influence import PixelAxis, buried, temperature_at
 from theory import hertz
 
 REFERENCE = Path(__file__).parents[1] / "reference"
@@ -146,7 +146,7 @@ def test_a_square_from_rest_is_exact_at_any_resolution(case):
         case["square_mean"], rel=1e-8
     )
     x, y = (
-        Axis(3, 2.0, p, s) for p, s in ((case["peclet"], -0.5), (0.0, 0.0))
+        PixelAxis(3, 2.0, p, s) for p, s in ((case["peclet"], -0.5), (0.0, 0.0))
     )  # the square as one pixel
     only = np.zeros((3, 3))
     only[1, 1] = 1.0
@@ -268,7 +268,7 @@ def test_no_point_of_an_oblique_source_is_hotter(direction):
 @pytest.mark.parametrize("drift", [(0.0, 0.0), (1e-7, 0.0), (2.0, -1.0), (-300.0, 40.0)])
 def test_the_sum_over_pixels_is_the_same_with_influences(shift, drift):
     flux = np.random.default_rng(3).random((5, 4))
-    x, y = Axis(5, 1.0, drift[0], shift), Axis(4, 0.7, drift[1], -shift)
+    x, y = PixelAxis(5, 1.0, drift[0], shift), PixelAxis(4, 0.7, drift[1], -shift)
     for end in (inf, 0.8):
         influence = pixel_influence(x, y, fading=buried(0.1), end=end)
         expected = (flux * influence[4 + 3 - np.arange(5)[:, None], 3 + 1 - np.arange(4)]).sum()
@@ -280,10 +280,10 @@ def test_the_sum_over_pixels_is_the_same_with_influences(shift, drift):
 @pytest.mark.parametrize("drift", [5e-4, 7.0, 300.0, -1e4])
 def test_a_point_of_a_large_pixel_is_an_edge_of_small_ones(drift, shift):
     # one heated pixel as 10 × 10 small ones: its edges and inner points are edges of those
-    x, y = Axis(3, 1.0, drift, shift), Axis(2, 1.0, 0.0, 0.05)
+    x, y = PixelAxis(3, 1.0, drift, shift), PixelAxis(2, 1.0, 0.0, 0.05)
     influence = pixel_influence(x, y, fading=buried(0.0), end=inf)
     small = pixel_influence(
-        Axis(40, 0.1, drift, 0.5), Axis(30, 0.1, 0.0), fading=buried(0.0), end=inf
+        PixelAxis(40, 0.1, drift, 0.5), PixelAxis(30, 0.1, 0.0), fading=buried(0.0), end=inf
     )
     for k in (-1, 0, 1):
         at = round(10 * (k + shift)) - 1  # the small pixel of which that is the upper edge
@@ -296,15 +296,15 @@ def test_a_point_of_a_large_pixel_is_an_edge_of_small_ones(drift, shift):
 @pytest.mark.parametrize("drift", [0.0, 1e-7, 0.6, 50.0])
 def test_the_mean_over_a_pixel_is_the_mean_of_its_points(drift):
     nodes, weights = np.polynomial.legendre.leggauss(20)
-    axes = [Axis(3, 1.0, drift, averaged=True), Axis(2, 1.3, 0.3 * drift, averaged=True)]
+    axes = [PixelAxis(3, 1.0, drift, averaged=True), PixelAxis(2, 1.3, 0.3 * drift, averaged=True)]
     mean = pixel_influence(*axes, fading=buried(0.2), end=inf)  # buried, for a smooth influence
     expected = sum(
         wx
         * wy
         / 4
         * pixel_influence(
-            Axis(3, 1.0, drift, sx / 2),
-            Axis(2, 1.3, 0.3 * drift, sy / 2),
+            PixelAxis(3, 1.0, drift, sx / 2),
+            PixelAxis(2, 1.3, 0.3 * drift, sy / 2),
             fading=buried(0.2),
             end=inf,
         )
