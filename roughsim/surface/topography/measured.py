@@ -36,7 +36,7 @@ class MeasuredSpectrum(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Bins:
+class BinnedSpectrum:
     """C(q) of one map, averaged over directions and over bins of log q."""
 
     q: Array  # rad/m, the mean of ln q of the modes of each bin
@@ -52,10 +52,8 @@ class Bins:
         """The rows, carried on to q_max."""
         q, psd = self.q, self.psd
         if q[-1] < self.q_max * (1 - 1e-6):
-            q, psd = (
-                np.append(q, self.q_max),
-                np.append(psd, psd[-1] * (self.q_max / q[-1]) ** -self.exponent[-1]),
-            )
+            end = psd[-1] * (self.q_max / q[-1]) ** -self.exponent[-1]
+            q, psd = np.append(q, self.q_max), np.append(psd, end)
         return TabulatedSpectrum(q, psd)
 
     @property
@@ -66,22 +64,21 @@ class Bins:
         if missing <= 0.0:
             return first
         # 2π ∫ q C dq from q_low to q₁ = 2π C₁ q₁² (1 − (q_low/q₁)^p)/p, p = 2 − exponent, log for p = 0
-        share, power = (
-            missing / (2 * np.pi * psd * first**2),
-            2.0 - _lowest_exponent(self.q, self.psd),
-        )
-        inner = max(1.0 - share * power, 0.0)
-        ratio = (
-            np.exp(-share)
-            if abs(power) < 1e-9
-            else (inner ** (1.0 / power) if inner > 0.0 else 0.0)
-        )
-        return first * float(
-            np.clip(ratio, 0.4, 1.0)
-        )  # a mode at 2π/L stands for no wave longer than about 2L
+        share = missing / (2 * np.pi * psd * first**2)
+        power = 2.0 - _lowest_exponent(self.q, self.psd)
+        inner = 1.0 - share * power
+        ratio = 0.0
+        if abs(power) < 1e-9:
+            ratio = np.exp(-share)
+        elif inner > 0.0:
+            ratio = inner ** (1.0 / power)
+        # a mode at 2π/L stands for no wave longer than about 2L
+        return first * float(np.clip(ratio, 0.4, 1.0))
 
 
-def map_spectrum(heights: Array, grid: Grid, *, periodic: bool, reliable: float = np.inf) -> Bins:
+def map_spectrum(
+    heights: Array, grid: Grid, *, periodic: bool, reliable: float = np.inf
+) -> BinnedSpectrum:
     """Return C(q) of one map, m, up to `reliable`, rad/m; under a window unless the map is periodic.
 
     The window is a disc as wide as the shorter side. A longer map has several of them along it, each half over the
@@ -98,9 +95,8 @@ def map_spectrum(heights: Array, grid: Grid, *, periodic: bool, reliable: float 
         psd += _psd_of(levelled(own) if len(parts) > 1 else own, part, weight) / len(parts)
     # modes under a window are correlated: so many of them count as one
     together = float(np.mean(weight**4) / np.mean(weight**2) ** 2)
-    return radial_average(
-        psd, part, q_max, together=together, share=share_of_scatter(weight, parts)
-    )
+    share = share_of_scatter(weight, parts)
+    return radial_average(psd, part, q_max, together=together, share=share)
 
 
 def levelled(heights: Array, periodic: bool = False) -> Array:
@@ -131,12 +127,10 @@ def discs(grid: Grid) -> tuple[list[tuple[slice, slice]], Grid]:
     count = 1 + math.ceil((whole - points) / (0.5 * points))
     starts = np.rint(np.linspace(0, whole - points, count)).astype(int).tolist()
     places = [slice(start, start + points) for start in starts]
-    shape = list(grid.shape)
-    shape[along] = points
-    lengths = list(grid.lengths)
-    lengths[along] = points * grid.spacing[along]
-    part = Grid((shape[0], shape[1]), (lengths[0], lengths[1]))
-    return [(place, slice(None)) if along == 0 else (slice(None), place) for place in places], part
+    (nx, ny), (x, y), length = grid.shape, grid.lengths, points * grid.spacing[along]
+    if along == 0:
+        return [(place, slice(None)) for place in places], Grid((points, ny), (length, y))
+    return [(slice(None), place) for place in places], Grid((nx, points), (x, length))
 
 
 def window_share(chosen: Mask, grid: Grid) -> float:
@@ -170,7 +164,7 @@ def window(grid: Grid) -> Array:
 
 def radial_average(
     psd: Array, grid: Grid, q_max: float, *, together: float = 1.0, share: float = 1.0
-) -> Bins:
+) -> BinnedSpectrum:
     """Average C(q⃗) over directions, in bins of log q.
 
     `psd` is C(q⃗), m⁴, at the modes of `grid.half_shape`, ∫ C d²q = ⟨h²⟩; the others are as for `binned`.
@@ -192,7 +186,7 @@ def binned(
     *,
     together: float = 1.0,
     share: float = 1.0,
-) -> Bins:
+) -> BinnedSpectrum:
     """Average C of modes over bins of log q.
 
     Within a bin C(q) is taken as the power law of its neighbours, so that the value at its centre is not raised by its
@@ -223,9 +217,8 @@ def binned(
     # their bins, in log q
     low, q_max = int(np.floor(BINS_PER_DECADE * np.log10(q.min()) + 1e-9)), float(q.max())
     which = np.floor(BINS_PER_DECADE * np.log10(q) + 1e-9).astype(np.intp) - low
-    if (
-        BINS_PER_DECADE * np.log10(q_max) - low - which.max() < 0.5
-    ):  # less than half a bin: it joins the one below
+    if BINS_PER_DECADE * np.log10(q_max) - low - which.max() < 0.5:
+        # less than half a bin: it joins the one below
         which = np.minimum(which, which.max() - 1)
     count = np.bincount(which, weight)
     filled = count > 0
@@ -238,15 +231,16 @@ def binned(
     centre = np.exp(np.bincount(which, weight * np.log(q)) / count)
     mean = np.bincount(which, weight * values) / count
     exponent = -np.gradient(np.log(mean), np.log(centre))
-    shape = (q / centre[which]) ** -exponent[
-        which
-    ]  # of the power law over the bin, 1 at its centre
+    # the power law over the bin, 1 at its centre
+    shape = (q / centre[which]) ** -exponent[which]
     level = mean / (np.bincount(which, weight * shape) / count)
     # the modes of Gaussian heights scatter by as much as their mean, and q has the same as −q
     scatter = np.bincount(which, weight * (values / (level[which] * shape) - 1.0) ** 2) / count
     error = np.sqrt(2.0 * together * np.maximum(scatter, share) / count)
     variance = float((weight * values).sum()) * cell
-    return Bins(centre, level, exponent, error, low + np.flatnonzero(filled), variance, q_max)
+    return BinnedSpectrum(
+        centre, level, exponent, error, low + np.flatnonzero(filled), variance, q_max
+    )
 
 
 def _lowest_exponent(q: Array, psd: Array) -> float:
@@ -255,7 +249,7 @@ def _lowest_exponent(q: Array, psd: Array) -> float:
     return float(np.clip(-np.polyfit(np.log(q[first]), np.log(psd[first]), 1)[0], 0.0, 4.0))
 
 
-def combined(maps: Sequence[Bins]) -> MeasuredSpectrum:
+def combined(maps: Sequence[BinnedSpectrum]) -> MeasuredSpectrum:
     """Return C(q) of one map, or of several of one surface over all their bands, with its error.
 
     Several are combined by SurfaceTopography: in each bin the mean over the maps that have it, each with the same
@@ -286,7 +280,7 @@ class _OfContainer:
         return self.q, self.psd
 
 
-def _mean_over_maps(maps: Sequence[Bins]) -> tuple[Array, Array, Array]:
+def _mean_over_maps(maps: Sequence[BinnedSpectrum]) -> tuple[Array, Array, Array]:
     """Return q, rad/m, in the middle of each bin that some map has, the mean C, m⁴, and its errors as they are kept."""
     from SurfaceTopography.Container.Averaging import log_average  # type: ignore[import-not-found,import-untyped,unused-ignore]
 
@@ -316,9 +310,8 @@ def _mean_over_maps(maps: Sequence[Bins]) -> tuple[Array, Array, Array]:
     sampling = np.sqrt(np.sum(scatter**2, axis=0)) / count
     # without a map the mean is (n − own)/(n − 1); n − 1 over n of the squares of its changes add up to the variance
     with np.errstate(invalid="ignore", divide="ignore"):
-        without = np.where(
-            count > 1, (1.0 - values) / (count - 1) * np.sqrt((count - 1) / count), 0.0
-        )
+        change = (1.0 - values) / (count - 1) * np.sqrt((count - 1) / count)
+    without = np.where(count > 1, change, 0.0)
     return q, psd, np.column_stack([sampling, *np.nan_to_num(without)])
 
 

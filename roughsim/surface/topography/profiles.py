@@ -7,10 +7,12 @@ the surface that run across the line. So C(q) is taken not to rise with q: neigh
 does not (isotonic inverse estimator, Groeneboom and Jongbloed 1995).
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from roughsim.grid import Array
-from roughsim.surface.topography.measured import BINS_PER_DECADE, Bins
+from roughsim.surface.topography.measured import BINS_PER_DECADE, BinnedSpectrum
 
 _WIDE = 2  # bins of C(q) in one, as a line has few modes
 _KNOWN = 0.3  # standard error of a variance, relative: above it, it is not known
@@ -33,9 +35,8 @@ def line_modes(
     window = np.ones(points)
     if not periodic:
         window = 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(points) + 0.5) / points)
-    modes = np.fft.rfft(heights * window)[
-        1 : (points + 1) // 2
-    ]  # without q = 0 and the Nyquist wavenumber
+    # without q = 0 and the Nyquist wavenumber
+    modes = np.fft.rfft(heights * window)[1 : (points + 1) // 2]
     k: Array = step * np.arange(1.0, modes.size + 1.0)
     inside = k <= reliable
     square = np.mean(window**2)
@@ -44,7 +45,7 @@ def line_modes(
     return k[inside], along, together
 
 
-def of_surface(k: Array, along: Array, *, together: float = 1.0, lines: int = 1) -> Bins:
+def of_surface(k: Array, along: Array, *, together: float = 1.0, lines: int = 1) -> BinnedSpectrum:
     """Return C(q) of an isotropic surface from the modes of a line across it.
 
     `k` are their wavenumbers, rad/m, in even steps from one step on, and `along` is C₁ at them, m³, the mean over
@@ -92,12 +93,14 @@ def of_surface(k: Array, along: Array, *, together: float = 1.0, lines: int = 1)
         error[pool] = np.sqrt(pool.stop - pool.start) * scatter(pool) / float(variances[pool].sum())
     exponent = -np.gradient(np.log(psd), np.log(centre))
     # as long as the variance of all waves down from a length is unknown, it may come from some of them alone
+    few = (slice(0, j) for j in range(1, index.size))
     known = next(
-        (j for j in range(1, index.size) if scatter(slice(0, j)) <= _KNOWN * variances[:j].sum()),
-        index.size,
+        (part.stop for part in few if scatter(part) <= _KNOWN * variances[part].sum()), index.size
     )
     error[:known] = np.maximum(error[:known], np.sqrt(known))
-    return Bins(centre, psd, exponent, error, index, 2.0 * step * float(along.sum()), q_max)
+    return BinnedSpectrum(
+        centre, psd, exponent, error, index, 2.0 * step * float(along.sum()), q_max
+    )
 
 
 def _with_tail(k: Array, along: Array) -> tuple[Array, Array, Array]:
@@ -129,20 +132,17 @@ def _not_rising(values: Array, weights: Array) -> list[tuple[int, int]]:
 
     Pool adjacent violators; the mean of all stays above 0 if the mean of the last ones does.
     """
-    pools: list[tuple[float, float, int]] = []  # sum of value times weight, sum of weight, first
-    for i, (value, weight) in enumerate(zip(values, weights, strict=True)):
-        total, area, start = value * weight, weight, i
-        while pools and total * pools[-1][1] >= pools[-1][0] * area:
-            before = pools.pop()
-            total, area, start = total + before[0], area + before[1], before[2]
-        pools.append((total, area, start))
+    from scipy.optimize import isotonic_regression  # slow to import
+
+    found = isotonic_regression(values, weights=weights, increasing=False)
+    edges = found.blocks.tolist()
     # a mean at or below 0 belongs to those before
-    while len(pools) > 1 and pools[-1][0] <= 0.0:
-        total, area, _ = pools.pop()
-        before = pools.pop()
-        pools.append((total + before[0], area + before[1], before[2]))
-    first = [start for _, _, start in pools]
-    return list(zip(first, [*first[1:], len(values)], strict=True))
+    while len(edges) > 2:
+        last = slice(edges[-2], edges[-1])
+        if values[last] @ weights[last] > 0.0:
+            break
+        del edges[-2]
+    return list(pairwise(edges))
 
 
 def of_profile_table(k: Array, along: Array) -> tuple[Array, Array]:
@@ -160,12 +160,10 @@ def of_profile_table(k: Array, along: Array) -> tuple[Array, Array]:
             f" gives a negative C(q) at q = {q:.4g} rad/m, as its spectrum rises or scatters there; "
             "average it over wider bins, or give the line scan itself as topography"
         )
-    every_second = np.unique(
-        np.append(np.arange(0, k.size, 2), k.size - 1)
-    )  # with both ends, the second row without
-    coarse = np.interp(
-        k, k[every_second], _abel(k[every_second], along[every_second])[0] / psd[every_second]
-    )
+    # with both ends, the second row without
+    every_second = np.unique(np.append(np.arange(0, k.size, 2), k.size - 1))
+    rows = k[every_second]
+    coarse = np.interp(k, rows, _abel(rows, along[every_second])[0] / psd[every_second])
     error = np.minimum(np.hypot(coarse - 1.0, beyond / psd), 1.0)
     together = np.sum(error) ** 2 / np.sum(error**2) if error.any() else 1.0
     return psd, error * np.sqrt(together)

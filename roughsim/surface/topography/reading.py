@@ -22,7 +22,7 @@ from roughsim.surface.topography.instruments import (
     unknown,
 )
 from roughsim.surface.topography.measured import (
-    Bins,
+    BinnedSpectrum,
     MeasuredSpectrum,
     combined,
     levelled,
@@ -65,7 +65,7 @@ class Topography:
     taken: str = ""  # what was read of the file, in words
 
     @property
-    def bins(self) -> Bins:
+    def bins(self) -> BinnedSpectrum:
         """C(q), averaged over directions and bins of log q."""
         return map_spectrum(self.heights, self.grid, periodic=self.periodic, reliable=self.reliable)
 
@@ -97,7 +97,7 @@ class Profile:
     taken: str = ""
 
 
-def bins_of_lines(lines: Sequence[Profile]) -> list[Bins]:
+def bins_of_lines(lines: Sequence[Profile]) -> list[BinnedSpectrum]:
     """Return C(q) of line scans of one surface that is alike in all directions: one for all that have the same modes.
 
     The mean over lines is taken of C₁, before it becomes C(q), as that needs waves whose C₁ is known.

@@ -10,69 +10,46 @@ def with_size_and_unit(
     found: Contents, size: Sequence[float] | None, unit: float | None
 ) -> Contents:
     """Return contents in m, by the units of the file or else by the arguments."""
+    has_sizes = found.sizes is not None and found.lateral_unit is not None
     differs = found.unit is not None and (unit is None or abs(unit / found.unit - 1.0) > 1e-9)
-    own = _keys(size=found.sizes is not None and found.lateral_unit is not None, unit=differs)
     # sides without a unit have the unit of the heights, unless only the file states that
-    unknown_size = found.sizes is None or (found.lateral_unit is None and found.unit is not None)
-    needed = _keys(size=unknown_size, unit=found.unit is None)
-    given = _keys(size=size is not None, unit=unit is not None)
-    if excess := sorted(given & own):
-        raise NoHeightsError(
-            f"contains its {_without_prefix(excess)}; remove {' and '.join(excess)}"
-        )
-    if lacking := sorted(needed - given):
-        keys = " and ".join(lacking)
-        raise NoHeightsError(
-            f"lacks its {_without_prefix(lacking)}; give {keys}, or save it as x3p or nc"
-        )
+    lacks_sizes = found.sizes is None or (found.lateral_unit is None and found.unit is not None)
+    excess = {"size": size is not None and has_sizes, "unit": unit is not None and differs}
+    lacking = {"size": size is None and lacks_sizes, "unit": unit is None and found.unit is None}
+    if any(excess.values()):
+        short, keys = _names(excess)
+        raise NoHeightsError(f"contains its {short}; remove {keys}")
+    if any(lacking.values()):
+        short, keys = _names(lacking)
+        raise NoHeightsError(f"lacks its {short}; give {keys}, or save it as x3p or nc")
     unit_of_heights = found.unit if found.unit is not None else float(unit or 0.0)
-    return replace(
-        found, sizes=_sizes(found, size, unit_of_heights), unit=unit_of_heights, lateral_unit=1.0
-    )
-
-
-def _keys(*, size: bool, unit: bool) -> set[str]:
-    """Return the keys of a scan that a condition concerns."""
-    return {
-        key
-        for key, concerned in (("topography_size", size), ("topography_unit", unit))
-        if concerned
-    }
-
-
-def _without_prefix(keys: list[str]) -> str:
-    return " and ".join(key.removeprefix("topography_") for key in keys)
-
-
-def _sizes(
-    found: Contents, size: Sequence[float] | None, unit_of_heights: float
-) -> tuple[float, ...]:
-    """Return the sides of a map or the length of a line scan, m: of the file, or else the given ones."""
+    sizes = tuple(size or ())
     if found.sizes is not None and (found.lateral_unit is not None or size is None):
         factor = found.lateral_unit if found.lateral_unit is not None else unit_of_heights
-        return tuple(factor * length for length in found.sizes)
-    given = tuple(size or ())
-    if found.heights.ndim == 1 and len(set(given)) > 1:
+        sizes = tuple(factor * length for length in found.sizes)
+    elif found.heights.ndim == 1 and len(set(sizes)) > 1:
         raise NoHeightsError(
             "holds a line scan, which has one length; write one length as topography_size"
         )
-    return given[: found.heights.ndim]
+    sizes = sizes[: found.heights.ndim]
+    return replace(found, sizes=sizes, unit=unit_of_heights, lateral_unit=1.0)
+
+
+def _names(concerned: dict[str, bool]) -> tuple[str, str]:
+    """Return the quantities that a condition concerns, and their keys in a scene."""
+    names = [name for name, yes in concerned.items() if yes]
+    return " and ".join(names), " and ".join(f"topography_{name}" for name in names)
 
 
 def taken(found: Contents, size: Sequence[float] | None, unit: float | None) -> str:
     """Return the units and the channel that were read, in words."""
-    heights = f"heights in {unit_name(found.unit or unit or 1.0)}" + " by topography_unit" * (
-        found.unit is None
-    )
+    heights = f"heights in {unit_name(found.unit or unit or 1.0)}"
+    heights += " by topography_unit" * (found.unit is None)
+    sides = "sides by topography_size" if size is not None else "sides in the unit of the heights"
     if found.lateral_unit is not None:
         sides = f"sides in {unit_name(found.lateral_unit)}"
-    else:
-        sides = (
-            "sides by topography_size" if size is not None else "sides in the unit of the heights"
-        )
-    name = (
-        "Default" if found.channel is None else found.channels[found.channel]
-    )  # of files with one, by their reader
+    # files with one channel have the name "Default", by their reader
+    name = "Default" if found.channel is None else found.channels[found.channel]
     channel = "" if name == "Default" else f"channel {name[:40]!r}, "
     return f"{channel}{heights}, {sides}"
 

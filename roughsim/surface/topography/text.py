@@ -25,42 +25,42 @@ _STRAIGHT = 0.01  # of their distance from a straight line: below it a line is n
 _JUMP = 10.0  # steps between lines of heights: above it a line does not belong to them
 
 
-class Layout(NamedTuple):
+class NumberLayout(NamedTuple):
     """How the numbers of a line are divided."""
 
     divider: str | None  # None: blanks
     comma: bool  # whether it is the decimal sign
 
+    def split(self, line: str) -> list[str]:
+        """Return the fields of a line."""
+        return [field.strip() for field in line.replace('"', "").strip().split(self.divider)]
+
     def fields(self, line: str) -> list[str]:
         """Return the fields of a line, with decimal points."""
-        fields = line.replace('"', "").strip().split(self.divider)
-        return (
-            [field.strip().replace(",", ".") for field in fields]
-            if self.comma
-            else [f.strip() for f in fields]
-        )
+        fields = self.split(line)
+        return [field.replace(",", ".") for field in fields] if self.comma else fields
 
     def fits(self, line: str) -> bool:
         """Whether a line holds numbers alone, divided so."""
         if self.divider is not None and self.divider not in line:
             return False
-        fields = [field.strip() for field in line.replace('"', "").strip().split(self.divider)]
-        values = [field for field in fields if field.lower() not in _UNDEFINED]
+        values = [field for field in self.split(line) if field.lower() not in _UNDEFINED]
         number = _DECIMAL_COMMA.fullmatch if self.comma else _is_number
-        return bool(values) and all(number(value) for value in values)
+        return bool(values) and all(map(number, values))
 
 
-_LAYOUTS = [Layout(divider, comma) for divider in (";", "\t", None) for comma in (False, True)] + [
-    Layout(",", False)
+_LAYOUTS = [
+    *(NumberLayout(*one) for one in product((";", "\t", None), (False, True))),
+    NumberLayout(",", False),
 ]
 
 
-class Table(NamedTuple):
+class NumberTable(NamedTuple):
     """The numbers of a text, and the lines before them."""
 
     numbers: Array  # undefined ones NaN
     header: list[str]
-    layout: Layout
+    layout: NumberLayout
 
 
 def decoded(content: bytes) -> str | None:
@@ -75,13 +75,12 @@ def decoded(content: bytes) -> str | None:
     return None if _CONTROL.search(text) else text
 
 
-def table_of(text: str) -> Table:
+def table_of(text: str) -> NumberTable:
     """Return the numbers of a text; NoHeightsError that names the first line with anything else."""
     lines = [(k, line) for k, line in enumerate(text.splitlines(), start=1) if line.strip()]
     plain = [(k, line.split("#")[0]) for k, line in lines]
-    first = next(
-        (i for i, (_, line) in enumerate(plain) if any(one.fits(line) for one in _LAYOUTS)), None
-    )
+    of_numbers = (i for i, (_, line) in enumerate(plain) if any(one.fits(line) for one in _LAYOUTS))
+    first = next(of_numbers, None)
     if first is None:
         raise NoHeightsError("holds no numbers; is it the right file?")
     data = [(k, line) for k, line in plain[first:] if line.strip()]
@@ -91,10 +90,10 @@ def table_of(text: str) -> Table:
     if numbers.shape[1] > 1 and ends_in_divider and np.isnan(numbers[:, -1]).all():
         numbers = numbers[:, :-1]
     numbers[np.isinf(numbers)] = np.nan
-    return Table(numbers, [line for _, line in lines[:first]], layout)
+    return NumberTable(numbers, [line for _, line in lines[:first]], layout)
 
 
-def _numbers_of(data: list[tuple[int, str]], layout: Layout) -> Array:
+def _numbers_of(data: list[tuple[int, str]], layout: NumberLayout) -> Array:
     """Return the numbers of lines, each with its line number; NoHeightsError unless all have the same count."""
     rows: list[Array] = []
     for k, line in data:
@@ -121,16 +120,13 @@ def refuse_damaged(lines: list[str]) -> None:
             raise NoHeightsError(f"has {wrong[0][:40]!r} in a line of numbers; it is damaged")
 
 
-def _layout_of(lines: list[str]) -> Layout:
+def _layout_of(lines: list[str]) -> NumberLayout:
     """Return the layout of the numbers of these lines; NoHeightsError if it is ambiguous."""
     fitting = [one for one in _LAYOUTS if all(one.fits(line) for line in lines)]
     if not fitting:  # a line further down is no line of numbers: it is named when it is read
         return next(one for one in _LAYOUTS if one.fits(lines[0]))
-    if (
-        Layout(None, True) in fitting
-        and Layout(",", False) in fitting
-        and not any(" " in s.strip() for s in lines)
-    ):
+    ambiguous = {NumberLayout(None, True), NumberLayout(",", False)} <= {*fitting}
+    if ambiguous and not any(" " in line.strip() for line in lines):
         raise NoHeightsError(
             f"has lines like {lines[0].strip()[:40]!r}: one number with a decimal comma, or two; divide numbers by "
             "semicolons or blanks"
@@ -138,7 +134,7 @@ def _layout_of(lines: list[str]) -> Layout:
     return fitting[0]
 
 
-def heights_of(table: Table) -> Contents:
+def heights_of(table: NumberTable) -> Contents:
     """Return the heights of a table of numbers: a map, a line scan, or a list of coordinates and heights.
 
     Line k of a map has the heights at the k-th point along x. One column or one line of heights is a line scan, two
@@ -149,9 +145,8 @@ def heights_of(table: Table) -> Contents:
     columns = numbers.shape[1]
     left_out, units = _heading_of(table)
     if 1 in numbers.shape:
-        return Contents(
-            numbers.ravel(), unit=units[-1] if columns == 1 else None, left_out=left_out
-        )
+        unit = units[-1] if columns == 1 else None
+        return Contents(numbers.ravel(), unit=unit, left_out=left_out)
     if columns == 2:
         step = even_step(numbers[:, 0], "positions in its first column")
         heights = numbers[:, 1] if step > 0.0 else numbers[::-1, 1]
@@ -161,50 +156,36 @@ def heights_of(table: Table) -> Contents:
     return without_coordinates(numbers, left_out)
 
 
-def _heading_of(table: Table) -> tuple[tuple[str, ...], list[float | None]]:
+def _heading_of(table: NumberTable) -> tuple[tuple[str, ...], list[float | None]]:
     """Return the lines left out, and the unit of each column in m, None without one; NoHeightsError for other lines.
 
     A heading has a name for each column, with its unit as in "x/um", "x [um]", "x (um)", "x_um", or below its name.
     """
     columns = table.numbers.shape[1]
     names = [line for line in table.header if not line.lstrip().startswith("#")]
-    headings = [_fields_of_heading(line.lstrip(" #"), table.layout) for line in table.header]
-    headings = [fields for fields in headings if len(fields) == columns]
-    rows = [table.layout.fields(line.lstrip(" #")) for line in table.header]
-    below = [
-        [UNITS.get(field.strip(" /[]()").lower()) for field in row]
-        for row in rows
-        if len(row) == columns
-    ]
+    bare = [line.lstrip(" #") for line in table.header]
+    rows = [row for row in map(table.layout.fields, bare) if len(row) == columns]
+    below = [[UNITS.get(field.strip(" /[]()").lower()) for field in row] for row in rows]
     found = next((units for units in below if None not in units), None)
-    if names and (
-        len(names) > 1 + (found is not None)
-        or len(_fields_of_heading(names[0], table.layout)) != columns
-    ):
+    own = _fields_of_heading(names[0], table.layout) if names else []
+    if names and (len(names) > 1 + (found is not None) or len(own) != columns):
         raise NoHeightsError(
             f"must hold numbers alone, but line 1 is {names[0].strip()[:40]!r}; remove such lines"
         )
-    beside = [[_unit_in(field) for field in fields] for fields in headings]
-    for name in (
-        _fields_of_heading(names[0], table.layout)
-        if names and columns <= 3 and found is None
-        else ()
-    ):
-        if (
-            "/" in name
-            and _unit_in(name) is None
-            and name.rpartition("/")[2].lower() not in _NO_UNITS
-        ):
+    for name in own if columns <= 3 and found is None else ():
+        known = _unit_in(name) is not None or name.rpartition("/")[2].lower() in _NO_UNITS
+        if "/" in name and not known:
             raise NoHeightsError(
                 f"has a unit that is not known in its heading, {name[:40]!r}; write m, mm, um or nm"
             )
+    headings = [_fields_of_heading(line, table.layout) for line in bare]
+    beside = [[_unit_in(field) for field in row] for row in headings if len(row) == columns]
     nothing: list[float | None] = [None] * columns
     units = found or next((units for units in beside if any(units)), nothing)
-    left_out: tuple[str, ...] = ("its first line, names of columns",) if names else ()
-    return left_out, units
+    return ("its first line, names of columns",) * bool(names), units
 
 
-def _fields_of_heading(line: str, layout: Layout) -> list[str]:
+def _fields_of_heading(line: str, layout: NumberLayout) -> list[str]:
     """Return the names of columns; units in brackets, which blanks may set off, follow them as in "x/um"."""
     joined = re.sub(r"\s*[\[(]\s*([^\s\]),;]*)[^\])]*[\])]", r"/\1", line)
     return layout.fields(joined)
@@ -223,17 +204,15 @@ def _listed(numbers: Array, units: list[float | None], left_out: tuple[str, ...]
         if not np.isfinite(values).all():
             raise NoHeightsError(f"has three columns, x, y and height, but an undefined {name}")
         ordered = np.sort(values)
-        steps = np.diff(ordered)
-        several = steps > 1e-6 * (ordered[-1] - ordered[0])
-        if np.count_nonzero(several) < 1:
+        several = np.diff(ordered) > 1e-6 * (ordered[-1] - ordered[0])
+        if not several.any():
             raise NoHeightsError(
                 f"has three columns, x, y and height, but one {name} alone; a map has many"
             )
-        step = even_step(
-            ordered[np.append(True, several)], f"x, y and height in three columns, and {name}"
-        )
+        distinct = ordered[np.append(True, several)]
+        step = even_step(distinct, f"x, y and height in three columns, and {name}")
         places.append(np.rint((values - ordered[0]) / step).astype(np.intp))
-        sizes.append(step * (np.count_nonzero(several) + 1))
+        sizes.append(step * distinct.size)
     shape = int(places[0].max()) + 1, int(places[1].max()) + 1
     if shape[0] * shape[1] > 4 * len(numbers):
         raise NoHeightsError(
@@ -246,9 +225,9 @@ def _listed(numbers: Array, units: list[float | None], left_out: tuple[str, ...]
     x, y, unit = units
     if (x is None) != (y is None):
         raise NoHeightsError("has a unit of x or of y in its heading, but not of both; write both")
-    if x is None or y is None:
-        return Contents(heights, (sizes[0], sizes[1]), unit, left_out=left_out)
-    return Contents(heights, (sizes[0], sizes[1] * (y / x)), unit, x, left_out=left_out)
+    if x is not None and y is not None:
+        sizes[1] *= y / x
+    return Contents(heights, (sizes[0], sizes[1]), unit, x, left_out=left_out)
 
 
 def without_coordinates(numbers: Array, left_out: tuple[str, ...] = ()) -> Contents:
@@ -256,15 +235,11 @@ def without_coordinates(numbers: Array, left_out: tuple[str, ...] = ()) -> Conte
 
     Such are the index and the header of `pandas.DataFrame.to_csv`, and coordinates.
     """
-    first = {
-        "line": _counts(numbers[0, 1:], numbers[1:, 1:]),
-        "column": _counts(numbers[1:, 0], numbers[1:, 1:].T),
-    }
-    found = tuple(
-        f"its first {name}, which counts in even steps" for name, counts in first.items() if counts
-    )
-    heights = numbers[int(first["line"]) :, int(first["column"]) :]
-    return Contents(heights, left_out=left_out + found)
+    line = _counts(numbers[0, 1:], numbers[1:, 1:])
+    column = _counts(numbers[1:, 0], numbers[1:, 1:].T)
+    found = ["line"] * line + ["column"] * column
+    found = [f"its first {name}, which counts in even steps" for name in found]
+    return Contents(numbers[int(line) :, int(column) :], left_out=(*left_out, *found))
 
 
 def _counts(line: Array, others: Array) -> bool:
@@ -285,11 +260,8 @@ def _counts(line: Array, others: Array) -> bool:
     jumps, apart = jumps[np.isfinite(jumps)], apart[np.isfinite(apart)]
     if not (jumps.size and apart.size):
         return False
-    if (
-        bend < _STRAIGHT * rough
-        and bend <= EVEN * abs(step)
-        and rough > _ROUNDING * np.nanmax(np.abs(beside))
-    ):
+    straight = bend < _STRAIGHT * rough and bend <= EVEN * abs(step)
+    if straight and rough > _ROUNDING * np.nanmax(np.abs(beside)):
         return True
     return bool((np.diff(line) / step > 0.0).all() and apart.mean() > _JUMP * jumps.mean() > 0.0)
 
@@ -299,9 +271,8 @@ def _distance_from_straight(row: Array) -> float:
     present = np.flatnonzero(np.isfinite(row))
     if present.size < 3:
         return 0.0
-    return float(
-        np.abs(row[present] - np.polyval(np.polyfit(present, row[present], 1), present)).max()
-    )
+    line = np.polyval(np.polyfit(present, row[present], 1), present)
+    return float(np.abs(row[present] - line).max())
 
 
 def _number(field: str) -> float:

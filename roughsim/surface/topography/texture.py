@@ -21,10 +21,8 @@ _STRAIGHT = 1e6  # the largest ratio: straight grooves have no slope along them 
 _KURTOSIS = 6.0  # isotropic Gaussian maps with few long waves reach 5.8
 _OUTLYING = 8.0  # rms heights: Gaussian maps have no point beyond, however large they are
 _TOPS = 0.05  # share of the points that are the highest
-_SLOPE_OF_TOPS = (
-    2 / 3,
-    3 / 2,
-)  # of Gaussian maps: below there are flattened tops or deep pits, above sharp summits
+# of Gaussian maps: below there are flattened tops or deep pits, above sharp summits
+_SLOPE_OF_TOPS = 2 / 3, 3 / 2
 DRAWN = "the theory and drawn surfaces are isotropic"
 _INSTEAD = "`roughsim press` computes the map itself"
 
@@ -52,11 +50,8 @@ class Texture(NamedTuple):
     def gaussian(self) -> bool:
         """Whether nothing shows that the heights are not Gaussian."""
         low, high = _SLOPE_OF_TOPS
-        return (
-            self.kurtosis <= _KURTOSIS
-            and self.outlying == 0.0
-            and low <= self.slope_of_tops <= high
-        )
+        inside = self.kurtosis <= _KURTOSIS and self.outlying == 0.0
+        return inside and low <= self.slope_of_tops <= high
 
     @property
     def lay(self) -> float:
@@ -79,11 +74,9 @@ class Texture(NamedTuple):
 
     def extremes(self) -> str:
         """Return in words how steep the highest points are, and how many lie far out."""
-        outlying = f"; {100 * self.outlying:.2g} % of the points lie beyond {_OUTLYING:g} rms" * (
-            self.outlying > 0.0
-        )
+        outlying = f"; {100 * self.outlying:.2g} % of the points lie beyond {_OUTLYING:g} rms"
         tops = f"the highest {100 * _TOPS:g} % of the points have {self.slope_of_tops:.2g} of the rms slope of all"
-        return tops + outlying
+        return tops + outlying * (self.outlying > 0.0)
 
     def warnings(self, face: str) -> Iterator[Remark]:
         """Yield a warning for each way in which surfaces drawn from C(q) are not like the map of a face."""
@@ -158,24 +151,19 @@ def lays(power: Array, grid: Grid, q_max: float) -> tuple[_OneLay, list[_OneLay]
     inside = (q > 0.0) & (q <= q_max * (1 + 1e-9))
     weighted = power[inside]
     count = np.broadcast_to(grid.multiplicity, q.shape)[inside]
-    xx = (qx * qx)[inside] * weighted
-    xy = (qx * qy)[inside] * weighted
-    yy = (qy * qy)[inside] * weighted
     octave = np.floor(np.log2(q_max / q[inside]) + 1e-9).astype(np.intp)
     # ⟨∇h ∇hᵀ⟩ of each octave, up to a common factor
-    sums = np.stack([np.bincount(octave, part) for part in (xx, xy, yy)], axis=1)
+    products = [(qx * qx)[inside], (qx * qy)[inside], (qy * qy)[inside]]
+    sums = np.stack([np.bincount(octave, part * weighted) for part in products], axis=1)
     modes = 0.5 * np.bincount(octave, count)
     slopes = sums[:, 0] + sums[:, 2]
     heights = np.bincount(octave, weighted)
     steep = slopes > LEAST_SHARE * slopes.sum()
     high = heights > LEAST_SHARE * heights.sum()
     enough = np.flatnonzero((steep | high) & (modes >= _LEAST_MODES)).tolist()
-    octaves = []
-    for k in enough:
-        ratio, angle = _principal_axes(*sums[k])
-        octaves.append((ratio, angle, q_max * 0.5 ** (k + 1), q_max * 0.5**k))
-    ratio, angle = _principal_axes(*sums.sum(axis=0))
-    return (ratio, angle, float(q[inside].min()), q_max), octaves
+    octaves = [(*_principal_axes(*sums[k]), q_max * 0.5 ** (k + 1), q_max * 0.5**k) for k in enough]
+    whole = *_principal_axes(*sums.sum(axis=0)), float(q[inside].min()), q_max
+    return whole, octaves
 
 
 def _principal_axes(xx: float, xy: float, yy: float) -> tuple[float, float]:
@@ -189,10 +177,8 @@ def _principal_axes(xx: float, xy: float, yy: float) -> tuple[float, float]:
 def slope_of_tops(heights: Array, grid: Grid) -> float:
     """Return the rms slope of the highest points (share `_TOPS`) over the rms slope of all, by central differences."""
     inner, (dx, dy) = heights[1:-1, 1:-1], grid.spacing
-    along_x, along_y = (
-        heights[2:, 1:-1] - heights[:-2, 1:-1],
-        heights[1:-1, 2:] - heights[1:-1, :-2],
-    )
+    along_x = heights[2:, 1:-1] - heights[:-2, 1:-1]
+    along_y = heights[1:-1, 2:] - heights[1:-1, :-2]
     squares = (along_x / dx) ** 2 + (along_y / dy) ** 2
     top = inner >= np.quantile(inner, 1.0 - _TOPS)
     return float(np.sqrt(squares[top].mean() / squares.mean()))
