@@ -53,10 +53,9 @@ class Grid:
             raise TypeError(f"shape = {shape} must hold whole numbers") from None
         if min(counts) < 1:
             raise ValueError(f"shape = {shape} must hold numbers of points ≥ 1")
+        sides = tuple(sized("lengths", length, "m") for length in lengths)
         object.__setattr__(self, "shape", counts)
-        object.__setattr__(
-            self, "lengths", tuple(sized("lengths", length, "m") for length in lengths)
-        )
+        object.__setattr__(self, "lengths", sides)
         ratio = max(self.lengths) / min(self.lengths)
         if ratio > LONGEST:
             raise ValueError(
@@ -82,17 +81,20 @@ class Grid:
     @property
     def nyquist(self) -> float:
         """Highest wavenumber that every direction resolves, rad/m; an axis of one point does not count."""
-        limits = [
-            pi * n / length for n, length in zip(self.shape, self.lengths, strict=True) if n > 1
-        ]
-        return min(limits, default=inf)
+        sides = zip(self.shape, self.lengths, strict=True)
+        return min((pi * n / length for n, length in sides if n > 1), default=inf)
+
+    @property
+    def mode_spacing(self) -> tuple[float, float]:
+        """Distance between neighbouring modes along q_x and q_y, rad/m."""
+        return 2 * pi / self.lengths[0], 2 * pi / self.lengths[1]
 
     @property
     def wavevectors(self) -> tuple[Array, Array]:
         """(q_x, q_y) of the half spectrum, rad/m, shapes (n_x, 1) and (1, n_y//2 + 1); read-only."""
-        (nx, ny), (lx, ly) = self.shape, self.lengths
-        qx = 2 * pi / lx * np.rint(np.fft.fftfreq(nx) * nx)[:, None]
-        qy = 2 * pi / ly * np.arange(ny // 2 + 1, dtype=np.float64)[None, :]
+        (nx, ny), (dx, dy) = self.shape, self.mode_spacing
+        qx = dx * np.rint(np.fft.fftfreq(nx) * nx)[:, None]
+        qy = dy * np.arange(ny // 2 + 1, dtype=np.float64)[None, :]
         qx.flags.writeable = qy.flags.writeable = False
         return qx, qy
 
@@ -121,18 +123,15 @@ class Modes(NamedTuple):
     many modes of the full plane each stands for, 1 or 2.
     """
 
-    chosen: NDArray[np.bool_]
+    chosen: Mask
     wavenumber: Array
     multiplicity: Array
 
 
-def modes_where(grid: Grid, chosen: NDArray[np.bool_]) -> Modes:
+def modes_where(grid: Grid, chosen: Mask) -> Modes:
     """Return the modes where `chosen`, shape `half_shape`, is true."""
-    return Modes(
-        chosen,
-        grid.wavenumbers[chosen],
-        np.broadcast_to(grid.multiplicity, grid.half_shape)[chosen],
-    )
+    multiplicity = np.broadcast_to(grid.multiplicity, grid.half_shape)
+    return Modes(chosen, grid.wavenumbers[chosen], multiplicity[chosen])
 
 
 def modes_between(grid: Grid, low: float = 0.0, high: float = inf) -> Modes:
@@ -141,7 +140,7 @@ def modes_between(grid: Grid, low: float = 0.0, high: float = inf) -> Modes:
     return modes_where(grid, (q > 0.0) & (q >= low * (1 - 1e-9)) & (q <= high * (1 + 1e-9)))
 
 
-def distinct_wavenumbers(grid: Grid) -> tuple[Array, NDArray[np.intp]]:
+def distinct_wavenumbers(grid: Grid) -> tuple[Array, Index]:
     """Return the distinct |q| of the quarter plane, rad/m, increasing from 0, and the entry of each mode, flattened.
 
     The quarter plane has one mode for the four (±q_x, ±q_y), shape (n_x//2 + 1, n_y//2 + 1). In a square cell many

@@ -49,11 +49,10 @@ def _crossing(sample: Sample, fraction: float) -> Array:
     from roughsim.observables.stress_spectrum import StressSpectrum  # slow to import
 
     larger = min((other for other in _FRACTIONS if other > fraction), default=None)
-    start = (
-        0.0
-        if larger is None
-        else float(sample.values_of(f"r({larger})", lambda s: _crossing(s, larger))[0])
-    )
+    start = 0.0
+    if larger is not None:
+        found = sample.values_of(f"r({larger})", lambda s: _crossing(s, larger))
+        start = float(found[0])
     if not np.isfinite(start):
         return np.array([np.nan])
     mean = StressSpectrum(sample.wavenumber, sample.spectrum.mean(axis=0), sample.reach)
@@ -88,24 +87,26 @@ def quantile(name: str, weight: str) -> Observable:
         per_speed=True,
         heated=True,
         at_rest=0.0,
-        pixel_orders=(
-            2.0,
-            1.75,
-        ),  # as T_flash: from 4 to 8 pixels per wave they fall by .5 to 1 %, T_flash by 1 %
+        # as T_flash: from 4 to 8 pixels per wave they fall by .5 to 1 %, T_flash by 1 %
+        pixel_orders=(2.0, 1.75),
+    )
+
+
+def of_slide(name: str, unit: str, stored: str, *, asked: bool = False) -> Observable:
+    """Return the record of a number that a slide stores at each speed."""
+    return Observable(
+        name, unit, stored, only_stored=True, of_slide=True, asked=asked, per_speed=True
     )
 
 
 def slid_quantile(name: str, weight: str) -> Observable:
     """Return the record of a quantile at the last positions of a slide; arguments as of `quantile`."""
-    return Observable(
+    return of_slide(
         f"sliding_{quantile(name, weight).name}",
         "K",
-        stored=f"temperature above the moving body's background that {LEVELS[name]:.1%} of the {weight} of the contact "
+        f"temperature above the moving body's background that {LEVELS[name]:.1%} of the {weight} of the contact "
         "does not exceed, at eight positions on the last half of the slid distance",
-        only_stored=True,
-        of_slide=True,
         asked=True,
-        per_speed=True,
     )
 
 
@@ -117,10 +118,8 @@ TABLE: tuple[Observable, ...] = (
         per_speed=True,
         heated=True,
         at_rest=0.0,
-        pixel_orders=(
-            2.0,
-            1.75,
-        ),  # capped: from 8 to 16 pixels per wave .2 to .4 of the change from 4 to 8
+        # capped: from 8 to 16 pixels per wave .2 to .4 of the change from 4 to 8
+        pixel_orders=(2.0, 1.75),
         solver_share=0.3,
     ),
     Observable(
@@ -183,10 +182,8 @@ TABLE: tuple[Observable, ...] = (
         "1",
         stored="A/A0",
         values=lambda s: s.numbers["contact_fraction_corrected"],
-        pixel_orders=(
-            2.0,
-            0.8,
-        ),  # elastic: +1.2 and +.3 % at 3 and 6 pixels per wave, mean of 12 drawn scenes
+        # elastic: +1.2 and +.3 % at 3 and 6 pixels per wave, mean of 12 drawn scenes
+        pixel_orders=(2.0, 0.8),
         by_force_balance=True,
     ),
     Observable(
@@ -216,53 +213,35 @@ TABLE: tuple[Observable, ...] = (
         measure=lambda measured: measured.peak_volume,
         only_stored=True,
     ),
-    Observable(
+    of_slide(
         "sliding_flash_temperature",
         "K",
-        stored="<T sigma>/<sigma> above the moving body's background, last half of the slid distance",
-        only_stored=True,
-        of_slide=True,
-        per_speed=True,
+        "<T sigma>/<sigma> above the moving body's background, last half of the slid distance",
     ),
-    Observable(
+    of_slide(
         "sliding_share",
         "1",
-        stored="share of the heat that enters the moving body, last half of the slid distance",
-        only_stored=True,
-        of_slide=True,
-        per_speed=True,
+        "share of the heat that enters the moving body, last half of the slid distance",
     ),
-    Observable(
+    of_slide(
         "sliding_background",
         "K",
-        stored="mean temperature of the surface of the moving body at the end of the slid distance",
-        only_stored=True,
-        of_slide=True,
-        per_speed=True,
+        "mean temperature of the surface of the moving body at the end of the slid distance",
     ),
-    Observable(
+    of_slide(
         "sliding_frozen_flash_temperature",
         "K",
-        stored="flash_temperature of the contacts on the last half of the slid distance, each slid on frozen",
-        only_stored=True,
-        of_slide=True,
-        per_speed=True,
+        "flash_temperature of the contacts on the last half of the slid distance, each slid on frozen",
     ),
-    Observable(
+    of_slide(
         "sliding_coarser_flash_temperature",
         "K",
-        stored="sliding_flash_temperature of the same faces with 4/3 of the pixel",
-        only_stored=True,
-        of_slide=True,
-        per_speed=True,
+        "sliding_flash_temperature of the same faces with 4/3 of the pixel",
     ),
-    Observable(
+    of_slide(
         "sliding_coarser_frozen_flash_temperature",
         "K",
-        stored="sliding_frozen_flash_temperature of the same faces with 4/3 of the pixel",
-        only_stored=True,
-        of_slide=True,
-        per_speed=True,
+        "sliding_frozen_flash_temperature of the same faces with 4/3 of the pixel",
     ),
     Observable(
         "pressure_variance",
@@ -318,10 +297,11 @@ UNITS = {name: record.unit for name, record in OBSERVABLES.items()} | {
 def stored_numbers(measured: Measured) -> dict[str, Array]:
     """Return the numbers that a member of single contacts stores, (speeds,) or (1,)."""
     without = measured.distribution is None
-    stored = {
-        name: one for name, one in NUMBERS.items() if not (one.of_slide or (one.asked and without))
+    return {
+        name: one.of_member(measured)
+        for name, one in NUMBERS.items()
+        if not (one.of_slide or (one.asked and without))
     }
-    return {name: one.of_member(measured) for name, one in stored.items()}
 
 
 def quantiles_of(distribution: Distribution, prefix: str = "") -> dict[str, Array]:

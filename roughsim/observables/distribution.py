@@ -77,9 +77,9 @@ def binned(temperature: Array, pressure: Array) -> Bins:
     unit = float(pressure.mean())
     relative = pressure / unit
     squares = relative * relative
-    mean_temperature, mean, square, cube = _sums(
-        np.stack([temperature, relative, squares, squares * relative])
-    ) / (temperature.size * BIN_AREAS)
+    rows = np.stack([temperature, relative, squares, squares * relative])
+    means = _sums(rows) / (temperature.size * BIN_AREAS)
+    mean_temperature, mean, square, cube = means
     deviation = np.sqrt(np.maximum(square - mean**2, 0.0))
     deviation = np.where(deviation > _ROUNDING * mean, deviation, 0.0)
     third = cube - 3.0 * mean * square + 2.0 * mean**3
@@ -94,9 +94,8 @@ def _sums(rows: Array) -> Array:
     edges = _HOTTER[::-1] * pixels
     at_edge = np.minimum(edges.astype(np.intp), pixels - 1)
     part = rows[:, at_edge] * (edges - at_edge)  # of the pixel at each edge
-    whole = np.add.reduceat(
-        rows, at_edge[:-1], axis=1
-    )  # from the pixel at an edge up to that at the next one
+    # from the pixel at an edge up to that at the next one
+    whole = np.add.reduceat(rows, at_edge[:-1], axis=1)
     whole[:, -1] -= rows[:, -1]
     whole[:, at_edge[:-1] == at_edge[1:]] = 0.0  # both edges in one pixel
     return (whole + np.diff(part, axis=1))[:, ::-1]

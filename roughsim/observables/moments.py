@@ -79,23 +79,19 @@ class HeatSource:
     heat_depth: float = 0.0
 
     def __post_init__(self) -> None:
-        if (
-            isinstance(self.speeds, (str, bytes))
-            or np.ndim(self.speeds) != 1
-            or len(self.speeds) == 0
-        ):
+        words = isinstance(self.speeds, (str, bytes))
+        if words or np.ndim(self.speeds) != 1 or len(self.speeds) == 0:
             raise TypeError(
                 f"speeds = {self.speeds!r} must be a sequence of at least one speed in m/s"
             )
         checked: dict[str, Any] = {
             "speeds": tuple(number("speeds", speed, "m/s") for speed in self.speeds),
             "heat_partition": not_negative("heat_partition", self.heat_partition),
-            "direction": None
-            if self.direction is None
-            else number("direction", self.direction, "rad"),
             "skin": checked_skin(self.skin),
             "heat_depth": not_negative("heat_depth", self.heat_depth, "m"),
         }
+        if self.direction is not None:
+            checked["direction"] = number("direction", self.direction, "rad")
         if self.heat_partition > 1.0:
             raise ValueError(f"heat_partition = {self.heat_partition:.6g} must lie between 0 and 1")
         checks = {
@@ -222,11 +218,10 @@ def measure(
             f"pressure has the mean {mean:.6g} Pa, but compression is positive; give the pressure of a solved contact"
         )
     if mean == 0.0:
-        warnings.warn(
-            "pressure = 0 Pa everywhere: without contact temperatures, width and length are NaN",
-            RuntimeWarning,
-            2,
+        message = (
+            "pressure = 0 Pa everywhere: without contact temperatures, width and length are NaN"
         )
+        warnings.warn(message, RuntimeWarning, 2)
     if low == high:  # only q = 0, whatever the rounding of the transform
         amplitude[...] = 0.0
     responses = _remembered(grid, tuple(sliding.rates), sliding.layers)
@@ -240,20 +235,14 @@ def measure(
     corrected = edge_corrected(np.maximum(pressure, 0.0) if low < 0.0 else pressure, hardness)
     # the factor of the sums, and their ratios; 0/0 without stress variance is NaN
     with np.errstate(divide="ignore", invalid="ignore"):
-        heating = (
-            sliding.heat_partition
-            * np.asarray(sliding.friction_coefficient)
-            * np.abs(sliding.speeds)
-        )
+        friction = sliding.heat_partition * np.asarray(sliding.friction_coefficient)
+        heating = friction * np.abs(sliding.speeds)
         factor = heating / (np.asarray(sliding.conductivity) * mean)
         ratios = sums[0] / (sums[1:] + 0.0)  # a sum of −0 would give −inf at rest
         if mean > 0.0:
-            need_computed(
-                "temperature",
-                factor * sums,
-                "K",
-                "pressure, speeds, friction_coefficient and conductivity",
-            )
+            causes = "pressure, speeds, friction_coefficient and conductivity"
+            need_computed("temperature", factor * sums, "K", causes)
+        resting = float(np.sum(spectrum.variance / spectrum.wavenumber))
         return Moments(
             speeds=tuple(sliding.speeds),
             flash_temperature=factor * sums[0],
@@ -261,8 +250,7 @@ def measure(
             flash_laplacian=-factor * sums[2],
             flash_width=np.sqrt(ratios[1]),
             slope_length=ratios[0],
-            resting_flash_temperature=factor
-            * float(np.sum(spectrum.variance / spectrum.wavenumber)),
+            resting_flash_temperature=factor * resting,
             contact_fraction=contact.contact_fraction,
             plastic_fraction=contact.plastic_fraction,
             contact_fraction_corrected=corrected[0],
@@ -320,15 +308,13 @@ def grid_responses(
     grid: Grid, rates: tuple[float, ...], layers: tuple[Layering | None, ...]
 ) -> GridResponses:
     """Return the responses at the wavenumbers of a grid for v/D = `rates`, 1/m, of either sign."""
-    gathered, pairs = (
-        gathering(grid),
-        [(abs(rate), layer) for rate, layer in zip(rates, layers, strict=True)],
-    )
-    even, odd = np.stack(
-        [means_over_directions(gathered.nodes.entries, *pair) for pair in pairs], axis=1
-    )
-    at_nyquist = [means_over_directions(gathered.waves.wavenumber, *pair)[1] for pair in pairs]
-    return GridResponses(gathered, even, odd, np.stack(at_nyquist))
+    gathered, pairs = gathering(grid), list(zip(map(abs, rates), layers, strict=True))
+
+    def means(q: Array) -> Array:
+        return np.stack([means_over_directions(q, *pair) for pair in pairs], axis=1)
+
+    even, odd = means(gathered.nodes.entries)
+    return GridResponses(gathered, even, odd, means(gathered.waves.wavenumber)[1])
 
 
 # 13 ms for each contact of 768² points, which a solve takes 140 ms for; the grids of a run come in turn

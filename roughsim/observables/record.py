@@ -118,27 +118,21 @@ class Observable:
 
     def of_member(self, measured: Measured) -> Array:
         """Return the number to store of one member, (speeds,) or (1,)."""
-        value = (
-            getattr(measured.observables, self.name)
-            if self.measure is None
-            else self.measure(measured)
-        )
-        return np.atleast_1d(np.asarray(value, dtype=np.float64))
+        measure = self.measure or (lambda one: getattr(one.observables, self.name))
+        return np.atleast_1d(np.asarray(measure(measured), dtype=np.float64))
 
     def of_level(self, sample: Sample) -> Array:
         """Return the influence values at one level, (realizations, speeds) or (realizations, 1)."""
-        return (
-            sample.numbers[self.name]
-            if self.values is None
-            else sample.values_of(self.name, self.values)
-        )
+        if self.values is None:
+            return sample.numbers[self.name]
+        return sample.values_of(self.name, self.values)
 
     def of_theory(self, theory: Theory, speeds: int) -> Array:
         """Return the value of the theory at so many speeds, (speeds,) or (1,); NaN without one."""
+        if self.theory is not None:
+            return np.atleast_1d(self.theory(theory))
         nothing = np.full(speeds if self.per_speed else 1, np.nan)
-        return np.atleast_1d(
-            theory.values.get(self.name, nothing) if self.theory is None else self.theory(theory)
-        )
+        return np.atleast_1d(theory.values.get(self.name, nothing))
 
 
 def product(first: Array, second: Array) -> Array:

@@ -12,22 +12,18 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from roughsim.errors import number
 from roughsim.grid import Array, Complex, Grid, Index, distinct_wavenumbers
 
-_STENCIL = (
-    24  # nodes that one mode is spread over; modes below as many node spacings are kept as they are
-)
+# nodes that one mode is spread over; modes below as many node spacings are kept as they are
+_STENCIL = 24
 # powers of the distance from the middle of a cell, as many as in `_kernels.gathering`: for the next one J₀ has
 # 0.3¹²/12! = 1e-15, responses less
 _POWERS = 12
-_NEARER = (
-    1 / 8,
-    1 / 4,
-    1.0,
-)  # shares of half the diagonal: within the smaller ones fewer nodes suffice
+# shares of half the diagonal: within the smaller ones fewer nodes suffice
+_NEARER = 1 / 8, 1 / 4, 1.0
 _FOURTH, _FALLING = 0.375, 6.0  # |J₀⁗(x)| ≤ 3/8 (1 + (x/6)²)^(−1/4) at any x
 _NODE_PHASE = 0.6  # node spacing times the half-diagonal; J₀ then errs by 7e-15; by 1.4e-13 at 0.7
 
@@ -67,9 +63,9 @@ class StressSpectrum:
                 f"r = {distance[outside].ravel()[0]:.6g} m must lie between 0 and half the diagonal of the cell, "
                 f"{self.reach:.6g} m; simulate a larger cell"
             )
-        values = [
-            _ordered_sum(self.variance, j0(self.wavenumber * x)) for x in distance.ravel().tolist()
-        ]
+        # sums of products: BLAS would split long ones among threads, with other bits
+        at = distance.ravel().tolist()
+        values = [float(np.sum(self.variance * j0(self.wavenumber * x))) for x in at]
         return np.reshape(values, distance.shape)
 
     def correlation_radius(self, fraction: float, *, start: float = 0.0) -> float:
@@ -102,12 +98,8 @@ class StressSpectrum:
                 if excess <= 0.0:
                     return r
                 if r > 2.0 * bounded:  # the bound at a smaller r holds as well
-                    bound, bounded = (
-                        _ordered_sum(
-                            np.abs(odd[1]) * q, _FOURTH / np.hypot(1.0, x / _FALLING) ** 0.5
-                        ),
-                        r,
-                    )
+                    fourth = _FOURTH / np.hypot(1.0, x / _FALLING) ** 0.5
+                    bound, bounded = float(np.sum(np.abs(odd[1]) * q * fourth)), r
                 second, third = further_derivatives(r, g1, g2, g3)
                 # a step that the falling terms alone allow: Newton's method for the s at which they use up the excess
                 falling = [
@@ -128,11 +120,8 @@ class StressSpectrum:
         low = self.wavenumber < _STENCIL * spacing
         position = self.wavenumber[~low] / spacing - _STENCIL
         cell = np.minimum(position.astype(np.intp), cells - 1)
-        offset, power, moments = (
-            position - cell - 0.5,
-            self.variance[~low],
-            np.empty((_POWERS, cells)),
-        )
+        offset, power = position - cell - 0.5, self.variance[~low]
+        moments = np.empty((_POWERS, cells))
         for row in moments:
             row[:] = np.bincount(cell, power, minlength=cells)
             power = power * offset
@@ -142,9 +131,8 @@ class StressSpectrum:
         nodes = spacing * (np.arange(variance.size) + _STENCIL // 2 + 1)
         wavenumber = np.concatenate((self.wavenumber[low], nodes))
         order = np.argsort(wavenumber, kind="stable")
-        return StressSpectrum(
-            wavenumber[order], np.concatenate((self.variance[low], variance))[order], reach
-        )
+        variance = np.concatenate((self.variance[low], variance))
+        return StressSpectrum(wavenumber[order], variance[order], reach)
 
 
 class Gathering(NamedTuple):
@@ -220,22 +208,15 @@ def further_derivatives(r: float, g1: float, g2: float, g3: float) -> tuple[floa
 def first_root(excess: float, terms: list[float]) -> float:
     """Return the s > 0 at which the sum of terms·s, s², s³, s⁴ (each ≥ 0, the last > 0) reaches an excess > 0."""
     a, b, c, d = terms
-    s = math.sqrt(
-        math.sqrt(excess / d)
-    )  # not below it: from there on Newton's method falls towards it
+    # not below it: from there on Newton's method falls towards it
+    s = math.sqrt(math.sqrt(excess / d))
     for _ in range(60):
-        step = (s * (a + s * (b + s * (c + s * d))) - excess) / (
-            a + s * (2.0 * b + s * (3.0 * c + 4.0 * s * d))
-        )
+        value = s * (a + s * (b + s * (c + s * d))) - excess
+        step = value / (a + s * (2.0 * b + s * (3.0 * c + 4.0 * s * d)))
         s -= step
         if step <= 1e-9 * s:
             break
     return s * (1.0 - 1e-9)
-
-
-def _ordered_sum(weight: Array, values: Array) -> float:
-    """Return Σ weight·values with the same bits for any number of threads (BLAS splits long products among them)."""
-    return float(np.sum(weight * values))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -246,9 +227,9 @@ class _UniformNodes:
     by cells of one node spacing: entry (k, c) of a table is the k-th wavenumber in cell c.
     """
 
-    slot: NDArray[
-        np.intp
-    ]  # of each mode of the quarter plane: q = 0, the kept wavenumbers, the flattened table
+    slot: (
+        Index  # of each mode of the quarter plane: q = 0, the kept wavenumbers, the flattened table
+    )
     kept: int  # wavenumbers with entries of their own, q = 0 among them
     offset: Array  # from the middle of the cell, in node spacings: shape of the table
     order: Index  # of kept wavenumbers and nodes that sorts them
@@ -307,9 +288,8 @@ def uniform_nodes(grid: Grid) -> _UniformNodes:
 
 def _lagrange_coefficients() -> Array:
     """Coefficients, by powers of the distance from the middle, of the 24 Lagrange polynomials with nodes ±½, ±3/2 …"""
-    nodes = range(
-        1 - _STENCIL, _STENCIL, 2
-    )  # twice the distances: whole numbers, so that all is exact
+    # twice the distances: whole numbers, so that all is exact
+    nodes = range(1 - _STENCIL, _STENCIL, 2)
     product = [1]  # Π (y − node), its coefficients by falling powers
     for node in nodes:
         product = [a - node * b for a, b in zip((*product, 0), (0, *product), strict=True)]
@@ -319,9 +299,7 @@ def _lagrange_coefficients() -> Array:
         for coefficient in product[1:-1]:
             others.append(coefficient + own * others[-1])
         scale = math.prod(own - node for node in nodes if node != own)
-        rows.append(
-            [(coefficient << power) / scale for power, coefficient in enumerate(reversed(others))]
-        )
+        rows.append([(c << power) / scale for power, c in enumerate(reversed(others))])
     return np.array(rows)
 
 

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from math import hypot, pi
 from typing import Any
 
@@ -12,11 +12,9 @@ from roughsim.errors import ResolutionError
 from roughsim.grid import Array, Grid, Index, Mask
 from roughsim.surface.spectrum import Spectrum
 
-Steps = tuple[float, float]
 _NEAR = 16.0  # cells closer to the origin than this many mode spacings are integrated in polar coordinates
-_MANY_BREAKS = (
-    16  # a spectrum with more breaks is a table: its kinks are mild, only its jumps are sharp
-)
+# a spectrum with more breaks is a table: its kinks are mild, only its jumps are sharp
+_MANY_BREAKS = 16
 
 
 def check_resolved(spectrum: Spectrum, grid: Grid) -> None:
@@ -47,9 +45,8 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
             RuntimeWarning,
             stacklevel=3,
         )
-    with np.errstate(
-        invalid="ignore"
-    ):  # an infinite C(q) times an empty part of a cell: refused below
+    with np.errstate(invalid="ignore"):
+        # an infinite C(q) times an empty part of a cell: refused below
         quadrant = _quadrant(spectrum, grid)
     if not ((quadrant >= 0) & np.isfinite(quadrant)).all():
         raise ValueError(
@@ -75,16 +72,15 @@ def mean_over_cells(
         return np.stack((power * weight(within.ravel()).reshape(q.shape), power))
 
     rows, columns = np.nonzero(modes)
-    cells = np.minimum(rows, grid.shape[0] - rows), columns
-    steps = 2 * pi / grid.lengths[0], 2 * pi / grid.lengths[1]
-    weighted, whole = _polar_cells(both, breaks, *cells, steps)
+    rows = np.minimum(rows, grid.shape[0] - rows)
+    weighted, whole = _polar_cells(both, breaks, rows, columns, grid.mode_spacing)
     return np.asarray(weighted / whole)
 
 
 def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     """Cell integrals for k_x, k_y ≥ 0, with the Nyquist rows counted for both signs."""
     nx, ny = grid.shape
-    steps = 2 * pi / grid.lengths[0], 2 * pi / grid.lengths[1]
+    steps = grid.mode_spacing
     kx, ky = np.arange(nx // 2 + 1)[:, None], np.arange(ny // 2 + 1)[None, :]
     # shortest and longest wavenumber of each cell
     near = np.hypot(np.maximum(kx - 0.5, 0) * steps[0], np.maximum(ky - 0.5, 0) * steps[1])
@@ -102,11 +98,9 @@ def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     special = np.hypot(kx * steps[0], ky * steps[1]) < _NEAR * max(steps)
     for q in sharp:
         special = special | ((near < q) & (q < far))
-    smooth = covered & ~special
-    rows, columns = np.nonzero(smooth)
-    result[smooth] = _smooth_cells(spectrum, rows, columns, steps)
-    rows, columns = np.nonzero(covered & special)
-    result[covered & special] = _polar_cells(spectrum, breaks, rows, columns, steps)
+    smooth, special = covered & ~special, covered & special
+    result[smooth] = _smooth_cells(spectrum, *np.nonzero(smooth), steps)
+    result[special] = _polar_cells(spectrum, breaks, *np.nonzero(special), steps)
     # a Nyquist row or column stands for both its signs
     if nx > 1 and nx % 2 == 0:
         result[-1] *= 2.0
@@ -115,31 +109,32 @@ def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     return result
 
 
-def _smooth_cells(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Array:
+def _smooth_cells(spectrum: Spectrum, kx: Index, ky: Index, steps: tuple[float, float]) -> Array:
     """3×3 Gauss points: for cells far from the origin and from the sharp ends (relative error < 1e-8)."""
-    nodes, weights = np.polynomial.legendre.leggauss(3)
     total = np.zeros(kx.size)
-    for a, weight_a in zip(nodes, weights, strict=True):
-        for b, weight_b in zip(nodes, weights, strict=True):
-            q = np.hypot((kx + a / 2) * steps[0], (ky + b / 2) * steps[1])
-            total += weight_a * weight_b / 4 * spectrum(q)
+    points = list(zip(*np.polynomial.legendre.leggauss(3), strict=True))
+    for (a, weight_a), (b, weight_b) in product(points, points):
+        q = np.hypot((kx + a / 2) * steps[0], (ky + b / 2) * steps[1])
+        total += weight_a * weight_b / 4 * spectrum(q)
     return total * steps[0] * steps[1]
 
 
 def _polar_cells(
-    psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index, ky: Index, steps: Steps
+    psd: Callable[[Array], Any],
+    breaks: Sequence[float],
+    kx: Index,
+    ky: Index,
+    steps: tuple[float, float],
 ) -> Array:
     """∫ q C(q) θ(q) dq, θ the angle of the circle q inside the cell: exact at sharp ends, in pieces between kinks.
 
     `psd` may return several spectra at once, along the first axes: then the result has these axes, too.
     """
     # equal cells are integrated once: ±k_x, and in a square cell (k_x, k_y) and (k_y, k_x)
-    short, long = kx, ky
     if steps[0] == steps[1]:
-        short = np.minimum(kx, ky)
-        long = np.maximum(kx, ky)
-    most = int(long.max(initial=0)) + 1
-    cells, entry = np.unique(short * most + long, return_inverse=True)
+        kx, ky = np.minimum(kx, ky), np.maximum(kx, ky)
+    most = int(ky.max(initial=0)) + 1
+    cells, entry = np.unique(kx * most + ky, return_inverse=True)
     kx, ky = np.divmod(cells, most)
     # a few cells at a time: the work arrays stay small
     parts = [slice(start, start + 4096) for start in range(0, max(cells.size, 1), 4096)]
@@ -148,7 +143,11 @@ def _polar_cells(
 
 
 def _distinct_polar_cells(
-    psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index, ky: Index, steps: Steps
+    psd: Callable[[Array], Any],
+    breaks: Sequence[float],
+    kx: Index,
+    ky: Index,
+    steps: tuple[float, float],
 ) -> Any:
     """Return `_polar_cells` of a few cells."""
     # a cell on an axis is twice its half in the quadrant
@@ -160,16 +159,13 @@ def _distinct_polar_cells(
     edges = np.sort(np.stack([*corners, *inner]), axis=0)
     nodes, weights = np.polynomial.legendre.leggauss(20)
     t = (nodes + 1) / 2
-    smooth, slope = (
-        t * t * (3 - 2 * t),
-        6 * t * (1 - t),
-    )  # flattens the square roots of θ(q) at the corners
+    # flattens the square roots of θ(q) at the corners
+    smooth, slope = t * t * (3 - 2 * t), 6 * t * (1 - t)
     total: Any = np.zeros(kx.size)
     for low, high in pairwise(edges):
         middle = 0.5 * (low + high)
-        own = np.flatnonzero(
-            (high > low) & (middle > breaks[0]) & (middle < breaks[-1])
-        )  # cells that the piece meets
+        # cells that the piece meets
+        own = np.flatnonzero((high > low) & (middle > breaks[0]) & (middle < breaks[-1]))
         if not own.size:
             continue
         left, right = low[own, None], high[own, None]
@@ -178,14 +174,11 @@ def _distinct_polar_cells(
         value = psd(np.clip(q, left * (1 + 1e-15), right * (1 - 1e-15)))
         # angle of the circle of radius q inside the cell
         radius = np.maximum(q, np.finfo(float).tiny)
-        upper, lower = (
-            (
-                np.arccos(np.minimum(x[own, None] / radius, 1)),
-                np.arcsin(np.minimum(y[own, None] / radius, 1)),
-            )
-            for x, y in ((x0, y1), (x1, y0))
-        )
-        angle = np.maximum(np.minimum(*upper) - np.maximum(*lower), 0.0)
+        cosines = [np.minimum(x[own, None] / radius, 1) for x in (x0, x1)]
+        sines = [np.minimum(y[own, None] / radius, 1) for y in (y0, y1)]
+        upper = np.minimum(np.arccos(cosines[0]), np.arcsin(sines[1]))
+        lower = np.maximum(np.arccos(cosines[1]), np.arcsin(sines[0]))
+        angle = np.maximum(upper - lower, 0.0)
         integrand = np.zeros((*value.shape[:-2], kx.size, t.size))
         integrand[..., own, :] = q * q * value * angle * slope
         length = np.zeros(kx.size)

@@ -15,7 +15,7 @@ Modes that are their own conjugate have only a sign by chance: cosh(a s) takes t
 from functools import lru_cache
 from math import erf, pi, sqrt
 from statistics import NormalDist
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,9 +25,8 @@ from roughsim.surface.synthesis import remembered_modes
 
 MOST_SHARE = 0.45  # beyond, the level is no longer near the peaks
 LEAST_SHARE = 1e-4
-_ENOUGH_POINTS = (
-    512  # per side: finer grids are thinned out. The mean over surfaces is the same for any points
-)
+# per side: finer grids are thinned out. The mean over surfaces is the same for any points
+_ENOUGH_POINTS = 512
 STEP, NODES = 0.1, 128  # of u: the error is below 1e-10 for surfaces of many modes
 _MOST_NODES = 1 << 15  # for surfaces of a few modes, whose ⟨e^(s h)⟩ falls slowly
 LARGE = 0.05  # amplitude over the rms height; smaller modes enter by a power series
@@ -66,13 +65,11 @@ def peak_volume(
     float
         Zero for a flat surface.
     """
-    kept: Any = spectrum  # a frozen record, so that results are cached under it
-    point = heights_at_a_point(kept, grid)
+    point = heights_at_a_point(spectrum, grid)  # type: ignore[arg-type]  (a frozen record)
     if point.rms_slope == 0.0:
         return 0.0
-    return excess(
-        heights, -NormalDist().inv_cdf(expected_share(point.rms_slope, load, hardness)), point
-    )
+    share = expected_share(point.rms_slope, load, hardness)
+    return excess(heights, -NormalDist().inv_cdf(share), point)
 
 
 def excess(heights: Array, level: float, point: HeightsAtAPoint) -> float:

@@ -6,7 +6,7 @@ which it is smooth. The two public classes, self-affine and tabulated, are in `p
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import chain, pairwise
 from math import ceil, inf, log, pi, sqrt
 from typing import Any, Protocol, Self
 
@@ -60,9 +60,8 @@ class Face(Spectrum, ABC):
         """Return the spectrum of the sum of two uncorrelated surfaces."""
         if not isinstance(other, Face):
             return NotImplemented
-        return SumSpectrum(
-            tuple(term for face in (self, other) for term in getattr(face, "terms", (face,)))
-        )
+        terms = (getattr(face, "terms", (face,)) for face in (self, other))
+        return SumSpectrum(tuple(chain(*terms)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,19 +117,15 @@ class TruncatedSpectrum(Face):
 
     def __call__(self, q: ArrayLike) -> Any:
         """Return C(q) in m⁴ at wavenumbers in rad/m (any shape); zero outside the ends."""
-        q, first, last = (
-            np.asarray(q, dtype=np.float64),
-            float(self.whole.breaks[0]),
-            self.breaks[-1],
-        )
+        q, last = np.asarray(q, dtype=np.float64), self.breaks[-1]
+        first = float(self.whole.breaks[0])
         value = self.factor * self.whole(np.clip(q, first, last))
         return np.where((first <= q) & (q <= last), value, 0.0)
 
     def above(self, q: Any, start: Any, rise: Any) -> Any:
         """Return C(q) in m⁴ at q = start·e^rise ≤ q_max, rad/m, with the precision of `whole` close above a break."""
-        return self.factor * getattr(self.whole, "above", lambda at, *_: self.whole(at))(
-            q, start, rise
-        )
+        above = getattr(self.whole, "above", lambda at, *_: self.whole(at))
+        return self.factor * above(q, start, rise)
 
     def moment(self, order: float) -> float:
         """Return 2π ∫ q^(1 + order) C(q) dq, m^(2 − order); ValueError if C(q) is not smooth between its breaks."""
@@ -142,9 +137,8 @@ class TruncatedSpectrum(Face):
                 edges = np.linspace(log(left), log(right), 1 + ceil(log(right / left) / width))
                 half = 0.5 * np.diff(edges)[:, None]
                 q = np.exp(edges[:-1, None] + half * (1.0 + nodes))
-                integrals[k] += (
-                    2 * pi * float(np.sum(weights * half * q ** (2.0 + order) * self(q)))
-                )
+                terms = weights * half * q ** (2.0 + order) * self(q)
+                integrals[k] += 2 * pi * float(np.sum(terms))
         coarse, fine = integrals
         if not abs(fine - coarse) <= 1e-9 * abs(fine):
             raise ValueError(
