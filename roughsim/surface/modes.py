@@ -99,8 +99,10 @@ def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     for q in sharp:
         special = special | ((near < q) & (q < far))
     smooth, special = covered & ~special, covered & special
-    result[smooth] = _smooth_cells(spectrum, *np.nonzero(smooth), steps)
-    result[special] = _polar_cells(spectrum, breaks, *np.nonzero(special), steps)
+    rows, columns = np.nonzero(smooth)
+    result[smooth] = _smooth_cells(spectrum, rows, columns, steps)
+    rows, columns = np.nonzero(special)
+    result[special] = _polar_cells(spectrum, breaks, rows, columns, steps)
     # a Nyquist row or column stands for both its signs
     if nx > 1 and nx % 2 == 0:
         result[-1] *= 2.0

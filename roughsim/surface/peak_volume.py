@@ -65,7 +65,7 @@ def peak_volume(
     float
         Zero for a flat surface.
     """
-    point = heights_at_a_point(spectrum, grid)  # type: ignore[arg-type]  (a frozen record)
+    point = heights_at_a_point(spectrum, grid)  # type: ignore[arg-type]
     if point.rms_slope == 0.0:
         return 0.0
     share = expected_share(point.rms_slope, load, hardness)
