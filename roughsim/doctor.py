@@ -15,12 +15,8 @@ from typing import Any
 
 import roughsim as rs
 
-_DEVELOPERS = {
-    "test",
-    "dev",
-    "docs",
-    "peers",
-}  # extras for developers: not reported when they are missing
+# extras for developers: not reported when they are missing
+_DEVELOPERS = {"test", "dev", "docs", "peers"}
 _REPLACEABLE = {"pyfftw"}  # without it scipy.fft computes the transforms, slower
 POINTS = 64  # per side of the exact cases
 
@@ -43,9 +39,8 @@ def examine(folder: Path) -> dict[str, Any]:
             missing = extras.setdefault(extra, {"missing": [], "install": ""})["missing"]
             if not package["sound"]:
                 missing.append(package["needed"])
-                extras[extra]["install"] = "pip install " + " ".join(
-                    f"'{needed}'" for needed in missing
-                )
+                quoted = [f"'{needed}'" for needed in missing]
+                extras[extra]["install"] = f"pip install {' '.join(quoted)}"
     checks = [checked(name, check) for name, check in CHECKS.items()]
     machine = import_module("roughsim.machine")
     cores, memory = machine.usable_cores(), machine.available_memory()
@@ -76,38 +71,27 @@ def lines(report: dict[str, Any]) -> list[str]:
     threads = ", ".join(f"{name} {count}" for name, count in (report["threads"] or {}).items())
     memory = _gigabytes(report["memory_bytes"])
     disk = _gigabytes(report["free_bytes"])
+    versions = [f"{name} {package['version']}" for name, package in report["packages"].items()]
     result = [
         f"roughsim {report['roughsim']} in {report['place']}",
         f"Python {report['python']} on {report['system']}",
-        "packages: "
-        + ", ".join(f"{name} {package['version']}" for name, package in report["packages"].items()),
+        f"packages: {', '.join(versions)}",
         f"transforms: {report['fft']}",
         f"cores: {report['cores']} ({report['cores_limit']}); threads of libraries: {threads or 'unknown'}",
         f"memory: {memory} ({report['memory_limit']}); free disk here: {disk}",
     ]
-    unsound = {
-        name: package for name, package in report["packages"].items() if not package["sound"]
-    }
-    result += [
-        f"{name} is needed as {package['needed']}: {package['install']}"
-        for name, package in unsound.items()
-    ]
+    for name, package in report["packages"].items():
+        if not package["sound"]:
+            result.append(f"{name} is needed as {package['needed']}: {package['install']}")
     runs = [f"run: {claim['folder']} {claim['says']}" for claim in report["claims"]]
     result += runs or ["runs at work: none below here"]
-    result += [_line_of_extra(name, extra) for name, extra in report["extras"].items()]
-    result += [
-        f"check {check['name']}: {check['says']}, {check['seconds']:.2g} s"
-        for check in report["checks"]
-    ]
+    for name, extra in report["extras"].items():
+        lacking = f"lacks {', '.join(extra['missing'])}: {extra['install']}"
+        result.append(f"extra {name}: {lacking if extra['missing'] else 'complete'}")
+    for check in report["checks"]:
+        result.append(f"check {check['name']}: {check['says']}, {check['seconds']:.2g} s")
     result.append("all is well" if report["sound"] else "something is wrong: see the lines above")
     return result
-
-
-def _line_of_extra(name: str, extra: dict[str, Any]) -> str:
-    """Return the line of an optional part of the package."""
-    if extra["missing"]:
-        return f"extra {name}: lacks {', '.join(extra['missing'])}: {extra['install']}"
-    return f"extra {name}: complete"
 
 
 def _gigabytes(amount: float | None) -> str:
@@ -138,16 +122,18 @@ def _required_packages() -> Iterator[tuple[str, str, dict[str, Any]]]:
             version = metadata.version(name)
         except metadata.PackageNotFoundError:
             version = "missing"
-        present, enough = (
-            [int(part) for part in re.findall(r"\d+", v)[:3]] for v in (version, least)
-        )
+        present, enough = ([*map(int, re.findall(r"\d+", v)[:3])] for v in (version, least))
         needed = f"{name}>={least}" if least else name
-        state = {
-            "version": version,
-            "needed": needed,
-            "sound": version != "missing" and present >= enough,
-        }
-        yield extra, name, state | {"install": f"pip install '{needed}'"}
+        yield (
+            extra,
+            name,
+            {
+                "version": version,
+                "needed": needed,
+                "sound": version != "missing" and present >= enough,
+                "install": f"pip install '{needed}'",
+            },
+        )
 
 
 def _library_threads() -> dict[str, int]:
@@ -162,9 +148,8 @@ def _claims_below(folder: Path) -> Iterator[dict[str, Any]]:
     """Yield the runs and studies, up to two folders down, that processes work on or left unfinished."""
     from roughsim.store.claims import writer
 
-    for path in sorted(
-        {*folder.glob("claims"), *folder.glob("*/claims"), *folder.glob("*/*/claims")}
-    ):
+    patterns = "claims", "*/claims", "*/*/claims"
+    for path in sorted({path for pattern in patterns for path in folder.glob(pattern)}):
         if any((path.parent / name).exists() for name in ("run.json", "study.json")):
             owner = writer(path.parent)
             gone = "was left unfinished by processes that have ended; run the scene again to go on"
@@ -192,12 +177,9 @@ def _heat_error() -> tuple[str, float, float]:
     grid = rs.Grid((POINTS, POINTS), (1e-3, 1e-3))
     flux = 1e9 * np.cos(2 * pi * 3 * np.arange(POINTS) / POINTS)[:, None] * np.ones(POINTS)
     heat: dict[str, Any] = {"speed": 0.0, "conductivity": 30.0, "diffusivity": 7.6e-6}
-    temperature = rs.sliding_temperature(flux, grid, **heat)
-    return (
-        "temperature of a resting wave",
-        float(temperature.max()) / (1e9 / (30.0 * 2 * pi * 3 / 1e-3)) - 1,
-        1e-9,
-    )
+    hottest = float(rs.sliding_temperature(flux, grid, **heat).max())
+    exact = 1e9 / (30.0 * 2 * pi * 3 / 1e-3)
+    return "temperature of a resting wave", hottest / exact - 1, 1e-9
 
 
 # each returns the quantity, its relative error, and the largest error that is right
@@ -217,10 +199,5 @@ def checked(name: str, check: Callable[[], tuple[str, float, float]]) -> dict[st
         says = f"{verdict}, {error:+.1e} off the exact value (limit {limit:g})"
     except Exception as failure:  # any failure is a finding
         sound, says = False, f"failed, {type(failure).__name__}: {' '.join(str(failure).split())}"
-    return {
-        "name": name,
-        "error": error,
-        "sound": sound,
-        "says": says,
-        "seconds": time.perf_counter() - start,
-    }
+    seconds = time.perf_counter() - start
+    return {"name": name, "error": error, "sound": sound, "says": says, "seconds": seconds}

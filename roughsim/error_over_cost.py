@@ -10,6 +10,7 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from math import ceil, hypot, isnan, nan, pi, sqrt
 from timeit import timeit
 from typing import Any, NamedTuple
@@ -41,14 +42,8 @@ from roughsim.surface.synthesis import synthesize
 SEED = 21  # any number but the seed of the run: the bench has surfaces of its own
 _FINEST = 4  # points per side, over the plan's, of the grid that counts as exact
 _REACH = 4.0  # over the lowest cut-off: the highest one whose levels are solved
-_GOALS = (
-    0.1,
-    0.05,
-    0.02,
-    0.01,
-    0.005,
-    0.002,
-)  # relative standard errors that members are shared out for
+# relative standard errors that members are shared out for
+_GOALS = 0.1, 0.05, 0.02, 0.01, 0.005, 0.002
 # title of a chart → observable
 _OBSERVABLES = {
     "T_flash, fastest": "flash_temperature",
@@ -79,34 +74,26 @@ def cpu_seconds(work: Callable[[], Any]) -> float:
 def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
     """Yield the errors of pressure and T_flash of one contact over tolerance and precision, then over the pixel."""
     problem = base_problem(scene, numerics)
-    workers_that_fit(
-        1,
-        _FINEST**2 * problem.memory,
-        f"a grid {_FINEST} times as fine as planned",
-        available_memory(),
-    )
+    why = f"a grid {_FINEST} times as fine as planned"
+    workers_that_fit(1, _FINEST**2 * problem.memory, why, available_memory())
     solve_surface = _solver(problem)
     exact = solve_surface(tolerance=1e-10)
-    for precision in ("double", "single"):
-        method = f"{precision} precision"
-        for tolerance in sorted(
-            {numerics.tolerance, *(float(f"1e-{k}") for k in range(1, 9))}, reverse=True
-        ):
-            solve = partial(solve_surface, tolerance=tolerance, precision=precision)
-            chosen = (precision, tolerance) == (numerics.precision, numerics.tolerance)
-            setting = f"tolerance {tolerance:.0e}"
-            try:
-                solved, cost = solve(), cpu_seconds(solve)
-            except ConvergenceError:
-                yield Point("contact", "pressure", method, f"{setting}: failed", nan, nan, chosen)
-                continue
-            setting += f", {solved.transforms / 2:.0f} pairs"
-            error = float(
-                np.linalg.norm(solved.pressure - exact.pressure) / np.linalg.norm(exact.pressure)
-            )
-            yield Point("contact", "pressure", method, setting, error, cost, chosen)
-            error = abs(flash(problem, solved) / flash(problem, exact) - 1.0)
-            yield Point("contact", "T_flash of these pixels", method, setting, error, cost, chosen)
+    size, hottest = np.linalg.norm(exact.pressure), flash(problem, exact)
+    tolerances = {numerics.tolerance, *(float(f"1e-{k}") for k in range(1, 9))}
+    for precision, tolerance in product(("double", "single"), sorted(tolerances, reverse=True)):
+        method, setting = f"{precision} precision", f"tolerance {tolerance:.0e}"
+        solve = partial(solve_surface, tolerance=tolerance, precision=precision)
+        chosen = (precision, tolerance) == (numerics.precision, numerics.tolerance)
+        try:
+            solved, cost = solve(), cpu_seconds(solve)
+        except ConvergenceError:
+            yield Point("contact", "pressure", method, f"{setting}: failed", nan, nan, chosen)
+            continue
+        setting += f", {solved.transforms / 2:.0f} pairs"
+        error = float(np.linalg.norm(solved.pressure - exact.pressure) / size)
+        yield Point("contact", "pressure", method, setting, error, cost, chosen)
+        error = abs(flash(problem, solved) / hottest - 1.0)
+        yield Point("contact", "T_flash of these pixels", method, setting, error, cost, chosen)
     yield from _pixels(problem)
 
 
@@ -124,15 +111,8 @@ def _pixels(problem: Problem) -> Iterator[Point]:
     exact = values.pop(_FINEST)[0]
     for factor, (value, cost) in values.items():
         setting = f"{factor * planned:.2g} pixels per shortest wave"
-        yield Point(
-            "contact",
-            "T_flash, any pixel",
-            "one grid",
-            setting,
-            abs(value / exact - 1.0),
-            cost,
-            factor == 1.0,
-        )
+        texts = "contact", "T_flash, any pixel", "one grid", setting
+        yield Point(*texts, abs(value / exact - 1.0), cost, factor == 1.0)
 
 
 def base_problem(scene: Scene, numerics: Numerics) -> Problem:
@@ -172,9 +152,8 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
     everything = next(way.pairs for way in ways if way.chosen)
     for title, name in _OBSERVABLES.items():
         speed = _place_of_speed(scene, title)
-        if speed is None or (
-            name == "pressure_variance" and not scene.elastic
-        ):  # that is fixed by force balance
+        fixed = name == "pressure_variance" and not scene.elastic  # by force balance
+        if speed is None or fixed:
             continue
         reference = values_of(scene, column, name, everything)
         truth = float(reference.mean[speed])
@@ -207,11 +186,8 @@ def _curve(
     scene: Scene, title: str, way: _Way, scatter: list[float], bias: float, doubt: float
 ) -> Iterator[Point]:
     """Yield the points of one choice of levels, with members shared out for smaller and smaller scatter."""
-    aim = (
-        dict(scene.ensemble.until or TARGET).get("flash_temperature", TARGET["flash_temperature"])
-        * sqrt(0.5)
-        / 1.96
-    )
+    band = dict(TARGET) | dict(scene.ensemble.until or TARGET)
+    aim = band["flash_temperature"] * sqrt(0.5) / 1.96
     planned = shared_out(scatter, way.seconds, aim) if way.chosen else ()
     goals = sorted({*_GOALS, aim}, reverse=True)
     for counts in dict.fromkeys(shared_out(scatter, way.seconds, goal) for goal in goals):
@@ -219,9 +195,8 @@ def _curve(
         cost = sum(part * n for part, n in zip(way.seconds, counts, strict=True))
         setting = f"{' + '.join(map(str, counts))} members"
         error = hypot(bias, sqrt(variance), doubt)
-        yield Point(
-            "chain", title, way.method, setting, error, cost, counts == planned, doubt=doubt
-        )
+        texts = "chain", title, way.method, setting
+        yield Point(*texts, error, cost, counts == planned, doubt=doubt)
 
 
 def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[_Way]:
@@ -259,10 +234,9 @@ def solve_level(
     """
     above, below = level_problem(scene, numerics, level), below_problem(scene, numerics, level)
     # a grid alone has the control variate of a lowest level, too
-    problems = [
-        replace(above, with_peaks=numerics.levels[level].cell is None),
-        *([] if below is None else [below]),
-    ]
+    problems = [replace(above, with_peaks=numerics.levels[level].cell is None)]
+    if below is not None:
+        problems.append(below)
     samples, medians = [], []
     for problem in problems:
         numbers = defaultdict[str, list[Array]](list)
@@ -299,11 +273,11 @@ def shared_out(scatter: Sequence[float], seconds: Sequence[float], goal: float) 
     those of a first round.
     """
     total = sum(sqrt(part * cost) for part, cost in zip(scatter, seconds, strict=True))
-    counts = [
-        ceil(sqrt(part / cost) * total / goal**2)
-        for part, cost in zip(scatter, seconds, strict=True)
-    ]
-    return tuple(max(count, FIRST if k == 0 else FIRST_STEP) for k, count in enumerate(counts))
+    counts = list[int]()
+    for part, cost in zip(scatter, seconds, strict=True):
+        least = FIRST_STEP if counts else FIRST
+        counts.append(max(ceil(sqrt(part / cost) * total / goal**2), least))
+    return tuple(counts)
 
 
 STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {
@@ -342,9 +316,8 @@ def bench(
         )
     numerics = numerics_of(scene) if numerics is None else numerics
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", RuntimeWarning
-        )  # they warn of errors that are measured here
+        # they warn of errors that are measured here
+        warnings.simplefilter("ignore", RuntimeWarning)
         with shown(progress, "measuring") as bar:
             points = list[Point]()
             for number, name in enumerate(stages):
@@ -391,7 +364,6 @@ def bench_tables(points: list[Point]) -> list[Table]:
             if point in best or point.chosen or isnan(point.error)
         ]
         columns = [Column(name, number=True) for name in ("error", "CPU s", "FFT pairs")]
-        tables.append(
-            Table([*columns, Column("method"), Column("setting"), Column("")], rows, title)
-        )
+        columns += [Column(name) for name in ("method", "setting", "")]
+        tables.append(Table(columns, rows, title))
     return tables

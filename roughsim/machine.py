@@ -27,14 +27,14 @@ _MEMORY_FILES = {
 }
 
 
-class Limit(NamedTuple):
-    """An amount of memory, bytes, or of cores, and the source of the limit."""
+class Available(NamedTuple):
+    """An amount of memory, bytes, or of cores, that is available, and the source of the limit."""
 
     amount: float
     source: str
 
 
-def available_memory(root: Path = _ROOT) -> Limit:
+def available_memory(root: Path = _ROOT) -> Available:
     """Return the memory available to this process and its children together.
 
     A limit of the address space holds for each process; it is applied to all together, as batch systems intend it. inf
@@ -44,13 +44,13 @@ def available_memory(root: Path = _ROOT) -> Limit:
     return min(limits, key=lambda limit: limit.amount)
 
 
-def usable_cores(root: Path = _ROOT) -> Limit:
+def usable_cores(root: Path = _ROOT) -> Available:
     """Return the number of cores that this process may use, at least 1; `root` is the folder with proc and sys."""
     limits = [allowed_cores(), *_group_cores(root)]
     return min(limits, key=lambda limit: limit.amount)
 
 
-def workers_that_fit(wanted: int, member: float, why: str, available: Limit) -> int:
+def workers_that_fit(wanted: int, member: float, why: str, available: Available) -> int:
     """Return the number of processes, 1 to `wanted`, whose members, of `member` bytes each, fit into memory together.
 
     ResolutionError if one member does not fit; `why` is the part that needs the memory.
@@ -65,7 +65,7 @@ def workers_that_fit(wanted: int, member: float, why: str, available: Limit) -> 
     return max(min(wanted, most), 1)  # one needs no process of its own
 
 
-def in_words(memory: Limit) -> str:
+def in_words(memory: Available) -> str:
     """Return an amount of memory with the source of its limit."""
     return f"{memory.amount / 1e9:.3g} GB that are available ({memory.source})"
 
@@ -75,38 +75,31 @@ def exceeds(needed: float, share: float) -> bool:
     return needed > SMALL and needed > share * available_memory().amount
 
 
-def _machine_memory(root: Path = _ROOT) -> Limit:
+def _machine_memory(root: Path) -> Available:
     """Return the free memory of the machine; without Linux its total memory; inf if unknown."""
     for line in _lines_of(root / "proc/meminfo"):
         if line.startswith("MemAvailable:"):
-            return Limit(1024.0 * float(line.split()[1]), "free on this machine")
+            return Available(1024.0 * float(line.split()[1]), "free on this machine")
     with suppress(ValueError, OSError, AttributeError):
-        return Limit(
-            float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")),
-            "the memory of this machine",
-        )
-    return Limit(inf, "unknown")
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+        return Available(float(memory), "the memory of this machine")
+    return Available(inf, "unknown")
 
 
-def _group_memory(root: Path = _ROOT) -> Iterator[Limit]:
+def _group_memory(root: Path) -> Iterator[Available]:
     """Yield the memory left by each control group of this process, bytes: its limit less memory that stays in use."""
     for folder, version in _control_groups("memory", root):
         limits, use, files = _MEMORY_FILES[version]
-        freed = sum(
-            float(line.split()[1])
-            for line in _lines_of(folder / "memory.stat")
-            if line.split()[:1] == [files]
-        )
+        words = [line.split() for line in _lines_of(folder / "memory.stat")]
+        freed = sum(float(line[1]) for line in words if line[:1] == [files])
         used = max(_number_in(folder / use, 0.0) - freed, 0.0)
-        for name in limits:
-            limit = _number_in(folder / name)
+        for limit in (_number_in(folder / name) for name in limits):
             if limit < inf:
-                yield Limit(
-                    max(limit - used, 0.0), f"limit {limit / 1e9:.3g} GB of the control group"
-                )
+                source = f"limit {limit / 1e9:.3g} GB of the control group"
+                yield Available(max(limit - used, 0.0), source)
 
 
-def _own_limits(root: Path = _ROOT) -> Iterator[Limit]:
+def _own_limits(root: Path) -> Iterator[Available]:
     """Yield the memory left by the limits of this process (`ulimit -v` and `-d`), bytes."""
     try:
         import resource
@@ -118,37 +111,33 @@ def _own_limits(root: Path = _ROOT) -> Iterator[Limit]:
         limit = resource.getrlimit(getattr(resource, name))[0]
         if limit != resource.RLIM_INFINITY:
             used = pages[place] * resource.getpagesize() if pages else 0.0
-            yield Limit(max(limit - used, 0.0), f"limit {limit / 1e9:.3g} GB of the {words}")
+            yield Available(max(limit - used, 0.0), f"limit {limit / 1e9:.3g} GB of the {words}")
 
 
-def allowed_cores() -> Limit:
+def allowed_cores() -> Available:
     """Return the number of cores on which this process may run."""
     if hasattr(os, "process_cpu_count"):  # from Python 3.13 on; a user may set it, too
-        return Limit(os.process_cpu_count() or 1, "allowed to this process")
+        return Available(os.process_cpu_count() or 1, "allowed to this process")
     if hasattr(os, "sched_getaffinity"):
-        return Limit(len(os.sched_getaffinity(0)), "allowed to this process")
-    return Limit(os.cpu_count() or 1, "of this machine")
+        return Available(len(os.sched_getaffinity(0)), "allowed to this process")
+    return Available(os.cpu_count() or 1, "of this machine")
 
 
-def _group_cores(root: Path = _ROOT) -> Iterator[Limit]:
+def _group_cores(root: Path) -> Iterator[Available]:
     """Yield the CPU quota of each control group of this process, in whole cores, at least 1."""
     for folder, version in _control_groups("cpu", root):
         if version == 2:
             words = [word for line in _lines_of(folder / "cpu.max") for word in line.split()]
-            quota, period = (_as_number(word) for word in words) if len(words) == 2 else (inf, 1.0)
+            quota, period = map(_as_number, words) if len(words) == 2 else (inf, 1.0)
         else:
-            quota, period = (
-                _number_in(folder / "cpu.cfs_quota_us"),
-                _number_in(folder / "cpu.cfs_period_us"),
-            )
+            names = "cpu.cfs_quota_us", "cpu.cfs_period_us"
+            quota, period = (_number_in(folder / name) for name in names)
         if 0.0 < quota < inf and 0.0 < period < inf:  # version 1 has the quota −1 for none
-            yield Limit(
-                max(int(quota / period), 1),
-                f"limit {quota / period:.3g} cores of the control group",
-            )
+            source = f"limit {quota / period:.3g} cores of the control group"
+            yield Available(max(int(quota / period), 1), source)
 
 
-def _control_groups(controller: str, root: Path = _ROOT) -> Iterator[tuple[Path, int]]:
+def _control_groups(controller: str, root: Path) -> Iterator[tuple[Path, int]]:
     """Yield the folder and version of the control group of this process, and of each one above it.
 
     /proc/self/cgroup has the path of the group in its hierarchy, /proc/self/mountinfo the mount point of the hierarchy

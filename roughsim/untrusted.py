@@ -41,9 +41,8 @@ _CRASHES = tuple(
     if hasattr(signal, name)
 )
 _TIMED_OUT = -getattr(signal, "SIGPROF", -1)  # without SIGPROF, faulthandler ends the child with 1
-_children: dict[
-    int, Popen[bytes]
-] = {}  # by the pid of the parent: after a fork the copy must start its own
+# by the pid of the parent: after a fork the copy must start its own
+_children: dict[int, Popen[bytes]] = {}
 _lock = Lock()
 _OPENER = "the process that opens files from elsewhere"
 
@@ -69,20 +68,16 @@ def _check_hdf5(file: Any, path: Path) -> None:
     declared = 0.0
     for name, dataset in _datasets(file, path):
         properties = dataset.get_create_plist()
+        kind = ""
         if properties.get_external_count():
-            raise RecordError(
-                f"{path}: {name} is an external dataset, stored in another file; nothing was read"
-            )
-        if properties.get_layout() == h5d.VIRTUAL:
-            raise RecordError(
-                f"{path}: {name} is a virtual dataset, made of other files; nothing was read"
-            )
+            kind = "an external dataset, stored in another file"
+        elif properties.get_layout() == h5d.VIRTUAL:
+            kind = "a virtual dataset, made of other files"
+        if kind:
+            raise RecordError(f"{path}: {name} is {kind}; nothing was read")
         # many datasets that fit one by one may not fit together; an empty dataset has no shape, a scalar the shape ()
-        declared += (
-            0.0
-            if dataset.shape is None
-            else float(prod(dataset.shape)) * float(dataset.get_type().get_size())
-        )
+        if dataset.shape is not None:
+            declared += float(prod(dataset.shape)) * float(dataset.get_type().get_size())
         if exceeds(declared, 0.5):
             raise RecordError(
                 f"{path}: {name} declares the shape {dataset.shape}; with it the file would need "
@@ -103,12 +98,9 @@ def _datasets(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
             if link == h5l.TYPE_SOFT:
                 continue  # the object that it leads to in this file has a hard link too
             if link != h5l.TYPE_HARD:
-                elsewhere = link == h5l.TYPE_EXTERNAL
-                kind = (
-                    "an external link, which leads to another file"
-                    if elsewhere
-                    else "a link of an unknown kind"
-                )
+                kind = "a link of an unknown kind"
+                if link == h5l.TYPE_EXTERNAL:
+                    kind = "an external link, which leads to another file"
                 raise RecordError(f"{path}: {name} is {kind}; nothing was read")
             address = h5o.get_info(group, key).addr
             if address in visited:  # hard links may form a cycle

@@ -13,7 +13,7 @@ from slide_cases import sliding_scene
 from small_scene import CAPPED
 
 import roughsim as rs
-from roughsim.machine import Limit
+from roughsim.machine import Available
 from roughsim.scene import parse_scene
 
 # σ₀ ≥ 11 √G: full contact, where W = 1 to rounding and every mode sum is exact
@@ -161,7 +161,7 @@ def memory(monkeypatch):
         ):
             module = importlib.import_module(f"roughsim.{name}")
             monkeypatch.setattr(
-                module, "available_memory", lambda: Limit(amount, "limit of the test")
+                module, "available_memory", lambda: Available(amount, "limit of the test")
             )
 
     return limited

@@ -15,7 +15,7 @@ import pytest
 
 import roughsim as rs
 from roughsim import machine
-from roughsim.machine import Limit, available_memory, usable_cores, workers_that_fit
+from roughsim.machine import Available, available_memory, usable_cores, workers_that_fit
 
 V1_MOUNTS = """\
 35 31 0:32 {top} /sys/fs/cgroup/memory rw,relatime shared:9 - cgroup cgroup rw,memory
@@ -41,7 +41,7 @@ def tree(root, groups, mounts, files):
 
 @pytest.fixture(autouse=True)
 def many_cores(monkeypatch):
-    monkeypatch.setattr(machine, "allowed_cores", lambda: Limit(64, "allowed to this process"))
+    monkeypatch.setattr(machine, "allowed_cores", lambda: Available(64, "allowed to this process"))
 
 
 @pytest.fixture(autouse=True)
@@ -181,14 +181,17 @@ def test_the_own_limits_count_less_what_this_process_uses(tmp_path, own_limits, 
     ],
 )
 def test_all_members_together_take_four_fifths_of_the_memory(member, memory, workers):
-    assert workers_that_fit(8, member * 1e9, "largest grid", Limit(memory * 1e9, "here")) == workers
+    assert (
+        workers_that_fit(8, member * 1e9, "largest grid", Available(memory * 1e9, "here"))
+        == workers
+    )
 
 
 def test_a_member_that_does_not_fit_is_refused_with_numbers():
     with pytest.raises(
         rs.ResolutionError, match=r"^memory = 0.9 GB \(largest grid\) exceeds 80 % of the 1 GB "
     ):
-        workers_that_fit(1, 0.9e9, "largest grid", Limit(1e9, "here"))
+        workers_that_fit(1, 0.9e9, "largest grid", Available(1e9, "here"))
 
 
 CODE = "from roughsim.machine import *; print(usable_cores().amount, *available_memory())"

@@ -15,7 +15,7 @@ from roughsim.ensemble.run import begin
 from roughsim.ensemble.status import expected_seconds
 from roughsim.ensemble.workers import store_members
 from roughsim.estimate.rounds import first_counts, work
-from roughsim.machine import Limit
+from roughsim.machine import Available
 from roughsim.planning import reasons
 from roughsim.scene.numerics import Level, Numerics
 
@@ -27,7 +27,9 @@ def job(monkeypatch, memory):
     def of(cores, gigabytes):
         memory(1e9 * gigabytes)
         for module in (reasons, executors):
-            monkeypatch.setattr(module, "usable_cores", lambda: Limit(cores, "cores of the test"))
+            monkeypatch.setattr(
+                module, "usable_cores", lambda: Available(cores, "cores of the test")
+            )
 
     return of
 
