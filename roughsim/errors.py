@@ -11,10 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughsim.show.text import plain
 
-_SIZES = (
-    1e-100,
-    1e100,
-)  # of numbers in SI units: products of three are in the range of double precision
+# of numbers in SI units: products of three are in the range of double precision
+_SIZES = 1e-100, 1e100
 
 
 class RoughsimError(Exception):

@@ -237,9 +237,8 @@ def call_in_child(function: Callable[..., Any], *arguments: Any, seconds: float)
             if code in _CRASHES:
                 raise ChildEndedError(f"the library crashed, signal {-code}") from None
             raise OSError(f"{_OPENER} was ended from outside ({code}); try again") from None
-        except (
-            BaseException
-        ):  # after an interrupt, the next call would take this answer for its own
+        except BaseException:
+            # after an interrupt, the next call would take this answer for its own
             child.kill()
             _wait(child)
             raise
@@ -278,9 +277,8 @@ def end_child() -> None:
 
 def serve() -> None:
     """Answer calls on the standard streams until they are closed. Runs in the child."""
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # Ctrl-C reaches the parent too, and it ends the child
+    # Ctrl-C reaches the parent too, and it ends the child
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     # output of functions goes to the error stream, apart from the answers
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

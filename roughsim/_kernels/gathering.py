@@ -13,9 +13,8 @@ def gather_power(amplitude, multiplicity, slot, quarter, sums):
     """
     for i in range(quarter.shape[0]):
         opposite = amplitude.shape[0] - i
-        paired = (
-            0 < i < opposite
-        )  # row −i is another one, unless q_x is zero or the Nyquist wavenumber
+        # row −i is another one, unless q_x is zero or the Nyquist wavenumber
+        paired = 0 < i < opposite
         for j in range(quarter.shape[1]):
             a = amplitude[i, j]
             power = a.real * a.real + a.imag * a.imag

@@ -40,12 +40,8 @@ def remember(
             fall = falls_along[i] * falls_across[j]
             real, imag = memory[i, j, 0], memory[i, j, 1]
             weight = weights[min(i, last_i), min(j, last_j)]
-            new_real, new_imag, old_real, old_imag = (
-                new[i, j].real,
-                new[i, j].imag,
-                old[i, j].real,
-                old[i, j].imag,
-            )
+            new_real, new_imag = new[i, j].real, new[i, j].imag
+            old_real, old_imag = old[i, j].real, old[i, j].imag
             total_real, total_imag = direct * new_real, direct * new_imag
             for k in range(count):
                 y = rates[k] + decay

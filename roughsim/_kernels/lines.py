@@ -52,12 +52,8 @@ def _rows_forward(execute, field, lines):
             a, b = 2 * k, 2 * (columns - k if k else 0)
             for r in range(min(group, stop - first)):
                 c = 4 * (first + r)
-                real, imaginary, other, conjugate = (
-                    result[r, a],
-                    result[r, a + 1],
-                    result[r, b],
-                    result[r, b + 1],
-                )
+                real, imaginary = result[r, a], result[r, a + 1]
+                other, conjugate = result[r, b], result[r, b + 1]
                 spectrum[k, c] = real + other
                 spectrum[k, c + 1] = imaginary - conjugate
                 spectrum[k, c + 2] = imaginary + conjugate
@@ -76,12 +72,8 @@ def _rows_backward(execute, field, lines):
             share = zero if k == 0 or a == columns else one  # k = −k: both spectra are real there
             for r in range(min(group, stop - first)):
                 c = 4 * (first + r)
-                x, y, u, v = (
-                    spectrum[k, c],
-                    share * spectrum[k, c + 1],
-                    spectrum[k, c + 2],
-                    share * spectrum[k, c + 3],
-                )
+                x, y = spectrum[k, c], share * spectrum[k, c + 1]
+                u, v = spectrum[k, c + 2], share * spectrum[k, c + 3]
                 # −k first, which is behind the line for k = 0
                 result[r, b] = x + v
                 result[r, b + 1] = u - y

@@ -70,11 +70,9 @@ class Patches:
     @property
     def unresolved_share(self) -> float:
         """Share of the area that lies in patches below 4 pixels; NaN if there is none."""
-        return (
-            float(self.pixels[self.pixels < RESOLVED].sum() / self.pixels.sum())
-            if self.count
-            else math.nan
-        )
+        if not self.count:
+            return math.nan
+        return float(self.pixels[self.pixels < RESOLVED].sum() / self.pixels.sum())
 
     def size_distribution(self) -> SizeDistribution:
         """Return numbers and areas of the patches in bins of size."""
@@ -171,10 +169,7 @@ def labelled_patches(mask: Mask, *, periodic: bool = True) -> tuple[Index, int]:
     labels, count = ndimage.label(mask)
     if periodic and count:
         # parts that meet over a side of the cell are one region
-        first, last = (
-            np.concatenate((labels[0], labels[:, 0])),
-            np.concatenate((labels[-1], labels[:, -1])),
-        )
+        first, last = (np.concatenate((labels[end], labels[:, end])) for end in (0, -1))
         both = (first > 0) & (last > 0)
         joins = coo_array(
             (np.ones(int(both.sum())), (first[both] - 1, last[both] - 1)), shape=(count, count)

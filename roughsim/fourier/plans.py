@@ -46,12 +46,10 @@ _SIGNATURES: dict[str, tuple[list[Any], Any]] = {
 state = threading.local()  # plans and buffers of each Python thread
 _threads = 1
 _threaded = False  # whether FFTW has started threads of its own
-_orphaned = (
-    False  # whether a fork has lost these threads: a transform that needs them would never end
-)
-planning = (
-    threading.RLock()
-)  # FFTW's planner, and its number of threads for the next plan, are process-wide
+# whether a fork has lost these threads: a transform that needs them would never end
+_orphaned = False
+# FFTW's planner, and its number of threads for the next plan, are process-wide
+planning = threading.RLock()
 
 
 def set_threads(count: int) -> None:
@@ -307,9 +305,8 @@ class Lines:
         complex_type = np.result_type(dtype, np.complex64)
         padded = [aligned((count, points + PADDING), complex_type) for _ in range(2)]
         self.source, self.result = (buffer[:, :points] for buffer in padded)
-        self.source_pairs, self.result_pairs = (
-            buffer.view(dtype) for buffer in padded
-        )  # contiguous, for kernels
+        # contiguous, for kernels
+        self.source_pairs, self.result_pairs = (buffer.view(dtype) for buffer in padded)
         self._ends = self.source.ctypes.data, self.result.ctypes.data
         distances = points + PADDING, points + PADDING
         self.plans = LinePlans(count, points, distances, np.dtype(dtype)) if direct() else None

@@ -66,14 +66,10 @@ class History:
             )
             self.unit = 1 / conductivity
         self.along, self.across = decay * qx[:, 0] ** 2, decay * qy[0] ** 2
-        self.response, self._previous = (
-            self.unit * late,
-            self.unit * early,
-        )  # K m²/W, real and positive
-        self.weights, self._memory = (
-            self.unit * weights,
-            np.zeros((*grid.half_shape, 2, self.rates.size)),
-        )
+        # K m²/W, real and positive
+        self.response, self._previous = self.unit * late, self.unit * early
+        self.weights = self.unit * weights
+        self._memory = np.zeros((*grid.half_shape, 2, self.rates.size))
         self._flux, self._known = start, self._previous * start
         self._mean_flux = np.zeros(steps + 1)
         self._mean_flux[0], self._step = start[0, 0].real, 0
@@ -136,9 +132,8 @@ def exponentials(steps: int) -> tuple[Array, Array]:
 
     Rates in geometric sequence, weights by least squares; ConvergenceError if no sum is good enough.
     """
-    from scipy.optimize import (
-        nnls,
-    )  # slow to import, and workers that solve single contacts do without
+    # slow to import, and workers that solve single contacts do without
+    from scipy.optimize import nnls
 
     times = np.geomspace(1.0, max(float(steps), 2.0), 2000)
     for terms in _TERMS:

@@ -246,10 +246,8 @@ def _passages(axis: PixelAxis) -> Callable[[float], float]:
         0.0 if axis.averaged else (0.5 - math.copysign(axis.shift, axis.shift * axis.drift)) % 1.0
     )
     width = 1 / abs(axis.drift)
-    margin, times = (
-        _REACH * 0.6 * width,
-        np.sqrt(np.arange(first, axis.count + 1.0) * axis.size * width).tolist(),
-    )
+    margin = _REACH * 0.6 * width
+    times = np.sqrt(np.arange(first, axis.count + 1.0) * axis.size * width).tolist()
 
     def panel_end(low: float) -> float:
         k = bisect_left(times, low - margin * (1 - 1e-9))

@@ -21,20 +21,14 @@ from roughsim.heat.laplace import interpolation, inverse
 from roughsim.heat.skin import Layering, steady_response
 
 _RATIO = 0.4  # of the logarithms of neighbouring D_j, at most; with one D_j more on each side K errs by 3e-5
-_LEAST, _MOST = (
-    1e-3,
-    25.0,
-)  # D_j q² τ of the fastest term, from which K is fitted, and of the slowest, up to which
+# D_j q² τ of the fastest term, from which K is fitted, and of the slowest, up to which
+_LEAST, _MOST = 1e-3, 25.0
 _WAVES_PER_E_FOLD = 4  # at which K is fitted
 _CUT = 1e-10  # of the singular values: ρ_j stay small
-_EARLY, _LATE = (
-    1e-3,
-    1e4,
-)  # ρ_j is taken as constant before and after, in units of the first and last √(Dτ)
-_SHORTEST, _LONGEST = (
-    1e-12,
-    1e15,
-)  # pixels: no layer matters that is thinner, or by how much it is thicker
+# ρ_j is taken as constant before and after, in units of the first and last √(Dτ)
+_EARLY, _LATE = 1e-3, 1e4
+# pixels: no layer matters that is thinner, or by how much it is thicker
+_SHORTEST, _LONGEST = 1e-12, 1e15
 
 
 def layered_influence(
@@ -86,8 +80,7 @@ def _ways(layers: Layering, depth: float) -> list[tuple[float, Fading]]:
 def _ages(layers: Layering, depth: float) -> tuple[float, float]:
     """Return √(Dτ) of heat that has not met another material, or the depth, and of heat far beyond all layers."""
     d, k, ratio, h = layers
-    first = (
-        min(length for length in (d, h, depth) if length) * min(1.0, math.sqrt(ratio)) / 13
-    )  # e^(−13²/4) = 4e-19
+    # e^(−13²/4) = 4e-19
+    first = min(length for length in (d, h, depth) if length) * min(1.0, math.sqrt(ratio)) / 13
     last = 4 * max(d, d * k, d * math.sqrt(ratio), d * k * ratio, h, depth)
     return min(max(first, _SHORTEST), _LONGEST), min(max(last, _SHORTEST), _LONGEST)

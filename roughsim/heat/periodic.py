@@ -39,9 +39,8 @@ class MovingSource(NamedTuple):
     """A moving source of heat, and the depth at which its temperature is taken, in units of the body."""
 
     drift: tuple[float, float]  # v/D along x and y, 1/m
-    spread: float = (
-        math.inf
-    )  # D t, m², t the time since the start from rest; inf is the steady state
+    # D t, m², t the time since the start from rest; inf is the steady state
+    spread: float = math.inf
     depth: float = 0.0  # below the surface, m
     layers: Layering | None = None  # None of a bare half-space that is heated in its plane
 

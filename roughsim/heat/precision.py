@@ -4,10 +4,8 @@ import numpy as np
 
 from roughsim.grid import Array, Grid
 
-CELLS = (
-    1e-30,
-    1e30,
-)  # sides of cells in m: beyond them the fourth powers of wavenumbers leave double precision
+# sides of cells in m: beyond them the fourth powers of wavenumbers leave double precision
+CELLS = 1e-30, 1e30
 _FASTEST = 1e20  # v L/D, L the longer side of the cell: far beyond it, no quadrature follows the heat in time
 FURTHEST = 1e12  # cells slid since a start from rest: beyond, the phases q·vt are lost in rounding
 

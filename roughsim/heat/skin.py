@@ -170,9 +170,8 @@ def _response_below(
     within: Complex = np.sqrt(square - 1j * (layers.diffusion * advection))  # λ_s
     inner = layers.conduction * within
     here, crossing = _uniform_body(within, layers.heat_depth, layers.thickness)
-    deep = (
-        math.exp(-layers.thickness / layers.heat_depth) if layers.heat_depth else 0.0
-    )  # share of the half-space
+    # share of the half-space
+    deep = math.exp(-layers.thickness / layers.heat_depth) if layers.heat_depth else 0.0
     own = deep / (below * (1 + below * layers.heat_depth))
     faded = np.exp(-2 * within * layers.thickness)
     # B cosh(λ_s d)

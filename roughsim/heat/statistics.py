@@ -164,14 +164,11 @@ def wake_profile(
     TypeError, ValueError
         If a field is not real, finite and of this shape, the flux is negative, or a distance is less than half a pixel.
     """
-    field, contact = (
-        real_field("temperature", temperature, grid.shape),
-        checked_flux(heat_flux, grid.shape) > 0.0,
-    )
+    field = real_field("temperature", temperature, grid.shape)
+    contact = checked_flux(heat_flux, grid.shape) > 0.0
     behind = np.atleast_1d(np.asarray(distances, np.float64))
-    steps = (
-        behind / grid.spacing[0] + 0.5
-    )  # from the centre of the last pixel of the contact, in pixels
+    # from the centre of the last pixel of the contact, in pixels
+    steps = behind / grid.spacing[0] + 0.5
     if not (np.isfinite(steps) & (steps >= 1.0)).all():
         raise ValueError(
             f"distances = {behind.min():.6g} m must be finite and at least half a pixel, {0.5 * grid.spacing[0]:.6g} "

@@ -9,9 +9,8 @@ from roughsim.grid import Complex, Field
 
 FORGOTTEN = 40.0  # D q² t from which on a mode is steady: e^-40 = 4e-18 of the start is left
 COLD = 40.0  # z/2√(Dt) from which on no heat has come so deep: e^(−40²) is 0
-_SERIES = (
-    0.1  # below |λ|√(Dt) = 0.1 the two terms of the buried transient cancel; a series replaces them
-)
+# below |λ|√(Dt) = 0.1 the two terms of the buried transient cancel; a series replaces them
+_SERIES = 0.1
 
 
 def response_of_waves(square: Field, advection: Field, depth: float, spread: float) -> Complex:

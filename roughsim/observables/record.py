@@ -62,9 +62,8 @@ class Sample:
     spectrum: Array  # (n, m), Pa²
     reach: float  # the distance up to which the spectra hold, m
     part: bool = False  # whether its cell is a part of the run's, with surfaces of its own
-    bins: Bins | None = (
-        None  # of the contact area of each realization, (n, speeds, bins); None: not stored
-    )
+    # of the contact area of each realization, (n, speeds, bins); None: not stored
+    bins: Bins | None = None
     # influence values by the name of the observable
     _known: dict[str, Array] = field(default_factory=dict, init=False, repr=False)
 
@@ -88,24 +87,20 @@ class Observable:
     values: Callable[[Sample], Array] | None = None
     # takes the theory to its value; None: its entry of this name, or NaN
     theory: Callable[[Theory], ArrayLike] | None = None
-    only_stored: bool = (
-        False  # other observables are made of it; by itself neither estimated nor compared
-    )
+    # other observables are made of it; by itself neither estimated nor compared
+    only_stored: bool = False
     of_slide: bool = False  # members of the column "sliding" store it, and no others
     asked: bool = False  # only scenes that ask for the distribution of the temperature have it
     # a temperature of the contact: over the cut-off it follows the law of T_flash by steps; its error by the pixel, too
     as_flash: bool = False
     per_speed: bool = False  # one for each speed of the scene
-    heated: bool = (
-        False  # proportional to the heat: reports multiply it by the share of the moving body
-    )
-    spectra: bool = (
-        False  # `values` needs the stress spectra of the sample, which are read from disk
-    )
+    # proportional to the heat: reports multiply it by the share of the moving body
+    heated: bool = False
+    # `values` needs the stress spectra of the sample, which are read from disk
+    spectra: bool = False
     at_rest: float | None = None  # the exact value at speed zero, for one measured at a tiny speed
-    limit: bool = (
-        True  # whether it has a limit in q_c in capped contact, so that it may be extrapolated
-    )
+    # whether it has a limit in q_c in capped contact, so that it may be extrapolated
+    limit: bool = True
     # orders of convergence in the pixel at fixed q_c, of elastic and of capped contact; all here were measured from 2
     # to 16 pixels per shortest wave. NaN if it converges non-monotonically with the pixel: then the value of the finest
     # grid stays, with 1.5 times the last change as its error

@@ -227,9 +227,8 @@ class _UniformNodes:
     by cells of one node spacing: entry (k, c) of a table is the k-th wavenumber in cell c.
     """
 
-    slot: (
-        Index  # of each mode of the quarter plane: q = 0, the kept wavenumbers, the flattened table
-    )
+    # of each mode of the quarter plane: q = 0, the kept wavenumbers, the flattened table
+    slot: Index
     kept: int  # wavenumbers with entries of their own, q = 0 among them
     offset: Array  # from the middle of the cell, in node spacings: shape of the table
     order: Index  # of kept wavenumbers and nodes that sorts them

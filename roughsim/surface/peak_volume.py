@@ -97,9 +97,8 @@ def mean_above(level: float, point: HeightsAtAPoint) -> float:
     return float(np.sum(terms.real)) * STEP / pi
 
 
-@lru_cache(
-    maxsize=16
-)  # .01 s for each member, as long as the smallest contacts take; as many as `remembered_modes`
+# .01 s for each member, as long as the smallest contacts take; as many as `remembered_modes`
+@lru_cache(maxsize=16)
 def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
     """Return how the heights of surfaces with fixed amplitudes are distributed at any point."""
     modes = remembered_modes(spectrum, grid)  # type: ignore[arg-type]

@@ -26,10 +26,9 @@ from roughsim.grid import Field, Grid
 CACHED = 1 << 18  # bytes of one group of lines
 GROUP = 16  # lines in a group, at least: shorter pieces of a column are slow to write
 PADDING = 16  # complex numbers between rows of the spectrum, so that these do not all share the same part of the cache
-KEPT = (
-    1 << 18
-)  # points of a grid, at most, whose buffers are kept for the next solve: to make them costs as much as
-# some steps there; 20 bytes for each point and precision
+# points of a grid, at most, whose buffers are kept for the next solve: to make them costs as much as some steps there;
+# 20 bytes for each point and precision
+KEPT = 1 << 18
 MOST_KEPT = 12  # grids in each precision, the coarse ones of a cascade among them
 _ONCE = [(0, 0)]  # the block of a stage that is not divided
 SQUARE = 1.5  # ratio of the sides of a cell of the pyramid up to which both are doubled

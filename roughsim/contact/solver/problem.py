@@ -54,9 +54,8 @@ class ScaledSolution(NamedTuple):
     gap: Field
     residual: float = 0.0
     iterations: int = 0
-    transforms: float = (
-        1.0  # real float64 transforms of this grid, the transform of the heights left out
-    )
+    # real float64 transforms of this grid, the transform of the heights left out
+    transforms: float = 1.0
 
 
 @dataclass(slots=True, eq=False)

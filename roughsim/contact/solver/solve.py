@@ -28,9 +28,8 @@ from roughsim.grid import Field
 REACH = 0.5  # a point is free if 0 < p − REACH κ(gap − d) < cap
 _COARSE_TOLERANCE = 0.03  # tighter coarse solves do not help the next level
 PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled
-_LEAST_REACH = (
-    1e-3  # of the active set after short steps: then points leave or join a bound nearly one by one
-)
+# of the active set after short steps: then points leave or join a bound nearly one by one
+_LEAST_REACH = 1e-3
 _SHORT = 0.05  # length of a step below which it counts as bad
 _BEARABLE = 3  # bad steps in a row before points are exchanged; doubled each time
 

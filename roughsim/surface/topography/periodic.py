@@ -86,16 +86,13 @@ def overshoots(surface: Array, heights: Array, grid: Grid, q_max: float) -> Mask
     """
     from scipy.ndimage import maximum_filter  # slow to import
 
-    around = 2 * ceil(
-        grid.nyquist / q_max * (1 - 1e-9)
-    )  # points: up to half the shortest wave on both sides
+    # points: up to half the shortest wave on both sides
+    around = 2 * ceil(grid.nyquist / q_max * (1 - 1e-9))
     highest = maximum_filter(heights, around, origin=-1, mode="wrap")
-    rows, columns = (
-        np.arange(new) * old // new for new, old in zip(surface.shape, heights.shape, strict=True)
-    )
-    along = np.diff(heights, axis=0).ravel()
-    across = np.diff(heights, axis=1).ravel()
-    steps = np.abs(np.concatenate([along, across]))
+    shapes = zip(surface.shape, heights.shape, strict=True)
+    rows, columns = (np.arange(new) * old // new for new, old in shapes)
+    along_both = [np.diff(heights, axis=axis).ravel() for axis in (0, 1)]
+    steps = np.abs(np.concatenate(along_both))
     far = 0.0
     if steps.any():
         far = 2.0 * float(np.median(steps[steps > 0.0]))

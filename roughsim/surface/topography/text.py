@@ -10,9 +10,8 @@ from roughsim.grid import Array
 from roughsim.surface.topography.contents import EVEN, UNITS, Contents, NoHeightsError, even_step
 
 _NO_UNITS = ("", "1", "-", "px", "pixel", "pixels", "raw")  # in a heading
-_UNDEFINED = frozenset(
-    ("", "bad", "na", "n/a", "null", "none", "-", "--", "---", "***")
-)  # in place of a number
+# in place of a number
+_UNDEFINED = {"", "bad", "na", "n/a", "null", "none", "-", "--", "---", "***"}
 _DECIMAL_COMMA = re.compile(
     r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?|[-+]?\d+(?:[eE][-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE
 )
