@@ -21,7 +21,7 @@ from roughsim.pipeline import versions
 from roughsim.planning.limits import warnings_of
 from roughsim.planning.plan import numerics_of
 from roughsim.planning.realization import largest_member, scene_of
-from roughsim.results.description import Description, content_of, folder_state, read_description
+from roughsim.results.description import RunDescription, content_of, folder_state, read_description
 from roughsim.results.folder import unread_run
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneLike, as_scene
@@ -185,8 +185,8 @@ def begin(
 ) -> Numerics:
     """Begin a run in a folder, or check the scene of an existing run; return the numerics of the run.
 
-    `press` is of a pressed map, as in `Description`. RecordError, before anything is planned, if the folder holds other
-    files, another kind of run or another scene, naming the first key that differs.
+    `press` is of a pressed map, as in `RunDescription`. RecordError, before anything is planned, if the folder holds
+    other files, another kind of run or another scene, naming the first key that differs.
     """
     prediction.background(scene)  # refuses a duration that is too short for a skin
     state = folder_state(folder)
@@ -195,7 +195,7 @@ def begin(
     if state == "free":
         planned = numerics_of(scene) if numerics is None else numerics
         computed = scene_of(scene, planned)
-        description = Description(computed.identity(), planned, versions(), press or {})
+        description = RunDescription(computed.identity(), planned, versions(), press or {})
         with suppress(FileExistsError):  # another process was faster: its numerics count
             description.write(folder, computed, first=True)
             return planned
@@ -206,7 +206,7 @@ def begin(
     computed = scene_of(scene, numerics)
     # versions and reasons may differ between processes: the first ones stay
     with_reasons = replace(numerics, reasons=stored.numerics.reasons)
-    description = Description(computed.identity(), with_reasons, stored.versions, press or {})
+    description = RunDescription(computed.identity(), with_reasons, stored.versions, press or {})
     description.refuse_other(folder, stored)
     description.write(folder, computed)
     return numerics

@@ -20,7 +20,7 @@ _BEGUN = {"claims", "realizations"}  # names that a start may have made before r
 
 
 @dataclass(frozen=True, slots=True)
-class Description:
+class RunDescription:
     """Scene and numerics of a run, as run.json has them."""
 
     scene: Mapping[str, Any]  # the identity of the scene
@@ -78,7 +78,7 @@ class Description:
                 )
 
 
-def read_description(folder: Path) -> Description:
+def read_description(folder: Path) -> RunDescription:
     """Return the description of a run.
 
     RecordError if the folder is no run, has another format, or if a value in run.json was changed by hand, with the
@@ -118,7 +118,7 @@ def read_description(folder: Path) -> Description:
         rows = (map(str, words) for words in content["reasons"])
         reasons = tuple(Remark("choice", key, why, value) for key, value, why in rows)
         numerics = replace(Numerics.from_dict(content["numerics"]), reasons=reasons)
-        return Description(
+        return RunDescription(
             content["scene"], numerics, content["versions"], content.get("press", {})
         )
     except (ValueError, LookupError, TypeError, AttributeError) as error:
@@ -146,7 +146,7 @@ def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
     if not folder.is_dir():
         return "foreign"
     names = {path.name for path in folder.iterdir() if not is_temporary(path.name)}
-    # a scene.toml alone may be a user's own file: `Description.write` makes the folder for the realizations before it
+    # a scene.toml alone may be a user's own file: `write` makes the folder for the realizations before it
     begun = _BEGUN | {"scene.toml"} if "realizations" in names else _BEGUN
     inside = folder / "realizations"
     empty = (

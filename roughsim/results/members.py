@@ -18,7 +18,7 @@ from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.distribution import BIN_AREAS, Bins
 from roughsim.observables.member import Member, StoredMoments
 from roughsim.observables.record import Sample
-from roughsim.results.description import Description
+from roughsim.results.description import RunDescription
 from roughsim.sliding.film import film_shape
 from roughsim.store.disk import DamagedError, not_readable, set_aside
 from roughsim.store.member_files import (
@@ -51,7 +51,11 @@ class Members(dict[Key, Member]):
     """
 
     def __init__(
-        self, folder: Path, description: Description, speeds: tuple[float, ...], treatment: Damaged
+        self,
+        folder: Path,
+        description: RunDescription,
+        speeds: tuple[float, ...],
+        treatment: Damaged,
     ):
         super().__init__()
         self.folder, self.numerics, self.speeds = folder, description.numerics, speeds
@@ -162,12 +166,9 @@ class Members(dict[Key, Member]):
 
     def failed(self, level: int) -> list[int]:
         """Return the indices of members of a level whose contact did not converge; damaged ones are left out."""
-        there = [
-            i
-            for i in range(self.counts[level])
-            if (level, i) in self and (level, i) not in self.damaged
-        ]
-        return [i for i in there if self[level, i].failure]
+        read = ((i, self.get((level, i))) for i in range(self.counts[level]))
+        failures = [i for i, member in read if member is not None and member.failure]
+        return [i for i in failures if (level, i) not in self.damaged]
 
     def sound(self, level: int) -> list[int]:
         """Return the indices at which a level has numbers, and no counted member of the same surface failed."""

@@ -17,7 +17,7 @@ from roughsim.planning.limits import warnings_of
 from roughsim.prediction.statements import ByMean, takes_all
 from roughsim.results import pressed
 from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
-from roughsim.results.description import Description
+from roughsim.results.description import RunDescription
 from roughsim.results.means import Means
 from roughsim.results.members import Damaged, Members
 from roughsim.results.reactions import asked_estimates
@@ -71,7 +71,7 @@ class Run(Means):
         Progress of the run. The members of the last complete round count.
     """
 
-    def __init__(self, folder: Path, description: Description, scene: Scene, treatment: Damaged):
+    def __init__(self, folder: Path, description: RunDescription, scene: Scene, treatment: Damaged):
         super().__init__(scene, Members(folder, description, scene.speeds, treatment))
         self.seed = scene.ensemble.seed
         self.until = scene.ensemble.ends

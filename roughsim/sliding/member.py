@@ -123,7 +123,8 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> Member:
         begin = time.perf_counter()
         path, contacts_along = _sliding_contacts(problem)
         drawn = time.perf_counter()
-        samples = _sampler(problem, path) if problem.distribution else None
+        ends = np.rint(np.array(problem.distances) / path.distance[1]).astype(int).tolist()
+        samples = Sampler(grid, ends, LAST) if problem.distribution else None
         history = follow(
             contacts_along, grid, path, problem.motions, filmed_steps(path) if film else (), samples
         )
@@ -147,12 +148,6 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> Member:
             "seconds": {"surface": drawn - begin, "contact": solved - drawn},
         },
     )
-
-
-def _sampler(problem: SlideProblem, path: Path) -> Sampler:
-    """Return the sampler of the temperatures of the contact at the last positions of each speed."""
-    ends = np.rint(np.array(problem.distances) / path.distance[1]).astype(int).tolist()
-    return Sampler(problem.grid, ends, LAST)
 
 
 def _coarser_means(problem: SlideProblem) -> dict[str, Array]:

@@ -8,7 +8,7 @@ import pytest
 from damage_cases import member
 
 from roughsim.observables.member import Member
-from roughsim.results.description import Description
+from roughsim.results.description import RunDescription
 from roughsim.results.members import Members
 from roughsim.scene.numerics import Level, Numerics
 
@@ -25,7 +25,7 @@ LEVELS = (
 def members():
     """Five members of each level; index 1 failed in smoothed contact, index 2 at the second capped level."""
     table = Members(
-        Path("run"), Description({}, Numerics(LEVELS, (2.0e-3, 1.5e-3)), {}), SPEEDS, "refuse"
+        Path("run"), RunDescription({}, Numerics(LEVELS, (2.0e-3, 1.5e-3)), {}), SPEEDS, "refuse"
     )
     table.counts = (5,) * 4
     for level in range(4):
