@@ -26,6 +26,7 @@ from roughsim.charts.style import (
     new_figure,
     plain_ticks,
 )
+from roughsim.estimate import fields
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.theories import OVER_SPEED as DENSE
@@ -224,7 +225,7 @@ def theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
         moving = np.array(scene.speeds) > 0.0
         theory, law = (
             prediction.predictions(scene)[observable],
-            prediction.calibrated_predictions(scene)[observable],
+            fields.calibrated_predictions(scene)[observable],
         )
         theory, law = theory[moving], law[moving]
         shares = [

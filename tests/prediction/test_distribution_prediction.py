@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 import roughsim as rs
 from roughsim import prediction
+from roughsim.charts.curves import theories
 from roughsim.cli import app
 from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.estimate import fields
@@ -52,6 +53,13 @@ def test_quantiles_are_those_of_the_drawn_contacts_at_the_flash_temperature_of_t
         assert law[name][0] == 0.0
     hottest = law["temperature_quantile_99"][1:] / law["flash_temperature"][1:]
     assert (hottest > 2.4).all()
+
+
+def test_the_curve_of_a_quantile_has_the_column_calibrated(scene):
+    speed, values = theories(scene, "temperature_quantile_99")
+    expected = 0.5 * fields.quantiles(scene)["temperature_quantile_99"].mean[1:]
+    assert speed.tolist() == [1.0, 35.0]
+    assert values["calibrated"] == pytest.approx(expected, rel=1e-12)
 
 
 def test_reactions_have_the_share_and_the_background_of_the_scene(scene):
