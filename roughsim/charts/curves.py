@@ -179,6 +179,8 @@ def draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: Any = Non
     """Draw an observable by both theories and in each measured column over the speed."""
     factor = shown(OBSERVABLES[observable].unit)[1] * _sign(observable)
     speed, sources = theories(entry.scene, observable)
+    if observable in entry.results and observable not in DENSE:  # quantiles are of drawn fields
+        sources["calibrated"] = entry.in_motion(observable, "calibrated").mean
     for source, values in sources.items():
         _line(axes, speed, values * factor, entry, source, colour)
     if observable not in entry.results:
