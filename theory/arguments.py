@@ -70,12 +70,6 @@ def positive(name: str, value: Any, unit: str) -> float:
     return float(result)
 
 
-def need_whole(name: str, value: Any, least: int) -> None:
-    """Refuse, by a ValueError, a value that is no whole number of `least` or more."""
-    if not isinstance(value, (int, np.integer)) or value < least:
-        raise ValueError(f"{name} = {value!r} must be a whole number of {least} or more")
-
-
 def float_if_scalar(values: Array | float) -> Array | float:
     """Return one number as a float, and an array with axes as it is."""
     return float(values) if np.ndim(values) == 0 else values
