@@ -295,7 +295,13 @@ def concat(pieces: Mapping[Any, Estimate], coords: Mapping[str, Labels]) -> Esti
             whole[place][np.ix_(*inside)] = values(one)
         return whole.transpose(order)
 
-    names = dict.fromkeys(name for one in pieces.values() for name in one.budget)
+    names: list[str] = []  # of the parts, in the order that each piece has: the total rounds alike
+    for one in pieces.values():
+        place = 0
+        for name in one.budget:
+            if name not in names:
+                names.insert(place, name)
+            place = names.index(name) + 1
     arrays = {name: joined(lambda one: getattr(one, name), np.nan) for name in _ARRAYS}  # noqa: B023
     budget = {
         name: joined(lambda one: one.budget.get(name, 0.0 if one.budget else np.nan), np.nan)  # noqa: B023
