@@ -13,54 +13,42 @@ def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict
     None takes a key, or a whole section, away. SceneError for a name that is no section; all else is checked when the
     scene is made.
     """
-    result = {
-        name: dict(value) if isinstance(value, Mapping) else value
-        for name, value in content.items()
-    }
+    result = dict(content)
     for key, value in changes.items():
-        section, dot, name = _parts_of(key)
-        if not dot:
-            _set(result, section, value)
-            continue
-        inside = result.setdefault(section, {})
-        if not isinstance(inside, dict):
-            raise SceneError(
-                f'{as_written(key)} is not a key of a scene: "{section}" is no section'
-            )
-        outer, dot, inner = name.partition(".")
-        if dot:  # a key of a table within the section, such as "body.skin.thickness"
-            table = inside.get(outer, {})
-            if not isinstance(table, Mapping):
-                raise SceneError(
-                    f'{as_written(key)} is not a key of a scene: "{section}.{outer}" is no table'
-                )
-            inside[outer] = dict(table)
-            _set(inside[outer], inner, value)
-        else:
-            _set(inside, name, value)
-        if not inside:
+        section, *path = _parts_of(key)
+        _set(result, [section, *path], value, key)
+        if path and not result[section]:
             del result[section]  # without any key
     return result
 
 
-def _parts_of(key: Any) -> tuple[str, str, str]:
-    """Return section, dot and name of a key; SceneError without a section of a scene."""
+def _parts_of(key: Any) -> list[str]:
+    """Return section, key and key within its table, as many as there are; SceneError without a section of a scene."""
     if not isinstance(key, str):
         raise SceneError(
             f'{key!r} must be the name of a key, for example "sliding.nominal_pressure"'
         )
-    section, dot, name = key.partition(".")
+    parts = key.split(".", maxsplit=2)
     names = SECTIONS[""].known_keys()
-    if section not in names:
+    if parts[0] not in names:
         homes = [home for home in names if home in SECTIONS and key in SECTIONS[home].known_keys()]
-        hint = f'did you mean "{homes[0]}.{key}"?' if homes else did_you_mean(section, names)
+        hint = f'did you mean "{homes[0]}.{key}"?' if homes else did_you_mean(parts[0], names)
         raise SceneError(f"{as_written(key)} is not a key of a scene; {hint}")
-    return section, dot, name
+    return parts
 
 
-def _set(inside: dict[str, Any], name: str, value: Any) -> None:
-    """Set a value; None removes it."""
-    if value is None:
+def _set(inside: dict[str, Any], path: list[str], value: Any, key: str) -> None:
+    """Set a value within copies of the tables on its path; None removes it."""
+    name, *inner = path
+    if inner:
+        table = inside.get(name, {})
+        if not isinstance(table, Mapping):
+            raise SceneError(
+                f'{as_written(key)} is not a key of a scene: "{name}" is no section or table'
+            )
+        inside[name] = dict(table)
+        _set(inside[name], inner, value, key)
+    elif value is None:
         inside.pop(name, None)
     else:
         inside[name] = value

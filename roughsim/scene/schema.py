@@ -354,7 +354,7 @@ def _one_line(detail: Any, record: type[Record]) -> str:
     if kind == "literal_error":
         words = re.findall(r"'(.*?)'", detail["ctx"]["expected"])
         hints[kind] = "is not known; " + did_you_mean(value.strip('"'), words)
-    return f"{key} = {value} {hints.get(kind, detail['msg'])}"
+    return f"{key} = {value} {hints.get(kind, detail['msg'].replace('Input should', 'must'))}"
 
 
 def _missing(key: str, holder: str, record: type[Record]) -> str:

@@ -35,10 +35,10 @@ from roughsim.scene.skins import HeatDepth, SkinSection
 from roughsim.scene.tables import (
     Conductivity,
     FrictionCoefficient,
+    PsdError,
+    PsdTexture,
     Rows,
     read_psd,
-    read_psd_error,
-    read_psd_texture,
 )
 
 _SHARE = Quantity("", "0.938", gt=0, le=1)
@@ -263,15 +263,11 @@ class SurfaceSection(Record):
     ⟨h²⟩ = 2π ∫ f C df. "profile": (q, C₁) of lines, m³, with ⟨h²⟩ = 2 ∫ C₁ dq, which a loaded scene has as C(q)."""
     psd_source: Literal["scan"] | None = None
     """"scan": the table was measured on maps, as by `topography`; None: it is as stated, without an error."""
-    psd_error: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_error)] | None = (
-        None
-    )
+    psd_error: PsdError | None = None
     """Errors of the rows of `psd`, see `roughsim.surface.topography.MeasuredSpectrum`; None: unknown of a scan."""
     psd_scans: tuple[Annotated[str, BeforeValidator(read_title)], ...] | None = None
     """What was read of each scan: its channel and units, in words."""
-    psd_texture: (
-        Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_texture)] | None
-    ) = None
+    psd_texture: PsdTexture | None = None
     """A row for each map, see `roughsim.surface.topography.Texture`; None: unknown of a scan."""
     psd_filled: Annotated[float, Quantity("", "0.1", ge=0, lt=1)] | None = None
     """Share of the scans that was undefined and filled; part of their error."""

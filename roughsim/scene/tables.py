@@ -1,12 +1,11 @@
 """Tables of a scene: C(q) over the wavenumber, and properties over the absolute temperature."""
 
 from collections.abc import Mapping
-from functools import partial
-from math import isfinite, pi
+from math import pi
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator
+from pydantic import AfterValidator, BeforeValidator, FiniteFloat
 
 from roughsim.scene.schema import KELVIN, Quantity, Record, SceneError, as_written, record
 
@@ -18,6 +17,7 @@ MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they s
 _TEXTURE_NUMBERS = 10  # of a map
 _MAX_TEMPERATURES = 100  # of a table over temperature
 Rows = tuple[tuple[float, float], ...]
+Numbers = tuple[tuple[FiniteFloat, ...], ...]
 # convention of a table → factors to q, rad/m, and to C in Persson's convention:
 # surfacetopography divides d²q by 4π²; over the spatial frequency q = 2πf, and d²q = 4π² d²f
 PSD_SCALES = {
@@ -57,87 +57,71 @@ def read_psd(value: Any) -> Rows:
     return tuple(rows)
 
 
-def read_psd_error(value: Any) -> tuple[tuple[float, ...], ...]:
-    """Read the errors of a table C(q): for each row its standard error, and its change without each scan."""
-    try:
-        rows = tuple(tuple(float(error) for error in row) for row in value)
-    except (TypeError, ValueError):
-        raise ValueError(f" = {as_written(value)} must be rows of numbers, relative to C") from None
+def _check_psd_error(rows: Numbers) -> Numbers:
+    """Return the errors of a table C(q): for each row its standard error, and its change without each scan."""
     if not all(len(row) == len(rows[0]) >= 1 and row[0] >= 0.0 for row in rows):
         raise ValueError(" must have rows of equal length, each with a standard error ≥ 0 first")
-    if not all(isfinite(error) and error > -1.0 for row in rows for error in row):
-        raise ValueError(" must have finite numbers above -1, as C stays positive")
+    if min(map(min, rows)) <= -1.0:
+        raise ValueError(" must have numbers above -1, relative to C, as C stays positive")
     return rows
 
 
-def read_psd_texture(value: Any) -> tuple[tuple[float, ...], ...]:
-    """Read the textures of maps, each the numbers of `roughsim.surface.topography.Texture` in its order."""
-    try:
-        rows = tuple(tuple(float(number) for number in row) for row in value)
-    except (TypeError, ValueError):
+def _check_psd_texture(rows: Numbers) -> Numbers:
+    """Return the textures of maps, each the numbers of `roughsim.surface.topography.Texture` in its order."""
+    if not rows or any(len(row) != _TEXTURE_NUMBERS for row in rows):
         raise ValueError(
-            f" = {as_written(value)} must be rows of numbers, one for each map"
-        ) from None
-    if not rows or not all(
-        len(row) == _TEXTURE_NUMBERS and all(map(isfinite, row)) for row in rows
-    ):
-        raise ValueError(
-            f" must have rows of {_TEXTURE_NUMBERS} finite numbers, one for each map; load the scan again"
+            f" must have rows of {_TEXTURE_NUMBERS} numbers, one for each map; load the scan again"
         )
-    if not all(min(row[0], row[2], row[4], row[5]) > 0.0 for row in rows):
+    if min(row[place] for row in rows for place in (0, 2, 4, 5)) <= 0.0:
         raise ValueError(" must have ratios and wavenumbers above 0; load the scan again")
     return rows
 
 
-@record()
-class _ConductivityTable(Record):
-    """κ over the absolute temperature, as a scene file writes it."""
-
-    temperature: tuple[Annotated[float, KELVIN], ...]
-    value: tuple[Annotated[float, _CONDUCTIVITY], ...]
+PsdError = Annotated[Numbers, AfterValidator(_check_psd_error)]
+PsdTexture = Annotated[Numbers, AfterValidator(_check_psd_texture)]
 
 
-@record()
-class _FrictionTable(Record):
-    """μ over the absolute temperature, as a scene file writes it."""
+def _number_or_table(number: Quantity) -> BeforeValidator:
+    """Return the reader of a number, or of a table of it over the absolute temperature.
 
-    temperature: tuple[Annotated[float, KELVIN], ...]
-    value: tuple[Annotated[float, _FRICTION], ...]
+    A table is kept as rows (temperature, number) with the temperatures rising.
+    """
 
+    @record()
+    class Table(Record):
+        temperature: tuple[Annotated[float, KELVIN], ...]
+        value: tuple[Annotated[float, number], ...]
 
-def _number_or_table(value: Any, number: Quantity, record: type[Any]) -> float | Rows:
-    """Read a number, or a table of it, kept as rows (temperature, number) with the temperatures rising."""
-    if isinstance(value, tuple) and all(isinstance(row, tuple) and len(row) == 2 for row in value):
-        value = {"temperature": [row[0] for row in value], "value": [row[1] for row in value]}
-    if not isinstance(value, Mapping):
-        return float(number(value))
-    try:
-        table = record(**value)
-    except SceneError as error:
-        example = f'{{ temperature = ["300 K", "900 K"], value = [{number.example}, ...] }}'
-        raise ValueError(f".{error}; a table is written as {example}") from None
-    kelvin, values = table.temperature, table.value
-    if len(kelvin) != len(values) or not 2 <= len(values) <= _MAX_TEMPERATURES:
-        counts = f"{len(kelvin)} temperatures and {len(values)} values"
-        raise ValueError(f" has {counts}; give 2 to {_MAX_TEMPERATURES} of each, in pairs")
-    for i in range(1, len(kelvin)):
-        if kelvin[i] <= kelvin[i - 1]:
-            order = f"{kelvin[i]!r} K after {kelvin[i - 1]!r} K"
-            raise ValueError(
-                f".temperature[{i}] = {order}; the temperatures must rise, so sort the table"
-            )
-    return tuple(zip(kelvin, values, strict=True))
+    def read(value: Any) -> float | Rows:
+        if isinstance(value, tuple) and all(
+            isinstance(row, tuple) and len(row) == 2 for row in value
+        ):
+            value = dict(zip(("temperature", "value"), zip(*value, strict=True), strict=True))
+        if not isinstance(value, Mapping):
+            return float(number(value))
+        try:
+            table = Table(**value)
+        except SceneError as error:
+            example = f'{{ temperature = ["300 K", "900 K"], value = [{number.example}, ...] }}'
+            raise ValueError(f".{error}; a table is written as {example}") from None
+        kelvin, values = table.temperature, table.value
+        if len(kelvin) != len(values) or not 2 <= len(values) <= _MAX_TEMPERATURES:
+            counts = f"{len(kelvin)} temperatures and {len(values)} values"
+            raise ValueError(f" has {counts}; give 2 to {_MAX_TEMPERATURES} of each, in pairs")
+        for i in range(1, len(kelvin)):
+            if kelvin[i] <= kelvin[i - 1]:
+                order = f"{kelvin[i]!r} K after {kelvin[i - 1]!r} K"
+                raise ValueError(
+                    f".temperature[{i}] = {order}; the temperatures must rise, so sort the table"
+                )
+        return tuple(zip(kelvin, values, strict=True))
+
+    return BeforeValidator(read)
 
 
 # a number, or rows (absolute temperature in K, number), linear between
-Conductivity = Annotated[
-    Annotated[float, _CONDUCTIVITY] | Rows,
-    BeforeValidator(partial(_number_or_table, number=_CONDUCTIVITY, record=_ConductivityTable)),
-]
-FrictionCoefficient = Annotated[
-    Annotated[float, _FRICTION] | Rows,
-    BeforeValidator(partial(_number_or_table, number=_FRICTION, record=_FrictionTable)),
-]
+Conductivity = Annotated[Annotated[float, _CONDUCTIVITY] | Rows, _number_or_table(_CONDUCTIVITY)]
+FrictionCoefficient = Annotated[Annotated[float, _FRICTION] | Rows, _number_or_table(_FRICTION)]
 
 
 def at_temperature(value: float | Rows, temperature: float | None) -> float:

@@ -129,9 +129,9 @@ ERRORS = {
     "rows of equal length": "[[0.1], [0.2, 0.1]]",
     "standard error ≥ 0 first": "[[-0.1], [0.2]]",
     "above -1": "[[0.1, -1], [0.2, 0]]",
-    "rows of equal length, each with a standard error|finite": "[[nan], [0.2]]",
-    "rows of numbers": '"large"',
-    "psd_error.* rows of numbers": "3",
+    'psd_error = "large" must be a list': '"large"',
+    "psd_error = 3 must be a list": "3",
+    "psd_error.*nan must be a finite number": "[[nan], [0.2]]",
 }
 
 
