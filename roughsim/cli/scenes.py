@@ -220,7 +220,7 @@ def _note_looser_targets(before: "rs.Scene", now: "rs.Scene") -> None:
 
 def _show_plan(scene: "rs.Scene", numerics: "rs.Numerics") -> None:
     """Print the numerics of a run, and warnings, before its members are computed."""
-    from roughsim.planning.limits import warnings_of
+    from roughsim.planning.limits import judge
     from roughsim.planning.realization import slide_problem
 
     for reason in numerics.reasons:
@@ -231,7 +231,7 @@ def _show_plan(scene: "rs.Scene", numerics: "rs.Numerics") -> None:
         tell(
             f"sliding: {steps} contacts in turn for each member; one that is interrupted begins again"
         )
-    for line in warnings_of(scene, numerics):
+    for line in judge(scene, numerics).remarks:
         warn(line)
 
 

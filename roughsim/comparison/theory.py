@@ -11,7 +11,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.comparison.tables import calibrated_note, theory_dict, theory_table, theory_values
 from roughsim.grid import Array
-from roughsim.planning.limits import judge, warnings_of
+from roughsim.planning.limits import judge
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
@@ -66,7 +66,7 @@ class Theory:
         flash = ", ".join(f"{value:.4g}" for value in self.flash_temperature)
         speeds = ", ".join(f"{speed:g}" for speed in self.speed)
         about = f"<Theory of {self.scene.title}: T_flash {flash} K at {speeds} m/s>"
-        return "\n".join([about, *marked(warnings_of(self.scene))])
+        return "\n".join([about, *marked(judge(self.scene).remarks)])
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
@@ -74,7 +74,7 @@ class Theory:
         return table_text(self.table())
 
     def _repr_html_(self) -> str:
-        return in_notebook(self.table(), *marked(warnings_of(self.scene)))
+        return in_notebook(self.table(), *marked(judge(self.scene).remarks))
 
     def table(self) -> Table:
         """Return the table that the command line prints."""
@@ -142,7 +142,7 @@ def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> The
     """
     loaded = as_scene(scene, changes)
     values = theory_values(loaded)
-    warn_of(warnings_of(loaded))
+    warn_of(judge(loaded).remarks)
     names = Theory.__dataclass_fields__.keys() - {"scene", "speed"}
     return Theory(loaded, np.array(loaded.speeds), **{name: values[name] for name in names})
 

@@ -18,7 +18,7 @@ from roughsim.ensemble.sources import Source
 from roughsim.ensemble.tasks import Tasks, remove_unfinished, source_of
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
-from roughsim.planning.limits import warnings_of
+from roughsim.planning.limits import judge
 from roughsim.planning.plan import numerics_of
 from roughsim.planning.realization import largest_member, scene_of
 from roughsim.results.description import RunDescription, content_of, folder_state, read_description
@@ -133,7 +133,7 @@ def run(  # noqa: PLR0913  (each is an option)
             if folder_state(folder) == "free":
                 allowed.fit(*largest_member(scene, numerics), numerics.threads)
         numerics = begin(scene, folder, numerics)
-        warn_of(warnings_of(scene, numerics))
+        warn_of(judge(scene, numerics).remarks)
         if bar is not None:
             bar.show("computing", 0.0, 0)
             observer = bar.update

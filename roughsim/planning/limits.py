@@ -24,7 +24,7 @@ from roughsim.prediction.statements import (
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.scene.slips import STEEP, steepness
-from roughsim.show.remarks import WARNINGS, Remark, most_serious_first
+from roughsim.show.remarks import Remark, most_serious_first
 from roughsim.show.table import Column, Table
 
 Remarks = Iterator[Remark]
@@ -44,21 +44,21 @@ _THICK = 0.1  # of the side of the cell: thicker layers are bodies of their own
 
 
 class Plausibility(NamedTuple):
-    """Sizes of a scene (None if its theory has no value), and remarks: warnings, then assumptions."""
+    """A scene with its sizes, None if its theory has no value, and its warnings."""
 
+    scene: Scene
     facts: Facts | None
-    remarks: list[Remark]
+    remarks: list[Remark]  # the most serious first
 
     @property
     def warnings(self) -> list[str]:
-        """The warnings, the most serious first."""
-        return [str(remark) for remark in self.remarks if remark.kind in WARNINGS]
+        """The warnings in words, the most serious first."""
+        return list(map(str, self.remarks))
 
     @property
     def sizes(self) -> list[Remark]:
         """Sizes and assumptions."""
-        sizes = self.facts.rows() if self.facts else []
-        return [*sizes, *(remark for remark in self.remarks if remark.kind == "assumption")]
+        return [*(self.facts.rows() if self.facts else []), *statements(self.scene)]
 
     def table(self) -> Table:
         """Return sizes and assumptions for people: name, value, and meaning or reason."""
@@ -67,67 +67,46 @@ class Plausibility(NamedTuple):
 
     def to_dict(self) -> dict[str, Any]:
         """Return "scene_facts", "scene_statements" and "scene_warnings" as JSON values."""
-        names = ("name", "value", "because")
-        assumptions = [
-            dict(zip(names, remark.row, strict=True))
-            for remark in self.remarks
-            if remark.kind == "assumption"
-        ]
-        sizes = self.facts and self.facts.to_dict()
+        names, rows = ("name", "value", "because"), (one.row for one in statements(self.scene))
         return {
-            "scene_facts": sizes,
-            "scene_statements": assumptions,
+            "scene_facts": self.facts and self.facts.to_dict(),
+            "scene_statements": [dict(zip(names, row, strict=True)) for row in rows],
             "scene_warnings": self.warnings,
         }
 
 
-def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
-    """Return the sizes, warnings and assumptions of a scene in words; `numerics` as of `warnings_of`."""
-    facts, warnings = _examined(scene, numerics)
-    return Plausibility(facts, [*warnings, *statements(scene)])
-
-
-def warnings_of(
+def judge(
     scene: Scene,
     numerics: Numerics | None = None,
     *,
     drawn: bool = True,
     measured: ByMean | None = None,
-) -> list[Remark]:
-    """Return a warning for each number that the model is not meant for, and for each assumption that is easily missed.
+) -> Plausibility:
+    """Return the sizes of a scene, and a warning for each number beyond the model and each easily missed assumption.
 
     Contact is counted in the cell and in pixels of the finest grid of `numerics`. Without them it is the cell of the
     plan, and the finest grid of the scene's own levels or the largest one of a plan. Where the map itself is pressed in
     place of `drawn` surfaces, the error of C(q) is in no number. `measured` stands for the theory of the share.
     """
-    return _examined(scene, numerics, drawn, measured)[1]
-
-
-def _examined(
-    scene: Scene, numerics: Numerics | None, drawn: bool = True, measured: ByMean | None = None
-) -> tuple[Facts | None, list[Remark]]:
-    """Return the sizes of a scene, None if its theory has no value, and its warnings."""
     scanned = _scan_remarks(scene) if drawn else ()
     plain = [*scene.slips, *scanned, *cautions(scene, drawn=drawn, measured=measured)]
     try:
-        known = facts_of(
-            scene, numerics.lengths if numerics else cell_of(prediction.computed(scene))[0]
-        )
+        cell = numerics.lengths if numerics else cell_of(prediction.computed(scene))[0]
+        known = facts_of(scene, cell)
     except NO_VALUE as error:
         text = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
         unknown = Remark("no theory", "theory", " ".join(text.split()))
-        return None, most_serious_first([*steepness(scene.spectrum.rms_slope), *plain, unknown])
+        remarks = [*steepness(scene.spectrum.rms_slope), *plain, unknown]
+        return Plausibility(scene, None, most_serious_first(remarks))
     remarks = [
         *_slope_remarks(scene, known.rms_slope_before_yield),
         *plain,
         *_load_remarks(scene, known, numerics),
-    ]
-    remarks += [
         *_heat_remarks(scene, known),
         *_layer_remarks(scene, min(known.cell)),
         *_share_remarks(scene, known),
     ]
-    return known, most_serious_first(remarks)
+    return Plausibility(scene, known, most_serious_first(remarks))
 
 
 def _slope_remarks(scene: Scene, before_yield: float) -> Remarks:

@@ -13,7 +13,7 @@ from roughsim import prediction
 from roughsim.estimate.rounds import FIRST_STEP, WORK_SECONDS, first_counts, work
 from roughsim.machine import PROCESS
 from roughsim.planning.levels import cell_of, levels_of, target_of
-from roughsim.planning.limits import warnings_of
+from roughsim.planning.limits import judge
 from roughsim.planning.realization import largest_member
 from roughsim.planning.reasons import at_speeds, level_text, span, workers_reason
 from roughsim.planning.sliding import slide_reasons, with_slide
@@ -66,7 +66,7 @@ def plan(
         target = TARGET(target_error, "target_error")
         scene = scene.with_("ensemble.until.flash_temperature", target)
     numerics = numerics_of(scene)
-    warn_of(warnings_of(scene, numerics))
+    warn_of(judge(scene, numerics).remarks)
     return numerics
 
 

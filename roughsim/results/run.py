@@ -13,7 +13,7 @@ from roughsim.errors import RecordError, number
 from roughsim.estimate.levels import Values
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
 from roughsim.grid import Array, Grid
-from roughsim.planning.limits import warnings_of
+from roughsim.planning import limits
 from roughsim.prediction.statements import ByMean, takes_all
 from roughsim.results import pressed
 from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
@@ -144,7 +144,9 @@ class Run(Means):
                 self.estimate(name).mean for name in ("flash_temperature", "heat_partition")
             )
             measured = ByMean(self.column(None), flash, share, share * flash)
-        remarks = warnings_of(self.scene, self.numerics, drawn=self.drawn, measured=measured)
+        remarks = limits.judge(
+            self.scene, self.numerics, drawn=self.drawn, measured=measured
+        ).remarks
         if self.drawn:
             return remarks
         return remarks + pressed.remarks(self.members)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from roughsim import prediction
 from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.run import begin, complete
-from roughsim.planning.limits import warnings_of
+from roughsim.planning.limits import judge
 from roughsim.planning.plan import numerics_of
 from roughsim.planning.sliding import with_common_slide
 from roughsim.results.description import folder_state, read_description
@@ -130,7 +130,9 @@ def study(
             groups = _begin_points(folder, points, plans)
         begun = {one.folder.name: one for group in groups for one in group}
         warn_of(
-            of_several({name: warnings_of(one.scene, one.numerics) for name, one in begun.items()})
+            of_several(
+                {name: judge(one.scene, one.numerics).remarks for name, one in begun.items()}
+            )
         )
         for group in groups:
             complete(group, allowed, observer, claimed_in=folder)

@@ -382,7 +382,7 @@ def test_what_no_solid_is_hot_enough_for_needs_no_melting_temperature():
 def stated_heat(text):
     """What the statements of a scene say of a stated heat share."""
     (heat,) = (
-        remark.text for remark in judge(parse_scene(text)).remarks if remark.quantity == "heat"
+        remark.text for remark in judge(parse_scene(text)).sizes if remark.quantity == "heat"
     )
     return heat
 

@@ -233,7 +233,7 @@ def test_plan_and_theory_name_the_texture_and_warn_and_the_error_of_the_scan_is_
     for heights, word in ((plain, None), (spiked, "not Gaussian"), (ground, "not isotropic")):
         scene = rs.load_scene(scene_of(tmp_path, heights))
         known = judge(scene)
-        stated = {remark.quantity: remark.value for remark in known.remarks}
+        stated = {remark.quantity: remark.value for remark in known.sizes}
         uneven = word == "not isotropic"
         assert (
             "times as steep across as along" if uneven else "as steep in all directions"
