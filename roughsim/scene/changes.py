@@ -43,9 +43,9 @@ def _set(inside: dict[str, Any], path: list[str], value: Any, key: str) -> None:
     if inner:
         table = inside.get(name, {})
         if not isinstance(table, Mapping):
-            raise SceneError(
-                f'{as_written(key)} is not a key of a scene: "{name}" is no section or table'
-            )
+            where = key.removesuffix("." + ".".join(inner))
+            kind = "table" if "." in where else "section"
+            raise SceneError(f'{as_written(key)} is not a key of a scene: "{where}" is no {kind}')
         inside[name] = dict(table)
         _set(inside[name], inner, value, key)
     elif value is None:
