@@ -32,12 +32,12 @@ STATED = [
     ),
     (
         "errors",
-        "has {} members of the lowest level of each column, and {} of",
+        "has {} realizations of the lowest level of each column, and {} of",
         ["roughsim.estimate.rounds:FIRST", "roughsim.estimate.rounds:FIRST_STEP"],
     ),
     (
         "errors",
-        "from {} to {} members, where V_l is taken as {} times",
+        "from {} to {} realizations, where V_l is taken as {} times",
         [
             "roughsim.estimate.rounds:_LEAST",
             "roughsim.estimate.rounds:FIRST_STEP",
@@ -135,7 +135,7 @@ STATED = [
         ["roughsim.estimate.sliding:_DOUBT_OF_CUT_OFF * 100"],
     ),
     ("sliding", "{} % counts as error", ["roughsim.prediction.sliding:CONTINUED * 100"]),
-    ("stability", "the number of its format, now {},", ["roughsim.store.member_files:FORMAT"]),
+    ("stability", "the number of its format, {} (maps: 7)", ["roughsim.store.member_files:FORMAT"]),
     ("yielding", "ANSWER is 1; {} is fitted", ["theory.scattering:ANSWER"]),
     ("yielding", "ONSET = {} is fitted", ["theory.yielding:ONSET"]),
     ("yielding", "The share EDGE = {} of the sidebands", ["theory.yielding:EDGE"]),
