@@ -99,8 +99,10 @@ def results_of(
     functions = functions or columns_of(run)
     chosen = list(functions) if columns is None else [name for name in columns if name in functions]
     estimates = {}
+    # simulations first: the parts of their errors stay in their order, and so does the rounding of their sum
+    places = sorted(range(len(chosen)), key=lambda k: is_theory(chosen[k]))
     for name in observables_of(run) if observables is None else observables:
-        found = {(k,): functions[column](name) for k, column in enumerate(chosen)}
+        found = {(k,): functions[chosen[k]](name) for k in places}
         pieces = {place: one for place, one in found.items() if one is not None}
         if pieces:
             estimates[name] = concat(pieces, {"column": np.array(chosen)})
@@ -125,7 +127,9 @@ def columns_of(run: Run) -> dict[str, ColumnOf]:
     columns: dict[str, ColumnOf] = {
         name: partial(_of_theory, run, theory, name) for name in (THEORY, SAME_MODES, AT_CUT_OFF)
     }
-    columns[CALIBRATED] = partial(_calibrated, run, theory, cache(partial(fields.asked, run.scene)))
+    columns[CALIBRATED] = partial(
+        _calibrated, run, theory, cache(partial(_of_fields, run, sliding=False))
+    )
     for name in run.numerics.columns:
         columns[name] = partial(_simulated, run, name, cache(partial(run.reactions, name)))
     slide = run.numerics.slide
@@ -134,7 +138,7 @@ def columns_of(run: Run) -> dict[str, ColumnOf]:
             asked = cache(partial(run.reactions, SLIDING))
             columns[SLIDING] = partial(_simulated, run, SLIDING, asked)
         columns[SLIDING_CALIBRATED] = partial(
-            _sliding_theory, run, theory, cache(partial(fields.asked, run.scene, sliding=True))
+            _sliding_theory, run, theory, cache(partial(_of_fields, run, sliding=True))
         )
     columns[f"{first}_over_theory"] = partial(_over_theory, run, first, theory)
     for name in others:
@@ -199,22 +203,27 @@ def _of_theory(
 def _calibrated(
     run: Run,
     theory: Callable[[str], Predicted],
-    asked: Callable[[], Mapping[str, Estimate]],
+    of_fields: Callable[[], Mapping[str, Estimate]],
     observable: str,
 ) -> Estimate | None:
     """Return an observable by the calibrated law with the error of the law, where that was measured."""
-    if observable in ABOUT:
-        return asked().get(observable)
+    if observable in (*fields.QUANTILES, *ABOUT):
+        return of_fields().get(observable)
     share = prediction.calibrated_share(run.scene)
-    quantiles = fields.quantiles(run.scene)
-    if observable in quantiles:
-        return quantiles[observable].times(share)
     mean = _with_share(run, theory(CALIBRATED), observable, share)
     if mean is None:
         return None
     bands = prediction.calibrated(run.scene).errors
     budget = {"law": np.abs(mean) * bands[observable]} if observable in bands else {}
     return _exact(run, observable, mean, budget)
+
+
+def _of_fields(run: Run, *, sliding: bool) -> dict[str, Estimate]:
+    """Return quantiles of the temperature, reactions and the share of hot heat in contacts that the law draws."""
+    share = 1.0 if sliding else prediction.calibrated_share(run.scene)
+    quantiles = fields.quantiles(run.scene, sliding=sliding).items()
+    found = {name: one.times(share) for name, one in quantiles}
+    return found | fields.asked(run.scene, sliding=sliding)
 
 
 def _simulated(
@@ -247,19 +256,17 @@ def _of_map(run: Run, observable: str, column: str) -> Estimate | None:
 def _sliding_theory(
     run: Run,
     theory: Callable[[str], Predicted],
-    asked: Callable[[], Mapping[str, Estimate]],
+    of_fields: Callable[[], Mapping[str, Estimate]],
     observable: str,
 ) -> Estimate | None:
     """Return an observable by the calibrated theory of two bodies that slide."""
-    if observable in ABOUT:
-        return asked().get(observable)
+    if observable in (*fields.QUANTILES, *ABOUT):
+        return of_fields().get(observable)
     slid = prediction.sliding_prediction(run.scene)
     if slid is None:
         return None
     if observable == "contact_fraction":
         return _exact(run, observable, theory(CALIBRATED)[observable])
-    if observable in fields.QUANTILES:
-        return fields.quantiles(run.scene, sliding=True).get(observable)
     mean = getattr(slid, observable, None)
     return None if mean is None else _exact(run, observable, mean)
 
