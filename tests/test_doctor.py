@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim import cli, doctor
+from roughsim import cli
+from roughsim.cli import installation as doctor
 from roughsim.store.claims import Claims, process_space
 
 

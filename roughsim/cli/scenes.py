@@ -330,7 +330,7 @@ def bench(
 
 def doctor(as_json: Json = False) -> None:
     """Check this installation, and compute two exact cases. Exits with 1 if something is wrong."""
-    from roughsim.doctor import examine, lines
+    from roughsim.cli.installation import examine, lines
 
     findings = examine(Path())
     say(json.dumps(findings, indent=1) if as_json else "\n".join(lines(findings)))
