@@ -297,10 +297,28 @@ def bench(
 ) -> list[Point]:
     """Measure error and cost of several ways to compute a scene, stage by stage.
 
-    `scene` and `changes` are as for `load_scene`; `stages` are "contact" and "chain". Each point has its `stage`,
-    `observable`, `method`, `setting`, relative `error`, and `seconds` of CPU. Points with `numerics`, by default
-    from `plan`, are marked as chosen. Scatter and bias are measured over `realizations` ≥ 4. ValueError if a stage is
-    unknown, there are too few realizations, or no speed of the scene is above zero. `progress` is as of `run`.
+    Parameters
+    ----------
+    scene, changes
+        As for `load_scene`.
+    numerics : Numerics, optional
+        Its choices are marked as chosen. Default: from `plan`.
+    stages : collection of {"contact", "chain"}
+        Stages to measure.
+    realizations : int
+        Realizations that scatter and bias are measured over, ≥ 4.
+    progress : bool
+        As of `run`.
+
+    Returns
+    -------
+    list of Point
+        Each has its `stage`, `observable`, `method`, `setting`, relative `error`, and `seconds` of CPU.
+
+    Raises
+    ------
+    ValueError
+        If a stage is unknown, there are too few realizations, or no speed of the scene is above zero.
     """
     scene = as_scene(scene, changes)
     for name in stages:

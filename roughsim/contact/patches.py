@@ -87,15 +87,29 @@ class Patches:
 def contact_patches(mask: ArrayLike, grid: Grid) -> Patches:
     """Return the connected patches of a set of pixels; pixels join by their sides, also over the sides of the cell.
 
-    `mask` is of bool and shape `grid.shape`, for example `contact.pressure > 0`; TypeError or ValueError otherwise. An
-    empty contact has no patches, full contact has one.
+    Parameters
+    ----------
+    mask : array_like of bool
+        Shape `grid.shape`, for example `contact.pressure > 0`.
+    grid : Grid
+        The grid of the mask.
+
+    Returns
+    -------
+    Patches
+        An empty contact has no patches, full contact has one.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `mask` is not of bool or not of `grid.shape`.
     """
     need_grid(grid)
     return Patches(patch_sizes(_pixels(mask, grid)), math.prod(grid.spacing))
 
 
 def corrected_area(mask: ArrayLike, grid: Grid) -> float:
-    """Return the area of a contact, m², corrected for the bias of the pixels along its edge.
+    """Return the area of a contact, corrected for the bias of the pixels along its edge.
 
     A − 0.1 S Δx, S the length of the edge as the pixels draw it; for oblong pixels the strip along each side has the
     pixel's width across it. Two things are assumed. The edges have all directions alike, as in rough contact: along a
@@ -103,7 +117,22 @@ def corrected_area(mask: ArrayLike, grid: Grid) -> float:
     surface: a surface that has yielded and is pressed again has steep edges, whose pixels add less. For a capped
     contact use `corrected_fractions`.
 
-    `mask` is of bool and shape `grid.shape`, true at the points with p > 0; TypeError or ValueError otherwise.
+    Parameters
+    ----------
+    mask : array_like of bool
+        Shape `grid.shape`, true at the points with p > 0.
+    grid : Grid
+        The grid of the mask.
+
+    Returns
+    -------
+    float
+        m².
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `mask` is not of bool or not of `grid.shape`.
     """
     need_grid(grid)
     pixels = _pixels(mask, grid)
@@ -120,9 +149,22 @@ def corrected_fractions(
     yielded contact they take as much from the yielded. A side between no contact and yielded contact has no elastic
     strip that the grid resolves, and is not corrected: a contact which has all yielded keeps A = σ₀/σ_P.
 
-    `pressure` is p of the whole periodic cell, 0 ≤ p ≤ σ_P, Pa; `penetration_hardness` is σ_P, Pa, left out: elastic.
-    The result keeps 0 ≤ plastic ≤ contact ≤ 1. TypeError or ValueError if `pressure` is no finite real field or leaves
-    its bounds, or the hardness is not positive.
+    Parameters
+    ----------
+    pressure : array_like
+        p of the whole periodic cell, 0 ≤ p ≤ σ_P, Pa.
+    penetration_hardness : float
+        σ_P, Pa; inf is elastic.
+
+    Returns
+    -------
+    float, float
+        0 ≤ plastic ≤ contact ≤ 1, the contact fraction first.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `pressure` is no finite real field or leaves its bounds, or the hardness is not positive.
     """
     field = real_field("pressure", pressure)
     return edge_corrected(field, _checked_hardness(field, penetration_hardness))

@@ -45,12 +45,26 @@ def plastic_deformation(
 ) -> PlasticDeformation:
     """Return the permanent deformation by a solved contact; zero if it is elastic.
 
-    `heights`, shape `grid.shape`, m, `grid` and `solid` are those that `solve_contact` got. The displacement is known
-    to the tolerance of that solve. Without any elastic contact the flat may lie anywhere between the lowest yielded
-    point and the highest free one: the smallest displacement is taken.
+    Without any elastic contact the flat may lie anywhere between the lowest yielded point and the highest free one: the
+    smallest displacement is taken.
 
-    TypeError or ValueError for fields that are not finite, real and of `grid.shape`, for pressures beyond the hardness,
-    and for heights whose gap is not constant over the elastic contact: they, or the cell, do not belong to the contact.
+    Parameters
+    ----------
+    contact : Contact
+        A solved contact; the displacement is known to the tolerance of its solve.
+    heights, grid, solid
+        As `solve_contact` got them.
+
+    Returns
+    -------
+    PlasticDeformation
+        The displacement of the surface, m, and the surface after it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For fields that are not finite, real and of `grid.shape`, for pressures beyond the hardness, and for heights
+        whose gap is not constant over the elastic contact: they, or the cell, do not belong to the contact.
     """
     need_grid(grid)
     need_solid(solid)
@@ -96,9 +110,26 @@ def follow_loads(
 ) -> Iterator[LoadStep]:
     """Press the surface of a `solid` with one load after another, each on the surface that the last one left.
 
-    `heights` is the new surface, shape `grid.shape`, m; `nominal_pressures` σ₀ of each step, Pa, rising or falling;
-    `tolerance` of each solve. Yields each step's `contact`, and the `deformation` that it adds, whose `heights` are the
-    surface after it. Errors: as `solve_contact`; all loads are checked before the first solve.
+    Parameters
+    ----------
+    heights : array_like
+        The new surface, shape `grid.shape`, m.
+    grid, solid
+        As of `solve_contact`.
+    nominal_pressures : sequence of float
+        σ₀ of each step, Pa, rising or falling; all are checked before the first solve.
+    tolerance : float
+        Of each solve.
+
+    Yields
+    ------
+    LoadStep
+        The `contact` of a step, and the `deformation` that it adds, whose `heights` are the surface after it.
+
+    Raises
+    ------
+    TypeError, ValueError, ConvergenceError
+        As `solve_contact`.
     """
     need_grid(grid)
     need_solid(solid)

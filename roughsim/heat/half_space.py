@@ -48,13 +48,33 @@ def half_space_temperature(
 ) -> Field:
     """Return the temperature that a sliding heat source leaves in a half-space, with no heat outside the grid.
 
-    `heat_flux` is the heat entering the body, shape `grid.shape`, W/m²: the mean over each pixel; float32 stays
-    float32. `speed`, m/s, `conductivity` κ, W/(m K), `diffusivity` D, m²/s, `direction`, radians from axis 0 towards
-    axis 1, `depth` below the surface, m, ≥ 0, `skin` and `heat_depth` are as in `sliding_temperature`. `time` is that
-    since the start from rest, s, ≥ 0; inf is the steady state, and a 1-D array adds a leading axis.
+    Parameters
+    ----------
+    heat_flux : array_like
+        Heat entering the body, shape `grid.shape`, W/m²: the mean over each pixel; float32 stays float32.
+    grid : Grid
+        The grid of the flux.
+    speed, conductivity, diffusivity : float
+        v, m/s; κ, W/(m K); D, m²/s.
+    direction : float
+        Of sliding, radians from axis 0 towards axis 1.
+    time : float or 1-D array_like
+        Time since the start from rest, s, ≥ 0; inf is the steady state, an array adds a leading axis.
+    depth : float
+        Below the surface, m, ≥ 0.
+    skin, heat_depth
+        As in `sliding_temperature`.
 
-    Returns T above the body's temperature far away, K, at the centres of the pixels, shape `grid.shape` or
-    `(len(time), *grid.shape)`. TypeError or ValueError for an argument of the wrong kind, not finite or out of range.
+    Returns
+    -------
+    ndarray
+        T above the body's temperature far away, K, at the centres of the pixels, shape `grid.shape` or
+        `(len(time), *grid.shape)`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For an argument of the wrong kind, not finite or out of range.
     """
     need_grid(grid)
     flux = real_field("heat_flux", heat_flux, grid.shape)

@@ -94,14 +94,32 @@ def partition_heat(
 ) -> Partition:
     """Share the frictional heat between two bodies on the free half-space.
 
-    `heat_flux` is the heat set free in the contact, shape `grid.shape`, W/m², ≥ 0; its positive pixels are the contact,
-    and nothing lies around the grid. The shares are of the body `moving`, the rest enters `resting`. `pointwise`: equal
-    temperatures at each pixel of the contact; False: one share for all, from equal flash temperatures. `time` is the
-    time since the start from rest, s, > 0, the same for both bodies; inf is the steady state.
+    Parameters
+    ----------
+    heat_flux : array_like
+        Heat set free in the contact, shape `grid.shape`, W/m², ≥ 0; its positive pixels are the contact, and nothing
+        lies around the grid.
+    grid : Grid
+        The grid of the flux.
+    moving, resting : Body
+        The shares are of the body `moving`, the rest enters `resting`.
+    pointwise : bool
+        Equal temperatures at each pixel of the contact; False: one share for all, from equal flash temperatures.
+    time : float
+        Time since the start from rest, s, > 0, the same for both bodies; inf is the steady state.
 
-    Without contact both fields are zero and all numbers NaN, with a RuntimeWarning. TypeError or ValueError for an
-    argument of the wrong kind, not finite or out of its range; ConvergenceError if the two temperatures do not agree to
-    1e-8 within three rounds of 40 applications of their operator.
+    Returns
+    -------
+    Partition
+        Shares, fluxes and temperatures. Without contact both fields are zero and all numbers NaN, with a
+        RuntimeWarning.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For an argument of the wrong kind, not finite or out of its range.
+    ConvergenceError
+        If the two temperatures do not agree to 1e-8 within three rounds of 40 applications of their operator.
     """
     need_grid(grid)
     for body in (moving, resting):

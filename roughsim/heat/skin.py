@@ -28,11 +28,21 @@ _EXTRA_NODES = 4
 
 
 class Skin(NamedTuple):
-    """A layer of another material on a half-space, such as an oxide or a worked layer."""
+    """A layer of another material on a half-space, such as an oxide or a worked layer.
 
-    thickness: float  # d, m
-    conductivity: float  # κ_s, W/(m K)
-    diffusivity: float  # D_s, m²/s
+    Attributes
+    ----------
+    thickness : float
+        d, m.
+    conductivity : float
+        κ_s, W/(m K).
+    diffusivity : float
+        D_s, m²/s.
+    """
+
+    thickness: float
+    conductivity: float
+    diffusivity: float
 
 
 SkinLike = tuple[float, float, float]  # a Skin, or three numbers in its order

@@ -195,13 +195,25 @@ def measure(
 ) -> Moments:
     """Measure the moments of one contact at all speeds from one forward transform.
 
-    ``measure(contact, heat_source)`` takes the grid that the contact was solved on; ``measure(contact, grid,
-    heat_source)`` is for a contact without one. Of `contact` the pressure (shape `grid.shape`, Pa) and the fractions of
-    contact and plastic contact are read; the `HeatSource` holds speeds, friction and the body. Returns the moments of
-    steady sliding; for one direction they are moments of the steady periodic field, hot tracks included.
+    Parameters
+    ----------
+    contact : Contact
+        Its pressure (shape `grid.shape`, Pa), and its fractions of contact and plastic contact are read.
+    grid : Grid
+        Left out, as in ``measure(contact, heat_source)``: the grid that the contact was solved on.
+    sliding : HeatSource
+        Speeds, friction and the body.
 
-    TypeError or ValueError if the pressure is not a finite real field of `grid.shape`, or has no positive mean though
-    it is not zero. A RuntimeWarning if there is no contact: temperatures, width and length are then NaN.
+    Returns
+    -------
+    Moments
+        Of steady sliding; for one direction they are moments of the steady periodic field, hot tracks included. Without
+        contact temperatures, width and length are NaN, with a RuntimeWarning.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the pressure is not a finite real field of `grid.shape`, or has no positive mean though it is not zero.
     """
     grid, sliding = _grid_and_source(contact, grid, sliding)
     if sliding.direction is not None:
