@@ -47,8 +47,8 @@ BUNDLED = "demo", "steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"
 TARGETS = 0.05, 0.02, 0.01, 0.005, 0.0035
 NAME = "flash_temperature"
 ENOUGH = 100_000  # realizations: none of these runs ends for their number
-Point = dict[str, Any]
-Points = dict[str, dict[str, dict[str, Point]]]  # by copy, scene and target
+CostPoint = dict[str, Any]
+Points = dict[str, dict[str, dict[str, CostPoint]]]  # by copy, scene and target
 
 
 def free(scene: str | dict[str, Any], **changes: Any) -> rs.Scene:
@@ -89,7 +89,7 @@ def asked_of_run(numerics: rs.Numerics, target: float) -> float:
     return float(max(target**2 - systematic**2, 0.1 * target**2) ** 0.5)
 
 
-def measure(scene: rs.Scene, target: float) -> Point:
+def measure(scene: rs.Scene, target: float) -> CostPoint:
     """Return CPU seconds of plan, run and comparison of a scene, and mean and total error of T_flash by speed."""
     marks = [cpu_seconds()]
     numerics = rs.plan(scene, target)
@@ -143,7 +143,7 @@ def child(name: str, seed: int, target: float, limit: float) -> None:
     print(json.dumps(point))
 
 
-def in_process(tree: Path, name: str, seed: int, target: float, limit: float) -> Point:
+def in_process(tree: Path, name: str, seed: int, target: float, limit: float) -> CostPoint:
     """Return `measure` of the package in a directory, by a process of its own."""
     command = [sys.executable, __file__, "--child", name, "--drawn", str(seed)]
     command += ["--targets", str(target), "--limit", str(limit)]
@@ -157,11 +157,11 @@ def in_process(tree: Path, name: str, seed: int, target: float, limit: float) ->
             if done.stderr.strip()
             else f"exit {done.returncode}"
         }
-    result: Point = json.loads(done.stdout.splitlines()[-1])
+    result: CostPoint = json.loads(done.stdout.splitlines()[-1])
     return result
 
 
-def row(copy: str, name: str, target: float, point: Point) -> str:
+def row(copy: str, name: str, target: float, point: CostPoint) -> str:
     """Return a line of the table."""
     if "failure" in point:
         seconds = f"> {point['seconds']:g}" if "seconds" in point else "–"
@@ -211,7 +211,7 @@ def ratios(points: Points) -> None:
     print("| median of the drawn | " + " | ".join(medians) + " |")
 
 
-def evidence(table: dict[str, dict[str, Point]]) -> None:
+def evidence(table: dict[str, dict[str, CostPoint]]) -> None:
     """Write docs/evidence/chain.json: all points, and the CPU seconds of the bundled scenes and members as a table."""
     targets = [f"{target:g}" for target in TARGETS[1:]]
     cells = [["scene", *(f"{100 * float(target):g} %" for target in targets)]]

@@ -22,7 +22,7 @@ from script import Command, Rows, show_on_pages
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.charts.error_over_cost import Point, error_over_cost_chart, front, panels
+from roughsim.charts.error_over_cost import CostPoint, error_over_cost_chart, front, panels
 from roughsim.error_over_cost import SEED, STAGES, base_problem, bench, cpu_seconds, flash, in_pairs
 from roughsim.heat.periodic import uniform_temperature
 from roughsim.observables.moments import angular_means
@@ -72,7 +72,7 @@ def surface(scene, problem, realizations):
                 share == 1 and kind == "fixed",
             )
             setting = f"{waves:.3g} longest waves, {grid.shape[0]}²"
-            yield Point(
+            yield CostPoint(
                 "surface",
                 "rms height",
                 f"{kind} amplitudes",
@@ -108,7 +108,7 @@ def heat(scene, problem, realizations):
                 cost = cpu_seconds(partial(work, flux, grid, peclet))
                 chosen = usual and dtype is np.float64 and count == planned
                 setting = f"{count} pixels per radius, vR/D = {peclet:.3g}"
-                yield Point(
+                yield CostPoint(
                     "heat",
                     "T_flash of a Hertz contact",
                     method,
@@ -188,7 +188,7 @@ def moments(scene, problem, realizations):
     for name, way in ways.items():
         error = float(np.sqrt(np.mean([(way(one) / exact - 1.0) ** 2 for one in contacts])))
         cost = cpu_seconds(partial(way, contacts[0]))
-        yield Point(
+        yield CostPoint(
             "moments",
             "T_flash of one realization",
             name,
@@ -205,11 +205,13 @@ def theory(scene, problem, realizations):
     exact = gauss_flash(scene, problem.sliding, panels=8, nodes=32)
     adaptive = partial(prediction.over_speed, scene, speeds)
     error, cost = abs(adaptive()["flash_temperature"][0] / exact - 1), cpu_seconds(adaptive)
-    yield Point("theory", what, "package theory", "adaptive, five quantities", error, cost, True)
+    yield CostPoint(
+        "theory", what, "package theory", "adaptive, five quantities", error, cost, True
+    )
     for nodes in (4, 8, 16, 32, 64, 128):
         gauss = partial(gauss_flash, scene, problem.sliding, panels=1, nodes=nodes)
         error, cost = abs(gauss() / exact - 1), cpu_seconds(gauss)
-        yield Point("theory", what, "Gauss points", f"{nodes} between breaks", error, cost)
+        yield CostPoint("theory", what, "Gauss points", f"{nodes} between breaks", error, cost)
     # sums over modes up to the cut-off of the level, against the integral up to there
     whole = float(
         prediction.over_speed(scene, np.array(scene.speeds), problem.spectrum)["flash_temperature"][
@@ -220,7 +222,7 @@ def theory(scene, problem, realizations):
         grid, waves = scaled_cell(problem, share)
         total = partial(prediction.mode_sums, scene, problem.spectrum, grid)
         error, cost = abs(float(total()["flash_temperature"][-1]) / whole - 1), cpu_seconds(total)
-        yield Point(
+        yield CostPoint(
             "theory", what, "sum over modes", f"cell of {waves:.3g} longest waves", error, cost
         )
 
@@ -257,7 +259,7 @@ def measured(rows, stage, scene, numerics, realizations):
         rows.extend(
             stage, {f"{p.observable} | {p.method} | {p.setting}": p._asdict() for p in points}
         )
-    return [Point(**row) for row in rows[stage].values()]
+    return [CostPoint(**row) for row in rows[stage].values()]
 
 
 def cost_chart(rows, name, scene, numerics, folder, realizations):

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughsim import fourier, prediction
-from roughsim.charts.error_over_cost import PAIR_SIDE, Point, front, panels
+from roughsim.charts.error_over_cost import PAIR_SIDE, CostPoint, front, panels
 from roughsim.contact import Contact
 from roughsim.contact.active_set import solve_contact
 from roughsim.ensemble.run import shown
@@ -71,7 +71,7 @@ def cpu_seconds(work: Callable[[], Any]) -> float:
     return min(spent[1:] or spent)
 
 
-def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
+def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[CostPoint]:
     """Yield the errors of pressure and T_flash of one contact over tolerance and precision, then over the pixel."""
     problem = base_problem(scene, numerics)
     why = f"a grid {_FINEST} times as fine as planned"
@@ -87,17 +87,17 @@ def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poi
         try:
             solved, cost = solve(), cpu_seconds(solve)
         except ConvergenceError:
-            yield Point("contact", "pressure", method, f"{setting}: failed", nan, nan, chosen)
+            yield CostPoint("contact", "pressure", method, f"{setting}: failed", nan, nan, chosen)
             continue
         setting += f", {solved.transforms / 2:.0f} pairs"
         error = float(np.linalg.norm(solved.pressure - exact.pressure) / size)
-        yield Point("contact", "pressure", method, setting, error, cost, chosen)
+        yield CostPoint("contact", "pressure", method, setting, error, cost, chosen)
         error = abs(flash(problem, solved) / hottest - 1.0)
-        yield Point("contact", "T_flash of these pixels", method, setting, error, cost, chosen)
+        yield CostPoint("contact", "T_flash of these pixels", method, setting, error, cost, chosen)
     yield from _pixels(problem)
 
 
-def _pixels(problem: Problem) -> Iterator[Point]:
+def _pixels(problem: Problem) -> Iterator[CostPoint]:
     """Yield the error of T_flash at fixed cut-off over pixels per shortest wave; four times the plan's are exact."""
     q_max = problem.spectrum.breaks[-1]
     planned = problem.grid.shape[0] * 2 * pi / (problem.grid.lengths[0] * q_max)
@@ -112,7 +112,7 @@ def _pixels(problem: Problem) -> Iterator[Point]:
     for factor, (value, cost) in values.items():
         setting = f"{factor * planned:.2g} pixels per shortest wave"
         texts = "contact", "T_flash, any pixel", "one grid", setting
-        yield Point(*texts, abs(value / exact - 1.0), cost, factor == 1.0)
+        yield CostPoint(*texts, abs(value / exact - 1.0), cost, factor == 1.0)
 
 
 def base_problem(scene: Scene, numerics: Numerics) -> Problem:
@@ -141,7 +141,7 @@ def flash(problem: Problem, contact: Contact) -> float:
     return float(measure(contact, problem.grid, problem.sliding).flash_temperature[-1])
 
 
-def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
+def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[CostPoint]:
     """Yield the error of the mean of each extrapolated observable over the cost of the ensemble.
 
     Each choice of levels gives a curve over the statistical error that its members are shared out for. The reference is
@@ -184,7 +184,7 @@ def _place_of_speed(scene: Scene, title: str) -> int | None:
 
 def _curve(
     scene: Scene, title: str, way: _Way, scatter: list[float], bias: float, doubt: float
-) -> Iterator[Point]:
+) -> Iterator[CostPoint]:
     """Yield the points of one choice of levels, with members shared out for smaller and smaller scatter."""
     band = dict(TARGET) | dict(scene.ensemble.until or TARGET)
     aim = band["flash_temperature"] * sqrt(0.5) / 1.96
@@ -196,7 +196,7 @@ def _curve(
         setting = f"{' + '.join(map(str, counts))} members"
         error = hypot(bias, sqrt(variance), doubt)
         texts = "chain", title, way.method, setting
-        yield Point(*texts, error, cost, counts == planned, doubt=doubt)
+        yield CostPoint(*texts, error, cost, counts == planned, doubt=doubt)
 
 
 def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[_Way]:
@@ -280,7 +280,7 @@ def shared_out(scatter: Sequence[float], seconds: Sequence[float], goal: float) 
     return tuple(counts)
 
 
-STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {
+STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[CostPoint]]] = {
     "contact": contact,
     "chain": chain,
 }
@@ -294,7 +294,7 @@ def bench(
     stages: Collection[str] = tuple(STAGES),
     realizations: int = 8,
     progress: bool = True,
-) -> list[Point]:
+) -> list[CostPoint]:
     """Measure error and cost of several ways to compute a scene, stage by stage.
 
     Parameters
@@ -312,7 +312,7 @@ def bench(
 
     Returns
     -------
-    list of Point
+    list of CostPoint
         Each has its `stage`, `observable`, `method`, `setting`, relative `error`, and `seconds` of CPU.
 
     Raises
@@ -337,7 +337,7 @@ def bench(
         # they warn of errors that are measured here
         warnings.simplefilter("ignore", RuntimeWarning)
         with shown(progress, "measuring") as bar:
-            points = list[Point]()
+            points = list[CostPoint]()
             for number, name in enumerate(stages):
                 for point in STAGES[name](scene, numerics, realizations):
                     points.append(point)
@@ -347,7 +347,7 @@ def bench(
         return in_pairs(points)
 
 
-def in_pairs(points: Iterable[Point]) -> list[Point]:
+def in_pairs(points: Iterable[CostPoint]) -> list[CostPoint]:
     """Return the points with their costs in pairs of real transforms (forward, inverse) of `PAIR_SIDE`² points."""
     transform = fourier.Transform((PAIR_SIDE, PAIR_SIDE), np.float64)
     transform.field[...] = np.random.default_rng(1).random(transform.field.shape)
@@ -360,13 +360,13 @@ def in_pairs(points: Iterable[Point]) -> list[Point]:
     return [point._replace(pairs=point.seconds / seconds) for point in points]
 
 
-def bench_dict(points: list[Point]) -> dict[str, Any]:
+def bench_dict(points: list[CostPoint]) -> dict[str, Any]:
     """Return the points as JSON values, NaN as None; `front`: no point of the same chart beats it."""
     best = [point for group in panels(points).values() for point in front(group)]
     return {"points": [json_value(point._asdict() | {"front": point in best}) for point in points]}
 
 
-def bench_tables(points: list[Point]) -> list[Table]:
+def bench_tables(points: list[CostPoint]) -> list[Table]:
     """Return a table per stage and observable: the Pareto front, the choice of the plan, and failures."""
     tables = []
     for title, group in panels(points).items():

@@ -21,7 +21,7 @@ SIZES = (
 )  # of numbers in SI units: products of three are in the range of double precision
 
 
-class Spectrum(Protocol):
+class SpectrumLike(Protocol):
     """A function of the wavenumber that is smooth between its breaks and absent beyond the outer two."""
 
     @property
@@ -116,7 +116,7 @@ def kept_for_values(made: Callable[P, R]) -> Callable[P, R]:
     return result
 
 
-def breaks_of(spectrum: Spectrum) -> Array:
+def breaks_of(spectrum: SpectrumLike) -> Array:
     """Return the distinct breaks of `spectrum`, ascending; TypeError or ValueError when they bound no interval."""
     if not callable(spectrum) or not hasattr(spectrum, "breaks"):
         raise TypeError(f"spectrum = {spectrum!r} must be a callable C(q) with an attribute breaks")
@@ -134,7 +134,7 @@ def breaks_of(spectrum: Spectrum) -> Array:
 
 
 def density(
-    spectrum: Spectrum, wavenumber: Array, place: tuple[Array, Array] | None = None
+    spectrum: SpectrumLike, wavenumber: Array, place: tuple[Array, Array] | None = None
 ) -> Array:
     """Return `spectrum` at `wavenumber`; ValueError when it is not finite, negative, or of another shape.
 

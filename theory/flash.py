@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from theory.arguments import (
     Array,
-    Spectrum,
+    SpectrumLike,
     float_if_scalar,
     in_blocks,
     not_negative_array,
@@ -30,9 +30,9 @@ from theory.directions import angular_integrals, even_integral, odd_integral, sq
 from theory.hankel import hankel_transform
 from theory.persson import StressDensity, Weight, stress_density
 from theory.skin import (
-    Body,
     Part,
     Skin,
+    ThermalBody,
     body_of,
     direction_mean,
     even_part,
@@ -75,7 +75,7 @@ class _HeatSource:
     velocity: Array  # v, m/s, any shape
     pressure: float  # σ₀, Pa
     heating: Array  # μ|v|/κσ₀, the factor of Eqs. (4), (7) and (9), of that shape
-    body: Body
+    body: ThermalBody
 
     def integral(self, kernel: Kernel, power: int) -> Array:
         """Return (2/π) ∫ s(q) q^power kernel(v/Dq) dq at each velocity, Pa² m^(−power)."""
@@ -92,7 +92,7 @@ class _HeatSource:
 
 def _heat_source(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     speed: ArrayLike,
-    spectrum: Spectrum | None = None,
+    spectrum: SpectrumLike | None = None,
     *,
     nominal_pressure: float,
     friction_coefficient: float,
@@ -100,7 +100,7 @@ def _heat_source(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     diffusivity: float,
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
-    stress_spectrum: Spectrum | None = None,
+    stress_spectrum: SpectrumLike | None = None,
     skin: Skin | None = None,
     heat_depth: float = 0.0,
 ) -> _HeatSource:
@@ -309,7 +309,7 @@ def rms_temperature(source: _HeatSource) -> Array:
 def temperature_correlation(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     r: ArrayLike,
     speed: float,
-    spectrum: Spectrum | None = None,
+    spectrum: SpectrumLike | None = None,
     *,
     nominal_pressure: float,
     friction_coefficient: float,
@@ -317,7 +317,7 @@ def temperature_correlation(  # noqa: PLR0913  (load, body, skin and depth of th
     diffusivity: float,
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
-    stress_spectrum: Spectrum | None = None,
+    stress_spectrum: SpectrumLike | None = None,
     skin: Skin | None = None,
     heat_depth: float = 0.0,
 ) -> Array:
@@ -372,7 +372,7 @@ def temperature_correlation(  # noqa: PLR0913  (load, body, skin and depth of th
 
 
 def bracket(
-    velocity: Array, body: Body, stress: StressDensity, kernel: Kernel, power: int
+    velocity: Array, body: ThermalBody, stress: StressDensity, kernel: Kernel, power: int
 ) -> Array:
     """Return (2/π) ∫ s(q) q^power kernel(v/Dq) dq at each checked velocity, Pa² m^(−power)."""
     _, diffusivity, layers = body

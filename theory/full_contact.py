@@ -9,7 +9,7 @@ from scipy.special import erf
 from theory import quadrature
 from theory.arguments import (
     Array,
-    Spectrum,
+    SpectrumLike,
     breaks_of,
     density,
     kept_for_values,
@@ -18,7 +18,7 @@ from theory.arguments import (
 )
 
 
-def half_variance(q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float) -> Array:
+def half_variance(q: ArrayLike, spectrum: SpectrumLike, *, effective_modulus: float) -> Array:
     """Half the variance of the pressure in full contact from the roughness up to `q`.
 
     G(q) = (π/4) E*² ∫ q³ C dq from q_min to q.
@@ -48,7 +48,7 @@ def half_variance(q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float)
 
 
 @kept_for_values  # .005 s each, asked for a dozen times in a comparison
-def half_variance_table(spectrum: Spectrum) -> quadrature.Primitive:
+def half_variance_table(spectrum: SpectrumLike) -> quadrature.Primitive:
     """Return ∫ q³ C dq from the first break, dimensionless, as a function of q."""
     return quadrature.primitive(
         lambda q, place: q**3 * density(spectrum, q, place), breaks_of(spectrum)

@@ -29,7 +29,7 @@ import numpy as np
 import scipy
 from scipy.special import ndtr, ndtri
 
-from theory.arguments import Array, Spectrum, breaks_of, density
+from theory.arguments import Array, SpectrumLike, breaks_of, density
 
 _FURTHEST = 6.5  # of z on both sides: the pressures run from 4e-11 σ_P to σ_P less that
 # With half of _SPACING, of STEP and of the bins and angles of theory.scattering, T_flash of 91 contacts changes by .4 %
@@ -60,7 +60,7 @@ class Diffusion:
 
 
 def diffuse(
-    spectrum: Spectrum, modulus: float, pressure: float, hardness: float, *, step: float = STEP
+    spectrum: SpectrumLike, modulus: float, pressure: float, hardness: float, *, step: float = STEP
 ) -> Diffusion:
     """Solve both equations for checked numbers: C(q) in m⁴, E*, σ₀ and σ_P in Pa; σ_P = ∞ is elastic contact."""
     wavenumber, variance, spread = _shells(spectrum, modulus, step)
@@ -83,7 +83,7 @@ def diffuse(
     return Diffusion(wavenumber, variance, highest * ndtr(z), stiffness, probability, growth, rates)
 
 
-def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Array, float]:
+def _shells(spectrum: SpectrumLike, modulus: float, step: float) -> tuple[Array, Array, float]:
     """Return wavenumbers, v there, and the standard deviation of the pressure in full contact, √(2G)."""
     breaks = breaks_of(spectrum)
     pieces = [np.geomspace(low, high, _FINE + 1) for low, high in pairwise(breaks)]

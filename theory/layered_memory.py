@@ -16,7 +16,7 @@ from math import ceil, log, pi
 import numpy as np
 
 from theory.arguments import Array
-from theory.skin import Complex, Layers, surface_response
+from theory.skin import BodyLayers, Complex, surface_response
 
 _RATIO = 0.5  # of the logarithms of neighbouring c_j, at most
 _LEAST, _MOST = (
@@ -37,7 +37,7 @@ _WEIGHT = -2j * _SLOPE * np.exp(_P)
 _LONG = 1e-9  # q over 1/√(Dτ) of the mean
 
 
-def pulses(layers: Layers, diffusivity: float, times: Array) -> tuple[Array, Array]:
+def pulses(layers: BodyLayers, diffusivity: float, times: Array) -> tuple[Array, Array]:
     """Return c_j, m²/s, (terms,), and ρ_j at times (n,), s, shape (terms, n), of a half-space with D, m²/s."""
     last = diffusivity / layers.diffusion
     extent = abs(log(layers.diffusion))
@@ -53,7 +53,7 @@ def pulses(layers: Layers, diffusivity: float, times: Array) -> tuple[Array, Arr
     return spreads, strength / np.sqrt(spreads)[:, None]
 
 
-def uniform_rise(layers: Layers, diffusivity: float, times: Array) -> Array:
+def uniform_rise(layers: BodyLayers, diffusivity: float, times: Array) -> Array:
     """Return κT/q̇, m, of a uniform flux at times (n,), s, after it began."""
     rise: Array = _inverse_of(
         _LONG**2 / (diffusivity * times[None]), layers, diffusivity, times, 1
@@ -62,7 +62,7 @@ def uniform_rise(layers: Layers, diffusivity: float, times: Array) -> Array:
 
 
 def _inverse_of(
-    square: Array, layers: Layers, diffusivity: float, times: Array, order: int
+    square: Array, layers: BodyLayers, diffusivity: float, times: Array, order: int
 ) -> Array:
     """Return the function of time with the Laplace transform κT/(q̇ p^order), of waves q² (waves, n) at times (n,)."""
     p: Complex = np.asarray(_P / times[:, None])

@@ -19,7 +19,7 @@ from math import pi, sqrt
 import numpy as np
 from scipy.special import erf, erfc, erfcx, i0e, ive
 
-from theory.arguments import Array, Spectrum, breaks_of, kept_for_values
+from theory.arguments import Array, SpectrumLike, breaks_of, kept_for_values
 from theory.clipped import PAIRS, ClippedField, Correlations, clipped_field, directed_correlations
 
 _TURNS = np.array([1.0, 0.0, -1.0])  # cos φ, at which functions a₀ + a₁ cos φ + a₂ cos 2φ are found
@@ -128,7 +128,7 @@ def _root_weights(s: Array, last: Array) -> Array:
 
 @kept_for_values  # .4 s, the same at all speeds and slid distances
 def memory_of(
-    spectrum: Spectrum,
+    spectrum: SpectrumLike,
     effective_modulus: float,
     nominal_pressure: float,
     penetration_hardness: float | None,

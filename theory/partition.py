@@ -6,15 +6,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import erf
 
-from theory.arguments import Array, Spectrum, float_if_scalar, positive, real_array
+from theory.arguments import Array, SpectrumLike, float_if_scalar, positive, real_array
 from theory.flash import EVEN, bracket
 from theory.persson import StressDensity, Weight, stress_density
-from theory.skin import Body, Skin, body_of, steady_rise, surface_response
+from theory.skin import Skin, ThermalBody, body_of, steady_rise, surface_response
 
 
 def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
     speed: ArrayLike,
-    spectrum: Spectrum | None = None,
+    spectrum: SpectrumLike | None = None,
     *,
     nominal_pressure: float,
     conductivity: float,
@@ -23,7 +23,7 @@ def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
     resting_diffusivity: float | None = None,
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
-    stress_spectrum: Spectrum | None = None,
+    stress_spectrum: SpectrumLike | None = None,
     rule: str = "mean",
     duration: float | None = None,
     skin: Skin | None = None,
@@ -98,7 +98,7 @@ def _sliding_time(rule: str, duration: float | None) -> float | None:
     return None
 
 
-def _background(body: Body, pressure: float, time: float | None) -> float:
+def _background(body: ThermalBody, pressure: float, time: float | None) -> float:
     """Return σ₀ κ T₀(t)/μv, Pa² m; 0 in the rule without background."""
     if time is None:
         return 0.0
@@ -107,7 +107,7 @@ def _background(body: Body, pressure: float, time: float | None) -> float:
     return bare + pressure**2 * (steady_rise(body.layers, spread) if body.layers else 0.0)
 
 
-def _resting_bracket(stress: StressDensity, body: Body, time: float | None) -> float:
+def _resting_bracket(stress: StressDensity, body: ThermalBody, time: float | None) -> float:
     """Return the integral of Eq. (4) at v = 0, Pa² m, steady or `time` after the heat was switched on."""
     q = stress.wavenumber()
     grown = np.ones_like(q)

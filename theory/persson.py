@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from theory import quadrature
 from theory.arguments import (
     Array,
-    Spectrum,
+    SpectrumLike,
     breaks_of,
     density,
     kept_for_values,
@@ -76,7 +76,7 @@ def effective_modulus(youngs_modulus: ArrayLike, poisson_ratio: ArrayLike) -> fl
 
 
 def contact_probability(
-    q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float
+    q: ArrayLike, spectrum: SpectrumLike, *, effective_modulus: float, nominal_pressure: float
 ) -> Array:
     """Relative contact area when roughness up to `q` is seen: P = erf(σ₀ / 2√G), dimensionless, the shape of `q`.
 
@@ -105,7 +105,7 @@ def contact_probability(
 
 def stress_weight(
     q: ArrayLike,
-    spectrum: Spectrum,
+    spectrum: SpectrumLike,
     *,
     effective_modulus: float,
     nominal_pressure: float,
@@ -161,12 +161,12 @@ def wang_mueser(share: Array, wavenumber: Array) -> Array:
 
 def pressure_correlation(
     r: ArrayLike,
-    spectrum: Spectrum | None = None,
+    spectrum: SpectrumLike | None = None,
     *,
     nominal_pressure: float | None = None,
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
-    stress_spectrum: Spectrum | None = None,
+    stress_spectrum: SpectrumLike | None = None,
 ) -> Array:
     """Stress-stress correlation g_σ(r) = (π/2) E*² ∫ q³ C W J₀(qr) dq, without σ₀². Eq. (2).
 
@@ -198,12 +198,12 @@ def pressure_correlation(
 
 def correlation_radius(
     fraction: float,
-    spectrum: Spectrum | None = None,
+    spectrum: SpectrumLike | None = None,
     *,
     nominal_pressure: float | None = None,
     effective_modulus: float | None = None,
     gamma: Weight = 0.45,
-    stress_spectrum: Spectrum | None = None,
+    stress_spectrum: SpectrumLike | None = None,
 ) -> float:
     """Smallest distance r with g_σ(r) = `fraction` · g_σ(0), m; `fraction` = 0 is the first zero.
 
@@ -264,8 +264,8 @@ class StressDensity:
 
 @kept_for_values  # .01 s for each quantity of one surface at each speed, .4 s in a comparison
 def stress_density(
-    spectrum: Spectrum | None = None,
-    stress_spectrum: Spectrum | None = None,
+    spectrum: SpectrumLike | None = None,
+    stress_spectrum: SpectrumLike | None = None,
     effective_modulus: float | None = None,
     nominal_pressure: float | None = None,
     gamma: Weight = 0.45,
@@ -296,13 +296,13 @@ def stress_density(
 _Stress = Callable[[quadrature.Panels, Array], Array]
 
 
-def _stress_itself(stress_spectrum: Spectrum) -> tuple[quadrature.Panels, _Stress]:
+def _stress_itself(stress_spectrum: SpectrumLike) -> tuple[quadrature.Panels, _Stress]:
     panels = quadrature.panels_between(breaks_of(stress_spectrum))
     return panels, lambda at, q: 2 * pi * q * density(stress_spectrum, q, at.place())
 
 
 def _stress_of(
-    spectrum: Spectrum,
+    spectrum: SpectrumLike,
     effective_modulus: float | None,
     nominal_pressure: float | None,
     gamma: Weight,

@@ -10,7 +10,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, Spectrum, breaks_of, density, not_negative_array, positive
+from theory.arguments import Array, SpectrumLike, breaks_of, density, not_negative_array, positive
 from theory.full_contact import half_variance_table, probability
 from theory.quadrature import Primitive
 from theory.walls import (
@@ -112,7 +112,7 @@ class SmoothedSpectrum:
         Breaks of `spectrum` and bends of the smoothing, rad/m.
     """
 
-    spectrum: Spectrum
+    spectrum: SpectrumLike
     effective_modulus: float
     nominal_pressure: float
     penetration_hardness: float
@@ -170,7 +170,7 @@ class SmoothedSpectrum:
 
 
 def smoothed_spectrum(
-    spectrum: Spectrum,
+    spectrum: SpectrumLike,
     *,
     effective_modulus: float,
     nominal_pressure: float,

@@ -31,7 +31,7 @@ _FAINT = 1e-2  # the least weight of a bin of sidebands, for bins that hardly a 
 _NOTHING = 1e-14  # of the largest variance of a bin: full contact has no sidebands, but they have a logarithm
 
 
-class Table(NamedTuple):
+class ScatteringTable(NamedTuple):
     """A logarithm over ln q, and how much each entry counts in a fit."""
 
     place: Array  # ln q, rising
@@ -42,8 +42,8 @@ class Table(NamedTuple):
 class Scattering(NamedTuple):
     """Pressure of the waves by wavenumber."""
 
-    coherent: Table  # |σ_q|²/[(E*q/2)² C]
-    sidebands: Table  # |σ_Q|², Pa² m²
+    coherent: ScatteringTable  # |σ_q|²/[(E*q/2)² C]
+    sidebands: ScatteringTable  # |σ_Q|², Pa² m²
 
 
 def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
@@ -80,7 +80,7 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     weight = np.sqrt(np.maximum(kept / kept.max(), _FAINT**2))
     weight = np.concatenate([weight[:1], weight, weight[-1:]])
     sidebands = grown @ (sides * response**2)
-    return Scattering(Table(ends, values, weight), _density(grid, sidebands))
+    return Scattering(ScatteringTable(ends, values, weight), _density(grid, sidebands))
 
 
 def middle(values: Array) -> Array:
@@ -175,7 +175,7 @@ def _carried_back(values: Array, growth: Array, rates: tuple[Array, Array]) -> A
     return np.asarray(scipy.linalg.lapack.dgtsv(below, diagonal, above, values)[3])
 
 
-def _density(grid: Array, held: Array) -> Table:
+def _density(grid: Array, held: Array) -> ScatteringTable:
     """Return ln of the density per area of wavenumbers of the power `held` at each ln q of a uniform grid."""
     total = held.sum()
     highest = held.max()
@@ -189,4 +189,4 @@ def _density(grid: Array, held: Array) -> Table:
     weight = np.ones(last)
     if held.any():
         weight = np.sqrt(np.maximum(power / highest, _FAINT**2))
-    return Table(place, np.log(density), weight)
+    return ScatteringTable(place, np.log(density), weight)

@@ -35,7 +35,7 @@ _BLOCK = 32  # wavenumbers that share their directions
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 
 
-class Layers(NamedTuple):
+class BodyLayers(NamedTuple):
     """A skin in units of the half-space under it, and the depth of release; without a skin `thickness` is 0."""
 
     thickness: float  # d, m
@@ -46,7 +46,7 @@ class Layers(NamedTuple):
 
 def layers_of(
     skin: Skin | None, heat_depth: float, conductivity: float, diffusivity: float
-) -> Layers | None:
+) -> BodyLayers | None:
     """Return the layers of a body with checked κ, W/(m K), and D, m²/s; None of a bare one that is heated in its plane.
 
     `skin` is None, or d, κ_s and D_s in this order; TypeError or ValueError otherwise, and for a negative `heat_depth`.
@@ -56,14 +56,14 @@ def layers_of(
         raise TypeError(f"heat_depth has shape {released.shape}; one number in m is needed")
     depth = float(released)
     if skin is None:
-        return Layers(0.0, 1.0, 1.0, depth) if depth else None
+        return BodyLayers(0.0, 1.0, 1.0, depth) if depth else None
     if not isinstance(skin, (tuple, list)) or len(skin) != 3:
         raise TypeError(
             f"skin = {skin!r} must be thickness, conductivity and diffusivity, in this order"
         )
     thickness = positive("thickness of the skin", skin[0], "m")
     kappa = positive("conductivity of the skin", skin[1], "W/(m K)")
-    return Layers(
+    return BodyLayers(
         thickness,
         kappa / conductivity,
         diffusivity / positive("diffusivity of the skin", skin[2], "m²/s"),
@@ -71,12 +71,12 @@ def layers_of(
     )
 
 
-class Body(NamedTuple):
+class ThermalBody(NamedTuple):
     """A half-space with checked numbers."""
 
     conductivity: float  # κ, W/(m K)
     diffusivity: float  # D, m²/s
-    layers: Layers | None  # None of a bare one that is heated in its plane
+    layers: BodyLayers | None  # None of a bare one that is heated in its plane
 
 
 def body_of(
@@ -84,8 +84,8 @@ def body_of(
     diffusivity: float | None,
     skin: Skin | None,
     heat_depth: float,
-    like: Body | None = None,
-) -> Body:
+    like: ThermalBody | None = None,
+) -> ThermalBody:
     """Return a body; of the one at rest, κ and D that are None are those of the moving body, `like`."""
     name = "" if like is None else "resting_"
     if like is not None:
@@ -93,10 +93,10 @@ def body_of(
         diffusivity = like.diffusivity if diffusivity is None else diffusivity
     kappa = positive(f"{name}conductivity", conductivity, "W/(m K)")
     diffusion = positive(f"{name}diffusivity", diffusivity, "m²/s")
-    return Body(kappa, diffusion, layers_of(skin, heat_depth, kappa, diffusion))
+    return ThermalBody(kappa, diffusion, layers_of(skin, heat_depth, kappa, diffusion))
 
 
-def surface_response(q: Array, advection: Array | Complex, layers: Layers) -> Complex:
+def surface_response(q: Array, advection: Array | Complex, layers: BodyLayers) -> Complex:
     """Return F = |q|κT/q̇ of waves |q|, rad/m, with q·v/D = `advection`, 1/m²; arrays that broadcast.
 
     With ip/D in place of q·v/D it is the Laplace transform over time.
@@ -149,7 +149,7 @@ def square_part(_: Array, response: Complex) -> Array:
     return response.real**2 + response.imag**2
 
 
-def direction_mean(q: Array, drift: float, layers: Layers, part: Part) -> Array:
+def direction_mean(q: Array, drift: float, layers: BodyLayers, part: Part) -> Array:
     """Return the mean over the directions of sliding of a part of F, at wavenumbers (n,), rad/m, for v/D, 1/m."""
     if q.size == 0:
         return np.empty(0)
@@ -170,7 +170,7 @@ def direction_mean(q: Array, drift: float, layers: Layers, part: Part) -> Array:
     return means
 
 
-def _mean_at(q: Array, drift: float, layers: Layers, part: Part) -> Array:
+def _mean_at(q: Array, drift: float, layers: BodyLayers, part: Part) -> Array:
     """Return `direction_mean` by quadrature over the angle."""
     means = []
     for start in range(0, q.size, _BLOCK):  # short waves need fewer directions
@@ -193,7 +193,7 @@ def _directions(steepest: float) -> tuple[Array, Array]:
     return np.sin(angle), (half * _WEIGHTS).ravel() * 2 / pi
 
 
-def steady_rise(layers: Layers, spread: float) -> float:
+def steady_rise(layers: BodyLayers, spread: float) -> float:
     """Return how far layers raise κT₀/q̇ of a uniform flux, m, a time t after it began; `spread` is D t, m².
 
     (d/k)(1 − (e_s/e)²) − (h/k)(1 − e^(−d/h)) − h e^(−d/h), e and e_s the effusivities κ/√D of body and skin. It is the

@@ -40,11 +40,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, Spectrum, float_if_scalar, positive, real_array
+from theory.arguments import Array, SpectrumLike, float_if_scalar, positive, real_array
 from theory.clipped import PAIRS
 from theory.layered_memory import pulses, uniform_rise
 from theory.memory import Memory, SeenPairs, memory_of
-from theory.skin import Body, Layers, Skin, body_of
+from theory.skin import BodyLayers, Skin, ThermalBody, body_of
 
 _EXCHANGED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # bodies exchanged: ψ and χ change sign
 _MIRRORED = np.array([_EXCHANGED[i] * _EXCHANGED[j] for i, j in PAIRS])
@@ -80,7 +80,7 @@ class SlidingTemperatures(NamedTuple):
 
 def sliding_temperatures(  # noqa: PLR0913  (two bodies)
     speed: ArrayLike,
-    spectrum: Spectrum,
+    spectrum: SpectrumLike,
     *,
     effective_modulus: float,
     nominal_pressure: float,
@@ -153,7 +153,7 @@ def sliding_temperatures(  # noqa: PLR0913  (two bodies)
     memory = memory_of(spectrum, effective_modulus, pressure, penetration_hardness, part)
     time = (distance / velocity).ravel()
 
-    def heated(seen: SeenPairs, body: Body, sign: Array) -> tuple[Array, Array]:
+    def heated(seen: SeenPairs, body: ThermalBody, sign: Array) -> tuple[Array, Array]:
         """Return M_ij and the background of one body with all the heat at each age, K; (speeds, ages, …)."""
         kappa, diffusion, layers = body
         ages = time[:, None] * _AGES
@@ -176,7 +176,12 @@ def sliding_temperatures(  # noqa: PLR0913  (two bodies)
 
 
 def _layered_means(
-    memory: Memory, body: SeenPairs, speed: Array, time: Array, diffusivity: float, layers: Layers
+    memory: Memory,
+    body: SeenPairs,
+    speed: Array,
+    time: Array,
+    diffusivity: float,
+    layers: BodyLayers,
 ) -> Array:
     """Return `Memory.means` at `_AGES` of a body with layers: the heat of each time counts ρ_j of a bare body's."""
     ages = time[:, None] * np.append(_EARLIER, _AGES[1:])

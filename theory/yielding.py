@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from theory.arguments import (
     Array,
-    Spectrum,
+    SpectrumLike,
     breaks_of,
     density,
     octaves_of_gaps,
@@ -31,7 +31,7 @@ from theory.arguments import (
 from theory.full_contact import half_variance
 from theory.interface import STEP, UNREACHED, diffuse
 from theory.quadrature import WEIGHTS, panels_between
-from theory.scattering import Table, scatter
+from theory.scattering import ScatteringTable, scatter
 from theory.walls import area_fractions, half_variance_of, shares, yield_wavenumber
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ ELASTIC_BANDS = {
 
 
 def stress_spectrum(
-    spectrum: Spectrum,
+    spectrum: SpectrumLike,
     *,
     effective_modulus: float,
     nominal_pressure: float,
@@ -146,7 +146,7 @@ def stress_spectrum(
 
 
 def calibrated_spectrum(
-    spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float
+    spectrum: SpectrumLike, *, effective_modulus: float, nominal_pressure: float
 ) -> YieldingSpectrum:
     """Stress spectrum of elastic contact, calibrated to boundary-element contacts, as an alternative to the paper's W.
 
@@ -178,7 +178,9 @@ def calibrated_spectrum(
     return YieldingSpectrum(spectrum, modulus, pressure, inf)
 
 
-def _compared(spectrum: Spectrum, modulus: float, pressure: float, hardness: float) -> Spectrum:
+def _compared(
+    spectrum: SpectrumLike, modulus: float, pressure: float, hardness: float
+) -> SpectrumLike:
     """Return C(q) up to the last wave that counts; σ_P = ∞ is elastic contact.
 
     ValueError for a contact outside the range that was compared.
@@ -240,7 +242,7 @@ def _check_slope(
     )
 
 
-def _waves(spectrum: Spectrum) -> tuple[Array, Array]:
+def _waves(spectrum: SpectrumLike) -> tuple[Array, Array]:
     """Return wavenumbers up to the last wave that counts, and C(q) there; ValueError where C(q) is 0."""
     ends = breaks_of(spectrum)
     q = np.unique(np.concatenate([np.geomspace(ends[0], ends[-1], 401), ends]))
@@ -271,7 +273,7 @@ def _inside(name: str, value: float, compared: tuple[float, float]) -> None:
 class UpTo:
     """A spectrum up to `end`, rad/m."""
 
-    spectrum: Spectrum
+    spectrum: SpectrumLike
     end: float
 
     @property
@@ -313,7 +315,7 @@ class YieldingSpectrum:
     elastic.
     """
 
-    spectrum: Spectrum
+    spectrum: SpectrumLike
     effective_modulus: float
     nominal_pressure: float
     penetration_hardness: float
@@ -409,7 +411,7 @@ def _value(spline: BSpline, q: Array) -> Array:
     return np.exp(spline(np.clip(np.log(q), spline.t[0], spline.t[-1])))
 
 
-def _smooth(table: Table, first: float) -> BSpline:
+def _smooth(table: ScatteringTable, first: float) -> BSpline:
     """Return the spline of degree 5 nearest to a table, its knots whole e-folds from `first`."""
     x = table.place
     inner = np.arange(ceil(x[0] - first), ceil(x[-1] - first)) + first

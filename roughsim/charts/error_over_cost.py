@@ -21,7 +21,7 @@ _ACROSS = 3  # panels side by side
 PAIR_SIDE = 512  # points per side of the transforms that costs are compared with
 
 
-class Point(NamedTuple):
+class CostPoint(NamedTuple):
     """One method at one setting: its relative error (NaN: it failed) and its cost. Points of one method form a line."""
 
     stage: str
@@ -35,15 +35,15 @@ class Point(NamedTuple):
     doubt: float = 0.0  # how well the truth itself is known, relative; it is part of the error
 
 
-def panels(points: Iterable[Point]) -> dict[str, list[Point]]:
+def panels(points: Iterable[CostPoint]) -> dict[str, list[CostPoint]]:
     """Return the points of each chart: one per stage and observable."""
-    result: dict[str, list[Point]] = {}
+    result: dict[str, list[CostPoint]] = {}
     for point in points:
         result.setdefault(f"{point.stage}: {point.observable}", []).append(point)
     return result
 
 
-def front(points: Sequence[Point]) -> list[Point]:
+def front(points: Sequence[CostPoint]) -> list[CostPoint]:
     """Return the points that no other point beats in both cost and error, cheapest first; never a failure."""
     best, result = inf, []
     for point in sorted(points, key=lambda p: (p.seconds, p.error)):
@@ -53,7 +53,7 @@ def front(points: Sequence[Point]) -> list[Point]:
     return result
 
 
-def error_over_cost_chart(points: Iterable[Point], path: Path) -> None:
+def error_over_cost_chart(points: Iterable[CostPoint], path: Path) -> None:
     """Draw error over cost into one picture: a panel per stage and observable, the front, and the plan's choice."""
     charts = panels(points)
     across = 2 if len(charts) == 4 else min(len(charts), _ACROSS)
@@ -78,7 +78,7 @@ def error_over_cost_chart(points: Iterable[Point], path: Path) -> None:
                 axis.legend(ncols=2, fontsize=6.5, loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
-def _draw_panel(axis: Axes, points: Sequence[Point]) -> None:
+def _draw_panel(axis: Axes, points: Sequence[CostPoint]) -> None:
     """Draw a line for each method, the front behind the lines, and a star at the choice of the plan."""
     drawn = [point for point in points if point.error > 0.0]
     _draw_methods(axis, drawn, list(dict.fromkeys(point.method for point in points)))
@@ -104,7 +104,7 @@ def _draw_panel(axis: Axes, points: Sequence[Point]) -> None:
     _add_seconds(axis, points)
 
 
-def _draw_methods(axis: Axes, drawn: Sequence[Point], methods: Sequence[str]) -> None:
+def _draw_methods(axis: Axes, drawn: Sequence[CostPoint], methods: Sequence[str]) -> None:
     """Draw a line for each method, with a colour and a marker of its own."""
     for k, method in enumerate(methods):
         line = sorted(
@@ -119,7 +119,7 @@ def _draw_methods(axis: Axes, drawn: Sequence[Point], methods: Sequence[str]) ->
         axis.plot(*_costs_and_errors(line), label=method, **style)
 
 
-def _costs_and_errors(points: Sequence[Point]) -> tuple[list[float], list[float]]:
+def _costs_and_errors(points: Sequence[CostPoint]) -> tuple[list[float], list[float]]:
     """Return the coordinates of points."""
     return [point.pairs for point in points], [point.error for point in points]
 
@@ -130,7 +130,7 @@ def _at_least_a_decade(low: float, high: float) -> tuple[float, float]:
     return low / 10**lacking, high * 10**lacking
 
 
-def _add_seconds(axis: Axes, points: Sequence[Point]) -> None:
+def _add_seconds(axis: Axes, points: Sequence[CostPoint]) -> None:
     """Add an axis in CPU seconds above, by the median time of a pair of transforms; none without costs."""
     rates = [point.seconds / point.pairs for point in points if point.pairs > 0.0]
     if not rates:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.limit import Limit, by_bound, by_law, by_power, by_shape, by_steps
+from roughsim.estimate.limit import ContinuedMean, by_bound, by_law, by_power, by_shape, by_steps
 from roughsim.estimate.mean import Mean, Scatter
 from roughsim.estimate.telescoping import LevelMean, Pair, change_by_pixel, telescoped
 from roughsim.grid import Array
@@ -102,7 +102,7 @@ def _continued_to_the_end(
     record, capped = OBSERVABLES[observable], column == "capped"
     q_c, top, finer, *_ = levels[-1]
     nothing = np.zeros(top.value.shape)
-    limit, has_limit = Limit(Mean(nothing, {}), nothing, ""), record.limit or not capped
+    limit, has_limit = ContinuedMean(Mean(nothing, {}), nothing, ""), record.limit or not capped
     end = scene.spectrum.breaks[-1] if extrapolated else q_c
     if q_c < end * (1 - SAME):
         limit = limit._replace(error=np.full_like(nothing, np.nan))
@@ -181,8 +181,8 @@ def _share_of(
 
 
 def continuation(
-    scene: Scene, column: str, observable: str, levels: list[LevelMean], unknown: Limit
-) -> Limit:
+    scene: Scene, column: str, observable: str, levels: list[LevelMean], unknown: ContinuedMean
+) -> ContinuedMean:
     """Return the rest beyond the highest cut-off; `unknown` if no rule holds.
 
     Contact that does not yield rises with the shape of the theory. Contact that has yielded follows its law in its

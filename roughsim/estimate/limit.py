@@ -23,7 +23,7 @@ _USUAL_SCATTER, _LEAST_EXPONENT = (
 )  # how far exponents lie from the usual one, and the least of them
 
 
-class Limit(NamedTuple):
+class ContinuedMean(NamedTuple):
     """The rest beyond the highest cut-off, to be added, and its error, 95 %, (speeds,); NaN: unknown."""
 
     rest: Mean
@@ -31,7 +31,7 @@ class Limit(NamedTuple):
     way: str
 
 
-def by_law(levels: list[LevelMean], law: Array) -> Limit:
+def by_law(levels: list[LevelMean], law: Array) -> ContinuedMean:
     """Return the rest in proportion to a law; `law` has its values at the upper two cut-offs and at the end.
 
     The error is the uncertainty of any law, and how badly it predicted the last step, as squares. One level tests no
@@ -43,10 +43,10 @@ def by_law(levels: list[LevelMean], law: Array) -> Limit:
     if len(levels) > 1:
         apart = np.nan_to_num(np.abs(rest.value - _by_steps(levels, law).value))
         error = np.minimum(np.hypot(apart, _OF_LAW * size), size)
-    return Limit(rest, error, "by the law for contact that yields")
+    return ContinuedMean(rest, error, "by the law for contact that yields")
 
 
-def by_shape(levels: list[LevelMean], theory: Array, *, yields: bool = False) -> Limit:
+def by_shape(levels: list[LevelMean], theory: Array, *, yields: bool = False) -> ContinuedMean:
     """Return the rest by steps of the theory; after one step half of it is in doubt, all of it if a part `yields`.
 
     What is zero up to here, as where nothing yields yet, may rise as much as the theory.
@@ -63,10 +63,10 @@ def by_shape(levels: list[LevelMean], theory: Array, *, yields: bool = False) ->
     tried = np.abs(rest.value) <= _MOST_BY_STEPS * np.abs(levels[-1].mean.value)
     nothing = Mean(np.zeros_like(rest.value), {})
     way = "with the shape of the theory" if np.any(tried & (rest.value != 0.0)) else ""
-    return Limit(rest.where(tried, nothing), np.where(tried, error, np.nan), way)
+    return ContinuedMean(rest.where(tried, nothing), np.where(tried, error, np.nan), way)
 
 
-def by_steps(levels: list[LevelMean], law: Array) -> Limit:
+def by_steps(levels: list[LevelMean], law: Array) -> ContinuedMean:
     """Return the rest by steps of a law that a part of the mean alone follows; `law` as of `by_law`.
 
     One level shows no step: it is continued in proportion, and all of the rest is its error.
@@ -77,10 +77,10 @@ def by_steps(levels: list[LevelMean], law: Array) -> Limit:
         rest = _by_steps(levels, law)
         size = np.abs(rest.value)
         error = np.clip(np.abs(rest.value - alike.value), _OF_STEPS * size, size)
-    return Limit(rest, error, "by steps of the law of T_flash for contact that yields")
+    return ContinuedMean(rest, error, "by steps of the law of T_flash for contact that yields")
 
 
-def by_power(levels: list[LevelMean], end: float, usual: float) -> Limit:
+def by_power(levels: list[LevelMean], end: float, usual: float) -> ContinuedMean:
     """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two levels or more.
 
     p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances.
@@ -104,10 +104,10 @@ def by_power(levels: list[LevelMean], end: float, usual: float) -> Limit:
     shown = max(_OF_STEPS, 0.5 ** (len(levels) - 2))
     least = 1.0 + weight * (shown - 1.0)
     error = np.maximum.reduce([*apart, least * np.abs(rest.value)])
-    return Limit(rest, error, f"as q_c^(−p) with p = {_in_words(exponent)}")
+    return ContinuedMean(rest, error, f"as q_c^(−p) with p = {_in_words(exponent)}")
 
 
-def by_bound(levels: list[LevelMean], end: float, bound: float) -> Limit:
+def by_bound(levels: list[LevelMean], end: float, bound: float) -> ContinuedMean:
     """Return the rest of a mean whose distance to an exact bound falls as q_c^(−p) up to `end`, rad/m, from two levels.
 
     p is the mean of 1 and the exponent of the last two distances, weighted by their inverse variances, and not below
@@ -120,7 +120,7 @@ def by_bound(levels: list[LevelMean], end: float, bound: float) -> Limit:
     left, slower, faster = (levels[-1].q_max / end) ** off
     error = np.abs(high.value) * np.maximum(slower - left, left - faster)
     way = f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}"
-    return Limit(high * (left - 1.0), error, way)
+    return ContinuedMean(high * (left - 1.0), error, way)
 
 
 def _exponent(

@@ -17,7 +17,7 @@ from roughsim.observables.record import Measured, Observable, Sample, ratio
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
+class SlideCurve:
     """A curve over the slid distance, stored by each member of a slide."""
 
     unit: str
@@ -263,25 +263,25 @@ NUMBERS = {
 }  # stored in the file of each member
 AXIS = "slid_distance"
 CURVES = {
-    AXIS: Curve("m", False, "slid distance"),
-    "slide_flash_temperature": Curve(
+    AXIS: SlideCurve("m", False, "slid distance"),
+    "slide_flash_temperature": SlideCurve(
         "K", True, "<T sigma>/<sigma> of the moving body above its background"
     ),
-    "slide_resting_flash_temperature": Curve("K", True, "the same of the resting body"),
-    "slide_moving_share": Curve("1", True, "share of the heat that enters the moving body"),
-    "slide_background": Curve("K", True, "mean temperature of the surface of the moving body"),
-    "slide_resting_background": Curve("K", True, "the same of the resting body"),
-    "slide_contact_temperature": Curve(
+    "slide_resting_flash_temperature": SlideCurve("K", True, "the same of the resting body"),
+    "slide_moving_share": SlideCurve("1", True, "share of the heat that enters the moving body"),
+    "slide_background": SlideCurve("K", True, "mean temperature of the surface of the moving body"),
+    "slide_resting_background": SlideCurve("K", True, "the same of the resting body"),
+    "slide_contact_temperature": SlideCurve(
         "K", True, "<T sigma>/<sigma> of both bodies, background included"
     ),
-    "slide_frozen_flash_temperature": Curve(
+    "slide_frozen_flash_temperature": SlideCurve(
         "K", True, "T_flash if the contact there slid on frozen, all heat moving"
     ),
-    "slide_contact_fraction": Curve("1", False, "A/A0"),
-    "slide_stress_correlation": Curve(
+    "slide_contact_fraction": SlideCurve("1", False, "A/A0"),
+    "slide_stress_correlation": SlideCurve(
         "1", False, "of the stress with the stress at positions so much earlier"
     ),
-    "slide_spot_survival": Curve(
+    "slide_spot_survival": SlideCurve(
         "1", False, "share of the contact spots that live for longer than that"
     ),
 }

@@ -33,7 +33,7 @@ class Measured:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Theory:
+class TheoryOfScene:
     """The theory of a scene, as observables use it; all the heat goes into the moving body."""
 
     # by name of the observable. Arrays (speeds,): T_flash, T′, ∇²T, D_flash, d_flash, and the heat share of the moving
@@ -86,7 +86,7 @@ class Observable:
     # influence values, (realizations, speeds) or (realizations, 1); None: the stored number
     values: Callable[[Sample], Array] | None = None
     # takes the theory to its value; None: its entry of this name, or NaN
-    theory: Callable[[Theory], ArrayLike] | None = None
+    theory: Callable[[TheoryOfScene], ArrayLike] | None = None
     # other observables are made of it; by itself neither estimated nor compared
     only_stored: bool = False
     of_slide: bool = False  # members of the column "sliding" store it, and no others
@@ -122,7 +122,7 @@ class Observable:
             return sample.numbers[self.name]
         return sample.values_of(self.name, self.values)
 
-    def of_theory(self, theory: Theory, speeds: int) -> Array:
+    def of_theory(self, theory: TheoryOfScene, speeds: int) -> Array:
         """Return the value of the theory at so many speeds, (speeds,) or (1,); NaN without one."""
         if self.theory is not None:
             return np.atleast_1d(self.theory(theory))

@@ -1,7 +1,7 @@
 """Theory of a scene: the only room that calls the package `theory`.
 
 It is integrated over C(q), over all of it or up to a cut-off, or summed over the modes of a cell. Both give the same
-record (`Theory`), from which an observable takes its value. Temperatures are with all the heat in the moving body.
+record (`TheoryOfScene`), from which an observable takes its value. Temperatures are with all the heat in one body.
 """
 
 from roughsim.prediction.areas import area_fractions, computed, yield_wavenumber

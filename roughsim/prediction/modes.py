@@ -8,7 +8,7 @@ import numpy as np
 
 import theory
 from roughsim.grid import Array, Grid, modes_where
-from roughsim.observables.record import Theory
+from roughsim.observables.record import TheoryOfScene
 from roughsim.observables.stress_spectrum import StressSpectrum
 from roughsim.prediction.areas import area_fractions
 from roughsim.prediction.balance import heat_history
@@ -42,7 +42,7 @@ def mode_sums(scene: Scene, spectrum: Spectrum, grid: Grid) -> Predicted:
     return Predicted(summed_over_modes(scene, spectrum, grid), scene)
 
 
-def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> Theory:
+def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> TheoryOfScene:
     """Return the theory with ∫ d²q C in Eqs. (2), (4), (7) and (9) replaced by the sum over mode variances of a grid.
 
     `spectrum` is the one that the surfaces are drawn from, up to their q_c.
@@ -77,7 +77,7 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> Theory:
         )
     )
     temperatures = dict(zip(OVER_SPEED, flash, strict=True))
-    return Theory(
+    return TheoryOfScene(
         {
             **temperatures,
             "heat_partition": share,

@@ -12,7 +12,7 @@ import numpy as np
 
 import theory
 from roughsim.grid import Array
-from roughsim.observables.record import Theory
+from roughsim.observables.record import TheoryOfScene
 from roughsim.prediction.areas import area_fractions
 from roughsim.prediction.bodies import (
     groups,
@@ -48,7 +48,7 @@ def predictions(scene: Scene, q_max: float = inf) -> Predicted:
     return Predicted(integrals(scene, q_max), scene)
 
 
-def integrals(scene: Scene, q_max: float = inf) -> Theory:
+def integrals(scene: Scene, q_max: float = inf) -> TheoryOfScene:
     """Return the theory over the whole spectrum, or up to `q_max`, rad/m."""
     whole = smoothed_spectrum(scene)
     spectrum = TruncatedSpectrum(whole, q_max) if q_max < inf else whole
@@ -59,14 +59,14 @@ def integrals(scene: Scene, q_max: float = inf) -> Theory:
     return _integrated(scene, values, {"spectrum": spectrum, **stress_arguments(scene)})
 
 
-def _integrated(scene: Scene, values: dict[str, Any], stress: dict[str, Any]) -> Theory:
+def _integrated(scene: Scene, values: dict[str, Any], stress: dict[str, Any]) -> TheoryOfScene:
     """Return a theory of these values, with radius and integrals of the stress spectrum that `stress` describes."""
 
     def total(weight: Callable[[Array], Array]) -> float:  # 2π ∫ q |σ_q|² weight(q) dq, Eq. (2)
         density = theory.persson.stress_density(**stress)
         return float(density.weighted() @ weight(density.wavenumber()))
 
-    return Theory(
+    return TheoryOfScene(
         values,
         scene.sliding.nominal_pressure,
         correlation_radius=lambda fraction: float(
@@ -133,7 +133,7 @@ def calibrated_predictions(scene: Scene) -> Predicted:
     return Predicted(calibrated_integrals(scene), scene, calibrated(scene).observables)
 
 
-def calibrated_integrals(scene: Scene) -> Theory:
+def calibrated_integrals(scene: Scene) -> TheoryOfScene:
     """Return the calibrated law as a theory over the whole spectrum; NaN where the law does not hold."""
     law = calibrated(scene).stress_spectrum
     if law is None:

@@ -7,16 +7,18 @@ from typing import Self
 
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, observables_of
-from roughsim.observables.record import Theory
+from roughsim.observables.record import TheoryOfScene
 from roughsim.scene import Scene
 
-NOTHING = Theory({}, nan, correlation_radius=lambda _: nan, total=lambda _: nan)  # without a theory
+NOTHING = TheoryOfScene(
+    {}, nan, correlation_radius=lambda _: nan, total=lambda _: nan
+)  # without a theory
 
 
 class Predicted(Mapping[str, Array]):
     """Every observable by a theory, read-only, over speeds or of one entry; computed when it is first asked for."""
 
-    def __init__(self, view: Theory, scene: Scene, known: Container[str] = OBSERVABLES):
+    def __init__(self, view: TheoryOfScene, scene: Scene, known: Container[str] = OBSERVABLES):
         self._view, self._speeds, self._known = (
             view,
             len(scene.speeds),

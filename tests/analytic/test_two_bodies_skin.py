@@ -6,7 +6,7 @@ from scipy.special import erfcx
 from test_two_bodies import FRICTION, GLASS, SOLID, STEEL, law, sliding
 
 from theory import background, layered_memory
-from theory.skin import Layers
+from theory.skin import BodyLayers
 
 OXIDE = (1e-6, 3.0, 9e-7)
 SILVER = (3e-6, 300.0, 1e-4)
@@ -111,7 +111,7 @@ RUBBER_ON_DIAMOND = (2e-6, 0.01, 1e4, 0.0)
 )
 def test_the_gaussians_of_all_times_add_up_to_the_steady_state(layers):
     times = np.geomspace(1e-16, 1e2, 4000)
-    spreads, strength = layered_memory.pulses(Layers(*layers), 7.6e-6, times)
+    spreads, strength = layered_memory.pulses(BodyLayers(*layers), 7.6e-6, times)
     for q in (1e3, 1e5, 3e6):
         decay = np.exp(-spreads[:, None] * q**2 * times)
         heat = (strength * np.sqrt(spreads[:, None] / (np.pi * times)) * decay).sum(axis=0)

@@ -10,12 +10,12 @@ import pytest
 import roughsim as rs
 from roughsim import cli
 from roughsim import error_over_cost as measurements
-from roughsim.charts.error_over_cost import Point, error_over_cost_chart, front, panels
+from roughsim.charts.error_over_cost import CostPoint, error_over_cost_chart, front, panels
 from roughsim.error_over_cost import bench, bench_dict
 
 
 def point(error, seconds, method="a"):
-    return Point("stage", "what", method, "", error, seconds, pairs=seconds)
+    return CostPoint("stage", "what", method, "", error, seconds, pairs=seconds)
 
 
 def small():

@@ -6,12 +6,12 @@ import pytest
 import roughsim as rs
 from roughsim import prediction
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.observables.record import Observable, Sample, Theory, ratio
+from roughsim.observables.record import Observable, Sample, TheoryOfScene, ratio
 from roughsim.observables.stress_spectrum import StressSpectrum
 from roughsim.prediction.modes import summed_over_modes
 from roughsim.prediction.theories import calibrated_integrals, integrals
 
-THEORY = Theory(
+THEORY = TheoryOfScene(
     {"slope_length": np.array([1.0, 2.0, 3.0])},
     9e7,
     correlation_radius=lambda f: 10.0 * f,

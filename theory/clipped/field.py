@@ -10,7 +10,7 @@ import scipy
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, Spectrum, breaks_of, density, real_array
+from theory.arguments import Array, SpectrumLike, breaks_of, density, real_array
 from theory.clipped.products import Correlations, Products, products
 from theory.persson import calibrated_spectrum, half_variance
 from theory.walls import MODES, SWITCH, area_fractions, half_variance_of
@@ -175,7 +175,7 @@ def directed_correlations(correlations: Array, cosine: Array) -> Correlations:
 
 
 def clipped_field(
-    spectrum: Spectrum,
+    spectrum: SpectrumLike,
     *,
     effective_modulus: float,
     nominal_pressure: float,
@@ -211,7 +211,7 @@ def clipped_field(
 
 
 def law_of(
-    spectrum: Spectrum,
+    spectrum: SpectrumLike,
     *,
     effective_modulus: float,
     nominal_pressure: float,
@@ -261,7 +261,7 @@ def _share_above(t: Array, share: float, g: float) -> Array:
     return np.asarray(yielded + elastic)
 
 
-def _correlation(stress: Spectrum) -> tuple[Array, Array, float]:
+def _correlation(stress: SpectrumLike) -> tuple[Array, Array, float]:
     """Return distances r in geometric sequence, g_σ there, and g_σ(0), by a fast transform in ln q and ln r."""
     breaks = breaks_of(stress)
     edges = np.linspace(log(breaks[0] / _ROOM), log(breaks[-1] * _ROOM), _RADII + 1)
