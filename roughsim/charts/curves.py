@@ -6,7 +6,6 @@ from textwrap import fill
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -23,8 +22,10 @@ from roughsim.charts.style import (
     USUAL,
     Look,
     band,
+    log_values,
     new_figure,
-    plain_ticks,
+    no_formula,
+    scale_colours,
 )
 from roughsim.estimate import fields
 from roughsim.grid import Array
@@ -51,7 +52,6 @@ _SYMBOLS = {
 }
 _WORDS = {"flash_width": "hot-spot width"}  # where they differ from the name
 OVER_SPEED = tuple(name for name, record in OBSERVABLES.items() if record.per_speed)
-_BRIGHTEST = 0.85  # of the colours of several scenes; the end of the scale is too pale for paper
 _ONE, _MANY = (5.4, 3.8), (9.6, 5.8)  # sizes of a figure of one panel and of all, inches
 _LETTERS = 46  # of a line of text in a panel
 
@@ -96,11 +96,11 @@ def curves_chart(
             raise ValueError(
                 f"{quantity} is over the speed, and no speed is above 0 m/s; add one to sliding.speed"
             )
-    with new_figure(
-        path, _MANY if several else _ONE, plain(title).replace("$", r"\$"), look
-    ) as figure:
+    size = _MANY if several else _ONE
+    with new_figure(path, size, no_formula(title), look) as figure:
         panels: list[Axes] = list(figure.subplots(2, 3).ravel()) if several else [figure.subplots()]
-        colours = _colours(entries)
+        # a single one has a colour for each source
+        colours = [None] if len(entries) == 1 else scale_colours(len(entries))
         for axes, quantity in zip(panels, quantities, strict=False):
             if at_rest and quantity not in (PSD, CORRELATION):
                 axes.set_axis_off()
@@ -116,13 +116,6 @@ def curves_chart(
                 _write_about_run(panels[-1], entries[0])
         else:
             panels[0].legend(handles=handles, loc="best")
-
-
-def _colours(entries: Sequence[Entry]) -> list[Any]:
-    """Return a colour for each of several entries; None for a single one, whose sources have colours."""
-    if len(entries) == 1:
-        return [None]
-    return list(mpl.colormaps["viridis"](np.linspace(0.0, _BRIGHTEST, len(entries))))
 
 
 def _speeds(scene: Scene) -> Array:
@@ -217,25 +210,15 @@ def theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
         # a table over temperature may end at the highest speed
         beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0
         speed = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
-        both = prediction.over_speed(scene, speed), prediction.calibrated_over_speed(scene, speed)
-        theory, law = (by[observable] for by in both)
-        shares = [
-            share(scene, speed)
-            for share in (prediction.heat_partition, prediction.calibrated_share)
-        ]
+        theory = prediction.over_speed(scene, speed)[observable]
+        law = prediction.calibrated_over_speed(scene, speed)[observable]
     else:
         moving = np.array(scene.speeds) > 0.0
-        theory, law = (
-            prediction.predictions(scene)[observable],
-            fields.calibrated_predictions(scene)[observable],
-        )
-        theory, law = theory[moving], law[moving]
-        shares = [
-            share(scene)[moving]
-            for share in (prediction.heat_partition, prediction.calibrated_share)
-        ]
+        theory = prediction.predictions(scene)[observable][moving]
+        law = fields.calibrated_predictions(scene)[observable][moving]
     if OBSERVABLES[observable].heated:
-        theory, law = theory * shares[0], law * shares[1]
+        theory = theory * prediction.heat_partition(scene, speed)
+        law = law * prediction.calibrated_share(scene, speed)
     return speed, {"theory": theory, "calibrated": law}
 
 
@@ -269,10 +252,7 @@ def _name_axes(axes: Axes, entries: Sequence[Entry], quantity: str) -> None:
     columns = ", ".join(column for column in cut if column)
     axes.set_title(words[0].upper() + words[1:] + (f" ({columns}: at $q_c$)" if columns else ""))
     if all(np.nanmin(line.get_ydata(), initial=np.inf) > 0.0 for line in axes.lines):
-        axes.set_yscale("log")
-        low, high = axes.get_ylim()
-        if high / low < 100.0:  # 20, 50, 100 on an axis of less than two decades
-            plain_ticks(axes.yaxis)
+        log_values(axes)
 
 
 def _column_at_cut_off(entry: Entry, observable: str) -> str:

@@ -1,39 +1,97 @@
 """What a reaction feels: quantiles of the temperature, activation temperatures over energy, rates over speed."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
-from roughsim.charts.reaction_lines import (
-    ReactionLine,
-    activation_lines,
-    lines_over_speed,
-    moving_places,
-    quantile_lines,
-    speed_label,
-    theory_of,
-)
-from roughsim.charts.sliding import speed_colours
 from roughsim.charts.style import (
     CALIBRATED,
     COLOURS,
+    DASHES,
     Subject,
     band,
     legend_below,
     new_figure,
     row_of_panels,
+    scale_colours,
+    under_title,
 )
 from roughsim.estimate.asked import ABOUT, ACTIVATION, RATE
+from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
+from roughsim.observables.distribution import LEVELS
+from roughsim.results import columns
 from roughsim.results.reactions import not_asked
+from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
-from roughsim.show.text import plain
+from roughsim.show.table import with_unit
+from roughsim.table import Estimate, Results, concat
 
+HOTTER, WARM, RATES = "hotter", ACTIVATION, RATE  # panels
+_LABELS = {"energy": "{:.3g} eV", "temperature": "{:g} K", "speed": "{:g} m/s"}
 _WIDTH = 4.4  # of a panel, inches
-_DASHES = (0, (4, 2))  # of the calibrated theory
+_POINTS: dict[str, Any] = {"marker": "o", "ms": 3}
+_ERRORS = _POINTS | {"capsize": 2}
+
+
+class ReactionLine(NamedTuple):
+    """A measured line with its total errors, 95 %, and the calibrated theory; None for the column sliding."""
+
+    label: str
+    place: Array  # % of heat or area that is hotter; E, eV; or v, m/s
+    mean: Array  # temperature of the quantile, K; T_act, K; or the observable
+    error: Array
+    theory: Array | None
+
+
+def reaction_lines(run: Run, column: str) -> dict[str, list[ReactionLine]]:
+    """Return the lines of each panel; the run needs two sound realizations.
+
+    There are none if the scene asks for no distribution of the temperature, or has no speed above zero.
+    """
+    if not (run.scene.distribution and any(run.scene.speeds)):
+        return {}
+    kinds = {"of the heat": "temperature_quantile_", "of the area": "temperature_quantile_area_"}
+    quantiles = [kind + level for kind in kinds.values() for level in LEVELS]
+    found = _results(run, [*quantiles, ACTIVATION, RATE], column)
+    hotter, shares = [], 100.0 * (1.0 - np.array([*LEVELS.values()]))
+    for label, kind in kinds.items():
+        pieces = {(k,): found[kind + level] for k, level in enumerate(LEVELS)}
+        fastest = _lines(concat(pieces, {"share": shares}), "share", column)[-1]
+        hotter.append(fastest._replace(label=label))
+    if run.scene.reaction is None:
+        return {HOTTER: hotter}
+    return {
+        HOTTER: hotter,
+        WARM: _lines(found[ACTIVATION], "energy", column),
+        RATES: _lines(found[RATE], "speed", column),
+    }
+
+
+def _results(run: Run, observables: list[str], column: str) -> Results:
+    """Return observables of a column, and of the calibrated theory; not beside the column sliding: it takes seconds."""
+    chosen = [column] if column == SLIDING else [column, columns.CALIBRATED]
+    return columns.results_of(run, observables, chosen)
+
+
+def _lines(found: Estimate, along: str, column: str) -> list[ReactionLine]:
+    """Return an estimate in motion along one of its axes, ascending: a line for each label of the other axis."""
+    speeds = found.coords["speed"]
+    found = found.sel(speed=np.sort(speeds[speeds > 0.0]))
+    if along == "energy":
+        found = found.sel(energy=np.sort(found.coords[along]))
+    (other,) = {*found.dims} - {"column", along}
+    lines = []
+    for label in found.coords[other].tolist():
+        at = found.sel(**{other: label})
+        one, theory = at.sel(column=column), None
+        if columns.CALIBRATED in at.coords["column"]:
+            theory = at.sel(column=columns.CALIBRATED).mean
+        words = _LABELS[other].format(label)
+        lines.append(ReactionLine(words, one.coords[along], one.mean, one.total_error, theory))
+    return lines
 
 
 def reaction_chart(subject: Subject, path: Path) -> None:
@@ -42,27 +100,17 @@ def reaction_chart(subject: Subject, path: Path) -> None:
     Means over all realizations with their total errors, 95 %; the calibrated theory, which is not drawn for the
     column sliding, is dashed. ValueError if the run has no distribution of the temperature, or no speed above zero.
     """
-    run = subject.run
-    if not run.scene.distribution:
-        raise not_asked(run, "distribution of the temperature")
-    fast = _moving(subject)
-    reacts = run.scene.reaction is not None
-    with new_figure(
-        path, (_WIDTH * (3 if reacts else 1), 3.9), _title(subject), subject.look
-    ) as figure:
-        panels = row_of_panels(figure, 3 if reacts else 1)
-        _draw_hotter(panels[0], subject, int(fast[-1]))
-        if reacts:
-            found, theory = run.reactions(subject.column), theory_of(run, subject.column)
-            _draw_temperatures(
-                panels[1], activation_lines(run, found[ACTIVATION], theory.get(ACTIVATION))
-            )
-            _draw_over_speed(
-                panels[2],
-                RATE,
-                lines_over_speed(run, found[RATE], theory.get(RATE)),
-                with_theory=bool(theory),
-            )
+    if not subject.run.scene.distribution:
+        raise not_asked(subject.run, "distribution of the temperature")
+    _check_motion(subject)
+    lines = reaction_lines(subject.run, subject.column)
+    size = _WIDTH * len(lines), 3.9
+    with new_figure(path, size, _title(subject), subject.look) as figure:
+        panels = row_of_panels(figure, len(lines))
+        _draw_hotter(panels[0], subject, lines[HOTTER])
+        if WARM in lines:
+            _draw_temperatures(panels[1], lines[WARM])
+            _draw_over_speed(panels[2], RATE, lines[RATES])
             panels[2].set_title("Rate per nominal area")
 
 
@@ -71,75 +119,65 @@ def over_speed_chart(name: str, subject: Subject, path: Path) -> None:
 
     Errors and theory as of `reaction_chart`. ValueError if the scene does not ask for it, or has no speed above zero.
     """
-    run = subject.run
-    found = run.reactions(subject.column)
+    found = _results(subject.run, [name], subject.column)
     if name not in found:
-        raise not_asked(run, name)
-    _moving(subject)
-    theory = theory_of(run, subject.column)
-    lines = lines_over_speed(run, found[name], theory.get(name))
+        raise not_asked(subject.run, name)
+    _check_motion(subject)
     with new_figure(path, (_WIDTH, 3.9), _title(subject), subject.look) as figure:
-        _draw_over_speed(figure.subplots(), name, lines, with_theory=bool(theory))
+        _draw_over_speed(figure.subplots(), name, _lines(found[name], "speed", subject.column))
 
 
-def _moving(subject: Subject) -> NDArray[np.intp]:
-    """Return the places of the speeds above zero, slowest first; ValueError if there is none."""
-    places = moving_places(subject.run)
-    if not places.size:
+def _check_motion(subject: Subject) -> None:
+    """Raise ValueError if no speed is above zero."""
+    if not any(subject.run.scene.speeds):
         raise ValueError(
             "speed = 0 m/s makes no heat to draw; give the scene a speed, for example 1"
         )
-    return places
 
 
 def _title(subject: Subject) -> str:
-    scene = plain(subject.run.scene.title).replace("$", r"\$")
     dashed = "" if subject.column == SLIDING else "; dashed: calibrated theory"
-    return "\n".join(
-        line for line in (scene, f"{subject.column} contact, total errors 95 %{dashed}") if line
-    )
+    words = f"{subject.column} contact, total errors 95 %{dashed}"
+    return under_title(subject.run.scene.title, words)
 
 
-def _draw_hotter(axes: Axes, subject: Subject, fastest: int) -> None:
+def _draw_hotter(axes: Axes, subject: Subject, lines: list[ReactionLine]) -> None:
     """Draw the shares of the heat and of the contact area that are hotter than T at the highest speed."""
-    lines = quantile_lines(subject.run, subject.column, fastest)
-    if subject.column != SLIDING:
+    if lines[0].theory is not None:
         label = "of the heat, calibrated theory"
-        axes.plot(
-            lines[0].theory, lines[0].place, color=CALIBRATED, lw=1.0, ls=_DASHES, label=label
-        )
-    for line, colour in zip(lines, (COLOURS[subject.column], "0.5"), strict=True):
-        style: dict[str, Any] = {"color": colour, "lw": 1.2, "marker": "o", "ms": 3, "capsize": 2}
-        axes.errorbar(line.mean, line.place, xerr=line.error, label=line.label, **style)
-    flash = subject.run.estimate("flash_temperature", subject.column).mean[fastest]
-    axes.axvline(flash, color=COLOURS[subject.column], lw=1.0, ls="--")
-    title = f"Share that is hotter, {speed_label(subject.run.scene.speeds[fastest])}"
+        axes.plot(lines[0].theory, lines[0].place, color=CALIBRATED, lw=1.0, ls=DASHES, label=label)
+    colour = COLOURS[subject.column]
+    for line, own in zip(lines, (colour, "0.5"), strict=True):
+        style = _ERRORS | {"color": own, "lw": 1.2, "label": line.label}
+        axes.errorbar(line.mean, line.place, xerr=line.error, **style)
+    speed = max(subject.run.scene.speeds)
+    flash = subject.run.estimate("flash_temperature", subject.column).sel(speed=speed)
+    axes.axvline(float(flash.mean), color=colour, lw=1.0, ls="--")
+    title = f"Share that is hotter, {speed:g} m/s"
     axes.set(yscale="log", xlabel="$T$, K", ylabel="% hotter than $T$", title=title)
     legend_below(axes)
 
 
 def _draw_temperatures(axes: Axes, lines: list[ReactionLine]) -> None:
     """Draw activation temperatures over the energy, a line for each speed."""
-    for line, colour in zip(lines, speed_colours(len(lines)), strict=True):
-        style: dict[str, Any] = {"color": colour, "marker": "o", "ms": 3, "capsize": 2}
-        axes.errorbar(line.place, line.mean, yerr=line.error, label=line.label, **style)
-        axes.plot(line.place, line.theory, color=colour, lw=1.0, ls=_DASHES)
+    for line, colour in zip(lines, scale_colours(len(lines)), strict=True):
+        style = _ERRORS | {"color": colour, "label": line.label}
+        axes.errorbar(line.place, line.mean, yerr=line.error, **style)
+        if line.theory is not None:
+            axes.plot(line.place, line.theory, color=colour, lw=1.0, ls=DASHES)
     axes.set(xlabel="$E$, eV", ylabel=r"$T_\mathrm{act}$, K", title="Activation temperature")
     legend_below(axes, title="$v$", columns=2)
 
 
-def _draw_over_speed(
-    axes: Axes, name: str, lines: list[ReactionLine], *, with_theory: bool
-) -> None:
+def _draw_over_speed(axes: Axes, name: str, lines: list[ReactionLine]) -> None:
     """Draw estimates of one observable over the speed, a line for each energy or temperature."""
-    for line, colour in zip(lines, speed_colours(len(lines)), strict=True):
+    for line, colour in zip(lines, scale_colours(len(lines)), strict=True):
         band(axes, line.place, line.mean, line.error, colour, line.label)
-        axes.lines[-1].set(label=line.label, marker="o", ms=3)
-        if with_theory:
+        axes.lines[-1].set(label=line.label, **_POINTS)
+        if line.theory is not None:
             gid = f"{line.label}: calibrated theory"
-            axes.plot(line.place, line.theory, color=colour, lw=1.0, ls=_DASHES, gid=gid)
-    words, unit = name.replace("_", " "), UNITS[name]
-    axes.set(xscale="log", xlabel="$v$, m/s", ylabel=words if unit == "1" else f"{words}, {unit}")
+            axes.plot(line.place, line.theory, color=colour, lw=1.0, ls=DASHES, gid=gid)
+    axes.set(xscale="log", xlabel="$v$, m/s", ylabel=with_unit(name.replace("_", " "), UNITS[name]))
     if name == RATE:
         axes.set_yscale("log")
     legend_below(axes, title="$E$" if ABOUT[name] == "energy" else "$T$", columns=2)

@@ -2,38 +2,39 @@
 
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 
-from roughsim.charts.style import Subject, new_figure, plain_ticks, scaled
+from roughsim.charts.style import (
+    DASHES,
+    Subject,
+    new_figure,
+    plain_ticks,
+    scale_colours,
+    scaled,
+    under_title,
+)
 from roughsim.estimate.errors import half_width, spread
 from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS
-from roughsim.show.text import plain
 
 # title, label, and the curves drawn: solid, and dashed
 _PANELS = (
     (
         "Flash temperature; dashed: frozen, all heat",
         r"$T_\mathrm{flash}$, K",
-        ("flash", "frozen_flash"),
+        ("flash_temperature", "frozen_flash_temperature"),
     ),
     (
         "Contact, background included",
         r"$\langle T\sigma\rangle/\langle\sigma\rangle$, K",
-        ("contact",),
+        ("contact_temperature",),
     ),
     ("Background, moving body; dashed: resting", "$T$, K", ("background", "resting_background")),
     ("Share of the heat into the moving body", "share", ("moving_share",)),
 )
-_DASHES = ("-", (0, (4, 2)))
-_DARKEST, _BRIGHTEST = (
-    0.0,
-    0.85,
-)  # of the colours of the speeds; the end of the scale is too pale for paper
+_DASHES = ("-", DASHES)
 
 
 def sliding_chart(subject: Subject, path: Path) -> None:
@@ -46,35 +47,23 @@ def sliding_chart(subject: Subject, path: Path) -> None:
     count, speeds = len(curves["slide_moving_share"]), run.scene.speeds
     factor, unit = scaled(float(curves[AXIS][-1]), "m")
     distance, ends = curves[AXIS] * factor, np.array(run.scene.sliding.distances) * factor
-    colours = speed_colours(len(speeds))
+    colours = scale_colours(len(speeds))
     members = f"{count} members" if count > 1 else "one member"
     faces = f"Both faces slide; {members}"
-    followed = run.followed
-    if followed is not None:
-        whole = ends.max()
-        faces += f", followed over {followed * factor:.3g} of {whole:.3g} {unit}"
-    title = "\n".join(line for line in (plain(run.scene.title).replace("$", r"\$"), faces) if line)
+    if run.followed is not None:
+        faces += f", followed over {run.followed * factor:.3g} of {ends.max():.3g} {unit}"
+    title = under_title(run.scene.title, faces)
     with new_figure(path, (11.4, 5.6), title, subject.look) as figure:
         panels = figure.subplots(2, 3, sharex=True)
-        for axes, (words, label, names) in zip(panels[:, :2].ravel(), _PANELS, strict=True):
+        for axes, (title, label, names) in zip(panels[:, :2].ravel(), _PANELS, strict=True):
             for name, dashes in zip(names, _DASHES, strict=False):
-                rows = (
-                    curves[f"slide_{name}"]
-                    if f"slide_{name}" in curves
-                    else curves[f"slide_{name}_temperature"]
-                )
+                rows = curves[f"slide_{name}"]
                 for k, colour in enumerate(colours):
                     # whole steps are a little longer or shorter
                     slid = (distance <= ends[k] * (1 + 1e-2)) & np.isfinite(rows[:, k]).all(axis=0)
-                    _draw_mean(
-                        axes,
-                        distance[slid],
-                        rows[:, k, slid],
-                        colour,
-                        dashes,
-                        f"{name}, {speeds[k]:g} m/s",
-                    )
-            axes.set(xscale="log", ylabel=label, title=words)
+                    words = f"{name.removesuffix('_temperature')}, {speeds[k]:g} m/s"
+                    _draw_mean(axes, distance[slid], rows[:, k, slid], colour, dashes, words)
+            axes.set(xscale="log", ylabel=label, title=title)
             if label == "share":
                 axes.set_ylim(0.0, 1.0)
             else:
@@ -105,14 +94,6 @@ def _draw_turnover(axes: Axes, distance: Array, curves: dict[str, Array]) -> Non
         title="Spots that live on; dashed: stress correlation", ylabel="share", ylim=(-0.02, 1.02)
     )
     axes.margins(x=0.0)
-
-
-def speed_colours(count: int) -> list[str]:
-    """Return a colour for each speed as "#rrggbb"."""
-    return [
-        to_hex(colour)
-        for colour in mpl.colormaps["viridis"](np.linspace(_DARKEST, _BRIGHTEST, count))
-    ]
 
 
 def _draw_mean(

@@ -1,26 +1,31 @@
 """Figure of a study: curves over a varied number, and a map over two."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from roughsim.charts.style import DASHES, THEORY, USUAL, Look, band, new_figure, plain_ticks
+from roughsim.charts.style import (
+    DASHES,
+    THEORY,
+    USUAL,
+    Look,
+    band,
+    log_values,
+    new_figure,
+    no_formula,
+    plain_ticks,
+    scale_colours,
+)
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import shown, with_unit
-from roughsim.show.text import plain
 from roughsim.table import AT_CUT_OFF
 
-_DARKEST, _BRIGHTEST = (
-    0.0,
-    0.85,
-)  # of the colours of curves; the end of the scale is too pale for paper
 _MOST_CURVES = 8  # of one panel: more cannot be distinguished
 _DEVIATIONS = (
     -50.0,
@@ -89,7 +94,7 @@ def study_chart(
         Options of the figure.
     """
     width = 5.4 if y is None else 10.0
-    with new_figure(path, (width, 4.0), plain(title).replace("$", r"\$"), look) as figure:
+    with new_figure(path, (width, 4.0), no_formula(title), look) as figure:
         panels = figure.subplots(1, 1 if y is None else 2, squeeze=False)[0]
         _draw_curves(panels[0], curves, x, column, observable, legend)
         panels[0].set_title(subtitle)
@@ -106,9 +111,8 @@ def _draw_curves(
     if len(labels) > _MOST_CURVES:
         chosen = np.linspace(0, len(labels) - 1, _MOST_CURVES).round().astype(int)
         labels = [labels[k] for k in chosen]
-    colours = mpl.colormaps["viridis"](np.linspace(_DARKEST, _BRIGHTEST, len(labels)))
     handles: list[Line2D] = []
-    for label, colour in zip(labels, colours, strict=True):
+    for label, colour in zip(labels, scale_colours(len(labels)), strict=True):
         rows = curves[label]
         for source, dashes in (("theory", "-"), ("calibrated", DASHES)):
             theory = _points(rows, x, source, observable)
@@ -140,21 +144,18 @@ def _draw_curves(
 
 def _set_scales(axes: Axes, rows: _Rows, x: Along, column: str) -> None:
     """Make an axis logarithmic if its values allow it."""
-    places = [row[x.name] for row in rows]
-    if _spans_decades(min(places), max(places)):
-        axes.set_xscale("log")
-        plain_ticks(axes.xaxis)
+    _log_over_decades(axes, "x", [row[x.name] for row in rows])
     simulated = [row["value"] for row in rows if row["column"] == column]
     if min(simulated, default=1.0) > 0.0:
-        axes.set_yscale("log")
-        bottom, top = axes.get_ylim()
-        if top / bottom < 100.0:
-            plain_ticks(axes.yaxis)
+        log_values(axes)
 
 
-def _spans_decades(low: float, high: float) -> bool:
-    """Whether an axis between two values should be logarithmic."""
-    return low > 0.0 and high > 5.0 * low
+def _log_over_decades(axes: Axes, axis: str, places: Iterable[float]) -> None:
+    """Make an axis, "x" or "y", logarithmic if the highest of the places is far above the lowest."""
+    places = sorted(places)
+    if places[-1] > 5.0 * places[0] > 0.0:
+        axes.set(**{f"{axis}scale": "log"})
+        plain_ticks(getattr(axes, f"{axis}axis"))
 
 
 def _draw_points(axes: Axes, points: _Points, marker: str, colour: Any) -> None:
@@ -241,12 +242,8 @@ def _draw_map(axes: Axes, rows: _Rows, x: Along, y: Along, column: str, observab
         )
         title += "\ncircles: at $q_c$, or a part of ± unknown"
     axes.set(xlabel=x.title, ylabel=y.title, title=title)
-    if _spans_decades(at_x[0], at_x[-1]):
-        axes.set_xscale("log")
-        plain_ticks(axes.xaxis)
-    if _spans_decades(at_y[0], at_y[-1]):
-        axes.set_yscale("log")
-        plain_ticks(axes.yaxis)
+    _log_over_decades(axes, "x", at_x)
+    _log_over_decades(axes, "y", at_y)
 
 
 def _over_two(rows: _Rows, x: Along, y: Along, at_x: Array, at_y: Array, column: str) -> Array:

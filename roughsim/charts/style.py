@@ -13,8 +13,10 @@ from textwrap import fill, shorten
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.text import Text
@@ -119,20 +121,28 @@ class Subject:
             rf"{self.column} contact, $q_c$ = {mantissa}$\times$10$^{{{int(exponent)}}}$ rad/m"
         ]
         if self.index is not None:
-            which.append(_surface_of(self.run, self.index))
+            whole = "the map and its mirror images" if self.run.edges == "mirror" else "the map"
+            which.append(f"realization {self.index}" if self.run.drawn else whole)
         if self.speed is not None:
             which.append(f"$v$ = {self.speed:g} m/s")
-        scene = plain(shorten(self.run.scene.title, 90, placeholder=" …")).replace(
-            "$", r"\$"
-        )  # a title is no formula
-        return "\n".join(line for line in (scene, what, ", ".join(which)) if line)
+        title = shorten(self.run.scene.title, 90, placeholder=" …")
+        return under_title(title, what, ", ".join(which))
 
 
-def _surface_of(run: Run, index: int) -> str:
-    """Return in words what surface the cell of a realization holds."""
-    if run.drawn:
-        return f"realization {index}"
-    return "the map and its mirror images" if run.edges == "mirror" else "the map"
+def under_title(title: str, *lines: str) -> str:
+    """Return lines below the title of a scene, if it has one."""
+    return "\n".join(filter(None, (no_formula(title), *lines)))
+
+
+def no_formula(text: str) -> str:
+    """Return a text that is drawn as it is, in one line."""
+    return plain(text).replace("$", r"\$")
+
+
+def scale_colours(count: int) -> list[str]:
+    """Return colours for an ascending number, as a speed, as "#rrggbb"."""
+    # the end of the scale is too pale for paper
+    return [to_hex(colour) for colour in mpl.colormaps["viridis"](np.linspace(0.0, 0.85, count))]
 
 
 def as_path(path: str | Path | None) -> Path | None:
@@ -246,6 +256,14 @@ def plain_ticks(axis: Axis) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high <= 1e3 * low else (1.0,)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
+
+
+def log_values(axes: Axes) -> None:
+    """Make the axis of the values logarithmic; over less than two decades with ticks as 20, 50, 100."""
+    axes.set_yscale("log")
+    low, high = axes.get_ylim()
+    if high / low < 100.0:
+        plain_ticks(axes.yaxis)
 
 
 def scaled(largest: float, unit: str) -> tuple[float, str]:

@@ -11,12 +11,11 @@ import scipy
 from numpy.typing import NDArray
 
 from roughsim import prediction
-from roughsim.charts.reaction_lines import ReactionLine
+from roughsim.charts.reaction import ReactionLine, reaction_lines
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import half_width
-from roughsim.explore.reacting import reaction_lines
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature, contact_temperature
 from roughsim.observables.catalogue import OBSERVABLES
@@ -121,7 +120,7 @@ def _summarized(run: Run) -> Summary:
         sound,
         {level: run.kept(level) for level in levels},
         filmed(run),
-        reaction_lines(run) if all(begun.values()) else {},
+        reaction_lines(run, run.column(None)) if all(begun.values()) else {},
     )
 
 

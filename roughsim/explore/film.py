@@ -9,10 +9,17 @@ from bokeh.document import Document
 from bokeh.layouts import column, row
 from bokeh.plotting import figure
 
-from roughsim.charts.sliding import speed_colours
-from roughsim.charts.style import scaled
+from roughsim.charts.style import scale_colours, scaled
 from roughsim.explore.content import image_of
-from roughsim.explore.layout import LEGEND, MARK, MapPanel, empty_source, plain_text, upright
+from roughsim.explore.layout import (
+    LEGEND,
+    MARK,
+    WRAPPED,
+    MapPanel,
+    empty_source,
+    plain_text,
+    upright,
+)
 from roughsim.observables.catalogue import AXIS
 from roughsim.results.film import MemberFilm, read_film
 from roughsim.results.run import Run
@@ -48,10 +55,9 @@ class FilmView:
         self._add_maps()
         self._add_curves()
         self.text = plain_text("film_text", _NONE_YET)
-        wrapped = {"flex-wrap": "wrap"}
         self.root = column(
-            row(self.member, self.speed, self.slider, self.play, styles=wrapped),
-            row(*(panel.figure for panel in self.maps.values()), self.curve, styles=wrapped),
+            row(self.member, self.speed, self.slider, self.play, styles=WRAPPED),
+            row(*(panel.figure for panel in self.maps.values()), self.curve, styles=WRAPPED),
             self.text,
             plain_text("film_words", _WORDS, **{"max-width": "1000px", "color": "#666666"}),
             name="film",
@@ -116,9 +122,8 @@ class FilmView:
         self.curve.visible = False  # until there is a film
         self.curve.yaxis.axis_label = "T_flash, K"
         self.lines = []
-        for speed, colour in zip(
-            self.run.scene.speeds, speed_colours(len(self.run.scene.speeds)), strict=True
-        ):
+        speeds = self.run.scene.speeds
+        for speed, colour in zip(speeds, scale_colours(len(speeds)), strict=True):
             source = empty_source("x", "y", "frozen")
             style = {"source": source, "color": colour}
             self.curve.line("x", "y", line_width=2, legend_label=f"{speed:g} m/s", **style)

@@ -29,7 +29,7 @@ _REST = {
     "max-width": _PAGE,
     "overflow-x": "auto",
 }  # of a line; may be scrolled
-_WRAPPED = {"flex-wrap": "wrap"}  # a line that is too long is broken
+WRAPPED = {"flex-wrap": "wrap"}  # a line that is too long is broken
 _STEPS = 40  # of the slider in a decade of speed
 _SPEED_LABEL = "return Number(Math.pow(10, tick).toPrecision(3)) + ' m/s'"  # JavaScript: the slider is over log10 v
 MARK = "#00b7c7"  # visible on white, blue, red and black
@@ -61,6 +61,13 @@ THEME = Theme(json={"attrs": _STYLE})
 def empty_source(*names: str) -> models.ColumnDataSource:
     """Return a source of data whose columns are empty."""
     return models.ColumnDataSource({name: [] for name in names})
+
+
+def ends_of_errors(mean: Field, error: Field, *, log: bool) -> dict[str, Field]:
+    """Return the ends of errors; an unknown error has none, nor one that reaches zero on a log axis."""
+    error = np.where(np.isfinite(error), error, 0.0)
+    least = 1e-3 * mean if log else -np.inf
+    return {"low": np.maximum(mean - error, least), "high": mean + error}
 
 
 def _formula(symbol: str, unit: str) -> str:
@@ -118,7 +125,7 @@ class _Controls:
         self.colours_of = models.RadioButtonGroup(labels=labels, active=0, name="colours")
         colours = column(plain_text("", "colours"), self.colours_of)
         self.row = row(
-            self.level, self.member, self.slider, self.speed, self.angle, colours, styles=_WRAPPED
+            self.level, self.member, self.slider, self.speed, self.angle, colours, styles=WRAPPED
         )
 
 
@@ -296,12 +303,9 @@ class _CurvePanel:
 
     def show(self, name: str, curve: Curve) -> None:
         """Show the measured curve of a column with the band of its error; SI."""
-        error = np.where(np.isfinite(curve.error), curve.error, 0.0)
-        low, high = curve.mean - error, curve.mean + error
-        if self.over_speed:  # a band that reaches below zero has no end on a log axis
-            low = np.maximum(low, 1e-3 * curve.mean)
-        data = {"x": curve.x * self.x_factor, "y": curve.mean * self.factor}
-        self.sources[name].data = data | {"low": low * self.factor, "high": high * self.factor}
+        values = {"y": curve.mean, **ends_of_errors(curve.mean, curve.error, log=self.over_speed)}
+        data = {key: value * self.factor for key, value in values.items()}
+        self.sources[name].data = data | {"x": curve.x * self.x_factor}
 
 
 class Layout:
@@ -362,11 +366,11 @@ class Layout:
             for name, text in self.budgets.items()
         ]
         self.root = column(
-            row(heading, self.state, self.busy, spacing=16, styles=_WRAPPED),
+            row(heading, self.state, self.busy, spacing=16, styles=WRAPPED),
             self.problems,
             self.controls.row,
             self.skin.row,
-            row(*(panel.figure for panel in self.maps.values()), styles=_WRAPPED),
+            row(*(panel.figure for panel in self.maps.values()), styles=WRAPPED),
             self.values,
             row(
                 column(
@@ -377,11 +381,11 @@ class Layout:
                     styles={"flex": "1 1 340px", "max-width": "560px"},
                     **_WIDE,
                 ),
-                styles=_WRAPPED,
+                styles=WRAPPED,
                 **_WIDE,
             ),
-            row(*(panel.figure for panel in self.curves.values()), styles=_WRAPPED),
-            row(scene, models.Tabs(tabs=tabs, styles=_REST), spacing=30, styles=_WRAPPED, **_WIDE),
+            row(*(panel.figure for panel in self.curves.values()), styles=WRAPPED),
+            row(scene, models.Tabs(tabs=tabs, styles=_REST), spacing=30, styles=WRAPPED, **_WIDE),
             margin=(6, 10),
             **_WIDE,
         )

@@ -112,8 +112,8 @@ class Page:
         if watched.run.numerics.slide is not None:
             self.film = FilmView(watched.run, document, tasks(document, self.say).ask)
             self.layout.add_below(self.film.root)
-        self.reactions = ReactionView(watched.run)
-        if self.reactions.figures:
+        self.reactions = ReactionView(watched.run.column(None))
+        if scene.distribution:
             self.layout.add_below(self.reactions.root)
         self._connect()
         document.title = f"roughsim: {scene.title or watched.run.folder.name}"
