@@ -41,22 +41,13 @@ def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None)
     enlarged = (
         None if narrow or zoom is not None else busiest_part(field if hot else averaged(pressure))
     )
-    title, symbol, si_unit = FIELDS[name]
-    factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
-    field *= factor
-    hard = _share_in_grey(subject, name, pressure)
-    colours, windows = (
-        colour_range(name, field[window], hard),
-        [window] if enlarged is None else [window, enlarged],
-    )
-    outlined = (
-        pressure if hot and not (narrow and zoom is None) else None
-    )  # it would hide a small map
+    field, colours, label, hard = _with_colours(subject, name, field, pressure, window)
+    windows = [window] if enlarged is None else [window, enlarged]
+    # on a small map of the whole cell it would hide the spots
+    outlined = pressure if hot and not (narrow and zoom is None) else None
+    title = FIELDS[name][0]
     if hard:
-        title, symbol = (
-            f"{title}; grey: {100 * hard:.3g} % of it, at the hardness",
-            f"{symbol} below the hardness",
-        )
+        title += f"; grey: {100 * hard:.3g} % of it, at the hardness"
     size = 4.6 * len(windows) + 0.6, 3.9 * _height_over_width(grid, window) + 1.25
     with new_figure(path, size, subject.title(title), subject.look) as figure:
         panels = list(figure.subplots(1, len(windows), squeeze=False)[0])
@@ -66,18 +57,31 @@ def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None)
                 axes, field, grid, part, colours, outlined if part is windows[-1] else None
             )
         if enlarged is not None:
-            _draw_frame(panels[0], grid, enlarged, "1.0" if hot else "0.2")
+            factor = scaled(max(grid.lengths), "m")[0]
+            steps = np.array(grid.spacing) * factor
+            corner = steps * [part.start for part in enlarged]
+            frame: Any = {"fill": False, "ec": "1.0" if hot else "0.2", "lw": 0.8}
+            panels[0].add_patch(Rectangle(tuple(corner), *(ENLARGED * steps), **frame))
             panels[1].set_title(PART, fontsize=8, color="0.3")
         _sliding_arrow(panels[0], subject.speed)
-        colour_bar(figure, image, panels, f"{symbol}, {unit}", "right")
+        colour_bar(figure, image, panels, label, "right")
 
 
-def _draw_frame(axes: Axes, grid: Grid, enlarged: _Window, colour: str) -> None:
-    """Draw a frame around the enlarged part on a map of the whole cell."""
-    factor = scaled(max(grid.lengths), "m")[0]
-    x, y = (part.start * step * factor for part, step in zip(enlarged, grid.spacing, strict=True))
-    width, height = (ENLARGED * step * factor for step in grid.spacing)
-    axes.add_patch(Rectangle((x, y), width, height, fill=False, ec=colour, lw=0.8))
+def _with_colours(
+    subject: Subject, name: str, field: Array, pressure: Array, window: _Window
+) -> tuple[Array, dict[str, Any], str, float]:
+    """Return a field in a unit that suits a window, its colours and label there, and the share of contact in grey.
+
+    This is the contact at the hardness, on maps of pressure and heat flux.
+    """
+    _, symbol, si_unit = FIELDS[name]
+    factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
+    field = field * factor
+    hard = 0.0
+    if name in ("pressure", "heat_flux"):
+        hard = share_at_hardness(pressure, subject.run.scene, subject.column)
+    below = " below the hardness" if hard else ""
+    return field, colour_range(name, field[window], hard), f"{symbol}{below}, {unit}", hard
 
 
 def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | None = None) -> None:
@@ -88,19 +92,14 @@ def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | No
     title = subject.title(f"Heights, pressure and {third.replace('_', ' ')}")
     with new_figure(path, size, title, subject.look) as figure:
         for axes, name in zip(figure.subplots(1, len(names)), names, strict=True):
-            field, (_, symbol, si_unit) = subject.field(name), FIELDS[name]
-            factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
-            field *= factor
+            field, colours, label, _ = _with_colours(
+                subject, name, subject.field(name), pressure, window
+            )
             # on a whole cell the outlines would hide the spots
             outlined = pressure if name != "pressure" and zoom is not None else None
-            hard = _share_in_grey(subject, name, pressure)
-            colours, edge = (
-                colour_range(name, field[window], hard),
-                "0.0" if name == "heights" else _OUTLINE,
-            )
-            symbol += " below the hardness" if hard else ""
+            edge = "0.0" if name == "heights" else _OUTLINE
             image = draw_field(axes, field, grid, window, colours, outlined, edge)
-            colour_bar(figure, image, axes, f"{symbol}, {unit}", "bottom")
+            colour_bar(figure, image, axes, label, "bottom")
             if name in DERIVED_UNITS:
                 _sliding_arrow(axes, subject.speed)
 
@@ -211,12 +210,10 @@ def _sliding_arrow(axes: Axes, speed: float | None) -> None:
     """Show above a map which way the source slides through the body."""
     if speed is None:
         return
-    tip, tail = ((0.16, 1.03), (0.02, 1.03)) if speed > 0 else ((0.02, 1.03), (0.16, 1.03))
-    style: Any = {"arrowstyle": "->", "lw": 1.0}
-    axes.annotate(
-        "", tip, tail, xycoords="axes fraction", textcoords="axes fraction", arrowprops=style
-    )
-    words = "sliding" if speed > 0 else "sliding (−x)"
+    tail, tip = sorted([(0.02, 1.03), (0.16, 1.03)], reverse=speed < 0.0)
+    style: Any = {"arrowprops": {"arrowstyle": "->", "lw": 1.0}}
+    axes.annotate("", tip, tail, xycoords="axes fraction", textcoords="axes fraction", **style)
+    words = "sliding" if speed > 0.0 else "sliding (−x)"
     axes.text(0.18, 1.03, words, transform=axes.transAxes, va="center", fontsize=8)
 
 
@@ -228,12 +225,6 @@ def colour_bar(figure: Figure, image: Any, axes: Any, label: str, side: str) -> 
     )
     bar.set_label(label)
     bar.outline.set_linewidth(0.5)
-
-
-def _share_in_grey(subject: Subject, name: str, pressure: Array) -> float:
-    """Return the share of the contact, at the hardness, that a map of pressure or heat flux shows in grey."""
-    follows = name in ("pressure", "heat_flux")
-    return share_at_hardness(pressure, subject.run.scene, subject.column) if follows else 0.0
 
 
 def share_at_hardness(pressure: Array, scene: Scene, column: str) -> float:

@@ -26,15 +26,16 @@ CURVES: dict[str, Callable[[Subject, Path], None]] = {
     "sliding": sliding_chart,
     "reaction": reaction_chart,
     **{name: partial(over_speed_chart, name) for name in ABOUT},
+    "film": film_chart,
 }
-QUANTITIES = (*FIELDS, *CURVES, "film")
+QUANTITIES = (*FIELDS, *CURVES)
 _OF_REACTIONS = ("reaction", *ABOUT)
 _OF_ALL = ("correlation", "sliding", *_OF_REACTIONS)  # means over all realizations, without fields
 _NEEDS_SPEED = (*DERIVED_UNITS, "distribution", "profile")
 
 
 def _choose_subject(
-    run: Run, quantity: str, realization: int | None, speed: float | None, column: str | None
+    quantity: str, run: Run, realization: int | None, speed: float | None, column: str | None
 ) -> Subject:
     """Return the data that a quantity is drawn from; ValueError without kept fields, or if an argument does not fit."""
     if quantity == "sliding" and column is not None:
@@ -91,27 +92,8 @@ def _choose_film(
         raise ValueError(
             f"speed = {speed:g} m/s: the slide has followed {followed} m/s; choose one of them"
         )
-    return Subject(
-        run,
-        SLIDING,
-        run.numerics.slide or 0,
-        indices[0] if realization is None else realization,
-        speed,
-    )
-
-
-def _path_beside(
-    run: Run, quantity: str, realization: int | None, speed: float | None, column: str | None
-) -> Path:
-    """Return a .png beside the run folder, named after the choice."""
-    parts = [quantity]
-    if column:
-        parts.append(column)
-    if realization is not None:
-        parts.append(f"r{realization}")
-    if speed is not None:
-        parts.append(f"{speed:g}mps")
-    return beside(run.folder, *parts)
+    index = indices[0] if realization is None else realization
+    return Subject(run, SLIDING, run.numerics.slide or 0, index, speed)
 
 
 def plot_run(
@@ -151,18 +133,19 @@ def plot_run(
         raise ValueError(
             f"zoom and side_by_side are for maps, and {quantity} is not a map; choose one of {maps}"
         )
-    path = _path_beside(run, quantity, realization, speed, column) if path is None else Path(path)
+    if path is None:
+        at = "" if realization is None else f"r{realization}"
+        words = quantity, column, at, "" if speed is None else f"{speed:g}mps"
+        path = beside(run.folder, *filter(None, words))
+    path = Path(path)
     check_ending(path)
+    if side_by_side and quantity not in DERIVED_UNITS:
+        quantity = "temperature"  # the third field
+    choose = _choose_film if quantity == "film" else partial(_choose_subject, quantity)
+    subject = replace(choose(run, realization, speed, column), look=look)
     if side_by_side:
-        third = quantity if quantity in DERIVED_UNITS else "temperature"
-        subject = _choose_subject(run, third, realization, speed, column)
-        side_by_side_chart(replace(subject, look=look), third, path, zoom)
-        return path
-    if quantity == "film":
-        film_chart(replace(_choose_film(run, realization, speed, column), look=look), path)
-        return path
-    subject = replace(_choose_subject(run, quantity, realization, speed, column), look=look)
-    if quantity in FIELDS:
+        side_by_side_chart(subject, quantity, path, zoom)
+    elif quantity in FIELDS:
         map_chart(subject, quantity, path, zoom)
     else:
         CURVES[quantity](subject, path)

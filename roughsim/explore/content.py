@@ -84,43 +84,42 @@ class WatchedRun:
         """Read new members, and return the summary: the same object if it is unchanged."""
         with self._lock:
             before, latest = self._latest
-            if self.deleted:  # show the last summary
-                line = (
-                    f"{self.run.folder} was deleted or moved; the last results remain on the page"
-                )
-                if before != "deleted":
-                    self._latest = "deleted", latest._replace(problems=[line])
-                return self._latest[1]
-            if self.run.damaged:  # they may be whole again
-                self.run = open_run(self.run.folder, damaged="skip")
-            self.run.refresh()
-            state = self.run.counts, tuple(self.run.damaged)
-            if before != state:
-                self._latest = state, _summarized(self.run)
-            return self._latest[1]
+            state: Any = "deleted"
+            if not self.deleted:
+                if self.run.damaged:  # they may be whole again
+                    self.run = open_run(self.run.folder, damaged="skip")
+                self.run.refresh()
+                state = self.run.counts, tuple(self.run.damaged)
+            if before == state:
+                return latest
+            if state == "deleted":
+                words = "was deleted or moved; the last results remain on the page"
+                latest = latest._replace(problems=[f"{self.run.folder} {words}"])
+            else:
+                latest = _summarized(self.run)
+            self._latest = state, latest
+            return latest
 
 
 def _summarized(run: Run) -> Summary:
     """Return the summary of a run at this moment."""
-    problems = [
-        f"{text}. The other realizations are shown." for text in run.damaged.values()
-    ] + gap(run)
+    problems = [f"{text}. The other realizations are shown." for text in run.damaged.values()]
+    problems += gap(run)
     if run.failed:
         problems.append(f"{run.failed} realizations did not converge and are left out of the means")
     none_yet = "No realization yet, so there are no errors to show."
     levels = run.numerics.single
     sound = {level: run.members.sound(level) for level in levels}
-    begun = {
-        column: bool(sound[run.numerics.of_column(column)[0]]) for column in run.numerics.columns
-    }
+    columns = run.numerics.columns
+    begun = [c for c in columns if sound[run.numerics.of_column(c)[0]]]
     return Summary(
         problems,
-        {c: table_text(budget_table(run, c)) if there else none_yet for c, there in begun.items()},
-        {c: measured_curves(run, c) for c, there in begun.items() if there},
+        {c: table_text(budget_table(run, c)) if c in begun else none_yet for c in columns},
+        {c: measured_curves(run, c) for c in begun},
         sound,
         {level: run.kept(level) for level in levels},
         filmed(run),
-        reaction_lines(run, run.column(None)) if all(begun.values()) else {},
+        reaction_lines(run, run.column(None)) if len(begun) == len(columns) else {},
     )
 
 
@@ -145,9 +144,9 @@ def speed_range(scene: Scene) -> tuple[float, float]:
     With a table over temperature, the highest speed of the scene is the limit.
     """
     moving = [speed for speed in scene.speeds if speed > 0.0] or [1.0]
-    highest = (
-        10.0 ** (ceil(log10(max(moving))) + 1) if isinf(scene.temperature_range[1]) else max(moving)
-    )
+    highest = max(moving)
+    if isinf(scene.temperature_range[1]):
+        highest = 10.0 ** (ceil(log10(highest)) + 1)
     return 10.0 ** (floor(log10(min(moving))) - 1), highest
 
 
@@ -213,7 +212,7 @@ class MemberFields:
     pressure: Field
     preview_grid: Grid
     preview_pressure: Field
-    column: str | None = None  # whose share of the heat counts
+    column: str  # whose share of the heat counts
 
     def temperature(
         self, speed: float, direction: float, scene: Scene | None = None, *, preview: bool = False
@@ -223,9 +222,9 @@ class MemberFields:
         `scene` is that of the run if left out; it may have other layers on its bodies, which do not change the contact.
         """
         scene = self.run.scene if scene is None else scene
-        pressure, grid = (
-            (self.preview_pressure, self.preview_grid) if preview else (self.pressure, self.grid)
-        )
+        pressure, grid = self.pressure, self.grid
+        if preview:
+            pressure, grid = self.preview_pressure, self.preview_grid
         field = self.run.temperature(pressure, grid, speed, direction, self.column, scene)
         # the heat that a pixel sets free is in proportion to its pressure
         contact = None if preview else contact_temperature(field, pressure)
@@ -241,16 +240,12 @@ def load_fields(run: Run, level: int, index: int, preview: int = PREVIEW) -> Mem
     grid = run.numerics.grid(level)
     if index in run.kept(level):
         heights, pressure = (run.field(level, index, name) for name in ("heights", "pressure"))
-    elif (
-        level,
-        index,
-    ) in run.damaged or not run.drawn:  # `realize` draws a surface: a map would be another one
-        raise run.not_kept(level, index)
+    elif (level, index) in run.damaged or not run.drawn:
+        raise run.not_kept(level, index)  # `realize` draws a surface: a map would be another one
     else:
         solved = realize(run.scene, run.numerics, seed=run.seed, level=level, index=index)
-        heights, pressure = (
-            field.astype(np.float32) for field in (solved.heights, solved.contact.pressure)
-        )
+        heights = solved.heights.astype(np.float32)
+        pressure = solved.contact.pressure.astype(np.float32)
     # the temperature is linear in the heat, wave by wave: the long waves of the pressure give the long waves of it
     coarse = Grid((min(grid.shape[0], preview), min(grid.shape[1], preview)), grid.lengths)
     waves = pressure

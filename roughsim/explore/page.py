@@ -8,6 +8,7 @@ from math import radians
 from typing import Any
 
 import numpy as np
+from bokeh import models
 from bokeh.document import Document, without_document_lock
 
 from roughsim.charts.maps import share_at_hardness
@@ -85,32 +86,28 @@ class Page:
         self.watched = watched
         scene = watched.run.scene
         self.speed, self.direction = max(scene.speeds) or 1.0, 0.0
-        self.scene = (
-            scene  # of the shown temperature: the skin and the depth of the heat may be chosen
-        )
+        # of the shown temperature: the skin and the depth of the heat may be chosen
+        self.scene = scene
         self.member: MemberFields | None = None
         self.temperature: Temperature | None = None
         self.point: tuple[int, int] | None = None  # that is marked
-        self.maps: dict[
-            str, tuple[Field, Grid, Ends]
-        ] = {}  # by name: a field, its grid, its lowest and highest value
+        # by name: a field, its grid, its lowest and highest value
+        self.maps: dict[str, tuple[Field, Grid, Ends]] = {}
         self.hard = 0.0  # share of the contact at the hardness
         self.summary: Summary | None = None
-        self.began: float | None = (
-            None  # when fields that were not kept began to be computed, by `time.monotonic`
-        )
+        # when fields that were not kept began to be computed, by `time.monotonic`
+        self.began: float | None = None
         self.usual = 0.0  # s that this takes
         self._setting_controls = False
         self.layout = Layout(watched.run, self.speed)
-        self.news = tasks(document, self.say)
-        self.readings = tasks(document, self.say)
-        self.temperatures = tasks(document, self.say)
-        self.images = tasks(document, self.say)
+        self.controls = self.layout.controls
+        queue = partial(tasks, document, self.say)
+        self.news, self.readings, self.temperatures, self.images = (queue() for _ in range(4))
         for name, curve in watched.theory.items():
             self.layout.curves[name].show_theory(*curve)
         self.film: FilmView | None = None
         if watched.run.numerics.slide is not None:
-            self.film = FilmView(watched.run, document, tasks(document, self.say).ask)
+            self.film = FilmView(watched.run, document, queue().ask)
             self.layout.add_below(self.film.root)
         self.reactions = ReactionView(watched.run.column(None))
         if scene.distribution:
@@ -126,39 +123,31 @@ class Page:
 
     def _connect(self) -> None:
         """Connect the controls to their actions; changes made by the page itself have none."""
-        layout, controls = self.layout, self.layout.controls
+        layout, controls = self.layout, self.controls
 
         def when(model: Any, name: str, act: Callable[[], None]) -> None:
             model.on_change(name, lambda attr, old, new: None if self._setting_controls else act())
 
-        when(
-            controls.slider,
-            "value",
-            lambda: self.choose(10.0**controls.slider.value, self.direction, moving=True),
-        )
-        when(
-            controls.slider,
-            "value_throttled",
-            lambda: self.choose(10.0**controls.slider.value, self.direction),
-        )
-        when(
-            controls.angle,
-            "value",
-            lambda: self.choose(self.speed, radians(controls.angle.value), moving=True),
-        )
-        when(
-            controls.angle,
-            "value_throttled",
-            lambda: self.choose(self.speed, radians(controls.angle.value)),
-        )
+        def slide_speed(*, moving: bool = False) -> None:
+            self.choose(10.0**controls.slider.value, self.direction, moving=moving)
+
+        def turn(*, moving: bool = False) -> None:
+            self.choose(self.speed, radians(controls.angle.value), moving=moving)
+
+        moved: dict[models.Slider, Callable[..., None]] = {
+            controls.slider: slide_speed,
+            controls.angle: turn,
+            layout.skin.thickness: self.choose_layers,
+            layout.skin.heat_depth: self.choose_layers,
+        }
+        for slider, act in moved.items():
+            when(slider, "value", partial(act, moving=True))
+            when(slider, "value_throttled", act)
         when(controls.speed, "value", lambda: self.type_speed(controls.speed.value))
         when(controls.level, "value", self.choose_level)
         when(controls.member, "value", self.choose_member)
         when(controls.colours_of, "active", self.draw_maps)
         when(layout.skin.material, "value", self.choose_layers)
-        for slider in (layout.skin.thickness, layout.skin.heat_depth):
-            when(slider, "value", partial(self.choose_layers, moving=True))
-            when(slider, "value_throttled", self.choose_layers)
         for axis in (layout.x_range, layout.y_range):
             when(axis, "start", self.draw_maps)
             when(axis, "end", self.draw_maps)
@@ -167,11 +156,9 @@ class Page:
 
     def say(self, problem: Exception | str) -> None:
         """Show the problem that ended a task above the problems of the run; an empty text removes it."""
-        lines = [str(problem)] if str(problem) else []
-        self.layout.problems.text = "\n".join(
-            [*lines, *(self.summary.problems if self.summary else [])]
-        )
-        if lines:
+        lines = [str(problem), *(self.summary.problems if self.summary else [])]
+        self.layout.problems.text = "\n".join(filter(None, lines))
+        if str(problem):
             self.began, self.layout.busy.text = None, ""
 
     # the run
@@ -203,32 +190,31 @@ class Page:
         """List the realizations of the chosen level; if none is shown yet, show the first one with fields."""
         if self.summary is None:
             return
-        level = int(self.layout.controls.level.value)
-        sound, kept, member = (
-            self.summary.sound[level],
-            self.summary.kept[level],
-            self.layout.controls.member,
-        )
-        with_fields = set(kept)
-        member.options = [
-            (str(i), str(i) if i in with_fields else f"{i} (computed again)") for i in sound
-        ]
+        level = self.chosen_level
+        sound, kept = self.summary.sound[level], self.summary.kept[level]
+        member = self.controls.member
+        member.options = [(str(i), str(i) if i in kept else f"{i} (computed again)") for i in sound]
         member.disabled = not sound
         if sound and member.value not in map(str, sound):
             member.value = str((kept or sound)[0])
 
+    @property
+    def chosen_level(self) -> int:
+        """The level in the control."""
+        return int(self.controls.level.value)
+
     def choose_level(self) -> None:
         """Show the same realization at another level."""
-        before = self.layout.controls.member.value
+        before = self.controls.member.value
         self.offer_members()
-        if self.layout.controls.member.value == before:
+        if self.controls.member.value == before:
             self.choose_member()
 
     def choose_member(self) -> None:
         """Read the fields of the chosen member, or compute them again, with a progress bar."""
-        if not self.layout.controls.member.value:
+        if not self.controls.member.value:
             return
-        level, index = int(self.layout.controls.level.value), int(self.layout.controls.member.value)
+        level, index = self.chosen_level, int(self.controls.member.value)
         self.member, self.temperature, self.point, self.maps = None, None, None, {}
         self.layout.clear()
         self.layout.busy.text = f"reading realization {index} …"
@@ -238,10 +224,7 @@ class Page:
         self.turn_bar()
 
         def show(member: MemberFields) -> None:
-            if (str(level), str(index)) == (
-                self.layout.controls.level.value,
-                self.layout.controls.member.value,
-            ):
+            if (level, index) == (self.chosen_level, int(self.controls.member.value)):
                 self.show_member(member)  # and no other was chosen meanwhile
 
         self.readings.ask(lambda: load_fields(self.watched.run, level, index), show)
@@ -252,12 +235,9 @@ class Page:
             return
         elapsed = time.monotonic() - self.began
         done = min(elapsed / max(self.usual, 1e-9), 0.99)
-        bar = "█" * round(_BAR * done) + "░" * (_BAR - round(_BAR * done))
-        left = (
-            f"about {clock(self.usual - elapsed)} left"
-            if elapsed < self.usual
-            else "any moment now"
-        )
+        bar = ("█" * round(_BAR * done)).ljust(_BAR, "░")
+        rest = self.usual - elapsed
+        left = f"about {clock(rest)} left" if rest > 0.0 else "any moment now"
         self.layout.busy.text = f"{bar} these fields were not kept and are computed again, {left}"
 
     def show_member(self, member: MemberFields) -> None:
@@ -265,8 +245,7 @@ class Page:
         self.began, self.member, highest = None, member, float(np.abs(member.heights).max())
         self.layout.show_cell(member.grid.lengths)
         pressures = float(member.pressure.min()), float(member.pressure.max())
-        level = self.watched.run.numerics.levels[int(self.layout.controls.level.value)]
-        self.hard = share_at_hardness(member.pressure, self.watched.run.scene, level.column)
+        self.hard = share_at_hardness(member.pressure, self.watched.run.scene, member.column)
         self.maps = {
             "heights": (member.heights, member.grid, (-highest, highest)),
             "pressure": (member.pressure, member.grid, pressures),
@@ -282,11 +261,8 @@ class Page:
         try:
             speed = positive("speed", float(text), "m/s")
         except ValueError as error:
-            self.say(
-                error
-                if "speed" in str(error)
-                else f"speed = {text!r} is no number; type one in m/s, for example 35"
-            )
+            no_number = f"speed = {text!r} is no number; type one in m/s, for example 35"
+            self.say(error if "speed" in str(error) else no_number)
             return
         self.say("")
         self.choose(speed, self.direction)
@@ -341,7 +317,7 @@ class Page:
             (axis.start / factor, axis.end / factor)
             for axis in (self.layout.x_range, self.layout.y_range)
         )
-        of_cell = self.layout.controls.colours_of.active == 0
+        of_cell = self.controls.colours_of.active == 0
         return lambda: image_of(field, grid, (x, y), limits if of_cell else None)
 
     def draw_maps(self) -> None:
@@ -350,9 +326,8 @@ class Page:
 
         def show(drawn: dict[str, Image]) -> None:
             for name, image in drawn.items():
-                if (
-                    self.maps.get(name) is maps[name]
-                ):  # a field that has been replaced meanwhile is left out
+                # a field that has been replaced meanwhile is left out
+                if self.maps.get(name) is maps[name]:
                     self.show_image(name, image)
 
         self.images.ask(lambda: {name: draw() for name, draw in images.items()}, show)
@@ -368,12 +343,10 @@ class Page:
             if not self.temperature.preview and self.temperature.scene != self.watched.run.scene:
                 note += f", {layers_text(self.temperature.scene)}"
         if lengths != self.watched.run.numerics.lengths:
-            where = self.watched.run.numerics.levels[int(self.layout.controls.level.value)].where
+            where = self.watched.run.numerics.levels[self.chosen_level].where
             sides = " × ".join(f"{length * self.layout.factor:.4g}" for length in lengths)
             note += f",{where.removeprefix(' in')}: {sides} {self.layout.unit}"
-        hard = (
-            name == "pressure" and self.hard > 0.0 and self.layout.controls.colours_of.active == 0
-        )
+        hard = name == "pressure" and self.hard > 0.0 and self.controls.colours_of.active == 0
         if hard:
             note += f", grey: {100 * self.hard:.3g} % at σ_P"
         self.layout.maps[name].show(image, self.layout.factor, note, hard=hard)
