@@ -5,23 +5,17 @@ from pathlib import Path
 import numpy as np
 
 from roughsim.charts.maps import colour_bar, colour_range, draw_field
-from roughsim.charts.style import FIELDS, Subject, new_figure, scaled
+from roughsim.charts.style import AT_REST, FIELDS, MARK, Subject, new_figure, scaled
 from roughsim.grid import Array
 from roughsim.results.film import read_film
 
 _SHOWN = 4  # positions
-_MARKS = {
-    "resting": ("^", "#3fae2a"),
-    "moving": ("o", "#00b7c7"),
-}  # of the highest summits of either face
 
 
 def film_chart(subject: Subject, path: Path) -> None:
     """Draw a quarter of the cell at the first and the last position and between, with the summits of both faces."""
-    film, k = (
-        read_film(subject.run, subject.index or 0),
-        subject.run.scene.speeds.index(subject.speed or 0.0),
-    )
+    film = read_film(subject.run, subject.index or 0)
+    k = subject.run.scene.speeds.index(subject.speed or 0.0)
     places = np.rint(np.linspace(0, film.positions(k) - 1, _SHOWN)).astype(int)
     x, y = ((points + 1) // 2 for points in film.grid.shape)
     window = slice(0, x), slice(0, y)
@@ -38,18 +32,16 @@ def film_chart(subject: Subject, path: Path) -> None:
             shown *= factor
             for axes, field, place in zip(line, shown, places, strict=True):
                 image = draw_field(axes, field, film.grid, window, colour_range(name, shown))
-                for face, summits in (
-                    ("resting", film.resting_summits),
-                    ("moving", film.moving_summits[place]),
+                for summits, marker, colour in (
+                    (film.resting_summits, "^", AT_REST),
+                    (film.moving_summits[place], "o", MARK),
                 ):
-                    marker, colour = _MARKS[face]
                     inside = summits[(summits < ends).all(axis=1)] * metres
                     axes.plot(*inside.T, marker, ms=5, mfc="none", mec=colour, mew=1.2)
                 if name == "pressure":
-                    slid, slid_unit = scaled(float(film.maps.distance[place]), "m")
-                    axes.set_title(
-                        f"after {slid * float(film.maps.distance[place]):.3g} {slid_unit}"
-                    )
+                    slid = float(film.maps.distance[place])
+                    prefix, unit = scaled(slid, "m")
+                    axes.set_title(f"after {prefix * slid:.3g} {unit}")
             above = " above the background" if name == "temperature" else ""
             colour_bar(figure, image, list(line), f"{symbol}{above}, {prefixed}", "right")
         for axes in panels.ravel():

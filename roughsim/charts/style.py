@@ -28,6 +28,8 @@ from roughsim.grid import Array, Grid
 from roughsim.results.run import DERIVED_UNITS, Run
 from roughsim.show.text import plain
 
+MARK = "#00b7c7"  # of points on maps and of summits of the moving face: visible on white, blue, red and black
+AT_REST = "#3fae2a"  # of summits of the face at rest: visible on white, black and yellow
 THEORY, CALIBRATED = "#222222", "#009E73"
 DASHES: Any = (0, (4, 2))  # of the calibrated line, so that a line below it can be seen
 # Okabe & Ito

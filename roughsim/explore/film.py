@@ -9,14 +9,14 @@ from bokeh.document import Document
 from bokeh.layouts import column, row
 from bokeh.plotting import figure
 
-from roughsim.charts.style import scale_colours, scaled
+from roughsim.charts.style import AT_REST, MARK, scale_colours, scaled
 from roughsim.explore.content import image_of
 from roughsim.explore.layout import (
     LEGEND,
-    MARK,
     WRAPPED,
     MapPanel,
     empty_source,
+    frame,
     plain_text,
     upright,
 )
@@ -26,7 +26,6 @@ from roughsim.results.run import Run
 
 _SIDE = 286  # screen pixels along the longer side of a map: one map fits on a telephone
 _FRAME = 300  # ms that a position is shown while the film plays
-_AT_REST, _RIDING = "#3fae2a", MARK  # summits of either face: visible on white, black and yellow
 _WORDS = (
     "Both faces slide. Triangles: the highest summits of the face at rest. Circles: the highest summits of the moving "
     "face, which move to the left. Contact forms at meeting summits. Temperature: of the surface of the moving body, "
@@ -87,40 +86,30 @@ class FilmView:
         """Make the maps, which are zoomed together, with the summits of both faces."""
         lengths = self.run.numerics.lengths
         # the first view is half the cell: in a smaller one spots appear and vanish
-        view: dict[str, Any] = {
-            f"{axis}_range": models.Range1d(
-                0, length * self.factor / 2, reset_end=length * self.factor
-            )
-            for axis, length in zip("xy", lengths, strict=True)
-        }
-        view |= {f"{axis}_axis_label": f"{axis}, {self.unit}" for axis in "xy"}
-        for side, length in zip(("frame_width", "frame_height"), lengths, strict=True):
-            view[side] = max(int(_SIDE * length / max(lengths)), 90)
+        view = frame(lengths, self.unit, _SIDE)
+        for axis, length in zip("xy", lengths, strict=True):
+            end = length * self.factor
+            view[f"{axis}_range"] = models.Range1d(0, end / 2, reset_end=end)
         self.maps = {
             name: MapPanel(name, f"film_{name}", **view) for name in ("pressure", "temperature")
         }
         self.at_rest, self.riding = empty_source("x", "y"), empty_source("x", "y")
         marks: dict[str, Any] = {"fill_alpha": 0.0, "line_width": 2, "size": 9}
         for panel in self.maps.values():
-            panel.figure.scatter(
-                "x", "y", source=self.at_rest, marker="triangle", line_color=_AT_REST, **marks
-            )
-            panel.figure.scatter(
-                "x", "y", source=self.riding, marker="circle", line_color=_RIDING, **marks
-            )
+            for source, marker, colour in (
+                (self.at_rest, "triangle", AT_REST),
+                (self.riding, "circle", MARK),
+            ):
+                style = marks | {"source": source, "marker": marker, "line_color": colour}
+                panel.figure.scatter("x", "y", **style)
 
     def _add_curves(self) -> None:
         """Make the panel of T_flash over the distance, a line for each speed, with a cursor."""
-        scales = {
-            "x_axis_type": "log",
-            "y_axis_type": "log",
-            "x_axis_label": f"slid distance, {self.unit}",
-        }
-        self.curve = figure(
-            name="film_curve", width=360, height=_SIDE + 60, tools="pan,wheel_zoom,reset", **scales
-        )
+        options = dict.fromkeys(("x_axis_type", "y_axis_type"), "log")
+        options |= {"x_axis_label": f"slid distance, {self.unit}", "y_axis_label": "T_flash, K"}
+        options |= {"name": "film_curve", "tools": "pan,wheel_zoom,reset"}
+        self.curve = figure(width=360, height=_SIDE + 60, **options)
         self.curve.visible = False  # until there is a film
-        self.curve.yaxis.axis_label = "T_flash, K"
         self.lines = []
         speeds = self.run.scene.speeds
         for speed, colour in zip(speeds, scale_colours(len(speeds)), strict=True):
@@ -153,12 +142,10 @@ class FilmView:
         self.film = film
         distance = film.curves[AXIS] * self.factor
         for k, source in enumerate(self.lines):
-            values = (
-                film.curves["slide_flash_temperature"][k],
-                film.curves["slide_frozen_flash_temperature"][k],
-            )
-            slid = np.isfinite(values[0])
-            source.data = {"x": distance[slid], "y": values[0][slid], "frozen": values[1][slid]}
+            flash = film.curves["slide_flash_temperature"][k]
+            frozen = film.curves["slide_frozen_flash_temperature"][k]
+            slid = np.isfinite(flash)
+            source.data = {"x": distance[slid], "y": flash[slid], "frozen": frozen[slid]}
         self.curve.visible = True
         x, y = film.resting_summits.T * self.factor
         self.at_rest.data = {"x": x, "y": y}
@@ -169,14 +156,12 @@ class FilmView:
         if self.film is None:
             return
         last = self.film.positions(int(self.speed.value)) - 1
-        texts = [
-            f"{distance * self.factor:.3g} {self.unit}" for distance in self.film.maps.distance
-        ]
+        slid = self.film.maps.distance * self.factor
+        texts = [f"{distance:.3g} {self.unit}" for distance in slid]
         label = models.CustomJSTickFormatter(args={"texts": texts}, code="return texts[tick]")
         place = last if self.slider.disabled else min(self.slider.value, last)
-        self.slider.format = (
-            label  # first: the page writes it beside the slider when the value changes
-        )
+        # first: the page writes it beside the slider when the value changes
+        self.slider.format = label
         self.slider.update(end=max(last, 1), value=place, disabled=last < 1)
         self.draw()
 
@@ -188,8 +173,8 @@ class FilmView:
         fields = {"pressure": film.maps.pressure, "temperature": film.maps.temperature[k]}
         for name, frames in fields.items():
             limits = float(np.nanmin(frames)), float(np.nanmax(frames))
-            view = tuple((0.0, length) for length in film.grid.lengths)
-            image = image_of(frames[place], film.grid, (view[0], view[1]), limits)
+            x, y = film.grid.lengths
+            image = image_of(frames[place], film.grid, ((0.0, x), (0.0, y)), limits)
             note = f", {self.run.scene.speeds[k]:g} m/s" if name == "temperature" else ""
             self.maps[name].show(image, self.factor, note)
         x, y = film.moving_summits[place].T * self.factor
@@ -200,9 +185,8 @@ class FilmView:
 
     def words(self, film: MemberFilm, k: int, slid: float) -> str:
         """Return a line of the temperatures, heat share and contact area at a position."""
-        at = int(
-            np.abs(film.curves[AXIS] - slid).argmin()
-        )  # films have some positions of the curves
+        # films have some positions of the curves
+        at = int(np.abs(film.curves[AXIS] - slid).argmin())
         flash, background, share = (
             film.curves[f"slide_{name}"][k, at]
             for name in ("flash_temperature", "background", "moving_share")

@@ -11,7 +11,7 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 
 from roughsim.charts.maps import HARD, palette
-from roughsim.charts.style import COLOURS, THEORY, scaled
+from roughsim.charts.style import COLOURS, MARK, THEORY, scaled
 from roughsim.charts.temperature import COLOUR_OF, densities
 from roughsim.explore.content import CORRELATION, Curve, Field, Image, Line, scene_text, speed_range
 from roughsim.explore.skin import SkinControls
@@ -21,18 +21,14 @@ from roughsim.results.run import Run
 from roughsim.show.table import shown
 
 _SIDE = 300  # screen pixels along the longer side of a map: one fits on a telephone, three beside each other on a screen
+_ALONG = "xpan,xwheel_zoom,reset"  # tools of a figure over one axis
 _WIDE: Any = {"sizing_mode": "stretch_width"}  # takes the room that there is
 _PAGE = "calc(100vw - 24px)"  # the width of the page within its margins
-_REST = {
-    "flex": "1 1 600px",
-    "min-width": "0",
-    "max-width": _PAGE,
-    "overflow-x": "auto",
-}  # of a line; may be scrolled
+# of a line; may be scrolled
+_REST = {"flex": "1 1 600px", "min-width": "0", "max-width": _PAGE, "overflow-x": "auto"}
 WRAPPED = {"flex-wrap": "wrap"}  # a line that is too long is broken
 _STEPS = 40  # of the slider in a decade of speed
 _SPEED_LABEL = "return Number(Math.pow(10, tick).toPrecision(3)) + ' m/s'"  # JavaScript: the slider is over log10 v
-MARK = "#00b7c7"  # visible on white, blue, red and black
 _HEAT = COLOUR_OF["temperature"]
 # title of the map, letter, SI unit
 FIELDS = {
@@ -40,12 +36,12 @@ FIELDS = {
     "pressure": ("Contact pressure", "σ", "Pa"),
     "temperature": ("Temperature", "T", "K"),
 }
-# title, formula and SI unit along x, formula and SI unit along y
+# title, formula and SI unit along y
 _CURVES = {
-    CORRELATION: (r"Stress correlation $$g_\sigma(r)$$", "r", "m", r"g_\sigma", "Pa^2"),
-    "flash_temperature": ("Flash temperature", "v", "m/s", r"T_\mathrm{flash}", "K"),
-    "flash_width": ("Hot-spot width", "v", "m/s", r"D_\mathrm{flash}", "m"),
-    "slope_length": ("Slope length", "v", "m/s", r"d_\mathrm{flash}", "m"),
+    CORRELATION: (r"Stress correlation $$g_\sigma(r)$$", r"g_\sigma", "Pa^2"),
+    "flash_temperature": ("Flash temperature", r"T_\mathrm{flash}", "K"),
+    "flash_width": ("Hot-spot width", r"D_\mathrm{flash}", "m"),
+    "slope_length": ("Slope length", r"d_\mathrm{flash}", "m"),
 }
 LEGEND = {"label_text_font_size": "11px", "border_line_color": None, "background_fill_alpha": 0.6}
 _STYLE = {
@@ -95,15 +91,12 @@ class _Controls:
     """The controls: level, realization, speed, direction, and the limits of the colours."""
 
     def __init__(self, run: Run, speed: float):
-        levels = [
-            (
-                str(k),
-                f"{level.column}, q_c {level.q_max:.3g}, {level.shape[0]} × {level.shape[1]}"
-                + level.where.replace(" in", ","),
-            )
-            for k, level in enumerate(run.numerics.levels)
-            if k in run.numerics.single
-        ]
+        levels = []
+        for k in run.numerics.single:
+            level = run.numerics.levels[k]
+            x, y = level.shape
+            words = f"{level.column}, q_c {level.q_max:.3g}, {x} × {y}"
+            levels.append((str(k), words + level.where.replace(" in", ",")))
         finest = str(run.picture() if run.independent else run.numerics.picture(run.column(None)))
         self.level = models.Select(
             title="contact", options=levels, value=finest, width=240, name="level"
@@ -129,22 +122,27 @@ class _Controls:
         )
 
 
+def frame(lengths: tuple[float, float], unit: str, longer: int) -> dict[str, Any]:
+    """Return sides in screen pixels of a map of a cell, the longer one given, and labels of its axes."""
+    width, height = (max(int(longer * length / max(lengths)), 90) for length in lengths)
+    labels = {f"{axis}_axis_label": f"{axis}, {unit}" for axis in "xy"}
+    return {"frame_width": width, "frame_height": height, **labels}
+
+
 class MapPanel:
     """One field in colours. Maps of the same ranges are zoomed and moved together."""
 
     def __init__(self, quantity: str, name: str, **options: Any):
         self.title, _, self.unit = FIELDS[quantity]
         tools = {"tools": "pan,wheel_zoom,box_zoom,tap,reset", "active_scroll": "wheel_zoom"}
-        self.figure = figure(
-            title=self.title, name=name, visible=False, **tools, **options
-        )  # until there is a field
+        # hidden until there is a field
+        self.figure = figure(title=self.title, name=name, visible=False, **tools, **options)
         self.figure.grid.visible = False
         self.image = empty_source("image", "x", "y", "dw", "dh")
         colours = palette(quantity)
         self.mapper = models.LinearColorMapper(palette=colours, low=0, high=255, high_color=HARD)
-        columns = {
-            key: key for key in self.image.data
-        }  # bytes 0…255 are sent; the bar has the real limits
+        # bytes 0…255 are sent; the bar has the real limits
+        columns = {key: key for key in self.image.data}
         self.figure.image(**columns, source=self.image, color_mapper=self.mapper, level="underlay")
         self.scale = models.LinearColorMapper(palette=colours, low=0, high=1)
         bar = models.ColorBar(
@@ -154,14 +152,10 @@ class MapPanel:
 
     def show(self, image: Image, factor: float, note: str, *, hard: bool = False) -> None:
         """Show an image by one replacement of its data; the factor turns m into the unit of the axes."""
-        self.mapper.high = (
-            254 if hard else 255
-        )  # contact at the hardness has the highest value, and is grey
-        box = zip(("x", "y", "dw", "dh"), image.box, strict=True)
-        self.image.data = {
-            "image": [image.pixels],
-            **{key: [length * factor] for key, length in box},
-        }
+        # contact at the hardness has the highest value, and is grey
+        self.mapper.high = 254 if hard else 255
+        box = ([length * factor] for length in image.box)
+        self.image.data = dict(zip(self.image.data, ([image.pixels], *box), strict=True))
         low, high = image.limits
         prefix, unit = scaled(max(abs(low), abs(high)), self.unit)
         self.scale.update(low=low * prefix, high=max(high * prefix, low * prefix + 1e-9))
@@ -179,23 +173,12 @@ class _LinePanels:
         for name in FIELDS:
             last = name == "temperature"
             options = {"x_range": self.figures[0].x_range} if self.figures else {}
-            options |= _WIDE | {
-                "max_width": 690,
-                "height": 150 if last else 112,
-                "tools": "xpan,xwheel_zoom,reset",
-            }
+            options |= _WIDE | {"max_width": 690, "height": 150 if last else 112, "tools": _ALONG}
             plot = figure(name=f"profile_{name}", visible=False, **options)  # until there is a line
             plot.extra_y_ranges = {"share": models.Range1d(0, 1)}
             # bars, since a stepped area without points hangs BokehJS 3.9
-            plot.vbar(
-                "distance",
-                "width",
-                "contact",
-                0,
-                source=self.source,
-                y_range_name="share",
-                color="#dddddd",
-            )
+            shade = {"source": self.source, "y_range_name": "share", "color": "#dddddd"}
+            plot.vbar("distance", "width", "contact", 0, **shade)
             glyph = {"x": "distance", "y": name, "source": self.source, "color": COLOUR_OF[name]}
             if name == "pressure":
                 plot.step(**glyph, mode="center")
@@ -217,11 +200,8 @@ class _LinePanels:
             plot.visible = True
             plot.yaxis.axis_label = f"{letter}, {unit}"
             texts.append(f"{letter} = {data[name][middle]:.5g} {unit}")
-        data |= {
-            "contact": (values["pressure"] > 0.0).astype(float),
-            "width": np.full(len(distance), width),
-        }
-        self.source.data = data
+        contact = (values["pressure"] > 0.0).astype(float)
+        self.source.data = data | {"contact": contact, "width": np.full(len(distance), width)}
         return texts
 
 
@@ -229,8 +209,7 @@ class _DistributionPanel:
     """The temperature over the contact, by area and by heat."""
 
     def __init__(self) -> None:
-        tools = "xpan,xwheel_zoom,reset"
-        options = _WIDE | {"max_width": 560, "height": 374, "tools": tools}
+        options = _WIDE | {"max_width": 560, "height": 374, "tools": _ALONG}
         self.figure = figure(
             x_axis_label=_formula("T", "K"), name="distribution", visible=False, **options
         )
@@ -239,28 +218,17 @@ class _DistributionPanel:
         self.figure.add_layout(self.flash)
         grey = {"color": "#bbbbbb", "line_color": None, "legend_label": "of the contact area"}
         self.figure.quad("left", "right", "area", 0, source=self.bins, **grey)
-        self.figure.line(
-            "middle",
-            "heat",
-            source=self.bins,
-            color=_HEAT,
-            line_width=2,
-            legend_label="of the heat",
-        )
+        red = {"color": _HEAT, "line_width": 2, "legend_label": "of the heat"}
+        self.figure.line("middle", "heat", source=self.bins, **red)
         self.figure.yaxis.axis_label = "% per K"
         self.figure.y_range.start = 0
 
     def show(self, contact: ContactTemperature) -> None:
         """Show the densities, and ⟨Tσ⟩/⟨σ⟩ as a dashed line."""
         edges, area, heat = densities(contact)
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        self.bins.data = {
-            "left": edges[:-1],
-            "right": edges[1:],
-            "area": area,
-            "middle": middle,
-            "heat": heat,
-        }
+        left, right = edges[:-1], edges[1:]
+        columns = left, right, area, 0.5 * (right + left), heat
+        self.bins.data = dict(zip(self.bins.data, columns, strict=True))
         self.flash.location = contact.flash_temperature
         self.figure.title.text = (
             f"This field, at its q_c: ⟨Tσ⟩/⟨σ⟩ = {contact.flash_temperature:.4g} K (dashed),\n"
@@ -273,12 +241,12 @@ class _CurvePanel:
     """One curve: the theory as a line, and a band with points for every column; over speed both axes are log."""
 
     def __init__(self, name: str, columns: tuple[str, ...], speed: float):
-        title, x, x_si, y, y_si = _CURVES[name]
-        self.x_factor, self.factor = shown(x_si)[1], shown(y_si)[1]
+        title, y, y_si = _CURVES[name]
         self.over_speed = name != CORRELATION
-        kind = "log" if self.over_speed else "linear"
-        axes = {"x_axis_label": _formula(x, x_si), "y_axis_label": _formula(y, y_si)}
-        axes |= {"x_axis_type": kind, "y_axis_type": kind}
+        x, x_si, kind = ("v", "m/s", "log") if self.over_speed else ("r", "m", "linear")
+        self.x_factor, self.factor = shown(x_si)[1], shown(y_si)[1]
+        axes = dict.fromkeys(("x_axis_type", "y_axis_type"), kind)
+        axes |= {"x_axis_label": _formula(x, x_si), "y_axis_label": _formula(y, y_si)}
         self.figure = figure(
             title=title, width=312, height=270, tools="pan,wheel_zoom,box_zoom,reset", **axes
         )
@@ -313,38 +281,22 @@ class Layout:
 
     def __init__(self, run: Run, speed: float):
         self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
-        columns, lengths = (
-            run.numerics.columns,
-            [length * self.factor for length in run.numerics.lengths],
-        )
+        columns = run.numerics.columns
         self.controls = _Controls(run, speed)
         self.skin = SkinControls(run)
 
         # maps over one view, with the marked point and the line through it
         self.x_range, self.y_range = models.Range1d(), models.Range1d()
         self.show_cell(run.numerics.lengths)
-        width, height = (max(int(_SIDE * side / max(lengths)), 90) for side in lengths)
-        view = {
-            "x_range": self.x_range,
-            "y_range": self.y_range,
-            "frame_width": width,
-            "frame_height": height,
-        }
-        view |= {f"{axis}_axis_label": f"{axis}, {self.unit}" for axis in "xy"}
+        view = frame(run.numerics.lengths, self.unit, _SIDE)
+        view |= {"x_range": self.x_range, "y_range": self.y_range}
         self.maps = {name: MapPanel(name, name, **view) for name in FIELDS}
         self.point, self.line_ends = empty_source("x", "y"), empty_source("x", "y")
         for panel in self.maps.values():
-            panel.figure.line(
-                "x", "y", source=self.line_ends, color=MARK, line_width=2, line_dash="dashed"
-            )
-            cross = {
-                "marker": "circle_cross",
-                "size": 13,
-                "color": MARK,
-                "fill_alpha": 0,
-                "line_width": 2,
-            }
-            panel.figure.scatter("x", "y", source=self.point, **cross)
+            mark = {"color": MARK, "line_width": 2}
+            panel.figure.line("x", "y", source=self.line_ends, line_dash="dashed", **mark)
+            mark |= {"marker": "circle_cross", "size": 13, "fill_alpha": 0}
+            panel.figure.scatter("x", "y", source=self.point, **mark)
 
         # the other panels
         self.line = _LinePanels(self.unit)
@@ -365,6 +317,10 @@ class Layout:
             models.TabPanel(child=text, title=f"error budget, {name}")
             for name, text in self.budgets.items()
         ]
+        halves = [
+            column(*figures, styles={"flex": "1 1 340px", "max-width": f"{widest}px"}, **_WIDE)
+            for figures, widest in ((self.line.figures, 690), ([self.distribution.figure], 560))
+        ]
         self.root = column(
             row(heading, self.state, self.busy, spacing=16, styles=WRAPPED),
             self.problems,
@@ -372,18 +328,7 @@ class Layout:
             self.skin.row,
             row(*(panel.figure for panel in self.maps.values()), styles=WRAPPED),
             self.values,
-            row(
-                column(
-                    *self.line.figures, styles={"flex": "1 1 340px", "max-width": "690px"}, **_WIDE
-                ),
-                column(
-                    self.distribution.figure,
-                    styles={"flex": "1 1 340px", "max-width": "560px"},
-                    **_WIDE,
-                ),
-                styles=WRAPPED,
-                **_WIDE,
-            ),
+            row(*halves, styles=WRAPPED, **_WIDE),
             row(*(panel.figure for panel in self.curves.values()), styles=WRAPPED),
             row(scene, models.Tabs(tabs=tabs, styles=_REST), spacing=30, styles=WRAPPED, **_WIDE),
             margin=(6, 10),
@@ -393,31 +338,18 @@ class Layout:
     def show_cell(self, lengths: tuple[float, float]) -> None:
         """Let the view be a cell of these sides, m; a part of it that is in view stays."""
         for axis, length in zip((self.x_range, self.y_range), lengths, strict=True):
-            if axis.reset_end != (end := length * self.factor):
-                axis.update(
-                    bounds=(-0.02 * end, 1.02 * end),
-                    start=0.0,
-                    end=end,
-                    reset_start=0.0,
-                    reset_end=end,
-                )
+            end = length * self.factor
+            if axis.reset_end != end:
+                bounds = -0.02 * end, 1.02 * end
+                axis.update(bounds=bounds, start=0.0, end=end, reset_start=0.0, reset_end=end)
 
     def clear(self) -> None:
         """Empty and hide the maps, and the panels with values taken from them."""
-        images = (panel.image for panel in self.maps.values())
-        for source in (
-            *images,
-            self.point,
-            self.line_ends,
-            self.line.source,
-            self.distribution.bins,
-        ):
+        maps, other = self.maps.values(), (self.point, self.line_ends, self.line.source)
+        for source in (*(panel.image for panel in maps), *other, self.distribution.bins):
             source.data = {name: [] for name in source.data}
-        for hidden in (
-            *(panel.figure for panel in self.maps.values()),
-            *self.line.figures,
-            self.distribution.figure,
-        ):
+        figures = [*(panel.figure for panel in maps), *self.line.figures, self.distribution.figure]
+        for hidden in figures:
             hidden.visible = False
         self.distribution.flash.location = None
         self.distribution.figure.title.text = self.values.text = ""
@@ -442,11 +374,10 @@ class Layout:
         """Show the marked point, the line through it on all maps, and fields along it."""
         x, y = (index * d * self.factor for index, d in zip(point, grid.spacing, strict=True))
         self.point.data = {"x": [x], "y": [y]}
-        ends = (
-            (name, indices[[0, -1]], d)
-            for name, indices, d in zip("xy", line[1:], grid.spacing, strict=True)
-        )
-        self.line_ends.data = {name: indices * d * self.factor for name, indices, d in ends}
+        ends = zip("xy", (line.i, line.j), grid.spacing, strict=True)
+        self.line_ends.data = {
+            name: indices[[0, -1]] * d * self.factor for name, indices, d in ends
+        }
         texts = self.line.show(line.distance * self.factor, fields, min(grid.spacing) * self.factor)
         position = f"x = {x:.5g} {self.unit}, y = {y:.5g} {self.unit}"
         self.values.text = f"Marked point ({position}), values of the full field: {', '.join(texts)}. Click a map to move it."
