@@ -36,7 +36,7 @@ from roughsim.results.columns import is_simulated
 from roughsim.results.row import NOTICED
 from roughsim.results.run import Run
 from roughsim.scene import Scene
-from roughsim.show.table import shown
+from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
 from roughsim.table import AT_CUT_OFF, Estimate
 
@@ -50,6 +50,8 @@ _SYMBOLS = {
     "flash_width": r"$D_\mathrm{flash}$",
     "slope_length": r"$d_\mathrm{flash}$",
 }
+# colour of a theory, its dashes, and its place above others
+_SOURCES: dict[str, Any] = {"theory": (THEORY, "-", 2), "calibrated": (CALIBRATED, DASHES, 3)}
 _WORDS = {"flash_width": "hot-spot width"}  # where they differ from the name
 OVER_SPEED = tuple(name for name, record in OBSERVABLES.items() if record.per_speed)
 _ONE, _MANY = (5.4, 3.8), (9.6, 5.8)  # sizes of a figure of one panel and of all, inches
@@ -123,10 +125,10 @@ def _speeds(scene: Scene) -> Array:
     return np.array([speed for speed in scene.speeds if speed > 0.0])
 
 
-def _draw(axes: Axes, entry: Entry, quantity: str, colour: Any) -> None:
+def _draw(axes: Axes, entry: Entry, quantity: str, colour: str | None) -> None:
     """Draw a quantity of an entry; `colour` is None for the colours of the sources."""
     if quantity == PSD:
-        draw_psd(axes, entry.scene, 1.4, THEORY if colour is None else colour)
+        draw_psd(axes, entry.scene, 1.4, colour or THEORY)
         if entry.run is not None:
             draw_cut_offs(axes, entry.run, colour)
     elif quantity == CORRELATION:
@@ -135,7 +137,7 @@ def _draw(axes: Axes, entry: Entry, quantity: str, colour: Any) -> None:
         draw_over_speed(axes, entry, quantity, colour)
 
 
-def _draw_correlation(axes: Axes, entry: Entry, colour: Any) -> None:
+def _draw_correlation(axes: Axes, entry: Entry, colour: str | None) -> None:
     """Draw g_σ(r) by both theories, and measured."""
     r = distances(entry.scene)
     theory = prediction.correlation(entry.scene, r) * 1e-18
@@ -153,22 +155,17 @@ def distances(scene: Scene) -> Array:
     return np.asarray(0.4 * longest * np.linspace(0.0, 1.0, 100) ** 2)
 
 
-def _line(axes: Axes, x: Array, y: Array, entry: Entry, source: str, colour: Any) -> None:
+def _line(axes: Axes, x: Array, y: Array, entry: Entry, source: str, colour: str | None) -> None:
     """Draw a line of a theory, unless it has no value."""
     if np.isnan(y).all():
         return
-    calibrated = source == "calibrated"
-    usual = CALIBRATED if calibrated else THEORY
-    style: dict[str, Any] = {
-        "ls": DASHES if calibrated else "-",
-        "lw": 1.2,
-        "zorder": 3 if calibrated else 2,
-    }
-    (line,) = axes.plot(x, y, color=usual if colour is None else colour, **style)
-    line.set_gid(f"{entry.label}: {source}")  # names the curve in the file of the numbers
+    usual, dashes, order = _SOURCES[source]
+    # the gid names the curve in the file of the numbers
+    style: dict[str, Any] = {"ls": dashes, "zorder": order, "gid": f"{entry.label}: {source}"}
+    axes.plot(x, y, color=colour or usual, lw=1.2, **style)
 
 
-def draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: Any = None) -> None:
+def draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: str | None = None) -> None:
     """Draw an observable by both theories and in each measured column over the speed."""
     factor = shown(OBSERVABLES[observable].unit)[1] * _sign(observable)
     speed, sources = theories(entry.scene, observable)
@@ -186,12 +183,17 @@ def draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: Any = Non
         if np.isnan(found.mean).all():  # a slide lacks some observables
             continue
         speed, mean, error = found.coords["speed"], found.mean * factor, found.total_error
-        of_column = COLOURS[column] if colour is None else colour
+        of_column = colour or COLOURS[column]
         band(axes, speed, mean, error * abs(factor), of_column, f"{entry.label}: {column}")
-        face = "white" if colour is not None and column == "smoothed" else of_column
-        axes.plot(
-            speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=of_column, mfc=face, gid=MARKS
-        )
+        marks = _marks_of(column, colour)
+        axes.plot(speed, mean, ls="", ms=3.5, gid=MARKS, **marks)
+
+
+def _marks_of(column: str, colour: str | None) -> dict[str, Any]:
+    """Return the markers of a column in a colour, or its own; if columns share a colour one of them is hollow."""
+    own = colour or COLOURS[column]
+    face = "white" if colour and column == "smoothed" else own
+    return {"marker": MARKERS[column], "color": own, "mfc": face}
 
 
 def _is_cut(entry: Entry, observable: str) -> bool:
@@ -230,11 +232,10 @@ def _sign(observable: str) -> float:
 def _name_axes(axes: Axes, entries: Sequence[Entry], quantity: str) -> None:
     """Set titles, labels and scales of a panel."""
     if quantity == PSD:
-        axes.set(
-            xlabel="$q$, rad/m", ylabel="$C$, m⁴", title=r"$C(q)$ solid, $C_\mathrm{sm}(q)$ dashed"
-        )
-        if any(entry.run is not None for entry in entries):
-            axes.set_title(axes.get_title("left") + ", $q_c$ dotted")
+        title = r"$C(q)$ solid, $C_\mathrm{sm}(q)$ dashed"
+        if any(entry.run for entry in entries):
+            title += ", $q_c$ dotted"
+        axes.set(xlabel="$q$, rad/m", ylabel="$C$, m⁴", title=title)
         return
     if quantity == CORRELATION:
         axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
@@ -242,12 +243,10 @@ def _name_axes(axes: Axes, entries: Sequence[Entry], quantity: str) -> None:
             xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, None)
         )
         return
-    words, unit = (
-        _WORDS.get(quantity, quantity.replace("_", " ")),
-        shown(OBSERVABLES[quantity].unit)[0],
-    )
+    words = _WORDS.get(quantity, quantity.replace("_", " "))
     symbol = ("−" if _sign(quantity) < 0.0 else "") + _SYMBOLS.get(quantity, words)
-    axes.set(xscale="log", xlabel="$v$, m/s", ylabel=f"{symbol}, {unit}" if unit else symbol)
+    label = with_unit(symbol, OBSERVABLES[quantity].unit)
+    axes.set(xscale="log", xlabel="$v$, m/s", ylabel=label)
     cut = dict.fromkeys(_column_at_cut_off(entry, quantity) for entry in entries)
     columns = ", ".join(column for column in cut if column)
     axes.set_title(words[0].upper() + words[1:] + (f" ({columns}: at $q_c$)" if columns else ""))
@@ -272,36 +271,27 @@ def _handles(
 ) -> list[Any]:
     """Return the entries of the legend: scenes by colour, then sources by line and marker."""
     handles: list[Any] = []
-    if colours[0] is not None:
+    if colours[0]:
         for entry, colour in zip(entries, colours, strict=True):
-            handles.append(
-                Line2D([], [], color=colour, lw=3.0, label=fill(plain(entry.label), _LETTERS))
-            )
+            label = fill(plain(entry.label), _LETTERS)
+            handles.append(Line2D([], [], color=colour, lw=3.0, label=label))
     if tuple(quantities) == (PSD,):
         return handles
     gammas = {f"{entry.scene.theory.gamma:g}" for entry in entries}
     label = rf"theory, $\gamma$ = {gammas.pop()}" if len(gammas) == 1 else "theory"
     handles.append(Line2D([], [], color=THEORY, lw=1.2, label=label))
-    if any(str(line.get_gid()).endswith(": calibrated") for axes in panels for line in axes.lines):
-        colour = CALIBRATED if colours[0] is None else THEORY
-        handles.append(
-            Line2D([], [], color=colour, lw=1.2, ls=DASHES, label="calibrated stress spectrum")
-        )
-    lines = [line.get_gid() for axes in panels for line in axes.lines]
+    lines = [str(line.get_gid()) for axes in panels for line in axes.lines]
+    if any(line.endswith(": calibrated") for line in lines):
+        colour = THEORY if colours[0] else CALIBRATED
+        label = "calibrated stress spectrum"
+        handles.append(Line2D([], [], color=colour, lw=1.2, ls=DASHES, label=label))
     if AT_Q_C in lines:
         label = "theory up to $q_c$"
         handles.append(Line2D([], [], color=THEORY, lw=1.2, ls="--", label=label))
     for name in dict.fromkeys(column for entry in entries for column in entry.columns()):
-        colour = COLOURS[name] if colours[0] is None else THEORY
-        face = "white" if colours[0] is not None and name == "smoothed" else colour
-        style: dict[str, Any] = {
-            "color": colour,
-            "marker": MARKERS[name],
-            "ms": 4,
-            "lw": 1.0,
-            "mfc": face,
-        }
-        handles.append(Line2D([], [], label=f"{name}, ± total error, 95 %", **style))
+        marks = _marks_of(name, colours[0] and THEORY)
+        label = f"{name}, ± total error, 95 %"
+        handles.append(Line2D([], [], ms=4, lw=1.0, label=label, **marks))
     return handles
 
 

@@ -80,48 +80,30 @@ def error_over_cost_chart(points: Iterable[CostPoint], path: Path) -> None:
 
 def _draw_panel(axis: Axes, points: Sequence[CostPoint]) -> None:
     """Draw a line for each method, the front behind the lines, and a star at the choice of the plan."""
-    drawn = [point for point in points if point.error > 0.0]
-    _draw_methods(axis, drawn, list(dict.fromkeys(point.method for point in points)))
-    best = [point for point in front(points) if point.error > 0.0]
-    axis.plot(*_costs_and_errors(best), color="k", lw=5, alpha=0.15, label="front", zorder=0)
-    stars = _costs_and_errors([point for point in drawn if point.chosen])
+    for k, method in enumerate(dict.fromkeys(point.method for point in points)):
+        of_method = (point for point in points if point.method == method and point.error > 0.0)
+        line = sorted(of_method, key=lambda point: point.pairs)
+        style: dict[str, Any] = {"color": _HUES[k % 12], "marker": _SHAPES[k % 12]}
+        axis.plot(*_costs_and_errors(line), label=method, ms=3.5, lw=0.9, **style)
+    best = _costs_and_errors(front(points))
+    axis.plot(*best, color="k", lw=5, alpha=0.15, label="front", zorder=0)
+    stars = _costs_and_errors([point for point in points if point.chosen])
     axis.plot(*stars, "*", ms=13, mfc="none", mec="k", label="choice of the plan", zorder=5)
     axis.set(xscale="log", yscale="log")
     axis.set_xlim(*_at_least_a_decade(*axis.get_xlim()))
     axis.set_ylim(*_at_least_a_decade(*axis.get_ylim()))
-    axis.xaxis.set_minor_formatter(
-        NullFormatter()
-    )  # narrow panels have room for powers of ten alone
+    # narrow panels have room for powers of ten alone
+    axis.xaxis.set_minor_formatter(NullFormatter())
     if points[0].doubt > 0.0:
-        axis.axhline(
-            points[0].doubt,
-            color="0.6",
-            lw=0.8,
-            ls="--",
-            zorder=-1,
-            label="doubt about the limit itself",
-        )
+        grey: Any = {"color": "0.6", "lw": 0.8, "ls": "--", "zorder": -1}
+        axis.axhline(points[0].doubt, label="doubt about the limit itself", **grey)
     _add_seconds(axis, points)
 
 
-def _draw_methods(axis: Axes, drawn: Sequence[CostPoint], methods: Sequence[str]) -> None:
-    """Draw a line for each method, with a colour and a marker of its own."""
-    for k, method in enumerate(methods):
-        line = sorted(
-            (point for point in drawn if point.method == method), key=lambda point: point.pairs
-        )
-        style: dict[str, Any] = {
-            "color": _HUES[k % 12],
-            "marker": _SHAPES[k % 12],
-            "ms": 3.5,
-            "lw": 0.9,
-        }
-        axis.plot(*_costs_and_errors(line), label=method, **style)
-
-
-def _costs_and_errors(points: Sequence[CostPoint]) -> tuple[list[float], list[float]]:
-    """Return the coordinates of points."""
-    return [point.pairs for point in points], [point.error for point in points]
+def _costs_and_errors(points: Iterable[CostPoint]) -> tuple[list[float], list[float]]:
+    """Return the coordinates of points; those without an error have no place on a logarithmic axis."""
+    drawn = [point for point in points if point.error > 0.0]
+    return [point.pairs for point in drawn], [point.error for point in drawn]
 
 
 def _at_least_a_decade(low: float, high: float) -> tuple[float, float]:

@@ -40,18 +40,14 @@ def write_numbers(figure: Figure, path: Path) -> None:
 
 def _rows_of_map(axes: Axes) -> Iterator[list[Any]]:
     """Yield a line of words, one of y, and for each x a line with the values; axis 0 of the field is x."""
-    image, everywhere = (
-        axes.images[0],
-        [image for other in axes.figure.axes for image in other.images],
-    )
-    alike = (
-        other
-        for other in everywhere
-        if (other.cmap, other.get_clim()) == (image.cmap, image.get_clim())
-    )
+    image = axes.images[0]
+    # panels of the same colours share a bar
     bar = next(
-        other.colorbar.ax for other in alike if other.colorbar is not None
-    )  # panels share one
+        other.colorbar.ax
+        for panel in axes.figure.axes
+        for other in panel.images
+        if other.colorbar and (other.cmap, other.get_clim()) == (image.cmap, image.get_clim())
+    )
     label = bare(bar.get_ylabel() or bar.get_xlabel())
     yield [
         f"# {label}; {bare(axes.get_xlabel())} in the first column; {bare(axes.get_ylabel())} in the first line"

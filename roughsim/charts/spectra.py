@@ -57,9 +57,9 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     run, colour = subject.run, COLOURS[subject.column]
     q = _drawn_wavenumbers(2 * np.pi / max(subject.grid.lengths), subject.grid.nyquist)
     sample = next(pair.sample for pair in run.pairs(subject.column) if pair.level == subject.level)
-    spectra = (
-        sample.spectrum if subject.index is None else sample.spectrum[sample.rows == subject.index]
-    )
+    spectra, one = sample.spectrum, "one realization"
+    if subject.index is not None:
+        spectra, one = spectra[sample.rows == subject.index], f"realization {subject.index}"
     # the variance of the modes near each q over their area in the plane of wavevectors
     rows = spectra @ _weights(q, sample.wavenumber).T / _mode_area(subject.grid, q, (0.0, np.inf))
     density = 2 * np.pi * q**2 * 1e-18
@@ -71,7 +71,6 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
         dense, theory, color=THEORY, lw=1.3, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}"
     )
     band(axes, q, mean, error, colour)
-    one = "one realization" if subject.index is None else f"realization {subject.index}"
     count = f"{len(rows)} realizations,\nband: statistical, 95 %" if len(rows) > 1 else one
     axes.plot([], [], color=colour, label=f"measured, {count}")
     top = max(float(theory.max()), float(mean.max()))
@@ -79,20 +78,19 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
         xlabel="$q$, rad/m",
         ylabel=r"$2\pi q^2 |\sigma_q|^2$, GPa² per $\ln q$",
         ylim=(1e-5 * top, 30 * top),
+        title="Stress: its variance by wavenumber",
+        xlim=(0.8 * q[0], 2 * q[-1]),
     )
-    axes.set(title="Stress: its variance by wavenumber", xlim=(0.8 * q[0], 2 * q[-1]))
 
 
-def draw_cut_offs(axes: Axes, run: Run, colour: Any = None) -> None:
+def draw_cut_offs(axes: Axes, run: Run, colour: str | None) -> None:
     """Draw the cut-offs q_c of all levels of a run, in the colours of their columns if no colour is given."""
     for column in run.numerics.columns:
         for cut_off in {pair.sample.q_max for pair in run.pairs(column)}:
-            axes.axvline(
-                cut_off, color=COLOURS[column] if colour is None else colour, lw=1.0, ls=":"
-            )
+            axes.axvline(cut_off, color=colour or COLOURS[column], lw=1.0, ls=":")
 
 
-def draw_psd(axes: Axes, scene: Scene, width: float, colour: Any = THEORY) -> None:
+def draw_psd(axes: Axes, scene: Scene, width: float, colour: str = THEORY) -> None:
     """Draw C(q) and, dashed, C_sm(q) down to a tenth of the smallest C(q)."""
     spectrum = scene.spectrum
     q = np.geomspace(spectrum.breaks[0], spectrum.breaks[-1], 400)
@@ -106,12 +104,12 @@ def draw_psd(axes: Axes, scene: Scene, width: float, colour: Any = THEORY) -> No
 
 
 def draw_correlation(
-    axes: Axes, run: Run, column: str, r: Array, colour: Any = None, name: str = "measured"
+    axes: Axes, run: Run, column: str, r: Array, colour: str | None = None, name: str = "measured"
 ) -> None:
     """Draw the measured g_σ(r), r in m, with its 95 % interval; `name` as of `band`."""
     mean, error, freedom = correlation_of(run.pairs(column), r)
-    drawn = COLOURS[column] if colour is None else colour
-    band(axes, r * 1e6, mean * 1e-18, half_width(error, freedom) * 1e-18, drawn, name)
+    error = half_width(error, freedom)
+    band(axes, r * 1e6, mean * 1e-18, error * 1e-18, colour or COLOURS[column], name)
 
 
 def _drawn_wavenumbers(first: float, last: float) -> Array:
