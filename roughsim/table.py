@@ -130,16 +130,21 @@ class Estimate:
 
         There is none if no error is stated, or the mean is undefined or zero.
         """
-        mean = self.mean[place]
-        if not (np.isfinite(mean) and mean != 0.0 and self.stated[place]):
+        if not self._with_error[place]:
             return ()
         return tuple(name for name, part in self.budget.items() if np.isnan(part[place]))
 
     @property
     def unknown(self) -> tuple[str, ...]:
         """The unknown parts of `budget` at any entry, by `unknown_at`; `total_error` excludes them."""
-        found = {name for place in np.ndindex(self.mean.shape) for name in self.unknown_at(*place)}
-        return tuple(name for name in self.budget if name in found)
+        missing = {name: np.isnan(part) & self._with_error for name, part in self.budget.items()}
+        return tuple(name for name, places in missing.items() if places.any())
+
+    @property
+    def _with_error(self) -> NDArray[np.bool_]:
+        """Whether an entry should have all parts of its error."""
+        expected: NDArray[np.bool_] = np.isfinite(self.mean) & (self.mean != 0.0) & self.stated
+        return expected
 
     def sel(self, **labels: Any) -> "Estimate":
         """Return the entries at the `labels` of axes by name: a single one drops its axis, several keep their order.
@@ -201,8 +206,8 @@ class Estimate:
             }
 
     def number(self, *place: int) -> Number:
-        """Return the entry of indices `place` as it is shown, with its total error."""
-        error = float(self.total_error[place])
+        """Return the entry of indices `place` as it is shown, with its total error, if one is stated."""
+        error = float(self.total_error[place]) if self.stated[place] else 0.0
         return Number(float(self.mean[place]), self.unit, error, self.unknown_at(*place))
 
     def parts(self, k: int, names: Iterable[str] | None = None) -> list[Number]:

@@ -7,18 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from roughsim.observables.catalogue import UNITS
-from roughsim.results.columns import observables_of
 from roughsim.show.frame import csv_bytes, parquet_bytes
 from roughsim.show.table import json_value
 from roughsim.store.disk import place_bytes, seal
 from roughsim.studies.results import StudyResults
-from roughsim.studies.tables import plain_value
 from roughsim.studies.trends import trends_of
-from roughsim.studies.vary import key_quantity
-from roughsim.table import Results, concat
+from roughsim.studies.vary import plain_value
+from roughsim.table import Results
 
 
 def save_study(study: StudyResults, path: Path) -> Path:
@@ -114,45 +109,8 @@ def _attributes(study: StudyResults) -> dict[str, str]:
 
 
 def study_results(study: StudyResults) -> Results:
-    """Return each observable over the column, the varied keys, and the speed; ValueError without results.
-
-    An axis of several keys has the first as its coordinate, and the others beside it. Points with a single speed, each
-    its own, have no axis of the speed.
-    """
-    tables = {
-        place: study.results_at(point, run, observables_of(run))
-        for place, point in zip(np.ndindex(study.shape), study.points, strict=True)
-        if (run := study.run(point)) is not None and run.independent > 1
-    }
-    if not tables:
+    """Return the `table` of a study with its attributes; ValueError without results."""
+    table = study.table()
+    if not table:
         raise ValueError(f"{study.folder} has no point with results yet; let it run first")
-    speeds = {run.scene.speeds for _, run in study.results}
-    if len(speeds) > 1 and all(len(each) == 1 for each in speeds):
-        for place, table in tables.items():
-            of_point = {name: one.sel(speed=one.coords["speed"][0]) for name, one in table.items()}
-            tables[place] = replace(table, estimates=of_point)
-    coords, about, along = _axes_of(study)
-    names = [name for name in UNITS if all(name in table for table in tables.values())]
-    joined = {
-        name: concat({place: table[name] for place, table in tables.items()}, coords)
-        for name in names
-    }
-    known = {name: one for name, one in joined.items() if not np.isnan(one.mean).all()}
-    return Results(known, _attributes(study), about, along)
-
-
-def _axes_of(study: StudyResults) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """Return the labels of the axes of a study, their attributes, and the labels of keys beside the first ones."""
-    coords, about, along = {}, {}, {}
-    for axis in study.axes:
-        first = study.keys[axis.keys[0]]
-        for i, key in enumerate(axis.keys):
-            name, values = study.keys[key], np.array([plain_value(row[i]) for row in axis.values])
-            number = key_quantity(key)
-            known = number is not None and values.dtype.kind != "U"
-            about[name] = {"key": key} | ({"units": number.unit or "1"} if number and known else {})
-            if i == 0:
-                coords[name] = values
-            else:
-                along[name] = (first, values)
-    return coords, about, along
+    return replace(table, attrs=_attributes(study))

@@ -1,20 +1,22 @@
 """The results of a study: the runs of its points, and their values with errors as rows."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from roughsim.observables.catalogue import UNITS
 from roughsim.results.columns import estimated_columns, observables_of, results_of
 from roughsim.results.description import folder_state
 from roughsim.results.folder import open_run
 from roughsim.results.run import Run
 from roughsim.show.remarks import of_several
 from roughsim.studies.folder import Description, read, refuse_other_scene
-from roughsim.studies.vary import Point, short_names
-from roughsim.table import Estimate, Results
+from roughsim.studies.vary import Point, key_quantity, plain_value, short_names
+from roughsim.table import Estimate, Results, concat
 
 LATER = "levels of the study"  # choice of the reason of a point that came later and has the levels of the others
 _LIMITS = (
@@ -133,6 +135,54 @@ class StudyResults:
             known |= results_of(run, missing, estimated_columns(run))
         return Results({name: known[name] for name in observables if name in known})
 
+    def table(
+        self, observables: Sequence[str] | None = None, speed: float | None = None
+    ) -> Results:
+        """Return observables, by default those of all points, over the column, the varied keys, and the speed.
+
+        `speed`, m/s, leaves the points that have it, and inf the highest of each point; they have no axis of the speed,
+        as have points with a single speed, each its own. An axis of several keys has the first as its coordinate, and
+        the others beside it. Entries in a column are in the order of `points`; those without a result are NaN.
+        """
+        speeds = {run.scene.speeds for _, run in self.results}
+        if speed is None and len(speeds) > 1 and all(len(each) == 1 for each in speeds):
+            speed = inf
+        tables = {}
+        for place, point in zip(np.ndindex(self.shape), self.points, strict=True):
+            run = self.run(point)
+            if run is not None and run.independent > 1:
+                names = observables_of(run) if observables is None else list(observables)
+                tables[place] = _at_speed(self.results_at(point, run, names), speed)
+        coords, about, along = self._labels()
+        joined = {}
+        for name in UNITS:
+            pieces = {place: table[name] for place, table in tables.items() if name in table}
+            if pieces and (observables is not None or len(pieces) == len(tables)):
+                joined[name] = concat(pieces, coords)
+        known = {name: one for name, one in joined.items() if not np.isnan(one.mean).all()}
+        return Results(known, {}, about, along)
+
+    def _labels(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+        """Return the labels of the axes, their attributes, and the labels of keys beside the first ones."""
+        coords, about, along = {}, {}, {}
+        for axis in self.axes:
+            first = self.keys[axis.keys[0]]
+            for i, key in enumerate(axis.keys):
+                name, values = (
+                    self.keys[key],
+                    np.array([plain_value(row[i]) for row in axis.values]),
+                )
+                number = key_quantity(key)
+                known = number is not None and values.dtype.kind != "U"
+                about[name] = {"key": key} | (
+                    {"units": number.unit or "1"} if number and known else {}
+                )
+                if i == 0:
+                    coords[name] = values
+                else:
+                    along[name] = (first, values)
+        return coords, about, along
+
     def rows(self, observable: str | None = None) -> Iterator[dict[str, Any]]:
         """Yield the tidy table: a row for each point, observable (or a single one), column and speed, in SI.
 
@@ -147,3 +197,16 @@ class StudyResults:
             head |= {self.keys[key]: value for key, value in point.values.items()}
             for row in self.results_at(point, run, names).rows():
                 yield head | row | {"realizations": run.realizations}
+
+
+def _at_speed(table: Results, speed: float | None) -> Results:
+    """Return the observables that have a speed, without its axis; inf is the highest, None leaves all as they are."""
+    if speed is None:
+        return table
+    chosen = {}
+    for name, one in table.items():
+        labels = one.coords["speed"]
+        at = labels.max() if speed == inf or np.isnan(labels).all() else speed
+        if at in labels or np.isnan(at):
+            chosen[name] = one.sel(speed=at)
+    return replace(table, estimates=chosen)

@@ -1,6 +1,7 @@
 """A study as a table for people, and the words for varied keys and their values."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -9,13 +10,12 @@ from roughsim.estimate.asked import ABOUT
 from roughsim.estimate.reactions import ELECTRONVOLT
 from roughsim.observables.catalogue import UNITS
 from roughsim.scene.numerics import SLIDING
-from roughsim.scene.written import literal
 from roughsim.show.table import Cell, Column, Number, Table, significant, with_unit
 from roughsim.show.text import marked
 from roughsim.studies.results import StudyResults
 from roughsim.studies.trends import trends_of
-from roughsim.studies.vary import Point, key_quantity
-from roughsim.table import marks_in_words
+from roughsim.studies.vary import Point, key_quantity, plain_value
+from roughsim.table import Estimate, marks_in_words
 
 _PREFIXES = {  # SI unit of a key → factor, shown unit
     "Pa": (1e-6, "MPa"),
@@ -40,7 +40,6 @@ _OTHER_KIND = (
     "errors unknown."
 )
 _NO_LOGARITHM = "∂ln/∂ln: – at values of the key that are not above 0, which have no logarithm."
-_Rows = dict[str, dict[str, dict[str, Any]]]  # point → column → row of the tidy table
 
 
 def words_of(key: str) -> tuple[str, float]:
@@ -64,78 +63,77 @@ def value_text(key: str, value: Any) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 14]} … {text[-11:]}"
 
 
-def plain_value(value: Any) -> Any:
-    """Return a number or a word unchanged, and a list or a table as in a scene file."""
-    if isinstance(value, str) or (isinstance(value, (int, float)) and not isinstance(value, bool)):
-        return value
-    return literal(value)
-
-
 def study_table(study: StudyResults, observable: str = "flash_temperature") -> Table:
     """Return a row for each point: the varied values, theory and simulation at the highest speed, and the trend."""
     points = study.points[:_MOST_ROWS]
-    shown = _rows_at_highest_speed(study, observable)
+    places = [*np.ndindex(study.shape)][:_MOST_ROWS]
+    by_column = _at_highest_speed(study, observable)
     trends = _trends_at_highest_speed(study, observable)
-    slides = any(SLIDING in columns for columns in shown.values())
-    sources = ["theory", "calibrated", study.column, *([SLIDING] if slides else [])]
-    rows = [
-        columns[source] for columns in shown.values() for source in sources if source in columns
-    ]
-    unknown = dict.fromkeys(part for row in rows for part in _unknown_parts(row))
-    marks = {row["note"] for row in rows} - {""}
+    sources = ["theory", "calibrated", study.column, *([SLIDING] if SLIDING in by_column else [])]
+    shown = [by_column[source] for source in sources if source in by_column]
+    marks = {str(mark) for one in shown for mark in one.note[~np.isnan(one.mean)] if mark}
     columns = [
         *_key_columns(study, points),
-        (Column("n", number=True), _counts(study, points, shown)),
-        *_value_columns(points, shown, sources, observable),
+        (Column("n", number=True), _counts(study, points)),
+        *_value_columns(by_column, places, sources, observable),
         *_exponent_columns(study, points, trends),
     ]
     if marks:
-        columns.append((Column("note"), [_mark(shown.get(point.name, {})) for point in points]))
+        columns.append((Column("note"), [_mark(by_column.values(), place) for place in places]))
     titles = [title for title, _ in columns]
     cells = zip(*(cells for _, cells in columns), strict=True)
-    return Table(
-        titles, list(cells), study.scene.title, _notes(study, observable, unknown, marks, trends)
-    )
+    notes = _notes(study, observable, _unknown_parts(shown), marks, trends)
+    return Table(titles, list(cells), study.scene.title, notes)
 
 
 def asked_table(study: StudyResults) -> Table | None:
     """Return a row for each reaction at each energy, each share of hot heat, and each point; None if no scene asks."""
-    rows: dict[
-        tuple[str, float], dict[str, dict[str, dict[str, Any]]]
-    ] = {}  # quantity → point → column → row
-    for name in ABOUT:
-        for row in study.rows(name):
-            columns = rows.setdefault((name, row[ABOUT[name]]), {}).setdefault(row["point"], {})
-            if row["column"] not in columns or row["speed"] > columns[row["column"]]["speed"]:
-                columns[row["column"]] = row
-    if not rows:
+    found: dict[str, dict[str, Estimate]] = {}  # quantity → column → its values at the points
+    for name, about in ABOUT.items():
+        by_column = _at_highest_speed(study, name)
+        numbers = [x for one in by_column.values() for x in one.coords[about].tolist()]
+        for number in dict.fromkeys(numbers):
+            title = with_unit(f"{name}, {number:.4g} {_OF_ROWS[about]}", UNITS[name])
+            found[title] = {source: one.sel(**{about: number}) for source, one in by_column.items()}
+    if not found:
         return None
-    shown = [
-        (*place, *of_point) for place, by_point in rows.items() for of_point in by_point.items()
-    ]
-    known = {source for *_, columns in shown for source in columns}
+    known = {source for by_column in found.values() for source in by_column}
     sources = [source for source in ("calibrated", study.column, SLIDING) if source in known]
-    values = {point.name: point.values for point in study.points}
+    places = dict(zip(np.ndindex(study.shape), study.points, strict=True))
+    lines = [
+        (title, place)
+        for title, by_column in found.items()
+        for place in places
+        if not all(np.isnan(one.mean[place]) for one in by_column.values())
+    ]
     cells: list[list[Cell]] = []
-    for name, number, point, columns in shown[:_MOST_ROWS]:
-        line: list[Cell] = [with_unit(f"{name}, {number:.4g} {_OF_ROWS[ABOUT[name]]}", UNITS[name])]
-        line += [value_text(key, values[point][key]) for key in study.keys]
-        line += [_number(columns[source], name) if source in columns else "–" for source in sources]
-        cells.append(line)
-    numbers = [*(words_of(key)[0] for key in study.keys), *sources]
+    for title, place in lines[:_MOST_ROWS]:
+        values = [value_text(key, places[place].values[key]) for key in study.keys]
+        cells.append([title, *values, *(_cell(found[title].get(s), place) for s in sources)])
+    numbers_of = [*(words_of(key)[0] for key in study.keys), *sources]
     titles = [
         Column("at the highest speed", name=True),
-        *(Column(title, number=True) for title in numbers),
+        *(Column(title, number=True) for title in numbers_of),
     ]
-    measured = (row for *_, columns in shown for row in columns.values())
-    unknown = dict.fromkeys(part for row in measured for part in _unknown_parts(row))
+    unknown = _unknown_parts(one for by_column in found.values() for one in by_column.values())
     notes = [
         "± total error, 95 %; activation temperatures are absolute.",
         *marks_in_words(unknown, {}),
     ]
-    if len(shown) > _MOST_ROWS:
+    if len(lines) > _MOST_ROWS:
         notes.append(f"The first {_MOST_ROWS} rows; `roughsim export` writes all.")
     return Table(titles, cells, "What reacts", notes)
+
+
+def _at_highest_speed(study: StudyResults, observable: str) -> dict[str, Estimate]:
+    """Return an observable at the highest speed of each point by the columns that have values."""
+    by_column = {}
+    for one in study.table([observable], inf).values():
+        for column in one.coords["column"].tolist():
+            chosen = one.sel(column=column)
+            if not np.isnan(chosen.mean).all():
+                by_column[column] = chosen
+    return by_column
 
 
 def _key_columns(
@@ -150,12 +148,15 @@ def _key_columns(
 
 
 def _value_columns(
-    points: Sequence[Point], shown: _Rows, sources: Sequence[str], observable: str
+    by_column: Mapping[str, Estimate],
+    places: Sequence[tuple[int, ...]],
+    sources: Sequence[str],
+    observable: str,
 ) -> Iterator[tuple[Column, list[Cell]]]:
     """Yield a column for each source of values."""
     for source in sources:
         title = Column(with_unit(source, UNITS[observable]), number=True)
-        yield title, [_value(shown, point, source, observable) for point in points]
+        yield title, [_cell(by_column.get(source), place) for place in places]
 
 
 def _exponent_columns(
@@ -193,53 +194,24 @@ def _notes(
     return [*notes, *_missing_notes(trends.values()), *marked(study.warnings)]
 
 
-def _rows_at_highest_speed(study: StudyResults, observable: str) -> _Rows:
-    """Return the rows of an observable at the highest speed of each point."""
-    highest: _Rows = {}
-    for row in study.rows(observable):
-        columns = highest.setdefault(row["point"], {})
-        other = columns.get(row["column"])
-        if other is None or (row["speed"] or 0.0) > (other["speed"] or 0.0):
-            columns[row["column"]] = row
-    return highest
-
-
 def _trends_at_highest_speed(
     study: StudyResults, observable: str
 ) -> dict[tuple[str, str], dict[str, Any]]:
     """Return the trends by point and name of the key."""
-    highest: dict[tuple[str, str], dict[str, Any]] = {}
-    for trend in trends_of(study, observable, None):
-        place = trend["point"], trend["key"]
-        if place not in highest or (trend["speed"] or 0.0) > (highest[place]["speed"] or 0.0):
-            highest[place] = trend
-    return highest
+    trends = sorted(trends_of(study, observable, None), key=lambda trend: trend["speed"] or 0.0)
+    return {(trend["point"], trend["key"]): trend for trend in trends}
 
 
-def _counts(study: StudyResults, points: Iterable[Point], shown: _Rows) -> list[Cell]:
+def _counts(study: StudyResults, points: Iterable[Point]) -> list[Cell]:
     """Return the realizations of each point, with the mark of levels that do not suit it."""
     misfits = study.misfits()
-    cells: list[Cell] = []
-    for point in points:
-        count = "–"
-        for row in shown.get(point.name, {}).values():
-            count = str(row["realizations"])
-        cells.append(count + _MISFIT if point.name in misfits else count)
-    return cells
+    counts = {point.name: str(run.realizations) for point, run in study.results}
+    return [counts.get(p.name, "–") + _MISFIT * (p.name in misfits) for p in points]
 
 
-def _value(shown: _Rows, point: Point, source: str, observable: str) -> Cell:
-    """Return the value of a point from a source with its total error."""
-    row = shown.get(point.name, {}).get(source)
-    if row is None:
-        return "–"
-    return _number(row, observable)
-
-
-def _number(row: dict[str, Any], observable: str) -> Number:
-    """Return the value of a row with its total error."""
-    error = 0.0 if np.isnan(row["total_error"]) else row["total_error"]  # theory has none
-    return Number(row["value"], UNITS[observable], error, _unknown_parts(row))
+def _cell(estimate: Estimate | None, place: tuple[int, ...]) -> Cell:
+    """Return the value of a point with its total error."""
+    return "–" if estimate is None else estimate.number(*place)
 
 
 def _exponent(trend: dict[str, Any] | None) -> Cell:
@@ -247,15 +219,15 @@ def _exponent(trend: dict[str, Any] | None) -> Cell:
     return "" if trend is None else Number(trend["exponent"], "1", trend["exponent_error"])
 
 
-def _mark(columns: dict[str, dict[str, Any]]) -> str:
+def _mark(estimates: Iterable[Estimate], place: tuple[int, ...]) -> str:
     """Return the first note on the values of a point."""
-    notes = [row["note"] for row in columns.values() if row["note"]]
-    return notes[0] if notes else ""
+    marks = (str(one.note[place]) for one in estimates if not np.isnan(one.mean[place]))
+    return next(filter(None, marks), "")
 
 
-def _unknown_parts(row: dict[str, Any]) -> list[str]:
-    """Return the unknown parts of the error of a row."""
-    return row["unknown"].split(", ") if row["unknown"] else []
+def _unknown_parts(estimates: Iterable[Estimate]) -> list[str]:
+    """Return the unknown parts of the errors of some estimates."""
+    return list(dict.fromkeys(part for one in estimates for part in one.unknown))
 
 
 def _missing_notes(trends: Iterable[dict[str, Any]]) -> list[str]:

@@ -202,6 +202,13 @@ def key_quantity(key: str) -> Quantity | None:
     return quantity(SECTIONS[section], name) if section in SECTIONS and name else None
 
 
+def plain_value(value: Any) -> Any:
+    """Return a number or a word unchanged, and a list or a table as in a scene file."""
+    if isinstance(value, str) or (isinstance(value, (int, float)) and not isinstance(value, bool)):
+        return value
+    return literal(value)
+
+
 def _in_si(key: str, value: Any, where: str) -> Any:
     """Return a value in SI if its key is a number; any other value as it is, to be checked in its scene."""
     number = key_quantity(key)
