@@ -1,6 +1,5 @@
 """`export`: the results of a run or a study in one file for other programs."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,13 +8,11 @@ from roughsim.outputs.opened import Folder, opened
 from roughsim.results.columns import estimated_columns, results_of
 from roughsim.results.export import ENDINGS, export_run, export_surface
 from roughsim.results.run import Run
-from roughsim.show.frame import csv_bytes, parquet_bytes
+from roughsim.show.frame import TABLES, table_bytes
 from roughsim.show.table import json_value
 from roughsim.show.text import note
 from roughsim.store.disk import place_bytes
 from roughsim.studies.study import Study
-
-TABLES = (".csv", ".json", ".parquet")
 
 
 def export(
@@ -75,19 +72,13 @@ def tidy_rows(run: Run) -> Iterator[dict[str, Any]]:
 def _save_table(run: Run, path: Path) -> Path:
     """Write the tidy table of a run, whole or not at all; ImportError for .parquet without pandas or pyarrow."""
     rows = list(tidy_rows(run))
-    ending = path.suffix.lower()
-    if ending == ".csv":
-        content = csv_bytes(rows)
-    elif ending == ".json":
-        about = {
-            "title": run.scene.title,
-            "folder": str(run.folder),
-            "realizations": run.realizations,
-        }
-        values = about | {"failed": run.failed, "rows": [json_value(row) for row in rows]}
-        content = (json.dumps(values, indent=1) + "\n").encode()
-    else:
-        content = parquet_bytes(rows)
+    values = {
+        "title": run.scene.title,
+        "folder": str(run.folder),
+        "realizations": run.realizations,
+        "failed": run.failed,
+        "rows": [json_value(row) for row in rows],
+    }
     path.parent.mkdir(parents=True, exist_ok=True)
-    place_bytes(path, content)
+    place_bytes(path, table_bytes(path.suffix.lower(), rows, lambda: values))
     return path

@@ -2,9 +2,27 @@
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any
+
+TABLES = (".csv", ".json", ".parquet")
+
+
+def table_bytes(
+    ending: str,
+    rows: Sequence[Mapping[str, Any]],
+    values: Callable[[], dict[str, Any]],
+    first: Sequence[str] = (),
+) -> bytes:
+    """Return a file of rows by its ending in `TABLES`: of .json it has `values`, which describe and hold the rows.
+
+    A .csv has the columns `first` also without rows.
+    """
+    if ending == ".json":
+        return (json.dumps(values(), indent=1) + "\n").encode()
+    return csv_bytes(rows, first) if ending == ".csv" else parquet_bytes(rows)
 
 
 def data_frame(rows: Sequence[Mapping[str, Any]], index: str | None = None) -> Any:

@@ -1,13 +1,13 @@
 """A study as files for other programs: the tidy table, or arrays over the varied keys."""
 
 import hashlib
-import json
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from roughsim.show.frame import csv_bytes, parquet_bytes
+from roughsim.results.export import ENDINGS
+from roughsim.show.frame import TABLES, table_bytes
 from roughsim.show.table import json_value
 from roughsim.store.disk import place_bytes, seal
 from roughsim.studies.results import StudyResults
@@ -18,22 +18,16 @@ from roughsim.table import Results
 
 def save_study(study: StudyResults, path: Path) -> Path:
     """Write the results of a study into a file, whole or not at all; `Study.save` describes the endings."""
-    writers: dict[str, Callable[[StudyResults], bytes]]
-    writers = {
-        ".csv": _csv,
-        ".json": _json,
-        ".parquet": _parquet,
-        ".h5": _hdf5,
-        ".hdf5": _hdf5,
-        ".nc": _hdf5,
-    }
-    writer = writers.get(path.suffix.lower())
-    if writer is None:
-        raise ValueError(f"path = {str(path)!r} must end in {', '.join(writers)}")
+    ending = path.suffix.lower()
+    if ending not in (*TABLES, *ENDINGS):
+        raise ValueError(f"path = {str(path)!r} must end in {', '.join((*TABLES, *ENDINGS))}")
     path.parent.mkdir(parents=True, exist_ok=True)
-    content = writer(study)
-    last_line = seal(path.name, hashlib.sha256(content)) if writer is _hdf5 else b""
-    place_bytes(path, content, last_line)
+    if ending in TABLES:
+        values = partial(study_dict, study)
+        place_bytes(path, table_bytes(ending, _plain_rows(study), values, ["point"]))
+    else:
+        content = _hdf5(study)
+        place_bytes(path, content, seal(path.name, hashlib.sha256(content)))
     return path
 
 
@@ -49,21 +43,6 @@ def study_dict(study: StudyResults) -> dict[str, Any]:
         "scene_warnings": study.warnings,
         "trends": [json_value(trend) for trend in trends_of(study, "flash_temperature", None)],
     }
-
-
-def _csv(study: StudyResults) -> bytes:
-    """Return the tidy table as CSV, with the unit of each row in a column."""
-    return csv_bytes(_plain_rows(study), ["point"])
-
-
-def _json(study: StudyResults) -> bytes:
-    """Return the study as JSON."""
-    return (json.dumps(study_dict(study), indent=1) + "\n").encode()
-
-
-def _parquet(study: StudyResults) -> bytes:
-    """Return the tidy table as Parquet; ImportError without pandas or pyarrow."""
-    return parquet_bytes(_plain_rows(study))
 
 
 def _hdf5(study: StudyResults) -> bytes:

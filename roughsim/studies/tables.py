@@ -1,6 +1,6 @@
 """A study as a table for people, and the words for varied keys and their values."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from math import inf
 from typing import Any
 
@@ -65,25 +65,30 @@ def value_text(key: str, value: Any) -> str:
 
 def study_table(study: StudyResults, observable: str = "flash_temperature") -> Table:
     """Return a row for each point: the varied values, theory and simulation at the highest speed, and the trend."""
-    points = study.points[:_MOST_ROWS]
-    places = [*np.ndindex(study.shape)][:_MOST_ROWS]
     by_column = _at_highest_speed(study, observable)
     trends = _trends_at_highest_speed(study, observable)
     sources = ["theory", "calibrated", study.column, *([SLIDING] if SLIDING in by_column else [])]
     shown = [by_column[source] for source in sources if source in by_column]
     marks = {str(mark) for one in shown for mark in one.note[~np.isnan(one.mean)] if mark}
-    columns = [
-        *_key_columns(study, points),
-        (Column("n", number=True), _counts(study, points)),
-        *_value_columns(by_column, places, sources, observable),
-        *_exponent_columns(study, points, trends),
+    paired = [name for name in study.keys.values() if any(name == key for _, key in trends)]
+    titles = [
+        *(words_of(key)[0] for key in study.keys),
+        "n",
+        *(with_unit(source, UNITS[observable]) for source in sources),
+        *(f"∂ln/∂ln {name.replace('_', ' ')}" for name in paired),
     ]
+    columns = [Column(title, number=True) for title in titles]
     if marks:
-        columns.append((Column("note"), [_mark(by_column.values(), place) for place in places]))
-    titles = [title for title, _ in columns]
-    cells = zip(*(cells for _, cells in columns), strict=True)
+        columns.append(Column("note"))
+    counts, places = _counts(study), np.ndindex(study.shape)
+    rows: list[list[Cell]] = []
+    for point, place in zip(study.points[:_MOST_ROWS], places, strict=False):
+        row: list[Cell] = [*_key_cells(study, point), counts[point.name]]
+        row += [_cell(by_column.get(source), place) for source in sources]
+        row += [_exponent(trends.get((point.name, name))) for name in paired]
+        rows.append([*row, _mark(by_column.values(), place)] if marks else row)
     notes = _notes(study, observable, _unknown_parts(shown), marks, trends)
-    return Table(titles, list(cells), study.scene.title, notes)
+    return Table(columns, rows, study.scene.title, notes)
 
 
 def asked_table(study: StudyResults) -> Table | None:
@@ -108,8 +113,8 @@ def asked_table(study: StudyResults) -> Table | None:
     ]
     cells: list[list[Cell]] = []
     for title, place in lines[:_MOST_ROWS]:
-        values = [value_text(key, places[place].values[key]) for key in study.keys]
-        cells.append([title, *values, *(_cell(found[title].get(s), place) for s in sources)])
+        values = (_cell(found[title].get(source), place) for source in sources)
+        cells.append([title, *_key_cells(study, places[place]), *values])
     numbers_of = [*(words_of(key)[0] for key in study.keys), *sources]
     titles = [
         Column("at the highest speed", name=True),
@@ -136,38 +141,9 @@ def _at_highest_speed(study: StudyResults, observable: str) -> dict[str, Estimat
     return by_column
 
 
-def _key_columns(
-    study: StudyResults, points: Sequence[Point]
-) -> Iterator[tuple[Column, list[Cell]]]:
-    """Yield a column for each varied key."""
-    for key in study.keys:
-        yield (
-            Column(words_of(key)[0], number=True),
-            [value_text(key, point.values[key]) for point in points],
-        )
-
-
-def _value_columns(
-    by_column: Mapping[str, Estimate],
-    places: Sequence[tuple[int, ...]],
-    sources: Sequence[str],
-    observable: str,
-) -> Iterator[tuple[Column, list[Cell]]]:
-    """Yield a column for each source of values."""
-    for source in sources:
-        title = Column(with_unit(source, UNITS[observable]), number=True)
-        yield title, [_cell(by_column.get(source), place) for place in places]
-
-
-def _exponent_columns(
-    study: StudyResults, points: Sequence[Point], trends: Mapping[tuple[str, str], dict[str, Any]]
-) -> Iterator[tuple[Column, list[Cell]]]:
-    """Yield a column for each key with trends."""
-    paired = {name for _, name in trends}
-    for name in study.keys.values():
-        if name in paired:
-            title = Column(f"∂ln/∂ln {name.replace('_', ' ')}", number=True)
-            yield title, [_exponent(trends.get((point.name, name))) for point in points]
+def _key_cells(study: StudyResults, point: Point) -> list[str]:
+    """Return the value of each varied key at a point."""
+    return [value_text(key, point.values[key]) for key in study.keys]
 
 
 def _notes(
@@ -202,11 +178,11 @@ def _trends_at_highest_speed(
     return {(trend["point"], trend["key"]): trend for trend in trends}
 
 
-def _counts(study: StudyResults, points: Iterable[Point]) -> list[Cell]:
+def _counts(study: StudyResults) -> dict[str, str]:
     """Return the realizations of each point, with the mark of levels that do not suit it."""
-    misfits = study.misfits()
-    counts = {point.name: str(run.realizations) for point, run in study.results}
-    return [counts.get(p.name, "–") + _MISFIT * (p.name in misfits) for p in points]
+    counts = dict.fromkeys((point.name for point in study.points), "–")
+    counts |= {point.name: str(run.realizations) for point, run in study.results}
+    return counts | {name: counts[name] + _MISFIT for name in study.misfits()}
 
 
 def _cell(estimate: Estimate | None, place: tuple[int, ...]) -> Cell:
