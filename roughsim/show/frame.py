@@ -14,15 +14,15 @@ def table_bytes(
     ending: str,
     rows: Sequence[Mapping[str, Any]],
     values: Callable[[], dict[str, Any]],
-    first: Sequence[str] = (),
+    empty: Sequence[str] = (),
 ) -> bytes:
     """Return a file of rows by its ending in `TABLES`: of .json it has `values`, which describe and hold the rows.
 
-    A .csv has the columns `first` also without rows.
+    A .csv without rows has the columns `empty`.
     """
     if ending == ".json":
         return (json.dumps(values(), indent=1) + "\n").encode()
-    return csv_bytes(rows, first) if ending == ".csv" else parquet_bytes(rows)
+    return csv_bytes(rows, empty) if ending == ".csv" else parquet_bytes(rows)
 
 
 def data_frame(rows: Sequence[Mapping[str, Any]], index: str | None = None) -> Any:
@@ -35,9 +35,9 @@ def data_frame(rows: Sequence[Mapping[str, Any]], index: str | None = None) -> A
     return frame if index is None else frame.set_index(index)
 
 
-def csv_bytes(rows: Sequence[Mapping[str, Any]], first: Sequence[str] = ()) -> bytes:
-    """Return rows as CSV, with the columns `first` and all keys of the rows; None or no value is an empty cell."""
-    names = dict.fromkeys(first) | dict.fromkeys(name for row in rows for name in row)
+def csv_bytes(rows: Sequence[Mapping[str, Any]], empty: Sequence[str] = ()) -> bytes:
+    """Return rows as CSV, with all their keys, or those of `empty` without rows; None or no value is an empty cell."""
+    names = dict.fromkeys(name for row in rows for name in row) or dict.fromkeys(empty)
     text = io.StringIO()
     writer = csv.DictWriter(text, list(names), lineterminator="\n")
     writer.writeheader()
