@@ -47,7 +47,9 @@ def in_ascii():
 
 def test_a_stream_of_ascii_gets_words_for_what_it_lacks(in_ascii, capped_run):
     assert " +/- " in in_ascii("compare", capped_run.folder)
-    assert {"um", "K/um^2"} <= set(in_ascii("theory", capped_run.folder / "scene.toml").split())
+    assert {"um", "K/um^2"} <= set(
+        in_ascii("theory", capped_run.folder / "scene.toml", "--all").split()
+    )
 
 
 def test_scenes_printed_in_ascii_are_the_same_scenes(in_ascii):

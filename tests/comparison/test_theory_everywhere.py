@@ -155,9 +155,9 @@ def outputs(run, study, folder):
     yield (
         "theory",
         float(
-            re.search(r"^ *1 +([\d.]+)", printed("theory", run.folder / "scene.toml"), re.M).group(
-                1
-            )
+            re.search(
+                r"^ *1 +([\d.]+)", printed("theory", run.folder / "scene.toml", "--all"), re.M
+            ).group(1)
         ),
     )
     yield (
