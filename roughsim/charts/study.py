@@ -40,6 +40,8 @@ _DEVIATIONS = (
     50.0,
     100.0,
 )  # %, of the theory
+_THEORIES: dict[str, Any] = {"theory": "-", "calibrated": DASHES}
+_POINT: Any = {"color": THEORY, "ls": "", "ms": 3.5}  # in a legend, and over a map
 _HOLLOW = "hollow: at $q_c$, or\na part of ± unknown"
 _Rows = Sequence[Mapping[str, Any]]
 
@@ -114,23 +116,20 @@ def _draw_curves(
     handles: list[Line2D] = []
     for label, colour in zip(labels, scale_colours(len(labels)), strict=True):
         rows = curves[label]
-        for source, dashes in (("theory", "-"), ("calibrated", DASHES)):
+        for source, dashes in _THEORIES.items():
             theory = _points(rows, x, source, observable)
             axes.plot(theory.x, theory.value, color=colour, lw=0.9, ls=dashes)
         measured = _points(rows, x, column, observable)
         _draw_points(axes, measured, "o", colour)
         _draw_points(axes, _points(rows, x, SLIDING, observable), "D", colour)
-        band(
-            axes,
-            measured.x,
-            np.where(measured.whole, measured.value, np.nan),
-            measured.error,
-            colour,
-        )
+        whole = np.where(measured.whole, measured.value, np.nan)
+        band(axes, measured.x, whole, measured.error, colour)
         if label:
             handles.insert(0, Line2D([], [], color=colour, marker="o", ms=3.5, label=label))
     rows = [row for each in curves.values() for row in each]
-    _set_scales(axes, rows, x, column)
+    _log_over_decades(axes, "x", [row[x.name] for row in rows])
+    if min((row["value"] for row in rows if row["column"] == column), default=1.0) > 0.0:
+        log_values(axes)
     axes.set(xlabel=x.title, ylabel=with_unit(observable.replace("_", " "), UNITS[observable]))
     handles += _common_handles(rows, column)
     axes.legend(
@@ -140,14 +139,6 @@ def _draw_curves(
         title=legend,
         title_fontsize=8,
     )
-
-
-def _set_scales(axes: Axes, rows: _Rows, x: Along, column: str) -> None:
-    """Make an axis logarithmic if its values allow it."""
-    _log_over_decades(axes, "x", [row[x.name] for row in rows])
-    simulated = [row["value"] for row in rows if row["column"] == column]
-    if min(simulated, default=1.0) > 0.0:
-        log_values(axes)
 
 
 def _log_over_decades(axes: Axes, axis: str, places: Iterable[float]) -> None:
@@ -176,18 +167,17 @@ def _draw_points(axes: Axes, points: _Points, marker: str, colour: Any) -> None:
 
 def _common_handles(rows: _Rows, column: str) -> list[Line2D]:
     """Return the entries of the legend that hold for all curves."""
-    point: Any = {"color": THEORY, "ls": "", "ms": 3.5}
     drawn = {row["column"] for row in rows}
     handles = [
-        Line2D([], [], marker="o", label=f"simulated ({column}),\n± total error, 95 %", **point)
+        Line2D([], [], marker="o", label=f"simulated ({column}),\n± total error, 95 %", **_POINT)
     ]
-    for name, dashes in (("theory", "-"), ("calibrated", DASHES)):
+    for name, dashes in _THEORIES.items():
         if name in drawn:
             handles.append(Line2D([], [], color=THEORY, lw=0.9, ls=dashes, label=name))
     if SLIDING in drawn:
-        handles.append(Line2D([], [], marker="D", label=SLIDING, **point))
+        handles.append(Line2D([], [], marker="D", label=SLIDING, **_POINT))
     if not all(_is_whole(row) for row in rows):
-        handles.append(Line2D([], [], marker="o", mfc="white", label=_HOLLOW, **point))
+        handles.append(Line2D([], [], marker="o", mfc="white", label=_HOLLOW, **_POINT))
     return handles
 
 
@@ -235,11 +225,8 @@ def _draw_map(axes: Axes, rows: _Rows, x: Along, y: Along, column: str, observab
     title = "Simulated; dashed: deviation of the theory"
     marked = [row for row in rows if row["column"] == column and not _is_whole(row)]
     if marked:
-        marked_x = [row[x.name] * x.factor for row in marked]
-        marked_y = [row[y.name] * y.factor for row in marked]
-        axes.plot(
-            marked_x, marked_y, ls="", marker="o", ms=3.5, mfc="white", color=THEORY, clip_on=False
-        )
+        places = ([row[each.name] * each.factor for row in marked] for each in (x, y))
+        axes.plot(*places, marker="o", mfc="white", clip_on=False, **_POINT)
         title += "\ncircles: at $q_c$, or a part of ± unknown"
     axes.set(xlabel=x.title, ylabel=y.title, title=title)
     _log_over_decades(axes, "x", at_x)

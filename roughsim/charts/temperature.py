@@ -1,6 +1,7 @@
 """The temperature of one realization: its distribution over the contact, and a line through its hottest point."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import LogNorm
@@ -62,22 +63,16 @@ def distribution_chart(subject: Subject, path: Path) -> None:
         edges, area, heat = densities(contact)
         density.stairs(area, edges, fill=True, color="0.75", label="of the area")
         density.stairs(heat, edges, color=colour, lw=1.2, label="of the heat")
-        density.axvline(contact.flash_temperature, color=colour, lw=1.0, ls="--")
         density.set(xlabel="$T$, K", ylabel="% per K", title="Density")
         density.set_ylim(bottom=0.0)
         density.legend(loc="upper right")
         # temperatures are in ascending order: point k has a share (k + 1)/n of the area at or below it
         points = np.unique(np.linspace(0, temperatures.size - 1, _POINTS).astype(np.intp))
-        hotter.plot(
-            temperatures[points],
-            100.0 * (1.0 - (points + 1) / temperatures.size),
-            color="0.5",
-            lw=1.2,
-        )
-        hotter.plot(
-            temperatures[points], 100.0 * (1.0 - contact.cooler[points]), color=colour, lw=1.2
-        )
-        hotter.axvline(contact.flash_temperature, color=colour, lw=1.0, ls="--")
+        area_below, heat_below = (points + 1) / temperatures.size, contact.cooler[points]
+        for below, own in ((area_below, "0.5"), (heat_below, colour)):
+            hotter.plot(temperatures[points], 100.0 * (1.0 - below), color=own, lw=1.2)
+        for axes in (density, hotter):
+            axes.axvline(contact.flash_temperature, color=colour, lw=1.0, ls="--")
         hotter.set(
             xlabel="$T$, K",
             ylabel="% hotter than $T$",
@@ -118,24 +113,16 @@ def profile_chart(subject: Subject, path: Path) -> None:
             x = part * dx
             factor, unit = scaled(float(np.abs(x).max()), "m")
             x *= factor
-            contact = (lines["pressure"].take(part, mode="wrap") > 0.0).astype(
-                float
-            )  # the cell is periodic
+            # the cell is periodic
+            contact = (lines["pressure"].take(part, mode="wrap") > 0.0).astype(float)
             for axes, (name, colour) in zip(column, COLOUR_OF.items(), strict=True):
                 _, symbol, si_unit = FIELDS[name]
                 prefix, shown_unit = scaled(float(np.abs(lines[name]).max()), si_unit)
                 values = lines[name].take(part, mode="wrap") * prefix
-                axes.plot(
-                    x,
-                    values,
-                    color=colour,
-                    lw=0.9,
-                    ds="steps-mid" if name == "pressure" else "default",
-                )
-                whole_height = axes.get_xaxis_transform()
-                axes.fill_between(
-                    x, 0, contact, step="mid", color="0.87", lw=0, transform=whole_height, zorder=0
-                )
+                steps = "steps-mid" if name == "pressure" else "default"
+                axes.plot(x, values, color=colour, lw=0.9, ds=steps)
+                shade: Any = {"step": "mid", "color": "0.87", "lw": 0, "zorder": 0}
+                axes.fill_between(x, 0, contact, transform=axes.get_xaxis_transform(), **shade)
                 axes.margins(x=0.0)
                 if part is parts[0]:
                     axes.set_ylabel(f"{symbol}, {shown_unit}")
@@ -148,5 +135,6 @@ def lines_through_hottest_point(subject: Subject) -> tuple[int, int, dict[str, A
     """Return the indices of the hottest point along x and y, and the three fields on the line along x through it."""
     temperature = subject.field("temperature")
     hottest, across = hottest_pixel(temperature)
-    lines = {name: subject.field(name)[:, across].copy() for name in ("heights", "pressure")}
-    return hottest, across, lines | {"temperature": temperature[:, across].copy()}
+    fields = {name: subject.field(name) for name in ("heights", "pressure")}
+    fields["temperature"] = temperature
+    return hottest, across, {name: field[:, across].copy() for name, field in fields.items()}

@@ -1,8 +1,7 @@
 """The first micrometre on the page: controls of a skin, its thickness, and the depth in which heat is released."""
 
 from dataclasses import replace
-from math import log10
-from typing import Any
+from math import inf, log10
 
 from bokeh import models
 from bokeh.layouts import row
@@ -35,10 +34,9 @@ class SkinControls:
             ),
             _WORKED: SkinSection(thickness=_THINNEST, conductivity=0.5 * kappa),
         }
-        names = {_OXIDE: "oxide", _WORKED: "half the κ"}
+        names = {_SCENE: "of the scene", _OXIDE: "oxide", _WORKED: "half the κ"}
         if body.skin is not None:
             self.skins = {_SCENE: body.skin, **self.skins}
-            names = {_SCENE: "of the scene", **names}
         options = [
             (key, f"{names[key]}, {skin.conductivity:.3g} W/(m K)")
             for key, skin in self.skins.items()
@@ -47,25 +45,24 @@ class SkinControls:
             title="skin", options=options, value=options[0][0], width=180, name="skin"
         )
         thickness, depth = (body.skin.thickness if body.skin else 0.0), body.heat_depth or 0.0
-        lowest = min([_THINNEST, *(length for length in (thickness, depth) if length)])
+        lowest = min(_THINNEST, thickness or inf, depth or inf)
         highest = max(0.1 * min(run.numerics.lengths), thickness, depth, 10 * lowest)
         low, high = log10(lowest * _UM), log10(highest * _UM)
         label = f"return tick < {low - 0.5 / _STEPS} ? 'none' : Number(Math.pow(10, tick).toPrecision(3)) + ' µm'"
-        range_: dict[str, Any] = {
-            "start": low - 1 / _STEPS,
-            "end": high,
-            "step": 1 / _STEPS,
-            "width": 230,
+        lengths = {
+            "skin_thickness": ("its thickness d", thickness),
+            "heat_depth": ("depth of the heat h", depth),
         }
-        self.thickness = models.Slider(
-            title="its thickness d", value=0.0, name="skin_thickness", **range_
-        )
-        self.heat_depth = models.Slider(
-            title="depth of the heat h", value=0.0, name="heat_depth", **range_
-        )
-        for slider, length in ((self.thickness, thickness), (self.heat_depth, depth)):
-            slider.value = log10(length * _UM) if length else slider.start
-            slider.format = models.CustomJSTickFormatter(code=label)
+        start, step = low - 1 / _STEPS, 1 / _STEPS
+        sliders = []
+        for name, (title, length) in lengths.items():
+            value = log10(length * _UM) if length else start
+            slider = models.Slider(
+                title=title, name=name, start=start, end=high, step=step, value=value
+            )
+            slider.update(width=230, format=models.CustomJSTickFormatter(code=label))
+            sliders.append(slider)
+        self.thickness, self.heat_depth = sliders
         self.row = row(self.material, self.thickness, self.heat_depth, styles={"flex-wrap": "wrap"})
 
     def scene(self) -> Scene:
@@ -85,11 +82,7 @@ def _length(slider: models.Slider) -> float | None:
 def layers_text(scene: Scene) -> str:
     """Return the skin and the depth of the heat of a scene in a few words."""
     skin, depth = scene.body.skin, scene.body.heat_depth
-    words = (
-        [f"skin {skin.thickness * _UM:.3g} µm, {skin.conductivity:.3g} W/(m K)"]
-        if skin
-        else ["no skin"]
-    )
-    if depth:
-        words.append(f"heat {depth * _UM:.3g} µm deep")
-    return ", ".join(words)
+    words = "no skin"
+    if skin:
+        words = f"skin {skin.thickness * _UM:.3g} µm, {skin.conductivity:.3g} W/(m K)"
+    return f"{words}, heat {depth * _UM:.3g} µm deep" if depth else words

@@ -10,7 +10,7 @@ from bokeh.layouts import column, row
 
 from roughsim.charts.style import data_url
 from roughsim.estimate.asked import ABOUT
-from roughsim.explore.layout import THEME, plain_text
+from roughsim.explore.layout import THEME, WRAPPED, plain_text
 from roughsim.explore.page import HEAD, LatestTask
 from roughsim.observables.catalogue import observables_of
 from roughsim.results.reactions import asked_names
@@ -38,7 +38,7 @@ class StudyPage:
             name="figure", sizing_mode="stretch_width", styles={"max-width": _WIDTH}
         )
         self.selects = self._make_controls()
-        controls = row(*self.selects.values(), name="controls", styles={"flex-wrap": "wrap"})
+        controls = row(*self.selects.values(), name="controls", styles=WRAPPED)
         title = plain(self.study.scene.title or folder.name)
         head = plain_text("title", title, **{"font-size": "20px", "font-weight": "600"})
         root = column(
@@ -58,29 +58,24 @@ class StudyPage:
         about = list(dict.fromkeys(ABOUT[name] for name in asked))
         numeric = [*(self.study.keys[key] for key in self.study.numeric_keys), SPEED, *about]
         families = [SPEED, *self.names, *about, NONE]
-        speeds = sorted(
-            {each["speed"] for each in self.rows if each["speed"] is not None}, reverse=True
-        )
-        speed_options = [
-            (_HIGHEST, "highest"),
-            *((str(speed), f"{speed:g} m/s") for speed in speeds),
-        ]
-        selects = {
-            "observable": models.Select(
-                title="observable", value=usual.observable, options=observables
-            ),
-            "x": models.Select(title="along x", value=usual.x, options=numeric),
-            "family": models.Select(title="a curve for each", value=usual.family, options=families),
-            SPEED: models.Select(title="speed", value=_HIGHEST, options=speed_options),
+        speeds = {each["speed"] for each in self.rows if each["speed"] is not None}
+        speed_options = [(str(speed), f"{speed:g} m/s") for speed in sorted(speeds, reverse=True)]
+        # title, value and options of each
+        controls: dict[str, tuple[str, str, Any]] = {
+            "observable": ("observable", usual.observable, observables),
+            "x": ("along x", usual.x, numeric),
+            "family": ("a curve for each", usual.family, families),
+            SPEED: ("speed", _HIGHEST, [(_HIGHEST, "highest"), *speed_options]),
         }
         for name, key in self.names.items():
             options = self._options(key)
-            selects[f"key {name}"] = models.Select(
-                title=words_of(key)[0], value=options[0][0], options=options
-            )
-        for name, select in selects.items():
-            select.update(name=name.removeprefix("key "), width=190)
+            controls[f"key {name}"] = words_of(key)[0], options[0][0], options
+        selects = {}
+        for name, (title, value, options) in controls.items():
+            select = models.Select(title=title, value=value, options=options, width=190)
+            select.name = name.removeprefix("key ")
             select.on_change("value", lambda attr, old, new: self.draw())
+            selects[name] = select
         return selects
 
     def _values(self, key: str) -> dict[str, Any]:
