@@ -43,24 +43,17 @@ def _choose_subject(
     slides = quantity in _OF_REACTIONS and column == SLIDING and SLIDING in run.reacting_columns
     name = SLIDING if slides else run.column(column)
     level = run.picture(None if slides else name)
-    chosen = _choose_realization(run, level, quantity, realization)
-    return Subject(run, name, level, chosen, _choose_speed(run, quantity, speed))
-
-
-def _choose_realization(run: Run, level: int, quantity: str, realization: int | None) -> int | None:
-    """Return the realization to draw: the given one, or the first one with kept fields; None: all of them."""
-    if quantity in _OF_ALL:
-        if realization is not None:
-            raise ValueError(
-                f"realization = {realization}: {quantity} is a mean over all of them; leave it out"
-            )
-        return None
-    indices = run.kept(level)
-    if not indices or (realization is not None and realization not in indices):
-        raise run.not_kept(level, realization)
-    if realization is None and quantity != "spectrum":  # which uses all kept realizations
-        return indices[0]
-    return realization
+    if quantity not in _OF_ALL:
+        indices = run.kept(level)
+        if not indices or (realization is not None and realization not in indices):
+            raise run.not_kept(level, realization)
+        if realization is None and quantity != "spectrum":  # which uses all kept realizations
+            realization = indices[0]
+    elif realization is not None:
+        raise ValueError(
+            f"realization = {realization}: {quantity} is a mean over all of them; leave it out"
+        )
+    return Subject(run, name, level, realization, _choose_speed(run, quantity, speed))
 
 
 def _choose_speed(run: Run, quantity: str, speed: float | None) -> float | None:
