@@ -204,8 +204,7 @@ def _points(rows: _Rows, x: Along, column: str, observable: str) -> _Points:
 
 def _draw_map(axes: Axes, rows: _Rows, x: Along, y: Along, column: str, observable: str) -> None:
     """Draw contours of the simulation over two numbers, and of the deviation of the theory."""
-    at_x = np.array(sorted({row[x.name] for row in rows}))
-    at_y = np.array(sorted({row[y.name] for row in rows}))
+    at_x, at_y = (np.unique([row[each.name] for row in rows]) for each in (x, y))
     simulated = _over_two(rows, x, y, at_x, at_y, column)
     values = simulated * shown(UNITS[observable])[1]
     plane = at_x * x.factor, at_y * y.factor

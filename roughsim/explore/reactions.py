@@ -50,7 +50,8 @@ class ReactionView:
         if lines and not self.figures:
             for panel, of_panel in lines.items():
                 self.figures[panel] = self._figure(panel, [line.label for line in of_panel])
-            self.root.update(children=[*self.figures.values()], visible=True)
+            self.root.children = [*self.figures.values()]
+        self.root.visible = bool(lines)
         for panel, of_panel in lines.items():
             for source, line in zip(self.sources[panel], of_panel, strict=True):
                 ends = ends_of_errors(line.mean, line.error, log=panel == RATES)
