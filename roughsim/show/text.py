@@ -71,7 +71,7 @@ def tell(text: str) -> None:
 
 def note(text: str) -> None:
     """Log a line on slow work, at level INFO of the logger "roughsim"; the command line shows it."""
-    logging.getLogger("roughsim").info(text)
+    logging.getLogger("roughsim").info(plain_lines(text))
 
 
 class _ToStandardError(logging.Handler):
