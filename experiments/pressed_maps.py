@@ -67,8 +67,10 @@ def mean_of_many(face, hardness, pressed, times, seeds):
                 level,
                 shape=tuple(times * n for n in level.shape),
                 q_max=min(level.q_max, face["q_max"]),
+                first=None,
             )
             for level in pressed.numerics.levels
+            if level.column != "quadrants"
         )
     )
     lengths = tuple(times * length for length in pressed.numerics.lengths)

@@ -91,7 +91,7 @@ def main() -> None:
         fresh, kept = (
             slide(points, laps * CELL, steps, seed, memory=memory) for memory in (False, True)
         )
-        distance = fresh.slid_distance
+        distance = fresh.curves["slid_distance"]
         # means over fifths of a lap: single positions scatter
         part = (parts * np.arange(len(distance))) // len(distance)
         means = [

@@ -25,12 +25,12 @@ ROOT = Path(__file__).parents[2]
 ARRAY = """
 import sys, time
 import roughsim as rs
-from roughsim.ensemble import tasks, workers
+from roughsim.ensemble import sources, tasks
 from roughsim.store import claims
 
 claims.LEASE, claims.RENEWAL, tasks.PAUSE = 3.0, 0.2, 0.05
-genuine = workers.solve_problem
-workers.solve_problem = lambda *rest: (time.sleep(0.1), genuine(*rest))[1]  # so that kills come in the middle
+genuine = sources.solve_problem
+sources.solve_problem = lambda *rest: (time.sleep(0.1), genuine(*rest))[1]  # so that kills come in the middle
 rs.run(rs.load_scene(sys.argv[1]), sys.argv[2], max_realizations=int(sys.argv[3]), until={})
 """
 UNGUARDED = """

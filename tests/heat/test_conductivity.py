@@ -192,7 +192,9 @@ def test_a_table_goes_from_the_plan_to_the_comparison(quick, tmp_path):
     rule = {"heat_partition": "total", "duration": 2e-5}
     scene = with_tables(quick, table(60.0, 20.0), table(10.0, 25.0), **rule)
     plan = rs.plan(scene)
-    assert any(what == "conductivity" and "W/(m K)" in value for what, value, _ in plan.reasons)
+    assert any(
+        reason.quantity == "conductivity" and "W/(m K)" in reason.value for reason in plan.reasons
+    )
     run = rs.run(scene, tmp_path / "table", max_realizations=3, workers=1)
     assert rs.open_run(tmp_path / "table").scene.identity() == scene.identity()
     comparison = rs.compare(run)
