@@ -31,8 +31,7 @@ from roughsim.estimate import fields
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.theories import OVER_SPEED as DENSE
-from roughsim.results.columns import AT_CUT_OFF as AT_Q_C
-from roughsim.results.columns import is_simulated
+from roughsim.results.columns import UP_TO_CUT_OFF, is_simulated
 from roughsim.results.row import NOTICED
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -176,8 +175,10 @@ def draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: str | Non
     if observable not in entry.results:
         return
     if colour is None and _is_cut(entry, observable):
-        cut = entry.in_motion(observable, AT_Q_C)
-        axes.plot(cut.coords["speed"], cut.mean * factor, color=THEORY, lw=1.2, ls="--", gid=AT_Q_C)
+        cut = entry.in_motion(observable, UP_TO_CUT_OFF)
+        axes.plot(
+            cut.coords["speed"], cut.mean * factor, color=THEORY, lw=1.2, ls="--", gid=UP_TO_CUT_OFF
+        )
     for column in entry.columns():
         found = entry.in_motion(observable, column)
         if np.isnan(found.mean).all():  # a slide lacks some observables
@@ -198,7 +199,7 @@ def _marks_of(column: str, colour: str | None) -> dict[str, Any]:
 
 def _is_cut(entry: Entry, observable: str) -> bool:
     """Return whether the theory up to q_c differs noticeably from the theory over the whole spectrum."""
-    cut, whole = (entry.in_motion(observable, column).mean for column in (AT_Q_C, "theory"))
+    cut, whole = (entry.in_motion(observable, column).mean for column in (UP_TO_CUT_OFF, "theory"))
     return bool(np.any(np.abs(cut - whole) > NOTICED * np.abs(whole)))
 
 
@@ -285,7 +286,7 @@ def _handles(
         colour = THEORY if colours[0] else CALIBRATED
         label = "calibrated stress spectrum"
         handles.append(Line2D([], [], color=colour, lw=1.2, ls=DASHES, label=label))
-    if AT_Q_C in lines:
+    if UP_TO_CUT_OFF in lines:
         label = "theory up to $q_c$"
         handles.append(Line2D([], [], color=THEORY, lw=1.2, ls="--", label=label))
     for name in dict.fromkeys(column for entry in entries for column in entry.columns()):

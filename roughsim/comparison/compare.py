@@ -21,11 +21,11 @@ from roughsim.estimate.levels import FLASH
 from roughsim.prediction.sliding import CONTINUED
 from roughsim.prediction.statements import statements
 from roughsim.results.columns import (
-    AT_CUT_OFF,
     CONTACT_TEMPERATURE,
     SAME_MODES,
     SLIDING_CALIBRATED,
     THEORY,
+    UP_TO_CUT_OFF,
     ColumnOf,
     columns_of,
     finest,
@@ -76,12 +76,12 @@ class Comparison:
     columns: Mapping[str, ColumnOf]
     flash: Estimate
 
-    @cached_property  # .4 s; a summary does without
+    @cached_property  # .2 s; a summary does without
     def results(self) -> Results:
         """Every observable over the columns, the speed, and the energy, temperature or direction of some."""
         return results_of(self.run, functions=self.columns)
 
-    @cached_property
+    @property
     def rows(self) -> tuple[Row, ...]:
         """A row for each observable and speed."""
         return tuple(rows_of(self.results))
@@ -117,13 +117,13 @@ class Comparison:
         """Return notes on missing members, and on waves that only the theory or only the simulation includes."""
         q_c, q_max = finest(self.run)[1], self.run.scene.spectrum.breaks[-1]
         notes = left_out(self.run)
-        if cut := self.farthest(AT_CUT_OFF, THEORY):
+        if cut := self.farthest(UP_TO_CUT_OFF, THEORY):
             notes.append(
                 f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. Up to q_c the theory is {cut} "
                 "Means are extrapolated to q_max, and the doubt of that is in their error; rows marked at q_c are not "
                 "extrapolated. The ratio is formed up to q_c."
             )
-        if short := self.farthest(SAME_MODES, AT_CUT_OFF):
+        if short := self.farthest(SAME_MODES, UP_TO_CUT_OFF):
             notes.append(
                 f"The cell holds too few long waves for the theory: summed over its modes it is {short} The error of "
                 "the ratio includes this; take more waves per side."
@@ -238,8 +238,11 @@ def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
     yield Number(row.theory, row.unit)
     yield Number(row.calibrated, row.unit)
     for name in columns:
-        cell = row.columns.get(name)
-        yield "" if cell is None else cell.number()
+        one = row.columns.get(name)
+        if one is None:
+            yield ""
+        else:  # a simulated value without a known error, as of a single map, says so
+            yield Number(float(one.mean), one.unit, float(one.total_error), one.unknown)
 
 
 def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:

@@ -26,15 +26,17 @@ from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
 from roughsim.table import Estimate, Results, concat
 
-THEORY, SAME_MODES, AT_CUT_OFF = "theory", "theory_same_modes", "theory_at_cut_off"
+THEORY, SAME_MODES, UP_TO_CUT_OFF = "theory", "theory_same_modes", "theory_at_cut_off"
 CALIBRATED, SLIDING_CALIBRATED = "calibrated", "sliding_calibrated"
 CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
 BY_DIRECTION = "flash_temperature_by_direction"  # of a pressed map
 OVER_TWIN = "map_over_gaussian_twin"  # T_flash of a pressed map over that of a map of random phases
+_UNITS = UNITS | {CONTACT_TEMPERATURE: "K", BY_DIRECTION: "K", OVER_TWIN: "1"}
+_ABOUT = {"angle": {"units": "rad", "description": "of sliding, from x towards y"}}
 MEANINGS = {
     THEORY: "the analytic theory over the whole spectrum C(q)",
     SAME_MODES: "the theory summed over the modes of the simulated cell, up to q_c",
-    AT_CUT_OFF: "the theory over C(q) up to q_c",
+    UP_TO_CUT_OFF: "the theory over C(q) up to q_c",
     CALIBRATED: "the theory with a stress spectrum fitted to simulations, with the error of the fit; NaN outside the "
     "range compared with simulations",
     "smoothed": "simulated elastic contact of surfaces with the smoothed spectrum C_sm(q)",
@@ -48,7 +50,7 @@ ColumnOf = Callable[[str], Estimate | None]  # of an observable; None where the 
 
 def is_theory(column: str) -> bool:
     """Return whether a column is a theory."""
-    return column in (THEORY, SAME_MODES, AT_CUT_OFF, CALIBRATED, SLIDING_CALIBRATED)
+    return column in (THEORY, SAME_MODES, UP_TO_CUT_OFF, CALIBRATED, SLIDING_CALIBRATED)
 
 
 def is_ratio(column: str) -> bool:
@@ -76,7 +78,7 @@ def meaning(column: str) -> str:
 
 def heat_shares(run: Run) -> Array:
     """Return the share of the heat in the temperatures of each column, (columns, speeds); NaN where it has none."""
-    shares = dict.fromkeys((THEORY, SAME_MODES, AT_CUT_OFF), run.heat_partition)
+    shares = dict.fromkeys((THEORY, SAME_MODES, UP_TO_CUT_OFF), run.heat_partition)
     shares[CALIBRATED] = prediction.calibrated_share(run.scene)
     shares |= {column: run.share(column) for column in run.numerics.columns}
     columns = columns_of(run)
@@ -99,14 +101,15 @@ def results_of(
     functions = functions or columns_of(run)
     chosen = list(functions) if columns is None else [name for name in columns if name in functions]
     estimates = {}
-    # simulations first: the parts of their errors stay in their order, and so does the rounding of their sum
-    places = sorted(range(len(chosen)), key=lambda k: is_theory(chosen[k]))
     for name in observables_of(run) if observables is None else observables:
-        found = {(k,): functions[chosen[k]](name) for k in places}
+        found = {(k,): functions[column](name) for k, column in enumerate(chosen)}
         pieces = {place: one for place, one in found.items() if one is not None}
         if pieces:
             estimates[name] = concat(pieces, {"column": np.array(chosen)})
-    return Results(estimates, attributes_of(run.scene, run.members))
+    along = {}
+    if BY_DIRECTION in estimates:
+        along["angle"] = "direction", np.array([*run.angles.values()])
+    return Results(estimates, attributes_of(run.scene, run.members), _ABOUT, along)
 
 
 def observables_of(run: Run) -> list[str]:
@@ -125,7 +128,7 @@ def columns_of(run: Run) -> dict[str, ColumnOf]:
     first, *others = run.numerics.columns
     theory = cache(partial(theory_of, run))
     columns: dict[str, ColumnOf] = {
-        name: partial(_of_theory, run, theory, name) for name in (THEORY, SAME_MODES, AT_CUT_OFF)
+        name: partial(_of_theory, run, theory, name) for name in (THEORY, SAME_MODES, UP_TO_CUT_OFF)
     }
     columns[CALIBRATED] = partial(
         _calibrated, run, theory, cache(partial(_of_fields, run, sliding=False))
@@ -163,7 +166,7 @@ def theory_of(run: Run, column: str) -> Predicted:
     if column == CALIBRATED:
         return fields.calibrated_predictions(run.scene)
     grid, q_c = finest(run)
-    if column == AT_CUT_OFF:
+    if column == UP_TO_CUT_OFF:
         return prediction.predictions(run.scene, q_c)
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
     with warnings.catch_warnings():
@@ -177,9 +180,11 @@ def _exact(
     run: Run, observable: str, mean: Array, budget: Mapping[str, Array] | None = None
 ) -> Estimate:
     """Return values over the speed, or one value, without realizations."""
-    per_speed = observable not in OBSERVABLES or OBSERVABLES[observable].per_speed
+    record = OBSERVABLES.get(observable)
+    unit = _UNITS[observable] if record is None else record.unit
+    per_speed = record is None or record.per_speed
     axis = speed_axis(mean, run.scene.speeds if per_speed else ())
-    return Estimate.of(observable, UNITS.get(observable, "K"), mean, axis, budget)
+    return Estimate.of(observable, unit, mean, axis, budget)
 
 
 def _with_share(run: Run, predicted: Predicted, observable: str, share: Array) -> Array | None:
@@ -246,7 +251,7 @@ def _of_map(run: Run, observable: str, column: str) -> Estimate | None:
     """Return T_flash of a pressed map by direction, or over its map of random phases; None while parts are missing."""
     if observable == OVER_TWIN:
         twin = run.over_twin  # of one map: it shows no scatter
-        return None if twin is None else replace(_exact(run, observable, twin), unit="1")
+        return None if twin is None else _exact(run, observable, twin)
     pieces = {(k,): run.in_direction(name, column) for k, name in enumerate(run.angles)}
     if not pieces:
         return None
@@ -284,7 +289,7 @@ def _over_theory(
         return None
     summed, integral = (
         np.asarray(_with_share(run, theory(name), observable, np.ones(1)))
-        for name in (SAME_MODES, AT_CUT_OFF)
+        for name in (SAME_MODES, UP_TO_CUT_OFF)
     )
     with np.errstate(all="ignore"):  # 0/0 at rest
         apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)

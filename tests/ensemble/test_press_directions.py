@@ -196,6 +196,7 @@ def test_table_json_and_report_have_directions_and_twin_and_compute_nothing(
         "flash_temperature_across",
         "at 30°",
         "map over Gaussian twin: ",
+        f"{run.over_twin[1]:.4g} ± unknown",  # one twin shows no scatter
     ):
         assert words in text
     assert "texture: slopes" in text
@@ -219,6 +220,8 @@ def test_table_json_and_report_have_directions_and_twin_and_compute_nothing(
         name, along = "flash_temperature_by_direction", run.in_direction("along")
         place = (capped, [text.decode() for text in results["direction"]].index("along"))
         np.testing.assert_allclose(results[name][place], along.mean)
+        np.testing.assert_allclose(results["angle"], [*run.angles.values()])
+        assert results["angle"].attrs["units"] == "rad"
         np.testing.assert_allclose(results[f"{name}_total_error"][place], along.total_error)
 
 
