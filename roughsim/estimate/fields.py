@@ -6,7 +6,7 @@ of the error are their own: "form", as solved contacts are evener than the field
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -195,7 +195,6 @@ def _evened(ratio: Array, doubt: Array, side: float) -> Array:
     return np.where(side * excess > 0.0, nearer, ratio)
 
 
-@lru_cache(maxsize=16)
 def _frozen(scene: Scene) -> Drawn | None:
     """Return the drawn contacts of a scene that slide frozen; None where it has none."""
     fields = prediction.frozen_fields(scene)
@@ -210,7 +209,6 @@ def _frozen(scene: Scene) -> Drawn | None:
     return drawn_frozen(fields, end, by_law(flash, band), doubt)
 
 
-@lru_cache(maxsize=4)
 def _slid(scene: Scene) -> Drawn | None:
     """Return the drawn slides of a scene; None where it has none."""
     sample, frozen = prediction.slid_fields(scene), _frozen(scene)
