@@ -37,7 +37,7 @@ def ours(scene: rs.Scene, target: float) -> tuple[rs.Numerics, list[int], float,
         seconds = time.process_time() - start
         k = run.scene.speeds.index(35.0)
         rows = run.pairs("capped")[0].sample.numbers["flash_temperature"][:, k]
-        rungs = [pair.level for pair in run.pairs("capped") if not pair.is_partner]
+        rungs = [pair.level for pair in run.pairs("capped") if not pair.is_refined]
         print(found.explain().splitlines()[1 + k])
     error, scatter = found.total_error[k] / found.mean[k], rows.std(ddof=1) / rows.mean()
     return run.numerics, rungs[-2:], seconds, float(error), float(scatter)

@@ -96,7 +96,7 @@ def continuations(name: str, sections: dict[str, Any], run: rs.Run) -> Iterator[
             end = values_of(scene, column, observable, pairs[: j + 1])
             for k in range(1, j + 1):
                 found = values_of(scene, column, observable, pairs[:k])
-                difference = found.scattered - end.scattered
+                difference = found.sampled - end.sampled
                 scatter, freedom = spread_of(difference)
                 yield {
                     "scene": name,

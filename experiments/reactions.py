@@ -5,7 +5,7 @@
 The contacts were drawn by chance, and their list was committed before any was solved; nothing in the form of the theory
 was fitted to them. `--draw` writes the list again. They are of four kinds: light load, where all has yielded (kind L),
 yielded in part (P), nearly elastic (N), and without a hardness (E). The part "first" was there when the theory got its
-form. "band" was solved to set `fields.form_doubt`, "judge" to test it and for nothing else.
+form. "band" was solved to set `fields.form_uncertainty`, "judge" to test it and for nothing else.
 
 `--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces, with four longest waves a
 side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are over T_flash. Rates
@@ -33,7 +33,7 @@ import roughsim as rs
 from roughsim.estimate import fields
 from roughsim.estimate.asked import of_reaction
 from roughsim.estimate.errors import estimate
-from roughsim.estimate.fields import by_law, drawn_frozen, form_doubt
+from roughsim.estimate.fields import by_law, drawn_frozen, form_uncertainty
 from roughsim.estimate.reactions import BOLTZMANN, ELECTRONVOLT
 from roughsim.observables.distribution import LEVELS
 from roughsim.observables.moments import HeatSource
@@ -141,7 +141,7 @@ class Drawn:
         drawn = draw_frozen(spectrum, self.solid(), self.source, points=points, fields=fields)
         law = clipped.law_of(spectrum, **self.solid())
         length = spectrum.rms_height / spectrum.rms_slope
-        doubt = form_doubt(np.array(self.source.rates) * length)
+        doubt = form_uncertainty(np.array(self.source.rates) * length)
         return Found(drawn.flash[-1], law.contact_fraction, column_of(drawn, spectrum, doubt))
 
     def solve(self, points: int | None = None, members: int = MEMBERS) -> Found:

@@ -145,7 +145,7 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[CostP
     """Yield the error of the mean of each extrapolated observable over the cost of the ensemble.
 
     Each choice of levels gives a curve over the statistical error that its members are shared out for. The reference is
-    the estimate from all levels and realizations, and its own error is the doubt of the points.
+    the estimate from all levels and realizations, and its own error is the uncertainty of the points.
     """
     column = numerics.columns[-1]
     ways = ways_of(scene, numerics, realizations)
@@ -158,18 +158,18 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[CostP
         reference = values_of(scene, column, name, everything)
         truth = float(reference.mean[speed])
         errors = [part[speed] for part in reference.errors.values()]
-        doubt = float(np.linalg.norm(np.nan_to_num(errors))) / abs(truth)
+        uncertainty = float(np.linalg.norm(np.nan_to_num(errors))) / abs(truth)
         for way in ways:
             values = values_of(scene, column, name, way.pairs)
             bias = float(values.mean[speed]) / truth - 1.0
-            # relative variance by one member; none of a partner whose place a higher one takes
+            # relative variance by one member; none of a refined level whose place a higher one takes
             variances = {
-                stream: float(part[speed]) for stream, part in values.scattered.variance.items()
+                stream: float(part[speed]) for stream, part in values.sampled.variance.items()
             }
             scatter = [
                 variances.get(pair.stream, 0.0) * realizations / truth**2 for pair in way.pairs
             ]
-            yield from _curve(scene, title, way, scatter, bias, doubt)
+            yield from _curve(scene, title, way, scatter, bias, uncertainty)
 
 
 def _place_of_speed(scene: Scene, title: str) -> int | None:
@@ -183,7 +183,7 @@ def _place_of_speed(scene: Scene, title: str) -> int | None:
 
 
 def _curve(
-    scene: Scene, title: str, way: _Way, scatter: list[float], bias: float, doubt: float
+    scene: Scene, title: str, way: _Way, scatter: list[float], bias: float, uncertainty: float
 ) -> Iterator[CostPoint]:
     """Yield the points of one choice of levels, with members shared out for smaller and smaller scatter."""
     band = dict(TARGET) | dict(scene.ensemble.until or TARGET)
@@ -194,15 +194,15 @@ def _curve(
         variance = sum(part / n for part, n in zip(scatter, counts, strict=True))
         cost = sum(part * n for part, n in zip(way.seconds, counts, strict=True))
         setting = f"{' + '.join(map(str, counts))} members"
-        error = hypot(bias, sqrt(variance), doubt)
+        error = hypot(bias, sqrt(variance), uncertainty)
         texts = "chain", title, way.method, setting
-        yield CostPoint(*texts, error, cost, counts == planned, doubt=doubt)
+        yield CostPoint(*texts, error, cost, counts == planned, uncertainty=uncertainty)
 
 
 def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[_Way]:
     """Solve the levels of the main column, and return the choices of levels to compare.
 
-    They are each grid of the run's cell alone, the first cut-offs without partners, and all levels.
+    They are each grid of the run's cell alone, the first cut-offs without refined, and all levels.
     """
     of_column = numerics.of_column(numerics.columns[-1])
     highest = _REACH * numerics.levels[of_column[0]].q_max * (1 + SAME)
@@ -215,8 +215,10 @@ def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[_Way]:
             times = of_level.q_max / numerics.levels[levels[0]].q_max
             method = f"one grid, {times:.3g}× q_c, {of_level.shape[0]}²"
             ways.append(_Way(method, [pair._replace(below=None)], [seconds[0]]))
-    rungs = [level for level in numerics.rungs(numerics.columns[-1]) if level in solved]
-    choices = {f"{k} cut-offs": rungs[:k] for k in range(2, len(rungs) + 1) if rungs[:k] != levels}
+    coarse = [level for level in numerics.coarse_levels(numerics.columns[-1]) if level in solved]
+    choices = {
+        f"{k} cut-offs": coarse[:k] for k in range(2, len(coarse) + 1) if coarse[:k] != levels
+    }
     for method, used in (choices | {"all levels": levels}).items():
         pairs = [solved[level][0] for level in used]
         ways.append(_Way(method, pairs, [sum(solved[level][1]) for level in used], used is levels))

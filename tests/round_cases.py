@@ -13,13 +13,13 @@ from roughsim.scene.numerics import Level, Numerics
 LENGTH, POINTS = 1e-3, 32
 
 
-def numerics_of(*columns, rungs=3, partners=(0,), slide=None):
-    """Numerics whose columns have doubling cut-offs, then partners of these rungs; levels count through the columns."""
+def numerics_of(*columns, rungs=3, refined=(0,), slide=None):
+    """Numerics whose columns have doubling cut-offs, then refined of these rungs; levels count through the columns."""
     levels = []
     for column in columns:
         points = [POINTS * 2**k for k in range(rungs)]
         own = [Level(column, (n, n), np.pi * n / LENGTH / 2) for n in points]
-        own += [replace(own[k], shape=(2 * points[k],) * 2) for k in partners]
+        own += [replace(own[k], shape=(2 * points[k],) * 2) for k in refined]
         levels += own
     if slide is not None:
         levels.append(Level("sliding", (POINTS, POINTS), levels[0].q_max, first=slide))

@@ -74,7 +74,10 @@ STATED = [
     (
         "errors",
         "e = ({}/A + {})/N",
-        ["roughsim.estimate.cell_size:_FEW_HILLS", "roughsim.estimate.cell_size:_ALL_HILLS"],
+        [
+            "roughsim.estimate.cell_size:_FEW_ASPERITIES",
+            "roughsim.estimate.cell_size:_ALL_ASPERITIES",
+        ],
     ),
     (
         "errors",
@@ -128,11 +131,15 @@ STATED = [
     ("limits", "or above {} K", ["roughsim.planning.limits:_HOTTEST"]),
     ("limits", "enters a spot by less than {} nm", ["roughsim.planning.limits:_FREE_PATH * 1e9"]),
     ("limits", "({} K if left out)", ["roughsim.prediction.facts:_ROOM"]),
-    ("reactions", "and {} % of T more", ["roughsim.estimate.sliding:DOUBT_OF_DISTRIBUTION * 100"]),
+    (
+        "reactions",
+        "and {} % of T more",
+        ["roughsim.estimate.sliding:UNCERTAINTY_OF_DISTRIBUTION * 100"],
+    ),
     (
         "sliding",
         "The rest of the cut-off counts {} %",
-        ["roughsim.estimate.sliding:_DOUBT_OF_CUT_OFF * 100"],
+        ["roughsim.estimate.sliding:_UNCERTAINTY_OF_CUT_OFF * 100"],
     ),
     ("sliding", "{} % counts as error", ["roughsim.prediction.sliding:CONTINUED * 100"]),
     ("stability", "the number of its format, {} (maps: 7)", ["roughsim.store.member_files:FORMAT"]),

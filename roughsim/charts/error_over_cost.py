@@ -32,7 +32,9 @@ class CostPoint(NamedTuple):
     seconds: float  # CPU time of one thread
     chosen: bool = False  # whether the plan computes it so
     pairs: float = nan  # the same cost in pairs of real transforms of `PAIR_SIDE`² points
-    doubt: float = 0.0  # how well the truth itself is known, relative; it is part of the error
+    uncertainty: float = (
+        0.0  # how well the truth itself is known, relative; it is part of the error
+    )
 
 
 def panels(points: Iterable[CostPoint]) -> dict[str, list[CostPoint]]:
@@ -94,9 +96,9 @@ def _draw_panel(axis: Axes, points: Sequence[CostPoint]) -> None:
     axis.set_ylim(*_at_least_a_decade(*axis.get_ylim()))
     # narrow panels have room for powers of ten alone
     axis.xaxis.set_minor_formatter(NullFormatter())
-    if points[0].doubt > 0.0:
+    if points[0].uncertainty > 0.0:
         grey: Any = {"color": "0.6", "lw": 0.8, "ls": "--", "zorder": -1}
-        axis.axhline(points[0].doubt, label="doubt about the limit itself", **grey)
+        axis.axhline(points[0].uncertainty, label="uncertainty about the limit itself", **grey)
     _add_seconds(axis, points)
 
 

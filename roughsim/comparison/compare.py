@@ -120,7 +120,7 @@ class Comparison:
         if cut := self.farthest(UP_TO_CUT_OFF, THEORY):
             notes.append(
                 f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. Up to q_c the theory is {cut} "
-                "Means are extrapolated to q_max, and the doubt of that is in their error; rows marked at q_c are not "
+                "Means are extrapolated to q_max, and the uncertainty of that is in their error; rows marked at q_c are not "
                 "extrapolated. The ratio is formed up to q_c."
             )
         if short := self.farthest(SAME_MODES, UP_TO_CUT_OFF):

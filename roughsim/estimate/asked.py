@@ -120,9 +120,12 @@ def _conversion(contacts: Contacts, rate: Values, over: OverContact, length: flo
         left = np.exp(-done)
         factor = np.where(np.isinf(time), 0.0, time * left)
     errors = {name: factor * part for name, part in rate.errors.items()}
-    scatter = {stream: rows * factor for stream, rows in rate.scatter.items()}
+    influence = {stream: rows * factor for stream, rows in rate.influence.items()}
     values = rate._replace(
-        mean=-np.expm1(-done), finest=-np.expm1(-rate.finest * time), errors=errors, scatter=scatter
+        mean=-np.expm1(-done),
+        finest=-np.expm1(-rate.finest * time),
+        errors=errors,
+        influence=influence,
     )
     return _estimate(contacts, CONVERSION, values, over)
 

@@ -1,15 +1,15 @@
 """The periodic cell: the length of its sides, and the error of its finite size.
 
-Each cell bears the same load, while in an infinite plane the load gathers on high hills. So a small cell has too low a
-T_flash. Its relative error falls with the number N of hills, whose size follows from the autocorrelation ρ of the
-heights after yielding:
+Each cell bears the same load, while in an infinite plane the load gathers on high asperities. So a small cell has too
+low a T_flash. Its relative error falls with the number N of asperities, whose size follows from the autocorrelation ρ
+of the heights after yielding:
 
     error = (a/A + b) / N,    N = L²/∫(ρ + ρ²)d²r
 
-The share A of hills that carry load equals the contact fraction of waves down to half a hill. The constants were
-measured for T_flash at low speed, where the error is largest, on scenes made by hand, in cells of 2 to 16 waves, and
-tested on scenes drawn at random (`experiments/cell_size.py`). Neither a run nor the theory shows the error of its cell:
-the theory summed over the modes of a cell with four longest waves per side is within 0.6 % of its integral.
+The share A of asperities that carry load equals the contact fraction of waves down to half an asperity. The constants
+were measured for T_flash at low speed, where the error is largest, on scenes made by hand, in cells of 2 to 16 waves,
+and tested on scenes drawn at random (`experiments/cell_size.py`). Neither a run nor the theory shows the error of its
+cell: the theory summed over the modes of a cell with four longest waves per side is within 0.6 % of its integral.
 """
 
 from collections.abc import Callable
@@ -18,11 +18,11 @@ from math import hypot, inf, nan, pi, sqrt
 from roughsim import prediction
 from roughsim.scene import Scene
 
-# relative error × number of hills, by the same experiment: times A if few hills carry load, and if all do
-_FEW_HILLS, _ALL_HILLS = 0.03, 0.2
-_ELASTIC = 0.4  # of A: elastic contact errs as if on fewer hills, by the same experiment
+# relative error × number of asperities, by the same experiment: times A if few asperities carry load, and if all do
+_FEW_ASPERITIES, _ALL_ASPERITIES = 0.03, 0.2
+_ELASTIC = 0.4  # of A: elastic contact errs as if on fewer asperities, by the same experiment
 # relative error of T_flash of capped contact in a part of the cell, at most. Corrections err by its square, which is
-# neglected; but in smaller cells they scatter so much that the doubt of the last step adds levels
+# neglected; but in smaller cells they scatter so much that the uncertainty of the last step adds levels
 _PART_ERROR = 0.05
 # of a squared target error, for the size of the cell: it always lowers T_flash, so a larger share costs coverage; of 35
 # scenes with .2, six took 1.2 to 3.4 times as long, and one 0.6 times
@@ -56,8 +56,8 @@ def choose_lengths(
     )
     least = min(8.0, 4.0 * flat / scene.spectrum.breaks[0]) if flat else 4.0
     choices = [n for n in _WAVES if n >= 0.99 * least]
-    hill = _effective_hill(scene, choices[0] * wave)
-    errors = {n: _relative(hill / (n * wave) ** 2) for n in choices}
+    asperity = _effective_asperity(scene, choices[0] * wave)
+    errors = {n: _relative(asperity / (n * wave) ** 2) for n in choices}
     waves = first_within(sqrt(SIZE_SHARE) * target, errors)
     if (
         expected is not None
@@ -66,7 +66,7 @@ def choose_lengths(
             n: min(expected((n * wave, n * wave), parts) for parts in (4, 2)) for n in choices
         }
         waves = first_within(sqrt(SYSTEMATIC) * target, together)
-    why = ", as in fewer too few hills carry the load" if waves > choices[0] else ""
+    why = ", as in fewer too few asperities carry the load" if waves > choices[0] else ""
     reason = f"{waves} {kind} per side{why}; a larger cell changes T_flash by {100 * errors[waves]:.1g} %"
     return (waves * wave, waves * wave), reason
 
@@ -85,9 +85,9 @@ def parts_of(
     The relative error of T_flash in the smaller cell is at most `target` in smoothed contact, else `_PART_ERROR`.
     """
     most = target if column == "smoothed" else _PART_ERROR
-    hill = _effective_hill(scene, min(lengths), column)
+    asperity = _effective_asperity(scene, min(lengths), column)
     return next(
-        (parts for parts in (4, 2) if _relative(hill * (parts / min(lengths)) ** 2) <= most), 1
+        (parts for parts in (4, 2) if _relative(asperity * (parts / min(lengths)) ** 2) <= most), 1
     )
 
 
@@ -106,21 +106,21 @@ def size_error(
     """
     if observable == "correlation_radius_0":
         return nan
-    hills = min(lengths) ** -2 * _effective_hill(scene, min(lengths), column)
+    asperities = min(lengths) ** -2 * _effective_asperity(scene, min(lengths), column)
     if parts == 1 or not _is_elastic(scene, column):
-        return _relative(hills)
-    return hypot(_relative(hills), 0.5 * _relative(parts**2 * hills))
+        return _relative(asperities)
+    return hypot(_relative(asperities), 0.5 * _relative(parts**2 * asperities))
 
 
-def _effective_hill(scene: Scene, side: float, column: str = "") -> float:
-    """Return the area of a cell, m², in which the error would be as large as the value: a/A + b hills."""
-    area, share = prediction.hills(scene, side)
+def _effective_asperity(scene: Scene, side: float, column: str = "") -> float:
+    """Return the area of a cell, m², in which the error would be as large as the value: a/A + b asperities."""
+    area, share = prediction.asperities(scene, side)
     if area == 0.0:  # all of the roughness yields
         return 0.0
     if share == 0.0:  # the theory's contact is too small for a number
         return inf
     carrying = _ELASTIC * share if _is_elastic(scene, column) else share
-    return (_FEW_HILLS / carrying + _ALL_HILLS) * area
+    return (_FEW_ASPERITIES / carrying + _ALL_ASPERITIES) * area
 
 
 def _is_elastic(scene: Scene, column: str) -> bool:

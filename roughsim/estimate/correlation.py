@@ -27,7 +27,7 @@ def correlation_of(pairs: list[Pair], distance: Array) -> tuple[Array, Array, Ar
     total = mean_of(lowest.stream, of_peaks)
     top = max(pair.sample.q_max for pair in pairs)
     for pair in others:
-        if pair.below is not None and (not pair.is_partner or pair.sample.q_max == top):
+        if pair.below is not None and (not pair.is_refined or pair.sample.q_max == top):
             rows = of_level(pair.sample) - of_level(pair.below)
             total += mean_of(pair.stream, rows)
     return total.value, *spread_of(total)

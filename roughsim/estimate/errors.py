@@ -20,7 +20,7 @@ SOURCES = {
     "bandwidth": "left by the cut-off q_c",
     "last step": "change by the last step to the highest q_c, if nothing is continued to shorter waves",
     "pixel": "left by the grid at fixed q_c",
-    "size": "change by a larger cell, from the number of hills that carry load, measured on other scenes",
+    "size": "change by a larger cell, from the number of asperities that carry load, measured on other scenes",
     "solver": "largest change by the contact solver's tolerance in measured contacts: for T_flash 0.3 of it",
     "tail": "share of a rate from the hottest pixels, whose temperature has no limit; unknown above a quarter",
     "slide": "of two bodies that slide: low cut-off, rest of pixel and step, and the distance continued by the theory",
@@ -35,13 +35,13 @@ def estimate(
 ) -> Estimate:
     """Return mean, errors and bias of an observable from its values; without `speeds` their labels are NaN."""
     mean = values.mean
-    error, freedom = spread_of(values.scattered)
+    error, freedom = spread_of(values.sampled)
     with np.errstate(
         invalid="ignore"
     ):  # slope_length is infinite at rest: its errors are undefined
         bias = values.finest - mean
     budget = _budget(half_width(error, freedom), values.errors)
-    n = len(next(iter(values.scatter.values())))
+    n = len(next(iter(values.influence.values())))
     exact = Estimate.of(observable, UNITS[observable], mean, speed_axis(mean, speeds), budget)
     return replace(
         exact,
@@ -81,10 +81,10 @@ def quotient(
     kind of contact. Exact values share the cut-off of the column and have no errors: then the error by q_c is zero.
     """
     if isinstance(below, Values):
-        ratio, columns = above.scattered / below.scattered, [above, below]
+        ratio, columns = above.sampled / below.sampled, [above, below]
     else:
         with np.errstate(all="ignore"):
-            ratio = above.scattered * (1.0 / np.broadcast_to(below, above.mean.shape))
+            ratio = above.sampled * (1.0 / np.broadcast_to(below, above.mean.shape))
         nothing = np.zeros_like(above.mean)
         columns = [
             above._replace(errors=above.errors | {"bandwidth": nothing, "last step": nothing})
@@ -117,15 +117,17 @@ def spread(values: Array) -> tuple[Array, Array]:
 def spread_of(mean: Mean) -> tuple[Array, Array]:
     """Return the standard error of a mean, and its degrees of freedom after Satterthwaite: variances of streams add.
 
-    Scatter below rounding counts as none: realizations that agree to all digits have no error.
+    Influence below rounding counts as none: realizations that agree to all digits have no error.
     """
     variances = mean.variance
-    freedoms = {stream: max(len(rows) - 1, 1) for stream, rows in mean.scatter.items()}
+    freedoms = {stream: max(len(rows) - 1, 1) for stream, rows in mean.influence.items()}
     with np.errstate(all="ignore"):  # an undefined observable has an undefined error
         variance = np.asarray(sum(variances.values()))
-        doubt = np.asarray(sum(part**2 / freedoms[stream] for stream, part in variances.items()))
+        reciprocal = np.asarray(
+            sum(part**2 / freedoms[stream] for stream, part in variances.items())
+        )
         most = float(sum(freedoms.values()))
-        freedom = np.where(doubt > 0.0, variance**2 / doubt, most)
+        freedom = np.where(reciprocal > 0.0, variance**2 / reciprocal, most)
         error = np.sqrt(variance)
         error = np.where(error <= 1e-12 * np.abs(mean.value), 0.0, error)
     freedom = np.where(np.isinf(error), 0.0, np.minimum(np.nan_to_num(freedom, nan=most), most))

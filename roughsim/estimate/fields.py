@@ -37,11 +37,13 @@ from roughsim.table import Estimate
 
 QUANTILES = tuple(name for name, record in OBSERVABLES.items() if record.asked)
 _FURTHEST = 2.0  # steps of the cut-off, to twice as high a one, by which fields are continued
-# of `form_doubt`: at 1, its fall, least and most. Set on 29 contacts that were drawn by chance, tested on 13 others
-# (experiments/reactions.py)
-_AT_ONE, _PER_E_FOLD, _DOUBTS = 0.17, 0.02, (0.06, 0.24)
+# of `form_uncertainty`: at 1, its fall, least and most. Set on 29 contacts that were drawn by chance, tested on 13
+# others (experiments/reactions.py)
+_AT_ONE, _PER_E_FOLD, _UNCERTAINTIES = 0.17, 0.02, (0.06, 0.24)
 _OF_SLIDES = 0.15  # chosen wide: beside solved slides .06 rms, at most .15, at 99 % (experiments/sliding_reactions.py)
-_SHIFT = 1.4  # of all temperatures, over T_flash and the doubt: contact that the law lacks is cold
+_SHIFT = (
+    1.4  # of all temperatures, over T_flash and the uncertainty: contact that the law lacks is cold
+)
 
 
 class Drawn(NamedTuple):
@@ -63,10 +65,10 @@ class Drawn(NamedTuple):
         )
 
 
-def form_doubt(peclet_number: ArrayLike) -> Array:
-    """Return how far T/T_flash is in doubt by the form of the fields at v h_rms/(D h′), dimensionless."""
+def form_uncertainty(peclet_number: ArrayLike) -> Array:
+    """Return how uncertain T/T_flash is by the form of the fields at v h_rms/(D h′), dimensionless."""
     with np.errstate(divide="ignore"):
-        return np.asarray(np.clip(_AT_ONE - _PER_E_FOLD * np.log(peclet_number), *_DOUBTS))
+        return np.asarray(np.clip(_AT_ONE - _PER_E_FOLD * np.log(peclet_number), *_UNCERTAINTIES))
 
 
 def by_law(value: Array, band: float, part: str = "bandwidth") -> Values:
@@ -75,8 +77,10 @@ def by_law(value: Array, band: float, part: str = "bandwidth") -> Values:
     return Values(value, value, {}, {part: nothing, "form": nothing, "law": band * value})
 
 
-def drawn_frozen(fields: FrozenFields, end: float, flash: Values, doubt: Array | float) -> Drawn:
-    """Return frozen contacts as a column; `end` of C(q), rad/m, `doubt` by their form, 0 of solved ones."""
+def drawn_frozen(
+    fields: FrozenFields, end: float, flash: Values, uncertainty: Array | float
+) -> Drawn:
+    """Return frozen contacts as a column; `end` of C(q), rad/m, `uncertainty` by their form, 0 of solved ones."""
     samples = fields.samples
     pairs = [
         Pair(level, 0, sample, samples[level - 1] if level else None)
@@ -110,15 +114,15 @@ def drawn_frozen(fields: FrozenFields, end: float, flash: Values, doubt: Array |
         errors = {
             "bandwidth": flash.mean * np.abs(rest),
             "form": flash.mean
-            * _by_form(lambda s: over_flash(s, name).mean(axis=0), samples[-1], doubt),
+            * _by_form(lambda s: over_flash(s, name).mean(axis=0), samples[-1], uncertainty),
             "law": flash.errors["law"] * np.abs(value),
         }
-        finest, scatter = flash.mean * top.value, (top * flash.mean).scatter
-        return Values(flash.mean * value, finest, scatter, errors)
+        finest, influence = flash.mean * top.value, (top * flash.mean).influence
+        return Values(flash.mean * value, finest, influence, errors)
 
     def mean(of_level: ContactMean) -> OverContact:
         found = mean_over_contact(pairs, of_level, end, law, None)
-        return _with_form(found, _by_form(of_level.value, samples[-1], doubt))
+        return _with_form(found, _by_form(of_level.value, samples[-1], uncertainty))
 
     return Drawn(samples, flash, quantile, mean)
 
@@ -148,22 +152,22 @@ def _with_form(found: OverContact, form: Array) -> OverContact:
     return found._replace(values=found.values._replace(errors=found.values.errors | {"form": form}))
 
 
-def _by_form(value: Callable[[Sample], Array], sample: Sample, doubt: Array | float) -> Array:
+def _by_form(value: Callable[[Sample], Array], sample: Sample, uncertainty: Array | float) -> Array:
     """Return the error of a value by the form of the fields, whose changes add as squares."""
     plain = value(sample)
-    changes = [value(other) - plain for other in _doubted(sample, doubt)]
+    changes = [value(other) - plain for other in _displaced(sample, uncertainty)]
     return np.asarray(np.sqrt(sum(np.square(change) for change in changes)))
 
 
-def _doubted(sample: Sample, doubt: Array | float) -> Iterator[Sample]:
-    """Yield samples as far from a given one as its form is in doubt, 95 %, with the same T_flash.
+def _displaced(sample: Sample, uncertainty: Array | float) -> Iterator[Sample]:
+    """Yield samples as far from a given one as its form is uncertain, 95 %, with the same T_flash.
 
-    At the distance x from T_flash, over T_flash, the hotter, or the colder points, are nearer to it by `doubt`·x^(3/2);
-    or all are hotter by 1.4 `doubt`.
+    At the distance x from T_flash, over T_flash, the hotter, or the colder points, are nearer to it by
+    `uncertainty`·x^(3/2); or all are hotter by 1.4 `uncertainty`.
     """
     flash, bins = sample.numbers[FLASH].mean(axis=0), bins_of(sample)
     hot = {name: values for name, values in sample.numbers.items() if "quantile" in name}
-    apart = np.broadcast_to(doubt, flash.shape)
+    apart = np.broadcast_to(uncertainty, flash.shape)
     over = bins.temperature / flash[:, None]
     heat = BIN_AREAS * bins.pressure
     for side in (1.0, -1.0):
@@ -186,12 +190,12 @@ def _doubted(sample: Sample, doubt: Array | float) -> Iterator[Sample]:
     )
 
 
-def _evened(ratio: Array, doubt: Array, side: float) -> Array:
+def _evened(ratio: Array, uncertainty: Array, side: float) -> Array:
     """Return T/T_flash with the hotter points, `side` 1, or the colder ones, −1, nearer to 1."""
     excess = ratio - 1.0
     with np.errstate(divide="ignore"):  # further out all come to the same: the order stays
-        apart = np.minimum(np.abs(excess), 4.0 / 9.0 / doubt**2)
-    nearer = 1.0 + np.sign(excess) * (apart - doubt * apart**1.5)
+        apart = np.minimum(np.abs(excess), 4.0 / 9.0 / uncertainty**2)
+    nearer = 1.0 + np.sign(excess) * (apart - uncertainty * apart**1.5)
     return np.where(side * excess > 0.0, nearer, ratio)
 
 
@@ -203,10 +207,10 @@ def _frozen(scene: Scene) -> Drawn | None:
     speeds = np.array(scene.speeds)
     flash = prediction.calibrated_over_speed(scene, speeds)[FLASH]
     length = scene.spectrum.rms_height / scene.spectrum.rms_slope
-    doubt = form_doubt(speeds * length / prediction.conduction(scene).diffusivity)
+    uncertainty = form_uncertainty(speeds * length / prediction.conduction(scene).diffusivity)
     band = prediction.calibrated(scene).errors[FLASH]
     end = float(scene.spectrum.breaks[-1])
-    return drawn_frozen(fields, end, by_law(flash, band), doubt)
+    return drawn_frozen(fields, end, by_law(flash, band), uncertainty)
 
 
 def _slid(scene: Scene) -> Drawn | None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.limit import ContinuedMean, by_bound, by_law, by_power, by_shape, by_steps
-from roughsim.estimate.mean import Mean, Scatter
+from roughsim.estimate.mean import Influence, Mean
 from roughsim.estimate.telescoping import LevelMean, Pair, change_by_pixel, telescoped
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
@@ -43,7 +43,7 @@ class Values(NamedTuple):
 
     mean: Array
     finest: Array
-    scatter: Scatter
+    influence: Influence
     # all parts of the error but the statistical one, so that whatever follows from the values has each of them.
     # "bandwidth" and "pixel", NaN if no level shows them, and "last step": the change by the last rise of q_c if a
     # limit exists and no extrapolation reaches it, else 0. `with_errors` adds those that no level shows
@@ -51,15 +51,15 @@ class Values(NamedTuple):
     way: str = ""
 
     @property
-    def scattered(self) -> Mean:
+    def sampled(self) -> Mean:
         """The mean with its scatter alone."""
-        return Mean(self.mean, self.scatter)
+        return Mean(self.mean, self.influence)
 
     def through(self, mean: Array, finest: Array, slope: Array) -> "Values":
         """Return a function of these values, whose `slope` there carries their scatter and errors (delta method)."""
-        scatter = {stream: rows * slope for stream, rows in self.scatter.items()}
+        influence = {stream: rows * slope for stream, rows in self.influence.items()}
         errors = {name: np.abs(slope) * part for name, part in self.errors.items()}
-        return Values(mean, finest, scatter, errors, self.way)
+        return Values(mean, finest, influence, errors, self.way)
 
 
 def values_of(
@@ -131,7 +131,7 @@ def _continued_to_the_end(
         step = np.abs(top.value - levels[-2].mean.value) if len(levels) > 1 else nothing
         last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
     errors = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
-    return Values(mean.value, finest, mean.scatter, errors, limit.way)
+    return Values(mean.value, finest, mean.influence, errors, limit.way)
 
 
 def with_errors(values: Values, **relative: Array | float) -> Values:
@@ -167,7 +167,7 @@ def _share_of(
     )
     warm, resting_warm = prediction.backgrounds(scene, pairs[0].sample)
     with np.errstate(all="ignore"):  # a body that does not conduct
-        above, below = body.scattered + warm, resting.scattered + resting_warm
+        above, below = body.sampled + warm, resting.sampled + resting_warm
         ratio = above / below
         share = 1.0 / (1.0 + ratio.value)
         moving, still = body.finest + warm, resting.finest + resting_warm
@@ -175,9 +175,9 @@ def _share_of(
         for name, part in body.errors.items():
             relative = np.hypot(part / above.value, resting.errors[name] / below.value)
             errors[name] = ratio.value * share**2 * relative
-        scatter = (ratio * -(share**2)).scatter
+        influence = (ratio * -(share**2)).influence
         finest = still / (moving + still)
-    return Values(share, finest, scatter, errors, body.way)
+    return Values(share, finest, influence, errors, body.way)
 
 
 def continuation(
@@ -187,7 +187,7 @@ def continuation(
 
     Contact that does not yield rises with the shape of the theory. Contact that has yielded follows its law in its
     range, else a power of the cut-off, as far as C(q) is one; its areas and g_σ(0) tend to their bounds. All of the
-    rest is in doubt where C(q) falls more steeply. A distance shorter than the shortest wave follows no power.
+    rest is uncertain where C(q) falls more steeply. A distance shorter than the shortest wave follows no power.
     Temperatures of the contact other than T_flash follow its law by steps.
     """
     q = tuple(level.q_max for level in levels)
@@ -237,22 +237,22 @@ def at_rest(values: Values, limit: float, scene: Scene) -> Values:
     moving = np.array(scene.speeds) > 0.0
     if moving.all():
         return values
-    mean = values.scattered.where(moving, Mean(np.full(moving.shape, limit), {}))
+    mean = values.sampled.where(moving, Mean(np.full(moving.shape, limit), {}))
     finest = np.where(moving, values.finest, limit)
     errors = {name: np.where(moving, part, 0.0) for name, part in values.errors.items()}
-    return Values(mean.value, finest, mean.scatter, errors, values.way)
+    return Values(mean.value, finest, mean.influence, errors, values.way)
 
 
 def product(first: Values, second: Values) -> Values:
     """Return the product of two observables of a column; their other errors add, as they have the same causes."""
-    both = first.scattered * second.scattered
+    both = first.sampled * second.sampled
     errors = {}
     with np.errstate(invalid="ignore"):  # a product of zero has no error
         for name in first.errors | second.errors:
             of_first, of_second = first.errors.get(name, 0.0), second.errors.get(name, 0.0)
             part = np.abs(first.mean) * of_second + np.abs(second.mean) * of_first
             errors[name] = np.where(both.value == 0.0, 0.0, part)
-    return Values(both.value, first.finest * second.finest, both.scatter, errors, first.way)
+    return Values(both.value, first.finest * second.finest, both.influence, errors, first.way)
 
 
 def scaled(values: Values, factor: Array) -> Values:
@@ -267,7 +267,7 @@ def notes_of(
     with_members = [
         numerics.levels[i]
         for i in numerics.of_column(column)
-        if numerics.stream(i) in values.scatter
+        if numerics.stream(i) in values.influence
     ]
     grids = ", ".join(
         f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g} rad/m" + level.where

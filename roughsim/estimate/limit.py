@@ -14,7 +14,7 @@ from roughsim.estimate.mean import Mean
 from roughsim.estimate.telescoping import LevelMean
 from roughsim.grid import Array
 
-# share of the rest that is in doubt, as measured: by the law for contact that yields, and at least by steps
+# share of the rest that is uncertain, as measured: by the law for contact that yields, and at least by steps
 _OF_LAW, _OF_STEPS = 0.1, 0.25
 _MOST_BY_STEPS = 0.5  # of the value: a larger rest with the theory's shape was not tried
 _USUAL_SCATTER, _LEAST_EXPONENT = (
@@ -47,7 +47,7 @@ def by_law(levels: list[LevelMean], law: Array) -> ContinuedMean:
 
 
 def by_shape(levels: list[LevelMean], theory: Array, *, yields: bool = False) -> ContinuedMean:
-    """Return the rest by steps of the theory; after one step half of it is in doubt, all of it if a part `yields`.
+    """Return the rest by steps of the theory; after one step half of it is uncertain, all of it if a part `yields`.
 
     What is zero up to here, as where nothing yields yet, may rise as much as the theory.
     `theory` has its values at all cut-offs and at the end, (levels + 1, speeds); NaN outside its known range.
@@ -85,7 +85,7 @@ def by_power(levels: list[LevelMean], end: float, usual: float) -> ContinuedMean
 
     p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances.
     Steps that hardly shrink, grow or turn have the least exponent. As exponents rise to the usual one along the levels,
-    the error reaches up to it, and as far below p as its scatter. At least a share of the rest is in doubt: all of it
+    the error reaches up to it, and as far below p as its scatter. At least a share of the rest is uncertain: all of it
     after one step, which shows no exponent; the more the steps show, the closer to half of it after two and to
     `_OF_STEPS` after more.
     """

@@ -16,7 +16,7 @@ from roughsim import prediction
 from roughsim.estimate.levels import FLASH, Values
 from roughsim.estimate.limit import by_steps
 from roughsim.estimate.mean import Mean, mean_of
-from roughsim.estimate.sliding import DOUBT_OF_DISTRIBUTION, stretched
+from roughsim.estimate.sliding import UNCERTAINTY_OF_DISTRIBUTION, stretched
 from roughsim.estimate.telescoping import LevelMean, Pair, change_by_pixel, telescoped
 from roughsim.grid import Array
 from roughsim.observables.distribution import BIN_AREAS, Bins, two_pressures
@@ -237,7 +237,7 @@ def mean_over_slides(drawn: Pair, stretch: Array, of_level: ContactMean) -> Over
     mean = mean_of(drawn.stream, of_level.influence(sample))
     narrow = mean_of(drawn.stream, of_level.influence(drawn.sample)).value
     slope = of_level.derivative(sample) * of_level.slope(sample)
-    own = {"slide": np.hypot(DOUBT_OF_DISTRIBUTION * slope, mean.value - narrow)}
+    own = {"slide": np.hypot(UNCERTAINTY_OF_DISTRIBUTION * slope, mean.value - narrow)}
     return _over_contact(mean, narrow, own, of_level, sample, sample)
 
 
@@ -255,7 +255,7 @@ def _over_contact(
     slope = derivative * of_level.slope(top)
     with np.errstate(all="ignore"):  # T_flash is zero at rest
         by_flash = np.nan_to_num(slope / flash.mean, posinf=0.0, neginf=0.0)
-    scatter = {stream: rows * by_flash for stream, rows in flash.scatter.items()}
+    influence = {stream: rows * by_flash for stream, rows in flash.influence.items()}
     errors = {
         name: np.hypot(own.get(name, 0.0), by_flash * part) for name, part in flash.errors.items()
     }
@@ -269,7 +269,7 @@ def _over_contact(
     values = Values(
         mean.value,
         finest,
-        (mean + Mean(np.zeros_like(slope), scatter)).scatter,
+        (mean + Mean(np.zeros_like(slope), influence)).influence,
         errors,
         flash.way,
     )

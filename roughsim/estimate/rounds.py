@@ -20,9 +20,9 @@ from roughsim.table import Estimate
 
 # members of the lowest level in the first round, and of others; fewer show too little scatter
 FIRST, FIRST_STEP = 12, 6
-_LEAST = 2  # of a level that is added later: the correction below it foretells its scatter
-# variance of a correction over that of the one below it in the same cell, as foretold: .12, .22, .49 are its 10, 50 and
-# 90 % quantiles in 18 drawn scenes with up to five steps
+_LEAST = 2  # of a level that is added later: the correction below it predicts its scatter
+# variance of a correction over that of the one below it in the same cell, as predicted: .12, .22, .49 are its 10, 50
+# and 90 % quantiles in 18 drawn scenes with up to five steps
 _FALL = 0.5
 _OF_LEVELS = "bandwidth", "last step", "pixel"  # errors that a higher level lowers
 WORK_SECONDS = 5e-9  # s of CPU time over the `work` of a member, on one core of a server of 2020
@@ -92,8 +92,8 @@ def first_counts(numerics: Numerics, most: int) -> Counts:
     """
     counts = [min(level.first or most, most) for level in numerics.levels]
     for column in numerics.columns:
-        lowest, *steps = numerics.rungs(column)
-        begun = dict.fromkeys((*steps[:1], numerics.partner(lowest)), FIRST_STEP) | {lowest: FIRST}
+        lowest, *steps = numerics.coarse_levels(column)
+        begun = dict.fromkeys((*steps[:1], numerics.refined(lowest)), FIRST_STEP) | {lowest: FIRST}
         for level in numerics.of_column(column):
             if numerics.levels[level].first is None:
                 counts[level] = min(begun.get(level, 0), most)
@@ -131,7 +131,7 @@ def judge(
                 of_main[name] = found
                 level_follows |= added is not None
             if not until:  # all levels grow until the lowest has `most`
-                lowest = numerics.rungs(column)[0]
+                lowest = numerics.coarse_levels(column)[0]
                 times = most / max(wanted[lowest], 1)
                 wanted = {
                     level: max(ceil(times * count), counts[level])
@@ -144,11 +144,11 @@ def judge(
             if added is not None:
                 first = min(_first_members(numerics, column, wanted, added), most)
                 needed[added] = following[added] = max(following[added], first)
-    lowest_of_main = numerics.rungs(main)[0]
+    lowest_of_main = numerics.coarse_levels(main)[0]
     for column in numerics.columns[
         :-1
     ]:  # its lowest level has at most as many surfaces as the main column's
-        lowest = numerics.rungs(column)[0]
+        lowest = numerics.coarse_levels(column)[0]
         following[lowest] = max(min(following[lowest], following[lowest_of_main]), counts[lowest])
     errors, largest, unknown = _standing(of_main, until)
     small = bool(until) and not largest
@@ -222,20 +222,20 @@ def _next_level(
     too_large = too_large | np.isinf(parts["bandwidth"]) | np.isinf(parts["pixel"])
     if not np.any(too_large):
         return None
-    levels, rungs = numerics.levels, numerics.rungs(column)
-    used = [level for level in rungs if counts[level]]
-    next_rung = rungs[len(used)] if len(used) < len(rungs) else None
+    levels, coarse = numerics.levels, numerics.coarse_levels(column)
+    used = [level for level in coarse if counts[level]]
+    next_coarse = coarse[len(used)] if len(used) < len(coarse) else None
     highest = levels[used[-1]].q_max
-    partners = [
-        i for i in numerics.of_column(column) if i not in rungs and levels[i].q_max <= highest
+    refined = [
+        i for i in numerics.of_column(column) if i not in coarse and levels[i].q_max <= highest
     ]
     shown = [
-        i for i in partners if levels[i].q_max == levels[partners[-1]].q_max
+        i for i in refined if levels[i].q_max == levels[refined[-1]].q_max
     ]  # the highest ones count
-    next_partner = next((level for level in shown if not counts[level]), None)
+    next_refined = next((level for level in shown if not counts[level]), None)
     bandwidth = np.hypot(parts["bandwidth"], parts.get("last step", 0.0))
     by_cut_off = np.max(bandwidth[too_large]) >= np.max(parts["pixel"][too_large])
-    choices = (next_rung, next_partner) if by_cut_off else (next_partner, next_rung)
+    choices = (next_coarse, next_refined) if by_cut_off else (next_refined, next_coarse)
     return next((level for level in choices if level is not None), None)
 
 
@@ -250,15 +250,15 @@ def _allocation(
     levels = {
         numerics.stream(level): level for level in numerics.of_column(column) if counts[level]
     }
-    _, freedom = spread_of(values.scattered)
+    _, freedom = spread_of(values.sampled)
     with np.errstate(all="ignore"):
         variances = {
-            levels[stream]: part * len(values.scatter[stream]) / values.mean**2
-            for stream, part in values.scattered.variance.items()
+            levels[stream]: part * len(values.influence[stream]) / values.mean**2
+            for stream, part in values.sampled.variance.items()
         }
         for level, variance in variances.items():
             lower = _below_of_kind(numerics, column, level, variances)
-            # by chance the scatter of few members may vanish: it counts as at least half of what is foretold
+            # by chance the scatter of few members may vanish: it counts as at least half of what is predicted
             if lower is not None and counts[level] < FIRST_STEP:
                 variances[level] = np.maximum(
                     variance, 0.5 * _fall(numerics, lower, level) * variances[lower]
@@ -284,7 +284,7 @@ def _allocation(
 
 
 def _first_members(numerics: Numerics, column: str, wanted: dict[int, int], added: int) -> int:
-    """Return the first members of an added level: its share by the variance that is foretold, else `FIRST_STEP`."""
+    """Return the first members of an added level: its share by the variance that is predicted, else `FIRST_STEP`."""
     lower = _below_of_kind(numerics, column, added, wanted)
     if lower is None:
         return FIRST_STEP
@@ -298,13 +298,13 @@ def _below_of_kind(
     numerics: Numerics, column: str, level: int, known: Collection[int]
 ) -> int | None:
     """Return the next of the known levels below one that corrects the same, the cut-off or the pixel."""
-    order, kind = numerics.of_column(column), numerics.is_partner(level)
+    order, kind = numerics.of_column(column), numerics.is_refined(level)
     lower = order[1 : order.index(level)]
-    return next((i for i in reversed(lower) if i in known and numerics.is_partner(i) == kind), None)
+    return next((i for i in reversed(lower) if i in known and numerics.is_refined(i) == kind), None)
 
 
 def _fall(numerics: Numerics, lower: int, level: int) -> float:
-    """Return the variance of a correction over that of a lower one, as foretold: in a smaller cell it is larger."""
+    """Return the variance of a correction over that of a lower one, as predicted: in a smaller cell it is larger."""
     return _FALL * (numerics.levels[level].parts / numerics.levels[lower].parts) ** 2
 
 

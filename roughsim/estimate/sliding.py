@@ -24,12 +24,12 @@ SLIDING_OBSERVABLES = ("flash_temperature", "heat_partition", "contact_fraction"
 ORDERS = 1.0, 1.5
 # 95 %, relative, of the ratio and of the share by the cut-off: in five scenes that yield or not, from 4 q_y to 16 q_y,
 # the ratio without its error of the pixel changes by −2.9 … +0.8 %, the share by less
-_DOUBT_OF_CUT_OFF = 0.03
+_UNCERTAINTY_OF_CUT_OFF = 0.03
 # 95 %, of temperatures over T_flash. At twice the cut-off those above 99 % of the heat are 3 to 9 % higher, and the
-# distribution about T_flash of frozen contact is as much wider. From 1e5 to 2e5 1/m on steel of 1.2 GPa this foretells
+# distribution about T_flash of frozen contact is as much wider. From 1e5 to 2e5 1/m on steel of 1.2 GPa this predicts
 # the quantiles of 5 to 99.9 % to .04 T_flash or 2 %
 HOT = "temperature_quantile_99"
-DOUBT_OF_DISTRIBUTION = 0.03
+UNCERTAINTY_OF_DISTRIBUTION = 0.03
 _NO_LEVEL_SHOWS = (
     "size",
     "solver",
@@ -72,13 +72,13 @@ def sliding_estimate(
     if observable == "contact_fraction":
         return single
     if observable == "heat_partition":
-        share, error, scatter, freedom = _mean_of(
+        share, error, half_width, freedom = _mean_of(
             numbers["sliding_share"] * continued.heat_partition
         )
         count = len(numbers["sliding_share"])
         own = {
-            "statistical": scatter,
-            "slide": np.hypot(_DOUBT_OF_CUT_OFF, continued.error) * share,
+            "statistical": half_width,
+            "slide": np.hypot(_UNCERTAINTY_OF_CUT_OFF, continued.error) * share,
         }
         beyond = {name: part for name, part in _relative(single).items() if name in _NO_LEVEL_SHOWS}
         return replace(
@@ -95,10 +95,10 @@ def sliding_estimate(
             ),
         )
     paired = _change(numbers, coarsening, continued)
-    change, error, scatter, _ = _mean_of(paired.rows)
+    change, error, half_width, _ = _mean_of(paired.rows)
     budget = {name: part * change for name, part in single.budget.items()}
-    budget["statistical"] = np.hypot(budget["statistical"], single.mean * scatter)
-    budget["slide"] = single.mean * paired.doubt
+    budget["statistical"] = np.hypot(budget["statistical"], single.mean * half_width)
+    budget["slide"] = single.mean * paired.uncertainty
     count = len(paired.rows)
     note = f"the frozen estimate with all heat in the moving body, times its change in {count} members that slide"
     return replace(
@@ -126,7 +126,7 @@ class _Change(NamedTuple):
     """The change of T_flash by the slide, over the frozen one."""
 
     rows: Array  # of each member, corrected for the pixel and continued to the whole distance, (members, speeds)
-    doubt: (
+    uncertainty: (
         Array | float
     )  # 95 %, by the cut-off, the rest of the pixel and the distance; NaN: unknown
     pixel: str  # in words
@@ -137,7 +137,7 @@ def _change(
 ) -> _Change:
     """Return the change of T_flash from frozen to sliding contacts; arguments as of `sliding_estimate`."""
     rows = ratio(numbers["sliding_flash_temperature"], numbers["sliding_frozen_flash_temperature"])
-    correction, doubt, pixel = (
+    correction, uncertainty, pixel = (
         np.zeros_like(rows),
         np.nan,
         "not corrected for its pixel, as there is no coarser grid",
@@ -148,15 +148,15 @@ def _change(
             numbers["sliding_coarser_frozen_flash_temperature"],
         )
         # the error falls with the pixel to a power within ORDERS: of the difference from the coarser slide either
-        # 1/(coarsening^p − 1) is left; their mean corrects, and half of their difference is doubt
+        # 1/(coarsening^p − 1) is left; their mean corrects, and half of their difference is uncertainty
         first, last = (1.0 / (coarsening**order - 1.0) for order in ORDERS)
         correction = 0.5 * (first + last) * (rows - coarser)
         of_orders = 0.5 * (first - last) * np.abs((rows - coarser).mean(axis=0))
-        others = np.hypot(_DOUBT_OF_CUT_OFF, continued.error)
-        doubt = continued.flash_temperature * np.hypot(of_orders, others * rows.mean(axis=0))
+        others = np.hypot(_UNCERTAINTY_OF_CUT_OFF, continued.error)
+        uncertainty = continued.flash_temperature * np.hypot(of_orders, others * rows.mean(axis=0))
         relative = 100 * correction.mean(axis=0) / rows.mean(axis=0)
         pixel = f"changed by {relative.min():+.2g} … {relative.max():+.2g} % for its pixel, by {coarsening:.3g} of it"
-    return _Change((rows + correction) * continued.flash_temperature, doubt, pixel)
+    return _Change((rows + correction) * continued.flash_temperature, uncertainty, pixel)
 
 
 def sliding_flash(
@@ -170,10 +170,10 @@ def sliding_flash(
     """
     paired = _change(numbers, coarsening)
     change = mean_of(stream, paired.rows)
-    mean = single.scattered * change
+    mean = single.sampled * change
     errors = {name: part * change.value for name, part in single.errors.items()}
-    errors["slide"] = single.mean * paired.doubt
-    return Values(mean.value, single.finest * change.value, mean.scatter, errors, single.way)
+    errors["slide"] = single.mean * paired.uncertainty
+    return Values(mean.value, single.finest * change.value, mean.influence, errors, single.way)
 
 
 def sliding_quantile(
@@ -186,12 +186,12 @@ def sliding_quantile(
     """
     drawn = mean_of(stream, ratio(numbers[f"sliding_{name}"], numbers["sliding_flash_temperature"]))
     over_flash = (drawn - 1.0) * stretch + 1.0
-    mean = flash.scattered * over_flash
+    mean = flash.sampled * over_flash
     errors = {name: part * np.abs(over_flash.value) for name, part in flash.errors.items()}
-    doubt = DOUBT_OF_DISTRIBUTION * np.maximum(np.abs(over_flash.value), 1.0)
-    own = np.hypot(doubt, over_flash.value - drawn.value)
+    uncertainty = UNCERTAINTY_OF_DISTRIBUTION * np.maximum(np.abs(over_flash.value), 1.0)
+    own = np.hypot(uncertainty, over_flash.value - drawn.value)
     errors["slide"] = np.hypot(errors["slide"], flash.mean * own)
-    return Values(mean.value, flash.finest * drawn.value, mean.scatter, errors, flash.way)
+    return Values(mean.value, flash.finest * drawn.value, mean.influence, errors, flash.way)
 
 
 def stretched(sample: Sample, stretch: Array) -> Sample:
@@ -241,9 +241,9 @@ def with_background(
     T₀ depends on the slide only by the `share` of the heat, and has its relative error. A larger share warms both
     parts, so these errors add.
     """
-    warm, error, scatter, _ = _mean_of(rows * continued.background)
+    warm, error, influence, _ = _mean_of(rows * continued.background)
     budget = _added(flash.budget, warm, share)
-    budget["statistical"] = np.hypot(budget["statistical"], scatter)
+    budget["statistical"] = np.hypot(budget["statistical"], influence)
     return replace(
         flash,
         mean=flash.mean + warm,

@@ -33,7 +33,7 @@ class Pair(NamedTuple):
         return self._replace(sample=change(self.sample), below=below)
 
     @property
-    def is_partner(self) -> bool:
+    def is_refined(self) -> bool:
         """Whether it has the cut-off of the level below, on a finer grid."""
         return self.below is not None and self.sample.q_max <= self.below.q_max * (1 + SAME)
 
@@ -72,7 +72,7 @@ def telescoped(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[L
         of_below = (abs(level.q_max / pair.below.q_max - 1) <= SAME for level in levels)
         low = list(of_below).index(True)
         level = levels[low]
-        if pair.is_partner:
+        if pair.is_refined:
             with np.errstate(all="ignore"):
                 relative = difference * (1.0 / level.mean.value)
             relative = (ratio - 1.0).where(with_ratio, relative)

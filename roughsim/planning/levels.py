@@ -1,7 +1,7 @@
 """Which levels a scene gets: cut-offs that double, and their grids, each with its reason.
 
-A column climbs from a cheap grid to the end of its C(q), or to the largest grid of a plan. Each cut-off has a partner
-with half the pixel, the end of C(q) two, if there is a grid for it. All are candidates: a run solves those that its
+The levels of a column go from a cheap grid to the end of its C(q), or to the largest grid of a plan. Each has a refined
+one with half the pixel, the end of C(q) two, if there is a grid for it. All are candidates: a run solves those that its
 target needs. Those that do not fit into memory are left out, but for the lowest of a column.
 
 - Capped contact is followed far beyond the yield wavenumber q_y: its T_flash falls as a power of the cut-off.
@@ -29,7 +29,8 @@ from roughsim.scene.numerics import Column, Level
 
 Lengths = tuple[float, float]  # of the cell, m
 
-# per shortest wave of a level; its partner has twice as many. 4 took 1.2 and 1.5 times as long on two sets of scenes
+# per shortest wave of a level; its refined level has twice as many. 4 took 1.2 and 1.5 times as long on two sets of
+# scenes
 PIXELS = 3
 SIDE = 4096  # points per side of the largest grid
 # points per side of the lowest level, within a factor of √2: on seven scenes 512 took least time, or next to least;
@@ -41,7 +42,7 @@ _SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
 _PART: Final[dict[int, Literal["half", "quarter"] | None]] = {1: None, 2: "half", 4: "quarter"}
 
 
-class Rung(NamedTuple):
+class PlannedLevel(NamedTuple):
     """A level, and why it is there."""
 
     level: Level
@@ -116,35 +117,40 @@ def elastic_error(scene: Scene, lengths: Lengths, parts: int) -> float:
     return hypot(size_error(scene, lengths, parts=parts), _LEFT * beyond)
 
 
-def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[Rung]:
+def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[PlannedLevel]:
     """Return the levels of a scene in a cell of these sides, m, for a relative error, the smoothed column first."""
     end = scene.spectrum.breaks[-1]
     if scene.elastic:
         parts = first_within(
             sqrt(SYSTEMATIC) * target, {n: elastic_error(scene, lengths, n) for n in (4, 2, 1)}
         )
-        return _climb(_Grids("elastic", lengths, parts, SIDE), end, end)
+        return _cut_offs_up_to(_Grids("elastic", lengths, parts, SIDE), end, end)
     q_yield = prediction.yield_wavenumber(scene)
     smoothed = _Grids("smoothed", lengths, 1, SIDE // 2)
     if q_yield > smoothed.highest:  # contact at the cut-offs of all grids is next to elastic
-        return [*_climb(smoothed, end, end), *_climb(smoothed._replace(column="capped"), end, end)]
+        return [
+            *_cut_offs_up_to(smoothed, end, end),
+            *_cut_offs_up_to(smoothed._replace(column="capped"), end, end),
+        ]
     smoothed = smoothed._replace(parts=parts_of(scene, lengths, target, "smoothed"))
     capped = _Grids("capped", lengths, parts_of(scene, lengths), SIDE)
     return [
-        *_climb(smoothed, min(_SMOOTHED_TOP * q_yield, end), end, q_yield),
-        *_climb(capped, end, end, q_yield),
+        *_cut_offs_up_to(smoothed, min(_SMOOTHED_TOP * q_yield, end), end, q_yield),
+        *_cut_offs_up_to(capped, end, end, q_yield),
     ]
 
 
-def _climb(grids: _Grids, end: float, q_max: float, q_yield: float = 0.0) -> list[Rung]:
-    """Return the levels of a column up to the end of its spectrum, each with its partners.
+def _cut_offs_up_to(
+    grids: _Grids, end: float, q_max: float, q_yield: float = 0.0
+) -> list[PlannedLevel]:
+    """Return the levels of a column up to the end of its spectrum, each with its refined.
 
     Cut-offs are in rad/m. `q_max` is the end of C(q), `q_yield` is q_y for a scene with a hardness.
     """
     top = min(end, grids.highest)
     doublings = max(round(log2(grids.points(top) / BASE_SIDE)), 0)
     cuts = [top / 2 ** (doublings - k) for k in range(doublings + 1)]
-    rungs = []
+    planned = []
     for k, cut in enumerate(cuts):
         level = grids.level(cut, lowest=k == 0)
         if level is None:
@@ -158,24 +164,24 @@ def _climb(grids: _Grids, end: float, q_max: float, q_yield: float = 0.0) -> lis
             why += "; all of C(q)" if end == q_max else "; beyond, C_sm is next to nothing"
         elif cut == top:
             why += f"; the largest grid of a plan, C(q) goes on to {q_max:.3g} rad/m"
-        rungs.append(Rung(level, why))
+        planned.append(PlannedLevel(level, why))
         finer = (2, 4) if cut == end else (2,)
-        partners = [grids.level(cut, pixels=times * PIXELS) for times in finer]
+        refined = [grids.level(cut, pixels=times * PIXELS) for times in finer]
         why = "half the pixel of the level before: the change by the pixel"
-        rungs += (Rung(partner, why) for partner in partners if partner is not None)
-    return _that_fit(rungs)
+        planned += (PlannedLevel(finer_one, why) for finer_one in refined if finer_one is not None)
+    return _that_fit(planned)
 
 
-def _that_fit(rungs: list[Rung]) -> list[Rung]:
+def _that_fit(planned: list[PlannedLevel]) -> list[PlannedLevel]:
     """Return the levels of a column without those that do not fit into memory, which the last reason says.
 
     The lowest level stays: without it there is no run.
     """
-    memory, needs = available_memory(), [BYTES_PER_POINT * prod(rung.level.shape) for rung in rungs]
+    memory, needs = available_memory(), [BYTES_PER_POINT * prod(one.level.shape) for one in planned]
     fit = [k == 0 or need <= SHARE * memory.amount for k, need in enumerate(needs)]
     if all(fit):
-        return rungs
-    *lower, last = (rung for rung, fits in zip(rungs, fit, strict=True) if fits)
+        return planned
+    *lower, last = (one for one, fits in zip(planned, fit, strict=True) if fits)
     why = (
         f"{last.reason}; levels above are left out: the next would take {needs[fit.index(False)] / 1e9:.3g} GB, more "
         f"than {100 * SHARE:.0f} % of the {in_words(memory)}"

@@ -90,11 +90,11 @@ def numerics_of(scene: Scene) -> Numerics:
         levels = scene.numerics.levels
         reasons.append(Remark("choice", "levels", "given in the scene", level_text(levels)))
     else:
-        rungs = levels_of(scene, lengths, target)
-        levels = tuple(rung.level for rung in rungs)
+        coarse = levels_of(scene, lengths, target)
+        levels = tuple(level.level for level in coarse)
         reasons += (
-            Remark("choice", rung.level.column, rung.reason, level_text((rung.level,)))
-            for rung in rungs
+            Remark("choice", level.level.column, level.reason, level_text((level.level,)))
+            for level in coarse
         )
     keys = {key: getattr(scene.numerics, key) for key in DEFAULT_REASONS}
     keys = {key: value for key, value in keys.items() if value is not None}
@@ -153,7 +153,7 @@ def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Remark:
     all levels.
     """
     most, fixed = scene.ensemble.most, scene.ensemble.realizations is not None
-    main = numerics.rungs(numerics.columns[-1])
+    main = numerics.coarse_levels(numerics.columns[-1])
     area = prediction.area_fractions(scene, numerics.levels[main[0]].q_max)["contact_fraction"]
     waves = min(numerics.lengths) * scene.spectrum.breaks[0] / (2 * pi)
     works = [work(numerics, i) for i in numerics.single]
@@ -161,12 +161,12 @@ def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Remark:
         n * each for n, each in zip(first_counts(numerics, most), works, strict=False)
     )  # without the slide
     wanted, spent = [], []
-    for scatter, rungs in zip(_SCATTER, (main[:2], main), strict=True):
+    for scatter, coarse in zip(_SCATTER, (main[:2], main), strict=True):
         # levels have members in proportion to scatter/√work; each correction scatters half as much as the level below,
         # and more in a part of the cell
-        falls = [numerics.levels[i].parts / 2.0**k for k, i in enumerate(rungs)]
+        falls = [numerics.levels[i].parts / 2.0**k for k, i in enumerate(coarse)]
         total = sum(
-            fall * sqrt(works[i] / works[main[0]]) for fall, i in zip(falls, rungs, strict=True)
+            fall * sqrt(works[i] / works[main[0]]) for fall, i in zip(falls, coarse, strict=True)
         )
         wanted.append((2.0 / target * scatter / waves) ** 2 / area * total if area else inf)
         spent.append((most if fixed else min(wanted[-1], most)) * works[main[0]] * total)

@@ -51,7 +51,7 @@ def slide_level(scene: Scene, numerics: Numerics) -> Level:
     depends on it, as far as `BASE_SIDE` points hold it; it is at most that of the lowest level. In elastic contact the
     ratio changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8 % from 256 to 512.
     """
-    lowest = numerics.levels[numerics.rungs(numerics.columns[-1])[0]]
+    lowest = numerics.levels[numerics.coarse_levels(numerics.columns[-1])[0]]
     least = 0.0 if scene.elastic else _LEAST_CUT_OFF * prediction.yield_wavenumber(scene)
     usual, most = (2 * pi * side / (_PIXELS * max(numerics.lengths)) for side in (_SIDE, BASE_SIDE))
     q_max = min(lowest.q_max, max(usual, min(least, most)))

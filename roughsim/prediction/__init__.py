@@ -5,6 +5,7 @@ record (`TheoryOfScene`), from which an observable takes its value. Temperatures
 """
 
 from roughsim.prediction.areas import area_fractions, computed, yield_wavenumber
+from roughsim.prediction.asperities import asperities
 from roughsim.prediction.balance import backgrounds, balanced
 from roughsim.prediction.bodies import (
     background,
@@ -24,7 +25,6 @@ from roughsim.prediction.cut_offs import (
     yielded_fall,
 )
 from roughsim.prediction.fields import frozen_fields, heat_source, slid_fields
-from roughsim.prediction.hills import hills
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
 from roughsim.prediction.sliding import (
@@ -46,6 +46,7 @@ from roughsim.prediction.theories import (
 
 __all__ = [
     "area_fractions",
+    "asperities",
     "background",
     "backgrounds",
     "balanced",
@@ -66,7 +67,6 @@ __all__ = [
     "heat_partition",
     "heat_per_pressure",
     "heat_source",
-    "hills",
     "in_motion",
     "mode_sums",
     "over_speed",

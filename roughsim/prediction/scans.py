@@ -26,7 +26,8 @@ _FIRST, _ABOVE, _TAKEN = (0.0, 2.0), (2.0, 10.0), 2.7
 _FIRST_SCATTER = 0.5  # of the exponent of the first rows, over their errors
 _BELOW = 0.999  # of the first q: there the longer waves begin
 _SETTLED = 0.5  # change by the second decade of longer waves over the change by the first: above, there is no limit
-_DOUBT = 0.05  # probability that scans of one surface differ by more than counts as a scatter from place to place
+# probability that scans of one surface differ by more, which counts as a scatter from place to place
+_LEVEL_OF_SIGNIFICANCE = 0.05
 _FILLED = 3.0  # relative error of C over the share of points that were filled: measured where these are the valleys
 _STEP = 0.1  # of ln C, by which each row is tried
 _NORMAL = 1.959964  # standard errors of a 95 % interval
@@ -134,7 +135,7 @@ def _square_between(by_row: Array, by_scan: Array) -> Array:
     """Return the square of the error by differences of scans beyond the scatter of their rows, shape (speeds,)."""
     freedom = len(by_scan) - 1
     within, between = np.sum(by_row**2, axis=0), np.sum(by_scan**2, axis=0)
-    shown = between > within * scipy.special.chdtri(freedom, _DOUBT) / freedom
+    shown = between > within * scipy.special.chdtri(freedom, _LEVEL_OF_SIGNIFICANCE) / freedom
     quantile = float(scipy.special.stdtrit(freedom, 0.975))
     return np.asarray(np.where(shown, quantile**2 * (between - within), 0.0))
 

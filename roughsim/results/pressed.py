@@ -62,10 +62,10 @@ def with_scatter(of_map: Values, quadrants: Values, members: Members) -> Values:
     """
     if overshoot(members) > SOME_LOAD:
         of_map = with_errors(of_map, bandwidth=np.nan)
-    (rows,) = quadrants.scatter.values()  # all levels see the same surfaces
+    (rows,) = quadrants.influence.values()  # all levels see the same surfaces
     with np.errstate(all="ignore"):  # 0/0 at rest, and without yielding
         rows = np.nan_to_num(rows * (_SHARED * of_map.mean / quadrants.mean))
-    return of_map._replace(scatter=dict.fromkeys(of_map.scatter, rows))
+    return of_map._replace(influence=dict.fromkeys(of_map.influence, rows))
 
 
 def size_error(of_map: Values, quadrants: Values, members: Members) -> Array:

@@ -75,8 +75,8 @@ def _with_errors_of_background(run: Means, column: str) -> Values:
         return flash
     warm = scaled(run.values("heat_partition", column), prediction.background(run.scene))
     errors = {name: part + warm.errors[name] for name, part in flash.errors.items()}
-    scatter = (flash.scattered + warm.scattered).scatter
-    return flash._replace(errors=errors, scatter=scatter)
+    influence = (flash.sampled + warm.sampled).influence
+    return flash._replace(errors=errors, influence=influence)
 
 
 def not_asked(run: Means, name: str) -> ValueError:

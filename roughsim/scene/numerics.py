@@ -105,7 +105,7 @@ def _read_levels(value: Any) -> Any:
 class Numerics(Record):
     """Numerical parameters of a computation.
 
-    A column of levels is a ladder of cut-offs: its lowest level has the mean, and each higher one corrects the level
+    A column of levels is a levels of cut-offs: its lowest level has the mean, and each higher one corrects the level
     below it. A member of a higher level is one surface, solved at that level and at the level below.
 
     Parameters
@@ -245,14 +245,14 @@ class Numerics(Record):
             return lower[-1]
         return next(i for i in lower if self.levels[i].q_max == q_max)
 
-    def is_partner(self, level: int) -> bool:
+    def is_refined(self, level: int) -> bool:
         """Return whether a level has the q_max of the level below it: it corrects the pixel."""
         below = self.below(level)
         return below is not None and self.levels[below].q_max == self.levels[level].q_max
 
-    def partner(self, level: int) -> int | None:
+    def refined(self, level: int) -> int | None:
         """Return the level that corrects the pixel of a level, or None."""
-        of_pixel = (i for i in self.single if self.is_partner(i) and self.below(i) == level)
+        of_pixel = (i for i in self.single if self.is_refined(i) and self.below(i) == level)
         return next(of_pixel, None)
 
     def of_column(self, column: str) -> tuple[int, ...]:
@@ -260,9 +260,9 @@ class Numerics(Record):
         levels = (i for i, level in enumerate(self.levels) if level.column == column)
         return tuple(sorted(levels, key=lambda i: self.levels[i].resolved))
 
-    def rungs(self, column: str) -> tuple[int, ...]:
-        """Return the levels of a column that are no partners: one for each q_max."""
-        return tuple(i for i in self.of_column(column) if not self.is_partner(i))
+    def coarse_levels(self, column: str) -> tuple[int, ...]:
+        """Return the levels of a column that are no refined: one for each q_max."""
+        return tuple(i for i in self.of_column(column) if not self.is_refined(i))
 
     def picture(self, column: str) -> int:
         """Return the finest level of a column in the run's cell: its fields are the pictures of the scene."""
@@ -324,7 +324,7 @@ class Numerics(Record):
         """Return the correction by a level in words; "" for the lowest of a column."""
         below = self.below(level)
         if below is not None:
-            return f"the pixel of level {below}" if self.is_partner(level) else f"level {below}"
+            return f"the pixel of level {below}" if self.is_refined(level) else f"level {below}"
         first = self.levels[level].first
         return "" if first is None else f"frozen contact, {first} realizations"
 

@@ -22,7 +22,7 @@ def scene(capped_scene):
 
 def lowest(run):
     """The members that count, of the lowest level of each column."""
-    return [run.counts[run.numerics.rungs(column)[0]] for column in run.numerics.columns]
+    return [run.counts[run.numerics.coarse_levels(column)[0]] for column in run.numerics.columns]
 
 
 @pytest.mark.parametrize("number", [3, 12, 29])

@@ -96,7 +96,7 @@ def test_the_mean_is_that_of_the_lowest_level_times_ratios_of_each_step(run):
     assert run.counts == (COUNT,) * 3
     at_cut_off = total(LOWEST) / COUNT * total(STEP) / total(STEP, below=True)
     found = run.values("contact_fraction", extrapolated=False)
-    assert found.scatter[LOWEST].shape == (COUNT, 1)
+    assert found.influence[LOWEST].shape == (COUNT, 1)
     by_hand = run.values("contact_fraction").mean / at_cut_off - 1.0
     partner = (
         total(PARTNER) / total(PARTNER, below=True) - 1.0

@@ -136,7 +136,7 @@ def test_the_error_of_the_chain_is_bias_doubt_and_a_scatter_that_falls_with_the_
     chain,
 ):
     for group in chain.values():
-        doubt = group[0].doubt
+        doubt = group[0].uncertainty
         for method, points in lines(group).items():
             counts, errors, _ = (np.array(each) for each in zip(*points, strict=True))
             assert np.all(np.diff(errors) <= 0.0)
@@ -201,8 +201,8 @@ def test_errors_and_doubts_of_the_chain_are_relative():
     same = [(known[key], p) for p in more if (key := (p.observable, p.method, p.setting)) in known]
     assert len(same) > 12  # by the measured times, a few members more or less are shared out
     for a, b in same:  # eight times the temperatures
-        assert (b.error, b.doubt) == pytest.approx((a.error, a.doubt), rel=1e-9, abs=0)
-    assert max(point.doubt for point in once) > 0
+        assert (b.error, b.uncertainty) == pytest.approx((a.error, a.uncertainty), rel=1e-9, abs=0)
+    assert max(point.uncertainty for point in once) > 0
 
 
 # the outside

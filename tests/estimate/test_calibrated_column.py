@@ -49,14 +49,14 @@ def spread(width, seed=1, count=4000):
     return temperature, np.full(count, 2.0)
 
 
-def column(widths, flash, reported=100.0, doubt=0.0, band=0.0):
+def column(widths, flash, reported=100.0, uncertainty=0.0, band=0.0):
     samples = tuple(
         sample(q, [spread(width, seed) for seed in range(6)])
         for q, width in zip((1.0, 2.0), widths, strict=False)
     )
     drawn = FrozenFields(samples, np.array(flash)[:, None])
     given = fields.by_law(np.array([reported]), band)
-    return fields.drawn_frozen(drawn, 64.0, given, doubt)
+    return fields.drawn_frozen(drawn, 64.0, given, uncertainty)
 
 
 def test_temperatures_go_on_in_proportion_to_the_flash_temperature():
@@ -96,12 +96,12 @@ def test_the_drawing_is_the_scatter_of_equal_fields():
     found = column((0.2,), (1.0, 1.0)).quantile(name)
     one = column((0.2,), (1.0, 1.0)).samples[0].numbers
     ratio = one[name] / one["flash_temperature"]
-    assert found.scatter[0].std(ddof=1) * 6 == pytest.approx(100.0 * ratio.std(ddof=1), rel=0.02)
+    assert found.influence[0].std(ddof=1) * 6 == pytest.approx(100.0 * ratio.std(ddof=1), rel=0.02)
 
 
 def test_the_law_and_the_form_are_parts_of_the_error():
     name = NAMES[""][5]
-    found = column((0.2,), (1.0, 1.0), doubt=0.1, band=0.07).quantile(name)
+    found = column((0.2,), (1.0, 1.0), uncertainty=0.1, band=0.07).quantile(name)
     assert found.errors["law"] == pytest.approx(0.07 * found.mean, rel=1e-12)
     x = found.mean / 100.0 - 1.0
     # warmer by 1.4 · .1; the hotter side evener, the colder not; both with their mean restored
@@ -114,14 +114,14 @@ def test_the_law_and_the_form_are_parts_of_the_error():
 
 def test_the_doubt_of_fields_falls_with_the_speed():
     # from .24 of a slow source by .02 for each factor e, to .06
-    found = fields.form_doubt([0.0, 1e-3, 1.0, np.e, np.e**2, 1e6])
+    found = fields.form_uncertainty([0.0, 1e-3, 1.0, np.e, np.e**2, 1e6])
     np.testing.assert_allclose(found, [0.24, 0.24, 0.17, 0.15, 0.13, 0.06], rtol=1e-12)
 
 
 def test_doubted_contacts_are_evener_on_one_side_or_hotter():
     plain = sample(1.0, [(np.array([0.36, 0.75, 1.0, 1.4, 1.49]), np.ones(5))])
     numbers = plain.numbers | {"temperature_quantile_50": np.array([[1.2]])}
-    hot, cold, warm = fields._doubted(replace(plain, numbers=numbers), 0.2)
+    hot, cold, warm = fields._displaced(replace(plain, numbers=numbers), 0.2)
     over = plain.bins.temperature[0, 0]
     x = over - 1.0
     nearer = np.sign(x) * (np.abs(x) - 0.2 * np.abs(x) ** 1.5)

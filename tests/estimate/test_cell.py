@@ -9,7 +9,7 @@ import pytest
 import roughsim as rs
 from roughsim import prediction
 from roughsim.estimate import cell_size
-from roughsim.prediction.hills import hill_area
+from roughsim.prediction.asperities import asperity_area
 
 WAVE = 2 * pi / 6350
 
@@ -54,20 +54,22 @@ def test_the_area_of_a_hill_follows_from_the_two_moments_of_a_power_law(soft):
     # C = q^(−3.6) from q₀ to 20 q₀: ∫ρ² d²r = 2π ∫q C² dq/(∫q C dq)²
     square, first = (1 - 20**-5.2) / 5.2, (1 - 20**-1.6) / 1.6
     expected = 2 * pi * square / first**2 / 6350**2
-    assert hill_area(soft, 4 * WAVE) == pytest.approx(expected, rel=1e-4)
+    assert asperity_area(soft, 4 * WAVE) == pytest.approx(expected, rel=1e-4)
     # a plateau to the cell's own wave adds ∫ρ d²r = 2π C/∫q C dq
     plateau = elastic(q_min=6350.0 / 16, q_roll_off=6350.0)
     first = (1 - 16.0**-2) / 2 + (1 - 20**-1.6) / 1.6
     square = (1 - 16.0**-2) / 2 + (1 - 20**-5.2) / 5.2
     expected = 2 * pi * (1 / first + square / first**2) / 6350**2
-    assert hill_area(plateau, 8 * WAVE) == pytest.approx(expected, rel=1e-4)
+    assert asperity_area(plateau, 8 * WAVE) == pytest.approx(expected, rel=1e-4)
 
 
 def test_the_error_is_the_inverse_of_the_number_of_hills_that_carry_load(soft):
-    hill = hill_area(soft, 4 * WAVE)
-    hills = (4 * WAVE) ** 2 / hill
-    share = 0.4 * prediction.area_fractions(soft, 2 * pi / (np.sqrt(hill) / 2))["contact_fraction"]
-    low = (0.03 / share + 0.2) / hills
+    asperity = asperity_area(soft, 4 * WAVE)
+    asperities = (4 * WAVE) ** 2 / asperity
+    share = (
+        0.4 * prediction.area_fractions(soft, 2 * pi / (np.sqrt(asperity) / 2))["contact_fraction"]
+    )
+    low = (0.03 / share + 0.2) / asperities
     assert cell_size.size_error(soft, cell(4)) == pytest.approx(low / (1 + low), rel=1e-4)
     assert cell_size.size_error(soft, cell(4), "contact_fraction") == cell_size.size_error(
         soft, cell(4)
@@ -85,14 +87,15 @@ def test_the_error_is_of_the_shorter_side_and_falls_with_its_square_and_the_load
     one = error(light, cell(4))
     assert error(light, (4 * WAVE, 16 * WAVE)) == one
     assert error(light, cell(8)) == pytest.approx(one / 4)
-    # where few hills carry load the error is as the inverse of their share; the smoothed column has 0.4 times as many
+    # where few asperities carry load the error is as the inverse of their share; the smoothed column has 0.4 times as
+    # many
     assert error(loaded(steel, 2e5), cell(4)) == pytest.approx(one / 2, rel=3e-3)
     assert error(light, cell(4), "smoothed") == pytest.approx(2.5 * one, rel=3e-3)
     assert error(light, cell(4), "capped") == one
 
 
 def test_waves_far_shorter_than_a_hill_change_nothing(soft):
-    # loads that touch on as much of the hills: C(q) to 20 and to 2000 q_min, with equal waves up to there
+    # loads that touch on as much of the asperities: C(q) to 20 and to 2000 q_min, with equal waves up to there
     face = soft.surface
     long = replace(
         face,
@@ -106,10 +109,10 @@ def test_waves_far_shorter_than_a_hill_change_nothing(soft):
 
 
 def test_a_cell_shorter_than_the_longest_wave_lacks_what_is_longer(soft):
-    whole = hill_area(soft, 2 * WAVE)
+    whole = asperity_area(soft, 2 * WAVE)
     for waves in (1 - 1e-12, 1.0, 1 + 1e-12):  # however the side is rounded
-        assert hill_area(soft, waves * WAVE) == whole
-    assert hill_area(soft, 0.9 * WAVE) > 1.1 * whole
+        assert asperity_area(soft, waves * WAVE) == whole
+    assert asperity_area(soft, 0.9 * WAVE) > 1.1 * whole
 
 
 def test_a_cell_holds_four_longest_waves(steel):

@@ -23,7 +23,7 @@ def values_of(
     filled = {name: np.zeros_like(mean.value) + part for name, part in parts.items()}
     finest = mean.value if finest is None else finest
     return with_errors(
-        Values(mean.value, finest, mean.scatter, filled), size=size, solver=solver, **scan
+        Values(mean.value, finest, mean.influence, filled), size=size, solver=solver, **scan
     )
 
 
@@ -46,7 +46,7 @@ def test_independent_streams_have_the_error_and_the_freedom_of_welch():
     welch = stats.ttest_ind(first, second, equal_var=False)
     np.testing.assert_allclose(mean.value / error, welch.statistic, rtol=1e-12)
     np.testing.assert_allclose(freedom, welch.df, rtol=1e-12)
-    np.testing.assert_allclose(est.spread_of(values_of(mean).scattered)[1], welch.df, rtol=1e-12)
+    np.testing.assert_allclose(est.spread_of(values_of(mean).sampled)[1], welch.df, rtol=1e-12)
 
 
 def test_three_streams_have_satterthwaites_degrees_of_freedom():

@@ -40,7 +40,7 @@ def test_the_share_of_the_heat_makes_both_bodies_equally_warm(two_bodies):
     np.testing.assert_allclose(values.mean, a / (a + b), rtol=1e-12)  # s T = (1 − s) T'
     np.testing.assert_allclose(values.finest, a / (a + b), rtol=1e-12)
     rows = (b * 2.0 * at_rest - a * moving) / (a + b) ** 2
-    np.testing.assert_allclose(values.scatter[0], (rows - rows.mean(axis=0)) / 6, rtol=1e-9)
+    np.testing.assert_allclose(values.influence[0], (rows - rows.mean(axis=0)) / 6, rtol=1e-9)
     np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
 
 

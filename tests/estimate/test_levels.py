@@ -55,15 +55,15 @@ def test_levels_add_their_variances_by_stream(steel):
     fine, coarse = (2.0 + 0.1 * rng.standard_normal((6, SPEEDS)) for _ in range(2))
     pairs.append(step(2, fine, coarse, (END, END), name=NAME))
     values = values_of(steel, "elastic", NAME, pairs)
-    assert {stream: len(rows) for stream, rows in values.scatter.items()} == {3: 8, 1: 8, 2: 6}
+    assert {stream: len(rows) for stream, rows in values.influence.items()} == {3: 8, 1: 8, 2: 6}
     base = pairs[0].sample.numbers[NAME]
     variance = base.var(axis=0, ddof=1) / 8 / base.mean(axis=0) ** 2
-    np.testing.assert_allclose(values.scattered.variance[3] / values.mean**2, variance, rtol=1e-9)
-    # 4/3 of the ratio of partners, at order 2: T (1 + 4/3 (r − 1))
+    np.testing.assert_allclose(values.sampled.variance[3] / values.mean**2, variance, rtol=1e-9)
+    # 4/3 of the ratio of refined, at order 2: T (1 + 4/3 (r − 1))
     ratio = fine.mean(axis=0) / coarse.mean(axis=0)
     relative = fine / fine.mean(axis=0) - coarse / coarse.mean(axis=0)
     expected = (8.0 * 4 / 3 * ratio) ** 2 * relative.var(axis=0, ddof=1) / 6
-    np.testing.assert_allclose(values.scattered.variance[2], expected, rtol=1e-9)
+    np.testing.assert_allclose(values.sampled.variance[2], expected, rtol=1e-9)
 
 
 # beyond the highest cut-off
@@ -227,8 +227,8 @@ def test_at_rest_nothing_heats_and_that_is_exact(resting, asked):
     values = values_of(resting, "capped", NAME, with_partner(pairs, 0.1, 2e5, speeds=2))
     for part in (values.mean, values.finest, *values.errors.values()):
         assert part[0] == 0.0
-    assert all(np.all(rows[:, 0] == 0.0) for rows in values.scatter.values())
-    assert np.all(values.scattered.variance[0][1] > 0.0)
+    assert all(np.all(rows[:, 0] == 0.0) for rows in values.influence.values())
+    assert np.all(values.sampled.variance[0][1] > 0.0)
     assert values.mean[1] != 0.0
     assert values.errors["pixel"][1] > 0.0
     assert values.errors["bandwidth"][1] > 0.0

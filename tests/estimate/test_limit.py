@@ -62,7 +62,7 @@ def test_a_law_right_but_for_a_factor_gives_the_limit_and_a_share_of_what_follow
 def test_the_doubt_of_the_law_and_how_badly_it_foretold_the_last_step_add_as_squares(
     unit, missed, foretold
 ):
-    # the step is .01 off the .04 of the law, which foretells another 2 %
+    # the step is .01 off the .04 of the law, which predicts another 2 %
     law = np.array([[1.0], [foretold], [foretold * 0.98]])
     top = (foretold + missed) * unit
     limit = by_law(rungs_at([[unit], [top]], (8.0, 16.0)), law)
@@ -159,13 +159,13 @@ def test_a_value_against_the_theory_goes_on_against_it():
 
 @pytest.mark.parametrize(
     "last", [3.2 + 3.0, np.nan]
-)  # 1.5 × 3 exceeds half of 5.8; and where nothing is foretold
+)  # 1.5 × 3 exceeds half of 5.8; and where nothing is predicted
 def test_what_was_not_tried_or_is_not_foretold_is_unknown_and_changes_nothing(last):
     limit = shaped(3, theory=np.array([2.0, 2.8, 3.2, last]))
     assert limit.rest.value[0] == 0.0
     assert np.isnan(limit.error[0])
     assert limit.way == ""
-    assert all(np.all(rows == 0.0) for rows in limit.rest.scatter.values())
+    assert all(np.all(rows == 0.0) for rows in limit.rest.influence.values())
 
 
 def test_what_would_follow_downwards_must_have_been_tried_too():

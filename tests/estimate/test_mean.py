@@ -44,19 +44,19 @@ def test_a_result_scatters_as_moving_one_realization_shows(name):
     np.testing.assert_allclose(
         found.value, formula(*(rows.mean(axis=0) for rows in ROWS)), rtol=1e-12
     )
-    for stream, rows in found.scatter.items():
+    for stream, rows in found.influence.items():
         expected = [by_moving_one(formula, stream, i) for i in range(len(rows))]
         np.testing.assert_allclose(rows, expected, rtol=1e-6, atol=1e-6)
 
 
 def test_a_result_has_the_streams_of_its_means():
     a, b, c, d = (mean_of(stream, rows) for stream, rows in zip(STREAMS, ROWS, strict=True))
-    assert {stream: len(rows) for stream, rows in ((a + b) * (c / d)).scatter.items()} == {
+    assert {stream: len(rows) for stream, rows in ((a + b) * (c / d)).influence.items()} == {
         2: 9,
         5: 6,
         0: 4,
     }
-    assert {stream: len(rows) for stream, rows in (b + a).scatter.items()} == {2: 9}
+    assert {stream: len(rows) for stream, rows in (b + a).influence.items()} == {2: 9}
 
 
 def test_what_surfaces_have_in_common_cancels_in_a_ratio_and_in_a_difference():
@@ -64,8 +64,8 @@ def test_what_surfaces_have_in_common_cancels_in_a_ratio_and_in_a_difference():
     upper, lower = mean_of(1, 3.0 * rows), mean_of(1, rows)
     ratio, difference = upper / lower, upper - lower * 3.0
     np.testing.assert_allclose(ratio.value, 3.0, rtol=1e-12)
-    np.testing.assert_allclose(ratio.scatter[1], 0.0, atol=1e-14)
-    np.testing.assert_allclose(difference.scatter[1], 0.0, atol=1e-14)
+    np.testing.assert_allclose(ratio.influence[1], 0.0, atol=1e-14)
+    np.testing.assert_allclose(difference.influence[1], 0.0, atol=1e-14)
     apart = mean_of(2, 3.0 * rows) / lower  # of surfaces of their own nothing does
     np.testing.assert_allclose(
         sum(apart.variance.values()),
@@ -107,8 +107,8 @@ def test_what_is_not_chosen_may_be_undefined():
         undefined.where(np.array([False, False]), a),
     ):
         np.testing.assert_array_equal(whole.value, a.value)
-        np.testing.assert_array_equal(whole.scatter[2], a.scatter[2])
-        np.testing.assert_array_equal(whole.scatter[5], 0.0)
+        np.testing.assert_array_equal(whole.influence[2], a.influence[2])
+        np.testing.assert_array_equal(whole.influence[5], 0.0)
 
 
 def test_a_mean_of_infinite_values_is_infinite_and_does_not_warn():
@@ -121,14 +121,14 @@ def test_a_mean_that_holds_for_all_speeds_goes_with_one_that_does_not():
     share, kelvins = mean_of(0, ROWS[0][:, :1]), mean_of(0, ROWS[0])
     both, turned = share * kelvins, kelvins * share
     np.testing.assert_allclose(both.value, ROWS[0].mean(axis=0) * ROWS[0][:, 0].mean(), rtol=1e-12)
-    np.testing.assert_allclose(both.scatter[0], turned.scatter[0], rtol=1e-12)
+    np.testing.assert_allclose(both.influence[0], turned.influence[0], rtol=1e-12)
     for both in (share + kelvins, kelvins + share):
-        assert both.scatter[0].shape == (9, 2)
+        assert both.influence[0].shape == (9, 2)
         np.testing.assert_allclose(
-            both.scatter[0], share.scatter[0] + kelvins.scatter[0], rtol=1e-12
+            both.influence[0], share.influence[0] + kelvins.influence[0], rtol=1e-12
         )
     fewer = mean_of(0, ROWS[0][:3]) * share  # and where one has fewer surfaces
-    assert fewer.scatter[0].shape == (9, 2)
+    assert fewer.influence[0].shape == (9, 2)
     np.testing.assert_allclose(
-        fewer.scatter[0][5], ROWS[0][:3].mean(axis=0) * share.scatter[0][5], rtol=1e-12
+        fewer.influence[0][5], ROWS[0][:3].mean(axis=0) * share.influence[0][5], rtol=1e-12
     )

@@ -124,7 +124,7 @@ def test_an_unknown_error_of_what_is_zero_meets_the_target():
 
 
 def test_members_are_added_to_known_errors_before_an_unknown_one_ends_the_run():
-    two = numerics_of("elastic", rungs=2, partners=())
+    two = numerics_of("elastic", rungs=2, refined=())
     rounds = run(two, {NAME: 0.04}, 10**6, totals_of(two, SCATTER, pixel=np.nan))
     assert rounds.finished
     assert not rounds.met
@@ -164,8 +164,8 @@ def next_of(numerics, counts, goal=0.02, most=400, **errors):
 
 
 LONG = numerics_of(
-    "elastic", rungs=4, partners=(0, 1, 3)
-)  # rungs 0 to 3; partners 4 of 0, 5 of 1, 6 of 3
+    "elastic", rungs=4, refined=(0, 1, 3)
+)  # rungs 0 to 3; refined 4 of 0, 5 of 1, 6 of 3
 
 
 @pytest.mark.parametrize(

@@ -29,9 +29,7 @@ def test_a_product_keeps_surfaces_together_and_adds_errors_of_the_same_causes(st
     np.testing.assert_allclose(found.mean, a * b, rtol=1e-12)
     np.testing.assert_allclose(found.finest, a * b, rtol=1e-12)
     paired = of_kelvins * b + a * of_share
-    np.testing.assert_allclose(
-        found.scattered.variance[0], paired.var(axis=0, ddof=1) / 8, rtol=1e-9
-    )
+    np.testing.assert_allclose(found.sampled.variance[0], paired.var(axis=0, ddof=1) / 8, rtol=1e-9)
     for name, relative in ERRORS.items():
         expected = relative * (a * 0.4 + b * 200.0)
         np.testing.assert_allclose(found.errors[name], expected, rtol=1e-12)
@@ -72,5 +70,5 @@ def test_values_times_an_exact_number_are_scaled_with_all_that_they_have(steel):
     for name, part in values.errors.items():
         np.testing.assert_allclose(found.errors[name], part * factor, rtol=1e-12)
     np.testing.assert_allclose(
-        found.scattered.variance[0], (rows * factor).var(axis=0, ddof=1) / 8, rtol=1e-9
+        found.sampled.variance[0], (rows * factor).var(axis=0, ddof=1) / 8, rtol=1e-9
     )

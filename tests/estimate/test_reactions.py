@@ -116,7 +116,7 @@ def test_the_rate_follows_from_the_activation_temperature_with_its_errors(volume
     expected = np.log(exact(800.1) / exact(799.9)) / 0.2
     slope = expected * rate.mean
     assert rate.errors["bandwidth"] == pytest.approx(3.0 * slope, rel=1e-3)
-    np.testing.assert_allclose(rate.scatter[0], slope * np.array([[1.0], [-1.0]]), rtol=1e-3)
+    np.testing.assert_allclose(rate.influence[0], slope * np.array([[1.0], [-1.0]]), rtol=1e-3)
 
 
 def test_without_a_barrier_there_is_no_activation_temperature():
@@ -245,14 +245,14 @@ def test_errors_of_an_activation_temperature_follow_from_its_own_slope_over_the_
 
     def at(flash, rows=None):
         values = flash_values(flash, error=9.0, rows=rows)._replace(
-            scatter={} if rows is None else {7: rows}
+            influence={} if rows is None else {7: rows}
         )
         return over("capped", pairs, of_temperature(pairs, values, activation), 1.0)
 
     found = at(230.0, rows)
     slope = (at(230.23).values.mean - at(229.77).values.mean) / 0.46  # K over K
     assert found.values.errors["bandwidth"] == pytest.approx(9.0 * slope, rel=1e-3)
-    np.testing.assert_allclose(found.values.scatter[7], slope * rows, rtol=1e-3)
+    np.testing.assert_allclose(found.values.influence[7], slope * rows, rtol=1e-3)
     # the part of the hottest pixel, in K: what is left of T_act without it
     sample = pairs[0].sample
     of_level = of_temperature(pairs, flash_values(230.0), activation)

@@ -17,7 +17,7 @@ from roughsim.scene.numerics import Level, Numerics
 
 
 def test_a_run_begins_with_the_lowest_level_its_step_and_its_partner():
-    assert first_counts(numerics_of("elastic", rungs=4, partners=(0, 1)), 400) == (
+    assert first_counts(numerics_of("elastic", rungs=4, refined=(0, 1)), 400) == (
         12,
         6,
         0,
@@ -25,11 +25,11 @@ def test_a_run_begins_with_the_lowest_level_its_step_and_its_partner():
         6,
         0,
     )
-    assert first_counts(numerics_of("elastic", partners=()), 400) == (12, 6, 0)
-    assert first_counts(numerics_of("elastic", rungs=1, partners=()), 400) == (12,)
+    assert first_counts(numerics_of("elastic", refined=()), 400) == (12, 6, 0)
+    assert first_counts(numerics_of("elastic", rungs=1, refined=()), 400) == (12,)
     assert first_counts(numerics_of("elastic", rungs=1), 400) == (12, 6)
     assert (
-        first_counts(numerics_of("smoothed", "capped", rungs=2, partners=(0, 1)), 400)
+        first_counts(numerics_of("smoothed", "capped", rungs=2, refined=(0, 1)), 400)
         == (12, 6, 6, 0) * 2
     )
 
@@ -40,9 +40,9 @@ def test_no_level_has_more_members_than_are_allowed():
 
 
 def test_a_slide_has_its_members_from_the_beginning():
-    assert first_counts(numerics_of("elastic", partners=(), slide=8), 400) == (12, 6, 0, 8)
-    assert first_counts(numerics_of("elastic", partners=(), slide=8), 5) == (5, 5, 0, 5)
-    assert first_counts(replace_first(numerics_of("elastic", partners=(), slide=8)), 20) == (
+    assert first_counts(numerics_of("elastic", refined=(), slide=8), 400) == (12, 6, 0, 8)
+    assert first_counts(numerics_of("elastic", refined=(), slide=8), 5) == (5, 5, 0, 5)
+    assert first_counts(replace_first(numerics_of("elastic", refined=(), slide=8)), 20) == (
         12,
         6,
         0,

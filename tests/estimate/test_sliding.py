@@ -218,10 +218,10 @@ def test_values_of_the_slide_have_the_mean_and_the_scatter_of_its_estimate():
     change = expected.mean[0] / 200.0
     assert found.errors["bandwidth"] == pytest.approx([4.0 * change])
     assert found.finest == pytest.approx([197.0 * change])
-    assert {*found.scatter} == {0, 7}
+    assert {*found.influence} == {0, 7}
     own = np.std(ratios, ddof=1) / sqrt(40)
     of_single = sqrt(12 / 11 * np.sum((single * change) ** 2))
-    assert spread_of(found.scattered)[0] == pytest.approx([hypot(of_single, 200.0 * own)])
+    assert spread_of(found.sampled)[0] == pytest.approx([hypot(of_single, 200.0 * own)])
 
 
 def test_a_quantile_is_its_ratio_to_t_flash_widened_as_the_frozen_distribution():
@@ -234,13 +234,13 @@ def test_a_quantile_is_its_ratio_to_t_flash_widened_as_the_frozen_distribution()
     assert plain.mean == pytest.approx([400.0])
     assert plain.errors["bandwidth"] == pytest.approx([16.0])
     assert plain.errors["slide"] == pytest.approx([hypot(12.0, 200.0 * 0.03 * 2.0)])
-    assert spread_of(plain.scattered)[0] == pytest.approx([200.0 / 110.0 * 20.0 / sqrt(39)])
+    assert spread_of(plain.sampled)[0] == pytest.approx([200.0 / 110.0 * 20.0 / sqrt(39)])
     wide = sliding_quantile(flash, "hot", numbers, 7, np.array([1.2]))
     assert wide.mean == pytest.approx([200.0 * 2.2])  # 1 + 1.2 (2 − 1)
     assert wide.errors["slide"] == pytest.approx(
         [hypot(6.0 * 2.2, 200.0 * 0.03 * 2.2, 200.0 * 0.2)]
     )
-    assert spread_of(wide.scattered)[0] == pytest.approx(1.2 * spread_of(plain.scattered)[0])
+    assert spread_of(wide.sampled)[0] == pytest.approx(1.2 * spread_of(plain.sampled)[0])
     cold = sliding_quantile(
         flash, "hot", numbers | {"sliding_hot": np.full((40, 1), 11.0)}, 7, np.ones(1)
     )

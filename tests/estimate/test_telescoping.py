@@ -31,7 +31,7 @@ def test_a_rung_is_the_product_of_the_ratios_of_the_levels_up_to_it(unit):
     assert [rung.q_max for rung in found] == [1.0, 2.0, 4.0]
     for rung, mean in zip(found, means, strict=True):
         np.testing.assert_allclose(rung.mean.value, mean, rtol=1e-12)
-    assert sorted(found[-1].mean.scatter) == [0, 1, 2]
+    assert sorted(found[-1].mean.influence) == [0, 1, 2]
     # relative variances of the lowest level and of both ratios
     ratios = [
         fine / fine.mean(axis=0) - coarse / coarse.mean(axis=0) for fine, coarse in (first, second)
@@ -93,14 +93,14 @@ def test_the_lowest_level_is_taken_at_the_mean_peak_volume_and_steps_as_they_are
     )
 
 
-def partner(level, fine, coarse, q_max, sides):
+def refined(level, fine, coarse, q_max, sides):
     return step(level, fine, coarse, (q_max, q_max), sides=sides)
 
 
 def test_a_partner_corrects_the_rung_of_its_cut_off_and_is_none():
     fine, coarse = drawn(7.6, 5), drawn(8.0, 5)
     pairs = ladder([[10.0, 10.0], [8.0, 8.0]], (1.0, 2.0), scatter=0.1)
-    low, high = rungs_of([pairs[0], partner(2, fine, coarse, 1.0, (64.0, 96.0)), pairs[1]])
+    low, high = rungs_of([pairs[0], refined(2, fine, coarse, 1.0, (64.0, 96.0)), pairs[1]])
     np.testing.assert_allclose(
         low.finer.value, fine.mean(axis=0) / coarse.mean(axis=0) - 1.0, rtol=1e-12
     )
@@ -114,17 +114,17 @@ def test_a_partner_corrects_the_rung_of_its_cut_off_and_is_none():
 
 def test_a_partner_is_relative_to_its_rung_where_signs_change():
     fine, coarse = np.array([[2.0], [-1.0]]), np.array([[1.0], [-1.5]])
-    (rung,) = rungs_of([lowest(np.full((6, 1), 4.0)), partner(1, fine, coarse, 1.0, (64.0, 128.0))])
+    (rung,) = rungs_of([lowest(np.full((6, 1), 4.0)), refined(1, fine, coarse, 1.0, (64.0, 128.0))])
     assert rung.finer.value[0] == pytest.approx((0.5 - -0.25) / 4.0, rel=1e-12)
 
 
 def by_order(order, sides, change=0.08):
-    """A rung of 10, and partners whose values are 10 (1 + change · (1 − h^order)) at pixels h = 64/side."""
+    """A rung of 10, and refined whose values are 10 (1 + change · (1 − h^order)) at pixels h = 64/side."""
     values = [1.0 + change * (1.0 - (sides[0] / side) ** order) for side in sides]
     pairs = [lowest(np.full((6, 1), 10.0))]
     for k in range(1, len(sides)):
         fine, coarse = (np.full((6, 1), 10.0 * value) for value in (values[k], values[k - 1]))
-        pairs.append(partner(k, fine, coarse, 1.0, sides[k - 1 : k + 1]))
+        pairs.append(refined(k, fine, coarse, 1.0, sides[k - 1 : k + 1]))
     return rungs_of(pairs)
 
 
@@ -174,7 +174,7 @@ def test_of_temperatures_the_largest_change_at_any_speed_is_in_doubt_at_each_hig
     coarse[:, 3] = 0.0  # nothing is known
     with np.errstate(invalid="ignore"):
         rungs, of_slow = (
-            rungs_of([lowest(coarse), partner(1, coarse * change, coarse, 1.0, (64.0, 128.0))])
+            rungs_of([lowest(coarse), refined(1, coarse * change, coarse, 1.0, (64.0, 128.0))])
             for change in ([0.7, 1.0, 1.1, 1.0], [1.0, slow, 1.0, 1.0])
         )
         there, left = change_by_pixel(rungs, 1.0, 0.5, 1.0, of_slow)
@@ -198,7 +198,7 @@ def test_the_highest_partner_counts():
 
 def test_the_scatter_of_a_partner_passes_into_what_it_leaves_and_falls_with_it():
     fine, coarse = drawn(7.6, 5), drawn(8.0, 5)
-    rungs = rungs_of([lowest(np.full((6, 2), 10.0)), partner(1, fine, coarse, 1.0, (64.0, 128.0))])
+    rungs = rungs_of([lowest(np.full((6, 2), 10.0)), refined(1, fine, coarse, 1.0, (64.0, 128.0))])
     change, _ = change_by_pixel(
         rungs, 1.0, 0.5, 4.0
     )  # twice what was seen, and half of that at the end
@@ -211,22 +211,22 @@ def test_the_scatter_of_a_partner_passes_into_what_it_leaves_and_falls_with_it()
 def test_without_a_partner_the_error_is_unknown_and_nothing_is_changed():
     change, error = change_by_pixel(rungs_of(ladder([10.0, 8.0], (1.0, 2.0))), 1.4, 0.5, 2.0)
     np.testing.assert_array_equal(change.value, [0.0])
-    assert change.scatter == {}
+    assert change.influence == {}
     assert np.isnan(error).all()
 
 
 def test_what_is_zero_on_both_grids_is_not_changed_by_the_pixel():
     zero = np.outer(np.ones(6), [0.0, 5.0])
-    rungs = rungs_of([lowest(zero), partner(1, 1.1 * zero, zero, 1.0, (64.0, 128.0))])
+    rungs = rungs_of([lowest(zero), refined(1, 1.1 * zero, zero, 1.0, (64.0, 128.0))])
     change, error = change_by_pixel(rungs, 1.0, 0.5, 1.0)
     np.testing.assert_allclose(change.value, [0.0, 0.2], rtol=1e-12)
     np.testing.assert_allclose(error, [0.0, 0.1], rtol=1e-12)
-    assert np.isfinite(change.scatter[1]).all()
+    assert np.isfinite(change.influence[1]).all()
 
 
 def test_a_level_with_the_cut_off_of_the_level_below_is_its_partner():
     rows = np.ones((6, 1))
-    assert step(1, rows, rows, (2.0, 2.0)).is_partner
-    assert step(1, rows, rows, (2.0, 2.0 * (1 + 1e-12))).is_partner  # the same to rounding
-    assert not step(1, rows, rows, (2.0, 2.001)).is_partner
-    assert not lowest(rows).is_partner
+    assert step(1, rows, rows, (2.0, 2.0)).is_refined
+    assert step(1, rows, rows, (2.0, 2.0 * (1 + 1e-12))).is_refined  # the same to rounding
+    assert not step(1, rows, rows, (2.0, 2.001)).is_refined
+    assert not lowest(rows).is_refined

@@ -1,4 +1,4 @@
-"""The ladders of a plan: where columns begin and end, on which grids, in which cell, and which levels have partners."""
+"""The ladders of a plan: where columns begin and end, on which grids, in which cell, and which levels have refined."""
 
 from dataclasses import replace
 from math import inf, pi
@@ -43,7 +43,7 @@ def steel_to(q_max, q_yield=None, monkeypatch=None):
 
 
 def cut_offs(numerics, column, over=1.0):
-    return [numerics.levels[i].q_max / over for i in numerics.rungs(column)]
+    return [numerics.levels[i].q_max / over for i in numerics.coarse_levels(column)]
 
 
 def pixels(numerics, i):
@@ -67,10 +67,10 @@ def test_steel_is_followed_from_512_points_to_the_largest_grid_in_half_the_cell(
     assert cut_offs(numerics, "smoothed", q_yield)[-1] == pytest.approx(1.5, rel=0.02)
     assert {numerics.levels[i].cell for i in numerics.of_column("smoothed")} == {None}
     # the largest grid has no room for a partner
-    assert [numerics.partner(i) is not None for i in numerics.rungs("capped")] == [
+    assert [numerics.refined(i) is not None for i in numerics.coarse_levels("capped")] == [
         k < 4 for k in range(5)
     ]
-    assert all(numerics.partner(i) is not None for i in numerics.rungs("smoothed"))
+    assert all(numerics.refined(i) is not None for i in numerics.coarse_levels("smoothed"))
 
 
 @pytest.mark.parametrize("name", ["demo", "steel-2.0GPa", "granite", "rubber"])
@@ -79,8 +79,8 @@ def test_levels_have_3_pixels_per_shortest_wave_and_partners_6_or_12_on_fast_gri
     numerics = rs.plan(scene)
     for i in numerics.single:
         below = numerics.below(i)
-        of_partner = numerics.is_partner(i) and below is not None and numerics.is_partner(below)
-        wanted = 12 if of_partner else 6 if numerics.is_partner(i) else 3
+        of_refined = numerics.is_refined(i) and below is not None and numerics.is_refined(below)
+        wanted = 12 if of_refined else 6 if numerics.is_refined(i) else 3
         assert 0.98 * wanted <= pixels(numerics, i) < 1.34 * wanted
         odd = numerics.levels[i].shape[0]
         while odd % 2 == 0:
@@ -101,9 +101,11 @@ def test_where_a_grid_holds_all_of_C_the_cut_offs_double_exactly_to_its_end(monk
     rungs = cut_offs(numerics, "capped", q_yield)
     assert np.diff(np.log2(rungs)).tolist() == pytest.approx([1.0] * (len(rungs) - 1), abs=1e-12)
     assert rungs[-1] == pytest.approx(end, rel=1e-12)
-    lowest = numerics.levels[numerics.rungs("capped")[0]].shape[0]
+    lowest = numerics.levels[numerics.coarse_levels("capped")[0]].shape[0]
     assert 512 / 2**0.5 <= lowest <= 768  # √2 · 512, on the next fast grid
-    assert numerics.partner(numerics.rungs("capped")[-1]) is not None  # the end of C(q) has one
+    assert (
+        numerics.refined(numerics.coarse_levels("capped")[-1]) is not None
+    )  # the end of C(q) has one
 
 
 def test_contact_that_yields_far_up_begins_on_a_cheap_grid(monkeypatch):
@@ -132,7 +134,8 @@ def test_elastic_contact_begins_coarse_and_ends_with_C_or_the_largest_grid(steel
     numerics = planned(elastic)
     parts = numerics.parts("elastic")
     sides = [
-        numerics.grid(i).shape[0] * numerics.levels[i].parts for i in numerics.rungs("elastic")
+        numerics.grid(i).shape[0] * numerics.levels[i].parts
+        for i in numerics.coarse_levels("elastic")
     ]
     assert sides == [512 << k for k in range(len(sides))]
     assert numerics.levels[-1].shape == (4096, 4096)
@@ -141,7 +144,7 @@ def test_elastic_contact_begins_coarse_and_ends_with_C_or_the_largest_grid(steel
     rungs = cut_offs(short, "elastic")
     assert rungs == pytest.approx([3e5 / 2**k for k in reversed(range(len(rungs)))])
     assert 512 / 2**0.5 <= short.levels[0].shape[0] <= 768
-    assert short.partner(short.rungs("elastic")[-1]) is not None
+    assert short.refined(short.coarse_levels("elastic")[-1]) is not None
 
 
 def test_a_short_spectrum_is_one_cut_off_and_its_partners(steel):
@@ -184,11 +187,11 @@ def test_grids_divide_by_the_parts_and_are_not_larger_than_the_limit(monkeypatch
 def test_corrections_of_smoothed_contact_lie_in_a_part_of_the_cell_that_has_256_points(cell, parts):
     cell.smoothed = parts
     numerics = planned(rs.load_scene("steel-2.0GPa"))
-    lowest, *partners = (numerics.levels[i] for i in numerics.of_column("smoothed"))
+    lowest, *refined = (numerics.levels[i] for i in numerics.of_column("smoothed"))
     points = [lowest.shape[0] * times for times in (2, 4)]  # along a side of the whole cell
     assert lowest.cell is None
     fitting = [[n for n in (1, 2, parts) if n == 1 or side >= 256 * n] for side in points]
-    assert [level.parts for level in partners] == [max(each) for each in fitting]
+    assert [level.parts for level in refined] == [max(each) for each in fitting]
 
 
 def test_a_part_of_the_cell_holds_finer_grids_than_all_of_it(monkeypatch, cell):

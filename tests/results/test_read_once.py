@@ -82,7 +82,7 @@ def test_fewer_members_of_each_level_can_count(folder):
     whole.count((5, 3))
     assert [len(pair.sample.rows) for pair in whole.pairs()] == [5, 3]
     values = whole.values("contact_fraction")
-    assert len(values.scatter[0]) == 5
+    assert len(values.influence[0]) == 5
     assert np.isfinite(values.mean).all()
 
 

@@ -34,8 +34,8 @@ def test_levels_of_a_column_are_ordered_by_cut_off_then_by_pixel(numerics):
     assert numerics.columns == ("smoothed", "capped")
     assert numerics.of_column("capped") == (LOWEST, PARTNER, MIDDLE, MIDDLE_PARTNER, TOP)
     assert numerics.of_column("smoothed") == (SMOOTHED, FINE_SMOOTHED)
-    assert numerics.rungs("capped") == (LOWEST, MIDDLE, TOP)
-    assert numerics.rungs("smoothed") == (SMOOTHED,)
+    assert numerics.coarse_levels("capped") == (LOWEST, MIDDLE, TOP)
+    assert numerics.coarse_levels("smoothed") == (SMOOTHED,)
     assert (numerics.slide, list(numerics.single)) == (SLIDE, list(range(SLIDE)))
 
 
@@ -43,11 +43,11 @@ def test_a_level_corrects_the_next_lower_cut_off_and_a_partner_the_pixel(numeric
     below = {LOWEST: None, PARTNER: LOWEST, MIDDLE: LOWEST, MIDDLE_PARTNER: MIDDLE, TOP: MIDDLE}
     below |= {SMOOTHED: None, FINE_SMOOTHED: SMOOTHED, SLIDE: None}
     assert {level: numerics.below(level) for level in range(8)} == below
-    partners = {LOWEST: PARTNER, MIDDLE: MIDDLE_PARTNER, SMOOTHED: FINE_SMOOTHED}
-    assert {level: numerics.partner(level) for level in range(8)} == dict.fromkeys(
+    refined = {LOWEST: PARTNER, MIDDLE: MIDDLE_PARTNER, SMOOTHED: FINE_SMOOTHED}
+    assert {level: numerics.refined(level) for level in range(8)} == dict.fromkeys(
         range(8)
-    ) | partners
-    assert [level for level in range(8) if numerics.is_partner(level)] == sorted(partners.values())
+    ) | refined
+    assert [level for level in range(8) if numerics.is_refined(level)] == sorted(refined.values())
 
 
 def test_the_level_below_keeps_its_pixel_in_the_cell_of_the_level(numerics):

@@ -1,4 +1,4 @@
-"""The hills of a rough surface that carry load: their area by the autocorrelation of the heights, and their share."""
+"""The asperities of a rough surface that carry load: their area by the autocorrelation of heights, and their share."""
 
 from functools import lru_cache
 from math import pi
@@ -11,15 +11,15 @@ from roughsim.scene import Scene
 
 
 @lru_cache(maxsize=32)  # 3 ms for each observable in each column of a comparison, .4 s in all
-def hills(scene: Scene, side: float) -> tuple[float, float]:
-    """Return `hill_area`, m², and the share of the area in contact with waves up to half a hill; 0 if all yields."""
-    area = hill_area(scene, side)
+def asperities(scene: Scene, side: float) -> tuple[float, float]:
+    """Return `asperity_area`, m², and the contact fraction of waves up to half an asperity; 0 if all yields."""
+    area = asperity_area(scene, side)
     if area == 0.0:
         return 0.0, 0.0
     return area, area_fractions(scene, 4 * pi / area**0.5)["contact_fraction"]
 
 
-def hill_area(scene: Scene, side: float) -> float:
+def asperity_area(scene: Scene, side: float) -> float:
     """Return ∫(ρ + ρ²)d²r, m², of the autocorrelation ρ of the smoothed heights.
 
     ∫ρ d²r is (2π)² C/⟨h²⟩ at the longest wave of a cell of this side, m; zero if the side exceeds all waves of C(q).
