@@ -5,17 +5,17 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from roughsim.charts.film import film_chart
 from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
 from roughsim.charts.reaction import over_speed_chart, reaction_chart
 from roughsim.charts.sliding import sliding_chart
+from roughsim.charts.snapshots import snapshots_chart
 from roughsim.charts.spectra import correlation_chart, spectrum_chart
 from roughsim.charts.style import FIELDS, USUAL, Look, Subject, beside, check_ending
 from roughsim.charts.temperature import distribution_chart, profile_chart
 from roughsim.errors import number
 from roughsim.estimate.asked import ABOUT
-from roughsim.results.film import filmed, no_film
 from roughsim.results.run import DERIVED_UNITS, Run
+from roughsim.results.snapshots import no_snapshots, pictured
 from roughsim.scene.numerics import SLIDING
 
 CURVES: dict[str, Callable[[Subject, Path], None]] = {
@@ -26,7 +26,7 @@ CURVES: dict[str, Callable[[Subject, Path], None]] = {
     "sliding": sliding_chart,
     "reaction": reaction_chart,
     **{name: partial(over_speed_chart, name) for name in ABOUT},
-    "film": film_chart,
+    "snapshots": snapshots_chart,
 }
 QUANTITIES = (*FIELDS, *CURVES)
 _OF_REACTIONS = ("reaction", *ABOUT)
@@ -70,15 +70,15 @@ def _choose_speed(run: Run, quantity: str, speed: float | None) -> float | None:
     return chosen
 
 
-def _choose_film(
+def _choose_snapshots(
     run: Run, realization: int | None, speed: float | None, column: str | None
 ) -> Subject:
-    """Return the data of a film; ValueError if it was not kept, or the slide does not follow that speed."""
+    """Return the data of snapshots; ValueError if they were not kept, or the slide does not follow that speed."""
     if column is not None:
-        raise ValueError(f"column = {column!r}: a film has a column of its own; leave it out")
-    indices = filmed(run)
+        raise ValueError(f"column = {column!r}: snapshots have a column of their own; leave it out")
+    indices = pictured(run)
     if not indices or (realization is not None and realization not in indices):
-        raise no_film(run, realization or 0)
+        raise no_snapshots(run, realization or 0)
     speed = max(run.scene.speeds) if speed is None else number("speed", speed, "m/s")
     if speed not in run.scene.speeds:
         followed = ", ".join(f"{v:g}" for v in run.scene.speeds)
@@ -107,7 +107,7 @@ def plot_run(
     temperature over the contact, "profile" the line along x through the hottest point, "spectrum" the power spectra of
     the kept heights and of the stress, "correlation" g_σ(r), "sliding" temperatures and share over the slid distance,
     "reaction" temperatures and rates of a run with [reaction], also of the column "sliding", as "reaction_rate" and the
-    other rows that a scene asks for over the speed, "film" pressure and temperature at four slid distances.
+    other rows that a scene asks for over the speed, "snapshots" pressure and temperature at four slid distances.
 
     `path` ends in .png, .pdf or .svg; default: a .png beside the run folder. `realization` is by default the first kept
     one, or all for spectra, `speed` the scene's highest, m/s, `column` as in `Run.estimate`. Of a map `zoom` draws the
@@ -134,7 +134,7 @@ def plot_run(
     check_ending(path)
     if side_by_side and quantity not in DERIVED_UNITS:
         quantity = "temperature"  # the third field
-    choose = _choose_film if quantity == "film" else partial(_choose_subject, quantity)
+    choose = _choose_snapshots if quantity == "snapshots" else partial(_choose_subject, quantity)
     subject = replace(choose(run, realization, speed, column), look=look)
     if side_by_side:
         side_by_side_chart(subject, quantity, path, zoom)

@@ -101,5 +101,5 @@ class Slides:
         """Compute a slide; it shares nothing with others."""
         from roughsim.sliding.member import solve_slide
 
-        member = solve_slide(replace(self.problem, index=index), film=keep)
+        member = solve_slide(replace(self.problem, index=index), snapshots=keep)
         return replace(member, level=self.level), before

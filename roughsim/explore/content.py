@@ -20,9 +20,9 @@ from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature, contact_temperature
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.realization import realize
-from roughsim.results.film import filmed
 from roughsim.results.folder import gap, open_run
 from roughsim.results.run import Run
+from roughsim.results.snapshots import pictured
 from roughsim.scene import Scene, with_short_tables
 from roughsim.show.terminal import table_text
 
@@ -48,7 +48,8 @@ class Curve(NamedTuple):
 class Summary(NamedTuple):
     """A run at one moment: problems, error budget and curves by column, sound and kept realizations by level.
 
-    `films` are the realizations with a film of both faces, `reactions` the lines of what a reaction feels, by panel.
+    `with_snapshots` are the realizations with snapshots of both faces, `reactions` the lines of what a reaction feels,
+    by panel.
     """
 
     problems: list[str]
@@ -56,7 +57,7 @@ class Summary(NamedTuple):
     measured: dict[str, dict[str, Curve]]
     sound: dict[int, list[int]]
     kept: dict[int, list[int]]
-    films: list[int]
+    with_snapshots: list[int]
     reactions: dict[str, list[ReactionLine]]
 
 
@@ -118,7 +119,7 @@ def _summarized(run: Run) -> Summary:
         {c: measured_curves(run, c) for c in begun},
         sound,
         {level: run.kept(level) for level in levels},
-        filmed(run),
+        pictured(run),
         reaction_lines(run, run.column(None)) if len(begun) == len(columns) else {},
     )
 

@@ -355,7 +355,7 @@ class Layout:
         self.distribution.figure.title.text = self.values.text = ""
 
     def add_below(self, part: Any) -> None:
-        """Put a part that not all runs have above the curves, as the film of a run whose faces slide."""
+        """Put a part that not all runs have above the curves, as the snapshots of a run whose faces slide."""
         children = list(self.root.children)
         self.root.children = [*children[:-2], part, *children[-2:]]
 

@@ -27,10 +27,10 @@ from roughsim.explore.content import (
     nearest_point,
     usual_seconds,
 )
-from roughsim.explore.film import FilmView
 from roughsim.explore.layout import FIELDS, THEME, Layout
 from roughsim.explore.reactions import ReactionView
 from roughsim.explore.skin import layers_text
+from roughsim.explore.snapshots import SnapshotsView
 from roughsim.grid import Grid
 from roughsim.heat.statistics import hottest_pixel
 from roughsim.show.text import clock
@@ -105,10 +105,10 @@ class Page:
         self.news, self.readings, self.temperatures, self.images = (queue() for _ in range(4))
         for name, curve in watched.theory.items():
             self.layout.curves[name].show_theory(*curve)
-        self.film: FilmView | None = None
+        self.snapshots: SnapshotsView | None = None
         if watched.run.numerics.slide is not None:
-            self.film = FilmView(watched.run, document, queue().ask)
-            self.layout.add_below(self.film.root)
+            self.snapshots = SnapshotsView(watched.run, document, queue().ask)
+            self.layout.add_below(self.snapshots.root)
         self.reactions = ReactionView(watched.run.column(None))
         if scene.distribution:
             self.layout.add_below(self.reactions.root)
@@ -182,8 +182,8 @@ class Page:
             self.layout.budgets[column].text = text
         self.say("")
         self.offer_members()
-        if self.film is not None:
-            self.film.offer(summary.films)
+        if self.snapshots is not None:
+            self.snapshots.offer(summary.with_snapshots)
         self.reactions.show(summary.reactions)
 
     def offer_members(self) -> None:

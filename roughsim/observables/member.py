@@ -32,7 +32,7 @@ class Member:
     curves: dict[str, Array] = field(
         default_factory=dict
     )  # over the slid distance, of the column "sliding" only
-    # heights, m, and pressure, Pa, or the film of a slide, if they are kept
+    # heights, m, and pressure, Pa, or the snapshots of a slide, if they are kept
     fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
     lengths: tuple[float, float] = (1.0, 1.0)  # sides of the cell, m
     speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s

@@ -56,7 +56,7 @@ _SLIDING_PICTURES = {
         ".svg",
         "Both faces slide: temperatures, share of the heat and turnover of the contact over the slid distance.",
     ),
-    "film": (
+    "snapshots": (
         ".png",
         "Pressure, and temperature of the moving body, at four slid distances of one member.",
     ),

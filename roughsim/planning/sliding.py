@@ -14,9 +14,9 @@ from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics
 from roughsim.show.remarks import Remark
 from roughsim.show.text import clock
-from roughsim.sliding.film import film_shape
-from roughsim.sliding.member import SlideProblem, filmed_steps
+from roughsim.sliding.member import SlideProblem, snapshot_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
+from roughsim.sliding.snapshots import snapshot_shape
 
 _SIDE = 256  # points of the cell
 _PIXELS = 4  # per shortest wave: a slide shows its error of the pixel by a coarser grid alone, of 3
@@ -124,12 +124,12 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Remark]:
     broken = "one that is broken off begins again"
     why = f"{cost}; {broken}; means are over the last half of the slid distance"
     yield Remark("choice", "slides", why, str(members))
-    if filmed := min(numerics.keep_fields, members):
-        sides = film_shape(problem.grid.shape)
-        positions = len(filmed_steps(oblique_path(problem.grid, distances.max())))
+    if pictured := min(numerics.keep_fields, members):
+        sides = snapshot_shape(problem.grid.shape)
+        positions = len(snapshot_steps(oblique_path(problem.grid, distances.max())))
         most = 4e-6 * positions * sides[0] * sides[1] * (1 + distances.size)
-        why = f"maps of the first {filmed} for roughsim explore; keep_fields = 0 leaves them out"
-        yield Remark("choice", "film", why, f"{positions} positions, up to {most:.2g} MB")
+        why = f"maps of the first {pictured} for roughsim explore; keep_fields = 0 leaves them out"
+        yield Remark("choice", "snapshots", why, f"{positions} positions, up to {most:.2g} MB")
 
 
 def seconds_of_slide(problem: SlideProblem) -> float:

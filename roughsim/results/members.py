@@ -19,7 +19,7 @@ from roughsim.observables.distribution import BIN_AREAS, Bins
 from roughsim.observables.member import Member, StoredMoments
 from roughsim.observables.record import Sample
 from roughsim.results.description import RunDescription
-from roughsim.sliding.film import film_shape
+from roughsim.sliding.snapshots import snapshot_shape
 from roughsim.store.disk import DamagedError, not_readable, set_aside
 from roughsim.store.member_files import (
     FIELDS,
@@ -129,7 +129,7 @@ class Members(dict[Key, Member]):
         modes = [part.wavenumber.shape for part in member.moments]
         levels = 1 if self.numerics.below(member.level) is None else 2
         points = {
-            name: grid.shape if name in KEPT_FIELDS else film_shape(grid.shape)
+            name: grid.shape if name in KEPT_FIELDS else snapshot_shape(grid.shape)
             for name in member.kept
         }
         fits = all(

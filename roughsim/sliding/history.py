@@ -11,8 +11,8 @@ from roughsim.observables.moments import HeatSource, grid_responses, sums_over_d
 from roughsim.observables.stress_spectrum import stress_spectrum
 from roughsim.sliding.correlation import StressCorrelation
 from roughsim.sliding.distribution import Sampler
-from roughsim.sliding.film import Film, Projector
 from roughsim.sliding.path import Path
+from roughsim.sliding.snapshots import Projector, Snapshots
 from roughsim.sliding.spots import SpotLives, survival
 from roughsim.sliding.stepping import NUMBERS, Motion, walk
 
@@ -25,7 +25,7 @@ class SlideHistory(NamedTuple):
     curves: dict[str, Array]  # as `Slide` names them, (steps,), or (speeds, steps)
     spectrum: Array  # of the stress, Pa², mean over the last half of the distance
     contact: Contact  # the last one
-    film: Film | None  # maps of the selected positions
+    snapshots: Snapshots | None  # maps of the selected positions
 
 
 def follow(
@@ -33,10 +33,10 @@ def follow(
     grid: Grid,
     path: Path,
     motions: Sequence[Motion],
-    filmed: Sequence[int] = (),
+    pictured: Sequence[int] = (),
     sampler: Sampler | None = None,
 ) -> SlideHistory:
-    """Slide along a path and record every step; the steps `filmed`, ascending and from 1 on, with their fields.
+    """Slide along a path and record every step; the steps `pictured`, ascending and from 1 on, with their fields.
 
     A `sampler` takes the temperatures of the contact at its own positions.
     """
@@ -51,7 +51,7 @@ def follow(
     responses = grid_responses(grid, tuple(sliding.rates), sliding.layers)
     correlation = StressCorrelation(grid)
     spots = SpotLives()
-    projector = Projector(grid, len(motions), filmed)
+    projector = Projector(grid, len(motions), pictured)
     rows = []
     fractions = []
     frozen = []
@@ -89,5 +89,5 @@ def follow(
         curves,
         late / (path.steps - int(LAST * path.steps)),
         step.contact,
-        projector.film(path),
+        projector.snapshots(path),
     )

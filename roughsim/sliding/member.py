@@ -35,7 +35,7 @@ from roughsim.surface.synthesis import synthesize
 BYTES_OF_CONTACT, BYTES_OF_SPEED, BYTES_OF_TERM = 420.0, 85.0, {"bare": 8.0, "layered": 12.0}
 BYTES_OF_STEP = 2000.0  # of the numbers and the ended spots of a step
 POINTS = 64  # distances, in geometric sequence, at which the curves are stored
-FRAMES = 32  # positions of a film, at most
+FRAMES = 32  # positions of snapshots, at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,10 +113,10 @@ class SlideProblem:
         )
 
 
-def solve_slide(problem: SlideProblem, *, film: bool = False) -> Member:
+def solve_slide(problem: SlideProblem, *, snapshots: bool = False) -> Member:
     """Draw both faces, slide one over the other and measure; ConvergenceError if a contact or a share is not found.
 
-    With `film` the maps of some positions are kept, too. The level of the member is 0.
+    With `snapshots` the maps of some positions are kept, too. The level of the member is 0.
     """
     grid = problem.grid
     with linear_algebra().limit(limits=problem.threads):
@@ -126,7 +126,12 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> Member:
         ends = np.rint(np.array(problem.distances) / path.distance[1]).astype(int).tolist()
         samples = Sampler(grid, ends, LAST) if problem.distribution else None
         history = follow(
-            contacts_along, grid, path, problem.motions, filmed_steps(path) if film else (), samples
+            contacts_along,
+            grid,
+            path,
+            problem.motions,
+            snapshot_steps(path) if snapshots else (),
+            samples,
         )
         coarser = _coarser_means(problem.coarser) if problem.coarser else {}
         solved = time.perf_counter()
@@ -141,7 +146,7 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> Member:
         problem.index,
         moments=(StoredMoments(numbers | coarser, wavenumber, history.spectrum, bins),),
         curves=_curves_of(history.curves, path),
-        fields=history.film.fields() if history.film else {},
+        fields=history.snapshots.fields() if history.snapshots else {},
         provenance={
             "residual": float(np.nanmax(history.curves["residual"])),
             "iterations": path.steps,
@@ -211,8 +216,8 @@ def _chosen_steps(path: Path) -> NDArray[np.intp]:
     return np.unique(np.rint(np.geomspace(1, path.steps, POINTS)).astype(np.intp))
 
 
-def filmed_steps(path: Path) -> list[int]:
-    """Return the steps of a film: every so many of the `_chosen_steps`, the last among them."""
+def snapshot_steps(path: Path) -> list[int]:
+    """Return the steps of snapshots: every so many of the `_chosen_steps`, the last among them."""
     chosen = _chosen_steps(path)
     steps: list[int] = chosen[:: -math.ceil(chosen.size / FRAMES)][::-1].tolist()
     return steps

@@ -24,7 +24,7 @@ from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS, CURVES, NUMBERS
 from roughsim.observables.distribution import BIN_AREAS, Bins
 from roughsim.observables.member import Member, StoredMoments
-from roughsim.sliding import film
+from roughsim.sliding import snapshots
 from roughsim.store.disk import DamagedError, place_bytes, read_bytes, seal
 
 FORMAT = 6  # of members and of run.json
@@ -54,7 +54,7 @@ BINS = {  # of the contact area, in the order of `Bins`
     "bin_pressure_deviation": Kind("Pa", _OF_BINS, "standard deviation of the pressure"),
     "bin_pressure_skewness": Kind("1", _OF_BINS, "skewness of the pressure"),
 }
-FIELDS = KEPT_FIELDS | {name: Kind(*about) for name, about in film.FIELDS.items()}
+FIELDS = KEPT_FIELDS | {name: Kind(*about) for name, about in snapshots.FIELDS.items()}
 KINDS = {
     "below": Kind("", ("below",)),
     "number": Kind("", ("number",)),
@@ -215,7 +215,7 @@ def _arrays_of(member: Member) -> Iterator[tuple[str, NDArray[Any]]]:
 
 def _show(file: Any, names: list[str]) -> None:
     """Let viewers draw the kept fields, as NeXus wants it: hard links to a signal, its axes, and the other fields."""
-    signal = "film_pressure" if film.AXIS in names else "pressure"
+    signal = "film_pressure" if snapshots.AXIS in names else "pressure"
     file.attrs.update(NX_class="NXroot", default="entry")
     entry = file.create_group("entry")
     entry.attrs.update(NX_class="NXentry", default="fields")

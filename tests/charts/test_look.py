@@ -64,7 +64,7 @@ def test_a_curve_is_written_with_its_error_and_the_theory(capped_run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "curve", [name for name in CURVES if name not in ("film", "sliding", "reaction", *ABOUT)]
+    "curve", [name for name in CURVES if name not in ("snapshots", "sliding", "reaction", *ABOUT)]
 )
 @pytest.mark.usefixtures("drawn")
 def test_every_curve_has_numbers_and_names_of_its_axes(capped_run, tmp_path, curve):

@@ -14,7 +14,7 @@ from roughsim.charts.style import scaled
 from roughsim.cli import main
 from roughsim.estimate.asked import ABOUT
 
-ASKED = ("sliding", "reaction", *ABOUT, "film")  # of other scenes
+ASKED = ("sliding", "reaction", *ABOUT, "snapshots")  # of other scenes
 DRAWN = [quantity for quantity in QUANTITIES if quantity not in ASKED]
 
 
@@ -83,7 +83,7 @@ WRONG = {  # words → quantity and options
     r"has no heat_share_above: .*; add \[observables\] with heat_above": ("heat_share_above", {}),
     "has no temperature_quantile_99: .*; add": ("temperature_quantile_99", {}),
     r"add \[reaction\] with activation_energy, prefactor and contact_length": ("conversion", {}),
-    'has no film of realization 0; run a scene with history = "sliding"': ("film", {}),
+    'has no snapshots of realization 0; run a scene with history = "sliding"': ("snapshots", {}),
     "sliding has a column of its own": ("sliding", {"column": "capped"}),
     "mean over all": ("correlation", {"realization": 0}),
     "speed: flash_temperature is of all members; leave it out": (

@@ -57,7 +57,7 @@ def test_the_plan_adds_a_slide_on_the_lowest_rung():
     assert values["slides"].value == "4"  # max_realizations
     more = replace(free, ensemble=replace(free.ensemble, max_realizations=20))
     assert {reason.quantity: reason.value for reason in rs.plan(more).reasons}["slides"] == "8"
-    assert values["film"].value == "16 positions, up to 0.2 MB"  # of 32² points, at two speeds
+    assert values["snapshots"].value == "16 positions, up to 0.2 MB"  # of 32² points, at two speeds
 
 
 def test_a_speed_that_ends_earlier_costs_no_more_afterwards():

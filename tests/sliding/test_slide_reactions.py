@@ -15,7 +15,7 @@ from roughsim.observables.distribution import BIN_AREAS, LEVELS
 from roughsim.observables.temperatures import SlideFromRest, temperature_distribution
 from roughsim.planning.realization import slide_problem
 from roughsim.results.columns import results_of
-from roughsim.results.film import read_film
+from roughsim.results.snapshots import read_snapshots
 from roughsim.scene import parse_scene
 from roughsim.sliding.distribution import POSITIONS, Sampler, positions
 from roughsim.sliding.member import faces, solve_slide
@@ -76,13 +76,13 @@ def test_a_wave_of_pressure_and_temperature_has_closed_quantiles():
     )
 
 
-def test_a_member_has_the_quantiles_of_the_fields_of_its_film(asked):
-    # 16 steps: all are in the film, and all of the last half are among the positions
-    film, numbers = read_film(asked, 0).maps, asked.members[SLIDE, 0].numbers
-    pressure = film.pressure[8:]
+def test_a_member_has_the_quantiles_of_the_fields_of_its_snapshots(asked):
+    # 16 steps: all are in the snapshots, and all of the last half are among the positions
+    snapshots, numbers = read_snapshots(asked, 0).maps, asked.members[SLIDE, 0].numbers
+    pressure = snapshots.pressure[8:]
     touching = pressure > 0.0
     for k in (0, 1):
-        temperature, heat = film.temperature[k, 8:][touching], pressure[touching].astype(float)
+        temperature, heat = snapshots.temperature[k, 8:][touching], pressure[touching].astype(float)
         # T_flash over all positions is that of the member: no factor is needed
         assert temperature @ heat / heat.sum() == pytest.approx(
             numbers["sliding_flash_temperature"][k], rel=1e-5

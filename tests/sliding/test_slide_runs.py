@@ -13,7 +13,7 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
 from roughsim.planning.realization import slide_problem
-from roughsim.results.film import read_film
+from roughsim.results.snapshots import read_snapshots
 from roughsim.sliding import member as sliding_member
 from roughsim.sliding.path import oblique_path
 from roughsim.sliding.spots import SpotLives, survival
@@ -290,8 +290,8 @@ def test_with_a_duration_each_speed_is_read_at_its_own_distance(tmp_path):
     curves = run.curves()["slide_flash_temperature"][0]
     assert np.isfinite(curves).sum(axis=1).tolist() == [6, 16]
     assert curves[0, :6] == pytest.approx(slid.flash_temperature[0, :6], rel=1e-12)
-    film = read_film(run, 0)
-    assert [film.positions(k) for k in (0, 1)] == [6, 16]
+    snapshots = read_snapshots(run, 0)
+    assert [snapshots.positions(k) for k in (0, 1)] == [6, 16]
     assert plot_run(run, "sliding", tmp_path / "one.svg").exists()
 
 
@@ -337,12 +337,12 @@ def test_one_rough_face_rests_and_its_one_contact_slides_on(tmp_path):
     assert np.ptp(curves["slide_contact_fraction"]) == 0
     assert curves["slide_stress_correlation"] == pytest.approx(1)
     assert np.isnan(curves["slide_spot_survival"]).all()  # none is born, none dies
-    film = read_film(run, 0)
-    assert film.moving_summits.shape == (16, 0, 2)
+    snapshots = read_snapshots(run, 0)
+    assert snapshots.moving_summits.shape == (16, 0, 2)
     assert (
-        film.maps.pressure == film.maps.pressure[0]
+        snapshots.maps.pressure == snapshots.maps.pressure[0]
     ).all()  # in the frame of the resting body nothing moves
-    assert plot_run(run, "film", tmp_path / "one.png").exists()
+    assert plot_run(run, "snapshots", tmp_path / "one.png").exists()
     assert (
         curves["slide_moving_share"][0, 1, -1] > 0.7
     )  # the moving body runs under hot spots that rest

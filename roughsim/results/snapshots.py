@@ -1,4 +1,4 @@
-"""The film of a slide: the kept maps of a member, its curves, and the highest summits of both faces."""
+"""Snapshots of a slide: the kept maps of a member, its curves, and the highest summits of both faces."""
 
 import warnings
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ from roughsim.errors import RecordError
 from roughsim.grid import Array, Grid
 from roughsim.planning.realization import slide_problem
 from roughsim.results.run import Run
-from roughsim.sliding import film
+from roughsim.sliding import snapshots
 from roughsim.sliding.member import faces
 from roughsim.sliding.path import oblique_path
 from roughsim.store.member_files import member_path, read_member
@@ -20,11 +20,11 @@ _SUMMITS = 60  # the highest of each face
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MemberFilm:
-    """The film of one member, in the frame of the resting body."""
+class MemberSnapshots:
+    """Snapshots of one member, in the frame of the resting body."""
 
     grid: Grid  # of the maps
-    maps: film.Film
+    maps: snapshots.Snapshots
     curves: dict[
         str, Array
     ]  # over the slid distance, by the names of `roughsim.observables.catalogue.CURVES`
@@ -38,36 +38,36 @@ class MemberFilm:
         return int(np.isfinite(self.maps.temperature[speed, :, 0, 0]).sum())
 
 
-def filmed(run: Run) -> list[int]:
-    """Return the counted realizations with a stored film of their slide."""
+def pictured(run: Run) -> list[int]:
+    """Return the counted realizations with stored snapshots of their slide."""
     level = run.numerics.slide
     return [] if level is None else run.kept(level, "film_pressure")
 
 
-def no_film(run: Run, index: int) -> ValueError:
-    """Return the error for a realization without a film, with the command that makes one."""
+def no_snapshots(run: Run, index: int) -> ValueError:
+    """Return the error for a realization without snapshots, with the command that makes one."""
     return ValueError(
-        f'{run.folder} has no film of realization {index}; run a scene with history = "sliding" into a new folder '
+        f'{run.folder} has no snapshots of realization {index}; run a scene with history = "sliding" into a new folder '
         f"with --keep-fields {index + 1}"
     )
 
 
-def read_film(run: Run, index: int) -> MemberFilm:
-    """Read the film of a realization and redraw its faces; ValueError without one, RecordError if it is damaged."""
+def read_snapshots(run: Run, index: int) -> MemberSnapshots:
+    """Read the snapshots of a realization and redraw its faces; ValueError without, RecordError if damaged."""
     level = run.numerics.slide
-    if level is None or index not in filmed(run):
-        raise no_film(run, index)
+    if level is None or index not in pictured(run):
+        raise no_snapshots(run, index)
     path = member_path(run.folder, level, index)
-    member = read_member(path, film.FIELDS)
-    if missing := [name for name in film.FIELDS if name not in member.fields]:
+    member = read_member(path, snapshots.FIELDS)
+    if missing := [name for name in snapshots.FIELDS if name not in member.fields]:
         raise RecordError(
-            f"{path} holds a film without {missing[0]}: it is damaged; move it out of the folder"
+            f"{path} holds snapshots without {missing[0]}: it is damaged; move it out of the folder"
         )
-    maps = film.Film(*(member.fields[name] for name in film.FIELDS))
+    maps = snapshots.Snapshots(*(member.fields[name] for name in snapshots.FIELDS))
     problem = replace(slide_problem(run.scene, run.numerics), seed=run.seed, index=index)
     way = oblique_path(problem.grid, max(problem.distances))
     steps = np.rint(maps.distance / way.distance[1]).astype(np.intp)
-    shape, speeds = film.film_shape(problem.grid.shape), len(run.scene.speeds)
+    shape, speeds = snapshots.snapshot_shape(problem.grid.shape), len(run.scene.speeds)
     fits = maps.pressure.shape == (steps.size, *shape) and maps.temperature.shape == (
         speeds,
         steps.size,
@@ -75,7 +75,7 @@ def read_film(run: Run, index: int) -> MemberFilm:
     )
     if not fits or steps.min(initial=0) < 0 or steps.max(initial=0) > way.steps:
         raise RecordError(
-            f"{path} holds a film of other speeds, distances or points than this run: it is not its own"
+            f"{path} holds snapshots of other speeds, distances or points than this run: it is not its own"
         )
     with warnings.catch_warnings():
         warnings.filterwarnings(
@@ -93,7 +93,7 @@ def read_film(run: Run, index: int) -> MemberFilm:
 
     grid = Grid(shape, problem.grid.lengths)
     riding = moving - way.offsets[steps][:, None, :]
-    return MemberFilm(grid, maps, member.curves, in_metres(resting), in_metres(riding))
+    return MemberSnapshots(grid, maps, member.curves, in_metres(resting), in_metres(riding))
 
 
 def highest(heights: Array | None) -> NDArray[np.intp]:

@@ -21,7 +21,7 @@ Frames = NDArray[np.float32]
 
 AXIS = "film_distance"
 FIELDS = {  # unit, axes and description of each array in the file of a member
-    AXIS: ("m", (AXIS,), "slid distance of the positions of the film"),
+    AXIS: ("m", (AXIS,), "slid distance of the positions of the snapshots"),
     "film_pressure": ("Pa", (AXIS, "x", "y"), "contact pressure, in the frame of the resting body"),
     "film_temperature": (
         "K",
@@ -32,7 +32,7 @@ FIELDS = {  # unit, axes and description of each array in the file of a member
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Film:
+class Snapshots:
     """Maps of both bodies' contact at a few positions, in the frame of the resting body.
 
     Attributes
@@ -56,40 +56,40 @@ class Film:
 
 
 class Projector:
-    """Takes the fields of the steps `filmed` of a slide, ascending and from 1 on."""
+    """Takes the fields of the steps `pictured` of a slide, ascending and from 1 on."""
 
-    def __init__(self, grid: Grid, speeds: int, filmed: Sequence[int]) -> None:
-        self.shape, self.filmed = grid.shape, {step: place for place, step in enumerate(filmed)}
-        sides = film_shape(grid.shape)
-        self.pressure = np.empty((len(filmed), *sides), np.float32)
+    def __init__(self, grid: Grid, speeds: int, pictured: Sequence[int]) -> None:
+        self.shape, self.pictured = grid.shape, {step: place for place, step in enumerate(pictured)}
+        sides = snapshot_shape(grid.shape)
+        self.pressure = np.empty((len(pictured), *sides), np.float32)
         self.temperature = np.full((speeds, *self.pressure.shape), np.nan, np.float32)
 
     def add(self, n: int, step: "Step") -> None:
-        """Take step n, if it is one of the film."""
+        """Take step n, if it is one of the snapshots."""
         from roughsim import (
             fourier,
         )  # loads the transforms: the names above are read by all who open a run
 
-        if n not in self.filmed:
+        if n not in self.pictured:
             return
-        place, sides = self.filmed[n], self.pressure.shape[1:]
+        place, sides = self.pictured[n], self.pressure.shape[1:]
         self.pressure[place] = in_blocks(step.contact.pressure, sides)
         for k, spectrum in enumerate(step.temperatures):
             if spectrum is not None:
                 surface = fourier.inverse(spectrum, self.shape)
                 self.temperature[k, place] = in_blocks(surface - spectrum[0, 0].real, sides)
 
-    def film(self, path: Path) -> Film | None:
-        """Return the film; None if no step was selected."""
-        if not self.filmed:
+    def snapshots(self, path: Path) -> Snapshots | None:
+        """Return the snapshots; None if no step was selected."""
+        if not self.pictured:
             return None
-        return Film(
-            path.distance[list(self.filmed)].astype(np.float32), self.pressure, self.temperature
+        return Snapshots(
+            path.distance[list(self.pictured)].astype(np.float32), self.pressure, self.temperature
         )
 
 
-def film_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return the points of a film of fields of this shape: at most `MOST_POINTS` a side if whole blocks make them."""
+def snapshot_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    """Return the points of a snapshot of fields of this shape: at most `MOST_POINTS` a side if whole blocks do."""
     x, y = (
         count
         // next(

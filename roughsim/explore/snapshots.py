@@ -1,4 +1,4 @@
-"""The film of two sliding bodies on the page: pressure and temperature at the kept positions, and T_flash."""
+"""Snapshots of two sliding bodies on the page: pressure and temperature at the kept positions, and T_flash."""
 
 from collections.abc import Callable
 from typing import Any
@@ -21,11 +21,11 @@ from roughsim.explore.layout import (
     upright,
 )
 from roughsim.observables.catalogue import AXIS
-from roughsim.results.film import MemberFilm, read_film
 from roughsim.results.run import Run
+from roughsim.results.snapshots import MemberSnapshots, read_snapshots
 
 _SIDE = 286  # screen pixels along the longer side of a map: one map fits on a telephone
-_FRAME = 300  # ms that a position is shown while the film plays
+_FRAME = 300  # ms that a position is shown while the snapshots play
 _WORDS = (
     "Both faces slide. Triangles: the highest summits of the face at rest. Circles: the highest summits of the moving "
     "face, which move to the left. Contact forms at meeting summits. Temperature: of the surface of the moving body, "
@@ -34,8 +34,8 @@ _WORDS = (
 _NONE_YET = "No slide has kept its maps yet: the first --keep-fields realizations do."
 
 
-class FilmView:
-    """The film of a run with two sliding faces; `root` is its part of the page.
+class SnapshotsView:
+    """Snapshots of a run with two sliding faces; `root` is its part of the page.
 
     `ask` runs a first function in a thread and shows its result by a second one.
     """
@@ -47,36 +47,40 @@ class FilmView:
         ask: Callable[[Callable[[], Any], Callable[[Any], None]], None],
     ):
         self.run, self.document, self.ask = run, document, ask
-        self.film: MemberFilm | None = None
+        self.snapshots: MemberSnapshots | None = None
         self.playing: Any = None  # the callback that turns to the next position
         self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
         self._add_controls()
         self._add_maps()
         self._add_curves()
-        self.text = plain_text("film_text", _NONE_YET)
+        self.text = plain_text("snapshots_text", _NONE_YET)
         self.root = column(
             row(self.member, self.speed, self.slider, self.play, styles=WRAPPED),
             row(*(panel.figure for panel in self.maps.values()), self.curve, styles=WRAPPED),
             self.text,
-            plain_text("film_words", _WORDS, **{"max-width": "1000px", "color": "#666666"}),
-            name="film",
+            plain_text("snapshots_words", _WORDS, **{"max-width": "1000px", "color": "#666666"}),
+            name="snapshots",
         )
 
     def _add_controls(self) -> None:
-        """Make the controls: realization, speed, slid distance, and a button that plays the film."""
+        """Make the controls: realization, speed, slid distance, and a button that plays the snapshots."""
         speeds = [(str(k), f"{v:g} m/s") for k, v in enumerate(self.run.scene.speeds)]
         fastest = str(int(np.argmax(self.run.scene.speeds)))
         self.member = models.Select(
-            title="film of realization", value="", width=140, disabled=True, name="film_member"
+            title="snapshots of realization",
+            value="",
+            width=140,
+            disabled=True,
+            name="snapshots_member",
         )
         self.speed = models.Select(
-            title="at", options=speeds, value=fastest, width=100, name="film_speed"
+            title="at", options=speeds, value=fastest, width=100, name="snapshots_speed"
         )
         self.slider = models.Slider(
             title="slid distance", start=0, end=1, step=1, value=0, width=240
         )
-        self.slider.update(name="film_position", disabled=True)
-        self.play = models.Toggle(label="▶ play", width=70, align="end", name="film_play")
+        self.slider.update(name="snapshots_position", disabled=True)
+        self.play = models.Toggle(label="▶ play", width=70, align="end", name="snapshots_play")
         self.member.on_change("value", lambda attr, old, new: self.choose_member())
         self.speed.on_change("value", lambda attr, old, new: self.choose_speed())
         self.slider.on_change("value", lambda attr, old, new: self.draw())
@@ -91,7 +95,8 @@ class FilmView:
             end = length * self.factor
             view[f"{axis}_range"] = models.Range1d(0, end / 2, reset_end=end)
         self.maps = {
-            name: MapPanel(name, f"film_{name}", **view) for name in ("pressure", "temperature")
+            name: MapPanel(name, f"snapshots_{name}", **view)
+            for name in ("pressure", "temperature")
         }
         self.at_rest, self.riding = empty_source("x", "y"), empty_source("x", "y")
         marks: dict[str, Any] = {"fill_alpha": 0.0, "line_width": 2, "size": 9}
@@ -107,9 +112,9 @@ class FilmView:
         """Make the panel of T_flash over the distance, a line for each speed, with a cursor."""
         options = dict.fromkeys(("x_axis_type", "y_axis_type"), "log")
         options |= {"x_axis_label": f"slid distance, {self.unit}", "y_axis_label": "T_flash, K"}
-        options |= {"name": "film_curve", "tools": "pan,wheel_zoom,reset"}
+        options |= {"name": "snapshots_curve", "tools": "pan,wheel_zoom,reset"}
         self.curve = figure(width=360, height=_SIDE + 60, **options)
-        self.curve.visible = False  # until there is a film
+        self.curve.visible = False  # until there are snapshots
         self.lines = []
         speeds = self.run.scene.speeds
         for speed, colour in zip(speeds, scale_colours(len(speeds)), strict=True):
@@ -125,38 +130,38 @@ class FilmView:
         self.curve.add_layout(self.cursor)
 
     def offer(self, indices: list[int]) -> None:
-        """List the realizations with a film; if none is shown yet, show the first."""
+        """List the realizations with snapshots; if none is shown yet, show the first."""
         self.member.options = [str(index) for index in indices]
         self.member.disabled = not indices
         if indices and not self.member.value:
             self.member.value = str(indices[0])
 
     def choose_member(self) -> None:
-        """Read the film of the chosen realization."""
+        """Read the snapshots of the chosen realization."""
         index = int(self.member.value)
-        self.text.text = f"reading the film of realization {index} …"
-        self.ask(lambda: read_film(self.run, index), self.show_film)
+        self.text.text = f"reading the snapshots of realization {index} …"
+        self.ask(lambda: read_snapshots(self.run, index), self.show_snapshots)
 
-    def show_film(self, film: MemberFilm) -> None:
-        """Show a film that has been read, at its last position."""
-        self.film = film
-        distance = film.curves[AXIS] * self.factor
+    def show_snapshots(self, snapshots: MemberSnapshots) -> None:
+        """Show snapshots that have been read, at their last position."""
+        self.snapshots = snapshots
+        distance = snapshots.curves[AXIS] * self.factor
         for k, source in enumerate(self.lines):
-            flash = film.curves["slide_flash_temperature"][k]
-            frozen = film.curves["slide_frozen_flash_temperature"][k]
+            flash = snapshots.curves["slide_flash_temperature"][k]
+            frozen = snapshots.curves["slide_frozen_flash_temperature"][k]
             slid = np.isfinite(flash)
             source.data = {"x": distance[slid], "y": flash[slid], "frozen": frozen[slid]}
         self.curve.visible = True
-        x, y = film.resting_summits.T * self.factor
+        x, y = snapshots.resting_summits.T * self.factor
         self.at_rest.data = {"x": x, "y": y}
         self.choose_speed()
 
     def choose_speed(self) -> None:
         """Show the last position at the chosen speed, or the same one if it comes before that."""
-        if self.film is None:
+        if self.snapshots is None:
             return
-        last = self.film.positions(int(self.speed.value)) - 1
-        slid = self.film.maps.distance * self.factor
+        last = self.snapshots.positions(int(self.speed.value)) - 1
+        slid = self.snapshots.maps.distance * self.factor
         texts = [f"{distance:.3g} {self.unit}" for distance in slid]
         label = models.CustomJSTickFormatter(args={"texts": texts}, code="return texts[tick]")
         place = last if self.slider.disabled else min(self.slider.value, last)
@@ -167,38 +172,38 @@ class FilmView:
 
     def draw(self) -> None:
         """Show the chosen position."""
-        if (film := self.film) is None:
+        if (snapshots := self.snapshots) is None:
             return
         place, k = int(self.slider.value), int(self.speed.value)
-        fields = {"pressure": film.maps.pressure, "temperature": film.maps.temperature[k]}
+        fields = {"pressure": snapshots.maps.pressure, "temperature": snapshots.maps.temperature[k]}
         for name, frames in fields.items():
             limits = float(np.nanmin(frames)), float(np.nanmax(frames))
-            x, y = film.grid.lengths
-            image = image_of(frames[place], film.grid, ((0.0, x), (0.0, y)), limits)
+            x, y = snapshots.grid.lengths
+            image = image_of(frames[place], snapshots.grid, ((0.0, x), (0.0, y)), limits)
             note = f", {self.run.scene.speeds[k]:g} m/s" if name == "temperature" else ""
             self.maps[name].show(image, self.factor, note)
-        x, y = film.moving_summits[place].T * self.factor
+        x, y = snapshots.moving_summits[place].T * self.factor
         self.riding.data = {"x": x, "y": y}
-        slid = float(film.maps.distance[place])
+        slid = float(snapshots.maps.distance[place])
         self.cursor.location = slid * self.factor
-        self.text.text = self.words(film, k, slid)
+        self.text.text = self.words(snapshots, k, slid)
 
-    def words(self, film: MemberFilm, k: int, slid: float) -> str:
+    def words(self, snapshots: MemberSnapshots, k: int, slid: float) -> str:
         """Return a line of the temperatures, heat share and contact area at a position."""
-        # films have some positions of the curves
-        at = int(np.abs(film.curves[AXIS] - slid).argmin())
+        # snapshots have some positions of the curves
+        at = int(np.abs(snapshots.curves[AXIS] - slid).argmin())
         flash, background, share = (
-            film.curves[f"slide_{name}"][k, at]
+            snapshots.curves[f"slide_{name}"][k, at]
             for name in ("flash_temperature", "background", "moving_share")
         )
         return (
             f"After {slid * self.factor:.3g} {self.unit} at {self.run.scene.speeds[k]:g} m/s: T_flash = {flash:.4g} K "
             f"above a background of {background:.4g} K; {100 * share:.3g} % of the heat enters the moving body; "
-            f"{100 * film.curves['slide_contact_fraction'][at]:.3g} % of the area touches"
+            f"{100 * snapshots.curves['slide_contact_fraction'][at]:.3g} % of the area touches"
         )
 
     def start_or_stop(self) -> None:
-        """Play the film from the chosen position, or from the first if it is at its end; stop if it plays."""
+        """Play from the chosen position, or from the first if it is the last; stop if they play."""
         if self.playing is not None:
             self.document.remove_periodic_callback(self.playing)
             self.playing = None
@@ -209,7 +214,7 @@ class FilmView:
         self.play.label = "❚❚ stop" if self.play.active else "▶ play"
 
     def turn(self) -> None:
-        """Turn to the next position; at the last one the film stops."""
+        """Turn to the next position; at the last one they stop."""
         if self.slider.value < self.slider.end:
             self.slider.value += 1
         if self.slider.value >= self.slider.end:

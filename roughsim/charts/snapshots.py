@@ -1,4 +1,4 @@
-"""The film of a slide in print: pressure and temperature at a few slid distances, side by side."""
+"""Snapshots of a slide in print: pressure and temperature at a few slid distances, side by side."""
 
 from pathlib import Path
 
@@ -7,21 +7,21 @@ import numpy as np
 from roughsim.charts.maps import colour_bar, colour_range, draw_field
 from roughsim.charts.style import AT_REST, FIELDS, MARK, Subject, new_figure, scaled
 from roughsim.grid import Array
-from roughsim.results.film import read_film
+from roughsim.results.snapshots import read_snapshots
 
 _SHOWN = 4  # positions
 
 
-def film_chart(subject: Subject, path: Path) -> None:
+def snapshots_chart(subject: Subject, path: Path) -> None:
     """Draw a quarter of the cell at the first and the last position and between, with the summits of both faces."""
-    film = read_film(subject.run, subject.index or 0)
+    snapshots = read_snapshots(subject.run, subject.index or 0)
     k = subject.run.scene.speeds.index(subject.speed or 0.0)
-    places = np.rint(np.linspace(0, film.positions(k) - 1, _SHOWN)).astype(int)
-    x, y = ((points + 1) // 2 for points in film.grid.shape)
+    places = np.rint(np.linspace(0, snapshots.positions(k) - 1, _SHOWN)).astype(int)
+    x, y = ((points + 1) // 2 for points in snapshots.grid.shape)
     window = slice(0, x), slice(0, y)
-    ends = (np.array([x, y]) - 0.5) * film.grid.spacing
+    ends = (np.array([x, y]) - 0.5) * snapshots.grid.spacing
     metres = scaled(float(ends.max()), "m")[0]  # of the axes
-    rows = {"pressure": film.maps.pressure, "temperature": film.maps.temperature[k]}
+    rows = {"pressure": snapshots.maps.pressure, "temperature": snapshots.maps.temperature[k]}
     words = "Both faces slide. Triangles: highest summits of the face at rest; circles: of the face that moves to the left"
     with new_figure(path, (11.6, 6.0), subject.title(words), subject.look) as figure:
         panels = figure.subplots(2, _SHOWN, sharex=True, sharey=True)
@@ -31,15 +31,15 @@ def film_chart(subject: Subject, path: Path) -> None:
             factor, prefixed = scaled(float(np.abs(shown).max()), si_unit)
             shown *= factor
             for axes, field, place in zip(line, shown, places, strict=True):
-                image = draw_field(axes, field, film.grid, window, colour_range(name, shown))
+                image = draw_field(axes, field, snapshots.grid, window, colour_range(name, shown))
                 for summits, marker, colour in (
-                    (film.resting_summits, "^", AT_REST),
-                    (film.moving_summits[place], "o", MARK),
+                    (snapshots.resting_summits, "^", AT_REST),
+                    (snapshots.moving_summits[place], "o", MARK),
                 ):
                     inside = summits[(summits < ends).all(axis=1)] * metres
                     axes.plot(*inside.T, marker, ms=5, mfc="none", mec=colour, mew=1.2)
                 if name == "pressure":
-                    slid = float(film.maps.distance[place])
+                    slid = float(snapshots.maps.distance[place])
                     prefix, unit = scaled(slid, "m")
                     axes.set_title(f"after {prefix * slid:.3g} {unit}")
             above = " above the background" if name == "temperature" else ""

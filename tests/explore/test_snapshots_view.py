@@ -1,4 +1,4 @@
-"""The film of two sliding bodies on the page, without a browser."""
+"""Snapshots of two sliding bodies on the page, without a browser."""
 
 import shutil
 from dataclasses import replace
@@ -10,7 +10,7 @@ from tasks_at_once import Now
 
 import roughsim as rs
 from roughsim.explore.content import WatchedRun, as_bytes
-from roughsim.results.film import read_film
+from roughsim.results.snapshots import read_snapshots
 
 pytest.importorskip("bokeh")
 from bokeh.document import Document
@@ -19,46 +19,46 @@ from roughsim.explore.page import Page
 
 
 @pytest.fixture(scope="module")
-def watched_film(sliding_run):
+def watched_snapshots(sliding_run):
     return WatchedRun(sliding_run.folder)
 
 
 @pytest.fixture
-def view(watched_film):
-    """The film of a page that has just opened."""
-    return Page(watched_film, Document(), Now).film
+def view(watched_snapshots):
+    """Snapshots of a page that has just opened."""
+    return Page(watched_snapshots, Document(), Now).snapshots
 
 
 @pytest.fixture(scope="module")
-def film(sliding_run):
-    return read_film(sliding_run, 0)
+def snapshots(sliding_run):
+    return read_snapshots(sliding_run, 0)
 
 
 def pixels(frames, place):
     return as_bytes(frames[place], (float(frames.min()), float(frames.max())))
 
 
-def test_it_opens_at_the_last_position_of_the_fastest_speed(view, film):
+def test_it_opens_at_the_last_position_of_the_fastest_speed(view, snapshots):
     assert (view.slider.value, view.slider.end) == (15, 15)
     assert view.member.options == ["0"]
-    maps = {"pressure": film.maps.pressure, "temperature": film.maps.temperature[1]}
+    maps = {"pressure": snapshots.maps.pressure, "temperature": snapshots.maps.temperature[1]}
     for name, frames in maps.items():
         np.testing.assert_array_equal(view.maps[name].image.data["image"][0], pixels(frames, 15))
-    flash = film.curves["slide_flash_temperature"][1, -1]
+    flash = snapshots.curves["slide_flash_temperature"][1, -1]
     assert view.text.text.startswith(
         f"After 1.01 mm at 35 m/s: T_flash = {flash:.4g} K above a background of"
     )
     assert view.cursor.location == pytest.approx(1.0106, rel=1e-4)
 
 
-def test_the_slider_moves_the_moving_face_and_the_cursor_and_not_the_face_at_rest(view, film):
+def test_the_slider_moves_the_moving_face_and_the_cursor_and_not_the_face_at_rest(view, snapshots):
     at_rest = dict(view.at_rest.data)
     before = view.riding.data["x"]
     view.slider.value = 4
     np.testing.assert_array_equal(
-        view.maps["pressure"].image.data["image"][0], pixels(film.maps.pressure, 4)
+        view.maps["pressure"].image.data["image"][0], pixels(snapshots.maps.pressure, 4)
     )
-    assert view.cursor.location == pytest.approx(1e3 * film.maps.distance[4])
+    assert view.cursor.location == pytest.approx(1e3 * snapshots.maps.distance[4])
     # eleven pixels back; the cell is periodic
     step = 2.0 / 32
     moved = (view.riding.data["x"] - before + step / 2) % 2.0 - step / 2
@@ -66,19 +66,19 @@ def test_the_slider_moves_the_moving_face_and_the_cursor_and_not_the_face_at_res
     assert all((view.at_rest.data[axis] == at_rest[axis]).all() for axis in "xy")
 
 
-def test_another_speed_shows_its_own_temperature_at_the_same_position(view, film):
+def test_another_speed_shows_its_own_temperature_at_the_same_position(view, snapshots):
     view.slider.value = 7
     view.speed.value = "0"
     assert view.slider.value == 7
     temperature = view.maps["temperature"].image.data["image"][0]
-    np.testing.assert_array_equal(temperature, pixels(film.maps.temperature[0], 7))
+    np.testing.assert_array_equal(temperature, pixels(snapshots.maps.temperature[0], 7))
     assert "at 1 m/s" in view.text.text
 
 
-def test_a_speed_that_ends_earlier_has_fewer_positions(view, film):
-    temperature = film.maps.temperature.copy()
+def test_a_speed_that_ends_earlier_has_fewer_positions(view, snapshots):
+    temperature = snapshots.maps.temperature.copy()
     temperature[0, 6:] = np.nan
-    view.show_film(replace(film, maps=replace(film.maps, temperature=temperature)))
+    view.show_snapshots(replace(snapshots, maps=replace(snapshots.maps, temperature=temperature)))
     assert view.slider.end == 15
     view.speed.value = "0"
     assert (view.slider.value, view.slider.end) == (5, 5)
@@ -88,11 +88,11 @@ def test_a_speed_that_ends_earlier_has_fewer_positions(view, film):
     assert (view.slider.value, view.slider.end) == (5, 15)
 
 
-def test_the_curves_are_those_of_the_member(view, film):
+def test_the_curves_are_those_of_the_member(view, snapshots):
     for k, source in enumerate(view.lines):
-        assert source.data["y"] == pytest.approx(film.curves["slide_flash_temperature"][k])
+        assert source.data["y"] == pytest.approx(snapshots.curves["slide_flash_temperature"][k])
         assert source.data["frozen"] == pytest.approx(
-            film.curves["slide_frozen_flash_temperature"][k]
+            snapshots.curves["slide_frozen_flash_temperature"][k]
         )
         assert source.data["x"][-1] == pytest.approx(1.0106, rel=1e-4)  # mm
 
@@ -123,32 +123,32 @@ def test_a_run_that_kept_no_maps_says_how_to_keep_them(tmp_path):
         tmp_path / "run",
         max_realizations=1,
     )
-    view = Page(WatchedRun(tmp_path / "run"), Document(), Now).film
+    view = Page(WatchedRun(tmp_path / "run"), Document(), Now).snapshots
     assert view.member.disabled
     assert (
         view.text.text == "No slide has kept its maps yet: the first --keep-fields realizations do."
     )
     view.speed.value = "0"  # nothing to show
     view.slider.value = 1
-    assert view.film is None
+    assert view.snapshots is None
 
 
-def test_a_film_comes_up_when_its_slide_is_there(sliding_run, tmp_path):
+def test_snapshots_come_up_when_their_slide_is_there(sliding_run, tmp_path):
     shutil.copytree(sliding_run.folder, tmp_path / "run")
     late = [tmp_path / "run" / "realizations" / f"L{level}-000000.h5" for level in (0, 1)]
     for path in late:
         path.rename(tmp_path / path.name)
     page = Page(WatchedRun(tmp_path / "run"), Document(), Now)
-    assert page.film.member.options == []
+    assert page.snapshots.member.options == []
     page.look_for_news()
     for path in late:
         (tmp_path / path.name).rename(path)
     page.look_for_news()
-    assert page.film.member.options == ["0"]
-    assert page.film.text.text.startswith("After 1.01 mm at 35 m/s")
+    assert page.snapshots.member.options == ["0"]
+    assert page.snapshots.text.text.startswith("After 1.01 mm at 35 m/s")
 
 
-def test_a_frozen_run_has_no_film(capped_run):
+def test_a_frozen_run_has_no_snapshots(capped_run):
     page = Page(WatchedRun(capped_run.folder), Document(), Now)
-    assert page.film is None
-    assert page.layout.root.select_one({"name": "film"}) is None
+    assert page.snapshots is None
+    assert page.layout.root.select_one({"name": "snapshots"}) is None
