@@ -81,7 +81,6 @@ def theory(
     from roughsim.comparison.tables import trust_table
     from roughsim.comparison.theory import theory_chart
     from roughsim.comparison.trust import trust as look_up
-    from roughsim.planning.limits import judge
 
     check_figure(chart, csv)
     theories = [rs.theory(open_scene(scene, changes)) for scene in scenes]
@@ -93,10 +92,9 @@ def theory(
         print_json(values[0] if len(values) == 1 else {"scenes": values})
     else:
         for one in theories:
-            judged = judge(one.scene)
             errors = [trust_table(look_up(one.scene))] if trust else []
-            tables = [one.table(), *errors, judged.table()]
-            show_scene(one.summary(), tables, judged.warnings, every, len(theories))
+            tables = [one.table(), *errors, one.judged.table()]
+            show_scene(one.summary(), tables, one.judged.warnings, every, len(theories))
             if not every:
                 print_parts(*errors)
     draw_figure(partial(theory_chart, dict(zip(scenes, theories, strict=True))), chart, csv)
@@ -121,9 +119,10 @@ def plan(
     if not as_json:
         note(f"planning {scene}")  # before slow imports
     from roughsim.planning.limits import judge
+    from roughsim.planning.plan import numerics_of
     from roughsim.planning.reasons import plan_summary, plan_table
 
-    numerics = rs.plan(loaded)
+    numerics = numerics_of(loaded)
     judged = judge(loaded, numerics)
     if as_json:
         names = ("choice", "value", "reason")
@@ -184,18 +183,19 @@ def run(
     begun = (output / "run.json").exists()
     if not output.is_file():  # which is refused below
         note(f"going on with {output}" if begun else f"planning {scene}")
+    from roughsim.ensemble import executors
     from roughsim.ensemble.progress import Progress
-    from roughsim.ensemble.run import begin
+    from roughsim.ensemble.run import begin, complete
     from roughsim.ensemble.status import losses, outcome
 
     if begun and (output / "scene.toml").is_file():
-        _note_looser_targets(rs.load_scene(output / "scene.toml"), loaded)
+        _note_looser_targets(output / "scene.toml", loaded.ensemble.ends)
     try:
-        with Progress("planning") as progress:
+        with executors.Workers(workers) as allowed, Progress("planning") as progress:
             numerics = begin(loaded, output)
             _show_plan(loaded, numerics)
             progress.show("computing", 0.0, 0)
-            result = rs.run(loaded, output, workers=workers, observer=progress.update)
+            (result,) = complete([(loaded, numerics, output)], allowed, progress.update)
     except KeyboardInterrupt:  # caught here: typer would end without a message
         fail(_STOPPED, 130)
     tell(
@@ -207,10 +207,13 @@ def run(
         raise Exit(1)
 
 
-def _note_looser_targets(before: "rs.Scene", now: "rs.Scene") -> None:
-    """Print a line for each target that was stricter when a run was last computed: fewer of its members will count."""
-    targets = now.ensemble.ends
-    for name, goal in before.ensemble.ends.items():
+def _note_looser_targets(stored: Path, targets: dict[str, float]) -> None:
+    """Print a line for each target that was stricter in the stored scene of a run: fewer of its members will count."""
+    from roughsim.scene.ensemble import EnsembleSection
+    from roughsim.scene.files import scene_content
+
+    before = EnsembleSection(**scene_content(stored)[0].get("ensemble", {}))
+    for name, goal in before.ends.items():
         if goal < targets.get(name, 0.0):
             note(
                 f"the target of {name} was {100 * goal:g} %, and is {100 * targets[name]:g} % now: members beyond it "

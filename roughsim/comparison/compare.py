@@ -18,8 +18,8 @@ import numpy as np
 from roughsim.comparison.slope import Slope, stress_slope
 from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.estimate.levels import FLASH
+from roughsim.planning.limits import Plausibility
 from roughsim.prediction.sliding import CONTINUED
-from roughsim.prediction.statements import statements
 from roughsim.results.columns import (
     CONTACT_TEMPERATURE,
     SAME_MODES,
@@ -80,6 +80,11 @@ class Comparison:
     def results(self) -> Results:
         """Every observable over the columns, the speed, and the energy, temperature or direction of some."""
         return results_of(self.run, functions=self.columns)
+
+    @cached_property
+    def judged(self) -> Plausibility:
+        """Assumptions and warnings of the scene."""
+        return self.run.judged
 
     @property
     def rows(self) -> tuple[Row, ...]:
@@ -150,7 +155,7 @@ class Comparison:
             "realizations": self.run.realizations,
             "failed": self.run.failed,
             "missing": self.run.missing,
-            "scene_warnings": self.run.warnings,
+            "scene_warnings": self.judged.warnings,
             "rows": [row.to_dict() for row in self.rows],
             "stress_slopes": [slope._asdict() for slope in self.slopes],
         }
@@ -273,7 +278,7 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
         else ""
     )
     notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}."]
-    notes += [*map(str, statements(run.scene)), *marked(run.warnings)]
+    notes += [*map(str, comparison.judged.statements), *marked(comparison.judged.warnings)]
     notes += [*marks_in_words(list(unknown), {row.note for row in rows}), *left_out(run)]
     title = f"{run.scene.title}: {_count(run)}" if run.scene.title else _count(run)
     return Table(columns, cells, f"{title}; {with_unit('flash_temperature', 'K')}", notes)
@@ -339,9 +344,9 @@ def meanings(comparison: Comparison) -> Iterator[str]:
         yield f"{band}: {slope.column} {measured} (statistical, 95 %), theory {slope.theory:.2f}"
     yield f"± total error, 95 %. theory: over the whole spectrum. {_SAME_MODES}"
     yield calibrated_note(comparison.run.scene)
-    yield from map(str, statements(comparison.run.scene))
+    yield from map(str, comparison.judged.statements)
     yield from _meanings_of_directions(comparison.run)
-    yield from marked(comparison.run.warnings)
+    yield from marked(comparison.judged.warnings)
     if comparison.run.numerics.slide is not None:
         yield (
             "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash above "

@@ -11,7 +11,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.comparison.tables import calibrated_note, theory_dict, theory_table, theory_values
 from roughsim.grid import Array
-from roughsim.planning.limits import judge
+from roughsim.planning.limits import Plausibility, judge
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
@@ -48,6 +48,8 @@ class Theory:
         Share of the nominal area in contact.
     plastic_fraction : float
         Share of the nominal area that yields.
+    judged : Plausibility
+        Sizes, assumptions and warnings of the scene.
     """
 
     scene: Scene
@@ -61,12 +63,13 @@ class Theory:
     heat_partition: Array
     contact_fraction: float
     plastic_fraction: float
+    judged: Plausibility
 
     def __repr__(self) -> str:
         flash = ", ".join(f"{value:.4g}" for value in self.flash_temperature)
         speeds = ", ".join(f"{speed:g}" for speed in self.speed)
         about = f"<Theory of {self.scene.title}: T_flash {flash} K at {speeds} m/s>"
-        return "\n".join([about, *marked(judge(self.scene).remarks)])
+        return "\n".join([about, *marked(self.judged.remarks)])
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
@@ -74,7 +77,7 @@ class Theory:
         return table_text(self.table())
 
     def _repr_html_(self) -> str:
-        return in_notebook(self.table(), *marked(judge(self.scene).remarks))
+        return in_notebook(self.table(), *marked(self.judged.remarks))
 
     def table(self) -> Table:
         """Return the table that the command line prints."""
@@ -107,7 +110,7 @@ class Theory:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the theory, sizes of the scene and warnings as JSON values."""
-        return theory_dict(self.scene) | judge(self.scene).to_dict()
+        return theory_dict(self.scene) | self.judged.to_dict()
 
     def chart(self, path: str | Path | None, *, csv: str | Path | None = None) -> None:
         """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v) as .png, .pdf or .svg.
@@ -141,8 +144,8 @@ def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> The
     A `SceneWarning` names each number beyond the model, and each assumption that is easily missed.
     """
     loaded = as_scene(scene, changes)
-    values = theory_values(loaded)
-    warn_of(judge(loaded).remarks)
+    values = theory_values(loaded) | {"judged": judge(loaded)}
+    warn_of(values["judged"].remarks)
     names = Theory.__dataclass_fields__.keys() - {"scene", "speed"}
     return Theory(loaded, np.array(loaded.speeds), **{name: values[name] for name in names})
 

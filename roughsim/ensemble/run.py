@@ -163,9 +163,9 @@ def complete(
     """
     runs = []
     with Claims(claimed_in or begun[0][2].absolute()) as claims:
-        for scene, _, folder in begun:
+        for scene, numerics, folder in begun:
             remove_unfinished(folder, claims)
-            run = unread_run(folder, "redo")
+            run = unread_run(folder, "redo", scene_of(scene, numerics))
             run.until = scene.ensemble.ends  # scene.toml may have the targets of another process
             run.max_realizations = scene.ensemble.most
             run.refresh()

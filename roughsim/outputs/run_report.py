@@ -18,7 +18,7 @@ from roughsim.charts.style import data_url
 from roughsim.comparison.compare import TESTS, Comparison, compare
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
-from roughsim.planning.limits import judge
+from roughsim.planning.limits import Plausibility
 from roughsim.planning.reasons import level_text, plan_table
 from roughsim.results.run import Run
 from roughsim.scene import Scene, with_short_tables
@@ -101,27 +101,28 @@ def page(run: Run) -> str:
         result, table = answer(comparison), html_table(comparison.table())
     except ValueError as error:  # fewer than two sound realizations
         result = table = tag("p", f"There is nothing to compare yet: {error}", css="warning")
+    judged = run.judged
     parts = {
         "Result": result,
         "Comparison": table,
         "Errors": errors_section(run),
         "Pictures": figures_section(run),
         "Plan": _plan_section(run),
-        "Scene": scene_section(run),
+        "Scene": scene_section(run.scene, judged),
         "Provenance": _provenance_section(run),
     }
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
     bodies = (
         tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items()
     )
-    body = joined(header(run), tag("nav", *links), *bodies)
+    body = joined(header(run, judged.warnings), tag("nav", *links), *bodies)
     template = Template(
         (resources.files("roughsim.outputs") / "page.html").read_text(encoding="utf-8")
     )
     return template.substitute(title=text(run.scene.title or run.folder.resolve().name), body=body)
 
 
-def header(run: Run) -> Html:
+def header(run: Run, warnings: list[str]) -> Html:
     """Return title, state and warnings."""
     failed = f"; {run.failed} did not converge and are left out of the means" if run.failed else ""
     what = "Flash temperature of a sliding rough contact, theory beside simulation."
@@ -134,7 +135,7 @@ def header(run: Run) -> Html:
             tag("p", "Damaged files, left out; all else is shown:", css="warning"),
             bullets(*run.damaged.values()),
         ]
-    if warnings := run.warnings:
+    if warnings:
         parts += [tag("p", "Warnings of this scene:", css="warning"), bullets(*warnings)]
     return joined(*parts)
 
@@ -242,9 +243,8 @@ def _plan_section(run: Run) -> Html:
     return joined(tag("p", why), html_table(Table([Column("numerics"), Column("value")], rows)))
 
 
-def scene_section(run: Run) -> Html:
+def scene_section(scene: Scene, judged: Plausibility) -> Html:
     """Return the scene file, with long tables C(q) shortened, and derived quantities."""
-    scene = run.scene
     follows: list[list[Cell]] = [
         ["effective modulus E*", Number(scene.effective_modulus / 1e9), "GPa"],
         ["penetration hardness", Number(scene.penetration_hardness / 1e9), "GPa"],
@@ -254,7 +254,7 @@ def scene_section(run: Run) -> Html:
     toml = with_short_tables(scene.to_toml())
     parts = [
         html_table(Table(titles, follows)),
-        html_table(judge(scene, run.numerics).table()),
+        html_table(judged.table()),
         tag("pre", toml),
     ]
     return joined(*parts)

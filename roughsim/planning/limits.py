@@ -4,8 +4,10 @@ A warning has the value, the limit, and advice. The list of docs/limits.md has t
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from math import inf, isfinite, isnan, pi, prod, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -43,7 +45,8 @@ _SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
 _THICK = 0.1  # of the side of the cell: thicker layers are bodies of their own
 
 
-class Plausibility(NamedTuple):
+@dataclass(frozen=True)
+class Plausibility:
     """A scene with its sizes, None if its theory has no value, and its warnings."""
 
     scene: Scene
@@ -55,10 +58,15 @@ class Plausibility(NamedTuple):
         """The warnings in words, the most serious first."""
         return list(map(str, self.remarks))
 
+    @cached_property  # .02 s, which a run does without
+    def statements(self) -> list[Remark]:
+        """Its assumptions."""
+        return statements(self.scene)
+
     @property
     def sizes(self) -> list[Remark]:
         """Sizes and assumptions."""
-        return [*(self.facts.rows() if self.facts else []), *statements(self.scene)]
+        return [*(self.facts.rows() if self.facts else []), *self.statements]
 
     def table(self) -> Table:
         """Return sizes and assumptions for people: name, value, and meaning or reason."""
@@ -67,7 +75,7 @@ class Plausibility(NamedTuple):
 
     def to_dict(self) -> dict[str, Any]:
         """Return "scene_facts", "scene_statements" and "scene_warnings" as JSON values."""
-        names, rows = ("name", "value", "because"), (one.row for one in statements(self.scene))
+        names, rows = ("name", "value", "because"), (one.row for one in self.statements)
         return {
             "scene_facts": self.facts and self.facts.to_dict(),
             "scene_statements": [dict(zip(names, row, strict=True)) for row in rows],

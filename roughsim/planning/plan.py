@@ -61,10 +61,11 @@ def plan(
 
     A `SceneWarning` names each number beyond the model, and each assumption that is easily missed.
     """
-    scene = as_scene(scene, changes)
+    changes = dict(changes or {})
     if target_error is not None:
         target = TARGET(target_error, "target_error")
-        scene = scene.with_("ensemble.until.flash_temperature", target)
+        changes["ensemble.until.flash_temperature"] = target
+    scene = as_scene(scene, changes)
     numerics = numerics_of(scene)
     warn_of(judge(scene, numerics).remarks)
     return numerics

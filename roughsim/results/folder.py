@@ -10,7 +10,7 @@ from roughsim.machine import available_memory, exceeds, in_words
 from roughsim.results.description import MOST_BYTES, read_description
 from roughsim.results.members import Damaged
 from roughsim.results.run import Run
-from roughsim.scene import parse_scene
+from roughsim.scene import Scene, parse_scene
 from roughsim.store.claims import writer
 from roughsim.store.disk import read_bytes
 from roughsim.store.member_files import AGAIN, member_name
@@ -45,12 +45,16 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
     return run
 
 
-def unread_run(folder: Path, damaged: Damaged) -> Run:
-    """Return the run of a folder before its members are read, by `Run.refresh`; arguments and errors as `open_run`."""
+def unread_run(folder: Path, damaged: Damaged, scene: Scene | None = None) -> Run:
+    """Return the run of a folder before its members are read, by `Run.refresh`; arguments and errors as `open_run`.
+
+    `scene` is the scene that this process has written to the folder; None reads it.
+    """
     description, path = read_description(folder), folder / "scene.toml"
     try:
-        # roughsim stores tables inline in scene.toml: a scene with names of files is not its own
-        scene = parse_scene(read_bytes(path, MOST_BYTES).decode("utf-8"), source=str(path))
+        if scene is None:
+            # roughsim stores tables inline in scene.toml: a scene with names of files is not its own
+            scene = parse_scene(read_bytes(path, MOST_BYTES).decode("utf-8"), source=str(path))
         stored, written = dict(description.scene), scene.identity()
         if stored != written:
             key = next(

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from copy import copy
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -133,23 +134,26 @@ class Run(Means):
     @property
     def warnings(self) -> list[str]:
         """A line for each number of the scene beyond the model, and for each assumption that is easily missed."""
-        return list(map(str, self.remarks))
+        return self.judged.warnings
 
     @property
     def remarks(self) -> list[Remark]:
         """The same as records, the most serious first."""
+        return self.judged.remarks
+
+    @property
+    def judged(self) -> limits.Plausibility:
+        """Sizes and assumptions of the scene, and its warnings with those of a pressed map."""
         measured = None
         if takes_all(self.scene) and self.independent > 1 and not self.scene.tables:
             flash, share = (
                 self.estimate(name).mean for name in ("flash_temperature", "heat_partition")
             )
             measured = ByMean(self.column(None), flash, share, share * flash)
-        remarks = limits.judge(
-            self.scene, self.numerics, drawn=self.drawn, measured=measured
-        ).remarks
+        judged = limits.judge(self.scene, self.numerics, drawn=self.drawn, measured=measured)
         if self.drawn:
-            return remarks
-        return remarks + pressed.remarks(self.members)
+            return judged
+        return replace(judged, remarks=judged.remarks + pressed.remarks(self.members))
 
     @property
     def angles(self) -> dict[str, float]:

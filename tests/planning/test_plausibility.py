@@ -552,9 +552,9 @@ def test_theory_plan_run_and_report_all_say_it(quick, tmp_path, capsys):
     shown = capsys.readouterr()
     assert shown.err.count(hot) == 1
     run = rs.open_run(tmp_path / "run")
-    assert str(header(run)).count(hot) == 1
-    assert str(scene_section(run)).count(share) == 1
-    assert "hot spots" in str(scene_section(run))
+    assert str(header(run, run.warnings)).count(hot) == 1
+    assert str(scene_section(run.scene, run.judged)).count(share) == 1
+    assert "hot spots" in str(scene_section(run.scene, run.judged))
 
 
 @pytest.mark.slow

@@ -129,7 +129,7 @@ def test_pages_notebooks_and_json_have_them(odd, tmp_path):
         "comparison of all": str(comparison.table()),
         "study": study._repr_html_(),
         "comparisons": rs.compare(study)._repr_html_(),
-        "page": str(header(run)),
+        "page": str(header(run, run.warnings)),
         "page of the study": rs.report(study, tmp_path / "study.html").read_text(),
         "theory as JSON": json.dumps(theory.to_dict()["scene_warnings"]),
         "comparison as JSON": json.dumps(comparison.to_dict()["scene_warnings"]),

@@ -194,10 +194,10 @@ def test_a_process_keeps_its_own_end_when_another_writes_run_json_at_its_start(
     rs.run(quick, tmp_path / "run", max_realizations=1)
     genuine = ensemble_run.unread_run
 
-    def late(place, treatment):
+    def late(place, *others):
         other = replace(quick.ensemble, max_realizations=2, until={"flash_temperature": 0.9})
         ensemble_run.begin(replace(quick, ensemble=other), place)
-        return genuine(place, treatment)
+        return genuine(place, *others)
 
     monkeypatch.setattr(ensemble_run, "unread_run", late)
     run = rs.run(quick, tmp_path / "run", max_realizations=4)
