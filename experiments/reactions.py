@@ -30,6 +30,7 @@ from reference.pairs import level_at, rounded
 from script import Command, Row, Rows, show_on_pages, write_evidence
 
 import roughsim as rs
+from roughsim import prediction
 from roughsim.estimate import fields
 from roughsim.estimate.asked import of_reaction
 from roughsim.estimate.errors import estimate
@@ -333,7 +334,7 @@ def of_steel() -> dict[str, float]:
     """Return T above which the hottest hundredth of the heat is set free, over T_flash, of steel-1.2GPa in theory."""
     asks = {"sliding.speed": [*FIRST.speeds.values()], "sliding.heat_partition": "all"}
     scene = rs.load_scene("steel-1.2GPa", asks | {"observables.temperature_distribution": True})
-    flash = fields.calibrated_predictions(scene)["flash_temperature"]
+    flash = prediction.calibrated_predictions(scene)["flash_temperature"]
     ratios = fields.quantiles(scene)["temperature_quantile_99"].mean / flash
     return {f"steel_{name}": float(ratio) for name, ratio in zip(FIRST.speeds, ratios, strict=True)}
 

@@ -27,13 +27,13 @@ from roughsim.charts.style import (
     no_formula,
     scale_colours,
 )
-from roughsim.estimate import fields
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.theories import OVER_SPEED as DENSE
 from roughsim.results.columns import UP_TO_CUT_OFF, is_simulated
 from roughsim.results.row import NOTICED
 from roughsim.results.run import Run
+from roughsim.results.theories import theory_columns
 from roughsim.scene import Scene
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
@@ -215,14 +215,13 @@ def theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
         speed = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
         theory = prediction.over_speed(scene, speed)[observable]
         law = prediction.calibrated_over_speed(scene, speed)[observable]
-    else:
-        moving = np.array(scene.speeds) > 0.0
-        theory = prediction.predictions(scene)[observable][moving]
-        law = fields.calibrated_predictions(scene)[observable][moving]
-    if OBSERVABLES[observable].heated:
-        theory = theory * prediction.heat_partition(scene, speed)
-        law = law * prediction.calibrated_share(scene, speed)
-    return speed, {"theory": theory, "calibrated": law}
+        if OBSERVABLES[observable].heated:
+            theory = theory * prediction.heat_partition(scene, speed)
+            law = law * prediction.calibrated_share(scene, speed)
+        return speed, {"theory": theory, "calibrated": law}
+    moving, columns = np.array(scene.speeds) > 0.0, theory_columns(scene)
+    both = {name: columns[name](observable) for name in ("theory", "calibrated")}
+    return speed, {name: one.mean[moving] for name, one in both.items() if one is not None}
 
 
 def _sign(observable: str) -> float:

@@ -22,7 +22,7 @@ from roughsim.estimate.asked import ABOUT, ACTIVATION, RATE
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
 from roughsim.observables.distribution import LEVELS
-from roughsim.results import columns
+from roughsim.results import columns, theories
 from roughsim.results.reactions import not_asked
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
@@ -72,7 +72,7 @@ def reaction_lines(run: Run, column: str) -> dict[str, list[ReactionLine]]:
 
 def _results(run: Run, observables: list[str], column: str) -> Results:
     """Return observables of a column, and of the calibrated theory; not beside the column sliding: it takes seconds."""
-    chosen = [column] if column == SLIDING else [column, columns.CALIBRATED]
+    chosen = [column] if column == SLIDING else [column, theories.CALIBRATED]
     return columns.results_of(run, observables, chosen)
 
 
@@ -87,8 +87,8 @@ def _lines(found: Estimate, along: str, column: str) -> list[ReactionLine]:
     for label in found.coords[other].tolist():
         at = found.sel(**{other: label})
         one, theory = at.sel(column=column), None
-        if columns.CALIBRATED in at.coords["column"]:
-            theory = at.sel(column=columns.CALIBRATED).mean
+        if theories.CALIBRATED in at.coords["column"]:
+            theory = at.sel(column=theories.CALIBRATED).mean
         words = _LABELS[other].format(label)
         lines.append(ReactionLine(words, one.coords[along], one.mean, one.total_error, theory))
     return lines

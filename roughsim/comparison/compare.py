@@ -20,20 +20,11 @@ from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.estimate.levels import FLASH
 from roughsim.planning.limits import Plausibility
 from roughsim.prediction.sliding import CONTINUED
-from roughsim.results.columns import (
-    CONTACT_TEMPERATURE,
-    SAME_MODES,
-    SLIDING_CALIBRATED,
-    THEORY,
-    UP_TO_CUT_OFF,
-    ColumnOf,
-    columns_of,
-    finest,
-    results_of,
-)
+from roughsim.results.columns import SAME_MODES, UP_TO_CUT_OFF, columns_of, finest, results_of
 from roughsim.results.folder import left_out, open_run
 from roughsim.results.row import NOTICED, Row, rows_of
 from roughsim.results.run import Run
+from roughsim.results.theories import CONTACT_TEMPERATURE, SLIDING_CALIBRATED, THEORY, ColumnOf
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook

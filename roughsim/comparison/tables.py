@@ -14,8 +14,15 @@ from roughsim.estimate.asked import ABOUT
 from roughsim.estimate.errors import SOURCES
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
-from roughsim.results.columns import CONTACT_TEMPERATURE
+from roughsim.results.reactions import asked_names
 from roughsim.results.run import Run
+from roughsim.results.theories import (
+    CALIBRATED,
+    CONTACT_TEMPERATURE,
+    THEORY,
+    joined,
+    theory_columns,
+)
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import Column, Number, Row, Table, json_value, with_unit
@@ -25,29 +32,26 @@ _CORRELATION_POINTS = 65
 _HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")
 _HOTTEST = "temperature_quantile_99"
 _WIDTHS = ("flash_width", "slope_length")
+_AREAS = ("contact_fraction", "plastic_fraction")
 OF_SLIDING = "sliding, calibrated"  # the theory of the column sliding
 
 
 def theory_values(scene: Scene) -> dict[str, Any]:
     """Return the theory over the whole spectrum: arrays over speed, temperatures with the share used, and areas."""
-    values, share = prediction.predictions(scene), prediction.heat_partition(scene)
-    result: dict[str, Any] = {"speed": scene.speeds} | {
-        name: values[name] * share for name in _HEATED
-    }
-    result |= {name: values[name] for name in _WIDTHS}
+    columns = theory_columns(scene)
+    names = [*_HEATED, *_WIDTHS, "heat_partition", *_AREAS, CONTACT_TEMPERATURE]
+    found = joined({name: columns[name] for name in (THEORY, CALIBRATED)}, names)
+    over_speed = {name: found[name].sel(column=THEORY).mean for name in (*_HEATED, *_WIDTHS)}
+    result: dict[str, Any] = {"speed": scene.speeds} | over_speed
     if "friction_coefficient" in scene.tables:
         result["friction_coefficient"] = prediction.friction_coefficient(scene)
-    result |= {"conductivity": prediction.conduction(scene).conductivity, "heat_partition": share}
-    result["heat_partition_theory"] = values["heat_partition"]
+    result["conductivity"] = prediction.conduction(scene).conductivity
+    result["heat_partition"] = prediction.heat_partition(scene)
+    result["heat_partition_theory"] = found["heat_partition"].sel(column=THEORY).mean
     if scene.sliding.duration is not None:
-        result[CONTACT_TEMPERATURE] = result["flash_temperature"] + share * prediction.background(
-            scene
-        )
-    law = prediction.calibrated_over_speed(scene, np.array(scene.speeds))
-    result["calibrated"] = law["flash_temperature"] * prediction.calibrated_share(scene)
-    return result | {
-        name: float(values[name][0]) for name in ("contact_fraction", "plastic_fraction")
-    }
+        result[CONTACT_TEMPERATURE] = found[CONTACT_TEMPERATURE].sel(column=THEORY).mean
+    result["calibrated"] = found["flash_temperature"].sel(column=CALIBRATED).mean
+    return result | {name: float(found[name].sel(column=THEORY).mean[0]) for name in _AREAS}
 
 
 def theory_dict(scene: Scene) -> dict[str, Any]:
@@ -56,43 +60,38 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     distance = np.concatenate(
         [[0.0], np.geomspace(1e-3 * longest, 0.5 * longest, _CORRELATION_POINTS - 1)]
     )
-    correlation = {"r": distance, "value": prediction.correlation(scene, distance)}
     values, law = theory_values(scene), prediction.calibrated(scene)
-    temperature = values["calibrated"] if law.stress_spectrum is not None else None
-    band = law.errors["flash_temperature"]
-    share = prediction.calibrated_share(scene)
     values["calibrated"] = {
-        "flash_temperature": temperature,
-        "error": band,
+        "flash_temperature": values["calibrated"] if law.stress_spectrum is not None else None,
+        "error": law.errors["flash_temperature"],
         "range": law.range,
-        "heat_partition": share,
-    }
-    values["calibrated"] |= _distribution_values(scene)
+        "heat_partition": prediction.calibrated_share(scene),
+    } | _distribution_values(scene)
     if scene.sliding.history == SLIDING:
         slid = prediction.sliding_prediction(scene)
         values["calibrated"]["sliding"] = (
             None if slid is None else asdict(slid) | {"error": prediction.sliding_error(scene)}
         )
-    return {
-        key: json_value(value)
-        for key, value in (values | {"pressure_correlation": correlation}).items()
+    values["pressure_correlation"] = {
+        "r": distance,
+        "value": prediction.correlation(scene, distance),
     }
+    return {key: json_value(value) for key, value in values.items()}
 
 
 def _distribution_values(scene: Scene) -> dict[str, Any]:
     """Return quantiles of the temperature, and reactions, if a scene asks for them; each with its errors."""
-    share = prediction.calibrated_share(scene)
-    found: dict[str, Any] = {
-        name: {part: number * share for part, number in _with_errors(estimate).items()}
-        for name, estimate in fields.quantiles(scene).items()
-    }
-    for name, estimate in fields.asked(scene).items():
-        axis = ABOUT[name]
-        found[name] = [
-            {axis: label} | _with_errors(estimate.sel(**{axis: label}))
-            for label in estimate.coords[axis].tolist()
-        ]
-    return found
+    by_law = theory_columns(scene)[CALIBRATED]
+    values: dict[str, Any] = {}
+    for name in (*fields.QUANTILES, *asked_names(scene)):
+        found, axis = by_law(name), ABOUT.get(name)
+        if found is None:
+            continue
+        values[name] = _with_errors(found)
+        if axis is not None:
+            labels = found.coords[axis].tolist()
+            values[name] = [{axis: x} | _with_errors(found.sel(**{axis: x})) for x in labels]
+    return values
 
 
 def _with_errors(found: Estimate) -> dict[str, Array]:
@@ -106,62 +105,38 @@ def _with_errors(found: Estimate) -> dict[str, Array]:
 
 def theory_table(scene: Scene) -> Table:
     """Return the theory of a scene, a row per speed."""
-    values = theory_values(scene)
-    units = UNITS | dict.fromkeys(("calibrated", CONTACT_TEMPERATURE), UNITS["flash_temperature"])
-    columns = {
-        name: with_unit(name, units[name])
-        for name in (_HEATED[0], "calibrated", *_HEATED[1:], *_WIDTHS)
-    }
+    values, own = theory_values(scene), prediction.calibrated_share(scene)
+    columns: dict[str, Sequence[Number]] = {}  # numbers over speed by title
+    for name in (_HEATED[0], "calibrated", *_HEATED[1:], *_WIDTHS):
+        unit = UNITS.get(name, "K")
+        columns[with_unit(name, unit)] = _numbers(values[name], unit)
     if CONTACT_TEMPERATURE in values:
-        columns[CONTACT_TEMPERATURE] = with_unit("T₀ + T_flash", units[CONTACT_TEMPERATURE])
-    titles_of_tables = {
-        "friction_coefficient": "μ",
-        "conductivity": "κ, W/(m K)",
-    }  # they differ from speed to speed
-    columns |= {name: title for name, title in titles_of_tables.items() if name in scene.tables}
-    columns |= {"heat_partition": "share used", "heat_partition_theory": "share in theory"}
-    own = prediction.calibrated_share(scene)
+        columns[with_unit("T₀ + T_flash", "K")] = _numbers(values[CONTACT_TEMPERATURE], "K")
+    titles_of_tables = {"friction_coefficient": "μ", "conductivity": "κ, W/(m K)"}
+    for name, title in titles_of_tables.items():  # they differ from speed to speed
+        if name in scene.tables:
+            columns[title] = _numbers(values[name])
+    columns["share used"] = _numbers(values["heat_partition"])
+    columns["share in theory"] = _numbers(values["heat_partition_theory"])
     if isinstance(scene.sliding.heat_partition, str) and not np.isnan(own).all():
-        values |= {"calibrated_share": own}
-        columns |= {"calibrated_share": "share calibrated"}
-    hottest = fields.quantiles(scene).get(_HOTTEST)
+        columns["share calibrated"] = _numbers(own)
+    hottest = theory_columns(scene)[CALIBRATED](_HOTTEST) if scene.distribution else None
     if hottest is not None:
-        values |= {_HOTTEST: hottest.mean * own}
-        columns |= {_HOTTEST: "99 % of the heat below, K"}
+        columns["99 % of the heat below, K"] = [*map(hottest.number, range(len(own)))]
+    areas = (f"{name} {values[name]:.4g}" for name in _AREAS)
+    notes = [", ".join(areas), calibrated_note(scene)]
     slid = prediction.sliding_prediction(scene) if scene.sliding.history == SLIDING else None
     if slid is not None:
-        values |= {
-            "sliding_flash_temperature": slid.flash_temperature,
-            "sliding_share": slid.heat_partition,
-        }
-        units |= {"sliding_flash_temperature": "K"}
-        columns |= {
-            "sliding_flash_temperature": "T_flash sliding, K",
-            "sliding_share": "share sliding",
-        }
-    errors = {} if hottest is None else {_HOTTEST: hottest.total_error * own}
-    rows: list[Row] = [
-        (
-            f"{speed:g}",
-            *(
-                Number(
-                    float(values[name][k]),
-                    units.get(name, "1"),
-                    float(errors[name][k]) if name in errors else 0.0,
-                )
-                for name in columns
-            ),
-        )
-        for k, speed in enumerate(scene.speeds)
-    ]
-    areas = (f"{name} {values[name]:.4g}" for name in ("contact_fraction", "plastic_fraction"))
-    titles = ("speed, m/s", *columns.values())
-    notes = [
-        ", ".join(areas),
-        calibrated_note(scene),
-        *([sliding_note(scene)] if slid is not None else []),
-    ]
-    return Table([Column(title, number=True) for title in titles], rows, scene.title, notes)
+        columns["T_flash sliding, K"] = _numbers(slid.flash_temperature, "K")
+        columns["share sliding"] = _numbers(slid.heat_partition)
+        notes.append(sliding_note(scene))
+    speeds = (f"{speed:g}" for speed in scene.speeds)
+    titles = [Column(title, number=True) for title in ("speed, m/s", *columns)]
+    return Table(titles, [*zip(speeds, *columns.values(), strict=True)], scene.title, notes)
+
+
+def _numbers(values: Array, unit: str = "1") -> list[Number]:
+    return [Number(float(value), unit) for value in values]
 
 
 def calibrated_note(scene: Scene) -> str:

@@ -31,7 +31,6 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
 from roughsim.observables.record import Sample, ratio
 from roughsim.prediction.fields import FrozenFields
-from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
 from roughsim.table import Estimate
 
@@ -252,9 +251,3 @@ def asked(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
     area = by_law(np.full(1, law.stress_spectrum.contact_fraction), law.errors["contact_fraction"])
     flash = scaled(drawn.flash, share)
     return asked_of(scene, drawn.contacts(scene.speeds, flash, area, start + warm))
-
-
-def calibrated_predictions(scene: Scene) -> Predicted:
-    """Return every observable by the calibrated law, quantiles of the temperature among them; NaN where unknown."""
-    found = {name: one.mean for name, one in quantiles(scene).items()}
-    return prediction.calibrated_predictions(scene).with_known(found)

@@ -1,9 +1,7 @@
 """The observables of a scene by a theory, each computed when it is asked for: some take far longer than others."""
 
 from collections.abc import Container, Iterator, Mapping
-from copy import copy
 from math import nan
-from typing import Self
 
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, observables_of
@@ -26,12 +24,6 @@ class Predicted(Mapping[str, Array]):
         )  # NaN where it is not known
         self._names = list(observables_of(scene.distribution))
         self._values: dict[str, Array] = {}
-
-    def with_known(self, values: dict[str, Array]) -> Self:
-        """Return these observables, some of them with given values."""
-        result = copy(self)
-        result._values = self._values | values
-        return result
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._values:

@@ -12,26 +12,34 @@ from functools import cache, partial
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate import fields
 from roughsim.estimate.asked import ABOUT
 from roughsim.estimate.errors import quotient, speed_axis
 from roughsim.estimate.levels import FLASH, Values
 from roughsim.grid import Array, Grid
-from roughsim.observables.catalogue import OBSERVABLES, UNITS
+from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.values import Predicted
 from roughsim.results.arrays import attributes_of
 from roughsim.results.reactions import asked_names
 from roughsim.results.run import Run
+from roughsim.results.theories import (
+    CALIBRATED,
+    CONTACT_TEMPERATURE,
+    SLIDING_CALIBRATED,
+    THEORY,
+    ColumnOf,
+    exact,
+    joined,
+    of_theory,
+    theory_columns,
+    with_share,
+)
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
 from roughsim.table import Estimate, Results, concat
 
-THEORY, SAME_MODES, UP_TO_CUT_OFF = "theory", "theory_same_modes", "theory_at_cut_off"
-CALIBRATED, SLIDING_CALIBRATED = "calibrated", "sliding_calibrated"
-CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
+SAME_MODES, UP_TO_CUT_OFF = "theory_same_modes", "theory_at_cut_off"
 BY_DIRECTION = "flash_temperature_by_direction"  # of a pressed map
 OVER_TWIN = "map_over_gaussian_twin"  # T_flash of a pressed map over that of a map of random phases
-_UNITS = UNITS | {CONTACT_TEMPERATURE: "K", BY_DIRECTION: "K", OVER_TWIN: "1"}
 _ABOUT = {"angle": {"units": "rad", "description": "of sliding, from x towards y"}}
 MEANINGS = {
     THEORY: "the analytic theory over the whole spectrum C(q)",
@@ -45,7 +53,6 @@ MEANINGS = {
     SLIDING: "simulated contact of two rough faces that slide over one another, with its own share of the heat",
     SLIDING_CALIBRATED: "the calibrated theory of two rough faces that slide over one another",
 }
-ColumnOf = Callable[[str], Estimate | None]  # of an observable; None where the column lacks it
 
 
 def is_theory(column: str) -> bool:
@@ -99,13 +106,10 @@ def results_of(
     `functions` are `columns_of(run)`, if they are at hand. ValueError if the run has no sound realization.
     """
     functions = functions or columns_of(run)
-    chosen = list(functions) if columns is None else [name for name in columns if name in functions]
-    estimates = {}
-    for name in observables_of(run) if observables is None else observables:
-        found = {(k,): functions[column](name) for k, column in enumerate(chosen)}
-        pieces = {place: one for place, one in found.items() if one is not None}
-        if pieces:
-            estimates[name] = concat(pieces, {"column": np.array(chosen)})
+    wanted = functions if columns is None else [name for name in columns if name in functions]
+    chosen = {name: functions[name] for name in wanted}
+    names = observables_of(run) if observables is None else observables
+    estimates = joined(chosen, names)
     along = {}
     if BY_DIRECTION in estimates:
         along["angle"] = "direction", np.array([*run.angles.values()])
@@ -126,13 +130,12 @@ def observables_of(run: Run) -> list[str]:
 def columns_of(run: Run) -> dict[str, ColumnOf]:
     """Return the columns of a run in their order, each as a function of the name of an observable."""
     first, *others = run.numerics.columns
-    theory = cache(partial(theory_of, run))
-    columns: dict[str, ColumnOf] = {
-        name: partial(_of_theory, run, theory, name) for name in (THEORY, SAME_MODES, UP_TO_CUT_OFF)
-    }
-    columns[CALIBRATED] = partial(
-        _calibrated, run, theory, cache(partial(_of_fields, run, sliding=False))
-    )
+    theories, theory = theory_columns(run.scene), cache(partial(theory_of, run))
+    share = partial(getattr, run, "heat_partition")
+    columns: dict[str, ColumnOf] = {THEORY: theories[THEORY]}
+    for name in (SAME_MODES, UP_TO_CUT_OFF):
+        columns[name] = partial(of_theory, run.scene, partial(theory, name), share)
+    columns[CALIBRATED] = theories[CALIBRATED]
     for name in run.numerics.columns:
         columns[name] = partial(_simulated, run, name, cache(partial(run.reactions, name)))
     slide = run.numerics.slide
@@ -140,9 +143,7 @@ def columns_of(run: Run) -> dict[str, ColumnOf]:
         if run.members.sound(slide):
             asked = cache(partial(run.reactions, SLIDING))
             columns[SLIDING] = partial(_simulated, run, SLIDING, asked)
-        columns[SLIDING_CALIBRATED] = partial(
-            _sliding_theory, run, theory, cache(partial(_of_fields, run, sliding=True))
-        )
+        columns[SLIDING_CALIBRATED] = theories[SLIDING_CALIBRATED]
     columns[f"{first}_over_theory"] = partial(_over_theory, run, first, theory)
     for name in others:
         columns[f"{name}_over_{first}"] = partial(_over_column, run, name, first)
@@ -160,11 +161,7 @@ def finest(run: Run) -> tuple[Grid, float]:
 
 
 def theory_of(run: Run, column: str) -> Predicted:
-    """Return the theory of a column of a run, with all heat in the moving body."""
-    if column == THEORY:
-        return prediction.predictions(run.scene)
-    if column == CALIBRATED:
-        return fields.calibrated_predictions(run.scene)
+    """Return the theory of a column up to the cut-off of a run, with all heat in the moving body."""
     grid, q_c = finest(run)
     if column == UP_TO_CUT_OFF:
         return prediction.predictions(run.scene, q_c)
@@ -174,61 +171,6 @@ def theory_of(run: Run, column: str) -> Predicted:
         if not run.drawn or run.scene.numerics.lengths is None:
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
         return prediction.mode_sums(run.scene, drawn, grid)
-
-
-def _exact(
-    run: Run, observable: str, mean: Array, budget: Mapping[str, Array] | None = None
-) -> Estimate:
-    """Return values over the speed, or one value, without realizations."""
-    record = OBSERVABLES.get(observable)
-    unit = _UNITS[observable] if record is None else record.unit
-    per_speed = record is None or record.per_speed
-    axis = speed_axis(mean, run.scene.speeds if per_speed else ())
-    return Estimate.of(observable, unit, mean, axis, budget)
-
-
-def _with_share(run: Run, predicted: Predicted, observable: str, share: Array) -> Array | None:
-    """Return an observable by a theory, temperatures times a share of the heat; None if it has no theory."""
-    if observable == CONTACT_TEMPERATURE:
-        return (predicted[FLASH] + prediction.background(run.scene)) * share
-    if observable not in OBSERVABLES:
-        return None
-    heated = OBSERVABLES[observable].heated
-    return predicted[observable] * share if heated else predicted[observable]
-
-
-def _of_theory(
-    run: Run, theory: Callable[[str], Predicted], column: str, observable: str
-) -> Estimate | None:
-    """Return an observable by the theory of a column; it states no error."""
-    mean = _with_share(run, theory(column), observable, run.heat_partition)
-    return None if mean is None else _exact(run, observable, mean)
-
-
-def _calibrated(
-    run: Run,
-    theory: Callable[[str], Predicted],
-    of_fields: Callable[[], Mapping[str, Estimate]],
-    observable: str,
-) -> Estimate | None:
-    """Return an observable by the calibrated law with the error of the law, where that was measured."""
-    if observable in (*fields.QUANTILES, *ABOUT):
-        return of_fields().get(observable)
-    share = prediction.calibrated_share(run.scene)
-    mean = _with_share(run, theory(CALIBRATED), observable, share)
-    if mean is None:
-        return None
-    bands = prediction.calibrated(run.scene).errors
-    budget = {"law": np.abs(mean) * bands[observable]} if observable in bands else {}
-    return _exact(run, observable, mean, budget)
-
-
-def _of_fields(run: Run, *, sliding: bool) -> dict[str, Estimate]:
-    """Return quantiles of the temperature, reactions and the share of hot heat in contacts that the law draws."""
-    share = 1.0 if sliding else prediction.calibrated_share(run.scene)
-    quantiles = fields.quantiles(run.scene, sliding=sliding).items()
-    found = {name: one.times(share) for name, one in quantiles}
-    return found | fields.asked(run.scene, sliding=sliding)
 
 
 def _simulated(
@@ -251,29 +193,15 @@ def _of_map(run: Run, observable: str, column: str) -> Estimate | None:
     """Return T_flash of a pressed map by direction, or over its map of random phases; None while parts are missing."""
     if observable == OVER_TWIN:
         twin = run.over_twin  # of one map: it shows no scatter
-        return None if twin is None else _exact(run, observable, twin)
+        return (
+            None
+            if twin is None
+            else Estimate.of(observable, "1", twin, speed_axis(twin, run.scene.speeds))
+        )
     pieces = {(k,): run.in_direction(name, column) for k, name in enumerate(run.angles)}
     if not pieces:
         return None
     return replace(concat(pieces, {"direction": np.array([*run.angles])}), observable=observable)
-
-
-def _sliding_theory(
-    run: Run,
-    theory: Callable[[str], Predicted],
-    of_fields: Callable[[], Mapping[str, Estimate]],
-    observable: str,
-) -> Estimate | None:
-    """Return an observable by the calibrated theory of two bodies that slide."""
-    if observable in (*fields.QUANTILES, *ABOUT):
-        return of_fields().get(observable)
-    slid = prediction.sliding_prediction(run.scene)
-    if slid is None:
-        return None
-    if observable == "contact_fraction":
-        return _exact(run, observable, theory(CALIBRATED)[observable])
-    mean = getattr(slid, observable, None)
-    return None if mean is None else _exact(run, observable, mean)
 
 
 def _over_theory(
@@ -288,7 +216,7 @@ def _over_theory(
     if values is None:
         return None
     summed, integral = (
-        np.asarray(_with_share(run, theory(name), observable, np.ones(1)))
+        np.asarray(with_share(run.scene, theory(name), observable, np.ones(1)))
         for name in (SAME_MODES, UP_TO_CUT_OFF)
     )
     with np.errstate(all="ignore"):  # 0/0 at rest
@@ -308,7 +236,7 @@ def _over_column(run: Run, column: str, below: str, observable: str) -> Estimate
 
 def _named(run: Run, ratio: Estimate, observable: str) -> Estimate:
     """Return a ratio as an entry of an observable."""
-    axes = _exact(run, observable, ratio.mean)
+    axes = exact(run.scene, observable, ratio.mean)
     return replace(ratio, observable=observable, unit=axes.unit, coords=axes.coords)
 
 

@@ -16,6 +16,7 @@ from roughsim.estimate import fields
 from roughsim.estimate.reactions import BOLTZMANN
 from roughsim.observables.distribution import LEVELS
 from roughsim.results.columns import results_of
+from roughsim.results.theories import theory_columns
 
 ASKS = {
     "sliding.background_temperature": 500.0,
@@ -37,13 +38,18 @@ def scene():
     return rs.load_scene("steel-1.2GPa", ASKS)
 
 
+def by_law(scene):
+    quantiles = {name: one.mean for name, one in fields.quantiles(scene).items()}
+    return {**prediction.calibrated_predictions(scene)} | quantiles
+
+
 def asked(scene):
     return by_label(fields.asked(scene))
 
 
 def test_quantiles_are_those_of_the_drawn_contacts_at_the_flash_temperature_of_the_law(scene):
     drawn = prediction.frozen_fields(scene)
-    law = fields.calibrated_predictions(scene)
+    law = by_law(scene)
     fine = drawn.samples[-1].numbers
     for name in (f"temperature_quantile_{of}{level}" for of in ("", "area_") for level in LEVELS):
         ratio = fine[name].mean(axis=0) / fine["flash_temperature"].mean(axis=0)
@@ -63,7 +69,7 @@ def test_the_curve_of_a_quantile_has_the_column_calibrated(scene):
 
 
 def test_reactions_have_the_share_and_the_background_of_the_scene(scene):
-    law, found = fields.calibrated_predictions(scene), asked(scene)
+    law, found = by_law(scene), asked(scene)
     kelvin = found["activation_temperature", 1.0, None].mean
     # half of the heat: hotter than T₀ + T_flash, as the hottest react
     at_flash = 500.0 + 0.5 * law["flash_temperature"]
@@ -211,5 +217,5 @@ def test_without_the_question_or_the_law_there_is_no_distribution(changes):
     scene = rs.load_scene("steel-1.2GPa", asks | changes)
     assert fields.quantiles(scene) == {}
     assert fields.asked(scene) == {}
-    assert np.isnan(fields.calibrated_predictions(scene)["temperature_quantile_50"]).all()
+    assert theory_columns(scene)["calibrated"]("temperature_quantile_50") is None
     assert "temperature_quantile_50" not in theory_dict(scene)["calibrated"]

@@ -1,0 +1,126 @@
+"""The theories of a scene as columns of results: of all of C(q), calibrated, and calibrated of two sliding bodies.
+
+They need no run. Each column is one function of an observable; those of a run stand in `roughsim.results.columns`.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache, partial
+
+import numpy as np
+
+from roughsim import prediction
+from roughsim.estimate import fields
+from roughsim.estimate.asked import ABOUT
+from roughsim.estimate.errors import speed_axis
+from roughsim.estimate.levels import FLASH
+from roughsim.grid import Array
+from roughsim.observables.catalogue import OBSERVABLES, UNITS
+from roughsim.prediction.values import Predicted
+from roughsim.scene import Scene
+from roughsim.scene.numerics import SLIDING
+from roughsim.table import Estimate, concat
+
+THEORY, CALIBRATED, SLIDING_CALIBRATED = "theory", "calibrated", "sliding_calibrated"
+CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
+_UNITS = UNITS | {CONTACT_TEMPERATURE: "K"}
+ColumnOf = Callable[[str], Estimate | None]  # of an observable; None where the column lacks it
+
+
+def theory_columns(scene: Scene) -> dict[str, ColumnOf]:
+    """Return the theories of a scene, each as a function of the name of an observable; it is computed when asked for.
+
+    Temperatures are with the share of the heat that each theory has.
+    """
+    share = cache(partial(prediction.heat_partition, scene))
+    by_law = cache(partial(prediction.calibrated_predictions, scene))
+    columns: dict[str, ColumnOf] = {
+        THEORY: partial(of_theory, scene, partial(prediction.predictions, scene), share),
+        CALIBRATED: partial(_calibrated, scene, by_law, cache(partial(_of_fields, scene))),
+    }
+    if scene.sliding.history == SLIDING:
+        of_fields = cache(partial(_of_fields, scene, sliding=True))
+        columns[SLIDING_CALIBRATED] = partial(_sliding_theory, scene, by_law, of_fields)
+    return columns
+
+
+def joined(columns: Mapping[str, ColumnOf], observables: Iterable[str]) -> dict[str, Estimate]:
+    """Return observables by name along the axis of columns; those that no column has are left out."""
+    estimates = {}
+    for name in observables:
+        found = {(k,): column(name) for k, column in enumerate(columns.values())}
+        pieces = {place: one for place, one in found.items() if one is not None}
+        if pieces:
+            estimates[name] = concat(pieces, {"column": np.array([*columns])})
+    return estimates
+
+
+def exact(
+    scene: Scene, observable: str, mean: Array, budget: Mapping[str, Array] | None = None
+) -> Estimate:
+    """Return values over the speed, or one value, without realizations."""
+    record = OBSERVABLES.get(observable)
+    unit = _UNITS[observable] if record is None else record.unit
+    per_speed = record is None or record.per_speed
+    axis = speed_axis(mean, scene.speeds if per_speed else ())
+    return Estimate.of(observable, unit, mean, axis, budget)
+
+
+def with_share(scene: Scene, predicted: Predicted, observable: str, share: Array) -> Array | None:
+    """Return an observable by a theory, temperatures times a share of the heat; None if it has no theory."""
+    if observable == CONTACT_TEMPERATURE:
+        return (predicted[FLASH] + prediction.background(scene)) * share
+    if observable not in OBSERVABLES:
+        return None
+    heated = OBSERVABLES[observable].heated
+    return predicted[observable] * share if heated else predicted[observable]
+
+
+def of_theory(
+    scene: Scene, predicted: Callable[[], Predicted], share: Callable[[], Array], observable: str
+) -> Estimate | None:
+    """Return an observable by a theory of a scene; it states no error."""
+    mean = with_share(scene, predicted(), observable, share())
+    return None if mean is None else exact(scene, observable, mean)
+
+
+def _calibrated(
+    scene: Scene,
+    by_law: Callable[[], Predicted],
+    of_fields: Callable[[], Mapping[str, Estimate]],
+    observable: str,
+) -> Estimate | None:
+    """Return an observable by the calibrated law with the error of the law, where that was measured."""
+    if observable in (*fields.QUANTILES, *ABOUT):
+        return of_fields().get(observable)
+    mean = with_share(scene, by_law(), observable, prediction.calibrated_share(scene))
+    if mean is None:
+        return None
+    bands = prediction.calibrated(scene).errors
+    budget = {"law": np.abs(mean) * bands[observable]} if observable in bands else {}
+    return exact(scene, observable, mean, budget)
+
+
+def _of_fields(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
+    """Return quantiles of the temperature, reactions and the share of hot heat in contacts that the law draws."""
+    share = 1.0 if sliding else prediction.calibrated_share(scene)
+    quantiles = fields.quantiles(scene, sliding=sliding).items()
+    found = {name: one.times(share) for name, one in quantiles}
+    return found | fields.asked(scene, sliding=sliding)
+
+
+def _sliding_theory(
+    scene: Scene,
+    by_law: Callable[[], Predicted],
+    of_fields: Callable[[], Mapping[str, Estimate]],
+    observable: str,
+) -> Estimate | None:
+    """Return an observable by the calibrated theory of two bodies that slide."""
+    if observable in (*fields.QUANTILES, *ABOUT):
+        return of_fields().get(observable)
+    slid = prediction.sliding_prediction(scene)
+    if slid is None:
+        return None
+    if observable == "contact_fraction":
+        return exact(scene, observable, by_law()[observable])
+    mean = getattr(slid, observable, None)
+    return None if mean is None else exact(scene, observable, mean)
