@@ -223,6 +223,25 @@ def test_the_readme_lists_the_verbs_that_there_are():
     assert set(re.findall(r"^\| `roughsim (\w+)", readme, re.MULTILINE)) == verbs
 
 
+def test_a_run_ends_with_its_comparison_and_its_picture(capsys, tmp_path, quick):
+    path, folder, picture = tmp_path / "scene.toml", tmp_path / "run", tmp_path / "run.svg"
+    path.write_text(quick.to_toml())
+    words = ("run", path, "-o", folder, "--workers", 1, "--max")
+    code, out, err = inside(capsys, *words, 1)
+    assert (code, out) == (0, "")
+    assert "not compared: " in err
+    code, out, err = inside(capsys, *words, 3, "--chart", picture)
+    assert code == 0
+    assert f"picture: {picture}" in err
+    assert picture.exists()
+    _, compared, _ = inside(capsys, "compare", folder)
+    assert compared.startswith(out)
+    assert "realizations; flash_temperature, K" in out
+    code, out, err = inside(capsys, *words, 3, "--chart", tmp_path / "run.txt")
+    assert code == 1
+    assert "must end in .png, .pdf, .svg" in err
+
+
 def test_too_many_failures_make_the_exit_code_tell(capsys, tmp_path, quick, failing):
     failing(lambda problem: problem.index == 1)
     (tmp_path / "scene.toml").write_text(quick.to_toml())

@@ -10,7 +10,6 @@ from typing import Annotated
 from typer import Argument, Exit, Option
 
 import roughsim as rs
-from roughsim.cli.runs import compare
 from roughsim.cli.words import (
     Chart,
     Csv,
@@ -41,8 +40,7 @@ def demo(
     workers: Workers = None,
 ) -> None:
     """Run a small scene, compare it with theory, and draw the picture. It takes less than a minute."""
-    run("demo", output, workers=workers)
-    compare([output], chart=output / "comparison.png")
+    run("demo", output, workers=workers, chart=output / "comparison.png")
 
 
 def new(
@@ -134,7 +132,7 @@ def plan(
         show_scene(short, tables, judged.warnings, every)
 
 
-def run(
+def run(  # noqa: PLR0913  (each is an option)
     scene: SceneName,
     output: Annotated[
         Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")
@@ -159,13 +157,15 @@ def run(
     keep_fields: Annotated[
         int | None, Option(metavar="K", min=0, help="Store fields of the first K members.")
     ] = None,
+    chart: Chart = None,
 ) -> None:
-    """Compute realizations of a scene. The same command resumes an interrupted run.
+    """Compute realizations and compare them with theory. Repeated, it resumes.
 
     For example: roughsim run demo -o runs/demo --target-error 1%
     """
     from roughsim.scene.checks import check_ends
 
+    check_figure(chart)
     began = time.monotonic()
     if target_error is not None:
         until = [*(until or []), f"flash_temperature={target_error}"]
@@ -203,8 +203,20 @@ def run(
     )
     for line in losses(result):
         tell(line)
+    _compare(result, chart)
     if result.failed > 0.01 * result.realizations:
         raise Exit(1)
+
+
+def _compare(result: "rs.Run", chart: Path | None) -> None:
+    """Print how a run compares with the theory, and draw it, if its realizations show an error."""
+    try:
+        compared = rs.compare(result)
+    except ValueError as reason:  # a single realization
+        tell(f"not compared: {reason}")
+        return
+    print_parts(compared.summary())
+    draw_figure(compared.chart, chart, None)
 
 
 def _note_looser_targets(stored: Path, targets: dict[str, float]) -> None:
@@ -255,8 +267,8 @@ def press(
     """
     from roughsim.scene.changes import read_changes
 
-    rs.press(scene, output, edges=edges, changes=read_changes(changes or []))  # type: ignore[arg-type]
-    compare([output])
+    pressed = rs.press(scene, output, edges=edges, changes=read_changes(changes or []))  # type: ignore[arg-type]
+    _compare(pressed, None)
 
 
 def study(
