@@ -146,6 +146,12 @@ class Estimate:
         expected: NDArray[np.bool_] = np.isfinite(self.mean) & (self.mean != 0.0) & self.stated
         return expected
 
+    def known(self, dim: str) -> Labels:
+        """Return the labels of the axis `dim` at which any entry has a value."""
+        others = tuple(k for k, name in enumerate(self.dims) if name != dim)
+        found: Labels = self.coords[dim][~np.isnan(self.mean).all(others)]
+        return found
+
     def sel(self, **labels: Any) -> "Estimate":
         """Return the entries at the `labels` of axes by name: a single one drops its axis, several keep their order.
 
@@ -164,6 +170,11 @@ class Estimate:
                 del coords[dim]
             result = result._mapped(lambda values: np.take(values, taken, axis), coords)  # noqa: B023
         return result
+
+    def without_no_speed(self) -> "Estimate":
+        """Return an estimate that does not depend on the speed without this axis, and others unchanged."""
+        alike = "speed" in self.dims and bool(np.isnan(self.coords["speed"]).all())
+        return self.sel(speed=np.nan) if alike else self
 
     def times(self, factor: Array | float) -> "Estimate":
         """Return the estimate of a product with an exact factor, such as a share of the heat."""
@@ -382,7 +393,7 @@ class Results(Mapping[str, Estimate]):
         their root of squares, NAME_standard_error the statistical error of the mean, and NAME_bias the value at the
         finest level minus the mean. NAME_note marks entries that are not extrapolated or fixed by force balance.
         """
-        flat = {name: _without_no_speed(one) for name, one in self.items()}
+        flat = {name: one.without_no_speed() for name, one in self.items()}
         parts = list(dict.fromkeys(part for one in flat.values() for part in one.budget))
         axes = {"part": np.array(parts)}
         for one in flat.values():
@@ -419,9 +430,3 @@ class Results(Mapping[str, Estimate]):
         axes = {name for name, (dims, *_) in arrays.items() if dims == (name,)} | {*self.along}
         variables = {name: array for name, array in arrays.items() if name not in axes}
         return xarray.Dataset(variables, {name: arrays[name] for name in axes}, dict(self.attrs))
-
-
-def _without_no_speed(estimate: Estimate) -> Estimate:
-    """Return an estimate that does not depend on the speed without this axis, and others unchanged."""
-    alike = "speed" in estimate.dims and bool(np.isnan(estimate.coords["speed"]).all())
-    return estimate.sel(speed=np.nan) if alike else estimate

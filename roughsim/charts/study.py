@@ -1,6 +1,6 @@
 """Figure of a study: curves over a varied number, and a map over two."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,10 +21,9 @@ from roughsim.charts.style import (
     scale_colours,
 )
 from roughsim.grid import Array
-from roughsim.observables.catalogue import UNITS
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import shown, with_unit
-from roughsim.table import AT_CUT_OFF
+from roughsim.table import AT_CUT_OFF, Estimate
 
 _MOST_CURVES = 8  # of one panel: more cannot be distinguished
 _DEVIATIONS = (
@@ -43,11 +42,10 @@ _DEVIATIONS = (
 _THEORIES: dict[str, Any] = {"theory": "-", "calibrated": DASHES}
 _POINT: Any = {"color": THEORY, "ls": "", "ms": 3.5}  # in a legend, and over a map
 _HOLLOW = "hollow: at $q_c$, or\na part of ± unknown"
-_Rows = Sequence[Mapping[str, Any]]
 
 
 class Along(NamedTuple):
-    """A varied number along an axis: its name in the rows, its title, and the factor from SI to the unit there."""
+    """A varied number along an axis: the name of the axis, its title, and the factor from SI to the unit there."""
 
     name: str
     title: str
@@ -65,10 +63,9 @@ class _Points(NamedTuple):
 
 def study_chart(
     path: Path,
-    curves: Mapping[str, _Rows],
+    curves: Mapping[str, Estimate],
     x: Along,
     column: str,
-    observable: str,
     *,
     legend: str = "",
     title: str = "",
@@ -83,13 +80,11 @@ def study_chart(
     path : Path
         File of the picture: .png, .pdf or .svg.
     curves : mapping
-        Label → rows of the tidy table of the study.
+        Label → an observable over the column and the varied numbers; NaN at points that do not belong to the curve.
     x, y : Along
         The varied numbers.
     column : str
         The simulated column.
-    observable : str
-        One of the observables of `roughsim.observables.catalogue.OBSERVABLES`.
     legend, title, subtitle : str
         Titles of the legend, of the figure and of the curves.
     look : Look
@@ -98,15 +93,21 @@ def study_chart(
     width = 5.4 if y is None else 10.0
     with new_figure(path, (width, 4.0), no_formula(title), look) as figure:
         panels = figure.subplots(1, 1 if y is None else 2, squeeze=False)[0]
-        _draw_curves(panels[0], curves, x, column, observable, legend)
+        _draw_curves(panels[0], curves, x, column, legend)
         panels[0].set_title(subtitle)
         if y is not None:
-            rows = [row for each in curves.values() for row in each]
-            _draw_map(panels[1], rows, x, y, column, observable)
+            _draw_map(panels[1], curves, x, y, column)
+
+
+def _entries(curves: Iterable[Estimate], column: str | None = None) -> list[dict[str, Any]]:
+    """Return all entries of curves, or their entries in a column, as of `Estimate.rows`."""
+    if column is not None:
+        curves = [one.sel(column=[column]) for one in curves if column in one.coords["column"]]
+    return [entry for one in curves for entry in one.rows()]
 
 
 def _draw_curves(
-    axes: Axes, curves: Mapping[str, _Rows], x: Along, column: str, observable: str, legend: str
+    axes: Axes, curves: Mapping[str, Estimate], x: Along, column: str, legend: str
 ) -> None:
     """Draw each curve: simulation with its error, slide, and both theories. Hollow points have no line."""
     labels = list(curves)
@@ -115,30 +116,34 @@ def _draw_curves(
         labels = [labels[k] for k in chosen]
     handles: list[Line2D] = []
     for label, colour in zip(labels, scale_colours(len(labels)), strict=True):
-        rows = curves[label]
         for source, dashes in _THEORIES.items():
-            theory = _points(rows, x, source, observable)
+            theory = _points(curves[label], x, source)
             axes.plot(theory.x, theory.value, color=colour, lw=0.9, ls=dashes)
-        measured = _points(rows, x, column, observable)
+        measured = _points(curves[label], x, column)
         _draw_points(axes, measured, "o", colour)
-        _draw_points(axes, _points(rows, x, SLIDING, observable), "D", colour)
+        _draw_points(axes, _points(curves[label], x, SLIDING), "D", colour)
         whole = np.where(measured.whole, measured.value, np.nan)
         band(axes, measured.x, whole, measured.error, colour)
         if label:
             handles.insert(0, Line2D([], [], color=colour, marker="o", ms=3.5, label=label))
-    rows = [row for each in curves.values() for row in each]
-    _log_over_decades(axes, "x", [row[x.name] for row in rows])
-    if min((row["value"] for row in rows if row["column"] == column), default=1.0) > 0.0:
+    every = _entries(curves.values())
+    _log_over_decades(axes, "x", [entry[x.name] for entry in every])
+    if all(entry["value"] > 0.0 for entry in every if entry["column"] == column):
         log_values(axes)
-    axes.set(xlabel=x.title, ylabel=with_unit(observable.replace("_", " "), UNITS[observable]))
-    handles += _common_handles(rows, column)
+    axes.set(xlabel=x.title, ylabel=_title(curves))
     axes.legend(
-        handles=handles,
+        handles=handles + _common_handles(every, column),
         loc="center left",
         bbox_to_anchor=(1.0, 0.5),
         title=legend,
         title_fontsize=8,
     )
+
+
+def _title(curves: Mapping[str, Estimate]) -> str:
+    """Return the title of the observable."""
+    one = next(iter(curves.values()))
+    return with_unit(one.observable.replace("_", " "), one.unit)
 
 
 def _log_over_decades(axes: Axes, axis: str, places: Iterable[float]) -> None:
@@ -165,9 +170,9 @@ def _draw_points(axes: Axes, points: _Points, marker: str, colour: Any) -> None:
         axes.errorbar(points.x[drawn], points.value[drawn], points.error[drawn], **style)
 
 
-def _common_handles(rows: _Rows, column: str) -> list[Line2D]:
+def _common_handles(entries: list[dict[str, Any]], column: str) -> list[Line2D]:
     """Return the entries of the legend that hold for all curves."""
-    drawn = {row["column"] for row in rows}
+    drawn = {entry["column"] for entry in entries}
     handles = [
         Line2D([], [], marker="o", label=f"simulated ({column}),\n± total error, 95 %", **_POINT)
     ]
@@ -176,55 +181,53 @@ def _common_handles(rows: _Rows, column: str) -> list[Line2D]:
             handles.append(Line2D([], [], color=THEORY, lw=0.9, ls=dashes, label=name))
     if SLIDING in drawn:
         handles.append(Line2D([], [], marker="D", label=SLIDING, **_POINT))
-    if not all(_is_whole(row) for row in rows):
+    if not all(map(_is_whole, entries)):
         handles.append(Line2D([], [], marker="o", mfc="white", label=_HOLLOW, **_POINT))
     return handles
 
 
-def _is_whole(row: Mapping[str, Any]) -> bool:
-    """Return whether the value of a row is extrapolated and has a complete error."""
-    return not row["unknown"] and row["note"] != AT_CUT_OFF
+def _is_whole(entry: Mapping[str, Any]) -> bool:
+    """Return whether a value is extrapolated and has a complete error."""
+    return not entry["unknown"] and entry["note"] != AT_CUT_OFF
 
 
-def _points(rows: _Rows, x: Along, column: str, observable: str) -> _Points:
-    """Return the points of a column; several at one place become their mean."""
-    places: dict[float, list[Mapping[str, Any]]] = {}
-    for row in rows:
-        if row["column"] == column:
-            places.setdefault(float(row[x.name]), []).append(row)
-    groups = [places[place] for place in sorted(places)]
-    value = np.array([np.mean([row["value"] for row in group]) for group in groups])
-    error = np.array([np.mean([row["total_error"] for row in group]) for group in groups])
-    whole = np.array([all(_is_whole(row) for row in group) for group in groups], bool)
-    factor = shown(UNITS[observable])[1]
-    return _Points(
-        np.array(sorted(places)) * x.factor, value * factor, np.nan_to_num(error) * factor, whole
+def _points(curve: Estimate, x: Along, column: str) -> _Points:
+    """Return the points of a column."""
+    entries = sorted(_entries([curve], column), key=lambda entry: float(entry[x.name]))
+    places, value, error = (
+        np.array([entry[name] for entry in entries], float)
+        for name in (x.name, "value", "total_error")
     )
+    whole = np.array([_is_whole(entry) for entry in entries], bool)
+    factor = shown(curve.unit)[1]
+    return _Points(places * x.factor, value * factor, np.nan_to_num(error) * factor, whole)
 
 
-def _draw_map(axes: Axes, rows: _Rows, x: Along, y: Along, column: str, observable: str) -> None:
+def _draw_map(axes: Axes, curves: Mapping[str, Estimate], x: Along, y: Along, column: str) -> None:
     """Draw contours of the simulation over two numbers, and of the deviation of the theory."""
-    at_x, at_y = (np.unique([row[each.name] for row in rows]) for each in (x, y))
-    simulated = _over_two(rows, x, y, at_x, at_y, column)
-    values = simulated * shown(UNITS[observable])[1]
+    every, entries = _entries(curves.values()), _entries(curves.values(), column)
+    at_x, at_y = (np.unique([entry[each.name] for entry in every]) for each in (x, y))
+    simulated, theory = (
+        _over_two(_entries(curves.values(), source), x, y, at_x, at_y)
+        for source in (column, "theory")
+    )
+    values = simulated * shown(next(iter(curves.values())).unit)[1]
     plane = at_x * x.factor, at_y * y.factor
     filled = axes.contourf(*plane, values, 12, cmap="inferno")
     lines = axes.contour(*plane, values, 6, colors="white", linewidths=0.7)
     axes.clabel(lines, fmt="%.3g", fontsize=7)
-    deviation = 100.0 * (_over_two(rows, x, y, at_x, at_y, "theory") / simulated - 1.0)
+    deviation = 100.0 * (theory / simulated - 1.0)
     known = deviation[np.isfinite(deviation)]  # reactions have no theory of the simple kind
     if known.size and known.min() < _DEVIATIONS[-1] and known.max() > _DEVIATIONS[0]:
         dashed = axes.contour(
             *plane, deviation, _DEVIATIONS, colors="#56B4E9", linestyles="--", linewidths=1.1
         )
         axes.clabel(dashed, fmt="%+g %%", fontsize=7)
-    axes.figure.colorbar(
-        filled, ax=axes, label=with_unit(observable.replace("_", " "), UNITS[observable])
-    )
+    axes.figure.colorbar(filled, ax=axes, label=_title(curves))
     title = "Simulated; dashed: deviation of the theory"
-    marked = [row for row in rows if row["column"] == column and not _is_whole(row)]
+    marked = [entry for entry in entries if not _is_whole(entry)]
     if marked:
-        places = ([row[each.name] * each.factor for row in marked] for each in (x, y))
+        places = ([entry[each.name] * each.factor for entry in marked] for each in (x, y))
         axes.plot(*places, marker="o", mfc="white", clip_on=False, **_POINT)
         title += "\ncircles: at $q_c$, or a part of ± unknown"
     axes.set(xlabel=x.title, ylabel=y.title, title=title)
@@ -232,12 +235,10 @@ def _draw_map(axes: Axes, rows: _Rows, x: Along, y: Along, column: str, observab
     _log_over_decades(axes, "y", at_y)
 
 
-def _over_two(rows: _Rows, x: Along, y: Along, at_x: Array, at_y: Array, column: str) -> Array:
-    """Return the values of a column over two numbers, (y, x); NaN at a missing point."""
+def _over_two(entries: list[dict[str, Any]], x: Along, y: Along, at_x: Array, at_y: Array) -> Array:
+    """Return values over two numbers, (y, x); NaN at a missing point."""
     result = np.full((len(at_y), len(at_x)), np.nan)
-    for row in rows:
-        if row["column"] == column:
-            result[np.searchsorted(at_y, row[y.name]), np.searchsorted(at_x, row[x.name])] = row[
-                "value"
-            ]
+    for entry in entries:
+        place = np.searchsorted(at_y, entry[y.name]), np.searchsorted(at_x, entry[x.name])
+        result[place] = entry["value"]
     return result

@@ -15,7 +15,8 @@ from roughsim.explore.page import HEAD, LatestTask
 from roughsim.observables.catalogue import observables_of
 from roughsim.results.reactions import asked_names
 from roughsim.show.text import plain
-from roughsim.studies.figure import NONE, SPEED, Choice, draw_study, usual_choice
+from roughsim.studies.figure import NONE, Choice, draw_study, usual_choice
+from roughsim.studies.results import SPEED
 from roughsim.studies.study import Study, open_study
 from roughsim.studies.tables import value_text, words_of
 
@@ -29,8 +30,6 @@ class StudyPage:
 
     def __init__(self, folder: Path, document: Document):
         self.study = open_study(folder)
-        self.rows = list(self.study.rows())
-        self.names = {name: key for key, name in self.study.keys.items()}  # name in the table → key
         self._tasks = LatestTask(document, self.show_problem)
         self.state = plain_text("state")
         self.problems = plain_text("problems", color="#b00020")
@@ -57,8 +56,8 @@ class StudyPage:
         observables = [*observables_of(self.study.scene.distribution), *asked]
         about = list(dict.fromkeys(ABOUT[name] for name in asked))
         numeric = [*(self.study.keys[key] for key in self.study.numeric_keys), SPEED, *about]
-        families = [SPEED, *self.names, *about, NONE]
-        speeds = {each["speed"] for each in self.rows if each["speed"] is not None}
+        families = [SPEED, *self.study.keys.values(), *about, NONE]
+        speeds = {speed for _, run in self.study.results for speed in run.scene.speeds}
         speed_options = [(str(speed), f"{speed:g} m/s") for speed in sorted(speeds, reverse=True)]
         # title, value and options of each
         controls: dict[str, tuple[str, str, Any]] = {
@@ -67,8 +66,8 @@ class StudyPage:
             "family": ("a curve for each", usual.family, families),
             SPEED: ("speed", _HIGHEST, [(_HIGHEST, "highest"), *speed_options]),
         }
-        for name, key in self.names.items():
-            options = self._options(key)
+        for key, name in self.study.keys.items():
+            options = self._options(name)
             controls[f"key {name}"] = words_of(key)[0], options[0][0], options
         selects = {}
         for name, (title, value, options) in controls.items():
@@ -78,32 +77,31 @@ class StudyPage:
             selects[name] = select
         return selects
 
-    def _values(self, key: str) -> dict[str, Any]:
-        """Return the values of a key by their texts."""
-        return {str(point.values[key]): point.values[key] for point in self.study.points}
-
-    def _options(self, key: str) -> list[tuple[str, str]]:
+    def _options(self, name: str) -> list[tuple[str, str]]:
         """Return the values of a key as options of a control."""
-        return [(text, value_text(key, value)) for text, value in self._values(key).items()]
+        key, values = self.study.full(name), self.study.values_of(name)
+        return [(text, value_text(key, value)) for text, value in values.items()]
 
     def choice(self) -> Choice:
         """Return the choice of the controls."""
         selected = {name: str(select.value) for name, select in self.selects.items()}
         fixed = {
-            name: self._values(key)[selected[f"key {name}"]] for name, key in self.names.items()
+            name: self.study.values_of(name)[selected[f"key {name}"]]
+            for name in self.study.keys.values()
         }
-        speed = None if selected[SPEED] == _HIGHEST else float(selected[SPEED])
-        return Choice(selected["observable"], selected["x"], selected["family"], fixed, speed)
+        if selected[SPEED] != _HIGHEST:
+            fixed[SPEED] = float(selected[SPEED])
+        return Choice(selected["observable"], selected["x"], selected["family"], fixed)
 
     def draw(self) -> None:
         """Draw the figure, and show the controls that change it."""
         choice = self.choice()
-        for name in (SPEED, *(f"key {name}" for name in self.names)):
+        for name in (SPEED, *(f"key {name}" for name in self.study.keys.values())):
             self.selects[name].visible = name.removeprefix("key ") not in (choice.x, choice.family)
         self.state.text = f"{self.study.finished} of {len(self.study.points)} points finished"
         self.problems.text = ""
         try:
-            url = data_url(partial(draw_study, self.study, self.rows, choice), ".svg")
+            url = data_url(partial(draw_study, self.study, choice), ".svg")
         except ValueError as error:
             self.figure.text = ""
             self.show_problem(error)
@@ -113,17 +111,16 @@ class StudyPage:
     def read_news(self) -> None:
         """Read the study again in a thread, and draw it if it has new results."""
 
-        def read() -> tuple[Study, list[dict[str, Any]]]:
+        def read() -> Study:
             study = self.study.reread()
-            return study, list(study.rows())
+            study.table()  # its theories take a while
+            return study
 
-        def show(news: tuple[Study, list[dict[str, Any]]]) -> None:
-            study, rows = news
-            changed = [each["value"] for each in rows] != [each["value"] for each in self.rows]
-            self.study, self.rows = study, rows
-            if changed:
-                for name, key in self.names.items():
-                    self.selects[f"key {name}"].options = self._options(key)
+        def show(study: Study) -> None:
+            before, self.study = self.study, study
+            if _counts(study) != _counts(before):
+                for name in study.keys.values():
+                    self.selects[f"key {name}"].options = self._options(name)
                 self.draw()
 
         if self.study.finished < len(self.study.points):
@@ -132,3 +129,8 @@ class StudyPage:
     def show_problem(self, error: Exception) -> None:
         """Show the message of an error."""
         self.problems.text = str(error)
+
+
+def _counts(study: Study) -> list[Any]:
+    """Return the number of realizations of each point with results."""
+    return [(point.name, run.counts) for point, run in study.results]

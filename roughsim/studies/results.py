@@ -1,6 +1,6 @@
 """The results of a study: the runs of its points, and their values with errors as rows."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
@@ -18,6 +18,7 @@ from roughsim.studies.folder import Description, read, refuse_other_scene
 from roughsim.studies.vary import Point, key_quantity, plain_value, short_names
 from roughsim.table import Estimate, Results, concat
 
+SPEED = "speed"  # axis of the results
 LATER = "levels of the study"  # choice of the reason of a point that came later and has the levels of the others
 _LIMITS = (
     "bandwidth",
@@ -46,6 +47,16 @@ class StudyResults:
         """The varied keys, and their names in tables."""
         return short_names([key for axis in self.axes for key in axis.keys])
 
+    def full(self, name: str) -> str:
+        """Return a varied key by its name in tables; another name unchanged."""
+        return next((key for key, short in self.keys.items() if short == name), name)
+
+    def values_of(self, name: str) -> dict[str, Any]:
+        """Return the values of a varied key, by its name in tables, by their texts; none for another name."""
+        key = self.full(name)
+        values = (point.values[key] for point in self.points if key in point.values)
+        return {str(value): value for value in values}
+
     @property
     def numeric_keys(self) -> list[str]:
         """The first key of each axis with numbers as values."""
@@ -54,11 +65,6 @@ class StudyResults:
             if all(isinstance(row[0], (int, float)) for row in axis.values):
                 keys.append(axis.keys[0])
         return keys
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The number of values of each axis."""
-        return tuple(len(axis.values) for axis in self.axes)
 
     def run(self, point: Point) -> Run | None:
         """Return the run of a point; None before it begins. RecordError if its folder holds another scene."""
@@ -127,7 +133,7 @@ class StudyResults:
         columns = [run.column(None) for _, run in self.results]
         return "capped" if "capped" in columns or not columns else columns[0]
 
-    def results_at(self, point: Point, run: Run, observables: list[str]) -> Results:
+    def results_at(self, point: Point, run: Run, observables: Sequence[str]) -> Results:
         """Return observables of a point in the theories of all of C(q) and the simulated columns."""
         known = self._tables.setdefault(point.name, {})
         missing = [name for name in observables if name not in known]
@@ -148,11 +154,9 @@ class StudyResults:
         if speed is None and len(speeds) > 1 and all(len(each) == 1 for each in speeds):
             speed = inf
         tables = {}
-        for place, point in zip(np.ndindex(self.shape), self.points, strict=True):
-            run = self.run(point)
-            if run is not None and run.independent > 1:
-                names = observables_of(run) if observables is None else list(observables)
-                tables[place] = _at_speed(self.results_at(point, run, names), speed)
+        for point, run in self.results:
+            names = observables_of(run) if observables is None else observables
+            tables[point.place] = _at_speed(self.results_at(point, run, names), speed)
         coords, about, along = self._labels()
         joined = {}
         for name in UNITS:
@@ -161,6 +165,29 @@ class StudyResults:
                 joined[name] = concat(pieces, coords)
         known = {name: one for name, one in joined.items() if not np.isnan(one.mean).all()}
         return Results(known, {}, about, along)
+
+    def view(
+        self, observable: str, free: Collection[str], fixed: Mapping[str, Any]
+    ) -> Estimate | None:
+        """Return an observable at the `fixed` values of keys and other axes, by their names; None without a value.
+
+        It is NaN at all other points. Of an axis of its own that is neither fixed nor in `free`, each point has one
+        label: the highest speed, or else the first label.
+        """
+        pieces, names = {}, self.keys
+        for point, run in self.results:
+            values = {names[key]: value for key, value in point.values.items()}
+            if any(values.get(name, value) != value for name, value in fixed.items()):
+                continue
+            for found in self.results_at(point, run, [observable]).values():
+                one, chosen = found.without_no_speed(), {}
+                for dim in {*one.dims} - {"column", *free}:
+                    labels = one.known(dim)
+                    at = max(labels) if dim == SPEED else labels[0]
+                    chosen[dim] = labels[labels == fixed.get(dim, at)]
+                if all(len(labels) for labels in chosen.values()):
+                    pieces[point.place] = one.sel(**chosen)
+        return concat(pieces, self._labels()[0]) if pieces else None
 
     def _labels(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return the labels of the axes, their attributes, and the labels of keys beside the first ones."""

@@ -129,8 +129,7 @@ class Study(StudyResults):
         `look` has the size and the colours of the figure, by default those of `chart`.
         ValueError if `over` is no axis of the study.
         """
-        choice = usual_choice(self, observable, over)
-        draw_study(self, list(self.rows(observable)), choice, path, look)
+        draw_study(self, usual_choice(self, observable, over), path, look)
 
 
 def open_study(folder: str | Path) -> Study:

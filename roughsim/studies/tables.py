@@ -15,7 +15,7 @@ from roughsim.show.text import marked
 from roughsim.studies.results import StudyResults
 from roughsim.studies.trends import trends_of
 from roughsim.studies.vary import Point, key_quantity, plain_value
-from roughsim.table import Estimate, marks_in_words
+from roughsim.table import AXES, Estimate, marks_in_words
 
 _PREFIXES = {  # SI unit of a key → factor, shown unit
     "Pa": (1e-6, "MPa"),
@@ -23,10 +23,6 @@ _PREFIXES = {  # SI unit of a key → factor, shown unit
     "rad/m": (1.0, "1/m"),
     "J": (1.0 / ELECTRONVOLT, "eV"),
 }
-_OF_ROWS = {
-    "energy": "eV",
-    "temperature": "K",
-}  # of a reaction, and of the heat above a temperature
 _NAMED = 4  # points that a note names
 _MOST_ROWS = 60  # of the table on a terminal
 _MISFIT = " *"  # mark of a point whose levels do not suit it
@@ -43,9 +39,12 @@ _NO_LOGARITHM = "∂ln/∂ln: – at values of the key that are not above 0, whi
 
 
 def words_of(key: str) -> tuple[str, float]:
-    """Return the title of an axis of a key, and the factor from SI to its unit: ("nominal pressure, MPa", 1e-6)."""
+    """Return the title of an axis, and the factor from SI to its unit: ("nominal pressure, MPa", 1e-6).
+
+    `key` is a key of the scene or an axis of the results, as "speed".
+    """
     number = key_quantity(key)
-    factor, unit = (1.0, _OF_ROWS.get(key, ""))
+    factor, unit = 1.0, AXES.get(key, "")
     if number is not None:
         factor, unit = _PREFIXES.get(number.unit, (1.0, number.unit))
     text = key.partition(".")[2].replace("_", " ") or key
@@ -80,13 +79,13 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     columns = [Column(title, number=True) for title in titles]
     if marks:
         columns.append(Column("note"))
-    counts, places = _counts(study), np.ndindex(study.shape)
+    counts = _counts(study)
     rows: list[list[Cell]] = []
-    for point, place in zip(study.points[:_MOST_ROWS], places, strict=False):
+    for point in study.points[:_MOST_ROWS]:
         row: list[Cell] = [*_key_cells(study, point), counts[point.name]]
-        row += [_cell(by_column.get(source), place) for source in sources]
+        row += [_cell(by_column.get(source), point.place) for source in sources]
         row += [_exponent(trends.get((point.name, name))) for name in paired]
-        rows.append([*row, _mark(by_column.values(), place)] if marks else row)
+        rows.append([*row, _mark(by_column.values(), point.place)] if marks else row)
     notes = _notes(study, observable, _unknown_parts(shown), marks, trends)
     return Table(columns, rows, study.scene.title, notes)
 
@@ -98,23 +97,22 @@ def asked_table(study: StudyResults) -> Table | None:
         by_column = _at_highest_speed(study, name)
         numbers = [x for one in by_column.values() for x in one.coords[about].tolist()]
         for number in dict.fromkeys(numbers):
-            title = with_unit(f"{name}, {number:.4g} {_OF_ROWS[about]}", UNITS[name])
+            title = with_unit(f"{name}, {number:.4g} {AXES[about]}", UNITS[name])
             found[title] = {source: one.sel(**{about: number}) for source, one in by_column.items()}
     if not found:
         return None
     known = {source for by_column in found.values() for source in by_column}
     sources = [source for source in ("calibrated", study.column, SLIDING) if source in known]
-    places = dict(zip(np.ndindex(study.shape), study.points, strict=True))
     lines = [
-        (title, place)
+        (title, point)
         for title, by_column in found.items()
-        for place in places
-        if not all(np.isnan(one.mean[place]) for one in by_column.values())
+        for point in study.points
+        if not all(np.isnan(one.mean[point.place]) for one in by_column.values())
     ]
     cells: list[list[Cell]] = []
-    for title, place in lines[:_MOST_ROWS]:
-        values = (_cell(found[title].get(source), place) for source in sources)
-        cells.append([title, *_key_cells(study, places[place]), *values])
+    for title, point in lines[:_MOST_ROWS]:
+        values = (_cell(found[title].get(source), point.place) for source in sources)
+        cells.append([title, *_key_cells(study, point), *values])
     numbers_of = [*(words_of(key)[0] for key in study.keys), *sources]
     titles = [
         Column("at the highest speed", name=True),
@@ -132,13 +130,8 @@ def asked_table(study: StudyResults) -> Table | None:
 
 def _at_highest_speed(study: StudyResults, observable: str) -> dict[str, Estimate]:
     """Return an observable at the highest speed of each point by the columns that have values."""
-    by_column = {}
-    for one in study.table([observable], inf).values():
-        for column in one.coords["column"].tolist():
-            chosen = one.sel(column=column)
-            if not np.isnan(chosen.mean).all():
-                by_column[column] = chosen
-    return by_column
+    found = study.table([observable], inf).values()
+    return {name: one.sel(column=name) for one in found for name in one.known("column").tolist()}
 
 
 def _key_cells(study: StudyResults, point: Point) -> list[str]:

@@ -10,7 +10,6 @@ import hashlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
 from math import prod
 from numbers import Integral, Real
 from typing import Any
@@ -20,6 +19,7 @@ import numpy as np
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene.schema import SECTIONS, Quantity, SceneError, as_written, quantity, shortened
 from roughsim.scene.written import literal
+from roughsim.table import AXES
 
 MOST_POINTS = 10_000
 _LONGEST = 60  # letters of a value in the name of a point
@@ -45,10 +45,11 @@ class Axis:
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One scene of a study: the values of the varied keys, in SI, and the name of its folder."""
+    """One scene of a study: the values of the varied keys, in SI, the name of its folder, and its place in the grid."""
 
     name: str
     values: dict[str, Any]
+    place: tuple[int, ...]
 
 
 def read_axes(vary: Any) -> tuple[Axis, ...]:
@@ -242,8 +243,7 @@ def _label(value: Any) -> str:
 def short_names(keys: Sequence[str]) -> dict[str, str]:
     """Return each key without its section if that is unique: "nominal_pressure", but "sliding_speed"."""
     last = [key.rpartition(".")[2] for key in keys]
-    # names in the tables
-    taken = {"speed", "column", "observable", "energy", "temperature", "heat_above", *OBSERVABLES}
+    taken = {*AXES, "observable", "heat_above", *OBSERVABLES}  # names in the tables
     return {
         key: name if last.count(name) == 1 and name not in taken else key.replace(".", "_")
         for key, name in zip(keys, last, strict=True)
@@ -252,16 +252,13 @@ def short_names(keys: Sequence[str]) -> dict[str, str]:
 
 def points_of(axes: Sequence[Axis]) -> tuple[Point, ...]:
     """Return the points of the grid; the last axis varies fastest."""
-    keys = [key for axis in axes for key in axis.keys]
-    names, points = short_names(keys), []
-    for rows in product(*(axis.values for axis in axes)):
-        values = dict(zip(keys, (value for row in rows for value in row), strict=True))
-        points.append(
-            Point(
-                ",".join(f"{names[key]}={_label(value)}" for key, value in values.items())[:200],
-                values,
-            )
-        )
+    names, points = short_names([key for axis in axes for key in axis.keys]), []
+    for place in np.ndindex(*(len(axis.values) for axis in axes)):
+        values: dict[str, Any] = {}
+        for axis, k in zip(axes, place, strict=True):
+            values |= zip(axis.keys, axis.values[k], strict=True)
+        name = ",".join(f"{names[key]}={_label(value)}" for key, value in values.items())
+        points.append(Point(name[:200], values, place))
     seen: set[str] = set()
     for point in points:
         if point.name in seen:

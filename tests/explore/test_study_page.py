@@ -5,6 +5,7 @@ from base64 import b64decode
 from dataclasses import replace
 
 import pytest
+from study_cases import description_of
 
 import roughsim as rs
 
@@ -14,8 +15,10 @@ from bokeh.document import Document
 
 from roughsim.explore import server
 from roughsim.explore.study import StudyPage
+from roughsim.studies.folder import write
 
 LOADS, FRICTION = [1e8, 1.5e8, 6e8], [0.1, 0.2]
+VARY = {"sliding.nominal_pressure": LOADS, "sliding.friction_coefficient": FRICTION}
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +30,7 @@ def study(capped_scene, tmp_path_factory):
         numerics=replace(capped_scene.numerics, levels=levels),
         ensemble=replace(capped_scene.ensemble, until={}, max_realizations=2),
     )
-    vary = {"sliding.nominal_pressure": LOADS, "sliding.friction_coefficient": FRICTION}
-    return rs.study(scene, vary=vary, folder=tmp_path_factory.mktemp("studies") / "study")
+    return rs.study(scene, vary=VARY, folder=tmp_path_factory.mktemp("studies") / "study")
 
 
 @pytest.fixture(scope="module")
@@ -100,13 +102,12 @@ def test_a_title_is_text(study):
     assert head.render_as_text
 
 
-def test_without_a_result_the_page_says_so_and_fills_when_there_is_one(study):
-    page = StudyPage(study.folder, Document())
-    rows, page.rows = page.rows, []
-    page.draw()
+def test_without_a_result_the_page_says_so_and_fills_when_there_is_one(study, tmp_path):
+    write(tmp_path, description_of(study.scene, VARY))
+    page = StudyPage(tmp_path, Document())
     assert "nothing to draw: no point has flash_temperature" in page.problems.text
     assert page.figure.text == ""
-    page.rows = rows
+    page.study = study
     page.draw()
     assert page.problems.text == ""
     assert "flash temperature, K" in picture(page)

@@ -12,7 +12,8 @@ import roughsim as rs
 from roughsim.estimate.asked import ABOUT
 from roughsim.outputs.study_report import page
 from roughsim.show.terminal import table_text
-from roughsim.studies.figure import SPEED, chosen_rows, usual_choice
+from roughsim.studies.figure import curves_of, usual_choice
+from roughsim.studies.results import SPEED
 from roughsim.studies.tables import asked_table
 
 LOADS = [5e7, 1e8]
@@ -152,13 +153,13 @@ def test_tables_have_a_row_for_each_point_at_each_energy(asked):
 def test_a_chart_has_a_curve_for_each_energy_or_the_energy_along_its_axis(asked, tmp_path):
     usual = usual_choice(asked, "reaction_rate")
     assert (usual.x, usual.family) == ("nominal_pressure", "energy")
-    rows = chosen_rows(list(asked.rows("reaction_rate")), usual)
-    assert {row["energy"] for row in rows} == {*ENERGIES}
-    assert {row["speed"] for row in rows} == {10.0}
+    curves = curves_of(asked, usual).values()
+    assert [one.known("energy").tolist() for one in curves] == [[energy] for energy in ENERGIES]
+    assert all(one.known("speed").tolist() == [10.0] for one in curves)
     over_speed = usual_choice(asked, "reaction_rate", SPEED)
     assert (over_speed.x, over_speed.family) == (SPEED, "nominal_pressure")
-    rows = chosen_rows(list(asked.rows("reaction_rate")), over_speed)
-    assert {row["energy"] for row in rows} == {0.0}  # one energy, the first
+    curves = curves_of(asked, over_speed).values()
+    assert all(one.known("energy").tolist() == [0.0] for one in curves)  # one energy, the first
     assert usual_choice(asked, "heat_share_above").family == "temperature"
     assert usual_choice(asked, "flash_temperature").family == SPEED
     with pytest.raises(ValueError, match="over = 'energy' is no axis of"):

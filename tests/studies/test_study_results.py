@@ -13,9 +13,10 @@ from study_cases import LOADS, VARY, description_of
 
 import roughsim as rs
 from roughsim.show.table import Number
-from roughsim.studies.figure import NONE, SPEED, Choice, chosen_rows, usual_choice
+from roughsim.studies.figure import NONE, Choice, curves_of, usual_choice
 from roughsim.studies.files import save_study
 from roughsim.studies.folder import write
+from roughsim.studies.results import SPEED
 from roughsim.studies.tables import study_table, words_of
 from roughsim.studies.work import families_of, scenes_of
 
@@ -221,32 +222,54 @@ def test_numbers_and_words_of_one_key_are_texts_in_a_table_for_other_programs(tm
 def test_a_chart_holds_the_keys_that_it_does_not_show_and_its_title_names_them(odd, drawn):
     choice = usual_choice(odd, "flash_temperature")
     assert (choice.x, choice.family) == ("nominal_pressure", "seed")
-    rows = chosen_rows(list(odd.rows()), choice)
-    assert {row["sliding_heat_partition"] for row in rows} == {"mean"}
-    assert {row["seed"] for row in rows} == {1, 2}
+    curves = curves_of(odd, choice)
+    assert list(curves) == ["1", "2"]
+    for seed, curve in zip((1, 2), curves.values(), strict=True):
+        assert curve.known("seed").tolist() == [seed]
+        assert curve.known("sliding_heat_partition").tolist() == ["mean"]
     odd.chart("chart.png")
     assert drawn[0].get_suptitle().endswith("; heat partition mean")
 
 
 def test_a_choice_has_one_speed_unless_speeds_are_drawn(done):
-    rows, speeds = list(done.rows()), done.scene.speeds
-    fixed = dict(zip(done.keys.values(), done.points[0].values.values(), strict=True))
-
-    def chosen(observable, x, family, speed=None):
-        return chosen_rows(rows, Choice(observable, x, family, fixed, speed))
-
+    speeds, (load, friction) = done.scene.speeds, done.points[0].values.values()
     names = "nominal_pressure", "friction_coefficient"
-    assert {row["speed"] for row in chosen("flash_temperature", *names)} == {max(speeds)}
-    assert {row["speed"] for row in chosen("flash_temperature", *names, speed=speeds[1])} == {
-        speeds[1]
-    }
-    assert {row["speed"] for row in chosen("flash_temperature", names[0], SPEED)} == {*speeds}
-    over_speed = chosen("flash_temperature", SPEED, NONE)
-    assert {row["point"] for row in over_speed} == {done.points[0].name}
-    assert {row["point"] for row in chosen("contact_fraction", names[0], NONE)} == {
-        p.name for p in done.points[::2]
-    }
+    first = {names[0]: load, names[1]: friction}
+
+    def chosen(observable, x, family, **fixed):
+        return list(curves_of(done, Choice(observable, x, family, first | fixed)).values())
+
+    curves = chosen("flash_temperature", *names)
+    assert [curve.known("friction_coefficient").tolist() for curve in curves] == [[0.1], [0.2]]
+    assert all(curve.known("speed").tolist() == [max(speeds)] for curve in curves)
+    curves = chosen("flash_temperature", *names, speed=speeds[1])
+    assert all(curve.known("speed").tolist() == [speeds[1]] for curve in curves)
+    curves = chosen("flash_temperature", names[0], SPEED)
+    assert [curve.known("speed").tolist() for curve in curves] == [[v] for v in sorted(speeds)]
+    curves = chosen("flash_temperature", SPEED, SPEED)
+    assert [curve.known("speed").tolist() for curve in curves] == [[v] for v in sorted(speeds)]
+    (over_speed,) = chosen("flash_temperature", SPEED, NONE)
+    assert {*over_speed.known("speed")} == {*speeds}
+    assert [over_speed.known(name).tolist() for name in names] == [[load], [friction]]
+    (areas,) = chosen("contact_fraction", names[0], NONE)
+    assert [areas.known(name).tolist() for name in names] == [LOADS, [friction]]
     assert chosen("contact_fraction", SPEED, NONE) == []
+
+
+def test_keys_varied_together_are_chosen_by_all_of_their_values(quick, tmp_path):
+    scene = replace(quick, ensemble=replace(quick.ensemble, until={}, max_realizations=2))
+    pairs = [[1e9, 0.1], [1e9, 0.2], [2e9, 0.1]]  # the first label repeats
+    hardness, friction = "penetration_hardness", "friction_coefficient"
+    vary = {f"body.{hardness}, sliding.{friction}": pairs}
+    study = rs.study(scene, vary=vary, folder=tmp_path / "study")
+    for point, (value, other) in zip(study.points, pairs, strict=True):
+        fixed = {hardness: value, friction: other}
+        (one,) = curves_of(study, Choice("flash_temperature", SPEED, NONE, fixed)).values()
+        mean = study.run(point).estimate("flash_temperature").mean
+        np.testing.assert_array_equal(one.sel(column="capped").mean[point.place], mean)
+    usual = curves_of(study, usual_choice(study, "contact_fraction"))
+    (one,) = usual.values()
+    assert one.known(hardness).tolist() == [1e9, 2e9]  # at the first friction
 
 
 def test_the_curves_of_a_chart_have_the_estimates_in_their_units(done, drawn):
