@@ -364,12 +364,12 @@ class YieldingSpectrum:
 
     @property
     def contact_fraction(self) -> float:
-        """A/A₀, the share of the nominal area in contact."""
+        """A/A₀, the fraction of the nominal area in contact."""
         return sum(self._areas())
 
     @property
     def plastic_fraction(self) -> float:
-        """A_pl/A₀, the share of the nominal area that has yielded."""
+        """A_pl/A₀, the fraction of the nominal area that has yielded."""
         return 0.0 if isinf(self.penetration_hardness) else self._areas()[1]
 
     def _areas(self) -> tuple[float, float]:

@@ -45,9 +45,9 @@ class Theory:
     heat_partition : ndarray
         Share of the heat that is used.
     contact_fraction : float
-        Share of the nominal area in contact.
+        Fraction of the nominal area in contact.
     plastic_fraction : float
-        Share of the nominal area that yields.
+        Fraction of the nominal area that yields.
     judged : Plausibility
         Sizes, assumptions and warnings of the scene.
     """

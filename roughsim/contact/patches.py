@@ -69,7 +69,7 @@ class Patches:
 
     @property
     def unresolved_share(self) -> float:
-        """Share of the area that lies in patches below 4 pixels; NaN if there is none."""
+        """Fraction of the area that lies in patches below 4 pixels; NaN if there is none."""
         if not self.count:
             return math.nan
         return float(self.pixels[self.pixels < RESOLVED].sum() / self.pixels.sum())

@@ -56,7 +56,7 @@ def share_above(
     *,
     background_temperature: float = 0.0,
 ) -> float:
-    """Return the share of the contact area with T₀ + T above a threshold, K, such as a melting temperature.
+    """Return the fraction of the contact area with T₀ + T above a threshold, K, such as a melting temperature.
 
     Fields as in `contact_temperature`; T₀ is the background temperature, K.
     """

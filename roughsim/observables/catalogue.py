@@ -189,7 +189,7 @@ TABLE: tuple[Observable, ...] = (
     Observable(
         "plastic_fraction",
         "1",
-        stored="share of the cell at the penetration hardness",
+        stored="fraction of the cell at the penetration hardness",
         values=lambda s: s.numbers["plastic_fraction_corrected"],
         pixel_orders=(2.0, 0.8),
         by_force_balance=True,

@@ -23,14 +23,14 @@ LEVELS = {
 }  # of quantiles, by name
 _HALVINGS = 13  # of the hotter half of the area
 _PER_HALVING = 3
-_HOTTER = np.concatenate(  # share of the contact area that is hotter than each edge of a bin, from the coldest one on
+_HOTTER = np.concatenate(  # fraction of the contact area that is hotter than each edge of a bin, from the coldest one on
     [
         np.linspace(1.0, 0.5, 9),
         0.5 ** (1.0 + np.arange(1, _PER_HALVING * _HALVINGS + 1) / _PER_HALVING),
         [0.0],
     ]
 )
-BIN_AREAS: Array = -np.diff(_HOTTER)  # share of the contact area in each bin
+BIN_AREAS: Array = -np.diff(_HOTTER)  # fraction of the contact area in each bin
 _ROUNDING = 1e-5  # of the mean pressure: a smaller deviation within a bin is rounding
 
 

@@ -11,7 +11,7 @@ _NEVER = 1e-6  # share of the theory's contact: if less yields, the hardness cha
 
 
 def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
-    """Return the contact and the plastic share of the area with all roughness, or with waves up to q_max, rad/m."""
+    """Return the contact and the plastic fraction of the area with all roughness, or with waves up to q_max, rad/m."""
     spectrum, load = scene.spectrum, load_arguments(scene)
     end = min(q_max, float(spectrum.breaks[-1]))
     if scene.elastic:

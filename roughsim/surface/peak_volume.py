@@ -82,7 +82,7 @@ def excess(heights: Array, level: float, point: HeightsAtAPoint) -> float:
 
 
 def expected_share(rms_slope: float, load: float, hardness: float) -> float:
-    """Return the share of the area in contact, elastic or yielded, whichever is larger (Persson 2001), within limits.
+    """Return the fraction of the area in contact, elastic or yielded, the larger one (Persson 2001), within limits.
 
     `load` σ₀/E* and `hardness` σ_P/E*. A level that fits less well leaves more scatter; it biases nothing.
     """

@@ -246,7 +246,7 @@ def _levels_of(t: Array, share: float, g: float) -> Array:
 
 
 def _share_above(t: Array, share: float, g: float) -> Array:
-    """Return the share of the area under a pressure above t σ_P, after diffusion between the walls from `share` σ_P."""
+    """Return the fraction of the area under a pressure above t σ_P, diffused between the walls from `share` σ_P."""
     yielded = float(area_fractions(np.asarray(g), share, 1.0)[2])
     if g < SWITCH:
         width = 2 * sqrt(g)
