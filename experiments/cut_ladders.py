@@ -89,14 +89,14 @@ def ending(sections: dict[str, Any], scene: rs.Scene, q_max: float) -> rs.Scene:
 
 def continuations(name: str, sections: dict[str, Any], run: rs.Run) -> Iterator[dict[str, Any]]:
     """Yield each continuation of each cut ladder: its way, how far it is off, and its errors, relative, by speed."""
-    pairs, column = run.pairs(), run.numerics.columns[0]
-    for j in range(1, len(pairs)):
-        scene = ending(sections, run.scene, pairs[j].sample.q_max)
+    samples, column = run.samples(), run.numerics.columns[0]
+    for j in range(1, len(samples)):
+        scene = ending(sections, run.scene, samples[j].q_max)
         for observable in list(NAMES)[: 2 if scene.elastic else None]:
-            end = values_of(scene, column, observable, pairs[: j + 1])
+            end = values_of(scene, column, observable, samples[: j + 1])
             for k in range(1, j + 1):
-                found = values_of(scene, column, observable, pairs[:k])
-                difference = found.sampled - end.sampled
+                found = values_of(scene, column, observable, samples[:k])
+                difference = found - end
                 scatter, freedom = spread_of(difference)
                 yield {
                     "scene": name,

@@ -236,10 +236,10 @@ def _speeds_of(name: str, solved: Row) -> dict[str, float]:
 def row_of(found: Found, speeds: Iterable[str]) -> Row:
     """Return T_flash, quantiles over T_flash, and rates over that of the nominal area at T_flash, with errors."""
     row: Row = {"contact_fraction": found.contact_fraction}
-    flash = found.drawn.flash
-    background = np.full(len(flash.mean), BACKGROUND)
+    drawn = found.drawn.contacts
+    background = np.full(len(drawn.flash.value), BACKGROUND)
     area = by_law(np.full(1, found.contact_fraction), 0.0)
-    contacts = found.drawn.contacts((0.0,) * len(flash.mean), flash, area, background)
+    contacts = drawn._replace(speeds=(0.0,) * len(background), area=area, background=background)
     estimates = {}
     for kind, names in ("quantile", LEVELS), ("area", [f"area_{name}" for name in LEVELS]):
         for name, share in zip(names, SHARES, strict=True):

@@ -25,7 +25,6 @@ from roughsim.ensemble.run import shown
 from roughsim.errors import ConvergenceError
 from roughsim.estimate.levels import values_of
 from roughsim.estimate.rounds import FIRST, FIRST_STEP, TARGET
-from roughsim.estimate.telescoping import Pair
 from roughsim.grid import Array, Grid
 from roughsim.machine import available_memory, workers_that_fit
 from roughsim.observables.catalogue import stored_numbers
@@ -58,7 +57,7 @@ class _Way(NamedTuple):
     """A choice of levels for an ensemble."""
 
     method: str  # in words
-    pairs: list[Pair]  # of its levels, lowest first
+    samples: list[Sample]  # of its levels, lowest first
     seconds: list[float]  # CPU time of a member of each
     chosen: bool = False  # whether they are all levels
 
@@ -149,25 +148,24 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[CostP
     """
     column = numerics.columns[-1]
     ways = ways_of(scene, numerics, realizations)
-    everything = next(way.pairs for way in ways if way.chosen)
+    everything = next(way.samples for way in ways if way.chosen)
     for title, name in _OBSERVABLES.items():
         speed = _place_of_speed(scene, title)
         fixed = name == "pressure_variance" and not scene.elastic  # by force balance
         if speed is None or fixed:
             continue
         reference = values_of(scene, column, name, everything)
-        truth = float(reference.mean[speed])
+        truth = float(reference.value[speed])
         errors = [part[speed] for part in reference.errors.values()]
         uncertainty = float(np.linalg.norm(np.nan_to_num(errors))) / abs(truth)
         for way in ways:
-            values = values_of(scene, column, name, way.pairs)
-            bias = float(values.mean[speed]) / truth - 1.0
+            values = values_of(scene, column, name, way.samples)
+            bias = float(values.value[speed]) / truth - 1.0
             # relative variance by one member; none of a refined level whose place a higher one takes
-            variances = {
-                stream: float(part[speed]) for stream, part in values.sampled.variance.items()
-            }
+            variances = {stream: float(part[speed]) for stream, part in values.variance.items()}
             scatter = [
-                variances.get(pair.stream, 0.0) * realizations / truth**2 for pair in way.pairs
+                variances.get(sample.stream, 0.0) * realizations / truth**2
+                for sample in way.samples
             ]
             yield from _curve(scene, title, way, scatter, bias, uncertainty)
 
@@ -209,25 +207,27 @@ def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[_Way]:
     levels = [level for level in of_column if numerics.levels[level].q_max <= highest]
     solved = {level: solve_level(scene, numerics, level, realizations) for level in levels}
     ways = []
-    for level, (pair, seconds) in solved.items():
+    for level, (sample, seconds) in solved.items():
         of_level = numerics.levels[level]
         if of_level.cell is None:
             times = of_level.q_max / numerics.levels[levels[0]].q_max
             method = f"one grid, {times:.3g}× q_c, {of_level.shape[0]}²"
-            ways.append(_Way(method, [pair._replace(below=None)], [seconds[0]]))
+            ways.append(_Way(method, [replace(sample, below=None)], [seconds[0]]))
     coarse = [level for level in numerics.coarse_levels(numerics.columns[-1]) if level in solved]
     choices = {
         f"{k} cut-offs": coarse[:k] for k in range(2, len(coarse) + 1) if coarse[:k] != levels
     }
     for method, used in (choices | {"all levels": levels}).items():
-        pairs = [solved[level][0] for level in used]
-        ways.append(_Way(method, pairs, [sum(solved[level][1]) for level in used], used is levels))
+        samples = [solved[level][0] for level in used]
+        ways.append(
+            _Way(method, samples, [sum(solved[level][1]) for level in used], used is levels)
+        )
     return ways
 
 
 def solve_level(
     scene: Scene, numerics: Numerics, level: int, realizations: int
-) -> tuple[Pair, list[float]]:
+) -> tuple[Sample, list[float]]:
     """Solve realizations of a level, and of the level below on the same surfaces.
 
     Return their numbers, and the median CPU time of a solve of each from scratch, s (a run begins each level from the
@@ -262,10 +262,12 @@ def solve_level(
                 spectrum=np.stack(spectra),
                 reach=0.5 * float(np.hypot(*problem.grid.lengths)),
                 part=numerics.levels[level].parts > 1,
+                level=level,
+                stream=numerics.stream(level),
             )
         )
         medians.append(float(np.median(seconds)))
-    return Pair(level, numerics.stream(level), samples[0], samples[1] if below else None), medians
+    return replace(samples[0], below=samples[1] if below else None), medians
 
 
 def shared_out(scatter: Sequence[float], seconds: Sequence[float], goal: float) -> tuple[int, ...]:

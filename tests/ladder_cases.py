@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from roughsim.estimate.mean import mean_of
-from roughsim.estimate.telescoping import LevelMean, Pair, telescoped
+from roughsim.estimate.telescoping import LevelMean, telescoped
 from roughsim.observables.record import Sample
 
 NAME = "flash_temperature"
@@ -23,18 +23,23 @@ def sample(values, q_max=1.0, *, side=64.0, part=False, name=NAME, **numbers):
     return Sample(q_max, side, np.arange(n), numbers, np.ones(1), np.ones((n, 1)), 1.0, part)
 
 
+def at_level(sample, level, stream, below=None):
+    """The sample as of a level with surfaces of a stream, and the level below on the same ones."""
+    return replace(sample, level=level, stream=stream, below=below)
+
+
 def step(level, fine, coarse, cut_offs, *, sides=(64.0, 128.0), stream=None, **names):
     """A level above the lowest: values on the same surfaces at two cut-offs and points per side, the lower first."""
     below, above = (
         sample(values, q_max, side=side, **names)
         for values, q_max, side in zip((coarse, fine), cut_offs, sides, strict=True)
     )
-    return Pair(level, level if stream is None else stream, above, below)
+    return at_level(above, level, level if stream is None else stream, below)
 
 
 def lowest(values, q_max=1.0, *, level=0, stream=0, **names):
     """The lowest level of a column."""
-    return Pair(level, stream, sample(values, q_max, **names), None)
+    return at_level(sample(values, q_max, **names), level, stream)
 
 
 def ladder(means, cut_offs, *, n=6, scatter=0.0, seed=0, **names):
@@ -80,7 +85,7 @@ def at_speeds(*means, speeds=SPEEDS):
 
 def with_partner(pairs, change, cut_off, *, speeds=SPEEDS):
     """The levels and one that shows a relative change by half the pixel at a cut-off, of six surfaces."""
-    name, values = next(iter(pairs[0].sample.numbers.items()))
+    name, values = next(iter(pairs[0].numbers.items()))
     rows = np.full((6, speeds), 3.0 * np.sign(values[0]))
     return [*pairs, step(9, (1.0 + change) * rows, rows, (cut_off, cut_off), name=name)]
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 
 from roughsim.estimate.errors import estimate
-from roughsim.estimate.levels import Values, with_errors
+from roughsim.estimate.mean import Mean
 from roughsim.estimate.rounds import MEMBER, judge, replay
 from roughsim.scene.numerics import Level, Numerics
 
@@ -44,7 +44,7 @@ def column_values(numerics, column, counts, scatter, *, mean=2.0, **errors):
             rows[numerics.stream(level)] = np.outer(share, scatter[level] * mean)
     parts = {name: np.abs(mean) * errors.get(name, 0.0) for name in ("bandwidth", "pixel")}
     parts["last step"] = np.abs(mean) * errors.get("last_step", 0.0)
-    return Values(mean, mean, rows, parts)
+    return Mean(mean, mean, rows, parts)
 
 
 def totals_of(numerics, scatter, *, size=0.0, **errors):
@@ -52,7 +52,7 @@ def totals_of(numerics, scatter, *, size=0.0, **errors):
 
     def totals(observable, column, counts):
         values = column_values(numerics, column, counts, scatter, **errors)
-        return values, estimate(observable, with_errors(values, size=size))
+        return values, estimate(observable, values.with_errors(size=size))
 
     return totals
 

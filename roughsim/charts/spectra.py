@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from roughsim import fourier, prediction
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, Subject, band, new_figure, row_of_panels
-from roughsim.estimate.correlation import correlation_of
-from roughsim.estimate.errors import half_width, spread
+from roughsim.estimate.errors import half_width, spread, spread_of
+from roughsim.estimate.telescoping import correlation_of
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -56,7 +56,7 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     """Draw 2π q² |σ_q|², the variance of the pressure per ln q, measured and in the theory."""
     run, colour = subject.run, COLOURS[subject.column]
     q = _drawn_wavenumbers(2 * np.pi / max(subject.grid.lengths), subject.grid.nyquist)
-    sample = next(pair.sample for pair in run.pairs(subject.column) if pair.level == subject.level)
+    sample = next(one for one in run.samples(subject.column) if one.level == subject.level)
     spectra, one = sample.spectrum, "one realization"
     if subject.index is not None:
         spectra, one = spectra[sample.rows == subject.index], f"realization {subject.index}"
@@ -86,7 +86,7 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
 def draw_cut_offs(axes: Axes, run: Run, colour: str | None) -> None:
     """Draw the cut-offs q_c of all levels of a run, in the colours of their columns if no colour is given."""
     for column in run.numerics.columns:
-        for cut_off in {pair.sample.q_max for pair in run.pairs(column)}:
+        for cut_off in {sample.q_max for sample in run.samples(column)}:
             axes.axvline(cut_off, color=colour or COLOURS[column], lw=1.0, ls=":")
 
 
@@ -107,9 +107,9 @@ def draw_correlation(
     axes: Axes, run: Run, column: str, r: Array, colour: str | None = None, name: str = "measured"
 ) -> None:
     """Draw the measured g_σ(r), r in m, with its 95 % interval; `name` as of `band`."""
-    mean, error, freedom = correlation_of(run.pairs(column), r)
-    error = half_width(error, freedom)
-    band(axes, r * 1e6, mean * 1e-18, error * 1e-18, colour or COLOURS[column], name)
+    mean = correlation_of(run.samples(column), r)
+    error = half_width(*spread_of(mean))
+    band(axes, r * 1e6, mean.value * 1e-18, error * 1e-18, colour or COLOURS[column], name)
 
 
 def _drawn_wavenumbers(first: float, last: float) -> Array:
@@ -177,7 +177,7 @@ def correlation_chart(subject: Subject, path: Path) -> None:
         values = np.concatenate([line.get_ydata() for line in right.lines[:2]])
         right.set(title="Long distances: negative part", xlim=(0, far[-1] * 1e6))
         right.set_ylim(1.2 * values.min(), 0.1 * values.max())
-        count = len(run.pairs(subject.column)[0].sample.rows)
+        count = len(run.samples(subject.column)[0].rows)
         title = f"{count} realizations of the lowest level,\nband: statistical, 95 %"
         title = title if count > 1 else "one realization of the lowest level"
         right.legend(loc="upper right", title=title, alignment="left")

@@ -35,8 +35,8 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     slope, as in steels that yield below q_roll_off.
     """
     name, scene = run.column(column), run.scene
-    pair = run.pairs(name)[-1]
-    low, high = scene.spectrum.breaks[-2], pair.sample.q_max
+    sample = run.samples(name)[-1]
+    low, high = scene.spectrum.breaks[-2], sample.q_max
     if not scene.elastic:
         high = min(high, prediction.yield_wavenumber(scene))
     bins = int(log(high / low) / _BIN_WIDTH)
@@ -44,7 +44,7 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
         return None
     # number of modes of the plane in each bin of ln q, and their mean ln q
     band = log(low), log(high)
-    grid = run.numerics.grid(pair.level)
+    grid = run.numerics.grid(sample.level)
     modes = modes_between(grid)
     log_q, many = np.log(modes.wavenumber), modes.multiplicity
     count, sums = (
@@ -56,8 +56,8 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     x = center - center.mean()
     weights = x / (x @ x)
     area = count[filled] * 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
-    entries = np.log(pair.sample.wavenumber)
-    spectra = [np.histogram(entries, bins, band, weights=row)[0] for row in pair.sample.spectrum]
+    entries = np.log(sample.wavenumber)
+    spectra = [np.histogram(entries, bins, band, weights=row)[0] for row in sample.spectrum]
     rows = np.stack(spectra)[:, filled] / area
     mean = rows.mean(axis=0)
     error, freedom = spread((rows / mean @ weights)[:, None])

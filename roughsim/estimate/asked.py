@@ -4,31 +4,30 @@ The absolute temperature of the contact is T₀ + T: T₀ is `sliding.background
 warmed after the `duration` of the scene, and T is the distribution about T_flash.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
-from roughsim.estimate.errors import SOURCES, estimate
-from roughsim.estimate.levels import Values, product, scaled
+from roughsim.estimate.errors import estimate
+from roughsim.estimate.mean import Mean
 from roughsim.estimate.reactions import (
     ELECTRONVOLT,
     LEAST_MEMBERS,
     Activation,
     ContactMean,
-    OverContact,
+    Contacts,
     bins_of,
     factor_of,
     heat_above,
     log_scale,
+    mean_over_contact,
     of_uniform_temperature,
     rates,
     uniform_temperature,
 )
 from roughsim.grid import Array
-from roughsim.observables.record import Sample
 from roughsim.scene import Scene
 from roughsim.scene.reactions import ReactionSection
 from roughsim.table import AT_CUT_OFF, Estimate, concat
@@ -45,19 +44,6 @@ ABOUT = {  # axis of each
     CONVERSION: "energy",
     HEAT_ABOVE: "temperature",
 }
-
-
-class Contacts(NamedTuple):
-    """The contacts of a column, whose temperatures are scaled to its T_flash."""
-
-    speeds: tuple[float, ...]  # m/s
-    samples: list[Sample]  # of the levels and of those below, or of slides, and at last `top`
-    top: Sample  # of the highest level, or of the slides at the end of C(q)
-    flash: Values  # reported T_flash, K
-    area: Values  # A/A₀
-    background: Array  # T₀, absolute, K
-    mean: Callable[[ContactMean], OverContact]  # over these contacts, with its errors
-    sources: Mapping[str, str] = SOURCES  # the parts of an error, in words
 
 
 def asked_of(scene: Scene, contacts: Contacts) -> dict[str, Estimate]:
@@ -89,60 +75,54 @@ def of_reaction(contacts: Contacts, reaction: ReactionSection, energy: float) ->
     activation = Activation(energy, reaction.activation_volume, contacts.background)
     scales = [
         log_scale(bins_of(sample), factor_of(sample, flash), activation)
-        for sample in contacts.samples
+        for sample in contacts.all_samples
     ]
     scale = np.max(scales, axis=0)
-    of_bins = partial(rates, activation=activation, scale=scale)
-    of_mean = partial(uniform_temperature, activation=activation, scale=scale)
-    warm = contacts.mean(ContactMean(of_bins, flash, of_mean))
-    found = warm.values.mean  # continued below absolute zero it is unknown
-    warm = warm._replace(values=warm.values._replace(mean=np.where(found > 0.0, found, np.nan)))
-    if np.isfinite(found).any():
-        over = warm._replace(
-            values=of_uniform_temperature(warm.values, contacts.top, activation, scale)
-        )
+    of_level = ContactMean(
+        partial(rates, activation=activation, scale=scale),
+        flash,
+        partial(uniform_temperature, activation=activation, scale=scale),
+    )
+    members = of_level.members(contacts.samples[0])
+    found = mean_over_contact(contacts, of_level)
+    # continued below absolute zero it is unknown
+    warm = replace(found, value=np.where(found.value > 0.0, found.value, np.nan))
+    if np.isfinite(found.value).any():
+        of_contact = of_uniform_temperature(warm, contacts.samples[-1], activation, scale)
     else:  # without a barrier
-        over = contacts.mean(ContactMean(of_bins, flash))
-    of_contact = scaled(over.values, reaction.prefactor * np.exp(scale))
-    rate = product(of_contact, contacts.area)
-    yield _estimate(contacts, RATE, rate, over)
-    yield _estimate(contacts, ACTIVATION, warm.values, warm)
+        of_contact = mean_over_contact(contacts, ContactMean(of_level.of_bins, flash))
+    rate = of_contact * (reaction.prefactor * np.exp(scale)) * contacts.area
+    yield _estimate(contacts, RATE, rate, members)
+    yield _estimate(contacts, ACTIVATION, warm, members)
     if reaction.contact_length is not None:
-        yield _conversion(contacts, rate, over, reaction.contact_length)
+        done = _conversion(rate, contacts.speeds, reaction.contact_length)
+        yield _estimate(contacts, CONVERSION, done, members)
 
 
-def _conversion(contacts: Contacts, rate: Values, over: OverContact, length: float) -> Estimate:
+def _conversion(rate: Mean, speeds: tuple[float, ...], length: float) -> Mean:
     """Return 1 − exp(−k t) of the rate k after the time t that a point spends in a nominal contact of a length, m."""
     with np.errstate(divide="ignore"):
-        time = length / np.array(contacts.speeds)
+        time = length / np.array(speeds)
     with np.errstate(invalid="ignore", over="ignore"):
-        done = rate.mean * time
-        left = np.exp(-done)
-        factor = np.where(np.isinf(time), 0.0, time * left)
-    errors = {name: factor * part for name, part in rate.errors.items()}
-    influence = {stream: rows * factor for stream, rows in rate.influence.items()}
-    values = rate._replace(
-        mean=-np.expm1(-done),
-        finest=-np.expm1(-rate.finest * time),
-        errors=errors,
-        influence=influence,
-    )
-    return _estimate(contacts, CONVERSION, values, over)
+        done = rate.value * time
+        factor = np.where(np.isinf(time), 0.0, time * np.exp(-done))
+    return rate.through(-np.expm1(-done), -np.expm1(-rate.finest * time), factor)
 
 
 def _heat_above(contacts: Contacts, temperature: float) -> Estimate:
     """Return the share of the heat where the contact is hotter than an absolute temperature, K."""
     of_bins = partial(heat_above, excess=temperature - contacts.background)
-    over = contacts.mean(ContactMean(of_bins, contacts.flash, by_contact=True))
-    values = over.values._replace(mean=np.clip(over.values.mean, 0.0, 1.0))
-    return _estimate(contacts, HEAT_ABOVE, values, over)
+    of_level = ContactMean(of_bins, contacts.flash, by_contact=True)
+    found = mean_over_contact(contacts, of_level)
+    share = replace(found, value=np.clip(found.value, 0.0, 1.0))
+    return _estimate(contacts, HEAT_ABOVE, share, of_level.members(contacts.samples[0]))
 
 
-def _estimate(contacts: Contacts, observable: str, values: Values, over: OverContact) -> Estimate:
-    """Return an estimate; the scatter of a mean that few members carry is unknown."""
-    note = f"T₀ + T of the contact, with {np.round(over.members, 1).tolist()} effective members over the speeds"
-    found = estimate(observable, values, (note,), contacts.speeds)
-    statistical = np.where(over.members < LEAST_MEMBERS, np.nan, found.budget["statistical"])
+def _estimate(contacts: Contacts, observable: str, mean: Mean, members: Array) -> Estimate:
+    """Return an estimate; the scatter of a mean that few effective members carry is unknown."""
+    note = f"T₀ + T of the contact, with {np.round(members, 1).tolist()} effective members over the speeds"
+    found = estimate(observable, mean, (note,), contacts.speeds)
+    statistical = np.where(members < LEAST_MEMBERS, np.nan, found.budget["statistical"])
     budget = {**found.budget, "statistical": statistical}
     cut = np.isnan(budget.get("bandwidth", np.zeros_like(found.mean)))
     cut &= np.isfinite(found.mean) & (found.mean != 0.0)

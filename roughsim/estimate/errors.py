@@ -1,12 +1,11 @@
 """Means with all parts of their errors: statistical, bandwidth, pixel, finite size, solver."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 import scipy
 
-from roughsim.estimate.levels import Values
 from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
@@ -31,20 +30,19 @@ SOURCES = {
 
 
 def estimate(
-    observable: str, values: Values, notes: tuple[str, ...] = (), speeds: Sequence[float] = ()
+    observable: str, mean: Mean, notes: tuple[str, ...] = (), speeds: Sequence[float] = ()
 ) -> Estimate:
-    """Return mean, errors and bias of an observable from its values; without `speeds` their labels are NaN."""
-    mean = values.mean
-    error, freedom = spread_of(values.sampled)
+    """Return the estimate of an observable with its errors and bias; without `speeds` their labels are NaN."""
+    error, freedom = spread_of(mean)
     with np.errstate(
         invalid="ignore"
     ):  # slope_length is infinite at rest: its errors are undefined
-        bias = values.finest - mean
-    budget = _budget(half_width(error, freedom), values.errors)
-    n = len(next(iter(values.influence.values())))
-    exact = Estimate.of(observable, UNITS[observable], mean, speed_axis(mean, speeds), budget)
+        bias = mean.finest - mean.value
+    budget = _budget(half_width(error, freedom), mean.errors)
+    n = len(next(iter(mean.influence.values())))
+    axis = speed_axis(mean.value, speeds)
     return replace(
-        exact,
+        Estimate.of(observable, UNITS[observable], mean.value, axis, budget),
         standard_error=error,
         bias=bias,
         n=n,
@@ -60,15 +58,15 @@ def speed_axis(values: Array, speeds: Sequence[float] = ()) -> dict[str, Array]:
     return {"speed": np.array(speeds, float) if known else np.full(len(values), np.nan)}
 
 
-def _budget(statistical: Array, errors: dict[str, Array]) -> dict[str, Array]:
+def _budget(statistical: Array, errors: Mapping[str, Array]) -> dict[str, Array]:
     """Return the parts of the error of a mean by source, "last step" only if it counts."""
     parts = {"statistical": statistical, **errors}
     return {name: part for name, part in parts.items() if name != "last step" or np.any(part)}
 
 
 def quotient(
-    above: Values,
-    below: Values | Array,
+    above: Mean,
+    below: Mean | Array,
     *,
     size: Array | float = 0.0,
     scanned: bool = False,
@@ -80,23 +78,22 @@ def quotient(
     scatter of shared surfaces cancels. The other parts add as squares, because the columns differ in levels and in the
     kind of contact. Exact values share the cut-off of the column and have no errors: then the error by q_c is zero.
     """
-    if isinstance(below, Values):
-        ratio, columns = above.sampled / below.sampled, [above, below]
+    if isinstance(below, Mean):
+        ratio, columns = above / below, [above, below]
     else:
         with np.errstate(all="ignore"):
-            ratio = above.sampled * (1.0 / np.broadcast_to(below, above.mean.shape))
-        nothing = np.zeros_like(above.mean)
-        columns = [
-            above._replace(errors=above.errors | {"bandwidth": nothing, "last step": nothing})
-        ]
+            ratio = above * (1.0 / np.broadcast_to(below, above.value.shape))
+        nothing = np.zeros_like(above.value)
+        known = {"bandwidth": nothing, "last step": nothing}
+        columns = [replace(above, errors={**above.errors, **known})]
     value = ratio.value
     error, freedom = spread_of(ratio)
-    if not np.any(above.mean):  # elastic contact has no plastic area: the ratio is undefined
+    if not np.any(above.value):  # elastic contact has no plastic area: the ratio is undefined
         value = np.full_like(value, np.nan)
     with np.errstate(all="ignore"):  # 0/0 at rest: the ratio is NaN, and its errors are
         errors = {}
         for name in above.errors:
-            relative = np.sqrt(sum((column.errors[name] / column.mean) ** 2 for column in columns))
+            relative = np.sqrt(sum((column.errors[name] / column.value) ** 2 for column in columns))
             errors[name] = np.asarray(np.abs(value) * relative)
         errors["size"] = np.hypot(errors["size"], np.abs(value) * size)
         budget = _budget(half_width(error, freedom), errors)
@@ -112,6 +109,17 @@ def spread(values: Array) -> tuple[Array, Array]:
     if n < 2:
         return np.full(shape, np.inf), np.zeros(shape)
     return np.asarray(values.std(axis=0, ddof=1) / np.sqrt(n)), np.full(shape, n - 1.0)
+
+
+def widened(found: Estimate, rows: Array, unit: Array | float = 1.0) -> Estimate:
+    """Return an estimate with the scatter of further rows of realizations, (n, any), in some unit, added as squares."""
+    error, freedom = spread(rows)
+    statistical = np.hypot(found.budget["statistical"], unit * half_width(error, freedom))
+    return replace(
+        found,
+        standard_error=np.hypot(found.standard_error, unit * error),
+        budget={**found.budget, "statistical": statistical},
+    )
 
 
 def spread_of(mean: Mean) -> tuple[Array, Array]:

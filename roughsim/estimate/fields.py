@@ -4,7 +4,7 @@ The contacts are members without a solver (`roughsim.prediction.fields`), and ar
 of the error are their own: "form", as solved contacts are evener than the fields, the slower the more, and "law".
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -13,19 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughsim import prediction
-from roughsim.estimate.asked import Contacts, asked_of
+from roughsim.estimate.asked import asked_of
 from roughsim.estimate.errors import estimate
-from roughsim.estimate.levels import FLASH, Values, scaled
-from roughsim.estimate.reactions import (
-    ContactMean,
-    OverContact,
-    bins_of,
-    mean_over_contact,
-    mean_over_slides,
-    rest_of,
-)
+from roughsim.estimate.levels import FLASH
+from roughsim.estimate.mean import Mean, exact
+from roughsim.estimate.reactions import Contacts, bins_of, rest_of
 from roughsim.estimate.sliding import HOT, sliding_quantile, stretch_of, stretched
-from roughsim.estimate.telescoping import Pair, telescoped
+from roughsim.estimate.telescoping import LevelMean, telescoped
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
@@ -48,20 +42,8 @@ _SHIFT = (
 class Drawn(NamedTuple):
     """Contacts that the law draws, as a column; temperatures are with all their heat in the moving body."""
 
-    # lowest cut-off first; of slides the second is continued to all of C(q)
-    samples: tuple[Sample, ...]
-    flash: Values  # T_flash of the law, K
-    quantile: Callable[[str], Values]  # by its name
-    # over these contacts, at the T_flash of its argument
-    mean: Callable[[ContactMean], OverContact]
-
-    def contacts(
-        self, speeds: tuple[float, ...], flash: Values, area: Values, background: Array
-    ) -> Contacts:
-        """Return them with a T_flash, A/A₀ and an absolute temperature of the background."""
-        return Contacts(
-            speeds, [*self.samples], self.samples[-1], flash, area, background, self.mean
-        )
+    contacts: Contacts
+    quantile: Callable[[str], Mean]  # by its name
 
 
 def form_uncertainty(peclet_number: ArrayLike) -> Array:
@@ -70,22 +52,26 @@ def form_uncertainty(peclet_number: ArrayLike) -> Array:
         return np.asarray(np.clip(_AT_ONE - _PER_E_FOLD * np.log(peclet_number), *_UNCERTAINTIES))
 
 
-def by_law(value: Array, band: float, part: str = "bandwidth") -> Values:
+def by_law(value: Array, band: float, part: str = "bandwidth") -> Mean:
     """Return T_flash, K, or the contact area of the law with its relative error; `part` is that of their contacts."""
     nothing = np.zeros_like(value)
-    return Values(value, value, {}, {part: nothing, "form": nothing, "law": band * value})
+    return replace(exact(value), errors={part: nothing, "form": nothing, "law": band * value})
 
 
 def drawn_frozen(
-    fields: FrozenFields, end: float, flash: Values, uncertainty: Array | float
+    fields: FrozenFields,
+    end: float,
+    flash: Mean,
+    uncertainty: Array | float,
+    speeds: tuple[float, ...] = (),
 ) -> Drawn:
     """Return frozen contacts as a column; `end` of C(q), rad/m, `uncertainty` by their form, 0 of solved ones."""
-    samples = fields.samples
-    pairs = [
-        Pair(level, 0, sample, samples[level - 1] if level else None)
-        for level, sample in enumerate(samples)
-    ]
-    nothing = np.zeros_like(flash.mean)
+    nothing = np.zeros_like(flash.value)
+    below: Sample | None = None
+    samples: list[Sample] = []
+    for sample in fields.samples:
+        samples.append(replace(sample, below=below))
+        below = sample
 
     def law(_: tuple[float, ...]) -> Array:
         """The temperature below which a share of the heat is set free is linear in T_flash; here it is over T_flash."""
@@ -95,60 +81,58 @@ def drawn_frozen(
         growth = steps * below / (high + steps * (high - below))
         return np.stack([nothing, nothing + 1.0, 1.0 + growth])
 
-    def over_flash(sample: Sample, name: str) -> Array:
-        return ratio(sample.numbers[name], sample.numbers[FLASH])
+    def levels_of(name: str) -> list[LevelMean]:
+        return telescoped(partial(_over_flash, name=name), samples)
 
-    by_heat = [
-        telescoped(partial(over_flash, name=name), pairs) for name in QUANTILES[: len(LEVELS)]
-    ]
+    def by_form(value: Callable[[Sample], Array]) -> Array:
+        return _by_form(value, samples[-1], uncertainty)
+
+    by_heat = [levels_of(name) for name in QUANTILES[: len(LEVELS)]]
     tops = np.array([levels[-1].mean.value for levels in by_heat])
     rests = np.array([rest_of(levels, end, law)[0].value for levels in by_heat])
 
-    def quantile(name: str) -> Values:
-        top = telescoped(partial(over_flash, name=name), pairs)[-1].mean
+    def quantile(name: str) -> Mean:
+        top = levels_of(name)[-1].mean
         # points of one temperature change together, by heat and by area: once all has yielded both are equal
         columns = zip(top.value, tops.T, rests.T, strict=True)
         rest = np.array([np.interp(*column) for column in columns])
         value = top.value + rest
+        form = by_form(lambda sample: _over_flash(sample, name).mean(axis=0))
         errors = {
-            "bandwidth": flash.mean * np.abs(rest),
-            "form": flash.mean
-            * _by_form(lambda s: over_flash(s, name).mean(axis=0), samples[-1], uncertainty),
+            "bandwidth": flash.value * np.abs(rest),
+            "form": flash.value * form,
             "law": flash.errors["law"] * np.abs(value),
         }
-        finest, influence = flash.mean * top.value, (top * flash.mean).influence
-        return Values(flash.mean * value, finest, influence, errors)
+        return replace(top * flash.value, value=flash.value * value, errors=errors)
 
-    def mean(of_level: ContactMean) -> OverContact:
-        found = mean_over_contact(pairs, of_level, end, law, None)
-        return _with_form(found, _by_form(of_level.value, samples[-1], uncertainty))
-
-    return Drawn(samples, flash, quantile, mean)
+    contacts = Contacts(samples, flash, flash, nothing, speeds, law, end, by_form=by_form)
+    return Drawn(contacts, quantile)
 
 
-def drawn_slides(sample: Sample, flash: Values, stretch: Array) -> Drawn:
+def drawn_slides(
+    sample: Sample, flash: Mean, stretch: Array, speeds: tuple[float, ...] = ()
+) -> Drawn:
     """Return slides as a column, of which temperatures about T_flash grow by `stretch` up to the end of C(q)."""
-    pair = Pair(0, 0, sample, None)
 
-    def quantile(name: str) -> Values:
-        def values(numbers: Mapping[str, Array]) -> Values:
-            return sliding_quantile(flash, name, dict(numbers), 0, stretch)
+    def quantile(name: str) -> Mean:
+        def values(sample: Sample) -> Mean:
+            return sliding_quantile(flash, name, sample.numbers, 0, stretch)
 
-        found = values(sample.numbers)
-        form = _by_form(lambda s: values(s.numbers).mean, sample, _OF_SLIDES)
-        return found._replace(errors=found.errors | {"form": form})
+        found = values(sample)
+        form = _by_form(lambda each: values(each).value, sample, _OF_SLIDES)
+        return replace(found, errors={**found.errors, "form": form})
 
-    def mean(of_level: ContactMean) -> OverContact:
-        found = mean_over_slides(pair, stretch, of_level)
-        form = _by_form(lambda s: of_level.value(stretched(s, stretch)), sample, _OF_SLIDES)
-        return _with_form(found, form)
+    def by_form(value: Callable[[Sample], Array]) -> Array:
+        return _by_form(lambda each: value(stretched(each, stretch)), sample, _OF_SLIDES)
 
-    return Drawn((sample, stretched(sample, stretch)), flash, quantile, mean)
+    nothing = np.zeros_like(flash.value)
+    samples = [stretched(sample, stretch)]
+    return Drawn(Contacts(samples, flash, flash, nothing, speeds, by_form=by_form), quantile)
 
 
-def _with_form(found: OverContact, form: Array) -> OverContact:
-    """Return a mean over the contact with its error by the form of the fields."""
-    return found._replace(values=found.values._replace(errors=found.values.errors | {"form": form}))
+def _over_flash(sample: Sample, name: str) -> Array:
+    """Return influence values of a temperature over T_flash."""
+    return ratio(sample.numbers[name], sample.numbers[FLASH])
 
 
 def _by_form(value: Callable[[Sample], Array], sample: Sample, uncertainty: Array | float) -> Array:
@@ -209,7 +193,7 @@ def _frozen(scene: Scene) -> Drawn | None:
     uncertainty = form_uncertainty(speeds * length / prediction.conduction(scene).diffusivity)
     band = prediction.calibrated(scene).errors[FLASH]
     end = float(scene.spectrum.breaks[-1])
-    return drawn_frozen(fields, end, by_law(flash, band), uncertainty)
+    return drawn_frozen(fields, end, by_law(flash, band), uncertainty, scene.speeds)
 
 
 def _slid(scene: Scene) -> Drawn | None:
@@ -219,8 +203,9 @@ def _slid(scene: Scene) -> Drawn | None:
     if sample is None or frozen is None or slid is None:
         return None
     flash = by_law(slid.flash_temperature, prediction.sliding_error(scene), "slide")
-    stretch = stretch_of(frozen.flash, frozen.quantile(HOT), frozen.samples[0])
-    return drawn_slides(sample, flash, stretch)
+    contacts = frozen.contacts
+    stretch = stretch_of(contacts.flash, frozen.quantile(HOT), contacts.samples[0])
+    return drawn_slides(sample, flash, stretch, scene.speeds)
 
 
 def quantiles(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
@@ -249,5 +234,5 @@ def asked(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
     elif scene.sliding.duration is not None:
         warm = slid.contact_temperature - slid.flash_temperature
     area = by_law(np.full(1, law.stress_spectrum.contact_fraction), law.errors["contact_fraction"])
-    flash = scaled(drawn.flash, share)
-    return asked_of(scene, drawn.contacts(scene.speeds, flash, area, start + warm))
+    flash = drawn.contacts.flash * share
+    return asked_of(scene, drawn.contacts._replace(flash=flash, area=area, background=start + warm))

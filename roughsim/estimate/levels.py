@@ -4,18 +4,17 @@ Level l has the cut-off q_l = q_0·2^l at a fixed number of pixels per shortest 
 solved at l and at the level below. The mean is T = ⟨T₀⟩ Π ⟨T_l⟩/⟨T_(l−1)⟩. Levels are independent: variances add.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.limit import ContinuedMean, by_bound, by_law, by_power, by_shape, by_steps
-from roughsim.estimate.mean import Influence, Mean
-from roughsim.estimate.telescoping import LevelMean, Pair, change_by_pixel, telescoped
+from roughsim.estimate.limit import by_bound, by_law, by_power, by_shape, by_steps
+from roughsim.estimate.mean import Mean, exact
+from roughsim.estimate.telescoping import LevelMean, change_by_pixel, telescoped
 from roughsim.grid import Array
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import NUMBERS, OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SAME, Numerics
@@ -34,56 +33,33 @@ _TOWARDS_BOUND = {
 }
 
 
-class Values(NamedTuple):
-    """One observable of a column, (speeds,) or (1,), with its scatter as in `Mean`, and its other errors, 95 %.
-
-    `mean` is extrapolated to the end of C(q) and to a vanishing pixel, if such a limit exists; `finest` is the mean at
-    the highest cut-off on its finest grid. `way` describes the extrapolation in words.
-    """
-
-    mean: Array
-    finest: Array
-    influence: Influence
-    # all parts of the error but the statistical one, so that whatever follows from the values has each of them.
-    # "bandwidth" and "pixel", NaN if no level shows them, and "last step": the change by the last rise of q_c if a
-    # limit exists and no extrapolation reaches it, else 0. `with_errors` adds those that no level shows
-    errors: dict[str, Array]
-    way: str = ""
-
-    @property
-    def sampled(self) -> Mean:
-        """The mean with its scatter alone."""
-        return Mean(self.mean, self.influence)
-
-    def through(self, mean: Array, finest: Array, slope: Array) -> "Values":
-        """Return a function of these values, whose `slope` there carries their scatter and errors (delta method)."""
-        influence = {stream: rows * slope for stream, rows in self.influence.items()}
-        errors = {name: np.abs(slope) * part for name, part in self.errors.items()}
-        return Values(mean, finest, influence, errors, self.way)
-
-
 def values_of(
     scene: Scene,
     column: str,
     observable: str,
-    pairs: list[Pair],
+    samples: Sequence[Sample],
     *,
     extrapolated: bool = True,
     continued: bool = True,
-) -> Values:
-    """Return the values of an observable from the levels of a column, lowest first, with all heat in the moving body.
+) -> Mean:
+    """Return the mean of an observable from the levels of a column, lowest first, with all heat in the moving body.
 
     `extrapolated` to the end of C(q), or up to the highest cut-off. Without `continued` only the pixel is extrapolated,
     and the change by shorter waves is unknown.
     """
+    end = scene.spectrum.breaks[-1] if extrapolated else 0.0
     if observable == "heat_partition":
-        return _share_of(scene, column, pairs, extrapolated=extrapolated, continued=continued)
+        return _share_of(scene, column, samples, end, continued)
     record = OBSERVABLES[observable]
-    levels = telescoped(record.of_level, pairs)
     is_temperature = observable == FLASH or record.as_flash
-    slow = telescoped(partial(number, name=RESTING), pairs) if is_temperature else None
-    values = _continued_to_the_end(scene, column, observable, levels, slow, extrapolated, continued)
-    return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
+    slow = telescoped(NUMBERS[RESTING].of_level, samples) if is_temperature else None
+    levels = telescoped(record.of_level, samples)
+    values = _continued_to_the_end(scene, column, observable, levels, slow, end, continued)
+    moving = np.array(scene.speeds) > 0.0
+    if record.at_rest is None or moving.all():
+        return values
+    # realizations at rest are measured at a tiny speed, but the limit at speed zero is exact
+    return values.where(moving, exact(np.full(moving.shape, record.at_rest)))
 
 
 def _continued_to_the_end(
@@ -92,98 +68,78 @@ def _continued_to_the_end(
     observable: str,
     levels: list[LevelMean],
     slow: list[LevelMean] | None,
-    extrapolated: bool,
+    end: float,
     continued: bool,
-) -> Values:
-    """Return the values of the levels of an observable; others as of `values_of`.
+) -> Mean:
+    """Return the mean of the levels of an observable, continued up to the cut-off `end`, rad/m, if it is above them.
 
     A temperature of the contact comes with `slow`, the levels of T_flash of slow contact, or of the resting body.
+    Others as of `values_of`.
     """
     record, capped = OBSERVABLES[observable], column == "capped"
     q_c, top, finer, *_ = levels[-1]
     nothing = np.zeros(top.value.shape)
-    limit, has_limit = ContinuedMean(Mean(nothing, {}), nothing, ""), record.limit or not capped
-    end = scene.spectrum.breaks[-1] if extrapolated else q_c
+    rest, has_limit = exact(nothing), record.limit or not capped
+    bandwidth = nothing
     if q_c < end * (1 - SAME):
-        limit = limit._replace(error=np.full_like(nothing, np.nan))
+        bandwidth = np.full_like(nothing, np.nan)
         if continued and has_limit:
-            limit = continuation(scene, column, observable, levels, limit)
+            rest = continuation(scene, column, observable, levels)
+            bandwidth = rest.errors.get("bandwidth", bandwidth)
     # the continued levels have the same pixels per shortest wave: their effect at the end is corrected
-    end = end if limit.way else q_c
+    end = end if rest.way else q_c
     with np.errstate(all="ignore"):  # infinite at rest
         finest = top.value if finer is None else top.value * (1.0 + finer.value)
-        change, error = change_by_pixel(
-            levels, record.pixel_orders[capped], PIXEL_FALL[column], end, slow
-        )
-        mean = top + limit.rest
-        pixel = np.abs(mean.value) * error
+        order = record.pixel_orders[capped]
+        change = change_by_pixel(levels, order, PIXEL_FALL[column], end, slow)
+        mean = top + rest
+        pixel = np.abs(mean.value) * change.errors["pixel"]
         if has_limit:
             mean *= change + 1.0
         else:  # the change is the error, and nothing is corrected
             mean = replace(mean, value=finest)
-            pixel = np.abs(finest) * np.hypot(error, change.value)
-        bandwidth = limit.error
+            pixel = np.abs(finest) * np.hypot(change.errors["pixel"], change.value)
         if capped and record.by_force_balance:
-            mean, nearest = _bounded(scene, observable, mean, limit.rest.value)
+            mean, nearest = _bounded(scene, observable, mean, rest.value)
             # on a map that is cut off they may lie further from the bound, but not if nothing yields
             on_this_side = continued | (mean.value == 0.0)
             bandwidth = np.where(on_this_side, np.fmin(bandwidth, nearest), bandwidth)
         step = np.abs(top.value - levels[-2].mean.value) if len(levels) > 1 else nothing
         last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
     errors = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
-    return Values(mean.value, finest, mean.influence, errors, limit.way)
-
-
-def with_errors(values: Values, **relative: Array | float) -> Values:
-    """Return values with further parts of the error, relative to the mean; what is exactly zero has none of them."""
-    with np.errstate(invalid="ignore"):  # infinite at rest
-        size = np.abs(values.mean)
-        parts = {name: np.where(size == 0.0, 0.0, size * part) for name, part in relative.items()}
-    return values._replace(errors=values.errors | parts)
-
-
-def number(sample: Sample, name: str) -> Array:
-    """Return a stored number of a sample, (n, speeds)."""
-    return sample.numbers[name]
+    return replace(mean, finest=finest, errors=errors, way=rest.way)
 
 
 def _share_of(
-    scene: Scene, column: str, pairs: list[Pair], *, extrapolated: bool, continued: bool
-) -> Values:
-    """Return the share of the heat that the moving body takes up; arguments as of `values_of`.
+    scene: Scene, column: str, samples: Sequence[Sample], end: float, continued: bool
+) -> Mean:
+    """Return the share of the heat that the moving body takes up; arguments as of `_continued_to_the_end`.
 
     It is 1/(1 + T/T'), T of the moving and T' of the resting body, each with all the heat, continued by itself: T' as
     the temperature of slow sliding.
     """
-    balanced = [pair.of(partial(prediction.balanced, scene)) for pair in pairs]
-    slow = telescoped(partial(number, name=RESTING), balanced)
-    of_bodies = (
-        (prediction.in_motion(scene), telescoped(partial(number, name=FLASH), balanced)),
-        (prediction.slow(scene), slow),
-    )
+    balanced = [prediction.balanced(scene, sample) for sample in samples]
+    moving, slow = (telescoped(NUMBERS[name].of_level, balanced) for name in (FLASH, RESTING))
+    bodies = (prediction.in_motion(scene), moving), (prediction.slow(scene), slow)
     body, resting = (
-        _continued_to_the_end(of_body, column, FLASH, levels, slow, extrapolated, continued)
-        for of_body, levels in of_bodies
+        _continued_to_the_end(of_body, column, FLASH, levels, slow, end, continued)
+        for of_body, levels in bodies
     )
-    warm, resting_warm = prediction.backgrounds(scene, pairs[0].sample)
+    warm, resting_warm = prediction.backgrounds(scene, samples[0])
     with np.errstate(all="ignore"):  # a body that does not conduct
-        above, below = body.sampled + warm, resting.sampled + resting_warm
+        above, below = body + warm, resting + resting_warm
         ratio = above / below
         share = 1.0 / (1.0 + ratio.value)
-        moving, still = body.finest + warm, resting.finest + resting_warm
         errors = {}
-        for name, part in body.errors.items():
-            relative = np.hypot(part / above.value, resting.errors[name] / below.value)
+        for name, part in above.errors.items():
+            relative = np.hypot(part / above.value, below.errors[name] / below.value)
             errors[name] = ratio.value * share**2 * relative
-        influence = (ratio * -(share**2)).influence
-        finest = still / (moving + still)
-    return Values(share, finest, influence, errors, body.way)
+        finest = below.finest / (above.finest + below.finest)
+        return replace(ratio.through(share, finest, -(share**2)), errors=errors)
 
 
-def continuation(
-    scene: Scene, column: str, observable: str, levels: list[LevelMean], unknown: ContinuedMean
-) -> ContinuedMean:
-    """Return the rest beyond the highest cut-off; `unknown` if no rule holds.
+def continuation(scene: Scene, column: str, observable: str, levels: list[LevelMean]) -> Mean:
+    """Return the rest beyond the highest cut-off, with its error "bandwidth"; zero without one if no rule holds.
 
     Contact that does not yield rises with the shape of the theory. Contact that has yielded follows its law in its
     range, else a power of the cut-off, as far as C(q) is one; its areas and g_σ(0) tend to their bounds. All of the
@@ -200,18 +156,20 @@ def continuation(
     if law is not None:
         return by_steps(levels, law) if record.as_flash else by_law(levels, law)
     alike = prediction.follows_power(scene, q)
-    if len(levels) < 2 or alike is None:
-        return unknown
     top, end = levels[-1].mean.value, scene.spectrum.breaks[-1]
+    nothing = exact(np.zeros_like(top))
+    if len(levels) < 2 or alike is None:
+        return nothing
     if record.distance and top.mean() * q[-1] < 4.0 * np.pi:
-        return unknown._replace(error=np.abs(top - levels[-2].mean.value))
+        return replace(nothing, errors={"bandwidth": np.abs(top - levels[-2].mean.value)})
     if record.by_force_balance:
         limit = by_bound(levels, end, _bound(scene, observable))
     else:
         limit = by_power(levels, end, prediction.usual_exponent(scene, q[-1]))
-    return (
-        limit if alike else limit._replace(error=np.maximum(limit.error, np.abs(limit.rest.value)))
-    )
+    if alike:
+        return limit
+    error = np.maximum(limit.errors["bandwidth"], np.abs(limit.value))
+    return replace(limit, errors={"bandwidth": error})
 
 
 def _bound(scene: Scene, observable: str) -> float:
@@ -232,36 +190,8 @@ def _bounded(scene: Scene, observable: str, mean: Mean, rest: Array) -> tuple[Me
     return replace(mean, value=value), within
 
 
-def at_rest(values: Values, limit: float, scene: Scene) -> Values:
-    """Return values with their exact limit at speed zero; members at rest are measured at a tiny speed instead."""
-    moving = np.array(scene.speeds) > 0.0
-    if moving.all():
-        return values
-    mean = values.sampled.where(moving, Mean(np.full(moving.shape, limit), {}))
-    finest = np.where(moving, values.finest, limit)
-    errors = {name: np.where(moving, part, 0.0) for name, part in values.errors.items()}
-    return Values(mean.value, finest, mean.influence, errors, values.way)
-
-
-def product(first: Values, second: Values) -> Values:
-    """Return the product of two observables of a column; their other errors add, as they have the same causes."""
-    both = first.sampled * second.sampled
-    errors = {}
-    with np.errstate(invalid="ignore"):  # a product of zero has no error
-        for name in first.errors | second.errors:
-            of_first, of_second = first.errors.get(name, 0.0), second.errors.get(name, 0.0)
-            part = np.abs(first.mean) * of_second + np.abs(second.mean) * of_first
-            errors[name] = np.where(both.value == 0.0, 0.0, part)
-    return Values(both.value, first.finest * second.finest, both.influence, errors, first.way)
-
-
-def scaled(values: Values, factor: Array) -> Values:
-    """Return values times an exact number at each speed."""
-    return values.through(values.mean * factor, values.finest * factor, factor)
-
-
 def notes_of(
-    scene: Scene, numerics: Numerics, column: str, observable: str, values: Values
+    scene: Scene, numerics: Numerics, column: str, observable: str, values: Mean
 ) -> tuple[str, ...]:
     """Return notes on values: their levels, the way they were continued to the end of C(q), and the speeds."""
     with_members = [
@@ -289,7 +219,7 @@ def notes_of(
             else ""
         )
         notes.append(f"the bandwidth error is unknown: value of the highest q_c{last}")
-    if OBSERVABLES[observable].as_flash and np.any(np.isnan(values.mean)):
+    if OBSERVABLES[observable].as_flash and np.any(np.isnan(values.value)):
         notes.append(
             "unknown where T_flash of the field of one direction lies too far from the mean over directions: take a "
             "cell of more waves, or layers that heat has passed"

@@ -1,16 +1,17 @@
 """Extrapolation of a mean beyond the highest cut-off: by a law, by the theory, or as a power of the cut-off.
 
-Each gives a shape over the cut-off. The mean is proportional to the shape, or its steps to the steps of the shape. The
+Each returns the rest beyond the highest cut-off, to be added, with its error "bandwidth", NaN if unknown, and gives a
+shape over the cut-off. The mean is proportional to the shape, or its steps to the steps of the shape. The
 error is the difference of the two results, and at least a share of the rest, the change beyond the highest cut-off. By
 the law the two add as squares: by chance of few members the difference may vanish. Towards a bound the error is by the
 exponent alone.
 """
 
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 
-from roughsim.estimate.mean import Mean
+from roughsim.estimate.mean import Mean, exact
 from roughsim.estimate.telescoping import LevelMean
 from roughsim.grid import Array
 
@@ -23,15 +24,7 @@ _USUAL_SCATTER, _LEAST_EXPONENT = (
 )  # how far exponents lie from the usual one, and the least of them
 
 
-class ContinuedMean(NamedTuple):
-    """The rest beyond the highest cut-off, to be added, and its error, 95 %, (speeds,); NaN: unknown."""
-
-    rest: Mean
-    error: Array
-    way: str
-
-
-def by_law(levels: list[LevelMean], law: Array) -> ContinuedMean:
+def by_law(levels: list[LevelMean], law: Array) -> Mean:
     """Return the rest in proportion to a law; `law` has its values at the upper two cut-offs and at the end.
 
     The error is the uncertainty of any law, and how badly it predicted the last step, as squares. One level tests no
@@ -43,10 +36,10 @@ def by_law(levels: list[LevelMean], law: Array) -> ContinuedMean:
     if len(levels) > 1:
         apart = np.nan_to_num(np.abs(rest.value - _by_steps(levels, law).value))
         error = np.minimum(np.hypot(apart, _OF_LAW * size), size)
-    return ContinuedMean(rest, error, "by the law for contact that yields")
+    return replace(rest, errors={"bandwidth": error}, way="by the law for contact that yields")
 
 
-def by_shape(levels: list[LevelMean], theory: Array, *, yields: bool = False) -> ContinuedMean:
+def by_shape(levels: list[LevelMean], theory: Array, *, yields: bool = False) -> Mean:
     """Return the rest by steps of the theory; after one step half of it is uncertain, all of it if a part `yields`.
 
     What is zero up to here, as where nothing yields yet, may rise as much as the theory.
@@ -61,12 +54,12 @@ def by_shape(levels: list[LevelMean], theory: Array, *, yields: bool = False) ->
     with np.errstate(invalid="ignore"):  # infinite at rest
         error = np.where(levels[-1].mean.value == 0.0, np.abs(theory[-1] - theory[-2]), error)
     tried = np.abs(rest.value) <= _MOST_BY_STEPS * np.abs(levels[-1].mean.value)
-    nothing = Mean(np.zeros_like(rest.value), {})
     way = "with the shape of the theory" if np.any(tried & (rest.value != 0.0)) else ""
-    return ContinuedMean(rest.where(tried, nothing), np.where(tried, error, np.nan), way)
+    rest = rest.where(tried, exact(np.zeros_like(rest.value)))
+    return replace(rest, errors={"bandwidth": np.where(tried, error, np.nan)}, way=way)
 
 
-def by_steps(levels: list[LevelMean], law: Array) -> ContinuedMean:
+def by_steps(levels: list[LevelMean], law: Array) -> Mean:
     """Return the rest by steps of a law that a part of the mean alone follows; `law` as of `by_law`.
 
     One level shows no step: it is continued in proportion, and all of the rest is its error.
@@ -77,10 +70,11 @@ def by_steps(levels: list[LevelMean], law: Array) -> ContinuedMean:
         rest = _by_steps(levels, law)
         size = np.abs(rest.value)
         error = np.clip(np.abs(rest.value - alike.value), _OF_STEPS * size, size)
-    return ContinuedMean(rest, error, "by steps of the law of T_flash for contact that yields")
+    way = "by steps of the law of T_flash for contact that yields"
+    return replace(rest, errors={"bandwidth": error}, way=way)
 
 
-def by_power(levels: list[LevelMean], end: float, usual: float) -> ContinuedMean:
+def by_power(levels: list[LevelMean], end: float, usual: float) -> Mean:
     """Return the rest of T∞ + c q_c^(−p) up to `end`, rad/m, from two levels or more.
 
     p is the mean of the usual exponent and the exponent of the last two steps, weighted by their inverse variances.
@@ -104,10 +98,11 @@ def by_power(levels: list[LevelMean], end: float, usual: float) -> ContinuedMean
     shown = max(_OF_STEPS, 0.5 ** (len(levels) - 2))
     least = 1.0 + weight * (shown - 1.0)
     error = np.maximum.reduce([*apart, least * np.abs(rest.value)])
-    return ContinuedMean(rest, error, f"as q_c^(−p) with p = {_in_words(exponent)}")
+    way = f"as q_c^(−p) with p = {_in_words(exponent)}"
+    return replace(rest, errors={"bandwidth": error}, way=way)
 
 
-def by_bound(levels: list[LevelMean], end: float, bound: float) -> ContinuedMean:
+def by_bound(levels: list[LevelMean], end: float, bound: float) -> Mean:
     """Return the rest of a mean whose distance to an exact bound falls as q_c^(−p) up to `end`, rad/m, from two levels.
 
     p is the mean of 1 and the exponent of the last two distances, weighted by their inverse variances, and not below
@@ -120,7 +115,8 @@ def by_bound(levels: list[LevelMean], end: float, bound: float) -> ContinuedMean
     left, slower, faster = (levels[-1].q_max / end) ** off
     error = np.abs(high.value) * np.maximum(slower - left, left - faster)
     way = f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}"
-    return ContinuedMean(high * (left - 1.0), error, way)
+    rest: Mean = high * (left - 1.0)
+    return replace(rest, errors={"bandwidth": error}, way=way)
 
 
 def _exponent(

@@ -1,59 +1,104 @@
-"""`Mean`: a mean over surfaces with the deviation of each; sums, products and ratios keep surfaces together."""
+"""`Mean`: a mean over surfaces with the deviation of each and the parts of its error.
 
-from dataclasses import dataclass
+Sums, products and ratios keep surfaces together.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.grid import Array
 
-Influence = dict[int, Array]
+Influence = Mapping[int, Array]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mean:
-    """A mean, (speeds,), and its scatter; + - * / of two means are taken to first order in it.
+    """One observable, (speeds,) or (1,), its scatter, and its other errors; + - * / are taken to first order in them.
 
-    `influence` has by stream, (realizations, speeds), the influence values: the contribution of each realization to the
-    deviation of this mean from the true one (the delta method); its own mean is zero. Realizations of one stream and
-    place have one surface. The other operand may be an exact number, or one at each speed, but for /.
+    The other operand may be an exact number, or one at each speed, but for /. Errors of one name have one cause: they
+    add.
+
+    Attributes
+    ----------
+    value : ndarray
+        The mean; of a column, extrapolated to the end of C(q) and to a vanishing pixel, if such a limit exists.
+    finest : ndarray
+        The mean at the highest cut-off on its finest grid, without extrapolation.
+    influence : mapping of int to ndarray
+        By stream, (realizations, speeds), the influence values: the contribution of each realization to the deviation
+        of this mean from the true one (the delta method); its own mean is zero. Realizations of one stream and place
+        have one surface.
+    errors : mapping of str to ndarray
+        All parts of the error but the statistical one, 95 %. Of a column, "bandwidth" and "pixel", NaN if no level
+        shows them, and "last step": the change by the last rise of q_c if a limit exists and no extrapolation reaches
+        it, else 0. `with_errors` adds those that no level shows.
+    way : str
+        The extrapolation in words.
     """
 
     value: Array
+    finest: Array
     influence: Influence
+    errors: Mapping[str, Array] = field(default_factory=dict)
+    way: str = ""
 
     def __add__(self, other: "Mean | Array | float") -> "Mean":
         if not isinstance(other, Mean):
-            return Mean(self.value + other, self.influence)
-        influence = dict(self.influence)
+            return replace(self, value=self.value + other, finest=self.finest + other)
+        influence, errors = {**self.influence}, {**self.errors}
         for stream, rows in other.influence.items():
             influence[stream] = _together(influence[stream], rows) if stream in influence else rows
-        return Mean(self.value + other.value, influence)
+        for name, part in other.errors.items():
+            errors[name] = errors.get(name, 0.0) + part
+        value, finest = self.value + other.value, self.finest + other.finest
+        return Mean(value, finest, influence, errors, self.way)
 
     def __sub__(self, other: "Mean | Array | float") -> "Mean":
         return self + other * -1.0
 
     def __mul__(self, other: "Mean | Array | float") -> "Mean":
-        if isinstance(other, Mean):
-            both = self * other.value + other * self.value
-            return Mean(self.value * other.value, both.influence)
-        influence = {stream: rows * other for stream, rows in self.influence.items()}
-        return Mean(self.value * other, influence)
+        if not isinstance(other, Mean):
+            return self.through(self.value * other, self.finest * other, other)
+        both = self * other.value + other * self.value
+        value, finest = self.value * other.value, self.finest * other.finest
+        # a product of zero has no error
+        errors = {name: np.where(value == 0.0, 0.0, part) for name, part in both.errors.items()}
+        return replace(both, value=value, finest=finest, errors=errors)
 
     def __truediv__(self, other: "Mean") -> "Mean":
         """Return the ratio; not finite if the other mean is zero."""
         with np.errstate(all="ignore"):
-            ratio = self.value / other.value
+            ratio, finest = self.value / other.value, self.finest / other.finest
             both = self * (1.0 / other.value) + other * (-ratio / other.value)
-        return Mean(ratio, both.influence)
+        return replace(both, value=ratio, finest=finest)
+
+    def through(self, value: Array, finest: Array, slope: Array | float) -> "Mean":
+        """Return a function of this mean, whose `slope` there carries its scatter and errors (delta method)."""
+        influence = {stream: rows * slope for stream, rows in self.influence.items()}
+        errors = {name: np.abs(slope) * part for name, part in self.errors.items()}
+        return Mean(value, finest, influence, errors, self.way)
 
     def where(self, chosen: NDArray[np.bool_], other: "Mean") -> "Mean":
         """Return this mean at the chosen speeds, the other one elsewhere; both are finite or discarded whole."""
         with np.errstate(invalid="ignore"):
-            influence = {s: np.where(chosen, rows, 0.0) for s, rows in self.influence.items()}
-            rest = {s: np.where(chosen, 0.0, rows) for s, rows in other.influence.items()}
-        both = Mean(self.value, influence) + Mean(other.value, rest)
-        return Mean(np.where(chosen, self.value, other.value), both.influence)
+            return self._only(chosen) + other._only(~chosen)
+
+    def _only(self, chosen: NDArray[np.bool_]) -> "Mean":
+        """Return this mean at the chosen speeds, and zero without an error elsewhere."""
+        influence = {stream: np.where(chosen, x, 0.0) for stream, x in self.influence.items()}
+        errors = {name: np.where(chosen, part, 0.0) for name, part in self.errors.items()}
+        value, finest = (np.where(chosen, x, 0.0) for x in (self.value, self.finest))
+        return Mean(value, finest, influence, errors, self.way)
+
+    def with_errors(self, **relative: Array | float) -> "Mean":
+        """Return this mean with further parts of its error, over the mean; what is exactly zero has none of them."""
+        with np.errstate(invalid="ignore"):  # infinite at rest
+            size = np.abs(self.value)
+            parts = {name: np.where(size == 0.0, 0.0, size * x) for name, x in relative.items()}
+        return replace(self, errors={**self.errors, **parts})
 
     @property
     def variance(self) -> dict[int, Array]:
@@ -66,11 +111,16 @@ class Mean:
         return parts
 
 
+def exact(value: Array) -> Mean:
+    """Return a value without an error."""
+    return Mean(value, value, {})
+
+
 def mean_of(stream: int, rows: Array) -> Mean:
     """Return the mean of influence values, (realizations, speeds), of one stream."""
     value = rows.mean(axis=0)
     with np.errstate(invalid="ignore"):  # both infinite
-        return Mean(value, {stream: (rows - value) / len(rows)})
+        return Mean(value, value, {stream: (rows - value) / len(rows)})
 
 
 def _together(first: Array, second: Array) -> Array:

@@ -6,18 +6,19 @@ until its mean T_flash is the continued one, and the levels show the little that
 its slope over ln T_flash.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.levels import FLASH, Values
+from roughsim.estimate.errors import SOURCES
+from roughsim.estimate.levels import FLASH
 from roughsim.estimate.limit import by_steps
-from roughsim.estimate.mean import Mean, mean_of
-from roughsim.estimate.sliding import UNCERTAINTY_OF_DISTRIBUTION, stretched
-from roughsim.estimate.telescoping import LevelMean, Pair, change_by_pixel, telescoped
+from roughsim.estimate.mean import Mean, exact, mean_of
+from roughsim.estimate.sliding import UNCERTAINTY_OF_DISTRIBUTION
+from roughsim.estimate.telescoping import LevelMean, change_by_pixel, telescoped
 from roughsim.grid import Array
 from roughsim.observables.distribution import BIN_AREAS, Bins, two_pressures
 from roughsim.observables.record import Sample
@@ -38,7 +39,10 @@ OverBins = Callable[
 ]  # bins and the factor of their temperatures → values of bins
 OfMean = Callable[
     [Bins, Array], tuple[Array, Array, Array]
-]  # bins and their mean → as of `uniform_temperature`
+]  # bins and the mean of each contact → as of `uniform_temperature`
+ByForm = Callable[
+    [Callable[[Sample], Array]], Array
+]  # a value of samples → its error by their form
 
 
 class Activation(NamedTuple):
@@ -49,22 +53,45 @@ class Activation(NamedTuple):
     base: Array  # K, (speeds,)
 
 
-class OverContact(NamedTuple):
-    """A mean over the contact with its errors, and what limits them; arrays (speeds,)."""
+class Contacts(NamedTuple):
+    """The contacts of a column, whose temperatures are scaled to its T_flash."""
 
-    values: Values
-    members: Array  # effective number of members that carry the mean, (Σ y)²/Σ y²
+    # of its levels, lowest first; or of slides alone, continued to the end of C(q), which have themselves as they were
+    # followed as the level below
+    samples: Sequence[Sample]
+    flash: Mean  # reported T_flash, K
+    area: Mean  # A/A₀
+    background: Array  # T₀, absolute, K
+    speeds: tuple[float, ...]  # m/s
+    # of levels: T_flash over the cut-offs, by the upper ones up to their `end`, rad/m; None where it is unknown
+    law: LawOfFlash | None = None
+    end: float = 0.0
+    fall: float | None = None  # as `PIXEL_FALL`; None where no pixel changes the levels
+    by_form: ByForm | None = None  # of drawn contacts
+    sources: Mapping[str, str] = SOURCES  # the parts of an error, in words
+
+    @property
+    def all_samples(self) -> list[Sample]:
+        """The samples of the levels and of those below."""
+        both = (each for sample in self.samples for each in (sample.below, sample))
+        return [each for each in both if each is not None]
+
+
+def energies_of(bins: Bins, activation: Activation) -> tuple[Array, Array]:
+    """Return σV − E, J, of the two pressures of each bin, and their shares of its area, (2, ..., speeds, bins)."""
+    pressures, shares = (np.array(pair) for pair in zip(*two_pressures(bins), strict=True))
+    return pressures * activation.volume - activation.energy, shares
 
 
 def exponents(bins: Bins, factor: Array, activation: Activation) -> tuple[Array, Array]:
-    """Return (σV − E)/k_B T of the two pressures of each bin, and their shares of its area, (2, ..., speeds, bins).
+    """Return (σV − E)/k_B T of the two pressures of each bin, and their shares, as of `energies_of`.
 
     `factor`, (speeds,), multiplies the temperatures of the bins.
     """
-    energy, volume, base = activation
-    temperature = np.maximum(base[:, None] + factor[:, None] * bins.temperature, _COLDEST)
-    pressures, shares = (np.array(pair) for pair in zip(*two_pressures(bins), strict=True))
-    return (pressures * volume - energy) / (BOLTZMANN * temperature), shares
+    base = activation.base[:, None]
+    temperature = np.maximum(base + factor[:, None] * bins.temperature, _COLDEST)
+    energies, shares = energies_of(bins, activation)
+    return energies / (BOLTZMANN * temperature), shares
 
 
 def log_scale(bins: Bins, factor: Array, activation: Activation) -> Array:
@@ -101,16 +128,16 @@ def heat_above(bins: Bins, factor: Array, excess: Array) -> Array:
 
 
 def uniform_temperature(
-    bins: Bins, mean: Array, activation: Activation, scale: Array
+    bins: Bins, rows: Array, activation: Activation, scale: Array
 ) -> tuple[Array, Array, Array]:
-    """Return the absolute temperature, K, at which all bins together have a mean of `rates`, (speeds,).
+    """Return the absolute temperature, K, at which all bins together have the mean of `rates`, (speeds,).
 
-    Beside it are its slope over the mean, (speeds,), and the mean of each member at this temperature, (n, speeds).
-    With b = 1/k_B T, ln⟨exp(b(σV − E))⟩ = L is solved by Newton's method; without V it is linear in b. NaN without a
-    barrier: then no temperature is singled out.
+    `rows` are the mean of each contact, (n, speeds). Beside the temperature are its slope over the mean, (speeds,), and
+    its influence values, (n, speeds). With b = 1/k_B T, ln⟨exp(b(σV − E))⟩ = L is solved by Newton's method; without V
+    it is linear in b. NaN without a barrier: then no temperature is singled out.
     """
-    unit = activation._replace(base=np.full_like(mean, 1.0 / BOLTZMANN))
-    energies, shares = exponents(bins, np.zeros_like(mean), unit)  # σV − E, J
+    mean = rows.mean(axis=0)
+    energies, shares = energies_of(bins, activation)
     areas = shares * BIN_AREAS
     with np.errstate(all="ignore"):  # without a barrier all is NaN
         log_mean = np.log(mean) + scale
@@ -123,30 +150,37 @@ def uniform_temperature(
             total = terms.sum(axis=(0, 1, 3))
             barrier = -(terms * energies).sum(axis=(0, 1, 3)) / total
             inverse = inverse + (np.log(total) + largest - log_mean) / barrier
-        members = (areas * np.exp(inverse[:, None] * energies - scale[:, None])).sum(axis=(0, 3))
+        # the mean of each contact at this temperature
+        uniform = (areas * np.exp(inverse[:, None] * energies - scale[:, None])).sum(axis=(0, 3))
         temperature = np.where(barrier > 0.0, 1.0 / (BOLTZMANN * inverse), np.nan)
-        return temperature, BOLTZMANN * temperature**2 / (barrier * mean), members
+        slope = BOLTZMANN * temperature**2 / (barrier * mean)
+    return temperature, slope, temperature + slope * (rows - uniform)
 
 
 def of_uniform_temperature(
-    warm: Values, sample: Sample, activation: Activation, scale: Array
-) -> Values:
+    warm: Mean, sample: Sample, activation: Activation, scale: Array
+) -> Mean:
     """Return the mean of `rates` at an activation temperature.
 
     Along the levels T_act follows T_flash nearly in a straight line, and the rate does not: so T_act is continued, and
     the rate follows from it.
     """
-    unit = activation._replace(base=np.full_like(scale, 1.0 / BOLTZMANN))
-    energies, shares = exponents(bins_of(sample), np.zeros_like(scale), unit)  # σV − E, J
+    energies, shares = energies_of(bins_of(sample), activation)
 
     def mean_at(temperature: Array) -> Array:
         exponent = energies / (BOLTZMANN * temperature[:, None]) - scale[:, None]
         return np.asarray((shares * BIN_AREAS * np.exp(exponent)).mean(axis=1).sum(axis=(0, 2)))
 
-    mean = mean_at(warm.mean)
+    mean = mean_at(warm.value)
     with np.errstate(all="ignore"):
-        slope = 1.0 / uniform_temperature(bins_of(sample), mean, activation, scale)[1]
+        slope = 1.0 / uniform_temperature(bins_of(sample), mean[None], activation, scale)[1]
     return warm.through(mean, mean_at(warm.finest), slope)
+
+
+def _itself(bins: Bins, rows: Array) -> tuple[Array, Array, Array]:
+    """Return a mean as a function of itself, as `uniform_temperature`."""
+    mean = rows.mean(axis=0)
+    return mean, np.ones_like(mean), rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,8 +188,8 @@ class ContactMean:
     """A mean over the contact of a function of its bins, or a function of this mean, at the continued T_flash."""
 
     of_bins: OverBins
-    flash: Values  # reported T_flash, to which the bins of each level are scaled
-    of_mean: OfMean | None = None
+    flash: Mean  # reported T_flash, to which the bins of each level are scaled
+    of_mean: OfMean = _itself
     by_contact: bool = (
         False  # whether `of_bins` gives the mean of each contact, (n, speeds), not of each bin
     )
@@ -177,103 +211,70 @@ class ContactMean:
     def influence(self, sample: Sample) -> Array:
         """Return influence values, (n, speeds): each level has its own mean T_flash, and with it its factor."""
         own = sample.numbers[FLASH]
-        rows: Array = self.mean(sample) - self.slope(sample) * (own / own.mean(axis=0) - 1.0)
-        if self.of_mean is None:
-            return rows
-        value, derivative, uniform = self.of_mean(bins_of(sample), rows.mean(axis=0))
-        result: Array = value + derivative * (rows - uniform)
-        return result
+        rows = self.mean(sample) - self.slope(sample) * (own / own.mean(axis=0) - 1.0)
+        return self.of_mean(bins_of(sample), rows)[2]
 
     def value(self, sample: Sample) -> Array:
         """Return the mean over all contacts, or the function of it, (speeds,)."""
-        mean: Array = self.mean(sample).mean(axis=0)
-        return mean if self.of_mean is None else self.of_mean(bins_of(sample), mean)[0]
+        return self.of_mean(bins_of(sample), self.mean(sample))[0]
 
     def derivative(self, sample: Sample) -> Array:
         """Return the derivative of the function of the mean, (speeds,); 1 without one."""
-        mean = self.mean(sample).mean(axis=0)
-        return (
-            np.ones_like(mean) if self.of_mean is None else self.of_mean(bins_of(sample), mean)[1]
-        )
+        return self.of_mean(bins_of(sample), self.mean(sample))[1]
 
     def tail(self, sample: Sample) -> Array:
         """Return the share of the mean from bins within the hottest pixel of each contact, (speeds,)."""
         if self.by_contact:
-            return np.zeros(self.flash.mean.shape)
+            return np.zeros(self.flash.value.shape)
         temperature = bins_of(sample).temperature
         hottest = temperature >= temperature[..., -1:] * (1.0 - _ROUNDING)
         of_areas = self.scaled(sample) * BIN_AREAS
         share: Array = (of_areas * hottest).sum(axis=(0, -1)) / of_areas.sum(axis=(0, -1))
         return share
 
+    def members(self, sample: Sample) -> Array:
+        """Return the effective number of members that carry the mean, (Σ y)²/Σ y², (speeds,)."""
+        rows = self.mean(sample)
+        with np.errstate(invalid="ignore"):  # 0/0 of a share that no member has
+            effective: Array = rows.sum(axis=0) ** 2 / (rows**2).sum(axis=0)
+        return effective
 
-def mean_over_contact(
-    pairs: list[Pair], of_level: ContactMean, end: float, law: LawOfFlash, fall: float | None
-) -> OverContact:
-    """Return a mean over the contact from the levels of a column, continued to the end of C(q), rad/m, and its errors.
+
+def mean_over_contact(contacts: Contacts, of_level: ContactMean) -> Mean:
+    """Return a mean over the contacts of a column, at the T_flash of `of_level`, and its errors.
 
     What of it changes with the cut-off at one T_flash follows the law of T_flash by steps. All of this rest counts as
-    an error, since it is small and only a guess. `law` takes the cut-offs to T_flash up to the last two and over all of
-    C(q), None where it is unknown; `fall` is as of `PIXEL_FALL`, None for levels that no pixel changes.
+    an error, since it is small and only a guess. The change by the continued distribution of slides counts as an error,
+    since it is that of frozen contacts. Those by T_flash follow from the slope over it.
     """
-    levels = telescoped(of_level.influence, pairs)
-    rest, unknown = rest_of(levels, end, law)
-    top, mean = levels[-1].mean.value, levels[-1].mean + rest
-    own = {"bandwidth": np.where(unknown, np.nan, np.abs(rest.value))}
-    if fall is not None:
-        change, pixel = change_by_pixel(levels, np.nan, fall, end)
-        mean *= change + 1.0
-        own["pixel"] = np.abs(mean.value) * pixel
-    return _over_contact(mean, top, own, of_level, pairs[-1].sample, pairs[0].sample)
-
-
-def mean_over_slides(drawn: Pair, stretch: Array, of_level: ContactMean) -> OverContact:
-    """Return a mean over the contacts of slides, scaled to the T_flash of `of_level`, and its errors.
-
-    Temperatures about T_flash grow by the factor `stretch`, (speeds,), up to the end of C(q). The change of the mean by
-    it counts as an error, since it is that of frozen contacts.
-    """
-    sample = stretched(drawn.sample, stretch)
-    mean = mean_of(drawn.stream, of_level.influence(sample))
-    narrow = mean_of(drawn.stream, of_level.influence(drawn.sample)).value
-    slope = of_level.derivative(sample) * of_level.slope(sample)
-    own = {"slide": np.hypot(UNCERTAINTY_OF_DISTRIBUTION * slope, mean.value - narrow)}
-    return _over_contact(mean, narrow, own, of_level, sample, sample)
-
-
-def _over_contact(
-    mean: Mean,
-    finest: Array,
-    own: dict[str, Array],
-    of_level: ContactMean,
-    top: Sample,
-    lowest: Sample,
-) -> OverContact:
-    """Return a mean over the contact with its `own` errors and those that it has by T_flash."""
-    flash = of_level.flash
+    top, flash = contacts.samples[-1], of_level.flash
     derivative = of_level.derivative(top)
     slope = derivative * of_level.slope(top)
+    if contacts.law is None:
+        mean = mean_of(top.stream, of_level.influence(top))
+        narrow = mean_of(top.stream, of_level.influence(top.below or top)).value
+        mean = replace(mean, finest=narrow)
+        own = {"slide": np.hypot(UNCERTAINTY_OF_DISTRIBUTION * slope, mean.value - narrow)}
+    else:
+        levels = telescoped(of_level.influence, contacts.samples)
+        rest, unknown = rest_of(levels, contacts.end, contacts.law)
+        mean = replace(levels[-1].mean + rest, finest=levels[-1].mean.value)
+        own = {"bandwidth": np.where(unknown, np.nan, np.abs(rest.value))}
+        if contacts.fall is not None:
+            change = change_by_pixel(levels, np.nan, contacts.fall, contacts.end)
+            mean = replace(mean * (change + 1.0), finest=mean.finest)
+            own["pixel"] = np.abs(mean.value) * change.errors["pixel"]
     with np.errstate(all="ignore"):  # T_flash is zero at rest
-        by_flash = np.nan_to_num(slope / flash.mean, posinf=0.0, neginf=0.0)
-    influence = {stream: rows * by_flash for stream, rows in flash.influence.items()}
-    errors = {
-        name: np.hypot(own.get(name, 0.0), by_flash * part) for name, part in flash.errors.items()
-    }
+        by_flash = np.nan_to_num(slope / flash.value, posinf=0.0, neginf=0.0)
+    nothing = np.zeros_like(slope)
+    found = replace(mean, errors={}) + flash.through(nothing, nothing, by_flash)
+    errors = {name: np.hypot(own.get(name, 0.0), part) for name, part in found.errors.items()}
     tail = of_level.tail(top)
-    errors["tail"] = np.where(
-        tail > _MOST_OF_TAIL, np.nan, np.abs(derivative) * tail * of_level.mean(top).mean(axis=0)
-    )
-    rows = of_level.mean(lowest)
-    with np.errstate(invalid="ignore"):  # 0/0 of a share that no member has
-        members = rows.sum(axis=0) ** 2 / (rows**2).sum(axis=0)
-    values = Values(
-        mean.value,
-        finest,
-        (mean + Mean(np.zeros_like(slope), influence)).influence,
-        errors,
-        flash.way,
-    )
-    return OverContact(values, members)
+    of_tail = np.abs(derivative) * tail * of_level.mean(top).mean(axis=0)
+    errors["tail"] = np.where(tail > _MOST_OF_TAIL, np.nan, of_tail)
+    if contacts.by_form is not None:
+        errors["form"] = contacts.by_form(of_level.value)
+    return replace(found, errors=errors, way=flash.way)
 
 
 def bins_of(sample: Sample) -> Bins:
@@ -285,9 +286,9 @@ def bins_of(sample: Sample) -> Bins:
     return sample.bins
 
 
-def factor_of(sample: Sample, flash: Values) -> Array:
+def factor_of(sample: Sample, flash: Mean) -> Array:
     """Return the continued T_flash over the mean of a level, (speeds,)."""
-    factor: Array = flash.mean / sample.numbers[FLASH].mean(axis=0)
+    factor: Array = flash.value / sample.numbers[FLASH].mean(axis=0)
     return factor
 
 
@@ -303,11 +304,11 @@ def law_of_flash(scene: Scene, column: str) -> LawOfFlash:
 
 def rest_of(levels: list[LevelMean], end: float, law: LawOfFlash) -> tuple[Mean, bool]:
     """Return the rest beyond the highest cut-off, and whether it is unknown: with one level it is that of T_flash."""
-    nothing = Mean(np.zeros_like(levels[-1].mean.value), {})
+    nothing = exact(np.zeros_like(levels[-1].mean.value))
     q = tuple(level.q_max for level in levels)
     if len(levels) < 2 or q[-1] >= end * (1.0 - SAME):
         return nothing, False
     flash = law(q)
     if flash is None or not np.isfinite(flash).all():
         return nothing, True
-    return by_steps(levels, flash).rest, False
+    return by_steps(levels, flash), False

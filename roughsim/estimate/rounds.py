@@ -13,7 +13,7 @@ import numpy as np
 
 from roughsim.estimate.cell_size import SIZE_SHARE, SYSTEMATIC
 from roughsim.estimate.errors import quantile, spread_of
-from roughsim.estimate.levels import Values
+from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
 from roughsim.table import Estimate
@@ -29,7 +29,7 @@ WORK_SECONDS = 5e-9  # s of CPU time over the `work` of a member, on one core of
 MEMBER = 1.5e6  # `work` of a member on any grid, 8 ms: handing out, file, reading, and what a small solve takes
 TARGET = {"flash_temperature": 0.01}  # for the choice of levels in a run without a target
 Counts = tuple[int, ...]  # members of each level, by its number
-Totals = Callable[[str, str, Counts], tuple[Values, Estimate]]  # by observable, column and counts
+Totals = Callable[[str, str, Counts], tuple[Mean, Estimate]]  # by observable, column and counts
 
 
 class Verdict(NamedTuple):
@@ -180,7 +180,7 @@ def _standing(
 
 
 def _wishes(
-    numerics: Numerics, column: str, counts: Counts, values: Values, found: Estimate, goal: float
+    numerics: Numerics, column: str, counts: Counts, values: Mean, found: Estimate, goal: float
 ) -> tuple[dict[int, int], int | None]:
     """Return the members of each level that a relative total error `goal` wants, and a level to add, if any."""
     parts = _relative_parts(found)
@@ -240,7 +240,7 @@ def _next_level(
 
 
 def _allocation(
-    numerics: Numerics, column: str, values: Values, found: Estimate, counts: Counts, goal: Array
+    numerics: Numerics, column: str, values: Mean, found: Estimate, counts: Counts, goal: Array
 ) -> dict[int, int]:
     """Return the members by level that reach the relative statistical error `goal`, (speeds,), with the least work.
 
@@ -250,11 +250,11 @@ def _allocation(
     levels = {
         numerics.stream(level): level for level in numerics.of_column(column) if counts[level]
     }
-    _, freedom = spread_of(values.sampled)
+    _, freedom = spread_of(values)
     with np.errstate(all="ignore"):
         variances = {
-            levels[stream]: part * len(values.influence[stream]) / values.mean**2
-            for stream, part in values.sampled.variance.items()
+            levels[stream]: part * len(values.influence[stream]) / values.value**2
+            for stream, part in values.variance.items()
         }
         for level, variance in variances.items():
             lower = _below_of_kind(numerics, column, level, variances)

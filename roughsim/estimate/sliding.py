@@ -7,13 +7,12 @@ contacts, which includes all of C(q). A slide that is followed over a part of it
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
-from roughsim.estimate.errors import half_width, spread
-from roughsim.estimate.levels import FLASH, Values
-from roughsim.estimate.mean import mean_of
+from roughsim.estimate.errors import half_width, spread, widened
+from roughsim.estimate.levels import FLASH
+from roughsim.estimate.mean import Mean, mean_of
 from roughsim.grid import Array
 from roughsim.observables.record import Sample, ratio
 from roughsim.prediction.sliding import WHOLE, SlidingContinuation
@@ -72,43 +71,31 @@ def sliding_estimate(
     if observable == "contact_fraction":
         return single
     if observable == "heat_partition":
-        share, error, half_width, freedom = _mean_of(
-            numbers["sliding_share"] * continued.heat_partition
-        )
-        count = len(numbers["sliding_share"])
-        own = {
-            "statistical": half_width,
-            "slide": np.hypot(_UNCERTAINTY_OF_CUT_OFF, continued.error) * share,
-        }
+        rows = numbers["sliding_share"] * continued.heat_partition
+        share, (error, freedom) = rows.mean(axis=0), spread(rows)
+        slide = np.hypot(_UNCERTAINTY_OF_CUT_OFF, continued.error) * share
+        own = {"statistical": half_width(error, freedom), "slide": slide}
         beyond = {name: part for name, part in _relative(single).items() if name in _NO_LEVEL_SHOWS}
+        note = f"mean over the last half of the distance that {len(rows)} members slide"
         return replace(
             single,
             mean=share,
             standard_error=error,
             budget=own | {name: share * part for name, part in beyond.items()},
             bias=np.zeros_like(share),
-            n=count,
+            n=len(rows),
             effective_n=freedom + 1.0,
-            notes=(
-                f"mean over the last half of the distance that {count} members slide",
-                *_note_of(continued),
-            ),
+            notes=(note, *_note_of(continued)),
         )
-    paired = _change(numbers, coarsening, continued)
-    change, error, half_width, _ = _mean_of(paired.rows)
-    budget = {name: part * change for name, part in single.budget.items()}
-    budget["statistical"] = np.hypot(budget["statistical"], single.mean * half_width)
-    budget["slide"] = single.mean * paired.uncertainty
-    count = len(paired.rows)
-    note = f"the frozen estimate with all heat in the moving body, times its change in {count} members that slide"
-    return replace(
-        single,
-        mean=single.mean * change,
-        standard_error=np.hypot(single.standard_error * change, single.mean * error),
-        budget=budget,
-        bias=single.bias * change,
-        notes=(*single.notes, note, f"the slide is {paired.pixel}", *_note_of(continued)),
+    rows, uncertainty, pixel = _change(numbers, coarsening, continued)
+    slid = single.times(rows.mean(axis=0))
+    note = f"the frozen estimate with all heat in the moving body, times its change in {len(rows)} members that slide"
+    slid = replace(
+        slid,
+        budget={**slid.budget, "slide": single.mean * uncertainty},
+        notes=(*single.notes, note, f"the slide is {pixel}", *_note_of(continued)),
     )
+    return widened(slid, rows, single.mean)
 
 
 def _note_of(continued: SlidingContinuation) -> tuple[str, ...]:
@@ -122,63 +109,50 @@ def _note_of(continued: SlidingContinuation) -> tuple[str, ...]:
     )
 
 
-class _Change(NamedTuple):
-    """The change of T_flash by the slide, over the frozen one."""
-
-    rows: Array  # of each member, corrected for the pixel and continued to the whole distance, (members, speeds)
-    uncertainty: (
-        Array | float
-    )  # 95 %, by the cut-off, the rest of the pixel and the distance; NaN: unknown
-    pixel: str  # in words
-
-
 def _change(
-    numbers: dict[str, Array], coarsening: float, continued: SlidingContinuation = WHOLE
-) -> _Change:
-    """Return the change of T_flash from frozen to sliding contacts; arguments as of `sliding_estimate`."""
+    numbers: Mapping[str, Array], coarsening: float, continued: SlidingContinuation = WHOLE
+) -> tuple[Array, Array | float, str]:
+    """Return the change of T_flash from frozen to sliding contacts; arguments as of `sliding_estimate`.
+
+    It is of each member, corrected for the pixel and continued to the whole distance, (members, speeds). Its error,
+    95 %, is by the cut-off, the rest of the pixel and the distance, NaN if unknown; and there is the pixel in words.
+    """
     rows = ratio(numbers["sliding_flash_temperature"], numbers["sliding_frozen_flash_temperature"])
-    correction, uncertainty, pixel = (
-        np.zeros_like(rows),
-        np.nan,
-        "not corrected for its pixel, as there is no coarser grid",
+    if coarsening <= 1.0:
+        unknown = "not corrected for its pixel, as there is no coarser grid"
+        return rows * continued.flash_temperature, np.nan, unknown
+    coarser = ratio(
+        numbers["sliding_coarser_flash_temperature"],
+        numbers["sliding_coarser_frozen_flash_temperature"],
     )
-    if coarsening > 1.0:
-        coarser = ratio(
-            numbers["sliding_coarser_flash_temperature"],
-            numbers["sliding_coarser_frozen_flash_temperature"],
-        )
-        # the error falls with the pixel to a power within ORDERS: of the difference from the coarser slide either
-        # 1/(coarsening^p − 1) is left; their mean corrects, and half of their difference is uncertainty
-        first, last = (1.0 / (coarsening**order - 1.0) for order in ORDERS)
-        correction = 0.5 * (first + last) * (rows - coarser)
-        of_orders = 0.5 * (first - last) * np.abs((rows - coarser).mean(axis=0))
-        others = np.hypot(_UNCERTAINTY_OF_CUT_OFF, continued.error)
-        uncertainty = continued.flash_temperature * np.hypot(of_orders, others * rows.mean(axis=0))
-        relative = 100 * correction.mean(axis=0) / rows.mean(axis=0)
-        pixel = f"changed by {relative.min():+.2g} … {relative.max():+.2g} % for its pixel, by {coarsening:.3g} of it"
-    return _Change((rows + correction) * continued.flash_temperature, uncertainty, pixel)
+    # the error falls with the pixel to a power within ORDERS: of the difference from the coarser slide either
+    # 1/(coarsening^p − 1) is left; their mean corrects, and half of their difference is uncertainty
+    first, last = (1.0 / (coarsening**order - 1.0) for order in ORDERS)
+    correction = 0.5 * (first + last) * (rows - coarser)
+    of_orders = 0.5 * (first - last) * np.abs((rows - coarser).mean(axis=0))
+    others = np.hypot(_UNCERTAINTY_OF_CUT_OFF, continued.error)
+    uncertainty = continued.flash_temperature * np.hypot(of_orders, others * rows.mean(axis=0))
+    relative = 100 * correction.mean(axis=0) / rows.mean(axis=0)
+    pixel = f"changed by {relative.min():+.2g} … {relative.max():+.2g} % for its pixel, by {coarsening:.3g} of it"
+    return (rows + correction) * continued.flash_temperature, uncertainty, pixel
 
 
 def sliding_flash(
-    single: Values, numbers: dict[str, Array], coarsening: float, stream: int
-) -> Values:
+    single: Mean, numbers: Mapping[str, Array], coarsening: float, stream: int
+) -> Mean:
     """Return T_flash of the moving body above its background, K, with the scatter of each surface.
 
-    `single` are the values of single contacts with all the heat in the moving body; the slides have a `stream` of
-    surfaces of their own. The other arguments as of `sliding_estimate`. Slides with a distribution of the temperature,
-    for which this is, are followed to their end (`prediction.sliding.continuation_fault`): nothing is continued.
+    `single` is of single contacts with all the heat in the moving body; the slides have a `stream` of surfaces of their
+    own. The other arguments as of `sliding_estimate`. Slides with a distribution of the temperature, for which this is,
+    are followed to their end (`prediction.sliding.continuation_fault`): nothing is continued.
     """
-    paired = _change(numbers, coarsening)
-    change = mean_of(stream, paired.rows)
-    mean = single.sampled * change
-    errors = {name: part * change.value for name, part in single.errors.items()}
-    errors["slide"] = single.mean * paired.uncertainty
-    return Values(mean.value, single.finest * change.value, mean.influence, errors, single.way)
+    rows, uncertainty, _ = _change(numbers, coarsening)
+    return single * replace(mean_of(stream, rows), errors={"slide": np.asarray(uncertainty)})
 
 
 def sliding_quantile(
-    flash: Values, name: str, numbers: dict[str, Array], stream: int, stretch: Array
-) -> Values:
+    flash: Mean, name: str, numbers: Mapping[str, Array], stream: int, stretch: Array
+) -> Mean:
     """Return a quantile of the temperature over the contact of sliding bodies, K.
 
     It is `flash`, `sliding_flash` of the same slides, times the quantile over T_flash of each slide. From the cut-off
@@ -186,39 +160,41 @@ def sliding_quantile(
     """
     drawn = mean_of(stream, ratio(numbers[f"sliding_{name}"], numbers["sliding_flash_temperature"]))
     over_flash = (drawn - 1.0) * stretch + 1.0
-    mean = flash.sampled * over_flash
-    errors = {name: part * np.abs(over_flash.value) for name, part in flash.errors.items()}
+    found = flash * over_flash
     uncertainty = UNCERTAINTY_OF_DISTRIBUTION * np.maximum(np.abs(over_flash.value), 1.0)
-    own = np.hypot(uncertainty, over_flash.value - drawn.value)
-    errors["slide"] = np.hypot(errors["slide"], flash.mean * own)
-    return Values(mean.value, flash.finest * drawn.value, mean.influence, errors, flash.way)
+    own = flash.value * np.hypot(uncertainty, over_flash.value - drawn.value)
+    errors = {**found.errors, "slide": np.hypot(found.errors["slide"], own)}
+    return replace(found, finest=flash.finest * drawn.value, errors=errors)
 
 
 def stretched(sample: Sample, stretch: Array) -> Sample:
-    """Return the sample of slides with the differences of its bins from T_flash times a factor, (speeds,)."""
+    """Return slides with the differences of their bins from T_flash times a factor, (speeds,).
+
+    The level below are the slides as they were followed.
+    """
     if sample.bins is None:
         raise ValueError(
             "the slides of this run have not stored the distribution of the temperature; run it again"
         )
     flash = sample.numbers[FLASH][..., None]
     temperature = flash + stretch[:, None] * (sample.bins.temperature - flash)
-    return replace(sample, bins=sample.bins._replace(temperature=temperature))
+    return replace(sample, bins=sample.bins._replace(temperature=temperature), below=sample)
 
 
-def stretch_of(flash: Values, hot: Values, lowest: Sample) -> Array:
+def stretch_of(flash: Mean, hot: Mean, lowest: Sample) -> Array:
     """Return the growth of the distribution about T_flash in frozen contact, (speeds,), from its lowest level on.
 
-    `flash` and `hot` are the values of T_flash and of the quantile `HOT` at the end of C(q).
+    `flash` and `hot` are T_flash and the quantile `HOT` at the end of C(q).
     """
     drawn = lowest.numbers[HOT].mean(axis=0) / lowest.numbers[FLASH].mean(axis=0) - 1.0
     with np.errstate(all="ignore"):  # of a uniform temperature
-        growth: Array = (hot.mean / flash.mean - 1.0) / drawn
+        growth: Array = (hot.value / flash.value - 1.0) / drawn
     return np.where((drawn > _UNIFORM) & np.isfinite(growth), growth, 1.0)
 
 
-def warmed(flash: Values, warm: Array, share: Estimate) -> Values:
+def warmed(flash: Mean, warm: Array, share: Estimate) -> Mean:
     """Return T_flash with the error of a background, (speeds,), K, added to it, since the share makes both."""
-    return flash._replace(errors=_added(flash.errors, warm, share))
+    return replace(flash, errors=_added(flash.errors, warm, share))
 
 
 def _added(errors: Mapping[str, Array], warm: Array, share: Estimate) -> dict[str, Array]:
@@ -241,22 +217,13 @@ def with_background(
     T₀ depends on the slide only by the `share` of the heat, and has its relative error. A larger share warms both
     parts, so these errors add.
     """
-    warm, error, influence, _ = _mean_of(rows * continued.background)
-    budget = _added(flash.budget, warm, share)
-    budget["statistical"] = np.hypot(budget["statistical"], influence)
-    return replace(
+    rows = rows * continued.background
+    warm = rows.mean(axis=0)
+    note = f"with the background after the duration, a mean of {len(rows)} members that slide"
+    heated = replace(
         flash,
         mean=flash.mean + warm,
-        standard_error=np.hypot(flash.standard_error, error),
-        budget=budget,
-        notes=(
-            *flash.notes,
-            f"with the background after the duration, a mean of {len(rows)} members that slide",
-        ),
+        budget=_added(flash.budget, warm, share),
+        notes=(*flash.notes, note),
     )
-
-
-def _mean_of(rows: Array) -> tuple[Array, Array, Array, Array]:
-    """Return the mean of rows, its standard error, its 95 % half-width, and the degrees of freedom."""
-    error, freedom = spread(rows)
-    return rows.mean(axis=0), error, half_width(error, freedom), freedom
+    return widened(heated, rows)

@@ -14,8 +14,8 @@ from roughsim import prediction
 from roughsim.charts.reaction import ReactionLine, reaction_lines
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
-from roughsim.estimate.correlation import correlation_of
-from roughsim.estimate.errors import half_width
+from roughsim.estimate.errors import half_width, spread_of
+from roughsim.estimate.telescoping import correlation_of
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature, contact_temperature
 from roughsim.observables.catalogue import OBSERVABLES
@@ -175,8 +175,8 @@ def measured_curves(run: Run, column: str) -> dict[str, Curve]:
     """Return the curves of a column by name; the run needs a sound realization."""
     speeds, r = np.array(run.scene.speeds), _distances(run)
     moving = speeds > 0.0  # a logarithmic axis has no zero
-    mean, error, freedom = correlation_of(run.pairs(column), r)
-    curves = {CORRELATION: Curve(r, mean, half_width(error, freedom))}
+    correlation = correlation_of(run.samples(column), r)
+    curves = {CORRELATION: Curve(r, correlation.value, half_width(*spread_of(correlation)))}
     for name in OVER_SPEED:
         estimate = run.estimate(name, column)
         curves[name] = Curve(speeds[moving], estimate.mean[moving], estimate.total_error[moving])

@@ -171,7 +171,7 @@ TABLE: tuple[Observable, ...] = (
         solver_share=0.3,
     ),
     Observable(
-        "heat_partition",  # of two temperatures of each level: `estimate.levels.share_of`
+        "heat_partition",  # of two temperatures of each level: `estimate.levels.values_of`
         "1",
         per_speed=True,
         spectra=True,  # the balance of the two bodies after a time of sliding

@@ -64,6 +64,10 @@ class Sample:
     part: bool = False  # whether its cell is a part of the run's, with surfaces of its own
     # of the contact area of each realization, (n, speeds, bins); None: not stored
     bins: Bins | None = None
+    level: int = 0  # its number
+    stream: int = 0  # of its surfaces: levels of one stream see the same ones
+    # the level below on the same surfaces; None at the lowest level
+    below: "Sample | None" = None
     # influence values by the name of the observable
     _known: dict[str, Array] = field(default_factory=dict, init=False, repr=False)
 

@@ -71,7 +71,7 @@ def balanced(scene: Scene, sample: Sample) -> Sample:
 
     The resting body is measured with the conductivity of the moving one: its temperature is multiplied by κ/κ', NaN
     where it does not conduct. For "total" it has grown for the sliding duration, and `backgrounds` come on top. The
-    sample needs its stress spectra then.
+    sample needs its stress spectra then. The level below it is changed alike.
     """
     resting = sample.numbers["resting_flash_temperature"]
     bodies = conduction(scene)
@@ -80,7 +80,9 @@ def balanced(scene: Scene, sample: Sample) -> Sample:
         growth = heat_history(scene, sample.wavenumber)[0]
         resting = resting / steady.sum(axis=1, keepdims=True) * (steady @ growth.T)
     resting = resting * (bodies.conductivity / bodies.counter_conductivity)
-    return replace(sample, numbers=sample.numbers | {"resting_flash_temperature": resting})
+    numbers = sample.numbers | {"resting_flash_temperature": resting}
+    below = None if sample.below is None else balanced(scene, sample.below)
+    return replace(sample, numbers=numbers, below=below)
 
 
 def backgrounds(scene: Scene, sample: Sample) -> tuple[Array, Array]:

@@ -14,7 +14,8 @@ import numpy as np
 from roughsim import prediction
 from roughsim.estimate.asked import ABOUT
 from roughsim.estimate.errors import quotient, speed_axis
-from roughsim.estimate.levels import FLASH, Values
+from roughsim.estimate.levels import FLASH
+from roughsim.estimate.mean import Mean
 from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.values import Predicted
@@ -155,7 +156,7 @@ def finest(run: Run) -> tuple[Grid, float]:
 
     Levels without sound members are ignored.
     """
-    level = run.numerics.levels[run.pairs(run.numerics.columns[0])[-1].level]
+    level = run.numerics.levels[run.samples(run.numerics.columns[0])[-1].level]
     nx, ny = level.shape
     return Grid((level.parts * nx, level.parts * ny), run.numerics.lengths), level.q_max
 
@@ -240,14 +241,11 @@ def _named(run: Run, ratio: Estimate, observable: str) -> Estimate:
     return replace(ratio, observable=observable, unit=axes.unit, coords=axes.coords)
 
 
-def _values_of(
-    run: Run, observable: str, column: str, *, extrapolated: bool = True
-) -> Values | None:
+def _values_of(run: Run, observable: str, column: str, *, extrapolated: bool = True) -> Mean | None:
     """Return the values of a column with all heat in the moving body; None for what has no ratio."""
     if observable == CONTACT_TEMPERATURE:
         flash = run.values(FLASH, column, extrapolated=extrapolated)
-        warm = prediction.background(run.scene)
-        return flash._replace(mean=flash.mean + warm, finest=flash.finest + warm)
+        return flash + prediction.background(run.scene)
     if observable not in OBSERVABLES:
         return None
     return run.values(observable, column, extrapolated=extrapolated)

@@ -33,7 +33,7 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
     Returns
     -------
     Run
-        With `estimate`, `pairs` and `correlation`.
+        With `estimate`, `samples` and `correlation`.
 
     Raises
     ------

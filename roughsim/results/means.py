@@ -8,17 +8,9 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.cell_size import size_error
-from roughsim.estimate.correlation import correlation_of
-from roughsim.estimate.errors import SOURCES, estimate, speed_axis
-from roughsim.estimate.levels import (
-    FLASH,
-    Values,
-    notes_of,
-    product,
-    scaled,
-    values_of,
-    with_errors,
-)
+from roughsim.estimate.errors import SOURCES, estimate, speed_axis, spread_of
+from roughsim.estimate.levels import FLASH, notes_of, values_of
+from roughsim.estimate.mean import Mean
 from roughsim.estimate.rounds import Counts
 from roughsim.estimate.sliding import (
     HOT,
@@ -29,10 +21,10 @@ from roughsim.estimate.sliding import (
     stretch_of,
     with_background,
 )
-from roughsim.estimate.telescoping import Pair
+from roughsim.estimate.telescoping import correlation_of
 from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS, OBSERVABLES, observables_of
-from roughsim.observables.record import Observable
+from roughsim.observables.record import Observable, Sample
 from roughsim.prediction.scans import scan_error
 from roughsim.prediction.sliding import SlidingContinuation
 from roughsim.results import pressed, share
@@ -57,16 +49,16 @@ class Means:
         self.sources: Mapping[str, str] = SOURCES if self.drawn else pressed.SOURCES
         columns = self.numerics.columns if self.drawn else (*self.numerics.columns, QUADRANTS)
         self._lowest = [self.numerics.of_column(column)[0] for column in columns]
-        # of the members that count; all observables follow from the pairs, and most values are asked for repeatedly
-        self._pairs: dict[str, list[Pair]] = {}
-        self._values: dict[tuple[str, str, bool], Values] = {}
+        # of the members that count; all observables follow from them, and most values are asked for repeatedly
+        self._samples: dict[str, list[Sample]] = {}
+        self._values: dict[tuple[str, str, bool], Mean] = {}
         self._continued: SlidingContinuation | None = None  # .1 s to .5 s
 
     def count(self, counts: Counts) -> None:
         """Let so many members of each level count."""
         if counts != self.counts:
             self.members.counts = counts
-            self._pairs.clear()
+            self._samples.clear()
             self._values.clear()
 
     @property
@@ -99,21 +91,21 @@ class Means:
             )
         return name
 
-    def pairs(self, column: str | None = None) -> list[Pair]:
+    def samples(self, column: str | None = None) -> list[Sample]:
         """Return the sound counted members of a column's levels, lowest first; levels without any are left out.
 
         ValueError if there is none.
         """
         name = self.column(column)
-        if name not in self._pairs:
-            self._pairs[name] = self.members.pairs(name)
-        if not self._pairs[name]:
+        if name not in self._samples:
+            self._samples[name] = self.members.samples(name)
+        if not self._samples[name]:
             raise ValueError(f"{self.folder} has no sound realization yet; let it run first")
-        return self._pairs[name]
+        return self._samples[name]
 
     def values(
         self, observable: str, column: str | None = None, *, extrapolated: bool = True
-    ) -> Values:
+    ) -> Mean:
         """Return the values of an observable over the counted members, with all heat in the moving body.
 
         `extrapolated`, or at the highest cut-off, with all parts of their errors. Errors raised as `estimate`.
@@ -126,7 +118,7 @@ class Means:
             "size": self.size_error(observable, name),
             "solver": OBSERVABLES[observable].solver_share * self.numerics.tolerance,
         }
-        values = with_errors(values, **parts, **self._scan_part(observable))
+        values = values.with_errors(**parts, **self._scan_part(observable))
         if self.drawn or name == QUADRANTS:
             return values
         quadrants = self.of_levels(observable, QUADRANTS, extrapolated=extrapolated)
@@ -138,7 +130,7 @@ class Means:
 
     def of_levels(
         self, observable: str, column: str | None = None, *, extrapolated: bool = True
-    ) -> Values:
+    ) -> Mean:
         """Return `values` with those parts of their errors alone that the levels of a column show."""
         if observable not in self.observables:
             need = (
@@ -150,33 +142,33 @@ class Means:
             )
         key = observable, self.column(column), extrapolated
         if key not in self._values:
-            pairs = self.pairs(column)
+            samples = self.samples(column)
             self._values[key] = values_of(
                 self.scene,
                 self.numerics.columns[-1] if key[1] == QUADRANTS else key[1],
                 observable,
-                pairs,
+                samples,
                 extrapolated=extrapolated,
                 continued=self.drawn,
             )
         return self._values[key]
 
-    def reported(self, observable: str, column: str | None = None) -> Values:
+    def reported(self, observable: str, column: str | None = None) -> Mean:
         """Return `values` for reports: temperatures with their share of the heat."""
         values = self.values(observable, column)
         if not OBSERVABLES[observable].heated:
             return values
         if share.has_own_share(self.scene):
-            both = product(values, self.values("heat_partition", column))  # from the same surfaces
+            both = values * self.values("heat_partition", column)  # from the same surfaces
             # a cell and a tolerance change the temperatures of both bodies alike, and hardly their share
             alike = {part: values.errors[part] * self.share(column) for part in ("size", "solver")}
-            return both._replace(errors=both.errors | alike)
-        return scaled(values, self.heat_partition)
+            return replace(both, errors={**both.errors, **alike})
+        return values * self.heat_partition
 
     def share(self, column: str | None = None) -> Array:
         """Return the share of the heat, (speeds,), in the reported temperatures of a column."""
         own = share.has_own_share(self.scene)
-        return self.values("heat_partition", column).mean if own else self.heat_partition
+        return self.values("heat_partition", column).value if own else self.heat_partition
 
     def share_text(self) -> str:
         """Return in words the share of the heat in the theory and in each column; one text if all are equal."""
@@ -310,34 +302,28 @@ class Means:
             *(name for name, record in OBSERVABLES.items() if record.asked),
         )
 
-    def slid(self) -> tuple[Pair, Values, Array]:
+    def slid(self) -> tuple[Sample, Mean, Array]:
         """Return the slides, the T_flash that follows from them, and the factor of the distribution about it.
 
         By this factor, (speeds,), it grows in single contacts up to the end of C(q). ValueError without a slide.
         """
-        flash, pair = self.values(FLASH), self.members.slides()
-        slid_flash = sliding_flash(
-            flash, pair.sample.numbers, self._coarsening(pair.level), pair.stream
-        )
-        return pair, slid_flash, stretch_of(flash, self.values(HOT), self.pairs()[0].sample)
+        flash, slides = self.values(FLASH), self.members.slides()
+        coarsening = self._coarsening(slides.level)
+        slid_flash = sliding_flash(flash, slides.numbers, coarsening, slides.stream)
+        return slides, slid_flash, stretch_of(flash, self.values(HOT), self.samples()[0])
 
     def _slid(self, observable: str) -> Estimate:
         """Return the estimate of an observable in the column sliding."""
         if observable not in self.slid_observables or not OBSERVABLES[observable].asked:
-            single, pair = self.single(observable, all_heat=True), self.members.slides()
-            coarsening = self._coarsening(pair.level)
+            single, slides = self.single(observable, all_heat=True), self.members.slides()
+            coarsening = self._coarsening(slides.level)
             return sliding_estimate(
-                observable, single, pair.sample.numbers, coarsening, self._continuation()
+                observable, single, slides.numbers, coarsening, self._continuation()
             )
-        pair, flash, stretch = self.slid()
-        values = sliding_quantile(flash, observable, pair.sample.numbers, pair.stream, stretch)
-        return estimate(
-            observable,
-            with_errors(values, **self._scan_part(observable)),
-            (
-                f"T_flash of the column sliding, times this quantile over T_flash in {len(pair.sample.rows)} slides",
-            ),
-        )
+        slides, flash, stretch = self.slid()
+        values = sliding_quantile(flash, observable, slides.numbers, slides.stream, stretch)
+        note = f"T_flash of the column sliding, times this quantile over T_flash in {len(slides.rows)} slides"
+        return estimate(observable, values.with_errors(**self._scan_part(observable)), (note,))
 
     def _coarsening(self, level: int) -> float:
         """Return the ratio of pixels of slides, coarser grid over own grid; 1 without a coarser grid."""
@@ -355,7 +341,7 @@ class Means:
         """Return T₀ + T_flash of a column over speed; `warming` is T₀ of single contacts with all the heat, K."""
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
-            rows = self.members.slides().sample.numbers["sliding_background"]
+            rows = self.members.slides().numbers["sliding_background"]
             return with_background(
                 flash, rows, self.estimate("heat_partition", SLIDING), self._continuation()
             )
@@ -368,14 +354,15 @@ class Means:
 
         `distance` is r, m, one-dimensional; ValueError beyond half the diagonal of the cell.
         """
-        pairs = self.pairs(column)
-        reach = pairs[0].sample.reach
+        samples = self.samples(column)
+        reach = samples[0].reach
         if distance.max(initial=0.0) > reach * (1 + 1e-12):
             raise ValueError(
                 f"distance = {distance.max():.4g} m exceeds half the diagonal of the cell, {reach:.4g} m; ask for "
                 "shorter distances"
             )
-        return correlation_of(pairs, distance)[:2]
+        mean = correlation_of(samples, distance)
+        return mean.value, spread_of(mean)[0]
 
     def curves(self) -> dict[str, Array]:
         """Return the curves of the column sliding over the `slid_distance`, m; ValueError without a sound member.
@@ -383,9 +370,7 @@ class Means:
         Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
         """
         slides = self.members.slides()
-        paths = [
-            member_path(self.folder, slides.level, index) for index in slides.sample.rows.tolist()
-        ]
+        paths = [member_path(self.folder, slides.level, index) for index in slides.rows.tolist()]
         rows = [read_member(path).curves for path in paths]
         return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {
             AXIS: rows[0][AXIS]

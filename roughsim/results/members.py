@@ -12,7 +12,6 @@ import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.estimate.rounds import Counts
-from roughsim.estimate.telescoping import Pair
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.distribution import BIN_AREAS, Bins
@@ -217,6 +216,8 @@ class Members(dict[Key, Member]):
             0.5 * float(np.hypot(*grid.lengths)),
             numerics.levels[level].parts > 1,
             self._bins([one.bins for one in stored]),
+            level,
+            numerics.stream(level),
         )
 
     def _bins(self, found: list[Bins | None]) -> Bins | None:
@@ -227,17 +228,17 @@ class Members(dict[Key, Member]):
         rows = [bins or Bins(nothing, nothing, nothing, nothing) for bins in found]
         return Bins(*map(np.array, zip(*rows, strict=True)))
 
-    def pairs(self, column: str) -> list[Pair]:
-        """Return the samples of a column's levels, lowest first; levels without sound members are left out."""
-        pairs: dict[int | None, Pair] = {}
+    def samples(self, column: str) -> list[Sample]:
+        """Return a column's levels, lowest first, with those below; levels without sound members are left out."""
+        samples: dict[int | None, Sample] = {}
         for level in self.numerics.of_column(column):
             below = self.numerics.below(level)
-            if self.sound(level) and (below is None or below in pairs):
+            if self.sound(level) and (below is None or below in samples):
                 lower = None if below is None else self.sample(level, below=True)
-                pairs[level] = Pair(level, self.numerics.stream(level), self.sample(level), lower)
-        return list(pairs.values())
+                samples[level] = replace(self.sample(level), below=lower)
+        return list(samples.values())
 
-    def slides(self) -> Pair:
+    def slides(self) -> Sample:
         """Return the sample of the slides, with their T_flash as that of contacts; ValueError without a sound one."""
         level = self.numerics.slide
         if level is None:
@@ -250,7 +251,7 @@ class Members(dict[Key, Member]):
         numbers = sample.numbers | {
             "flash_temperature": sample.numbers["sliding_flash_temperature"]
         }
-        return Pair(level, self.numerics.stream(level), replace(sample, numbers=numbers), None)
+        return replace(sample, numbers=numbers)
 
     def seconds(self, level: int) -> Array:
         """Return the computing time of each member of a level, s, also of those that do not count."""

@@ -7,8 +7,8 @@ import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.estimate import errors
-from roughsim.estimate.errors import half_width, spread
-from roughsim.estimate.levels import Values, with_errors
+from roughsim.estimate.errors import widened
+from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 from roughsim.results.members import Members
 from roughsim.scene.numerics import QUADRANTS
@@ -55,20 +55,20 @@ def whole(members: Members) -> bool:
     return all(len(members.sound(level)) == PARTS for level in levels)
 
 
-def with_scatter(of_map: Values, quadrants: Values, members: Members) -> Values:
+def with_scatter(of_map: Mean, quadrants: Mean, members: Members) -> Mean:
     """Return the values of the map with `_SHARED` times the scatter of its quadrants about their mean.
 
     Its deviation from the mean over many such maps is the statistical error.
     """
     if overshoot(members) > SOME_LOAD:
-        of_map = with_errors(of_map, bandwidth=np.nan)
+        of_map = of_map.with_errors(bandwidth=np.nan)
     (rows,) = quadrants.influence.values()  # all levels see the same surfaces
     with np.errstate(all="ignore"):  # 0/0 at rest, and without yielding
-        rows = np.nan_to_num(rows * (_SHARED * of_map.mean / quadrants.mean))
-    return of_map._replace(influence=dict.fromkeys(of_map.influence, rows))
+        rows = np.nan_to_num(rows * (_SHARED * of_map.value / quadrants.value))
+    return replace(of_map, influence=dict.fromkeys(of_map.influence, rows))
 
 
-def size_error(of_map: Values, quadrants: Values, members: Members) -> Array:
+def size_error(of_map: Mean, quadrants: Mean, members: Members) -> Array:
     """Return the relative difference of the mean of the quadrants from the map; unknown unless all are there.
 
     It is the error of the size of the map and of its edges: quadrants have twice the edge per area.
@@ -76,7 +76,7 @@ def size_error(of_map: Values, quadrants: Values, members: Members) -> Array:
     if not whole(members):
         return np.array(np.nan)
     with np.errstate(all="ignore"):  # 0/0 at rest
-        difference = np.abs(quadrants.mean / of_map.mean - 1.0)
+        difference = np.abs(quadrants.value / of_map.value - 1.0)
     return np.asarray(np.nan_to_num(difference, posinf=0.0))
 
 
@@ -146,20 +146,15 @@ def in_direction(mean: Estimate, found: list[Directions], name: str) -> Estimate
     """
     over, *parts = (each.over_mean[name] for each in found)
     rows = np.stack(parts)
-    error, freedom = spread(1.0 + _SHARED * (rows / rows.mean(axis=0) - 1.0))
-    budget = {part: values * over for part, values in mean.budget.items()}
-    budget["statistical"] = np.hypot(
-        budget["statistical"], mean.mean * over * half_width(error, freedom)
-    )
-    budget["size"] = np.hypot(budget["size"], mean.mean * np.abs(rows.mean(axis=0) - over))
-    return replace(
-        mean,
-        mean=mean.mean * over,
-        standard_error=np.hypot(mean.standard_error * over, mean.mean * over * error),
-        budget=budget,
-        bias=mean.bias * over,
+    directed = mean.times(over)
+    size = np.hypot(directed.budget["size"], mean.mean * np.abs(rows.mean(axis=0) - over))
+    directed = replace(
+        directed,
+        budget={**directed.budget, "size": size},
         notes=(*mean.notes, _IN_DIRECTION),
     )
+    scatter = 1.0 + _SHARED * (rows / rows.mean(axis=0) - 1.0)
+    return widened(directed, scatter, directed.mean)
 
 
 def _of_last_level(members: Members, column: str, index: int) -> dict[str, Any]:

@@ -4,7 +4,7 @@ The absolute temperature of the contact is T₀ + T: T₀ is `sliding.background
 warmed after the `duration` of the scene, and T is the distribution about T_flash.
 """
 
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from roughsim.estimate.asked import (
     CONVERSION,
     HEAT_ABOVE,
     RATE,
-    Contacts,
     asked_of,
 )
-from roughsim.estimate.levels import FLASH, PIXEL_FALL, Values, scaled, with_errors
-from roughsim.estimate.reactions import law_of_flash, mean_over_contact, mean_over_slides
+from roughsim.estimate.levels import FLASH, PIXEL_FALL
+from roughsim.estimate.mean import Mean
+from roughsim.estimate.reactions import Contacts, law_of_flash
 from roughsim.estimate.sliding import stretched, warmed
 from roughsim.grid import Array
 from roughsim.results.means import Means
@@ -39,44 +39,45 @@ _SOLVER_SHARE = 2.0  # of the tolerance, of temperatures: as of observables that
 
 def _contacts_of(run: Means, column: str | None) -> Contacts:
     """Return the contacts of a column; ValueError if it is missing."""
-    solver = {"solver": _SOLVER_SHARE * run.numerics.tolerance}
+    scene, solver = run.scene, _SOLVER_SHARE * run.numerics.tolerance
     if column == SLIDING:
-        pair, flash, stretch = run.slid()
-        warm = np.zeros_like(flash.mean)
-        if run.scene.sliding.duration is not None:
-            warm = pair.sample.numbers["sliding_background"].mean(axis=0)
-        background = (run.scene.sliding.background_temperature or 0.0) + warm
-        top = stretched(pair.sample, stretch)
-        mean = partial(mean_over_slides, pair, stretch)
-        flash = with_errors(warmed(flash, warm, run.estimate("heat_partition", SLIDING)), **solver)
-        area = run.values("contact_fraction")
+        slides, flash, stretch = run.slid()
+        warm = np.zeros_like(flash.value)
+        if scene.sliding.duration is not None:
+            warm = slides.numbers["sliding_background"].mean(axis=0)
+        background = (scene.sliding.background_temperature or 0.0) + warm
+        flash = warmed(flash, warm, run.estimate("heat_partition", SLIDING))
         return Contacts(
-            run.scene.speeds, [pair.sample, top], top, flash, area, background, mean, run.sources
+            [stretched(slides, stretch)],
+            flash.with_errors(solver=solver),
+            run.values("contact_fraction"),
+            background,
+            scene.speeds,
+            sources=run.sources,
         )
     name = run.column(column)
-    pairs = run.pairs(name)
-    samples = [
-        sample for pair in pairs for sample in (pair.below, pair.sample) if sample is not None
-    ]
-    end = float(run.scene.spectrum.breaks[-1]) if run.drawn else samples[-1].q_max
-    law = law_of_flash(run.scene, name)
-    mean = partial(mean_over_contact, pairs, end=end, law=law, fall=PIXEL_FALL[name])
-    flash = with_errors(_with_errors_of_background(run, name), **solver)
-    area, background = run.values("contact_fraction", name), background_temperature(run, name)
+    samples = run.samples(name)
     return Contacts(
-        run.scene.speeds, samples, samples[-1], flash, area, background, mean, run.sources
+        samples,
+        _with_errors_of_background(run, name).with_errors(solver=solver),
+        run.values("contact_fraction", name),
+        background_temperature(run, name),
+        scene.speeds,
+        law_of_flash(scene, name),
+        float(scene.spectrum.breaks[-1]) if run.drawn else samples[-1].q_max,
+        PIXEL_FALL[name],
+        sources=run.sources,
     )
 
 
-def _with_errors_of_background(run: Means, column: str) -> Values:
+def _with_errors_of_background(run: Means, column: str) -> Mean:
     """Return reported T_flash with the errors of T₀ too, where a share of each column makes both: they add."""
     flash = run.reported(FLASH, column)
     if not has_own_share(run.scene):
         return flash
-    warm = scaled(run.values("heat_partition", column), prediction.background(run.scene))
-    errors = {name: part + warm.errors[name] for name, part in flash.errors.items()}
-    influence = (flash.sampled + warm.sampled).influence
-    return flash._replace(errors=errors, influence=influence)
+    both = flash + run.values("heat_partition", column) * prediction.background(run.scene)
+    errors = {name: both.errors[name] for name in flash.errors}
+    return replace(flash, errors=errors, influence=both.influence)
 
 
 def not_asked(run: Means, name: str) -> ValueError:

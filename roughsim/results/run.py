@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.errors import RecordError, number
-from roughsim.estimate.levels import Values
+from roughsim.estimate.mean import Mean
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
 from roughsim.grid import Array, Grid
 from roughsim.planning import limits
@@ -120,7 +120,7 @@ class Run(Means):
             return self._verdicts[key]
         self.count(counts)
 
-        def totals(observable: str, column: str, _: Counts) -> tuple[Values, Estimate]:
+        def totals(observable: str, column: str, _: Counts) -> tuple[Mean, Estimate]:
             return self.reported(observable, column), self.single(observable, column)
 
         if self.independent:
@@ -256,7 +256,7 @@ class Run(Means):
 
     def picture(self, column: str | None = None) -> int:
         """Return the finest level of a column in the run's cell with counted members."""
-        levels = [pair.level for pair in self.pairs(column)]
+        levels = [sample.level for sample in self.samples(column)]
         return next(level for level in reversed(levels) if self.numerics.levels[level].cell is None)
 
     def fields(
@@ -407,7 +407,7 @@ class Run(Means):
 
     def arrays(self) -> list[Labelled]:
         """Return all numbers of all counted members, and the kept fields, with names, axes and units."""
-        self.pairs()  # ValueError without a sound realization
+        self.samples()  # ValueError without a sound realization
         here = copy(self)
         here.folder = (
             self.folder.absolute()

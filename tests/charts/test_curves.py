@@ -145,7 +145,7 @@ def test_the_measured_stress_spectrum_sums_to_the_measured_variance(capped_run):
         if line.get_color() == COLOURS["capped"] and len(line.get_xdata()) > 9
     )
     q, density = line.get_data()
-    sample = capped_run.pairs("capped")[-1].sample
+    sample = capped_run.samples("capped")[-1]
     inside = sample.wavenumber < q[-1]
     assert np.trapezoid(density, np.log(q)) == pytest.approx(
         1e-18 * sample.spectrum[:, inside].sum(1).mean(), rel=0.03

@@ -166,45 +166,42 @@ def test_temperatures_carry_the_share_and_ratios_do_not(table, capped_run):
     assert row.columns["capped"].mean == pytest.approx(
         capped_run.estimate("flash_temperature").mean[2]
     )
-    lowest, step = capped_run.pairs("capped")
+    lowest, step = capped_run.samples("capped")
     fine, coarse, first = (
-        sample.numbers["flash_temperature"].mean(axis=0)[2]
-        for sample in (step.sample, step.below, lowest.sample)
+        sample.numbers["flash_temperature"].mean(axis=0)[2] for sample in (step, step.below, lowest)
     )
     assert row.columns["capped"].bias == pytest.approx(
         0.9 * first * fine / coarse - row.columns["capped"].mean
     )
 
 
-def without(pair, stream, i):
-    """A pair without its i-th surface, if they are of this stream."""
+def without(level, stream, i):
+    """A level without its i-th surface, if they are of this stream."""
 
     def rest(sample):
         numbers = {name: np.delete(rows, i, axis=0) for name, rows in sample.numbers.items()}
         return replace(sample, rows=np.delete(sample.rows, i), numbers=numbers)
 
-    if pair.stream != stream:
-        return pair
-    return pair._replace(
-        sample=rest(pair.sample), below=None if pair.below is None else rest(pair.below)
-    )
+    if level.stream != stream:
+        return level
+    return replace(rest(level), below=level.below and rest(level.below))
 
 
 def test_ratios_keep_the_pairing(table, capped_run):
     # each surface left out in turn, of the columns that have it; the variances of the two streams add
     def ratio(stream=None, i=0):
-        pairs = [
-            [without(pair, stream, i) for pair in capped_run.pairs(name)]
+        samples = [
+            [without(level, stream, i) for level in capped_run.samples(name)]
             for name in ("capped", "smoothed")
         ]
         scene = capped_run.scene
         above, below = (
-            values_of(scene, name, "flash_temperature", of_column).mean[2]
-            for name, of_column in zip(("capped", "smoothed"), pairs, strict=True)
+            values_of(scene, name, "flash_temperature", of_column).value[2]
+            for name, of_column in zip(("capped", "smoothed"), samples, strict=True)
         )
         return above / below
 
-    streams = {pair.stream: len(pair.sample.rows) for pair in capped_run.pairs("capped")}
+    streams = {level.stream: len(level.rows) for level in capped_run.samples("capped")}
     variance = sum(
         (n - 1) * np.var([ratio(stream, i) for i in range(n)]) for stream, n in streams.items()
     )

@@ -85,7 +85,7 @@ def test_the_row_is_the_flash_temperature_and_an_exact_warming(runs):
 def test_the_ratios_are_those_of_the_sums(runs):
     table, warm = runs[0], warming(runs[0].run.scene)
     values = {
-        name: table.run.values("flash_temperature", name).mean for name in ("smoothed", "capped")
+        name: table.run.values("flash_temperature", name).value for name in ("smoothed", "capped")
     }
     rows, flash = of(table, "contact_temperature"), of(table, "flash_temperature")
     for k, (row, part) in enumerate(zip(rows, flash, strict=True)):

@@ -384,7 +384,7 @@ def test_temperatures_are_those_of_the_share_used(capped_run):
     rows = np.array([numbers(capped_run.folder, 0, i)["flash_temperature"] for i in range(6)])
     at_cut_off = capped_run.values("flash_temperature", "smoothed", extrapolated=False).finest
     np.testing.assert_allclose(at_cut_off, rows.mean(axis=0), rtol=1e-12, atol=1e-140)
-    whole = capped_run.values("flash_temperature", "smoothed").mean
+    whole = capped_run.values("flash_temperature", "smoothed").value
     np.testing.assert_allclose(found, 0.9 * whole, rtol=1e-12, atol=1e-140)
     # what lies between the two is continued from q_c to q_max, 4e-6 here
     np.testing.assert_allclose(found, 0.9 * rows.mean(axis=0), rtol=1e-5, atol=1e-140)

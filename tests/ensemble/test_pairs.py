@@ -97,7 +97,7 @@ def test_the_mean_is_that_of_the_lowest_level_times_ratios_of_each_step(run):
     at_cut_off = total(LOWEST) / COUNT * total(STEP) / total(STEP, below=True)
     found = run.values("contact_fraction", extrapolated=False)
     assert found.influence[LOWEST].shape == (COUNT, 1)
-    by_hand = run.values("contact_fraction").mean / at_cut_off - 1.0
+    by_hand = run.values("contact_fraction").value / at_cut_off - 1.0
     partner = (
         total(PARTNER) / total(PARTNER, below=True) - 1.0
     )  # finer points take away contact, here too
@@ -113,7 +113,7 @@ def test_a_failed_solve_of_either_level_is_the_failure_of_the_member(
     assert "stalled" in member.failure
     assert not member.moments
     assert run.failed == 1
-    assert [len(pair.sample.rows) for pair in run.pairs()] == [3, 3, 2]
+    assert [len(sample.rows) for sample in run.samples()] == [3, 3, 2]
 
 
 def test_runs_that_are_computed_together_share_surfaces_and_contacts_of_both_levels(

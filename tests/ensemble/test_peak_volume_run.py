@@ -74,6 +74,6 @@ def test_failed_members_take_no_part(scene, tmp_path, failing):
         for name, k in (("flash_temperature", 2), ("peak_volume", 0))
     )
     found = run.values("flash_temperature", extrapolated=False)
-    apart = found.influence[0][:, 2] / found.mean[2] * len(rows)
+    apart = found.influence[0][:, 2] / found.value[2] * len(rows)
     expected = at_mean(hot, volumes)
     np.testing.assert_allclose(apart, expected / expected.mean() - 1.0, rtol=1e-9, atol=1e-12)

@@ -96,7 +96,7 @@ def test_a_tiled_map_is_pressed_as_its_own_heights_are(
     sliding = rs.HeatSource(speeds=[35.0], friction_coefficient=scene.friction_coefficient(),
                          conductivity=bodies.conductivity, diffusivity=bodies.diffusivity)  # fmt: skip
     expected = rs.measure(contact, grid, sliding).flash_temperature[0]
-    finest = run.pairs()[-1].sample
+    finest = run.samples()[-1]
     assert finest.numbers["flash_temperature"][0, scene.speeds.index(35.0)] == pytest.approx(
         expected, rel=1e-3
     )
@@ -111,7 +111,7 @@ def test_the_mean_is_the_map_and_the_scatter_that_of_its_quadrants(scene_file, t
     found = run.estimate("flash_temperature")
     alone = run.estimate("flash_temperature", "quadrants")
     values = run.of_levels("flash_temperature")
-    whole = values.mean * run.heat_partition
+    whole = values.value * run.heat_partition
     np.testing.assert_allclose(found.mean, whole, rtol=1e-12)
     finest = values.finest * run.heat_partition
     assert (finest[1:] != whole[1:]).all()  # there is an extrapolation

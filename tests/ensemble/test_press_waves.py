@@ -152,9 +152,9 @@ def test_a_map_of_too_many_points_loses_its_shortest_waves_and_the_last_step_is_
     expected = [((32, 22), q_max / 2), ((64, 44), q_max / 2), ((64, 44), q_max), ((128, 88), q_max)]
     levels = [run.numerics.levels[level] for level in run.numerics.of_column(kind)]
     assert [(level.shape, pytest.approx(level.q_max)) for level in levels] == expected
-    found, pairs = run.estimate(NAME), run.pairs()
+    found, samples = run.estimate(NAME), run.samples()
     low, high = (
-        pairs[k].sample.numbers[NAME][0, 0] * run.heat_partition[0] for k in (0, 2)
+        samples[k].numbers[NAME][0, 0] * run.heat_partition[0] for k in (0, 2)
     )  # two pixels per wave
     assert found.budget["last step"][0] == pytest.approx(abs(high - low))
     assert "bandwidth" in found.unknown

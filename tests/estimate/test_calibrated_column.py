@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from roughsim.estimate import fields
-from roughsim.estimate.reactions import BOLTZMANN, ELECTRONVOLT, ContactMean, heat_above
+from roughsim.estimate.reactions import (
+    BOLTZMANN,
+    ELECTRONVOLT,
+    ContactMean,
+    heat_above,
+    mean_over_contact,
+)
 from roughsim.observables.distribution import (
     LEVELS,
     Bins,
@@ -65,28 +71,25 @@ def test_temperatures_go_on_in_proportion_to_the_flash_temperature():
     plain = column((0.2, 0.4), (100.0, 80.0, 80.0))  # no step is known: as the finer fields
     coarse = column((0.2,), (100.0, 100.0))
     for name in (*NAMES[""], *NAMES["area_"]):
-        below, high = (one.quantile(name).mean / 100.0 for one in (coarse, plain))
+        below, high = (one.quantile(name).value / 100.0 for one in (coarse, plain))
         kelvin = 80.0 * high + 0.5 * (80.0 * high - 100.0 * below)
-        assert found.quantile(name).mean == pytest.approx(kelvin, rel=2e-3)
-        rest = np.abs(found.quantile(name).mean - 70.0 * high)
+        assert found.quantile(name).value == pytest.approx(kelvin, rel=2e-3)
+        rest = np.abs(found.quantile(name).value - 70.0 * high)
         assert found.quantile(name).errors["bandwidth"] == pytest.approx(rest, abs=1e-9)
     furthest, limit = (column((0.2, 0.4), (100.0, 80.0, end), reported=1.0) for end in (10.0, 40.0))
     back = column((0.2, 0.4), (100.0, 80.0, 90.0))
     name = NAMES[""][5]
-    assert furthest.quantile(name).mean == pytest.approx(limit.quantile(name).mean, rel=1e-12)
-    assert back.quantile(name).mean == pytest.approx(plain.quantile(name).mean, rel=1e-12)
+    assert furthest.quantile(name).value == pytest.approx(limit.quantile(name).value, rel=1e-12)
+    assert back.quantile(name).value == pytest.approx(plain.quantile(name).value, rel=1e-12)
 
 
 def test_a_share_of_hot_heat_goes_on_as_the_temperatures():
     found = column((0.2, 0.4), (100.0, 80.0, 70.0))
     of_bins = lambda bins, factor: heat_above(bins, factor, np.array([120.0]))  # noqa: E731
-    values = found.mean(ContactMean(of_bins, found.flash, by_contact=True)).values
-    assert (
-        values.mean
-        > column((0.4,), (1.0, 1.0))
-        .mean(ContactMean(of_bins, found.flash, by_contact=True))
-        .values.mean
-    )
+    of_level = ContactMean(of_bins, found.contacts.flash, by_contact=True)
+    values = mean_over_contact(found.contacts, of_level)
+    plain = mean_over_contact(column((0.4,), (1.0, 1.0)).contacts, of_level)
+    assert values.value > plain.value
     assert values.errors["bandwidth"] > 0.0
     assert set(values.errors) == {"bandwidth", "form", "law", "tail"}
 
@@ -94,7 +97,7 @@ def test_a_share_of_hot_heat_goes_on_as_the_temperatures():
 def test_the_drawing_is_the_scatter_of_equal_fields():
     name = NAMES[""][5]
     found = column((0.2,), (1.0, 1.0)).quantile(name)
-    one = column((0.2,), (1.0, 1.0)).samples[0].numbers
+    one = column((0.2,), (1.0, 1.0)).contacts.samples[0].numbers
     ratio = one[name] / one["flash_temperature"]
     assert found.influence[0].std(ddof=1) * 6 == pytest.approx(100.0 * ratio.std(ddof=1), rel=0.02)
 
@@ -102,12 +105,12 @@ def test_the_drawing_is_the_scatter_of_equal_fields():
 def test_the_law_and_the_form_are_parts_of_the_error():
     name = NAMES[""][5]
     found = column((0.2,), (1.0, 1.0), uncertainty=0.1, band=0.07).quantile(name)
-    assert found.errors["law"] == pytest.approx(0.07 * found.mean, rel=1e-12)
-    x = found.mean / 100.0 - 1.0
+    assert found.errors["law"] == pytest.approx(0.07 * found.value, rel=1e-12)
+    x = found.value / 100.0 - 1.0
     # warmer by 1.4 · .1; the hotter side evener, the colder not; both with their mean restored
-    assert found.errors["form"] > 0.14 * found.mean
+    assert found.errors["form"] > 0.14 * found.value
     assert found.errors["form"] == pytest.approx(
-        np.hypot(0.14 * found.mean, 0.1 * x**1.5 * 100.0), rel=0.1
+        np.hypot(0.14 * found.value, 0.1 * x**1.5 * 100.0), rel=0.1
     )
     assert column((0.2,), (1.0, 1.0)).quantile(name).errors["form"] == 0.0
 
@@ -150,7 +153,7 @@ def test_an_even_contact_reacts_at_its_own_temperature(energy):
         FrozenFields((even,), np.ones((2, 1))), 1.0, fields.by_law(np.array([100.0]), 0.0), 0.0
     )
     area = fields.by_law(np.array([0.25]), 0.13)
-    contacts = drawn.contacts((1.0,), drawn.flash, area, np.array([300.0]))
+    contacts = drawn.contacts._replace(speeds=(1.0,), area=area, background=np.array([300.0]))
     barrier = energy * ELECTRONVOLT
     section = ReactionSection(activation_energy=(barrier,), prefactor=1e13)
     rate, kelvin = of_reaction(contacts, section, barrier)

@@ -8,8 +8,7 @@ from ladder_cases import NAME
 from scipy import stats
 
 from roughsim.estimate import errors as est
-from roughsim.estimate.levels import Values, product, with_errors
-from roughsim.estimate.mean import Mean, mean_of
+from roughsim.estimate.mean import exact, mean_of
 from roughsim.table import Estimate
 
 SHARES = {"bandwidth": 0.02, "pixel": 0.03}
@@ -22,9 +21,8 @@ def values_of(
     parts = {"bandwidth": bandwidth, "pixel": pixel, "last step": last_step}
     filled = {name: np.zeros_like(mean.value) + part for name, part in parts.items()}
     finest = mean.value if finest is None else finest
-    return with_errors(
-        Values(mean.value, finest, mean.influence, filled), size=size, solver=solver, **scan
-    )
+    mean = replace(mean, finest=finest, errors=filled)
+    return mean.with_errors(size=size, solver=solver, **scan)
 
 
 def rows_of(seed, n, mean=10.0, scatter=1.0, speeds=2):
@@ -46,7 +44,7 @@ def test_independent_streams_have_the_error_and_the_freedom_of_welch():
     welch = stats.ttest_ind(first, second, equal_var=False)
     np.testing.assert_allclose(mean.value / error, welch.statistic, rtol=1e-12)
     np.testing.assert_allclose(freedom, welch.df, rtol=1e-12)
-    np.testing.assert_allclose(est.spread_of(values_of(mean).sampled)[1], welch.df, rtol=1e-12)
+    np.testing.assert_allclose(est.spread_of(values_of(mean))[1], welch.df, rtol=1e-12)
 
 
 def test_three_streams_have_satterthwaites_degrees_of_freedom():
@@ -224,7 +222,7 @@ def test_errors_are_told_in_the_unit_of_the_mean():
 
 def test_the_table_of_an_estimate_has_a_column_for_each_part_and_a_row_for_each_speed():
     values = values_of(mean_of(0, rows_of(1, 20)), bandwidth=0.3, pixel=0.4)
-    found = est.estimate(NAME, values._replace(finest=values.mean - 0.9))
+    found = est.estimate(NAME, replace(values, finest=values.value - 0.9))
     table = found.table()
     assert [column.title for column in table.columns] == [
         "mean ± total error",
@@ -318,7 +316,7 @@ def test_a_ratio_has_the_last_steps_of_both_columns():
     below = values_of(mean_of(0, np.full((6, 1), 20.0)), bandwidth=np.nan, last_step=1.0)
     found = est.quotient(above, below)
     assert found.budget["last step"][0] == pytest.approx(2.0 * np.hypot(14.0 / 40.0, 1.0 / 20.0))
-    still = below._replace(errors=below.errors | {"last step": np.zeros(1)})
+    still = replace(below, errors={**below.errors, "last step": np.zeros(1)})
     assert est.quotient(above, still).budget["last step"][0] == pytest.approx(14.0 / 20.0)
     at_one_speed = values_of(mean_of(0, np.full((6, 2), 40.0)), last_step=np.array([0.0, 14.0]))
     found = est.quotient(at_one_speed, values_of(mean_of(0, np.full((6, 2), 20.0))))
@@ -347,7 +345,7 @@ def test_no_realization_of_plastic_area_has_no_ratio():
 @pytest.mark.statistical
 def test_intervals_of_three_streams_hold_the_mean_as_often_as_they_say():
     rng, trials = np.random.default_rng(3), 20_000
-    mean = Mean(np.zeros(trials), {})
+    mean = exact(np.zeros(trials))
     for stream, (n, scatter) in enumerate(((12, 1.0), (6, 0.7), (6, 0.4))):
         mean += mean_of(stream, scatter * rng.standard_normal((n, trials)))
     error, freedom = est.spread_of(mean)
@@ -359,13 +357,10 @@ def test_intervals_of_three_streams_hold_the_mean_as_often_as_they_say():
 
 def test_a_product_has_all_parts_of_both_factors():
     # 10 ± (.3 and .2) times 4 ± (.1 and .5): to first order 4·.3 + 10·.1 and so on
-    first = values_of(mean_of(0, np.full((4, 1), 10.0)), bandwidth=0.3)._replace(
-        errors={"bandwidth": 0.3, "tail": 0.2}
-    )
-    second = values_of(mean_of(0, np.full((4, 1), 4.0)))._replace(
-        errors={"bandwidth": 0.1, "scan": 0.5}
-    )
-    for both in (product(first, second), product(second, first)):
-        assert both.mean == pytest.approx(40.0)
+    first, second = (mean_of(0, np.full((4, 1), mean)) for mean in (10.0, 4.0))
+    first = replace(first, errors={"bandwidth": 0.3, "tail": 0.2})
+    second = replace(second, errors={"bandwidth": 0.1, "scan": 0.5})
+    for both in (first * second, second * first):
+        assert both.value == pytest.approx(40.0)
         found = {name: float(part[0]) for name, part in both.errors.items()}
         assert found == pytest.approx({"bandwidth": 2.2, "tail": 0.8, "scan": 5.0})

@@ -9,6 +9,7 @@ from ladder_cases import (
     GRADIENT,
     NAME,
     SPEEDS,
+    at_level,
     at_speeds,
     ladder,
     power_law,
@@ -18,7 +19,6 @@ from ladder_cases import (
 from scipy.special import j0
 
 from roughsim.estimate.levels import notes_of, values_of
-from roughsim.estimate.telescoping import Pair
 from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Level, Numerics
 
@@ -36,7 +36,7 @@ def resting(steel):
 def test_levels_to_the_end_of_the_spectrum_leave_no_bandwidth_error(steel, column):
     cut_offs = END / 4, END / 2, END
     values = values_of(steel, column, NAME, ladder(at_speeds(9.0, 8.0, 7.5), cut_offs))
-    np.testing.assert_allclose(values.mean, 7.5, rtol=1e-12)
+    np.testing.assert_allclose(values.value, 7.5, rtol=1e-12)
     np.testing.assert_allclose(values.finest, 7.5, rtol=1e-12)
     np.testing.assert_array_equal(values.errors["bandwidth"], 0.0)
     np.testing.assert_array_equal(values.errors["last step"], 0.0)
@@ -50,20 +50,20 @@ def test_levels_to_the_end_of_the_spectrum_leave_no_bandwidth_error(steel, colum
 
 def test_levels_add_their_variances_by_stream(steel):
     pairs = ladder(at_speeds(9.0, 8.0), (END / 2, END), n=8, scatter=0.1)
-    pairs[0] = pairs[0]._replace(stream=3)
+    pairs[0] = replace(pairs[0], stream=3)
     rng = np.random.default_rng(5)
     fine, coarse = (2.0 + 0.1 * rng.standard_normal((6, SPEEDS)) for _ in range(2))
     pairs.append(step(2, fine, coarse, (END, END), name=NAME))
     values = values_of(steel, "elastic", NAME, pairs)
     assert {stream: len(rows) for stream, rows in values.influence.items()} == {3: 8, 1: 8, 2: 6}
-    base = pairs[0].sample.numbers[NAME]
+    base = pairs[0].numbers[NAME]
     variance = base.var(axis=0, ddof=1) / 8 / base.mean(axis=0) ** 2
-    np.testing.assert_allclose(values.sampled.variance[3] / values.mean**2, variance, rtol=1e-9)
+    np.testing.assert_allclose(values.variance[3] / values.value**2, variance, rtol=1e-9)
     # 4/3 of the ratio of refined, at order 2: T (1 + 4/3 (r − 1))
     ratio = fine.mean(axis=0) / coarse.mean(axis=0)
     relative = fine / fine.mean(axis=0) - coarse / coarse.mean(axis=0)
     expected = (8.0 * 4 / 3 * ratio) ** 2 * relative.var(axis=0, ddof=1) / 6
-    np.testing.assert_allclose(values.sampled.variance[2], expected, rtol=1e-9)
+    np.testing.assert_allclose(values.variance[2], expected, rtol=1e-9)
 
 
 # beyond the highest cut-off
@@ -73,7 +73,7 @@ def test_contact_that_follows_the_theory_goes_on_with_its_shape(steel, foretold)
     foretold.theory = np.outer([1.0, 2.0, 3.5], np.ones(SPEEDS))
     for column in ("elastic", "capped"):
         values = values_of(steel, column, NAME, ladder(at_speeds(8.0, 9.0), (1e5, 2e5)))
-        np.testing.assert_allclose(values.mean, 10.5, rtol=1e-12)
+        np.testing.assert_allclose(values.value, 10.5, rtol=1e-12)
         np.testing.assert_allclose(values.errors["bandwidth"], np.abs(1.5 - 9.0 * 0.75), rtol=1e-12)
         np.testing.assert_array_equal(values.errors["last step"], 0.0)
         assert values.way == "with the shape of the theory"
@@ -88,14 +88,14 @@ def test_capped_contact_that_follows_the_theory_may_yield_so_that_all_of_the_res
 ):
     foretold.theory = np.outer([8.0, 9.0, 9.5, 9.6], np.ones(SPEEDS))
     values = values_of(steel, column, NAME, ladder(at_speeds(8.0, 9.0, 9.5), (1e5, 2e5, 4e5)))
-    np.testing.assert_allclose(values.mean, 9.6, rtol=1e-12)
+    np.testing.assert_allclose(values.value, 9.6, rtol=1e-12)
     np.testing.assert_allclose(values.errors["bandwidth"], doubt * 0.1, rtol=1e-9)
 
 
 def test_t_flash_of_yielded_contact_goes_on_by_the_law_of_the_upper_two_cut_offs(steel, foretold):
     foretold.law = np.outer([4.0, 3.6, 3.0], np.ones(SPEEDS))
     values = values_of(steel, "capped", NAME, ladder(at_speeds(12.0, 10.0, 9.0), (1e5, 2e5, 4e5)))
-    np.testing.assert_allclose(values.mean, 9.0 * 3.0 / 3.6, rtol=1e-12)
+    np.testing.assert_allclose(values.value, 9.0 * 3.0 / 3.6, rtol=1e-12)
     np.testing.assert_allclose(values.errors["bandwidth"], 0.1 * 1.5, rtol=1e-12)
     assert foretold.calls == [("theory", "capped", (1e5, 2e5, 4e5), NAME), ("law", (2e5, 4e5))]
 
@@ -104,13 +104,13 @@ def test_where_no_law_holds_t_flash_goes_on_as_a_power(steel, asked):
     q = 1.0, 2.0, 4.0  # in units of 1e5/m
     pairs = ladder(at_speeds(*(power_law(x, 0.9) for x in q)), [1e5 * x for x in q])
     values = values_of(steel, "capped", NAME, pairs)
-    np.testing.assert_allclose(values.mean, power_law(END / 1e5, 0.9), rtol=1e-9)
+    np.testing.assert_allclose(values.value, power_law(END / 1e5, 0.9), rtol=1e-9)
     assert [call[0] for call in asked] == ["theory", "law", "usual"]
     assert asked[-1] == ("usual", 4e5)
     two = values_of(
         steel, "capped", NAME, ladder(at_speeds(*(power_law(x, 0.8) for x in q[1:])), [2e5, 4e5])
     )
-    np.testing.assert_allclose(two.mean, power_law(END / 1e5, 0.8), rtol=1e-9)
+    np.testing.assert_allclose(two.value, power_law(END / 1e5, 0.8), rtol=1e-9)
 
 
 # lengths
@@ -130,28 +130,28 @@ def test_a_length_within_two_waves_of_the_cut_off_does_not_go_on(steel, asked, w
     cut_offs = 5e5, 1e6
     low, high = (radius_level(r, q) for r, q in zip((top + 1e-6, top), cut_offs, strict=True))
     values = values_of(
-        steel, "capped", "correlation_radius_50", [Pair(0, 0, low, None), Pair(1, 1, high, low)]
+        steel, "capped", "correlation_radius_50", [at_level(low, 0, 0), at_level(high, 1, 1, low)]
     )
     if goes_on:
-        assert values.mean[0] < top - 0.5e-6
+        assert values.value[0] < top - 0.5e-6
     else:
-        assert values.mean[0] == pytest.approx(top, rel=1e-9)
+        assert values.value[0] == pytest.approx(top, rel=1e-9)
         assert values.errors["bandwidth"][0] == pytest.approx(1e-6, rel=1e-6)  # the last step
 
 
 def test_a_length_at_one_cut_off_is_unknown_beyond(steel, asked):
     values = values_of(
-        steel, "capped", "correlation_radius_50", [Pair(0, 0, radius_level(1e-6, 1e6), None)]
+        steel, "capped", "correlation_radius_50", [at_level(radius_level(1e-6, 1e6), 0, 0)]
     )
     assert np.isnan(values.errors["bandwidth"][0])
-    assert values.mean[0] == pytest.approx(1e-6, rel=1e-9)
+    assert values.value[0] == pytest.approx(1e-6, rel=1e-9)
 
 
 def test_in_capped_contact_what_has_no_limit_stays_the_value_of_the_finest_level(steel, asked):
     pairs = with_partner(ladder(at_speeds(-3.0, -5.0), (1e5, 2e5), name=GRADIENT), 0.1, 2e5)
     values = values_of(steel, "capped", GRADIENT, pairs)
     assert asked == []
-    np.testing.assert_allclose(values.mean, -5.5, rtol=1e-12)
+    np.testing.assert_allclose(values.value, -5.5, rtol=1e-12)
     np.testing.assert_allclose(values.finest, -5.5, rtol=1e-12)
     assert np.isnan(values.errors["bandwidth"]).all()
     np.testing.assert_array_equal(values.errors["last step"], 0.0)
@@ -164,7 +164,7 @@ def test_in_capped_contact_what_has_no_limit_stays_the_value_of_the_finest_level
         GRADIENT,
         with_partner(ladder(at_speeds(-3.0, -5.0), (END / 2, END), name=GRADIENT), 0.1, END),
     )
-    np.testing.assert_allclose(elastic.mean, -5.0 * (1.0 + 0.1 * 4 / 3), rtol=1e-12)
+    np.testing.assert_allclose(elastic.value, -5.0 * (1.0 + 0.1 * 4 / 3), rtol=1e-12)
     np.testing.assert_allclose(elastic.errors["pixel"], 5.0 * 0.1 / 3, rtol=1e-12)
 
 
@@ -178,7 +178,7 @@ def test_where_nothing_continues_the_last_step_is_part_of_the_error(steel, foret
         ladder(at_speeds(14.77, 25.92, 40.21), (1e5, 2e5, 4e5), scatter=0.01), 0.0, 4e5
     )
     values = values_of(steel, column, NAME, pairs)
-    np.testing.assert_allclose(values.mean, 40.21, rtol=1e-12)
+    np.testing.assert_allclose(values.value, 40.21, rtol=1e-12)
     np.testing.assert_allclose(values.errors["last step"], 40.21 - 25.92, rtol=1e-12)
     assert np.isnan(values.errors["bandwidth"]).all()
     assert values.way == ""
@@ -202,7 +202,7 @@ def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishi
     assert asked == []
     change, left = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0), 0.06 / (2.0**1.75 - 1.0)
     np.testing.assert_allclose(
-        values.mean, 8.0 * (1.0 - change / 2.0**0.75), rtol=1e-12
+        values.value, 8.0 * (1.0 - change / 2.0**0.75), rtol=1e-12
     )  # from 1e5 to 2e5
     moved, left = change / 2.0**0.25, left / 2.0**0.75  # of the largest change
     np.testing.assert_allclose(values.errors["pixel"], 8.0 * np.hypot(moved, left), rtol=1e-12)
@@ -214,7 +214,7 @@ def test_not_continued_values_are_extrapolated_in_the_pixel_alone(steel, asked):
     values = values_of(steel, "capped", NAME, pairs, continued=False)
     assert asked == []
     change = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0)
-    np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change), rtol=1e-12)
+    np.testing.assert_allclose(values.value, 8.0 * (1.0 - change), rtol=1e-12)
     assert np.isnan(values.errors["bandwidth"]).all()
     np.testing.assert_allclose(values.errors["last step"], 1.0, rtol=1e-12)
 
@@ -225,11 +225,11 @@ def test_not_continued_values_are_extrapolated_in_the_pixel_alone(steel, asked):
 def test_at_rest_nothing_heats_and_that_is_exact(resting, asked):
     pairs = ladder([[1e-9, 9.0], [2e-9, 8.0]], (1e5, 2e5), scatter=0.1)
     values = values_of(resting, "capped", NAME, with_partner(pairs, 0.1, 2e5, speeds=2))
-    for part in (values.mean, values.finest, *values.errors.values()):
+    for part in (values.value, values.finest, *values.errors.values()):
         assert part[0] == 0.0
     assert all(np.all(rows[:, 0] == 0.0) for rows in values.influence.values())
-    assert np.all(values.sampled.variance[0][1] > 0.0)
-    assert values.mean[1] != 0.0
+    assert np.all(values.variance[0][1] > 0.0)
+    assert values.value[1] != 0.0
     assert values.errors["pixel"][1] > 0.0
     assert values.errors["bandwidth"][1] > 0.0
 
@@ -239,16 +239,16 @@ def test_at_rest_the_slope_length_is_infinite(resting, asked):
         numbers = {NAME: np.full((6, 2), 8.0), GRADIENT: np.full((6, 2), [0.0, -2.0])}
         return Sample(q, side, np.arange(6), numbers, np.ones(1), np.ones((6, 1)), 1.0)
 
-    pairs = [Pair(0, 0, level(1e5), None), Pair(1, 1, level(2e5), level(1e5))]
-    pairs.append(Pair(2, 2, level(1e5, 128.0), level(1e5)))
+    pairs = [at_level(level(1e5), 0, 0), at_level(level(2e5), 1, 1, level(1e5))]
+    pairs.append(at_level(level(1e5, 128.0), 2, 2, level(1e5)))
     values = values_of(resting, "capped", "slope_length", pairs)
-    assert values.mean[0] == np.inf
-    assert values.mean[1] == pytest.approx(4.0)
+    assert values.value[0] == np.inf
+    assert values.value[1] == pytest.approx(4.0)
 
 
 def test_in_motion_nothing_is_set(steel, asked):
     values = values_of(steel, "capped", NAME, ladder(at_speeds(9.0), (END,)))
-    assert np.all(values.mean == 9.0)
+    assert np.all(values.value == 9.0)
 
 
 # in words

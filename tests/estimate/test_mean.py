@@ -101,7 +101,7 @@ def test_means_are_chosen_by_speed_with_their_scatter():
 
 def test_what_is_not_chosen_may_be_undefined():
     a = mean_of(2, ROWS[0])
-    undefined = Mean(np.full(2, np.nan), {5: np.full((6, 2), np.nan)})
+    undefined = Mean(*np.full((2, 2), np.nan), {5: np.full((6, 2), np.nan)})
     for whole in (
         a.where(np.array([True, True]), undefined),
         undefined.where(np.array([False, False]), a),

@@ -25,7 +25,7 @@ def test_a_partner_at_the_end_gives_the_vanishing_pixel(steel, column, order):
     values = values_of(steel, column, NAME, pairs)
     left = -0.06 / (2.0**order - 1.0)
     np.testing.assert_allclose(values.finest, 7.5 * 0.94, rtol=1e-12)
-    np.testing.assert_allclose(values.mean, 7.5 * (0.94 + left), rtol=1e-12)
+    np.testing.assert_allclose(values.value, 7.5 * (0.94 + left), rtol=1e-12)
     np.testing.assert_allclose(values.errors["pixel"], 7.5 * np.abs(left), rtol=1e-12)
 
 
@@ -37,7 +37,7 @@ def test_a_partner_lower_down_counts_by_what_is_left_of_it_at_the_end(steel, col
     values = values_of(steel, column, NAME, pairs)
     change, left = -0.06 * 2.0**order / (2.0**order - 1.0), 0.06 / (2.0**order - 1.0)
     carried = 4.0**-fall
-    np.testing.assert_allclose(values.mean, 7.5 * (1.0 + carried * change), rtol=1e-12)
+    np.testing.assert_allclose(values.value, 7.5 * (1.0 + carried * change), rtol=1e-12)
     np.testing.assert_allclose(
         values.errors["pixel"],
         7.5 * np.hypot(4.0 ** (-fall / 3) * change, carried * left),
@@ -54,10 +54,10 @@ def test_at_high_speed_a_partner_lower_down_leaves_what_the_pixel_changes_of_slo
     steel, name, fast
 ):
     pairs = with_partner(ladder(at_speeds(9.0, 7.5), (END / 4, END), name=name), fast, END / 4)
-    pairs[-1].sample.numbers[SLOW] = np.linspace(0.94, 1.0, SPEEDS) * pairs[-1].below.numbers[SLOW]
+    pairs[-1].numbers[SLOW] = np.linspace(0.94, 1.0, SPEEDS) * pairs[-1].below.numbers[SLOW]
     values = values_of(steel, "capped", name, pairs)
     change, left, slow = (x / (1.0 - 2.0**-1.75) for x in (fast, fast * 2.0**-1.75, 0.06))
-    np.testing.assert_allclose(values.mean, 7.5 * (1.0 + change * 4.0**-0.75), rtol=1e-12)
+    np.testing.assert_allclose(values.value, 7.5 * (1.0 + change * 4.0**-0.75), rtol=1e-12)
     np.testing.assert_allclose(
         values.errors["pixel"], 7.5 * np.hypot(slow * 4.0**-0.25, left * 4.0**-0.75), rtol=1e-12
     )
@@ -69,7 +69,7 @@ def test_areas_variance_and_what_has_no_limit_have_the_error_of_their_own_change
     bound = VARIANCE if name == "pressure_variance" else BOUND
     mean = 2.0 * bound if name == "contact_fraction" else 0.5 * bound
     pairs = with_partner(ladder(at_speeds(mean, mean), (END / 4, END), name=stored), -0.06, END / 4)
-    pairs[-1].sample.numbers[SLOW] = 0.5 * pairs[-1].below.numbers[SLOW]
+    pairs[-1].numbers[SLOW] = 0.5 * pairs[-1].below.numbers[SLOW]
     values = values_of(steel, "capped", name, pairs)
     order = OBSERVABLES[name].pixel_orders[1]
     change, left = (4.0**-0.75 * x / (1.0 - 2.0**-order) for x in (0.06, 0.06 * 2.0**-order))

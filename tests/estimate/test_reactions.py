@@ -1,5 +1,6 @@
 """Means over the bins of contacts: closed cases, the derivative of each, and the errors that follow from T_flash."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,11 +9,13 @@ import scipy
 from ladder_cases import NAME, ladder, lowest, part_of
 
 from roughsim.estimate.errors import spread
-from roughsim.estimate.levels import PIXEL_FALL, Values
+from roughsim.estimate.levels import PIXEL_FALL
+from roughsim.estimate.mean import Mean
 from roughsim.estimate.reactions import (
     BOLTZMANN,
     Activation,
     ContactMean,
+    Contacts,
     bins_of,
     factor_of,
     heat_above,
@@ -30,7 +33,9 @@ SCENE = SimpleNamespace()  # the predictions of `foretold` read no scene
 
 
 def over(column, pairs, of_level, end):
-    return mean_over_contact(pairs, of_level, end, law_of_flash(SCENE, column), PIXEL_FALL[column])
+    law, flash = law_of_flash(SCENE, column), of_level.flash
+    contacts = Contacts(pairs, flash, flash, np.zeros(1), (1.0,), law, end, PIXEL_FALL[column])
+    return mean_over_contact(contacts, of_level)
 
 
 def of_pixels(temperature, pressure):
@@ -87,11 +92,11 @@ def test_a_contact_of_one_temperature_has_it_as_its_activation_temperature(volum
     cold = np.zeros(1)
     scale = log_scale(bins, cold, activation)
     each = rates(bins, cold, activation, scale) @ BIN_AREAS
-    temperature, slope, members = uniform_temperature(bins, each.mean(axis=0), activation, scale)
+    temperature, slope, rows = uniform_temperature(bins, each, activation, scale)
     assert temperature == pytest.approx(650.0, rel=1e-12)
-    np.testing.assert_allclose(members, each, rtol=1e-9)
+    np.testing.assert_allclose(rows, np.broadcast_to(temperature, each.shape), rtol=1e-10)
     # the slope by a difference
-    above = uniform_temperature(bins, 1.001 * each.mean(axis=0), activation, scale)[0]
+    above = uniform_temperature(bins, 1.001 * each, activation, scale)[0]
     assert slope * each.mean(axis=0) == pytest.approx(
         (above - temperature) / np.log(1.001), rel=1e-2
     )
@@ -112,9 +117,9 @@ def test_the_rate_follows_from_the_activation_temperature_with_its_errors(volume
     scale = np.array([-10.0])
     warm = flash_values(800.0, error=3.0, rows=np.array([[1.0], [-1.0]]))
     rate = of_uniform_temperature(warm, sample, activation, scale)
-    assert rate.mean * np.exp(scale) == pytest.approx(exact(800.0), rel=1e-3)
+    assert rate.value * np.exp(scale) == pytest.approx(exact(800.0), rel=1e-3)
     expected = np.log(exact(800.1) / exact(799.9)) / 0.2
-    slope = expected * rate.mean
+    slope = expected * rate.value
     assert rate.errors["bandwidth"] == pytest.approx(3.0 * slope, rel=1e-3)
     np.testing.assert_allclose(rate.influence[0], slope * np.array([[1.0], [-1.0]]), rtol=1e-3)
 
@@ -123,7 +128,7 @@ def test_without_a_barrier_there_is_no_activation_temperature():
     bins, cold = hertz(), np.zeros(1)
     activation = Activation(0.0, 0.0, np.array([300.0]))
     with np.errstate(all="ignore"):
-        assert np.isnan(uniform_temperature(bins, np.ones(1), activation, cold)[0])
+        assert np.isnan(uniform_temperature(bins, np.ones((1, 1)), activation, cold)[0])
 
 
 def test_heat_above_a_temperature_of_a_hertz_contact_is_closed():
@@ -142,7 +147,7 @@ def flash_values(mean, error=0.0, rows=None):
     mean = np.atleast_1d(float(mean))
     errors = {"bandwidth": np.full(1, error), "pixel": np.zeros(1), "last step": np.zeros(1)}
     scatter = {} if rows is None else {0: rows}
-    return Values(mean, mean, scatter, errors, np.zeros(1))
+    return Mean(mean, mean, scatter, errors)
 
 
 def with_bins(pairs, deviation=0.3, seed=1):
@@ -160,16 +165,11 @@ def with_bins(pairs, deviation=0.3, seed=1):
         object.__setattr__(sample, "bins", bins)
         return sample
 
-    return [
-        pair._replace(sample=filled(pair.sample), below=pair.below and filled(pair.below))
-        for pair in pairs
-    ]
+    return [replace(filled(pair), below=pair.below and filled(pair.below)) for pair in pairs]
 
 
 def rate_of(pairs, flash, activation):
-    samples = [
-        sample for pair in pairs for sample in (pair.sample, pair.below) if sample is not None
-    ]
+    samples = [sample for pair in pairs for sample in (pair, pair.below) if sample is not None]
     scale = np.max(
         [log_scale(bins_of(s), factor_of(s, flash), activation) for s in samples], axis=0
     )
@@ -179,8 +179,8 @@ def rate_of(pairs, flash, activation):
 def of_temperature(pairs, flash, activation):
     of_level, scale = rate_of(pairs, flash, activation)
 
-    def of_mean(bins, mean):
-        return uniform_temperature(bins, mean, activation, scale)
+    def of_mean(bins, rows):
+        return uniform_temperature(bins, rows, activation, scale)
 
     return ContactMean(of_level.of_bins, flash, of_mean)
 
@@ -190,7 +190,7 @@ def test_each_level_is_brought_to_the_continued_flash_temperature(foretold):
     activation = Activation(EV, 0.0, np.array([400.0]))
     levels = with_bins(ladder([300.0, 250.0], [1.0, 2.0]), seed=2)
     for pair in levels:  # the same shape on both levels
-        for sample in (pair.sample, pair.below):
+        for sample in (pair, pair.below):
             if sample is not None:
                 flash = sample.numbers[NAME][:, :, None]
                 object.__setattr__(
@@ -203,14 +203,14 @@ def test_each_level_is_brought_to_the_continued_flash_temperature(foretold):
     found = over("capped", levels, of_level, 1e9)
     temperature = 400.0 + 220.0 * np.linspace(0.2, 2.5, 48)
     exact = BIN_AREAS @ np.exp(-EV / (BOLTZMANN * temperature) - scale)
-    assert found.values.mean == pytest.approx(exact, rel=1e-9)
+    assert found.value == pytest.approx(exact, rel=1e-9)
     slope = BIN_AREAS @ (
         np.exp(-EV / (BOLTZMANN * temperature) - scale)
         * (EV / (BOLTZMANN * temperature**2))
         * (temperature - 400.0)
     )
-    assert found.values.errors["bandwidth"] == pytest.approx(slope * 11.0 / 220.0, rel=1e-4)
-    np.testing.assert_allclose(found.members, 6.0)
+    assert found.errors["bandwidth"] == pytest.approx(slope * 11.0 / 220.0, rel=1e-4)
+    np.testing.assert_allclose(of_level.members(levels[0]), 6.0)
 
 
 @pytest.mark.parametrize("warm", [False, True])
@@ -223,12 +223,11 @@ def test_influence_values_of_a_rate_are_those_of_a_jackknife(warm):
     of_level = (
         of_temperature(pairs, flash, activation) if warm else rate_of(pairs, flash, activation)[0]
     )
-    sample = pairs[0].sample
+    sample = pairs[0]
 
     def value(rows):
         part = part_of(sample, rows)
-        mean = of_level.mean(part).mean(axis=0)
-        return mean if of_level.of_mean is None else of_level.of_mean(part.bins, mean)[0]
+        return of_level.value(part)
 
     without = np.array([value(np.delete(np.arange(n), i)) for i in range(n)])
     rows = of_level.influence(sample)
@@ -244,22 +243,21 @@ def test_errors_of_an_activation_temperature_follow_from_its_own_slope_over_the_
     rows = np.array([[2.0], [-1.0], [-1.0]])  # scatter of T_flash on other surfaces
 
     def at(flash, rows=None):
-        values = flash_values(flash, error=9.0, rows=rows)._replace(
-            influence={} if rows is None else {7: rows}
-        )
+        influence = {} if rows is None else {7: rows}
+        values = replace(flash_values(flash, error=9.0), influence=influence)
         return over("capped", pairs, of_temperature(pairs, values, activation), 1.0)
 
     found = at(230.0, rows)
-    slope = (at(230.23).values.mean - at(229.77).values.mean) / 0.46  # K over K
-    assert found.values.errors["bandwidth"] == pytest.approx(9.0 * slope, rel=1e-3)
-    np.testing.assert_allclose(found.values.influence[7], slope * rows, rtol=1e-3)
+    slope = (at(230.23).value - at(229.77).value) / 0.46  # K over K
+    assert found.errors["bandwidth"] == pytest.approx(9.0 * slope, rel=1e-3)
+    np.testing.assert_allclose(found.influence[7], slope * rows, rtol=1e-3)
     # the part of the hottest pixel, in K: what is left of T_act without it
-    sample = pairs[0].sample
+    sample = pairs[0]
     of_level = of_temperature(pairs, flash_values(230.0), activation)
     mean, tail = of_level.mean(sample).mean(axis=0), of_level.tail(sample)
-    less = of_level.of_mean(sample.bins, mean * (1.0 - 0.01 * tail))[0]
-    exact = of_level.of_mean(sample.bins, mean)[0] - less
-    assert 0.01 * found.values.errors["tail"] == pytest.approx(exact, rel=1e-2)
+    less = of_level.of_mean(sample.bins, (mean * (1.0 - 0.01 * tail))[None])[0]
+    exact = of_level.of_mean(sample.bins, mean[None])[0] - less
+    assert 0.01 * found.errors["tail"] == pytest.approx(exact, rel=1e-2)
 
 
 @pytest.mark.parametrize(
@@ -272,12 +270,12 @@ def test_a_finer_pixel_changes_a_rate_as_its_partner_shows(foretold, column, fal
     )  # the second has the same cut-off
     activation = Activation(0.4 * EV, 0.0, np.array([600.0]))
     of_level, _ = rate_of([low, finer], flash_values(250.0), activation)
-    change = of_level.influence(finer.sample).mean() / of_level.influence(finer.below).mean() - 1.0
+    change = of_level.influence(finer).mean() / of_level.influence(finer.below).mean() - 1.0
     assert abs(change) > 1e-3
     for end, carried in (1.0, 1.0), (16.0, 16.0**-fall):
-        found = over(column, [low, finer], of_level, end).values
-        mean = of_level.mean(low.sample).mean()
-        assert found.mean == pytest.approx(mean * (1.0 + carried * change), rel=1e-6)
+        found = over(column, [low, finer], of_level, end)
+        mean = of_level.mean(low).mean()
+        assert found.value == pytest.approx(mean * (1.0 + carried * change), rel=1e-6)
         moved = 0.0 if end == 1.0 else carried  # to a higher cut-off, all of it is in doubt
         assert found.errors["pixel"] == pytest.approx(
             np.hypot(1.5 * carried, moved) * abs(change) * mean, rel=0.05
@@ -292,31 +290,31 @@ def test_what_changes_with_the_cut_off_follows_the_steps_of_the_law_and_is_in_do
     activation = Activation(EV, 0.0, np.array([600.0]))
     flash = flash_values(210.0)
     of_level, _ = rate_of(pairs, flash, activation)
-    found = over("capped", pairs, of_level, 1e9).values
-    at_cut_off = over("capped", pairs, of_level, 2.0).values
-    low = of_level.mean(pairs[0].sample).mean()
-    ratio = of_level.mean(pairs[1].sample).mean() / of_level.mean(pairs[1].below).mean()
-    assert at_cut_off.mean == pytest.approx(low * ratio, rel=1e-6)
+    found = over("capped", pairs, of_level, 1e9)
+    at_cut_off = over("capped", pairs, of_level, 2.0)
+    low = of_level.mean(pairs[0]).mean()
+    ratio = of_level.mean(pairs[1]).mean() / of_level.mean(pairs[1].below).mean()
+    assert at_cut_off.value == pytest.approx(low * ratio, rel=1e-6)
     assert at_cut_off.errors["bandwidth"] == 0.0
     rest = (low * ratio - low) * (7.0 - 8.0) / (8.0 - 10.0)
-    assert found.mean == pytest.approx(low * ratio + rest, rel=1e-6)
+    assert found.value == pytest.approx(low * ratio + rest, rel=1e-6)
     assert found.errors["bandwidth"] == pytest.approx(abs(rest), rel=1e-6)
     foretold.law = None
-    assert np.isnan(over("capped", pairs, of_level, 1e9).values.errors["bandwidth"])
+    assert np.isnan(over("capped", pairs, of_level, 1e9).errors["bandwidth"])
 
 
 def test_a_rate_from_a_few_hot_pixels_of_one_member_has_an_unknown_error(foretold):
     pairs = with_bins([lowest(np.full((8, 1), 250.0))])
-    hot = pairs[0].sample.bins.temperature
+    hot = pairs[0].bins.temperature
     hot[0, 0, -6:] = 2500.0  # in one member, 2e-4 of the area
     activation = Activation(1.5 * EV, 0.0, np.array([300.0]))
     flash = flash_values(250.0)
     of_level, _ = rate_of(pairs, flash, activation)
     found = over("capped", pairs, of_level, 1.0)
-    assert found.members < 1.1
-    assert np.isnan(found.values.errors["tail"])
+    assert of_level.members(pairs[0]) < 1.1
+    assert np.isnan(found.errors["tail"])
     # where the whole contact reacts, the hottest pixels count by their area
     mild, _ = rate_of(pairs, flash, Activation(0.0, 0.0, np.array([300.0])))
     even = over("capped", pairs, mild, 1.0)
-    assert even.members == pytest.approx(8.0)
-    assert even.values.errors["tail"] < 1e-3
+    assert mild.members(pairs[0]) == pytest.approx(8.0)
+    assert even.errors["tail"] < 1e-3

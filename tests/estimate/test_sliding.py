@@ -9,13 +9,14 @@ from ladder_cases import lowest
 from scipy import stats
 
 from roughsim.estimate.errors import spread_of
-from roughsim.estimate.levels import Values
+from roughsim.estimate.mean import Mean
 from roughsim.estimate.reactions import (
     BOLTZMANN,
     Activation,
     ContactMean,
+    Contacts,
     log_scale,
-    mean_over_slides,
+    mean_over_contact,
     rates,
 )
 from roughsim.estimate.sliding import (
@@ -203,7 +204,7 @@ def test_the_background_adds_with_its_scatter_and_the_doubt_of_its_share():
 def values(mean, rows, error=0.0):
     """Values of one speed with the scatter of stream 0."""
     errors = {"bandwidth": np.array([error]), "pixel": np.zeros(1), "last step": np.zeros(1)}
-    return Values(np.array([mean]), np.array([mean - 3.0]), {0: rows[:, None]}, errors, "so")
+    return Mean(np.array([mean]), np.array([mean - 3.0]), {0: rows[:, None]}, errors, "so")
 
 
 def test_values_of_the_slide_have_the_mean_and_the_scatter_of_its_estimate():
@@ -213,7 +214,7 @@ def test_values_of_the_slide_have_the_mean_and_the_scatter_of_its_estimate():
     numbers = slid(alone * ratios, alone, alone * (ratios - 0.01), alone)
     found = sliding_flash(values(200.0, single, 4.0), numbers, 4 / 3, 7)
     expected = sliding_estimate("flash_temperature", frozen(), numbers, 4 / 3)
-    assert found.mean == pytest.approx(expected.mean)
+    assert found.value == pytest.approx(expected.mean)
     assert found.errors["slide"] == pytest.approx(expected.budget["slide"])
     change = expected.mean[0] / 200.0
     assert found.errors["bandwidth"] == pytest.approx([4.0 * change])
@@ -221,30 +222,29 @@ def test_values_of_the_slide_have_the_mean_and_the_scatter_of_its_estimate():
     assert {*found.influence} == {0, 7}
     own = np.std(ratios, ddof=1) / sqrt(40)
     of_single = sqrt(12 / 11 * np.sum((single * change) ** 2))
-    assert spread_of(found.sampled)[0] == pytest.approx([hypot(of_single, 200.0 * own)])
+    assert spread_of(found)[0] == pytest.approx([hypot(of_single, 200.0 * own)])
 
 
 def test_a_quantile_is_its_ratio_to_t_flash_widened_as_the_frozen_distribution():
-    flash = values(200.0, np.zeros(12))._replace(
-        errors={"bandwidth": np.array([8.0]), "slide": np.array([6.0])}
-    )
+    flash = values(200.0, np.zeros(12))
+    flash = replace(flash, errors={"bandwidth": np.array([8.0]), "slide": np.array([6.0])})
     numbers = {"sliding_hot": 220.0 + 20.0 * np.tile([-1.0, 1.0], 20)[:, None]}
     numbers["sliding_flash_temperature"] = np.full((40, 1), 110.0)
     plain = sliding_quantile(flash, "hot", numbers, 7, np.ones(1))
-    assert plain.mean == pytest.approx([400.0])
+    assert plain.value == pytest.approx([400.0])
     assert plain.errors["bandwidth"] == pytest.approx([16.0])
     assert plain.errors["slide"] == pytest.approx([hypot(12.0, 200.0 * 0.03 * 2.0)])
-    assert spread_of(plain.sampled)[0] == pytest.approx([200.0 / 110.0 * 20.0 / sqrt(39)])
+    assert spread_of(plain)[0] == pytest.approx([200.0 / 110.0 * 20.0 / sqrt(39)])
     wide = sliding_quantile(flash, "hot", numbers, 7, np.array([1.2]))
-    assert wide.mean == pytest.approx([200.0 * 2.2])  # 1 + 1.2 (2 − 1)
+    assert wide.value == pytest.approx([200.0 * 2.2])  # 1 + 1.2 (2 − 1)
     assert wide.errors["slide"] == pytest.approx(
         [hypot(6.0 * 2.2, 200.0 * 0.03 * 2.2, 200.0 * 0.2)]
     )
-    assert spread_of(wide.sampled)[0] == pytest.approx(1.2 * spread_of(plain.sampled)[0])
+    assert spread_of(wide)[0] == pytest.approx(1.2 * spread_of(plain)[0])
     cold = sliding_quantile(
         flash, "hot", numbers | {"sliding_hot": np.full((40, 1), 11.0)}, 7, np.ones(1)
     )
-    assert cold.mean == pytest.approx([20.0])
+    assert cold.value == pytest.approx([20.0])
     assert cold.errors["slide"] == pytest.approx(
         [hypot(0.6, 200.0 * 0.03)]
     )  # of T_flash, as it is larger
@@ -254,20 +254,25 @@ def contacts(temperature, flash=100.0, members=6):
     """A sample of slides whose contacts are alike, with their bins at these temperatures, K."""
     pair = lowest(np.full((members, 1), flash))
     ones = np.ones((members, 1, BIN_AREAS.size))
-    object.__setattr__(
-        pair.sample, "bins", Bins(temperature * ones, 1e9 * ones, 0.0 * ones, 0.0 * ones)
-    )
+    object.__setattr__(pair, "bins", Bins(temperature * ones, 1e9 * ones, 0.0 * ones, 0.0 * ones))
     return pair
 
 
+def mean_over_slides(slides, stretch, of_level):
+    """The mean over these slides, whose temperatures about T_flash grow by a factor."""
+    samples = [stretched(slides, np.array([stretch]))]
+    column = Contacts(samples, of_level.flash, of_level.flash, np.zeros(1), (1.0,))
+    return mean_over_contact(column, of_level)
+
+
 def test_bins_widen_about_t_flash():
-    found = stretched(contacts(np.linspace(60.0, 250.0, BIN_AREAS.size)).sample, np.array([1.5]))
+    found = stretched(contacts(np.linspace(60.0, 250.0, BIN_AREAS.size)), np.array([1.5]))
     assert found.bins.temperature[3, 0, [0, -1]] == pytest.approx([40.0, 325.0])
     assert (found.bins.pressure == 1e9).all()
 
 
 def test_the_growth_of_the_frozen_distribution_is_read_off_its_hot_quantile():
-    sample = contacts(0.0).sample
+    sample = contacts(0.0)
     sample.numbers["temperature_quantile_99"] = np.full((6, 1), 250.0)
     hot, flash = values(190.0, np.zeros(6)), values(70.0, np.zeros(6))
     # over T_flash 1.5 at the lowest level, and 190/70 − 1 at the end
@@ -278,40 +283,37 @@ def test_the_growth_of_the_frozen_distribution_is_read_off_its_hot_quantile():
 
 def test_contacts_of_one_temperature_react_as_at_t_flash_of_the_slide():
     pair, flash = contacts(100.0), values(150.0, np.zeros(6))
-    flash = flash._replace(errors={"bandwidth": np.array([2.0]), "slide": np.array([6.0])})
+    flash = replace(flash, errors={"bandwidth": np.array([2.0]), "slide": np.array([6.0])})
     activation = Activation(1.6e-19, 0.0, np.array([500.0]))
-    scale = log_scale(pair.sample.bins, np.ones(1), activation)
+    scale = log_scale(pair.bins, np.ones(1), activation)
     of_level = ContactMean(lambda bins, factor: rates(bins, factor, activation, scale), flash)
-    found = mean_over_slides(pair, np.array([1.4]), of_level)
+    found = mean_over_slides(pair, 1.4, of_level)
     b = 1.6e-19 / (BOLTZMANN * 650.0)
-    assert found.values.mean == pytest.approx(np.exp(-b - scale), rel=1e-9)
+    assert found.value == pytest.approx(np.exp(-b - scale), rel=1e-9)
     slope = np.exp(-b - scale) * b * 150.0 / 650.0  # d rate/d ln T_flash
-    assert found.values.errors["bandwidth"] == pytest.approx(slope * 2.0 / 150.0, rel=1e-4)
-    assert found.values.errors["slide"] == pytest.approx(slope * hypot(6.0 / 150.0, 0.03), rel=1e-4)
+    assert found.errors["bandwidth"] == pytest.approx(slope * 2.0 / 150.0, rel=1e-4)
+    assert found.errors["slide"] == pytest.approx(slope * hypot(6.0 / 150.0, 0.03), rel=1e-4)
 
 
 def test_the_change_by_a_wider_distribution_counts_as_an_error():
     pair, flash = contacts(np.linspace(20.0, 180.0, BIN_AREAS.size)), values(100.0, np.zeros(6))
-    flash = flash._replace(errors={"slide": np.zeros(1)})
+    flash = replace(flash, errors={"slide": np.zeros(1)})
     of_level = ContactMean(
         lambda bins, factor: bins.temperature * factor[:, None] + bins.temperature**2, flash
     )
-    found = mean_over_slides(pair, np.array([1.1]), of_level)
+    found = mean_over_slides(pair, 1.1, of_level)
     t = np.linspace(20.0, 180.0, BIN_AREAS.size)
     narrow, wide = ((x + x**2) @ BIN_AREAS for x in (t, 100.0 + 1.1 * (t - 100.0)))
-    assert found.values.mean == pytest.approx([wide])
-    assert found.values.finest == pytest.approx([narrow])
+    assert found.value == pytest.approx([wide])
+    assert found.finest == pytest.approx([narrow])
     slope = (100.0 + 1.1 * (t - 100.0)) @ BIN_AREAS  # the factor is in the linear term alone
-    assert found.values.errors["slide"] == pytest.approx(
-        [hypot(0.03 * slope, wide - narrow)], rel=1e-4
-    )
+    assert found.errors["slide"] == pytest.approx([hypot(0.03 * slope, wide - narrow)], rel=1e-4)
 
 
 def test_the_error_of_the_background_joins_that_of_t_flash():
-    flash = values(100.0, np.zeros(6))._replace(errors={"slide": np.array([5.0])})
-    found = warmed(
-        flash._replace(errors=flash.errors | {"size": np.array([0.5])}), np.array([200.0]), SHARE
-    )
+    flash = replace(values(100.0, np.zeros(6)), errors={"slide": np.array([5.0])})
+    both = replace(flash, errors={**flash.errors, "size": np.array([0.5])})
+    found = warmed(both, np.array([200.0]), SHARE)
     assert found.errors["slide"] == pytest.approx([5.0 + 0.03 * 200.0])
     assert found.errors["size"] == pytest.approx([0.5 + 0.02 * 200.0])
     undefined = replace(

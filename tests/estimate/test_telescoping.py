@@ -5,7 +5,7 @@ import pytest
 from ladder_cases import NAME, ladder, lowest, step
 
 from roughsim.estimate.mean import mean_of
-from roughsim.estimate.telescoping import LevelMean, change_by_pixel, telescoped
+from roughsim.estimate.telescoping import LevelMean, change_by_pixel, is_refined, telescoped
 
 RNG = np.random.default_rng(1)
 
@@ -132,10 +132,10 @@ def by_order(order, sides, change=0.08):
 @pytest.mark.parametrize("fine", [96.0, 128.0])
 def test_a_partner_of_known_order_gives_the_vanishing_pixel(order, fine):
     # a little change, as changes of a chain add
-    change, error = change_by_pixel(by_order(order, (64.0, fine)), order, 0.5, 1.0)
+    change = change_by_pixel(by_order(order, (64.0, fine)), order, 0.5, 1.0)
     assert change.value[0] == pytest.approx(0.08, rel=1e-12)
     seen = 1.0 - (64.0 / fine) ** order
-    assert error[0] == pytest.approx(
+    assert change.errors["pixel"][0] == pytest.approx(
         0.08 * (1.0 - seen), rel=1e-12
     )  # all that was not seen is in doubt
 
@@ -143,27 +143,29 @@ def test_a_partner_of_known_order_gives_the_vanishing_pixel(order, fine):
 @pytest.mark.parametrize("order", [0.7, 1.4])
 def test_of_a_chain_of_partners_only_what_follows_the_last_is_in_doubt(order):
     # to first order in the changes
-    change, error = change_by_pixel(by_order(order, (64.0, 128.0, 256.0), 1e-6), order, 0.5, 1.0)
+    change = change_by_pixel(by_order(order, (64.0, 128.0, 256.0), 1e-6), order, 0.5, 1.0)
     assert change.value[0] == pytest.approx(1e-6, rel=2e-6)
-    assert error[0] == pytest.approx(1e-6 * 4.0**-order, rel=2e-6)
+    assert change.errors["pixel"][0] == pytest.approx(1e-6 * 4.0**-order, rel=2e-6)
 
 
 def test_what_turns_back_with_the_pixel_is_that_of_the_finest_grid_and_may_go_on_by_half_more_than_it_came():
-    change, error = change_by_pixel(by_order(1.0, (64.0, 128.0)), np.nan, 0.5, 1.0)
+    change = change_by_pixel(by_order(1.0, (64.0, 128.0)), np.nan, 0.5, 1.0)
     assert change.value[0] == pytest.approx(0.04, rel=1e-12)
-    assert error[0] == pytest.approx(1.5 * 0.04, rel=1e-12)
+    assert change.errors["pixel"][0] == pytest.approx(1.5 * 0.04, rel=1e-12)
 
 
 @pytest.mark.parametrize("fall", [0.5, 1.0])
 def test_a_change_that_was_seen_lower_falls_towards_the_end_and_all_of_it_is_in_doubt(fall):
     order = 1.4
     rungs = by_order(order, (64.0, 128.0))
-    change, error = change_by_pixel(
+    change = change_by_pixel(
         [*rungs, LevelMean(4.0, mean_of(9, np.full((6, 1), 8.0)))], order, fall, 16.0
     )
     assert change.value[0] == pytest.approx(0.08 / 16.0**fall, rel=1e-12)
     unseen = 0.08 * 2.0**-order / 16.0**fall
-    assert error[0] == pytest.approx(np.hypot(unseen, 0.08 / 16.0**fall), rel=1e-12)
+    assert change.errors["pixel"][0] == pytest.approx(
+        np.hypot(unseen, 0.08 / 16.0**fall), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize(("slow", "largest"), [(1.0, 0.6), (0.75, 0.6), (0.65, 0.7), (1.35, 0.7)])
@@ -177,29 +179,31 @@ def test_of_temperatures_the_largest_change_at_any_speed_is_in_doubt_at_each_hig
             rungs_of([lowest(coarse), refined(1, coarse * change, coarse, 1.0, (64.0, 128.0))])
             for change in ([0.7, 1.0, 1.1, 1.0], [1.0, slow, 1.0, 1.0])
         )
-        there, left = change_by_pixel(rungs, 1.0, 0.5, 1.0, of_slow)
-        change, error = change_by_pixel(rungs, 1.0, 0.5, 16.0, of_slow)
+        there = change_by_pixel(rungs, 1.0, 0.5, 1.0, of_slow)
+        change = change_by_pixel(rungs, 1.0, 0.5, 16.0, of_slow)
     np.testing.assert_allclose(there.value, [-0.6, 0.0, 0.2, 0.0], rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(
-        left, [0.3, 0.0, 0.1, 0.0], rtol=1e-12, atol=1e-12
+        there.errors["pixel"], [0.3, 0.0, 0.1, 0.0], rtol=1e-12, atol=1e-12
     )  # where it was seen, each by itself
     np.testing.assert_allclose(change.value, there.value / 4.0, rtol=1e-12)
     np.testing.assert_allclose(
-        error[:3], np.hypot(left / 4.0, largest / 4.0 ** (1 / 3))[:3], rtol=1e-12
+        change.errors["pixel"][:3],
+        np.hypot(there.errors["pixel"] / 4.0, largest / 4.0 ** (1 / 3))[:3],
+        rtol=1e-12,
     )
-    assert error[3] == 0.0
+    assert change.errors["pixel"][3] == 0.0
 
 
 def test_the_highest_partner_counts():
     low, high = (by_order(1.0, (64.0, 128.0), change)[0] for change in (0.2, 0.02))
-    change, _ = change_by_pixel([low, high._replace(q_max=2.0)], 1.0, 1.0, 2.0)
+    change = change_by_pixel([low, high._replace(q_max=2.0)], 1.0, 1.0, 2.0)
     assert change.value[0] == pytest.approx(0.02, rel=1e-12)
 
 
 def test_the_scatter_of_a_partner_passes_into_what_it_leaves_and_falls_with_it():
     fine, coarse = drawn(7.6, 5), drawn(8.0, 5)
     rungs = rungs_of([lowest(np.full((6, 2), 10.0)), refined(1, fine, coarse, 1.0, (64.0, 128.0))])
-    change, _ = change_by_pixel(
+    change = change_by_pixel(
         rungs, 1.0, 0.5, 4.0
     )  # twice what was seen, and half of that at the end
     np.testing.assert_allclose(
@@ -209,24 +213,24 @@ def test_the_scatter_of_a_partner_passes_into_what_it_leaves_and_falls_with_it()
 
 
 def test_without_a_partner_the_error_is_unknown_and_nothing_is_changed():
-    change, error = change_by_pixel(rungs_of(ladder([10.0, 8.0], (1.0, 2.0))), 1.4, 0.5, 2.0)
+    change = change_by_pixel(rungs_of(ladder([10.0, 8.0], (1.0, 2.0))), 1.4, 0.5, 2.0)
     np.testing.assert_array_equal(change.value, [0.0])
     assert change.influence == {}
-    assert np.isnan(error).all()
+    assert np.isnan(change.errors["pixel"]).all()
 
 
 def test_what_is_zero_on_both_grids_is_not_changed_by_the_pixel():
     zero = np.outer(np.ones(6), [0.0, 5.0])
     rungs = rungs_of([lowest(zero), refined(1, 1.1 * zero, zero, 1.0, (64.0, 128.0))])
-    change, error = change_by_pixel(rungs, 1.0, 0.5, 1.0)
+    change = change_by_pixel(rungs, 1.0, 0.5, 1.0)
     np.testing.assert_allclose(change.value, [0.0, 0.2], rtol=1e-12)
-    np.testing.assert_allclose(error, [0.0, 0.1], rtol=1e-12)
+    np.testing.assert_allclose(change.errors["pixel"], [0.0, 0.1], rtol=1e-12)
     assert np.isfinite(change.influence[1]).all()
 
 
 def test_a_level_with_the_cut_off_of_the_level_below_is_its_partner():
     rows = np.ones((6, 1))
-    assert step(1, rows, rows, (2.0, 2.0)).is_refined
-    assert step(1, rows, rows, (2.0, 2.0 * (1 + 1e-12))).is_refined  # the same to rounding
-    assert not step(1, rows, rows, (2.0, 2.001)).is_refined
-    assert not lowest(rows).is_refined
+    assert is_refined(step(1, rows, rows, (2.0, 2.0)))
+    assert is_refined(step(1, rows, rows, (2.0, 2.0 * (1 + 1e-12))))  # the same to rounding
+    assert not is_refined(step(1, rows, rows, (2.0, 2.001)))
+    assert not is_refined(lowest(rows))

@@ -22,10 +22,10 @@ def test_measured_curves_are_the_estimates(capped_run):
             np.testing.assert_array_equal(found[name].mean, estimate.mean[1:])
             np.testing.assert_array_equal(found[name].error, estimate.total_error[1:])
         curve = found[curves.CORRELATION]
-        lowest, *steps = capped_run.pairs(column)
+        lowest, *steps = capped_run.samples(column)
         terms = [
-            (1.0, lowest.sample),
-            *((1.0, step.sample) for step in steps),
+            (1.0, lowest),
+            *((1.0, step) for step in steps),
             *((-1.0, step.below) for step in steps),
         ]
         exact = sum(

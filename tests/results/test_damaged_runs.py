@@ -69,7 +69,7 @@ def test_a_damaged_member_that_is_skipped_counts_as_failed_until_the_run_is_open
         0,
         whole.members.available[1],
     )  # its contact converged
-    assert 4 not in run.pairs()[1].sample.rows
+    assert 4 not in run.samples()[1].rows
     path.write_bytes(sound)
     run.refresh()
     assert list(run.damaged) == [(1, 4)]

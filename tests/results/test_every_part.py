@@ -1,6 +1,7 @@
 """Every number of a run has every part of the error, known or unknown: no observable can leave one out."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from slide_cases import SLIDING as TEXT
 import roughsim as rs
 from roughsim import prediction
 from roughsim.estimate.errors import SOURCES
-from roughsim.results import means, reactions
+from roughsim.estimate.mean import Mean
+from roughsim.results import means
 from roughsim.results.columns import columns_of, is_ratio
 from roughsim.results.pressed import OVERSHOOT
 from roughsim.scene import parse_scene
@@ -91,7 +93,7 @@ def inject(monkeypatch, part, relative):
 
     def values_of(*args, **kwargs):
         values = genuine(*args, **kwargs)
-        return values._replace(errors=values.errors | {part: np.abs(values.mean) * relative})
+        return replace(values, errors={**values.errors, part: np.abs(values.value) * relative})
 
     if part in OF_LEVELS:
         monkeypatch.setattr(means, "values_of", values_of)
@@ -103,8 +105,7 @@ def inject(monkeypatch, part, relative):
         )
         monkeypatch.setattr(rs.Scene, "scanned", True)
     else:
-        for module in (means, reactions):
-            monkeypatch.setattr(module, "with_errors", with_solver(module.with_errors, relative))
+        monkeypatch.setattr(Mean, "with_errors", with_solver(Mean.with_errors, relative))
 
 
 def with_solver(genuine, relative):
@@ -190,7 +191,7 @@ def test_reactions_follow_the_error_of_the_scan(slid, monkeypatch, name, wrong):
 
     def higher(self, observable, *args, **kwargs):
         values = genuine(self, observable, *args, **kwargs)
-        return values._replace(mean=1.01 * values.mean) if observable == wrong else values
+        return replace(values, value=1.01 * values.value) if observable == wrong else values
 
     with monkeypatch.context() as patch:
         patch.setattr(means.Means, "values", higher)

@@ -32,18 +32,16 @@ def test_a_comparison_opens_the_file_of_each_member_once(folder):
 
 def test_samples_are_those_of_the_files(folder):
     run = rs.open_run(folder)
-    for pair in run.pairs():
-        files = [read_member(member_path(folder, pair.level, index)) for index in pair.sample.rows]
-        np.testing.assert_array_equal(
-            pair.sample.spectrum, [one.moments[0].spectrum for one in files]
-        )
+    for sample in run.samples():
+        files = [read_member(member_path(folder, sample.level, index)) for index in sample.rows]
+        np.testing.assert_array_equal(sample.spectrum, [one.moments[0].spectrum for one in files])
         for name in ("flash_temperature", "contact_fraction"):
             np.testing.assert_array_equal(
-                pair.sample.numbers[name], [one.numbers[name] for one in files]
+                sample.numbers[name], [one.numbers[name] for one in files]
             )
-            if pair.below is not None:
+            if sample.below is not None:
                 np.testing.assert_array_equal(
-                    pair.below.numbers[name], [one.moments[1].numbers[name] for one in files]
+                    sample.below.numbers[name], [one.moments[1].numbers[name] for one in files]
                 )
 
 
@@ -80,10 +78,10 @@ def test_members_beyond_a_gap_or_a_round_do_not_count(folder, whole):
 def test_fewer_members_of_each_level_can_count(folder):
     whole = rs.open_run(folder)
     whole.count((5, 3))
-    assert [len(pair.sample.rows) for pair in whole.pairs()] == [5, 3]
+    assert [len(sample.rows) for sample in whole.samples()] == [5, 3]
     values = whole.values("contact_fraction")
     assert len(values.influence[0]) == 5
-    assert np.isfinite(values.mean).all()
+    assert np.isfinite(values.value).all()
 
 
 def test_a_run_none_of_whose_contacts_converge_has_ended(folder):
@@ -103,7 +101,7 @@ def test_members_that_did_not_converge_are_left_out_and_counted(folder):
     run = rs.open_run(folder)
     assert run.failed == 3
     run.count((9, 6))
-    assert [pair.sample.rows.tolist() for pair in run.pairs()] == [
+    assert [sample.rows.tolist() for sample in run.samples()] == [
         [0, 1, 2, 4, 5, 6, 7, 8],
         [1, 2, 3, 4],
     ]

@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ladder_cases import part_of
+from ladder_cases import at_level, part_of
 from study_cases import LOADS
 
 import roughsim as rs
 from roughsim.estimate.levels import values_of
-from roughsim.estimate.telescoping import Pair
 from roughsim.studies.trends import paired_ratio
 
 
@@ -63,13 +62,13 @@ def test_the_paired_error_of_a_ratio_is_that_of_the_jackknife(quick, tmp_path):
     )
     runs = [run for _, run in study.results]
     ratio, rows = paired_ratio(*runs, "flash_width"), np.arange(runs[0].realizations)
-    samples = [run.pairs()[0].sample for run in runs]
+    samples = [run.samples()[0] for run in runs]
 
     def mean_ratio(chosen):
         above, below = (
             values_of(
-                run.scene, "capped", "flash_width", [Pair(0, 0, part_of(sample, chosen), None)]
-            ).mean[-1]
+                run.scene, "capped", "flash_width", [at_level(part_of(sample, chosen), 0, 0)]
+            ).value[-1]
             for run, sample in zip(runs, samples, strict=True)
         )
         return above / below
