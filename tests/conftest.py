@@ -6,6 +6,7 @@ import os
 import sys
 from dataclasses import replace
 from fnmatch import fnmatch
+from functools import partial
 
 import pytest
 from process_cases import end_processes
@@ -74,6 +75,21 @@ def capped_run(capped_scene, tmp_path_factory):
 def sliding_run(tmp_path_factory):
     """A finished run whose faces slide; tests only read it."""
     return rs.run(sliding_scene(), tmp_path_factory.mktemp("runs") / "sliding")
+
+
+@pytest.fixture(scope="module")
+def few_fields():
+    """Contacts drawn by the law are few and of few points: what is looked at is where their numbers stand."""
+    drawn = importlib.import_module("roughsim.prediction.fields")
+    remembered = drawn.frozen_fields, drawn.slid_fields
+    for one in remembered:
+        one.cache_clear()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drawn, "draw_frozen", partial(drawn.draw_frozen, points=256, fields=6))
+        patch.setattr(drawn, "draw_slides", partial(drawn.draw_slides, points=80, fields=6))
+        yield
+    for one in remembered:
+        one.cache_clear()
 
 
 @pytest.fixture

@@ -77,7 +77,7 @@ class Comparison:
         """Assumptions and warnings of the scene."""
         return self.run.judged
 
-    @property
+    @cached_property
     def rows(self) -> tuple[Row, ...]:
         """A row for each observable and speed."""
         return tuple(rows_of(self.results))

@@ -75,7 +75,14 @@ def test_products_are_those_of_the_hermite_series():
 
 @pytest.mark.parametrize(
     ("own", "other", "part"),
-    [(0.9, 0.3, 0.5), (0.6, -0.2, 0.2), (0.1, 0.8, 0.7), (0.97, 0.9, 0.5), (0.5, 0.5, 0.4)],
+    [
+        (0.9, 0.3, 0.5),
+        (0.6, -0.2, 0.2),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in ((0.1, 0.8, 0.7), (0.97, 0.9, 0.5), (0.5, 0.5, 0.4))
+        ),
+    ],
 )
 def test_shared_products_are_those_of_drawn_normal_heights(own, other, part):
     levels, heights = np.array([-0.8, 1.1, 1.2]), np.array([0.5, 1.0, 1.5])

@@ -38,7 +38,7 @@ CONTACTS = pytest.mark.parametrize(
     [
         (SelfAffine(q_max=1e6), 0.1 * HARDNESS, HARDNESS),
         (SelfAffine(), 0.02 * HARDNESS, HARDNESS),
-        (SelfAffine(level=2e-25), 0.02 * HARDNESS, HARDNESS),
+        pytest.param(SelfAffine(level=2e-25), 0.02 * HARDNESS, HARDNESS, marks=pytest.mark.slow),
         (SelfAffine(level=1e-27, q_max=2e6), 3e8, 1e12),
     ],
 )

@@ -209,7 +209,9 @@ def test_theory_refuses_by_name_and_value(words):
     assert_refused(OWN[words], words)
 
 
-@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+@pytest.mark.parametrize(
+    "scale", [1e-9, *(pytest.param(x, marks=pytest.mark.slow) for x in (1.0, 1e9))]
+)
 def test_background_refuses_an_unresolved_flux(scale):
     draws = np.random.default_rng(1)
     for noisy in (

@@ -46,7 +46,7 @@ def test_twins_share_the_heat_evenly():
     assert slid.background == pytest.approx(slid.resting_background, rel=1e-12)
 
 
-@pytest.mark.parametrize("part", [0.0, 0.3, 0.5])
+@pytest.mark.parametrize("part", [0.0, 0.3])
 def test_both_bodies_have_one_contact_temperature_and_all_the_heat(part):
     slid = sliding(moving_roughness=part, **GLASS)
     total = slid.resting_flash_temperature + slid.resting_background
@@ -64,7 +64,7 @@ def test_both_bodies_have_one_contact_temperature_and_all_the_heat(part):
     assert slid.background + effusivity * slid.resting_background == pytest.approx(alone, rel=1e-12)
 
 
-@pytest.mark.parametrize("part", [0.0, 0.2, 0.5])
+@pytest.mark.parametrize("part", [pytest.param(0.0, marks=pytest.mark.slow), 0.2])
 def test_the_bodies_exchanged_with_their_roughness_exchange_their_temperatures(part):
     slid = sliding(moving_roughness=part, **GLASS)
     other = sliding(
@@ -217,15 +217,10 @@ def drawn_means(field, rng, speed, time, part, body):
     return lambda since: grown[np.searchsorted(age, since)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "part", "distance"),
-    [
-        (4.0, 0.3, 1e-4),
-        *(
-            pytest.param(*case, marks=pytest.mark.slow)
-            for case in ((4.0, 0.5, 2e-5), (40.0, 0.6, 5e-5))
-        ),
-    ],
+    [(4.0, 0.3, 1e-4), (4.0, 0.5, 2e-5), (40.0, 0.6, 5e-5)],
 )
 def test_temperatures_are_those_of_drawn_heights_and_drawn_ways_of_the_heat(speed, part, distance):
     field = clipped.clipped_field(SPECTRUM, **SOLID)
@@ -340,12 +335,18 @@ def slid_pair(name, share_of_way):
 
 
 @pytest.mark.parametrize(
-    ("name", "slid"), list(zip(DENSE, (493.2, 441.8, 193.0, 137.1), strict=True))
+    ("name", "slid"),
+    [
+        pytest.param("elastic, both rough", 493.2, marks=pytest.mark.slow),
+        ("part yielded, both rough", 441.8),
+        pytest.param("nearly all yielded, one rough", 193.0, marks=pytest.mark.slow),
+        ("light, elastic", 137.1),
+    ],
 )
 def test_after_a_long_way_temperatures_are_those_of_slides(name, slid):
     # means over the last half of slides of solved contacts (experiments/two_bodies_points.py), without the error of
     # their pixel. The pressure is uneven: what passes between the bodies does not go with it
-    late = slid_pair(name, np.linspace(0.525, 0.975, 10)).flash_temperature.mean()
+    late = slid_pair(name, np.linspace(0.55, 0.95, 5)).flash_temperature.mean()
     assert late == pytest.approx(
         slid, rel=0.08 if name == "light, elastic" else 0.05
     )  # its slides scatter by 3 %

@@ -135,7 +135,12 @@ def test_a_speed_on_the_command_line_may_have_a_unit(
 
 
 @pytest.mark.parametrize(
-    ("quantity", "count"), [("correlation", 2), ("spectrum", 2), ("distribution", 3)]
+    ("quantity", "count"),
+    [
+        pytest.param("correlation", 2, marks=pytest.mark.slow),
+        ("spectrum", 2),
+        ("distribution", 3),
+    ],
 )
 def test_panels_of_a_narrow_figure_stand_below_one_another(capped_run, drawn, quantity, count):
     plot_run(capped_run, quantity, look=Look(size=(3.4, 2.6)))

@@ -37,7 +37,12 @@ def test_every_picture_says_what_it_is_of(capped_run, drawn, quantity):
 
 
 @pytest.mark.parametrize(
-    ("ending", "start"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".SVG", b"<?xml")]
+    ("ending", "start"),
+    [
+        (".png", b"\x89PNG"),
+        pytest.param(".pdf", b"%PDF", marks=pytest.mark.slow),  # below, too
+        (".SVG", b"<?xml"),
+    ],
 )
 def test_the_ending_says_the_format(capped_run, tmp_path, ending, start):
     assert (

@@ -54,8 +54,12 @@ def test_the_theories_of_one_run_have_their_colours_and_the_share(capped_run, dr
     )
 
 
-def test_runs_side_by_side_have_a_colour_each(capped_run, sliding_run, drawn):
-    both = rs.compare(capped_run, sliding_run)
+@pytest.fixture(scope="module")
+def both(capped_run, sliding_run):
+    return rs.compare(capped_run, sliding_run)
+
+
+def test_runs_side_by_side_have_a_colour_each(both, capped_run, sliding_run, drawn):
     both.chart("a.png")
     axes = drawn[0].axes[2]
     names = {line.get_gid(): line.get_color() for line in axes.lines if line.get_gid() != "marks"}
@@ -78,8 +82,7 @@ def test_runs_side_by_side_have_a_colour_each(capped_run, sliding_run, drawn):
     assert words[:2] == [capped_run.folder.name, sliding_run.folder.name]
 
 
-def test_the_table_of_several_runs_has_the_values_of_each(capped_run, sliding_run):
-    both = rs.compare(capped_run, sliding_run)
+def test_the_table_of_several_runs_has_the_values_of_each(both, capped_run, sliding_run):
     table = both.table()
     titles = [column.title for column in table.columns]
     for run in (capped_run, sliding_run):

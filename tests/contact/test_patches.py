@@ -280,7 +280,7 @@ def fractions(points, load, hardness):
     return np.reshape(np.mean(found, axis=0), (2, 2))
 
 
-@pytest.mark.parametrize("load", [0.02, 0.1, 0.4])
+@pytest.mark.parametrize("load", [0.02, pytest.param(0.1, marks=pytest.mark.slow), 0.4])
 def test_corrected_areas_of_rough_contact_are_the_limit_of_counted_ones(load):
     counted = {}
     corrected = {}

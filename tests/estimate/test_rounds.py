@@ -233,7 +233,7 @@ def test_runs_that_stop_themselves_hold_the_truth_where_scatter_is_all(sliding_s
     # three levels that reach the end of C(q), and a pixel that changes nothing
     numerics = elastic_levels((1e5, 2e5))
     levels = [(10.0, 10.0, 0.25, 0.0), (9.0, 10.0, 0.25, 0.06), (10.0, 10.0, 0.25, 0.03)]
-    trials, held, members = 260, 0, []
+    trials, held, members = 130, 0, []
     for seed in range(trials):
         rounds, found = simulated(sliding_scene, numerics, 0.08, levels, seed)
         assert rounds.met
@@ -261,7 +261,7 @@ def test_runs_that_choose_their_levels_hold_the_truth(sliding_scene, foretold):
     levels = [(values[0], values[0], 0.2, 0.0)]
     levels += [(b, a, 0.2, 0.05) for a, b in pairwise(values)]
     levels.append((values[0] * finer, values[0], 0.2, 0.01))
-    trials, held, used = 200, 0, 0
+    trials, held, used = 100, 0, 0
     for seed in range(trials):
         rounds, found = simulated(sliding_scene, numerics, 0.03, levels, seed)
         assert rounds.met

@@ -56,7 +56,13 @@ def by_finite_volumes(flux, q, layers, nodes):
     return np.array(surface) / KAPPA
 
 
-@pytest.mark.parametrize("layers", LAYERS.values(), ids=LAYERS)
+@pytest.mark.parametrize(
+    "layers",
+    [
+        pytest.param(v, id=k, marks=[pytest.mark.slow] if k in ("thick oxide", "oxide") else [])
+        for k, v in LAYERS.items()
+    ],
+)
 def test_waves_and_the_mean_are_those_of_finite_volumes_in_depth(layers):
     flux = random_flux()
     temperatures = warmed(flux, Layering(*layers))

@@ -42,7 +42,13 @@ def elastic(hurst, band, load, roll_off):
     return rs.load_scene({"surface": face, "body": STEEL, "sliding": sliding})
 
 
-@pytest.fixture(scope="module", params=SCENES)
+SLOW = "low H", "broad", "roll-off"
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(n, marks=[pytest.mark.slow] if n in SLOW else []) for n in SCENES],
+)
 def scene(request):
     return elastic(*SCENES[request.param])
 

@@ -2,8 +2,6 @@
 
 import contextlib
 import pickle
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -125,19 +123,17 @@ def test_a_failed_member_is_nan_and_counted(kept_run):
     assert np.isfinite(data.flash_temperature).sum() == 8 * 3
 
 
-def test_a_dataset_is_pickled_with_the_paths_of_its_fields_and_read_in_another_directory(kept_run):
+def test_a_dataset_is_pickled_with_the_paths_of_its_fields_and_read_in_another_directory(
+    kept_run, tmp_path
+):
     pytest.importorskip("xarray")
     with contextlib.chdir(kept_run.folder.parent):
         data = rs.open_run(kept_run.folder.name).to_xarray()
         content = pickle.dumps(data)
-    code = "import pickle, sys; print(float(pickle.load(sys.stdin.buffer).pressure_L0.sum()))"
-    elsewhere = subprocess.run(
-        [sys.executable, "-c", code], cwd="/", input=content, capture_output=True, check=True
-    )
-    copy = pickle.loads(content)
-    assert copy.identical(data)
-    assert float(elsewhere.stdout) == pytest.approx(float(copy.pressure_L0.sum()), rel=1e-12)
-    assert float(copy.pressure_L0[0].sum()) > 0.0
+    with contextlib.chdir(tmp_path):
+        copy = pickle.loads(content)
+        assert copy.identical(data)
+        assert float(copy.pressure_L0[0].sum()) > 0.0
 
 
 @pytest.mark.parametrize(

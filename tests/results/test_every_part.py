@@ -19,6 +19,7 @@ from roughsim.scene import parse_scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.studies.trends import paired_ratio
 
+pytestmark = pytest.mark.usefixtures("few_fields")
 OF_LEVELS = "bandwidth", "last step", "pixel"
 SHOWN_BY_NO_LEVEL = "size", "solver", "scan"
 OF_REACTIONS = "reaction_rate", "activation_temperature", "conversion", "heat_share_above"
@@ -119,8 +120,17 @@ def lacks(part, name, column):
     return column == SLIDING and name == "heat_partition" and part in BY_THE_SLIDE
 
 
-@pytest.mark.parametrize("part", [*OF_LEVELS, *SHOWN_BY_NO_LEVEL])
-@pytest.mark.parametrize("relative", [0.05, np.nan])
+@pytest.mark.parametrize(
+    ("part", "relative"),
+    [
+        *((part, 0.05) for part in (*OF_LEVELS, *SHOWN_BY_NO_LEVEL)),
+        *((part, np.nan) for part in ("bandwidth", "size", "scan")),
+        *(
+            pytest.param(part, np.nan, marks=pytest.mark.slow)
+            for part in ("last step", "pixel", "solver")
+        ),
+    ],
+)
 def test_every_number_has_every_part(slid, monkeypatch, part, relative):
     inject(monkeypatch, part, relative)
     seen = set()

@@ -37,9 +37,9 @@ def slide_of(moving, resting, speeds, pixels, points=POINTS):
 @pytest.mark.parametrize(
     ("moving", "resting", "speeds", "pixels"),
     [
-        (None, None, [10.0], 20),
+        pytest.param(None, None, [10.0], 20, marks=pytest.mark.slow),
         (SKIN, None, [10.0], 20),
-        (SKIN, SKIN, [10.0, 35.0], 20),
+        pytest.param(SKIN, SKIN, [10.0, 35.0], 20, marks=pytest.mark.slow),
     ],
 )
 def test_the_planned_memory_of_a_slide_is_its_peak_and_at_most_half_more(

@@ -21,6 +21,7 @@ from roughsim.sliding.distribution import POSITIONS, Sampler, positions
 from roughsim.sliding.member import faces, solve_slide
 from roughsim.store.member_files import FIELDS, member_path, read_member, write_member
 
+pytestmark = pytest.mark.usefixtures("few_fields")
 SLIDE = 1  # its level
 ASKS = (
     'history = "sliding"\nslid_distance = "1 mm"\nbackground_temperature = "600 K"\n',

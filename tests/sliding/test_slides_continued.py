@@ -76,6 +76,7 @@ def test_the_theory_continues_slides_of_like_bodies_within_its_error():
     assert np.abs(errors(30.0, 30.0)).max() < 0.025
 
 
+@pytest.mark.slow
 @pytest.mark.statistical
 def test_and_on_a_much_better_conductor_it_does_not():
     assert np.abs(errors(3.0, 300.0)).max() > 0.04  # so that such slides are followed to their end

@@ -16,6 +16,7 @@ from roughsim.studies.figure import curves_of, usual_choice
 from roughsim.studies.results import SPEED
 from roughsim.studies.tables import asked_table
 
+pytestmark = pytest.mark.usefixtures("few_fields")
 LOADS = [5e7, 1e8]
 ENERGIES = [0.0, 1.0]  # eV
 ASKS = {

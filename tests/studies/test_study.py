@@ -50,7 +50,7 @@ def test_a_study_over_skin_heat_depth_and_load_solves_the_contact_of_each_load_o
 ):
     drawn, solved = calls(pipeline, "synthesize"), calls(pipeline, "loaded")
     vary = {
-        "body.skin.thickness": ["0.1 um", "1 um", "10 um"],
+        "body.skin.thickness": ["0.1 um", "10 um"],
         "body.skin.conductivity": ["3 W/(m K)"],
     }
     vary |= {
@@ -59,7 +59,7 @@ def test_a_study_over_skin_heat_depth_and_load_solves_the_contact_of_each_load_o
     }  # varies fastest
     study = rs.study(small, vary=vary, folder=tmp_path / "study")
     members = [len(run.members) for _, run in study.results]
-    assert (len(members), set(members)) == (12, {18})
+    assert (len(members), set(members)) == (8, {18})
     assert (len(drawn), len(solved)) == (
         24,
         2 * 24,

@@ -56,7 +56,7 @@ def test_runs_with_other_surfaces_make_no_pairs(done, small, tmp_path):
 
 def test_the_paired_error_of_a_ratio_is_that_of_the_jackknife(quick, tmp_path):
     # the ratio anew without each surface in turn; one level: nothing is fitted in q_c
-    scene = replace(quick, ensemble=replace(quick.ensemble, until={}, max_realizations=60))
+    scene = replace(quick, ensemble=replace(quick.ensemble, until={}, max_realizations=40))
     study = rs.study(
         scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path / "study"
     )

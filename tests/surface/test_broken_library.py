@@ -15,9 +15,10 @@ from roughsim.untrusted import end_child
             'RuntimeError("cannot load MPI library")',
             r"cannot be imported \(RuntimeError: cannot load MPI library\)",
         ),
-        (
+        pytest.param(
             'ImportError("libmpi.so.12: cannot open")',
             r"cannot be imported \(ImportError: libmpi.so.12: cannot open\)",
+            marks=pytest.mark.slow,
         ),
         ('ModuleNotFoundError("no", name="NuMPI")', "NuMPI is not installed; type: pip install"),
     ],
