@@ -166,7 +166,7 @@ def memory(monkeypatch):
     """A machine with so many bytes of memory: `memory(amount)`."""
 
     def limited(amount):
-        for name in (
+        names = (
             "machine",
             "untrusted",
             "error_over_cost",
@@ -174,8 +174,9 @@ def memory(monkeypatch):
             "planning.reasons",
             "ensemble.executors",
             "results.folder",
-        ):
-            module = importlib.import_module(f"roughsim.{name}")
+        )
+        # all are imported first: one imported later would keep the patched function
+        for module in [importlib.import_module(f"roughsim.{name}") for name in names]:
             monkeypatch.setattr(
                 module, "available_memory", lambda: Available(amount, "limit of the test")
             )

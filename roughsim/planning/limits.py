@@ -148,7 +148,7 @@ def _without_waves(scene: Scene, q: float) -> str:
     """Return how to leave out the waves above a wavenumber, rad/m."""
     if scene.scanned:
         return f"smooth waves shorter than {2e6 * pi / q:.3g} µm out of the scan: q above {q:.3g} rad/m"
-    if any(face is not None and face.psd for face in (scene.surface, scene.counterface)):
+    if any(face.psd for face in scene.sections_of_faces.values()):
         return f"end the table of C(q) at {q:.3g} rad/m"
     return f"lower q_max to {q:.3g} rad/m"
 
@@ -254,9 +254,9 @@ def _layer_remarks(scene: Scene, side: float) -> Remarks:
         "skin.thickness": "so thick a layer changes the elastic contact, too, which the model leaves out",
         "heat_depth": "so deep the heat of different contact spots is not apart",
     }
-    for name, body in (("body", scene.body), ("counterface", scene.counterface)):
-        skin = None if body is None else body.skin
-        depths = {"skin.thickness": skin and skin.thickness, "heat_depth": body and body.heat_depth}
+    for name, body in scene.sections_of_bodies.items():
+        skin = body.skin
+        depths = {"skin.thickness": skin and skin.thickness, "heat_depth": body.heat_depth}
         for key, depth in depths.items():
             if depth and depth > _THICK * side:
                 yield Remark(

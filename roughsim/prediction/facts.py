@@ -10,7 +10,6 @@ import scipy
 from roughsim.grid import Array
 from roughsim.prediction.areas import yield_wavenumber
 from roughsim.prediction.bodies import conduction, heat_partition
-from roughsim.prediction.statements import textures
 from roughsim.prediction.theories import predictions
 from roughsim.scene import Scene
 from roughsim.scene.slips import STEEP
@@ -28,7 +27,7 @@ class Facts:
 
     rms_height: float  # of both faces together, as all of the roughness
     rms_slope: float
-    textures: dict[str, list[Texture]]  # of the maps of each face
+    textures: dict[str, tuple[Texture, ...]]  # of the maps of each face
     rms_slope_before_yield: float  # of the waves up to 32 q_y; of all where q_y is inf
     longest_wave: float
     shortest_wave: float
@@ -114,7 +113,7 @@ def facts_of(scene: Scene, lengths: tuple[float, float]) -> Facts:
     return Facts(
         rms_height=spectrum.rms_height,
         rms_slope=spectrum.rms_slope,
-        textures=textures(scene),
+        textures=scene.textures,
         rms_slope_before_yield=gentle.rms_slope,
         longest_wave=2 * pi / spectrum.breaks[0],
         shortest_wave=2 * pi / spectrum.breaks[-1],

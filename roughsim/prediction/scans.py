@@ -14,7 +14,6 @@ import numpy as np
 import scipy
 
 from roughsim.grid import Array
-from roughsim.prediction.statements import textures
 from roughsim.prediction.theories import integrals, over_speed
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
@@ -46,10 +45,9 @@ def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
     ones change the value without limit.
     """
     squares = {name: np.zeros(values.shape) for name, values in _expected(scene, only).items()}
-    for name in ("surface", "counterface"):
-        if (face := _scanned_face(scene, name)) is not None:
-            error = _error_of_face(scene, name, face, only)
-            squares = {key: square + error[key] ** 2 for key, square in squares.items()}
+    for name, face in scene.scanned_faces.items():
+        error = _error_of_face(scene, name, face, only)
+        squares = {key: square + error[key] ** 2 for key, square in squares.items()}
     # the error is one of logarithms: a value that is too low lacks more than one that is too high has in excess
     return {key: np.expm1(np.sqrt(square)) for key, square in squares.items()}
 
@@ -64,28 +62,18 @@ def scan_of_hottest(scene: Scene) -> float | None:
 
 def unknown_by(scene: Scene) -> str:
     """Return in words why the error by the scans of C(q) is unknown, and what helps."""
-    scanned = {
-        name: face
-        for name in ("surface", "counterface")
-        if (face := _scanned_face(scene, name)) is not None
-    }
+    scanned = scene.scanned_faces
     if any(face.psd is None or face.psd_error is None for face in scanned.values()):
         return "psd_error is missing; give it, or the scan itself as topography"
     if not all(_alike(scene, name) for name in scanned):
         return "the map is not isotropic or not Gaussian; press the map"
-    press = " press the map, or" if textures(scene) else ""  # a line scan cannot be pressed
+    press = " press the map, or" if scene.textures else ""  # a line scan cannot be pressed
     return f"C(q) may rise without limit to waves longer than the scan;{press} take a larger scan"
-
-
-def _scanned_face(scene: Scene, name: str) -> SurfaceSection | None:
-    """Return the face of a section if its C(q) was measured on scans."""
-    face: SurfaceSection | None = getattr(scene, name)
-    return face if face is not None and face.psd_source == "scan" else None
 
 
 def _alike(scene: Scene, name: str) -> bool:
     """Return whether the maps of a section are like surfaces that are drawn from their C(q)."""
-    return all(texture.isotropic and texture.gaussian for texture in textures(scene).get(name, ()))
+    return all(texture.isotropic and texture.gaussian for texture in scene.textures.get(name, ()))
 
 
 def _expected(scene: Scene, only: str) -> Mapping[str, Array]:

@@ -18,7 +18,6 @@ from roughsim.prediction.theories import predictions
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.remarks import Remark
-from roughsim.surface.topography import Texture
 
 UNEVEN = 0.02  # distance of the heat share from 1/2
 NO_VALUE = ValueError, ArithmeticError, RuntimeError  # of a theory without a value
@@ -48,17 +47,6 @@ def statements(scene: Scene) -> list[Remark]:
     return result
 
 
-def textures(scene: Scene) -> dict[str, list[Texture]]:
-    """Return the textures of the maps of each face by its section; no entry for a C(q) without maps."""
-    faces = {"surface": scene.surface, "counterface": scene.counterface}
-    rows = {
-        name: face.psd_texture
-        for name, face in faces.items()
-        if face is not None and face.psd_texture
-    }
-    return {name: [Texture(*row) for row in of_face] for name, of_face in rows.items()}
-
-
 def _of_roughness(scene: Scene) -> Iterator[Remark]:
     """Yield the body that carries the roughness."""
     slides, two = scene.sliding.history == SLIDING, len(scene.faces) == 2
@@ -77,18 +65,17 @@ def _of_roughness(scene: Scene) -> Iterator[Remark]:
 
 def _of_scans(scene: Scene) -> Iterator[Remark]:
     """Yield what was read of the files of each face: channel and units."""
-    for name, face in (("surface", scene.surface), ("counterface", scene.counterface)):
-        for scan in (face and face.psd_scans) or ():
+    for name, face in scene.sections_of_faces.items():
+        for scan in face.psd_scans or ():
             yield Remark("assumption", f"scan of [{name}]", "C(q) is measured on it", scan)
 
 
 def _of_textures(scene: Scene) -> Iterator[Remark]:
     """Yield for each map that C(q) was measured on the lay of its slopes, and the distribution of its heights."""
-    for face, maps in textures(scene).items():
+    for face, maps in scene.textures.items():
         for number, texture in enumerate(maps, start=1):
-            of = f" of map {number}" * (len(maps) > 1) + f" of [{face}]" * (
-                len(textures(scene)) > 1
-            )
+            of_face = f" of [{face}]" * (len(scene.textures) > 1)
+            of = f" of map {number}" * (len(maps) > 1) + of_face
             drawn = "rms slopes of the map; drawn surfaces are isotropic"
             yield Remark("assumption", f"texture{of}", drawn, texture.slopes())
             gaussian = f"Gaussian 0 and 3; {texture.extremes()}"
@@ -167,7 +154,7 @@ def cautions(
 
 def texture_warnings(scene: Scene) -> Iterator[Remark]:
     """Yield a warning for each difference between surfaces drawn from C(q) and the map that it was measured on."""
-    for face, maps in textures(scene).items():
+    for face, maps in scene.textures.items():
         yield from dict.fromkeys(line for texture in maps for line in texture.warnings(face))
 
 

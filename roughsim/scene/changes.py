@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Mapping
+from copy import deepcopy
 from typing import Any
 
 from roughsim.scene.schema import SECTIONS, SceneError, as_written, did_you_mean
@@ -13,12 +14,23 @@ def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict
     None takes a key, or a whole section, away. SceneError for a name that is no section; all else is checked when the
     scene is made.
     """
-    result = dict(content)
+    result = deepcopy(dict(content))
     for key, value in changes.items():
-        section, *path = _parts_of(key)
-        _set(result, [section, *path], value, key)
-        if path and not result[section]:
-            del result[section]  # without any key
+        *tables, name = _parts_of(key)
+        inside: Any = result
+        for depth, table in enumerate(tables):
+            inside = inside.setdefault(table, {})
+            if not isinstance(inside, dict):
+                where, kind = ".".join(tables[: depth + 1]), "table" if depth else "section"
+                raise SceneError(
+                    f'{as_written(key)} is not a key of a scene: "{where}" is no {kind}'
+                )
+        if value is None:
+            inside.pop(name, None)
+        else:
+            inside[name] = value
+        if tables and not result[tables[0]]:
+            del result[tables[0]]  # without any key
     return result
 
 
@@ -35,23 +47,6 @@ def _parts_of(key: Any) -> list[str]:
         hint = f'did you mean "{homes[0]}.{key}"?' if homes else did_you_mean(parts[0], names)
         raise SceneError(f"{as_written(key)} is not a key of a scene; {hint}")
     return parts
-
-
-def _set(inside: dict[str, Any], path: list[str], value: Any, key: str) -> None:
-    """Set a value within copies of the tables on its path; None removes it."""
-    name, *inner = path
-    if inner:
-        table = inside.get(name, {})
-        if not isinstance(table, Mapping):
-            where = key.removesuffix("." + ".".join(inner))
-            kind = "table" if "." in where else "section"
-            raise SceneError(f'{as_written(key)} is not a key of a scene: "{where}" is no {kind}')
-        inside[name] = dict(table)
-        _set(inside[name], inner, value, key)
-    elif value is None:
-        inside.pop(name, None)
-    else:
-        inside[name] = value
 
 
 def read_changes(words: list[str]) -> dict[str, Any]:

@@ -6,14 +6,13 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import resources
-from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from roughsim.scene.changes import with_changes
 from roughsim.scene.model import Scene
-from roughsim.scene.scans import SCAN_KEYS, measured_psd, psd_of_profile
-from roughsim.scene.schema import SceneError, as_written
+from roughsim.scene.scans import ScanOptions, measured_psd, psd_of_profile
+from roughsim.scene.schema import SceneError, as_written, is_list
 from roughsim.scene.sections import ROUGHNESS_KEYS
 from roughsim.scene.spellings import nearest, with_decimal_point
 from roughsim.show.remarks import warn_of
@@ -267,17 +266,14 @@ def _stored_psd(paths: list[Path], *_: Any) -> dict[str, Any]:
     """Read a text file of two columns, q in rad/m and C in m⁴; return the key of a section that gives it as a table."""
     (path,) = paths
     text = read_text(path, "the table", _MAX_TABLE_BYTES)
-    lines = [
-        (number, line.split("#")[0].strip())
-        for number, line in enumerate(text.splitlines(), start=1)
-    ]
-    lines = [(number, line) for number, line in lines if line]
-    if lines and not re.match(r"[-+.0-9]", lines[0][1]):
-        lines = lines[1:]  # the names of the columns
-    rows = []
-    for number, line in lines:
+    rows: list[list[float]] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        entries = re.split(r"[,;\s]+", line.split("#")[0].strip())
+        named = not rows and not re.match(r"[-+.0-9]", entries[0])  # names of the columns
+        if named or entries == [""]:
+            continue
         try:
-            q, psd = (float(entry) for entry in re.split(r"\s*[,;\s]\s*", line))
+            q, psd = map(float, entries)
         except ValueError:
             fault = f"{as_written(line)} must be two numbers, q in rad/m and C in m⁴"
             raise SceneError(f"line {number}: {fault}") from None
@@ -297,22 +293,19 @@ def _with_tables(
 ) -> dict[str, Any]:
     """Return the content with each `psd_file` and `topography` replaced by the table C(q) that the files hold."""
     result = dict(content)
-    for name, key in product(("surface", "counterface"), _FILES):
-        section = result.get(name)
-        if isinstance(section, dict) and key in section:
-            found = None if scans is None else scans.setdefault(name, [])
-            result[name] = _with_table(name, key, section, folder, found)
-    for name, key in product(("surface", "counterface"), SCAN_KEYS):
-        if isinstance(section := result.get(name), dict) and key in section:
-            raise SceneError(f"{name}.{key} goes with topography only; remove it")
     for name in ("surface", "counterface"):
         section = result.get(name)
-        if (
-            isinstance(section, dict)
-            and section.get("psd_convention") == "profile"
-            and "psd" in section
-        ):
-            result[name] = psd_of_profile(name, section)
+        if not isinstance(section, dict):
+            continue
+        for key in _FILES:
+            if key in section:
+                found = None if scans is None else scans.setdefault(name, [])
+                section = _with_table(name, key, section, folder, found)
+        if extra := [key for key in ScanOptions.known_keys() if key in section]:
+            raise SceneError(f"{name}.{extra[0]} goes with topography only; remove it")
+        if section.get("psd_convention") == "profile" and "psd" in section:
+            section = psd_of_profile(name, section)
+        result[name] = section
     return result
 
 
@@ -330,9 +323,8 @@ def _with_table(
         raise SceneError(
             f"{name}.{excluded} does not go with {name}.{key}, whose {what} fixes C(q); remove one"
         )
+    paths = section[key] if key == "topography" and is_list(section[key]) else [section[key]]
     setting = f"{name}.{key} = {as_written(section[key])}"
-    several = key == "topography" and isinstance(section[key], list)
-    paths = section[key] if several else [section[key]]
     if not paths or not all(isinstance(path, str) and path for path in paths):
         raise SceneError(f'{setting} must be the path of a file, for example "{example}"')
     if len(set(paths)) < len(paths):
@@ -345,7 +337,7 @@ def _with_table(
         table = read([folder / path for path in paths], section, found)
     except (OSError, ValueError, ImportError) as error:
         raise SceneError(f"{setting}: {error}") from None
-    used = {key, *SCAN_KEYS} if key == "topography" else {key}
+    used = {key, *ScanOptions.known_keys()} if key == "topography" else {key}
     return {other: value for other, value in section.items() if other not in used} | table
 
 

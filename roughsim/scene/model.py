@@ -33,15 +33,15 @@ from roughsim.scene.sections import (
     TheorySection,
     read_title,
 )
-from roughsim.scene.shown import scene_table
 from roughsim.scene.slips import slips, steepness
-from roughsim.scene.tables import PSD_SCALES, Rows, at_temperature
-from roughsim.scene.written import as_content, toml_of
+from roughsim.scene.tables import PSD_SCALES, Rows, at_temperature, values_of
+from roughsim.scene.written import as_content, scene_table, toml_of
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import Remark, most_serious_first
 from roughsim.show.text import marked
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
+from roughsim.surface.topography import Texture
 
 
 class Layers(NamedTuple):
@@ -174,8 +174,31 @@ class Scene(Record):
     @property
     def scanned(self) -> bool:
         """Whether a C(q) was measured on maps, and has an error of its own."""
-        faces = (self.surface, self.counterface)
-        return any(face is not None and face.psd_source == "scan" for face in faces)
+        return bool(self.scanned_faces)
+
+    @property
+    def scanned_faces(self) -> dict[str, SurfaceSection]:
+        """The sections of faces whose C(q) was measured on maps, by their names."""
+        faces = self.sections_of_faces.items()
+        return {name: face for name, face in faces if face.psd_source == "scan"}
+
+    @property
+    def sections_of_bodies(self) -> dict[str, BodySection | CounterfaceSection]:
+        """The sections that may have a material, by their names."""
+        counterface = {"counterface": self.counterface} if self.counterface is not None else {}
+        return {"body": self.body, **counterface}
+
+    @property
+    def sections_of_faces(self) -> dict[str, SurfaceSection]:
+        """The sections that may have a roughness, by their names."""
+        counterface = {"counterface": self.counterface} if self.counterface is not None else {}
+        return {"surface": self.surface, **counterface}
+
+    @property
+    def textures(self) -> dict[str, tuple[Texture, ...]]:
+        """The textures of the maps of each face by its section; no entry for a C(q) without maps."""
+        faces = self.sections_of_faces.items()
+        return {name: face.psd_texture for name, face in faces if face.psd_texture}
 
     @property
     def melting_temperature(self) -> float:
@@ -246,30 +269,24 @@ class Scene(Record):
         but two have a number then: `q_roll_off` is `q_min`, and `roll_off_exponent` is 0.
         """
         sections = to_jsonable_python(self, exclude_none=True)
-        sections = {
-            name: section for name, section in sections.items() if isinstance(section, dict)
-        }
         flat = {
             f"{name}.{key}": value
             for name, section in sections.items()
+            if name not in ("title", "observables", "reaction")
             for key, value in section.items()
         }
         for face in ("surface", "counterface"):
             if f"{face}.q_min" in flat:
                 flat.setdefault(f"{face}.q_roll_off", flat[f"{face}.q_min"])
                 flat.setdefault(f"{face}.roll_off_exponent", 0.0)
+        left_out = {*NOT_IDENTITY}
         if self.sliding.history == "frozen":
-            del flat["sliding.history"]  # older runs do not have the key
-        flat = {
-            key: value
-            for key, value in flat.items()
-            if not key.startswith(("observables.", "reaction."))
-        }
+            left_out.add("sliding.history")  # older runs do not have the key
+        if not self.tables:
+            left_out.add("sliding.background_temperature")
         if self.distribution:
             flat["observables.temperature_distribution"] = True
-        if math.isinf(self.temperature_range[1]):
-            flat.pop("sliding.background_temperature", None)
-        return {key: value for key, value in flat.items() if key not in NOT_IDENTITY}
+        return {key: value for key, value in flat.items() if key not in left_out}
 
     def with_(self, key: str, value: Any) -> Self:
         """Return the scene with another value of a key, such as "sliding.nominal_pressure"; checked as in a file.
@@ -281,9 +298,7 @@ class Scene(Record):
     @property
     def slips(self) -> list[Remark]:
         """Warnings of numbers that are probably mistakes."""
-        bodies = {"body": self.body}
-        if self.counterface is not None:
-            bodies["counterface"] = self.counterface
+        bodies = self.sections_of_bodies
         return list(slips(self.spectrum, self.scanned, bodies, self.sliding))
 
     @property
@@ -295,7 +310,7 @@ class Scene(Record):
         return "\n".join([f"<Scene {self.title or 'untitled'}>", *marked(self.remarks)])
 
     def _repr_html_(self) -> str:
-        return in_notebook(scene_table(self.title, asdict(self)), *marked(self.remarks))
+        return in_notebook(scene_table(self.content()), *marked(self.remarks))
 
     def content(self) -> dict[str, Any]:
         """Return the sections by their names, as a scene file has them: SI, without keys that have no value."""
@@ -348,15 +363,9 @@ def _check_derived(scene: Scene) -> None:
         for name, body in zip(
             ("diffusivity", "diffusivity of the counterface"), scene.bodies, strict=False
         ):
-            rows = (
-                body.conductivity
-                if isinstance(body.conductivity, tuple)
-                else ((None, body.conductivity),)
-            )
             derived += [
-                (name, _conduction_of(body, kelvin)[1], "m²/s")
-                for kelvin, kappa in rows
-                if kappa is not None
+                (name, kappa / (body.density * body.heat_capacity), "m²/s")
+                for kappa in values_of(body.conductivity)
             ]
     except (ArithmeticError, ValueError) as error:
         raise ValueError(

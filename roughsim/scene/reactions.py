@@ -2,19 +2,12 @@
 
 from typing import Annotated
 
-from pydantic import BeforeValidator, StrictBool
+from pydantic import StrictBool
 
 from roughsim.scene.schema import KELVIN, Quantity, Record, one_or_list, record
 
 _TINY = 1e-40  # m³: volumes of atoms are 1e-29
 _LARGEST_VOLUME = 1e-26  # m³: σV/k_B T of any solid stays within floats
-
-
-def _refuse_empty(value: object) -> object:
-    """Return any value but an empty list."""
-    if value in ((), []):
-        raise ValueError(" = [] holds no number; write one or leave the key out")
-    return value
 
 
 @record("observables")
@@ -23,12 +16,7 @@ class ObservablesSection(Record):
 
     temperature_distribution: StrictBool = False
     """Whether members store quantiles of the temperature over the contact."""
-    heat_above: (
-        Annotated[
-            tuple[Annotated[float, KELVIN], ...], one_or_list(), BeforeValidator(_refuse_empty)
-        ]
-        | None
-    ) = None
+    heat_above: Annotated[tuple[Annotated[float, KELVIN], ...], one_or_list()] | None = None
     """Absolute temperatures, such as the weakening temperature of flash heating: the share of the heat that is set
     free where the contact is hotter."""
 
@@ -40,7 +28,6 @@ class ReactionSection(Record):
     activation_energy: Annotated[
         tuple[Annotated[float, Quantity("J", '"1 eV"', ge=0, le=1e-17)], ...],
         one_or_list(),
-        BeforeValidator(_refuse_empty),
     ]
     """E of one molecule; several are computed side by side."""
     activation_volume: Annotated[

@@ -1,16 +1,25 @@
-"""Scans named in a scene: their sizes and units, and the C(q) that replaces them."""
+"""Scans named in a scene: how they are read, and the C(q) that replaces them."""
 
 import math
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
+from pydantic import BeforeValidator
 
-from roughsim.scene.schema import Quantity, SceneError, as_written, did_you_mean
+from roughsim.scene.schema import (
+    Quantity,
+    Record,
+    SceneError,
+    as_written,
+    is_list,
+    one_or_list,
+    record,
+)
 from roughsim.scene.tables import read_psd
 from roughsim.show.text import plain
 
@@ -20,7 +29,7 @@ if TYPE_CHECKING:
 
 _MOST_SCANS = 32  # of one face: their table with its errors still fits into a scene
 _UNEVEN = 0.05  # of the larger number of points: more would make pixels of one length oblong
-_MAP_SIZE = Quantity("m", '"1 mm"', gt=0)
+_LENGTH = Quantity("m", '"1 mm"', gt=0)
 _CUT = Quantity("rad/m", '"2.5e6 1/m"', gt=0)
 MEASURED_KEYS = (
     "psd_source",
@@ -29,14 +38,62 @@ MEASURED_KEYS = (
     "psd_texture",
     "psd_filled",
 )  # of C(q) measured on scans
-# they go with `topography`
-SCAN_KEYS = (
-    "topography_size",
-    "topography_unit",
-    "topography_channel",
-    "topography_cut",
-    "topography_fill",
-)
+
+
+def _each_size(value: Any) -> Any:
+    """Return a list of sizes, one of all scans or one of each."""
+    return value if is_list(value) and any(map(is_list, value)) else [value]
+
+
+def _read_unit(value: Any) -> Any:
+    """Return a unit of length, m."""
+    if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
+        raise ValueError(f' = {as_written(value)} must be a unit of length, for example "um"')
+    return _LENGTH(f"1 {value}")
+
+
+def _read_channel(value: Any) -> Any:
+    """Return the name or the number of a channel."""
+    if isinstance(value, bool) or not isinstance(value, (str, int)):
+        raise ValueError(f" = {as_written(value)} must be a name, or a number from 1 on")
+    return value
+
+
+def _read_cut(value: Any) -> Any:
+    """Return a wavenumber, rad/m, of a wavenumber or a wavelength with its unit."""
+    try:
+        return _CUT(value)
+    except ValueError:
+        if isinstance(value, str):
+            with suppress(ValueError):
+                return 2 * math.pi / _LENGTH(value)
+        raise
+
+
+@record()
+class ScanOptions(Record):
+    """The keys beside `topography`, which describe its files."""
+
+    topography_size: (
+        Annotated[
+            tuple[
+                Annotated[
+                    tuple[Annotated[float, _LENGTH], Annotated[float, _LENGTH]], one_or_list(2)
+                ],
+                ...,
+            ],
+            BeforeValidator(_each_size),
+        ]
+        | None
+    ) = None
+    """Sides along x and y of all maps, or of each."""
+    topography_unit: Annotated[float, BeforeValidator(_read_unit)] | None = None
+    """Of the heights, m."""
+    topography_channel: Annotated[str | int, BeforeValidator(_read_channel)] | None = None
+    topography_cut: Annotated[float, BeforeValidator(_read_cut)] = math.inf
+    """Wavenumber up to which C(q) is used, rad/m."""
+    topography_fill: Literal["smooth"] | None = None
+    """Of undefined points."""
 
 
 def measured_psd(
@@ -55,23 +112,29 @@ def measured_psd(
     bins, lines, textures, undefined, taken = [], [], [], [], []
     for path, scan in zip(paths, read_scans(paths, section), strict=True):
         taken.append(plain(f"{path.name[-60:]}: {scan.taken[:120]}"))
+        undefined.append(scan.undefined)
         if isinstance(scan, Topography):
             bins.append(scan.bins)
-            textures.append([float(f"{number:.4g}") for number in scan.texture])
+            textures.append(scan.texture)
         else:
             lines.append(scan)
-        undefined.append(scan.undefined)
         if found is not None:
             found.append((path, scan))
     spectrum, errors = combined(bins + bins_of_lines(lines))
-    rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
-    rounded = [[float(f"{error:.3g}") for error in row] for row in errors.tolist()]
-    known: dict[str, Any] = {"psd_source": "scan", "psd_error": rounded, "psd_scans": taken}
-    if textures:
-        known["psd_texture"] = textures
-    if any(undefined):
-        known["psd_filled"] = float(f"{max(undefined):.3g}")
-    return {"psd": rows, "psd_convention": "persson"} | known
+    return {
+        "psd": np.column_stack([spectrum.q, spectrum.psd]).tolist(),
+        "psd_convention": "persson",
+        "psd_source": "scan",
+        "psd_error": _rounded(errors, 3),
+        "psd_scans": taken,
+        "psd_texture": _rounded(textures, 4) or None,
+        "psd_filled": float(f"{max(undefined):.3g}") or None,
+    }
+
+
+def _rounded(rows: Iterable[Iterable[float]], digits: int) -> list[list[float]]:
+    """Return numbers with so many significant digits."""
+    return [[float(f"{number:.{digits}g}") for number in row] for row in rows]
 
 
 def psd_of_profile(name: str, section: Mapping[str, Any]) -> dict[str, Any]:
@@ -89,34 +152,33 @@ def psd_of_profile(name: str, section: Mapping[str, Any]) -> dict[str, Any]:
     result = {**section, "psd": rows, "psd_convention": "persson"}
     if "psd_source" in section:  # the error of the scan itself is unknown
         return result
-    return result | {"psd_source": "scan", "psd_error": [[float(f"{one:.3g}")] for one in error]}
+    return result | {"psd_source": "scan", "psd_error": _rounded(error[:, None], 3)}
 
 
 def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topography | Profile]":
     """Yield the scans of one surface, with the size and the unit of a section if a file lacks them."""
-    from roughsim.surface.topography import FILLS, Topography, read_scan
+    from roughsim.surface.topography import Topography, read_scan
 
-    nothing: list[tuple[float, float] | None] = [None] * len(paths)
-    lengths = (
-        _sizes(section["topography_size"], len(paths)) if "topography_size" in section else nothing
-    )
-    unit = _length_unit(section["topography_unit"]) if "topography_unit" in section else None
-    cut = _cut(section["topography_cut"]) if "topography_cut" in section else math.inf
-    channel = section.get("topography_channel")
-    if isinstance(channel, bool) or not isinstance(channel, (str, int, type(None))):
+    keys = ScanOptions.known_keys()
+    options = ScanOptions(**{key: value for key, value in section.items() if key in keys})
+    sizes: tuple[tuple[float, float] | None, ...] = options.topography_size or (None,)
+    if len(sizes) == 1:
+        sizes = sizes * len(paths)
+    if len(sizes) != len(paths):
         raise SceneError(
-            f"topography_channel = {as_written(channel)} must be a name, or a number from 1 on"
+            f"topography_size has {len(sizes)} pairs for {len(paths)} files; give one for each, in their order"
         )
-    fill = section.get("topography_fill")
-    if fill is not None and fill not in FILLS:
-        raise SceneError(
-            f"topography_fill = {as_written(fill)} is not known; {did_you_mean(str(fill), FILLS)}"
+    for path, size in zip(paths, sizes, strict=True):  # one scan at a time in memory
+        scan = read_scan(
+            path,
+            size=size,
+            unit=options.topography_unit,
+            fill=options.topography_fill,
+            channel=options.topography_channel,
+            cut=options.topography_cut,
         )
-    for path, size in zip(paths, lengths, strict=True):  # one scan at a time in memory
-        scan = read_scan(path, size=size, unit=unit, fill=fill, channel=channel, cut=cut)
-        if not isinstance(section.get("topography_size", []), (list, tuple)) and isinstance(
-            scan, Topography
-        ):
+        one_length = not is_list(section.get("topography_size", []))
+        if one_length and isinstance(scan, Topography):
             _warn_of_one_length(path, scan.grid)
         yield scan
 
@@ -131,48 +193,3 @@ def _warn_of_one_length(path: Path, grid: "Grid") -> None:
             RuntimeWarning,
             stacklevel=2,
         )
-
-
-def _sizes(value: Any, count: int) -> list[tuple[float, float] | None]:
-    """Return the side lengths of each map, m, from one number, from two along x and y, or from pairs of them."""
-    several = isinstance(value, (list, tuple)) and any(
-        isinstance(entry, (list, tuple)) for entry in value
-    )
-    each = list(value) if several else [value] * count
-    if len(each) != count:
-        raise SceneError(
-            f"topography_size has {len(each)} pairs for {count} files; give one for each, in their order"
-        )
-    pairs: list[tuple[float, float] | None] = []
-    for k, size in enumerate(each):
-        where = f"topography_size[{k}]" if several else "topography_size"
-        pair = list(size) if isinstance(size, (list, tuple)) else [size, size]
-        if len(pair) != 2:
-            raise SceneError(
-                f"{where} = {as_written(size)} must be one length, or two along x and y"
-            )
-        pairs.append((float(_MAP_SIZE(pair[0], where)), float(_MAP_SIZE(pair[1], where))))
-    return pairs
-
-
-def _cut(value: Any) -> float:
-    """Return the wavenumber up to which C(q) is used, rad/m, from a wavenumber or a wavelength with its unit."""
-    try:
-        return float(_CUT(value, "topography_cut"))
-    except ValueError:
-        with suppress(ValueError):
-            return (
-                2
-                * math.pi
-                / float(_MAP_SIZE(value if isinstance(value, str) else "", "topography_cut"))
-            )
-        raise
-
-
-def _length_unit(value: Any) -> float:
-    """Return a unit of length, m."""
-    if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
-        raise SceneError(
-            f'topography_unit = {as_written(value)} must be a unit of length, for example "um"'
-        )
-    return float(_MAP_SIZE(f"1 {value}", "topography_unit"))

@@ -14,15 +14,15 @@ from contextlib import suppress
 from dataclasses import dataclass, field, fields, make_dataclass
 from decimal import Decimal
 from functools import lru_cache
-from numbers import Integral, Real
 from typing import Annotated, Any, ClassVar, TypeVar, dataclass_transform, get_args, get_type_hints
 
+import numpy as np
 from pydantic import (
+    BeforeValidator,
     ConfigDict,
     GetCoreSchemaHandler,
     TypeAdapter,
     ValidationError,
-    WrapValidator,
 )
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 from pydantic_core import core_schema
@@ -36,7 +36,6 @@ _SMALLEST, _LARGEST = (
     1e-30,
     1e30,
 )  # sizes of lawful numbers, SI: products of several of them do not overflow
-_LIMITS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}  # of pydantic, in words
 _NUMBER_AND_UNIT = re.compile(
     r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)"
 )
@@ -63,6 +62,11 @@ SECTIONS: dict[str, type["Record"]] = {}  # by their names in a scene file; "" i
 
 class SceneError(RoughsimError, ValueError):
     """A scene cannot be used; the message is one line with the key, the limit and the remedy."""
+
+
+def is_list(value: Any) -> bool:
+    """Return whether a value is a list or a tuple."""
+    return isinstance(value, (list, tuple))
 
 
 def as_written(value: Any, unit: str = "") -> str:
@@ -111,12 +115,12 @@ class Quantity:
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
         """Return the schema of the number: strict, so that no bool and no text without a unit passes."""
-        limits: dict[str, Any] = {name: getattr(self, name) for name in _LIMITS}
+        limits: dict[str, Any] = {name: getattr(self, name) for name in ("gt", "ge", "lt", "le")}
+        number: core_schema.CoreSchema = core_schema.float_schema(
+            strict=True, allow_inf_nan=self.may_be_infinite, **limits
+        )
         if self.whole:
-            number: core_schema.CoreSchema = core_schema.int_schema(strict=True, **limits)
-        else:
-            finite = not self.may_be_infinite
-            number = core_schema.float_schema(strict=True, allow_inf_nan=not finite, **limits)
+            number = core_schema.int_schema(strict=True, **limits)
         return core_schema.no_info_wrap_validator_function(self.read, number)
 
     def __call__(self, value: Any, where: str = "") -> Any:
@@ -127,48 +131,36 @@ class Quantity:
             raise ValueError(f"{where}{error.errors()[0]['ctx']['error']}") from None
 
     def read(self, value: Any, check: Callable[[Any], Any]) -> Any:
-        """Return a number in SI, once it is read and pydantic has checked it; ValueError with its limits otherwise."""
-        number = self.of_text(value) if isinstance(value, str) and not self.whole else value
-        kind: Any = Integral if self.whole else Real  # those of NumPy become Python's own
-        if (
-            type(number) not in (int, float)
-            and not isinstance(number, bool)
-            and isinstance(number, kind)
-        ):
-            number = int(number) if self.whole else float(number)
+        """Return a number in SI, of a text with a unit or of NumPy, too; ValueError with what pydantic refuses."""
+        number = value.item() if isinstance(value, np.generic) else value
+        if isinstance(value, str) and not self.whole:
+            number = self.of_text(value)
         try:
             number = check(number)
         except ValidationError as error:
-            wanted = self.limits(error.errors()[0])
+            (detail,) = error.errors()
+            wanted = detail["msg"].removeprefix("Input should ")
+            if "ctx" in detail:  # a limit
+                wanted = f"{wanted} {self.unit}".rstrip()
+            elif self.unit and detail["type"] == "float_type":
+                wanted += f" in {self.unit} or a string with a unit"
         else:
             size = abs(number)
-            small, large = 0.0 < size < self.smallest, _LARGEST < size < math.inf
-            if self.whole or not (small or large):
+            if self.whole or not (0.0 < size < self.smallest or _LARGEST < size < math.inf):
                 return number
             sizes = f"{self.smallest:g} to {_LARGEST:g} {self.unit}".rstrip()
-            wanted = f"of a size from {sizes}; check the exponent and the unit"
+            wanted = f"be of a size from {sizes}; check the exponent and the unit"
         raise ValueError(
-            f" = {as_written(value, self.unit)} must be {wanted}, for example {self.example}"
+            f" = {as_written(value, self.unit)} must {wanted}, for example {self.example}"
         )
-
-    def limits(self, detail: Any) -> str:
-        """Return in words what pydantic wants in place of a number that it refused."""
-        if _LIMITS.keys() & detail.get("ctx", {}):
-            ends = {word: getattr(self, name) for name, word in _LIMITS.items()}
-            texts = [f"{w} {end:.15g} {self.unit}" for w, end in ends.items() if end is not None]
-            return " and ".join(text.rstrip() for text in texts)
-        if detail["type"] == "finite_number":
-            return "finite"
-        if self.whole:
-            return "a whole number"
-        return "a number" + f" in {self.unit} or a string with a unit" * bool(self.unit)
 
     def of_text(self, value: str) -> float:
         """Return the value of a string with a unit, in SI."""
         match = _NUMBER_AND_UNIT.fullmatch(value) if len(value) <= 100 else None
         key = f" = {as_written(value)}"
         if match is None:
-            hint = with_decimal_point(value) or f"; write for example {self.example}"
+            several = ", or a list of such" * ("," in value)
+            hint = with_decimal_point(value) or f"; write for example {self.example}{several}"
             raise ValueError(f"{key} is not a number with a unit{hint}")
         number, name = match[1], match[2].strip()
         if self.unit and not name:
@@ -179,22 +171,17 @@ class Quantity:
         if unit == self.unit:
             with suppress(ArithmeticError):  # numbers beyond decimals are refused below
                 return float(Decimal(number) * Decimal(factor))
+        units = _unit_registry()
+        fault = f": the unit {as_written(name)} is not known"
+        with suppress(Exception):  # pint fails in a dozen ways, from AssertionError to TokenError
+            found = units.parse_units(name)
+            fault = f" has the dimension {found.dimensionality}"
+            if found.is_compatible_with(self.unit):
+                fault = f" cannot be turned into {self.unit}"
+                return float(units.Quantity(Decimal(number), found).to(self.unit).magnitude)
         kind = f"a quantity in {self.unit}" if self.unit else "a dimensionless number"
-        expected = f"{kind} is expected, for example {self.example}"
-        try:
-            unit = _unit_registry().parse_units(name)
-        except Exception:  # pint fails in a dozen ways, from AssertionError to TokenError
-            hint = suggestion(number, name, self.unit, _unit_registry)
-            raise ValueError(
-                f"{key}: the unit {as_written(name)} is not known; {expected}{hint}"
-            ) from None
-        if unit.dimensionality != _unit_registry().parse_units(self.unit).dimensionality:
-            hint = suggestion(number, name, self.unit, _unit_registry)
-            raise ValueError(f"{key} has the dimension {unit.dimensionality}; {expected}{hint}")
-        try:
-            return float(_unit_registry().Quantity(Decimal(number), unit).to(self.unit).magnitude)
-        except Exception:  # decimal overflow, units with an offset, logarithmic units
-            raise ValueError(f"{key} cannot be turned into {self.unit}; {expected}") from None
+        hint = suggestion(number, name, self.unit, units)
+        raise ValueError(f"{key}{fault}; {kind} is expected, for example {self.example}{hint}")
 
 
 @lru_cache(maxsize=1)  # .4 s
@@ -219,23 +206,19 @@ QRollOff = Annotated[float, Quantity("rad/m", '"9.4e4 1/m"', gt=0)]
 QMax = Annotated[float, Quantity("rad/m", '"4.15e7 1/m"', gt=0)]
 
 
-def one_or_list(count: int = 1) -> WrapValidator:
+def one_or_list(count: int = 1) -> BeforeValidator:
     """Return the annotation of a tuple of `count` equal values, which may be written as one value."""
 
-    def read(value: Any, handler: Callable[[Any], Any]) -> Any:
-        if isinstance(value, (list, tuple)):
-            if count not in (1, len(value)):
-                raise ValueError(f" = {as_written(value)} must be one number or two, along x and y")
-            return handler(value)
-        try:
-            return handler((value,) * count)
-        except ValidationError as error:  # without the index, which the file does not have
-            cause = error.errors()[0]["ctx"]["error"]
-            raise (
-                cause if isinstance(value, Real) else ValueError(f"{cause}, or a list of such")
-            ) from None
+    def read(value: Any) -> Any:
+        if not is_list(value):
+            return (value,) * count
+        if not value:
+            raise ValueError(f" = {as_written(value)} holds no number; write at least one")
+        if count not in (1, len(value)):
+            raise ValueError(f" = {as_written(value)} must be one number or two, along x and y")
+        return value
 
-    return WrapValidator(read)
+    return BeforeValidator(read)
 
 
 class Record:
@@ -343,7 +326,7 @@ def _one_line(detail: Any, record: type[Record]) -> str:
         # of our own checks: its text goes on after the key of a value, or begins with a key
         text = str(detail["ctx"]["error"])
         return f"{key}.{text}" if key and text[0] not in " .[" else key + text
-    if kind == "missing":
+    if kind == "missing" and isinstance(path[-1], str):
         return _missing(key, holder, inner)
     name = names[-1] if names else ""
     hints = {

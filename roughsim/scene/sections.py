@@ -7,10 +7,10 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, WrapValidator, model_validator
+from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from roughsim.extensions import extensions, loaded
-from roughsim.scene.scans import MEASURED_KEYS, SCAN_KEYS
+from roughsim.scene.scans import MEASURED_KEYS, ScanOptions
 from roughsim.scene.schema import (
     KELVIN,
     SECTIONS,
@@ -55,18 +55,15 @@ _PSD_KEYS = ("psd_convention", *MEASURED_KEYS)  # they go with `psd`
 ROUGHNESS_KEYS = (*_SIZE_KEYS, *_PSD_KEYS, *_SELF_AFFINE_KEYS)
 _THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 # keys of the end of a run, of kept fields, and of sources and warnings: they change no number
-NOT_IDENTITY = {
-    *(
-        "ensemble.realizations",
-        "ensemble.max_realizations",
-        "ensemble.until",
-        "numerics.keep_fields",
-    ),
-} | {
-    f"{face}.{key}"
-    for face in ("surface", "body", "counterface")
-    for key in (*MEASURED_KEYS, "melting_temperature")
-}
+NOT_IDENTITY = (
+    "ensemble.realizations",
+    "ensemble.max_realizations",
+    "ensemble.until",
+    "numerics.keep_fields",
+    "body.melting_temperature",
+    "counterface.melting_temperature",
+    *(f"{face}.{key}" for face in ("surface", "counterface") for key in MEASURED_KEYS),
+)
 _TURN = 6.2832  # rad, 360° rounded up
 _WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 
@@ -108,16 +105,11 @@ def _refuse_table_of_hardness(value: Any) -> Any:
     return value
 
 
-def _read_speeds(value: Any, handler: Any) -> tuple[float, ...]:
-    """Read speeds, all different, in their order."""
-    if value in ((), []):
-        raise ValueError(' = [] holds no speed; write for example "35 m/s"')
-    speeds: tuple[float, ...] = handler(value)
+def _check_speeds(speeds: tuple[float, ...]) -> tuple[float, ...]:
+    """Return speeds; refuse one that is there twice."""
     for i, speed in enumerate(speeds):
         if speed in speeds[:i]:
-            raise ValueError(
-                f"[{i}] = {as_written(value[i], 'm/s')} is there twice; remove one of the two"
-            )
+            raise ValueError(f"[{i}] = {speed:g} m/s is there twice; remove one of the two")
     return speeds
 
 
@@ -283,7 +275,7 @@ class SurfaceSection(Record):
     @classmethod
     def known_keys(cls) -> list[str]:
         """Return the keys that a scene file may give; the files named by two of them are read before."""
-        return [*super().known_keys(), "psd_file", "topography", *SCAN_KEYS]
+        return [*super().known_keys(), "psd_file", "topography", *ScanOptions.known_keys()]
 
     _fits = model_validator(mode="after")(_check_roughness)
 
@@ -341,9 +333,7 @@ class SlidingSection(Record):
     junction_growth: Annotated[float, Quantity("", "9", ge=0, le=100)] | None = None
     """Tabor's α: with friction contact yields at σ_P/√(1 + αμ²). None: friction does not change the contact."""
     speed: Annotated[
-        tuple[Annotated[float, SPEED], ...],
-        one_or_list(),
-        WrapValidator(_read_speeds),
+        tuple[Annotated[float, SPEED], ...], one_or_list(), AfterValidator(_check_speeds)
     ]
     """Sliding speeds; one number is a tuple of one."""
     direction: Annotated[float, Quantity("rad", '"30 deg"', ge=-_TURN, le=_TURN)] | None = None

@@ -1,28 +1,77 @@
 """Warnings of numbers that are most likely a slip: of a unit, a factor of 2π, or a temperature scale."""
 
 from collections.abc import Iterator, Mapping
-from math import inf, pi, sqrt
+from math import inf, isinf, pi, sqrt
+from typing import NamedTuple
 
 from roughsim.scene.sections import BodySection, CounterfaceSection, SlidingSection
+from roughsim.scene.tables import values_of
 from roughsim.show.remarks import Remark
 from roughsim.surface.spectrum import Face, SumSpectrum
 
-_LONGEST = 0.1  # m: longer waves are shape, not roughness
-_COLDEST = 200.0  # K: below, a temperature is most likely one in °C
-_SOFTEST = 1e5  # Pa, hardness: of gels
-_ATOM = 0.3e-9  # m: shorter waves are no continuum
-_FLAT = 0.1e-9  # m, rms height: a layer of atoms alone is rougher
-_STRONGEST = 0.3  # hardness over Young's modulus: three times the strength of a perfect crystal
-_FAST = 0.5  # of the speed of shear waves: in the model contact forms at once
-_FRICTION = 1e-3, 5.0  # of dry solids
 STEEP = 0.5  # rms slope: the model is for small slopes
-# the range of solids, SI, from gels and aerogel to diamond, osmium and lithium
+
+
+class _Usual(NamedTuple):
+    """Usual numbers of a quantity, SI, and what is to be said of others."""
+
+    low: float
+    high: float
+    unit: str
+    advice: str
+
+
+_ITS_UNIT = "the range of solids; check its unit"
 _USUAL = {
-    "youngs_modulus": (1e3, 2e12, "Pa"),
-    "density": (20.0, 2.3e4, "kg/m³"),
-    "heat_capacity": (50.0, 6e3, "J/(kg K)"),
-    "conductivity": (0.01, 3e3, "W/(m K)"),
-    "diffusivity": (3e-8, 2e-3, "m²/s"),
+    "rms height": _Usual(0.1e-9, inf, " m", "less than an atom; check the units of the roughness"),
+    "shortest wave": _Usual(
+        0.3e-9,
+        inf,
+        " m",
+        "the distance of atoms, and the model is for continuous solids; check the unit of q_max, or lower it",
+    ),
+    "longest wave": _Usual(
+        0.0,
+        0.1,
+        " m",
+        'and that is shape, not roughness; check the units: q in rad/m (1/µm is 1e6 1/m: "0.1 1/um" or 1e5), and C(q) '
+        "in m⁴ (µm⁴ is 1e-24 m⁴)",
+    ),
+    "longest wave of a scan": _Usual(
+        0.0, 0.1, " m", "and that is shape, not roughness; check topography_size and its unit"
+    ),
+    "temperature": _Usual(
+        200.0,
+        inf,
+        " K",
+        'and temperatures are absolute; check its unit: one in °C is written as "20 degC"',
+    ),
+    # from gels and aerogel to diamond, osmium and lithium
+    "youngs_modulus": _Usual(1e3, 2e12, " Pa", _ITS_UNIT),
+    "density": _Usual(20.0, 2.3e4, " kg/m³", _ITS_UNIT),
+    "heat_capacity": _Usual(50.0, 6e3, " J/(kg K)", _ITS_UNIT),
+    "conductivity": _Usual(0.01, 3e3, " W/(m K)", _ITS_UNIT),
+    "diffusivity": _Usual(
+        3e-8,
+        2e-3,
+        " m²/s",
+        "the range of solids; check the units of conductivity, density and heat_capacity",
+    ),
+    # three times the strength of a perfect crystal
+    "strength": _Usual(0.0, 0.3, "", "and no crystal is stronger; check the units of both"),
+    "hardness": _Usual(
+        1e5,
+        inf,
+        " Pa",
+        "and no solid is so soft; check its unit, and the units of youngs_modulus and nominal_pressure",
+    ),
+    "fraction of the speed of shear waves": _Usual(
+        0.0,
+        0.5,
+        "",
+        "and in the model contact forms at once; check the units of speed, youngs_modulus and density",
+    ),
+    "friction": _Usual(1e-3, 5.0, "", "the range of dry solids; check it"),
 }
 
 
@@ -44,60 +93,17 @@ def slips(
 
     `spectrum` is the composite C(q), which is `scanned` if it was measured; the bodies are by their sections.
     """
-    yield from _slips_of_roughness(spectrum, scanned)
-    for key, kelvin in _temperatures(bodies, sliding):
-        if kelvin < _COLDEST:
-            yield Remark(
-                "slip",
-                key,
-                f"{key} = {kelvin:g} K is below {_COLDEST:g} K, and temperatures are absolute; check its unit: "
-                f'if it is in °C, write "{kelvin:g} degC"',
-            )
+    numbers = [*_of_roughness(spectrum, scanned), *_of_sliding(sliding)]
     for name, body in bodies.items():
-        yield from _slips_of_body(name, body, max(sliding.speed))
-    yield from _slips_of_sliding(sliding)
-
-
-def _slips_of_roughness(spectrum: Face | SumSpectrum, scanned: bool) -> Iterator[Remark]:
-    """Yield warnings of the heights and the wavelengths of both faces together."""
-    height, ends = spectrum.rms_height, spectrum.breaks
-    longest, shortest = 2 * pi / ends[0], 2 * pi / ends[-1]
-    if height < _FLAT:
-        yield Remark(
-            "slip",
-            "rms height",
-            f"rms height = {height:.3g} m of both faces together is below {_FLAT:g} m, less than an atom; "
-            "check the units of the roughness",
-        )
-    if shortest < _ATOM:
-        yield Remark(
-            "slip",
-            "shortest wave",
-            f"the shortest wave, 2π/q_max = {shortest:.3g} m, is below {_ATOM:g} m, the distance of atoms, "
-            "and the model is for continuous solids; check the unit of q_max, or lower it",
-        )
-    if longest > _LONGEST:
-        units = 'the units: q in rad/m (1/µm is 1e6 1/m: "0.1 1/um" or 1e5), and C(q) in m⁴ (µm⁴ is 1e-24 m⁴)'
-        yield Remark(
-            "slip",
-            "longest wave",
-            f"the longest wave, 2π/q_min = {longest:.3g} m, is above {_LONGEST:g} m, and that is shape, not roughness; "
-            f"check {'topography_size and its unit' if scanned else units}",
-        )
-
-
-def _slips_of_sliding(sliding: SlidingSection) -> Iterator[Remark]:
-    """Yield warnings of the friction and the speeds."""
-    given = sliding.friction_coefficient
-    values = [row[1] for row in given] if isinstance(given, tuple) else [given]
-    strange = [value for value in values if not _FRICTION[0] < value <= _FRICTION[1]]
-    if strange:
-        yield Remark(
-            "slip",
-            "sliding.friction_coefficient",
-            f"sliding.friction_coefficient = {strange[0]:.3g} is not within {_FRICTION[0]:g} to {_FRICTION[1]:g}, the "
-            "range of dry solids; check it",
-        )
+        numbers += _of_body(name, body, max(sliding.speed))
+    for kind, quantity, value in numbers:
+        if not _is_usual(kind, value):
+            low, high, unit, advice = _USUAL[kind]
+            limits = f"above {high:g}" if low == 0.0 else f"not within {low:g} to {high:g}"
+            if isinf(high):
+                limits = f"below {low:g}"
+            text = f"{quantity} = {value:.3g}{unit} is {limits}{unit}, {advice}"
+            yield Remark("slip", quantity, text)
     if 0.0 in sliding.speed:
         yield Remark(
             "limit",
@@ -107,78 +113,55 @@ def _slips_of_sliding(sliding: SlidingSection) -> Iterator[Remark]:
         )
 
 
-def _temperatures(
-    bodies: Mapping[str, BodySection | CounterfaceSection], sliding: SlidingSection
-) -> Iterator[tuple[str, float]]:
-    """Yield each absolute temperature of a scene with its key, K; of a table the lowest."""
-    if sliding.background_temperature is not None:
-        yield "sliding.background_temperature", sliding.background_temperature
-    for name, body in bodies.items():
-        if body.melting_temperature is not None:
-            yield f"{name}.melting_temperature", body.melting_temperature
-        if isinstance(body.conductivity, tuple):
-            yield f"{name}.conductivity.temperature", body.conductivity[0][0]
+_Numbers = Iterator[
+    tuple[str, str, float]
+]  # keys of `_USUAL`, keys of the scene or names, and values in SI
+
+
+def _is_usual(kind: str, value: float) -> bool:
+    """Return whether a number is within the usual ones of a kind."""
+    return _USUAL[kind].low <= value <= _USUAL[kind].high
+
+
+def _of_roughness(spectrum: Face | SumSpectrum, scanned: bool) -> _Numbers:
+    """Yield the heights and the wavelengths of both faces together."""
+    yield "rms height", "rms height of both faces together", spectrum.rms_height
+    yield "shortest wave", "the shortest wave, 2π/q_max", 2 * pi / spectrum.breaks[-1]
+    longest = "longest wave of a scan" if scanned else "longest wave"
+    yield longest, "the longest wave, 2π/q_min", 2 * pi / spectrum.breaks[0]
+
+
+def _of_sliding(sliding: SlidingSection) -> _Numbers:
+    """Yield friction and temperatures."""
+    for friction in values_of(sliding.friction_coefficient):
+        yield "friction", "sliding.friction_coefficient", friction
     if isinstance(sliding.friction_coefficient, tuple):
-        yield "sliding.friction_coefficient.temperature", sliding.friction_coefficient[0][0]
+        coldest = sliding.friction_coefficient[0][0]
+        yield "temperature", "sliding.friction_coefficient.temperature", coldest
+    if sliding.background_temperature is not None:
+        yield "temperature", "sliding.background_temperature", sliding.background_temperature
 
 
-def _slips_of_body(
-    name: str, body: BodySection | CounterfaceSection, speed: float
-) -> Iterator[Remark]:
-    """Yield a warning for each property that no solid has, and for sliding as fast as sound."""
-    for quantity, value in _properties(body):
-        low, high, unit = _USUAL[quantity]
-        if not low <= value <= high:
-            units = (
-                "its unit"
-                if quantity != "diffusivity"
-                else "the units of conductivity, density and heat_capacity"
-            )
-            yield Remark(
-                "slip",
-                f"{name}.{quantity}",
-                f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, the range of "
-                f"solids; check {units}",
-            )
+def _of_body(name: str, body: BodySection | CounterfaceSection, speed: float) -> _Numbers:
+    """Yield the properties of a body, and D = κ/(ρc) and the speed of shear waves, √(G/ρ), if all others are usual."""
+    usual = True
+    for kind in ("youngs_modulus", "density", "heat_capacity", "conductivity"):
+        for value in values_of(getattr(body, kind)):
+            yield kind, f"{name}.{kind}", value
+            usual &= _is_usual(kind, value)
+    if usual and body.density and body.heat_capacity:
+        for kappa in values_of(body.conductivity):
+            yield "diffusivity", f"{name}.diffusivity", kappa / (body.density * body.heat_capacity)
+    if isinstance(body.conductivity, tuple):
+        yield "temperature", f"{name}.conductivity.temperature", body.conductivity[0][0]
+    if body.melting_temperature is not None:
+        yield "temperature", f"{name}.melting_temperature", body.melting_temperature
     hardness, modulus = body.penetration_hardness, body.youngs_modulus
-    if hardness is not None and modulus is not None and hardness > _STRONGEST * modulus:
-        yield Remark(
-            "slip",
-            f"{name}.penetration_hardness/youngs_modulus",
-            f"{name}.penetration_hardness = {hardness:.3g} Pa is above {_STRONGEST:g} of youngs_modulus = "
-            f"{modulus:.3g} Pa, and no crystal is stronger; check the units of both",
-        )
-    if hardness is not None and hardness < _SOFTEST:
-        yield Remark(
-            "slip",
-            f"{name}.penetration_hardness",
-            f"{name}.penetration_hardness = {hardness:.3g} Pa is below {_SOFTEST:g} Pa, and no solid is so soft; check "
-            "its unit, and the units of youngs_modulus and nominal_pressure",
-        )
-    waves = inf  # speed of shear waves, √(G/ρ)
+    if hardness is not None:
+        yield "hardness", f"{name}.penetration_hardness", hardness
+    if hardness is not None and modulus is not None:
+        yield "strength", f"{name}.penetration_hardness/youngs_modulus", hardness / modulus
     if modulus is not None and body.poisson_ratio is not None and body.density is not None:
         waves = sqrt(modulus / (2.0 * (1.0 + body.poisson_ratio)) / body.density)
-    if speed > _FAST * waves:
-        yield Remark(
-            "slip",
-            f"sliding.speed/shear waves of {name}",
-            f"sliding.speed = {speed:.3g} m/s is above {_FAST:g} of the speed of shear waves in the {name}, "
-            f"{waves:.3g} m/s: in the model contact forms at once; check the units of speed, youngs_modulus and "
-            "density",
-        )
-
-
-def _properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, float]]:
-    """Yield properties of a body, κ at each temperature of a table, and D = κ/(ρc) if all others are usual."""
-    strange = False
-    for name in ("youngs_modulus", "density", "heat_capacity", "conductivity"):
-        stated = getattr(body, name)
-        for value in (
-            [row[1] for row in stated]
-            if isinstance(stated, tuple)
-            else [stated] * (stated is not None)
-        ):
-            strange |= not _USUAL[name][0] <= value <= _USUAL[name][1]
-            yield name, value
-            if name == "conductivity" and not strange and body.density and body.heat_capacity:
-                yield "diffusivity", value / (body.density * body.heat_capacity)
+        fast = "fraction of the speed of shear waves"
+        yield fast, f"sliding.speed over the speed of shear waves in the {name}", speed / waves

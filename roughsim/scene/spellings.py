@@ -1,7 +1,8 @@
 """Names and units near to what people write, for the sentence that refuses them."""
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from decimal import Decimal
 from difflib import get_close_matches
 from typing import Any
@@ -20,25 +21,21 @@ def nearest(word: str, names: Iterable[str]) -> str | None:
     return by_lower[near[0]] if near else None
 
 
-def suggestion(number: str, name: str, unit: str, registry: Callable[[], Any]) -> str:
+def suggestion(number: str, name: str, unit: str, units: Any) -> str:
     """Return ``; did you mean "..."?`` for a unit that cannot be read as `unit`, an SI unit; "" without a spelling.
 
-    `registry` gives pint's units.
+    `units` is pint's registry.
     """
-    units = registry()
-    wanted = units.parse_units(unit).dimensionality
     if name[:1].isdigit():  # of a number with blanks between its thousands
         return "; write the number without blanks"
     for spelling in _spellings(name):
-        try:
+        with suppress(Exception):  # pint fails in a dozen ways
             found = units.parse_units(spelling)
-        except Exception:  # pint fails in a dozen ways
-            continue
-        if found.dimensionality == wanted:
-            return f'; did you mean "{number} {spelling}"?'
-        if unit == "J" and found.dimensionality == units.parse_units("J/mol").dimensionality:
-            joule = units.Quantity(Decimal(number), found).to("J/mol").magnitude / _PER_MOLE
-            return f'; this is per mole: of one molecule it is "{joule / _JOULE_PER_EV:.5g} eV"'
+            if spelling != name and found.is_compatible_with(unit):
+                return f'; did you mean "{number} {spelling}"?'
+            if unit == "J" and found.is_compatible_with("J/mol"):
+                joule = units.Quantity(Decimal(number), found).to("J/mol").magnitude / _PER_MOLE
+                return f'; this is per mole: of one molecule it is "{joule / _JOULE_PER_EV:.5g} eV"'
     return ""
 
 

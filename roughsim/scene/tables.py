@@ -1,20 +1,30 @@
 """Tables of a scene: C(q) over the wavenumber, and properties over the absolute temperature."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import pi
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, FiniteFloat
 
-from roughsim.scene.schema import KELVIN, Quantity, Record, SceneError, as_written, record
+from roughsim.scene.schema import (
+    KELVIN,
+    Quantity,
+    Record,
+    SceneError,
+    as_written,
+    is_list,
+    record,
+)
+from roughsim.surface.topography import Texture
 
 _WAVENUMBER = Quantity("rad/m", "1e4", gt=0)
-_PSD = Quantity("", "1e-24", gt=0, smallest=1e-100)
+_PSD = Quantity(
+    "", "1e-24; of a table of logarithms write q and C themselves", gt=0, smallest=1e-100
+)
 _CONDUCTIVITY = Quantity("W/(m K)", '"30 W/(m K)"', gt=0)
 _FRICTION = Quantity("", "0.11", gt=0)
 MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
-_TEXTURE_NUMBERS = 10  # of a map
 _MAX_TEMPERATURES = 100  # of a table over temperature
 Rows = tuple[tuple[float, float], ...]
 Numbers = tuple[tuple[FiniteFloat, ...], ...]
@@ -29,32 +39,31 @@ PSD_SCALES = {
 
 def read_psd(value: Any) -> Rows:
     """Read a table C(q) of rows [q, C]: q in rad/m rising, C in m⁴ positive."""
-    example = "[[1e4, 1e-24], [1e5, 1e-27]]"
-    if not isinstance(value, (list, tuple)) or not 2 <= len(value) <= MAX_ROWS:
-        size = f"{len(value)} rows" if isinstance(value, (list, tuple)) else as_written(value)
+    if not is_list(value) or not 2 <= len(value) <= MAX_ROWS:
+        size = f"{len(value)} rows" if is_list(value) else as_written(value)
         raise ValueError(
             f" = {size}: a table C(q) has 2 to {MAX_ROWS} rows [q, C]; average C over bins of log q"
         )
     rows: list[tuple[float, float]] = []
     for i, row in enumerate(value):
-        if (
-            not isinstance(row, (list, tuple))
-            or len(row) != 2
-            or any(isinstance(entry, str) for entry in row)
-        ):
-            numbers = "two numbers without units, q in rad/m and C in m⁴"
-            raise ValueError(f"[{i}] = {as_written(row)} must be {numbers}, for example {example}")
-        if isinstance(row[1], (int, float)) and row[1] < -1.0:  # log₁₀ C is −40 to −10
-            logarithms = "of a table of logarithms write q and C themselves"
+        if not is_list(row) or len(row) != 2 or any(isinstance(entry, str) for entry in row):
             raise ValueError(
-                f"[{i}] C = {row[1]!r} m⁴ must be above 0; {logarithms}, for example {example}"
+                f"[{i}] = {as_written(row)} must be two numbers without units, q in rad/m and C in m⁴, for example "
+                "[[1e4, 1e-24], [1e5, 1e-27]]"
             )
         rows.append((_WAVENUMBER(row[0], f"[{i}] q"), _PSD(row[1], f"[{i}] C")))
-        if i and rows[i][0] <= rows[i - 1][0]:
-            raise ValueError(
-                f"[{i}] has q = {rows[i][0]!r} rad/m after {rows[i - 1][0]!r} rad/m; q must rise, so sort the rows"
-            )
+    _check_rising([q for q, _ in rows], "q", "rad/m")
     return tuple(rows)
+
+
+def _check_rising(values: Sequence[float], name: str, unit: str) -> None:
+    """Refuse the rows of a table whose first numbers do not rise."""
+    for i in range(1, len(values)):
+        if values[i] <= values[i - 1]:
+            raise ValueError(
+                f"[{i}] has {name} = {values[i]!r} {unit} after {values[i - 1]!r} {unit}; {name} must rise, so sort "
+                "the rows"
+            )
 
 
 def _check_psd_error(rows: Numbers) -> Numbers:
@@ -66,19 +75,17 @@ def _check_psd_error(rows: Numbers) -> Numbers:
     return rows
 
 
-def _check_psd_texture(rows: Numbers) -> Numbers:
-    """Return the textures of maps, each the numbers of `roughsim.surface.topography.Texture` in its order."""
-    if not rows or any(len(row) != _TEXTURE_NUMBERS for row in rows):
-        raise ValueError(
-            f" must have rows of {_TEXTURE_NUMBERS} numbers, one for each map; load the scan again"
-        )
-    if min(row[place] for row in rows for place in (0, 2, 4, 5)) <= 0.0:
-        raise ValueError(" must have ratios and wavenumbers above 0; load the scan again")
-    return rows
+def _check_psd_texture(textures: tuple[Texture, ...]) -> tuple[Texture, ...]:
+    """Return the textures of maps."""
+    for one in textures:
+        sizes = one.ratio, one.band_ratio, one.band_low, one.band_high
+        if min(sizes) <= 0.0 or not np.isfinite(one).all():
+            raise ValueError(" must have ratios and wavenumbers above 0; load the scan again")
+    return textures
 
 
 PsdError = Annotated[Numbers, AfterValidator(_check_psd_error)]
-PsdTexture = Annotated[Numbers, AfterValidator(_check_psd_texture)]
+PsdTexture = Annotated[tuple[Texture, ...], AfterValidator(_check_psd_texture)]
 
 
 def _number_or_table(number: Quantity) -> BeforeValidator:
@@ -108,12 +115,7 @@ def _number_or_table(number: Quantity) -> BeforeValidator:
         if len(kelvin) != len(values) or not 2 <= len(values) <= _MAX_TEMPERATURES:
             counts = f"{len(kelvin)} temperatures and {len(values)} values"
             raise ValueError(f" has {counts}; give 2 to {_MAX_TEMPERATURES} of each, in pairs")
-        for i in range(1, len(kelvin)):
-            if kelvin[i] <= kelvin[i - 1]:
-                order = f"{kelvin[i]!r} K after {kelvin[i - 1]!r} K"
-                raise ValueError(
-                    f".temperature[{i}] = {order}; the temperatures must rise, so sort the table"
-                )
+        _check_rising(kelvin, "temperature", "K")
         return tuple(zip(kelvin, values, strict=True))
 
     return BeforeValidator(read)
@@ -122,6 +124,13 @@ def _number_or_table(number: Quantity) -> BeforeValidator:
 # a number, or rows (absolute temperature in K, number), linear between
 Conductivity = Annotated[Annotated[float, _CONDUCTIVITY] | Rows, _number_or_table(_CONDUCTIVITY)]
 FrictionCoefficient = Annotated[Annotated[float, _FRICTION] | Rows, _number_or_table(_FRICTION)]
+
+
+def values_of(value: float | Rows | None) -> list[float]:
+    """Return the numbers of a property: one, those of all rows of a table, or none."""
+    if isinstance(value, tuple):
+        return [number for _, number in value]
+    return [] if value is None else [value]
 
 
 def at_temperature(value: float | Rows, temperature: float | None) -> float:

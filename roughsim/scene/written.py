@@ -1,10 +1,11 @@
-"""Keys and values as a scene file writes them."""
+"""Keys and values as a scene file writes them, and as a small table for notebooks."""
 
 import json
 from collections.abc import Mapping
 from typing import Any
 
-from roughsim.scene.schema import SECTIONS, unit_of
+from roughsim.scene.schema import SECTIONS, is_list, shortened, unit_of
+from roughsim.show.table import Column, Row, Table, significant
 
 _TEXTURE = (
     "ratio of slopes, its angle, of one octave: ratio, angle, q from, to; skewness, kurtosis, share beyond 8 rms, "
@@ -34,28 +35,42 @@ def as_content(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def toml_of(content: Mapping[str, Any]) -> str:
     """Return the text of a scene file with a content."""
-    texts = [
-        f"{key} = {literal(value)}\n\n"
-        for key, value in content.items()
-        if isinstance(value, str) and value
-    ]
-    blocks = [
-        "\n".join([f"[{name}]", *(key_line(name, key, value) for key, value in section.items())])
-        for name, section in content.items()
-        if isinstance(section, dict)
-    ]
-    return "".join(texts) + "\n\n".join(blocks) + "\n"
+    title, blocks = content["title"], []
+    for name, section in content.items():
+        if isinstance(section, dict):
+            lines = (_key_line(name, key, value) for key, value in section.items())
+            blocks.append("\n".join([f"[{name}]", *lines]))
+    return f"title = {literal(title)}\n\n" * bool(title) + "\n\n".join(blocks) + "\n"
 
 
-def key_line(section: str, key: str, value: Any) -> str:
+def scene_table(content: Mapping[str, Any]) -> Table:
+    """Return a row for each key of the sections with a value, in SI; of a table C(q) the number of its rows."""
+    rows: list[Row] = []
+    for name, section in content.items():
+        for key, value in section.items() if isinstance(section, dict) else ():
+            text = significant(value, 6) if isinstance(value, float) else shortened(literal(value))
+            if key in _TABLES:
+                text = f"table of {len(value)} rows"
+            rows.append((f"{name}.{key}", text, _unit(name, key, value)))
+    return Table(
+        [Column("key"), Column("value", number=True), Column("unit")], rows, content["title"]
+    )
+
+
+def _key_line(section: str, key: str, value: Any) -> str:
     """Return the line of a key, or the lines of a table, with its unit as a comment."""
     if key in _TABLES:
         rows = "".join(f"{literal(row)},\n" for row in value)
         return f"{key} = [  # {_TABLES[key]}\n{rows}]"
+    unit = _unit(section, key, value)
+    return f"{key} = {literal(value)}" + f"  # {unit}" * bool(unit)
+
+
+def _unit(section: str, key: str, value: Any) -> str:
+    """Return the SI unit of a key, or the units of the columns of a table over temperature."""
     unit = unit_of(SECTIONS[section], key)
-    if key in ("conductivity", "friction_coefficient") and isinstance(value, dict):
-        unit = f"K, {unit or 1}"
-    return f"{key} = {literal(value)}" + (f"  # {unit}" if unit else "")
+    over_temperature = isinstance(value, dict) and key in ("conductivity", "friction_coefficient")
+    return f"K, {unit or 1}" if over_temperature else unit
 
 
 def literal(value: Any) -> str:
@@ -63,6 +78,6 @@ def literal(value: Any) -> str:
     if isinstance(value, dict):
         entries = [f"{key} = {literal(entry)}" for key, entry in value.items() if entry is not None]
         return f"{{ {', '.join(entries)} }}"
-    if isinstance(value, (list, tuple)):
+    if is_list(value):
         return f"[{', '.join(map(literal, value))}]"
     return json.dumps(value, ensure_ascii=False) if isinstance(value, (str, bool)) else repr(value)

@@ -122,7 +122,7 @@ def test_a_scene_shows_its_keys_with_their_units(hostile):
         "sliding.nominal_pressure 90000000 Pa" in text
         or "sliding.nominal_pressure 9e+07 Pa" in text
     )
-    assert "sliding.speed 0, 0.1, 35 m/s" in text
+    assert "sliding.speed [0.0, 0.1, 35.0] m/s" in text
     assert "surface.hurst 0.8" in text
 
 

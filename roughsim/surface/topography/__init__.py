@@ -15,7 +15,6 @@ from roughsim.surface.topography.measured import (
     radial_average,
 )
 from roughsim.surface.topography.reading import (
-    FILLS,
     Profile,
     Topography,
     bins_of_lines,
@@ -27,7 +26,6 @@ from roughsim.surface.topography.writing import ENDINGS, encoded
 
 __all__ = [
     "ENDINGS",
-    "FILLS",
     "MeasuredSpectrum",
     "Profile",
     "Texture",

@@ -45,7 +45,6 @@ from roughsim.untrusted import ChildEndedError, call_in_child, check_measured_fi
 
 _MOST_UNDEFINED = 0.05  # share of points that are filled unasked
 _MOST_FILLED = 0.5  # share of points that are filled on request
-FILLS = ("smooth",)
 # of computing to read a file of so many bytes, packed
 _LEAST_SECONDS, _BYTES_PER_SECOND = 10.0, 1e6
 _NUMPY = b"\x93NUMPY"
