@@ -171,7 +171,7 @@ WRONG = {
     ),
     "bad total target": (
         ("plan", "demo", "--target-error", "120%"),
-        '--target-error = "120%" must be above 0 and below 1',
+        '--target-error = "120%" must be less than 1',
     ),
     "unknown observable": (
         ("run", "demo", "-o", "{tmp}/a", "--until", "heat=1%"),

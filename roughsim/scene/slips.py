@@ -44,7 +44,7 @@ _USUAL = {
         200.0,
         inf,
         " K",
-        'and temperatures are absolute; check its unit: one in °C is written as "20 degC"',
+        'and temperatures are absolute; check its unit: if it is in °C, write "{:g} degC"',
     ),
     # from gels and aerogel to diamond, osmium and lithium
     "youngs_modulus": _Usual(1e3, 2e12, " Pa", _ITS_UNIT),
@@ -102,7 +102,7 @@ def slips(
             limits = f"above {high:g}" if low == 0.0 else f"not within {low:g} to {high:g}"
             if isinf(high):
                 limits = f"below {low:g}"
-            text = f"{quantity} = {value:.3g}{unit} is {limits}{unit}, {advice}"
+            text = f"{quantity} = {value:.3g}{unit} is {limits}{unit}, {advice.format(value)}"
             yield Remark("slip", quantity, text)
     if 0.0 in sliding.speed:
         yield Remark(

@@ -327,7 +327,7 @@ def test_bad_arguments_are_refused_by_name(quick, tmp_path):
         rs.run(quick, tmp_path / "run", until={"flash": 0.1})
     with pytest.raises(
         ValueError,
-        match=r'until.flash_temperature = 1.0 must be above 0 and below 1, for example "1 %"',
+        match=r'until.flash_temperature = 1.0 must be less than 1, for example "1 %"',
     ):
         rs.run(quick, tmp_path / "run", until={"flash_temperature": 1.0})
     assert not (tmp_path / "run").exists()

@@ -272,12 +272,3 @@ def test_a_plan_has_the_levels_that_fit_into_memory_of_those_on_a_large_machine(
         in last.text
     )
     assert "levels above are left out: the next would take " in last.text
-
-
-def test_without_room_for_the_lowest_level_a_plan_is_refused(memory):
-    memory(1e7)
-    with pytest.raises(
-        rs.ResolutionError,
-        match=r"^memory = 0.0315 GB \(largest grid\) exceeds 80 % of the 0.01 GB",
-    ):
-        rs.plan("steel-2.0GPa")

@@ -142,22 +142,6 @@ def test_spans_of_time_are_rough(seconds, text):
     assert span(seconds) == text
 
 
-def test_unfit_columns_targets_and_memory_are_refused(capped_scene):
-    for target in (0.0, 1.0, -0.1, float("nan")):
-        with pytest.raises(ValueError, match="target_error"):
-            rs.plan(capped_scene, target)
-    soft = replace(
-        capped_scene.numerics, levels=({"column": "elastic", "shape": [64, 64], "q_max": 1e4},)
-    )
-    with pytest.raises(ValueError, match='column = "elastic" does not fit a scene with a hardness'):
-        rs.plan(replace(capped_scene, numerics=soft))
-    huge = replace(
-        capped_scene.numerics, levels=({"column": "capped", "shape": [10**6, 10**6], "q_max": 1e5},)
-    )
-    with pytest.raises(rs.ResolutionError, match="memory"):
-        rs.plan(replace(capped_scene, numerics=huge))
-
-
 def test_the_public_name_is_the_function():
     assert callable(_function)
     assert _function is rs.plan

@@ -46,15 +46,15 @@ SLIPS = {
     (
         '"0.90 um"',
         '"0.90 pm"',
-    ): r"rms height = 1.27e-12 m of both faces together is below 1e-10 m, less than an atom",
+    ): r"rms height of both faces together = 1.27e-12 m is below 1e-10 m, less than an atom",
     (
         '"4.15e7 1/m"',
         '"4.15e10 1/m"',
-    ): r"the shortest wave, 2π/q_max = 1.51e-10 m, is below 3e-10 m",
+    ): r"the shortest wave, 2π/q_max = 1.51e-10 m is below 3e-10 m",
     (
         '"200 GPa"',
         '"200 MPa"',
-    ): r"body.penetration_hardness = 1.2e\+09 Pa is above 0.3 of youngs_modulus = 2e\+08 Pa",
+    ): r"body.penetration_hardness/youngs_modulus = 6 is above 0.3, and no crystal is stronger",
     (
         '"200 GPa"',
         '"200 TPa"',
@@ -84,12 +84,12 @@ SLIPS = {
     (
         '"6350 1/m"',
         "6.35",
-    ): r"the longest wave, 2π/q_min = 0.989 m, is above 0.1 m, .* q in rad/m \(1/µm is 1e6",
+    ): r"the longest wave, 2π/q_min = 0.989 m is above 0.1 m, .* q in rad/m \(1/µm is 1e6",
     ("= 0.11", "= 11"): r"friction_coefficient = 11 is not within 0.001 to 5",
     (
         '"100 m/s"',
         '"100 km/s"',
-    ): r"speed = 1e\+05 m/s is above 0.5 of the speed of shear waves in the body, 3.12e\+03 m/s",
+    ): r"sliding.speed over the speed of shear waves in the body = 32 is above 0.5",
 }
 
 
@@ -106,7 +106,7 @@ def test_waves_and_C_in_micrometres_without_their_unit_are_told():
     text = even()
     lines = warned(text[: text.index("rms_height")] + rows + text[text.index("[body]") :])
     assert any(
-        line.startswith("the longest wave, 2π/q_min = 628 m, is above 0.1 m") for line in lines
+        line.startswith("the longest wave, 2π/q_min = 628 m is above 0.1 m") for line in lines
     )
     assert not any(line.startswith("rms slope") for line in lines)
 

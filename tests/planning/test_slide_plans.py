@@ -10,35 +10,11 @@ from roughsim.planning import sliding as planning_slide
 from roughsim.planning.realization import slide_problem
 
 
-def test_too_short_a_slide_is_refused_before_any_work(tmp_path):
-    short = 'history = "sliding"\nslid_distance = "0.2 mm"'
-    with pytest.raises(
-        rs.errors.ResolutionError,
-        match=r"^slid distance = 0.0002 m at 1 m/s is under 4 pixels of 6.3",
-    ):
-        rs.run(sliding_scene(short), tmp_path / "run")
-    assert not (tmp_path / "run").exists()
-
-
-def test_hours_of_sliding_are_refused_before_any_work():
-    hours = 'history = "sliding"\nduration = "2 h"'
-    with pytest.raises(
-        rs.errors.ResolutionError,
-        match=r"^slid_distance = 252000 m is 3.99e\+09 steps of 6.316e-05 m",
-    ):
-        rs.plan(sliding_scene(hours))
-
-
-def test_the_memory_of_both_bodies_is_planned(memory):
+def test_the_memory_of_both_bodies_is_planned():
     scene = sliding_scene()
     reason = rs.plan(scene).reasons[-1]
     words = "0.00089 GB for the slide: both bodies remember their heat, at each speed"
     assert reason.row == ("memory", "0.25 GB per worker", words)
-    memory(1e6)
-    with pytest.raises(
-        rs.errors.ResolutionError, match=r"memory = 0.000886 GB \(the slide: .* exceeds 80 % of the"
-    ):
-        rs.plan(scene)
 
 
 def test_the_plan_adds_a_slide_on_the_lowest_rung():

@@ -332,9 +332,9 @@ def test_the_scene_with_a_table_of_friction_is_written_and_read(quick):
         (
             over([300, 900], [0.3, 0.0]),
             300.0,
-            r"sliding.friction_coefficient.value\[1\] = 0.0 must be above 0",
+            r"sliding.friction_coefficient.value\[1\] = 0.0 must be greater than 0",
         ),
-        (over([300, 300], [0.3, 0.1]), 300.0, r"temperature\[1\] = 300.0 K after 300.0 K"),
+        (over([300, 300], [0.3, 0.1]), 300.0, r"\[1\] has temperature = 300.0 K after 300.0 K"),
         (over([300], [0.3]), 300.0, "has 1 temperatures and 1 values"),
         (
             {"temperature": [300, 900], "value": ["0.3 m", 1]},

@@ -136,7 +136,7 @@ def test_what_cannot_be_is_refused_before_planning(quick, tmp_path, calls, case)
         "foreign": "holds other files",
         "file": "is a file",
         "other scene": "friction",
-        "target": "must be above 0 and below 1",
+        "target": "must be less than 1",
     }
     with pytest.raises(ValueError, match=words[case]):
         rs.run(scene, place, until=until)

@@ -6,7 +6,7 @@ from contextlib import chdir
 import pytest
 
 import roughsim as rs
-from roughsim.scene import SceneError, scene_text
+from roughsim.scene import scene_text
 from roughsim.scene.changes import read_changes, with_changes
 
 
@@ -36,32 +36,6 @@ def test_none_takes_a_key_or_a_section_away():
     assert rougher.surface.rms_height is None
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "message"),
-    [
-        ("speed", 3.0, r'"speed" is not a key of a scene; did you mean "sliding.speed"\?'),
-        ("slidng.speed", 3.0, r'"slidng.speed" is not a key of a scene; did you mean "sliding"\?'),
-        ("title.x", 3.0, r'"title" is no section'),
-        ("sliding.nominal_pressure", "5 GPa", r"5e\+09 Pa exceeds body.penetration_hardness"),
-        ("sliding.nominal_presure", 3.0, r'did you mean "nominal_pressure"\?'),
-        ("surface.rms_slope", 0.3, "rms_height and rms_slope are both given"),
-        (
-            "surface.psd_file",
-            "psd.csv",
-            r"it names a file, .*load_scene\(SCENE, \{\"surface.psd_file\": PATH\}\)",
-        ),
-    ],
-)
-def test_a_change_is_checked_as_a_file_is(key, value, message):
-    with pytest.raises(SceneError, match=message):
-        rs.load_scene("steel-1.2GPa").with_(key, value)
-
-
-def test_the_name_of_a_key_is_a_text():
-    with pytest.raises(SceneError, match="3 must be the name of a key"):
-        rs.load_scene("demo", {3: 5})
-
-
 def test_what_was_handed_in_stays_as_it_was():
     content = {"sliding": {"speed": 1.0}}
     assert with_changes(content, {"sliding.speed": 2.0, "body.density": 7.0}) == {
@@ -85,15 +59,6 @@ def test_words_of_the_command_line_are_toml_or_text():
         "body.density": 7800,
         "counterface": None,
     }
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [(["sliding.speed"], "must be a key and a value"), (["a=1", "a=2"], "--set a is given twice")],
-)
-def test_words_that_change_nothing_are_refused(words, message):
-    with pytest.raises(SceneError, match=message):
-        read_changes(words)
 
 
 def test_a_table_of_another_file_may_be_set(tmp_path):

@@ -96,8 +96,6 @@ def test_numerics_survive_their_json(numerics):
         replace(numerics, slid_distance=1e-3),
     ):
         assert Numerics.from_dict(one.to_dict()) == one
-    with pytest.raises(ValueError, match='solver = "other" is not known; the choice is active_set'):
-        replace(numerics, solver="other")
 
 
 def test_a_notebook_shows_what_each_level_corrects(numerics):
@@ -108,46 +106,6 @@ def test_a_notebook_shows_what_each_level_corrects(numerics):
 
 
 LOW = Level("capped", (64, 64), 5e4)
-UNFIT = {
-    r'levels\[0\].cell = "half", but no capped level lies below it': (replace(LOW, cell="half"),),
-    r"levels\[1\] has the q_max and the pixel of levels\[0\], so that neither": (LOW, LOW),
-    r"levels\[1\] has the q_max and the pixel of levels\[0\]": (
-        LOW,
-        replace(LOW, shape=(32, 32), cell="half"),
-    ),
-    r"levels\[1\] lies in half the cell and corrects levels\[0\], whose 63 × 63 points do not divide by 2": (
-        replace(LOW, shape=(63, 63)),
-        Level("capped", (64, 64), 1e5, "half"),
-    ),
-    r"levels\[1\] lies in a quarter of the cell .* 66 × 66 points do not divide by 4": (
-        replace(LOW, shape=(66, 66)),
-        Level("capped", (64, 64), 1e5, "quarter"),
-    ),
-    r"q_max = 5e\+05 rad/m exceeds the Nyquist wavenumber 1.005e\+05 rad/m": (
-        replace(LOW, q_max=5e5),
-    ),
-    r"levels\[0\].q_max = 2.4e\+04 rad/m exceeds .* of the grid \(2, 128\), in the cell of levels\[1\]": (
-        Level("capped", (1, 64), 2.4e4, "half"),
-        Level("capped", (17, 23), 2.4e4),
-        Level("capped", (32, 8), 1e4),
-    ),
-    r"levels\[0\].q_max = 1500 rad/m leaves no wave in a cell of 0.002 × 0.002 m": (
-        replace(LOW, q_max=1.5e3),
-    ),
-    r"levels\[0\].q_max = 5e\+04 rad/m leaves no wave .* with \(1, 1\) points": (
-        replace(LOW, shape=(1, 1)),
-    ),
-    r"levels\[0\].q_max = 2000 rad/m leaves no wave in a cell of 0.001 × .*, in the cell of levels\[1\]": (
-        replace(LOW, q_max=2e3),
-        Level("capped", (64, 64), 1e5, "half"),
-    ),
-}
-
-
-@pytest.mark.parametrize("match", UNFIT)
-def test_levels_that_correct_nothing_or_do_not_fit_are_refused_in_a_sentence(match):
-    with pytest.raises(ValueError, match=match):
-        Numerics(UNFIT[match], (SIDE, SIDE))
 
 
 @pytest.mark.filterwarnings("ignore:q_min = :RuntimeWarning")
@@ -159,27 +117,3 @@ def test_a_cut_off_is_accepted_from_the_first_wave_of_its_cell_on(factor, has_wa
     assert bool(heights.any()) == has_waves
     with nullcontext() if has_waves else pytest.raises(rs.ResolutionError, match="leaves no wave"):
         Numerics((replace(LOW, q_max=q_max),), (SIDE, SIDE))
-
-
-REFUSED = {
-    "tolerance": {"tolerance": 2.0},
-    "precision": {"precision": "half"},
-    "threads": {"threads": 0},
-    "keep_fields": {"keep_fields": -1},
-    r"levels = \(\) must be a list of at least one level": {"levels": ()},
-    "lengths": {"lengths": (1.0, -1.0)},
-}
-
-
-@pytest.mark.parametrize("match", REFUSED)
-def test_bad_numerics_are_refused_by_name(match):
-    values = {"levels": (Level("elastic", (64, 64), 10.0),), "lengths": (1.0, 1.0)} | REFUSED[match]
-    with pytest.raises(ValueError, match=match):
-        Numerics(**values)
-
-
-def test_a_level_beyond_nyquist_raises_the_error_of_resolution():
-    with pytest.raises(
-        rs.ResolutionError, match=r"q_max = .* rad/m exceeds the Nyquist wavenumber"
-    ):
-        Numerics((Level("elastic", (64, 64), 1e4),), (1.0, 1.0))

@@ -11,7 +11,7 @@ import pytest
 from steel_text import STEEL
 
 import roughsim as rs
-from roughsim.scene import SceneError, parse_scene
+from roughsim.scene import parse_scene
 from roughsim.scene.numerics import NumericsSection
 from roughsim.scene.schema import SECTIONS, did_you_mean, quantity
 from roughsim.scene.sections import BodySection, CounterfaceSection, SurfaceSection
@@ -69,39 +69,6 @@ def test_what_is_stored_of_numerics_stays_what_it_was():
     )
     with pytest.raises(KeyError, match="tolerance"):
         rs.Numerics.from_dict({key: value for key, value in stored.items() if key != "tolerance"})
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (
-            lambda: rs.Level("plastic", 8, 1.0),
-            'numerics.levels.column = "plastic" is not known; did you mean',
-        ),
-        (
-            lambda: rs.Level("elastic", (8, 8, 8), 1.0),
-            "numerics.levels.shape = (8, 8, 8) must be one number or two",
-        ),
-        (
-            lambda: rs.Level("elastic", 8, -1),
-            "numerics.levels.q_max = -1 rad/m must be above 0 rad/m",
-        ),
-        (lambda: rs.Level("elastic", 8.0, 1), "numerics.levels.shape = 8.0 must be a whole number"),
-        (lambda: rs.Level("elastic"), "numerics.levels.shape is missing"),
-        (
-            lambda: rs.Numerics((LEVEL,), 1, tolerence=3),
-            "numerics.tolerence = 3 is not a key of a scene; did you mean",
-        ),
-        (
-            lambda: rs.Numerics((LEVEL,), (1, "1 s")),
-            'numerics.lengths[1] = "1 s" has the dimension [time]; a quantity in m',
-        ),
-    ],
-)
-def test_wrong_levels_and_numerics_are_refused_as_in_a_scene(make, words):
-    with pytest.raises(SceneError) as refused:
-        make()
-    assert words in str(refused.value)
 
 
 POSITIVE = ([1e-9], [0, -1])

@@ -63,44 +63,6 @@ def test_a_number_within_a_skin_is_set_and_varied():
     assert points_of(axes)[1].name == "thickness=1e-06"
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        (
-            {"body__skin": {"thickness": "1 um"}},
-            "body.skin.conductivity is missing; write for example conductivity =",
-        ),
-        (
-            {"body__skin": OXIDE | {"thickness": "-1 um"}},
-            'body.skin.thickness = "-1 um" must be above 0 m',
-        ),
-        (
-            {"body__skin": OXIDE | {"thicknes": 1}},
-            'body.skin.thicknes = 1 is not a key of a scene; did you mean "thick',
-        ),
-        ({"body__skin": "1 um"}, 'body.skin = "1 um" must be a section'),
-        (
-            {"body__conductivity__value": 3},
-            'conductivity.value" is not a key of a scene: "body.conductivity" is no',
-        ),
-        ({"body__heat_depth": "-1 um"}, 'body.heat_depth = "-1 um" must be at least 0 m'),
-        (
-            {"counterface": {"skin": OXIDE}},
-            "skin goes with a counterface that takes heat; give its conductivity",
-        ),
-        (
-            {"counterface": {"heat_depth": 1e-7}},
-            "heat_depth goes with a counterface that takes heat",
-        ),
-        ({"counterface__skin": OXIDE}, 'skin does not go with like = "body", which fixes it'),
-    ],
-)
-def test_wrong_layers_are_refused(changes, words):
-    with pytest.raises(rs.RoughsimError) as refused:
-        steel(**changes)
-    assert words in str(refused.value)
-
-
 def test_the_theory_of_a_scene_has_its_skin_in_every_column():
     scene = steel(body__skin=OXIDE, body__heat_depth="0.2 um")
     law = prediction.calibrated(scene).stress_spectrum

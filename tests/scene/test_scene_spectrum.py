@@ -63,7 +63,7 @@ def test_a_named_spectrum_is_doubled_added_and_written_as_others_are():
             f"is no spectrum; the choice is {', '.join(INSIDE['spectra'])}",
         ),
         (named(hurst=None), "surface.spectrum.hurst is missing; write for example hurst = 0.8"),
-        (named(hurst=1.2), "surface.spectrum.hurst = 1.2 must be at least 0 and at most 1"),
+        (named(hurst=1.2), "surface.spectrum.hurst = 1.2 must be less than or equal to 1"),
         (
             named(hrust=0.8),
             'surface.spectrum.hrust = 0.8 is not a key of a scene; did you mean "hurst"?',
@@ -130,7 +130,7 @@ def test_a_spectrum_of_another_package_is_an_entry_point_and_takes_no_name_of_th
     scene = parse_scene(text)
     assert scene.surface.spectrum == Mine(name="mine", psd_at_q_min=1e-22, q_min=7e3, q_max=9e6)
     assert parse_scene(scene.to_toml()) == scene
-    assert "surface.spectrum.psd_at_q_min = -1 m^4 must be above 0" in refusal(
+    assert "surface.spectrum.psd_at_q_min = -1 m^4 must be greater than 0" in refusal(
         text.replace('"1e-22 m^4"', "-1")
     )
     assert 'did you mean "mine"?' in refusal(text.replace('"mine"', '"mime"'))

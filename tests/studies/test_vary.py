@@ -86,7 +86,7 @@ def test_lists_and_tables_are_written_as_a_scene_file_has_them_and_short():
 
 def test_whole_numbers_may_be_spaced_and_lists_have_units_and_names():
     assert read_axes({"ensemble.seed": {"linspace": [1, 5, 3]}})[0].values == ((1,), (3,), (5,))
-    with pytest.raises(SceneError, match="1.5 must be a whole number"):
+    with pytest.raises(SceneError, match="1.5 must be a valid integer"):
         read_axes({"ensemble.seed": {"linspace": [1, 2, 3]}})
     (axis,) = read_axes({"numerics.lengths": [[1e-3, 9e-4], np.array([2e-3, 1e-3])]})
     assert axis.values == (((1e-3, 9e-4),), ((2e-3, 1e-3),))
@@ -137,7 +137,7 @@ def test_names_of_points_are_folders_that_no_pattern_mistakes():
         ),
         (
             {"sliding.nominal_pressure": [-1.0]},
-            r"vary.\"sliding.nominal_pressure\"\[0\] = -1.0 Pa must be above 0",
+            r"vary.\"sliding.nominal_pressure\"\[0\] = -1.0 Pa must be greater than 0",
         ),
         ({"sliding.nominal_pressure": ["1 MPa", "1000 kPa"]}, "1000000 is there twice"),
         ({"sliding.speed": [1.0], "sliding.speed ": [2.0]}, "sliding.speed is there twice"),
