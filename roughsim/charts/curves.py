@@ -33,7 +33,7 @@ from roughsim.prediction.theories import OVER_SPEED as DENSE
 from roughsim.results.columns import UP_TO_CUT_OFF, is_simulated
 from roughsim.results.row import NOTICED
 from roughsim.results.run import Run
-from roughsim.results.theories import theory_columns
+from roughsim.results.theories import THEORIES, theory_columns
 from roughsim.scene import Scene
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
@@ -50,7 +50,8 @@ _SYMBOLS = {
     "slope_length": r"$d_\mathrm{flash}$",
 }
 # colour of a theory, its dashes, and its place above others
-_SOURCES: dict[str, Any] = {"theory": (THEORY, "-", 2), "calibrated": (CALIBRATED, DASHES, 3)}
+_SOURCES: dict[str, Any] = dict.fromkeys(THEORIES, ("0.5", ":", 2))
+_SOURCES |= {"theory": (THEORY, "-", 2), "calibrated": (CALIBRATED, DASHES, 3)}
 _WORDS = {"flash_width": "hot-spot width"}  # where they differ from the name
 OVER_SPEED = tuple(name for name, record in OBSERVABLES.items() if record.per_speed)
 _ONE, _MANY = (5.4, 3.8), (9.6, 5.8)  # sizes of a figure of one panel and of all, inches
@@ -165,12 +166,9 @@ def _line(axes: Axes, x: Array, y: Array, entry: Entry, source: str, colour: str
 
 
 def draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: str | None = None) -> None:
-    """Draw an observable by both theories and in each measured column over the speed."""
+    """Draw an observable by all theories and in each measured column over the speed."""
     factor = shown(OBSERVABLES[observable].unit)[1] * _sign(observable)
-    speed, sources = theories(entry.scene, observable)
-    if observable in entry.results and observable not in DENSE:  # quantiles are of drawn fields
-        sources["calibrated"] = entry.in_motion(observable, "calibrated").mean
-    for source, values in sources.items():
+    for source, (speed, values) in theories(entry.scene, observable).items():
         _line(axes, speed, values * factor, entry, source, colour)
     if observable not in entry.results:
         return
@@ -203,12 +201,12 @@ def _is_cut(entry: Entry, observable: str) -> bool:
     return bool(np.any(np.abs(cut - whole) > NOTICED * np.abs(whole)))
 
 
-def theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
-    """Return speeds, m/s, and the values of both theories there, with the share of the heat; SI.
+def theories(scene: Scene, observable: str) -> dict[str, tuple[Array, Array]]:
+    """Return speeds, m/s, and values there of each theory with the share of the heat; SI.
 
-    The speeds are dense where the theory gives any speed, else the speeds of the scene.
+    The speeds are dense where a theory gives any speed, else the speeds of the scene.
     """
-    speed = _speeds(scene)
+    speed, found = _speeds(scene), {}
     if observable in DENSE:
         # a table over temperature may end at the highest speed
         beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0
@@ -218,10 +216,13 @@ def theories(scene: Scene, observable: str) -> tuple[Array, dict[str, Array]]:
         if OBSERVABLES[observable].heated:
             theory = theory * prediction.heat_partition(scene, speed)
             law = law * prediction.calibrated_share(scene, speed)
-        return speed, {"theory": theory, "calibrated": law}
+        found = {"theory": (speed, theory), "calibrated": (speed, law)}
     moving, columns = np.array(scene.speeds) > 0.0, theory_columns(scene)
-    both = {name: columns[name](observable) for name in ("theory", "calibrated")}
-    return speed, {name: one.mean[moving] for name, one in both.items() if one is not None}
+    for name in THEORIES:
+        one = None if name in found else columns[name](observable)
+        if one is not None:
+            found[name] = _speeds(scene), one.mean[moving]
+    return found
 
 
 def _sign(observable: str) -> float:
@@ -278,13 +279,13 @@ def _handles(
     if tuple(quantities) == (PSD,):
         return handles
     gammas = {f"{entry.scene.theory.gamma:g}" for entry in entries}
-    label = rf"theory, $\gamma$ = {gammas.pop()}" if len(gammas) == 1 else "theory"
-    handles.append(Line2D([], [], color=THEORY, lw=1.2, label=label))
+    words = {"calibrated": "calibrated stress spectrum"}
+    words["theory"] = rf"theory, $\gamma$ = {gammas.pop()}" if len(gammas) == 1 else "theory"
     lines = [str(line.get_gid()) for axes in panels for line in axes.lines]
-    if any(line.endswith(": calibrated") for line in lines):
-        colour = THEORY if colours[0] else CALIBRATED
-        label = "calibrated stress spectrum"
-        handles.append(Line2D([], [], color=colour, lw=1.2, ls=DASHES, label=label))
+    for name, (own, dashes, _) in _SOURCES.items():
+        if name == "theory" or any(line.endswith(f": {name}") for line in lines):
+            colour, label = THEORY if colours[0] else own, words.get(name, name)
+            handles.append(Line2D([], [], color=colour, lw=1.2, ls=dashes, label=label))
     if UP_TO_CUT_OFF in lines:
         label = "theory up to $q_c$"
         handles.append(Line2D([], [], color=THEORY, lw=1.2, ls="--", label=label))

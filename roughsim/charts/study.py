@@ -21,6 +21,7 @@ from roughsim.charts.style import (
     scale_colours,
 )
 from roughsim.grid import Array
+from roughsim.results.theories import THEORIES
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import shown, with_unit
 from roughsim.table import AT_CUT_OFF, Estimate
@@ -39,7 +40,7 @@ _DEVIATIONS = (
     50.0,
     100.0,
 )  # %, of the theory
-_THEORIES: dict[str, Any] = {"theory": "-", "calibrated": DASHES}
+_THEORIES: dict[str, Any] = dict(zip(THEORIES, ("-", DASHES, ":", "-."), strict=False))
 _POINT: Any = {"color": THEORY, "ls": "", "ms": 3.5}  # in a legend, and over a map
 _HOLLOW = "hollow: at $q_c$, or\na part of ± unknown"
 
@@ -109,7 +110,7 @@ def _entries(curves: Iterable[Estimate], column: str | None = None) -> list[dict
 def _draw_curves(
     axes: Axes, curves: Mapping[str, Estimate], x: Along, column: str, legend: str
 ) -> None:
-    """Draw each curve: simulation with its error, slide, and both theories. Hollow points have no line."""
+    """Draw each curve: simulation with its error, slide, and all theories. Hollow points have no line."""
     labels = list(curves)
     if len(labels) > _MOST_CURVES:
         chosen = np.linspace(0, len(labels) - 1, _MOST_CURVES).round().astype(int)

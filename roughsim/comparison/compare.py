@@ -24,7 +24,13 @@ from roughsim.results.columns import SAME_MODES, UP_TO_CUT_OFF, columns_of, fine
 from roughsim.results.folder import left_out, open_run
 from roughsim.results.row import NOTICED, Row, rows_of
 from roughsim.results.run import Run
-from roughsim.results.theories import CONTACT_TEMPERATURE, SLIDING_CALIBRATED, THEORY, ColumnOf
+from roughsim.results.theories import (
+    CONTACT_TEMPERATURE,
+    SLIDING_CALIBRATED,
+    THEORIES,
+    THEORY,
+    ColumnOf,
+)
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
@@ -230,9 +236,9 @@ def compare(run: Run | str | Path) -> Comparison:
 
 
 def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
-    """Yield the values of a row by both theories and in the named columns, for a table; empty where it has none."""
-    yield Number(row.theory, row.unit)
-    yield Number(row.calibrated, row.unit)
+    """Yield the values of a row by all theories and in the named columns, for a table; empty where it has none."""
+    for name in THEORIES:
+        yield Number(row.theories[name], row.unit)
     for name in columns:
         one = row.columns.get(name)
         if one is None:
@@ -244,10 +250,7 @@ def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
 def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
     """Return the rows of T_flash by its columns, with the ratios at the highest speed below."""
     run = comparison.run
-    columns = [
-        Column(name, number=True)
-        for name in ("speed, m/s", "theory", "calibrated", *rows[0].columns)
-    ]
+    columns = [Column(name, number=True) for name in ("speed, m/s", *THEORIES, *rows[0].columns)]
     cells: list[Cells] = [
         (
             f"{row.speed:g}",
@@ -284,7 +287,7 @@ def comparison_table(comparison: Comparison) -> Table:
     """Return the comparison, a row per observable and speed."""
     first, run, title = comparison.rows[0], comparison.run, comparison.run.scene.title
     beside = [OF_SLIDING] if SLIDING in first.columns else []
-    titles = ("speed, m/s", "theory", "calibrated", *first.columns, *beside, *first.ratios)
+    titles = ("speed, m/s", *THEORIES, *first.columns, *beside, *first.ratios)
     columns = [Column("observable", name=True), *(Column(title, number=True) for title in titles)]
     rows: list[Cells] = [
         (

@@ -9,6 +9,7 @@ from roughsim.comparison.compare import Comparison, numbers_of
 from roughsim.estimate.levels import FLASH
 from roughsim.results.folder import left_out
 from roughsim.results.row import Row
+from roughsim.results.theories import THEORIES
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import of_several
@@ -68,7 +69,7 @@ class Comparisons:
         )
         titles = [Column("observable", name=True)] if len(chosen) > 1 else []
         titles += [Column("speed, m/s", name=True), Column("run", name=True)]
-        titles += [Column(title, number=True) for title in ("theory", "calibrated", *columns)]
+        titles += [Column(title, number=True) for title in (*THEORIES, *columns)]
         rows = []
         for name in chosen:
             for speed in self._speeds(name):

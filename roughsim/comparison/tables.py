@@ -19,6 +19,7 @@ from roughsim.results.run import Run
 from roughsim.results.theories import (
     CALIBRATED,
     CONTACT_TEMPERATURE,
+    THEORIES,
     THEORY,
     joined,
     theory_columns,
@@ -31,6 +32,7 @@ from roughsim.table import Estimate
 _CORRELATION_POINTS = 65
 _HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")
 _HOTTEST = "temperature_quantile_99"
+_OTHERS = [name for name in THEORIES if name != THEORY]  # shown by T_flash alone
 _WIDTHS = ("flash_width", "slope_length")
 _AREAS = ("contact_fraction", "plastic_fraction")
 OF_SLIDING = "sliding, calibrated"  # the theory of the column sliding
@@ -40,7 +42,7 @@ def theory_values(scene: Scene) -> dict[str, Any]:
     """Return the theory over the whole spectrum: arrays over speed, temperatures with the share used, and areas."""
     columns = theory_columns(scene)
     names = [*_HEATED, *_WIDTHS, "heat_partition", *_AREAS, CONTACT_TEMPERATURE]
-    found = joined({name: columns[name] for name in (THEORY, CALIBRATED)}, names)
+    found = joined({name: columns[name] for name in THEORIES}, names)
     over_speed = {name: found[name].sel(column=THEORY).mean for name in (*_HEATED, *_WIDTHS)}
     result: dict[str, Any] = {"speed": scene.speeds} | over_speed
     if "friction_coefficient" in scene.tables:
@@ -50,7 +52,8 @@ def theory_values(scene: Scene) -> dict[str, Any]:
     result["heat_partition_theory"] = found["heat_partition"].sel(column=THEORY).mean
     if scene.sliding.duration is not None:
         result[CONTACT_TEMPERATURE] = found[CONTACT_TEMPERATURE].sel(column=THEORY).mean
-    result["calibrated"] = found["flash_temperature"].sel(column=CALIBRATED).mean
+    for name in _OTHERS:
+        result[name] = found["flash_temperature"].sel(column=name).mean
     return result | {name: float(found[name].sel(column=THEORY).mean[0]) for name in _AREAS}
 
 
@@ -107,7 +110,7 @@ def theory_table(scene: Scene) -> Table:
     """Return the theory of a scene, a row per speed."""
     values, own = theory_values(scene), prediction.calibrated_share(scene)
     columns: dict[str, Sequence[Number]] = {}  # numbers over speed by title
-    for name in (_HEATED[0], "calibrated", *_HEATED[1:], *_WIDTHS):
+    for name in (_HEATED[0], *_OTHERS, *_HEATED[1:], *_WIDTHS):
         unit = UNITS.get(name, "K")
         columns[with_unit(name, unit)] = _numbers(values[name], unit)
     if CONTACT_TEMPERATURE in values:

@@ -20,7 +20,9 @@ from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
 from roughsim.planning.limits import Plausibility
 from roughsim.planning.reasons import level_text, plan_table
+from roughsim.results.columns import meaning
 from roughsim.results.run import Run
+from roughsim.results.theories import THEORIES
 from roughsim.scene import Scene, with_short_tables
 from roughsim.show.markup import Html, bullets, digits, html_table, joined, tag, text
 from roughsim.show.table import Cell, Column, Number, Table
@@ -28,14 +30,6 @@ from roughsim.show.text import clock
 from roughsim.show.text import note as note_work
 from roughsim.store.disk import place_bytes
 
-_COLUMNS = {
-    "theory": "theory over the whole spectrum",
-    "calibrated": "theory by the calibrated stress spectrum",
-    "smoothed": "smoothed: elastic contact on the smoothed spectrum",
-    "capped": "capped: contact of the surface, p ≤ hardness",
-    "elastic": "elastic contact of the surface",
-    "sliding": "sliding: both faces move over one another, and both bodies keep the history of their heat",
-}
 # quantity of `plot_run` → format and caption: maps as pixels, curves as lines
 PICTURES = {
     "temperature": (
@@ -144,13 +138,12 @@ def answer(comparison: Comparison) -> Html:
     """Return the flash temperature at the highest speed in each column, and the figure of the comparison."""
     rows = [row for row in comparison.rows if row.observable == "flash_temperature"]
     row = max(rows, key=lambda row: row.speed or 0.0)
-    values = {"theory": Number(row.theory, "K")}
-    if isfinite(row.calibrated):
-        values["calibrated"] = Number(row.calibrated, "K")
+    known = {name: x for name, x in row.theories.items() if name in THEORIES and isfinite(x)}
+    values = {name: Number(x, "K") for name, x in known.items()}
     values |= {name: one.number() for name, one in row.columns.items()}
     boxes = []
     for name, value in values.items():
-        label = tag("span", _COLUMNS[name], css="label")
+        label = tag("span", f"{name}: {meaning(name)}", css="label")
         boxes.append(
             tag("li", tag("span", digits(value), tag("small", " K"), css="value"), label, css=name)
         )
@@ -200,7 +193,10 @@ def errors_section(run: Run) -> Html:
             note if len(names) == len(run.observables) else f"{', '.join(names)}: {note}"
             for note, names in observables_by_note.items()
         )
-        parts += [tag("h3", _COLUMNS[column]), html_table(budget_table(run, column, [fastest]))]
+        parts += [
+            tag("h3", f"{column}: {meaning(column)}"),
+            html_table(budget_table(run, column, [fastest])),
+        ]
         parts.append(bullets(*notes, css="plain note"))
     return joined(*parts)
 

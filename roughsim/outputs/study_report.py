@@ -13,16 +13,15 @@ from roughsim.store.disk import place_bytes
 from roughsim.studies.study import Study
 from roughsim.studies.tables import asked_table, study_table
 
-_DRAWN = {
+_CAPTIONS = {
     "flash_temperature": "Flash temperature. Points and bands: simulated, with the total error, 95 %. Lines: theory; "
     "dashed: by the calibrated stress spectrum. Hollow: at q_c, or a part of the error is unknown.",
     "contact_fraction": "Contact area over nominal area. Hollow: at q_c, or a part of the error is unknown.",
-}
-_OF_REACTIONS = {
     "activation_temperature": "Activation temperature, absolute: the uniform temperature with the same rate.",
     "reaction_rate": "Rate of reaction, mean over the nominal area.",
     "heat_share_above": "Share of the heat set free where the contact is hotter.",
 }
+_DRAWN = "flash_temperature", "contact_fraction"  # of every study
 
 
 def report_study(study: Study, path: str | Path | None = None) -> Path:
@@ -41,14 +40,12 @@ def page(study: Study) -> str:
     keys = ", ".join(key for axis in study.axes for key in axis.keys)
     state = f"A study over {keys}: {study.finished} of {len(study.points)} points finished."
     asked = asked_table(study)
-    charts = _DRAWN | {
-        name: caption for name, caption in _OF_REACTIONS.items() if name in asked_names(study.scene)
-    }
+    drawn = (*_DRAWN, *asked_names(study.scene))
     parts = {
         "Result": joined(
             *(html_table(table) for table in (study_table(study), asked) if table is not None)
         ),
-        "Charts": joined(*(chart(study, name, caption) for name, caption in charts.items())),
+        "Charts": joined(*(chart(study, name) for name in drawn)),
         "Scene": tag("pre", with_short_tables(study.scene.to_toml())),
     }
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
@@ -64,8 +61,9 @@ def page(study: Study) -> str:
     return template.substitute(title=text(title), body=body)
 
 
-def chart(study: Study, observable: str, caption: str) -> Html:
+def chart(study: Study, observable: str) -> Html:
     """Return a chart, or the reason for its absence."""
+    caption = _CAPTIONS.get(observable, observable.replace("_", " "))
     try:
         return picture(partial(study.chart, observable=observable), ".svg", caption)
     except ValueError as error:

@@ -1,7 +1,7 @@
 """The results of a run: every observable in every column, as `Results`.
 
 A column is a theory, a simulation, or the ratio of two columns. Here is one function of an observable for each column:
-a new column is a new entry of `columns_of`.
+a new column is a new entry of `columns_of`, and a theory that needs no run one of `roughsim.results.theories`.
 """
 
 import warnings
@@ -26,6 +26,7 @@ from roughsim.results.theories import (
     CALIBRATED,
     CONTACT_TEMPERATURE,
     SLIDING_CALIBRATED,
+    THEORIES,
     THEORY,
     ColumnOf,
     exact,
@@ -42,12 +43,9 @@ SAME_MODES, UP_TO_CUT_OFF = "theory_same_modes", "theory_at_cut_off"
 BY_DIRECTION = "flash_temperature_by_direction"  # of a pressed map
 OVER_TWIN = "map_over_gaussian_twin"  # T_flash of a pressed map over that of a map of random phases
 _ABOUT = {"angle": {"units": "rad", "description": "of sliding, from x towards y"}}
-MEANINGS = {
-    THEORY: "the analytic theory over the whole spectrum C(q)",
+MEANINGS = THEORIES | {
     SAME_MODES: "the theory summed over the modes of the simulated cell, up to q_c",
     UP_TO_CUT_OFF: "the theory over C(q) up to q_c",
-    CALIBRATED: "the theory with a stress spectrum fitted to simulations, with the error of the fit; NaN outside the "
-    "range compared with simulations",
     "smoothed": "simulated elastic contact of surfaces with the smoothed spectrum C_sm(q)",
     "capped": "simulated contact, in which the pressure never exceeds the hardness",
     "elastic": "simulated elastic contact",
@@ -58,7 +56,7 @@ MEANINGS = {
 
 def is_theory(column: str) -> bool:
     """Return whether a column is a theory."""
-    return column in (THEORY, SAME_MODES, UP_TO_CUT_OFF, CALIBRATED, SLIDING_CALIBRATED)
+    return column in (*THEORIES, SAME_MODES, UP_TO_CUT_OFF, SLIDING_CALIBRATED)
 
 
 def is_ratio(column: str) -> bool:
@@ -68,7 +66,7 @@ def is_ratio(column: str) -> bool:
 
 def estimated_columns(run: Run) -> list[str]:
     """Return the columns of the tidy table: theories of all of C(q), and simulations."""
-    return [name for name in columns_of(run) if name in (THEORY, CALIBRATED) or is_simulated(name)]
+    return [name for name in columns_of(run) if name in THEORIES or is_simulated(name)]
 
 
 def is_simulated(column: str) -> bool:
@@ -136,7 +134,7 @@ def columns_of(run: Run) -> dict[str, ColumnOf]:
     columns: dict[str, ColumnOf] = {THEORY: theories[THEORY]}
     for name in (SAME_MODES, UP_TO_CUT_OFF):
         columns[name] = partial(of_theory, run.scene, partial(theory, name), share)
-    columns[CALIBRATED] = theories[CALIBRATED]
+    columns |= {name: theories[name] for name in THEORIES}
     for name in run.numerics.columns:
         columns[name] = partial(_simulated, run, name, cache(partial(run.reactions, name)))
     slide = run.numerics.slide

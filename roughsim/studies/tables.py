@@ -9,6 +9,7 @@ import numpy as np
 from roughsim.estimate.asked import ABOUT
 from roughsim.estimate.reactions import ELECTRONVOLT
 from roughsim.observables.catalogue import UNITS
+from roughsim.results.theories import THEORIES
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import Cell, Column, Number, Table, significant, with_unit
 from roughsim.show.text import marked
@@ -66,7 +67,7 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     """Return a row for each point: the varied values, theory and simulation at the highest speed, and the trend."""
     by_column = _at_highest_speed(study, observable)
     trends = _trends_at_highest_speed(study, observable)
-    sources = ["theory", "calibrated", study.column, *([SLIDING] if SLIDING in by_column else [])]
+    sources = [*THEORIES, study.column, *([SLIDING] if SLIDING in by_column else [])]
     shown = [by_column[source] for source in sources if source in by_column]
     marks = {str(mark) for one in shown for mark in one.note[~np.isnan(one.mean)] if mark}
     paired = [name for name in study.keys.values() if any(name == key for _, key in trends)]
@@ -102,7 +103,7 @@ def asked_table(study: StudyResults) -> Table | None:
     if not found:
         return None
     known = {source for by_column in found.values() for source in by_column}
-    sources = [source for source in ("calibrated", study.column, SLIDING) if source in known]
+    sources = [source for source in (*THEORIES, study.column, SLIDING) if source in known]
     lines = [
         (title, point)
         for title, by_column in found.items()
