@@ -24,8 +24,8 @@ THEORY, CALIBRATED, SLIDING_CALIBRATED = "theory", "calibrated", "sliding_calibr
 # theories over all of C(q), with their meanings, in the order of tables; `theory_columns` has their functions
 THEORIES = {
     THEORY: "the analytic theory over the whole spectrum C(q)",
-    CALIBRATED: "the theory with a stress spectrum fitted to simulations, with the error of the fit; NaN outside the "
-    "range compared with simulations",
+    CALIBRATED: "the theory with a stress spectrum fitted to simulations, with the error of the fit, in the range "
+    "compared with simulations",
 }
 CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
 _UNITS = UNITS | {CONTACT_TEMPERATURE: "K"}
