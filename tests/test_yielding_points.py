@@ -24,6 +24,7 @@ QUANTITIES = (
 )
 
 
+@pytest.mark.slow
 def test_the_committed_list_is_what_the_seed_draws(tmp_path):
     yielding_points.write(yielding_points.drawn(), tmp_path / "again.json")
     assert (tmp_path / "again.json").read_text() == yielding_points.LIST.read_text()

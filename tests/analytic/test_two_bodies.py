@@ -46,7 +46,7 @@ def test_twins_share_the_heat_evenly():
     assert slid.background == pytest.approx(slid.resting_background, rel=1e-12)
 
 
-@pytest.mark.parametrize("part", [0.0, 0.3])
+@pytest.mark.parametrize("part", [pytest.param(0.0, marks=pytest.mark.slow), 0.3])
 def test_both_bodies_have_one_contact_temperature_and_all_the_heat(part):
     slid = sliding(moving_roughness=part, **GLASS)
     total = slid.resting_flash_temperature + slid.resting_background

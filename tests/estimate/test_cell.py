@@ -160,6 +160,7 @@ def test_one_face_without_a_plateau_counts_longest_waves(steel):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.statistical
 def test_t_flash_of_a_small_cell_is_too_low_by_what_is_charged():
     # σ₀/σ_P = .003, q_y = 3 q_min: of four waves against eight, with the members' peak volumes unknown

@@ -148,6 +148,7 @@ def test_in_full_contact_the_temperature_of_a_slide_is_normal():
     assert even[:5, 0] == pytest.approx(deviation * ndtri(SHARES[:5]), abs=0.15 * deviation)
 
 
+@pytest.mark.slow
 def test_slides_of_steel_have_the_quantiles_of_solved_ones():
     # experiments/reactions.py --slide: boundary-element contacts up to 1.016e5 1/m; slow and fast
     slid = np.array(

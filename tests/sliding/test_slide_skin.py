@@ -47,7 +47,7 @@ def slid(first, second, moving, resting, speed=1.0, distance=CELL / 2, load=1e6,
 @pytest.mark.parametrize(
     ("moving", "resting"),
     [
-        pytest.param(OXIDE, OXIDE, id="oxides"),
+        pytest.param(OXIDE, OXIDE, id="oxides", marks=pytest.mark.slow),
         pytest.param(BARE, SILVER, id="silver", marks=pytest.mark.slow),
         pytest.param(DEEP, BARE, id="deep", marks=pytest.mark.slow),
         pytest.param(BOTH, DEEP, id="both"),

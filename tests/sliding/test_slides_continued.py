@@ -71,6 +71,7 @@ def errors(moving, resting):
     return followed * np.array(prediction.sliding_continuation(scene, LENGTH)[:3]) / whole - 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.statistical
 def test_the_theory_continues_slides_of_like_bodies_within_its_error():
     assert np.abs(errors(30.0, 30.0)).max() < 0.025

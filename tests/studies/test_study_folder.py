@@ -22,7 +22,7 @@ from roughsim.studies import folder as study_folder
 from roughsim.studies import work
 from roughsim.studies.folder import read, write
 
-TRIES = 10
+TRIES = 30
 TWO = {"sliding.nominal_pressure": VARY["sliding.nominal_pressure"][:2]}
 
 
@@ -134,6 +134,7 @@ def begin_again_and_again(folder, scene, barrier):
         (folder / f"{k}-{description.scene.surface.hurst}").write_text(answer)
 
 
+@pytest.mark.slow
 def test_of_two_different_studies_begun_at_once_one_has_the_folder_and_the_other_is_refused(
     small, tmp_path
 ):
