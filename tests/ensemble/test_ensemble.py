@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from slide_cases import sliding_scene
 
 import roughsim as rs
 from roughsim.store.member_files import FIELDS, member_path, read_member
@@ -312,71 +311,6 @@ def test_fields_are_kept_for_the_first_members_only(capped_run):
     assert first.fields["pressure"].shape == (128, 128)
     assert first.fields["pressure"].mean() == pytest.approx(9e7, rel=1e-5)
     assert second.fields == {}
-
-
-def test_bad_arguments_are_refused_by_name(quick, tmp_path):
-    numerics = rs.plan(quick)
-    for name, value in (("seed", -1), ("level", 9), ("index", -1), ("seed", 1.5), ("index", None)):
-        with pytest.raises(ValueError, match=f"{name} = "):
-            rs.realize(quick, numerics, **({"seed": 1} | {name: value}))
-    with pytest.raises(ValueError, match="workers = 0"):
-        rs.run(quick, tmp_path / "run", workers=0)
-    with pytest.raises(
-        ValueError, match='until.flash is not an observable; did you mean "flash_width"'
-    ):
-        rs.run(quick, tmp_path / "run", until={"flash": 0.1})
-    with pytest.raises(
-        ValueError,
-        match=r'until.flash_temperature = 1.0 must be less than 1, for example "1 %"',
-    ):
-        rs.run(quick, tmp_path / "run", until={"flash_temperature": 1.0})
-    assert not (tmp_path / "run").exists()
-
-
-@pytest.mark.parametrize("q_max", [6e3, 3e5])  # below and above C(q)
-def test_levels_outside_of_the_spectrum_leave_no_folder(quick, tmp_path, q_max):
-    level = {"column": "capped", "shape": [256, 256], "q_max": q_max}
-    numerics = replace(quick.numerics, levels=(level,))
-    for call in (
-        lambda: rs.run(quick, tmp_path / "run", changes={"numerics.levels": [level]}),
-        lambda: rs.run(
-            quick, tmp_path / "run", numerics=replace(rs.plan(quick), levels=numerics.levels)
-        ),
-    ):
-        with pytest.raises(ValueError, match=r"numerics.levels\[0\].q_max = .* C\(q\)"):
-            call()
-    assert not (tmp_path / "run").exists()
-
-
-def test_two_faces_that_slide_need_waves_each(tmp_path):
-    face = {"rms_height": 1e-7, "hurst": 0.8, "q_min": 6e4, "q_max": 2e5}
-    heat = {"conductivity": 30, "density": 7900, "heat_capacity": 500}
-    changes = {"counterface": face | heat, "numerics.levels": None}
-    levels = [{"column": "capped", "shape": [64, 64], "q_max": 4e4}]
-    with pytest.raises(
-        ValueError, match=r"numerics.levels\[1\].q_max = 40000 rad/m must be above 60000 rad/m"
-    ):
-        rs.run(sliding_scene(), tmp_path / "run", changes=changes | {"numerics.levels": levels})
-    assert not (tmp_path / "run").exists()
-
-
-def test_folders_with_other_content_are_left_alone(quick, tmp_path):
-    (tmp_path / "letter.txt").write_text("dear")
-    with pytest.raises(rs.RecordError, match="holds other files; name a new folder"):
-        rs.run(quick, tmp_path)
-    with pytest.raises(rs.RecordError, match="is a file; name a new folder"):
-        rs.run(quick, tmp_path / "letter.txt")
-
-
-def test_estimates_are_asked_for_by_name(capped_run):
-    with pytest.raises(
-        ValueError, match="observable = 'temperature' is unknown; choose one of flash_temperature"
-    ):
-        capped_run.estimate("temperature")
-    with pytest.raises(
-        ValueError, match="column = 'elastic' is not in this run; it has smoothed, capped"
-    ):
-        capped_run.estimate("flash_temperature", column="elastic")
 
 
 def test_temperatures_are_those_of_the_share_used(capped_run):

@@ -69,25 +69,6 @@ def test_the_scene_and_the_command_give_the_number_too(scene, tmp_path, capsys):
         )
 
 
-def test_targets_beside_a_number_are_refused_before_any_work(scene, tmp_path):
-    for more in ({"max_realizations": 9}, {"until": GOAL}, {"target_error": 0.1}):
-        with pytest.raises(
-            ValueError, match="does not go with ensemble.realizations = 5, which fixes the number"
-        ):
-            rs.run(scene, tmp_path / "run", realizations=5, **more)
-    fixed = replace(scene, ensemble=replace(scene.ensemble, realizations=5))
-    with pytest.raises(
-        ValueError, match="target_error = 0.1 does not go with ensemble.realizations = 5"
-    ):
-        rs.study(
-            fixed,
-            vary={"sliding.nominal_pressure": [5e7]},
-            folder=tmp_path / "run",
-            target_error=0.1,
-        )
-    assert not (tmp_path / "run").exists()
-
-
 def test_each_point_of_a_study_has_the_number(scene, tmp_path):
     fixed = replace(scene, ensemble=replace(scene.ensemble, realizations=3))
     study = rs.study(

@@ -249,25 +249,3 @@ def test_the_stated_error_of_mirrored_edges_holds_the_periodic_map(scene_file, t
     exact, found = (run.estimate("flash_temperature") for run in (tiled, mirror))
     assert (np.abs(found.mean - exact.mean) <= found.total_error).all()
     assert abs(found.mean[-1] / exact.mean[-1] - 1.0) < 0.1
-
-
-def test_what_cannot_be_pressed_is_refused_before_any_work(
-    scene_file, tmp_path, capped_scene, surface
-):
-    folder = tmp_path / "run"
-    with pytest.raises(ValueError, match='edges = .* write "mirror" or "tile"'):
-        rs.press(scene_file, folder, edges="window")
-    with pytest.raises(ValueError, match=r"\[surface\] names no map; to press one"):
-        rs.press("steel-1.2GPa", folder)
-    with pytest.raises(ValueError, match="counterface is rough, but there is one map"):
-        rs.press(scene_file, folder, changes={"counterface": {"like": "body"}})
-    np.save(tmp_path / "other.npy", 1e6 * surface)
-    pytest.importorskip("SurfaceTopography", exc_type=ImportError)
-    with pytest.raises(ValueError, match="names 2 maps"):
-        rs.press(scene_file, folder, changes={"surface.topography": ["map.npy", "other.npy"]})
-    np.save(tmp_path / "map.npy", 1e6 * surface[:40])
-    with pytest.raises(
-        rs.ResolutionError, match=r"the map has \(40, 64\) points; to press it takes 64"
-    ):
-        rs.press(scene_file, folder)
-    assert not folder.exists()

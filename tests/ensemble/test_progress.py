@@ -137,11 +137,6 @@ def test_a_target_error_is_that_of_the_flash_temperature(quick, tmp_path):
     )
     assert run.until == {"flash_temperature": 0.3}
     assert run.scene.sliding.nominal_pressure == 8e7
-    with pytest.raises(ValueError, match="target_error = 0.3 and until = .* are both given"):
-        rs.run(quick, tmp_path / "other", target_error=0.3, until={"contact_fraction": 0.1})
-    with pytest.raises(ValueError, match="target_error"):
-        rs.run(quick, tmp_path / "other", target_error=1.5)
-    assert not (tmp_path / "other").exists()
     assert rs.plan(quick, "2 %").reasons == rs.plan(quick, 0.02).reasons
 
 

@@ -11,7 +11,6 @@ from study_cases import LOADS, VARY, description_of
 
 import roughsim as rs
 from roughsim import pipeline
-from roughsim.scene import SceneError
 from roughsim.store.claims import PLAN, Claims
 from roughsim.studies import work
 from roughsim.studies.folder import write
@@ -95,33 +94,6 @@ def test_a_resumed_study_computes_only_what_is_missing_and_may_grow(small, done,
     assert len(solved) == 24
     same = {run.numerics.levels for _, run in more.results}
     assert len(same) == 1
-
-
-@pytest.mark.parametrize(
-    ("vary", "message"),
-    [
-        (
-            {"sliding.nominal_pressure": [1e8, 5e9]},
-            r"nominal_pressure=5e\+09.*exceeds body.penetration_hardness",
-        ),
-        ({"sliding.nominal_presure": [1e8]}, "did you mean"),
-        (
-            {"body.melting_temperature": [1500.0, 1800.0]},
-            "are the same scene: no number of a member depends on their difference",
-        ),
-    ],
-)
-def test_a_point_that_cannot_be_is_refused_before_any_work(small, tmp_path, vary, message):
-    with pytest.raises(SceneError, match=message):
-        rs.study(small, vary=vary, folder=tmp_path / "study")
-    assert not (tmp_path / "study").exists()
-
-
-@pytest.mark.parametrize("target", [0.0, 1.5, "2 m", True])
-def test_a_target_that_cannot_be_is_refused(small, tmp_path, target):
-    with pytest.raises(ValueError, match="target_error"):
-        rs.study(small, vary=VARY, folder=tmp_path / "study", target_error=target)
-    assert not (tmp_path / "study").exists()
 
 
 def test_speeds_may_be_varied_one_by_one(small, tmp_path):

@@ -61,8 +61,6 @@ def test_files_of_a_study_hold_the_same_numbers(done, tmp_path):
         error = file["flash_temperature_total_error"][columns.index("capped"), 2, 1, -1]
     e = done.results[-1][1].estimate("flash_temperature")
     assert (value, error) == (e.mean[-1], e.total_error[-1])
-    with pytest.raises(ValueError, match="must end in .csv"):
-        done.save(tmp_path / "t.txt")
 
 
 def test_a_study_opens_in_xarray_with_the_varied_keys_as_coordinates(done, tmp_path):
@@ -168,8 +166,6 @@ def test_a_study_is_drawn(done, tmp_path, observable):
     done.chart(tmp_path / "s.svg", observable)
     text = (tmp_path / "s.svg").read_text()
     assert "nominal pressure, MPa" in text
-    with pytest.raises(ValueError, match="observable = 'heat' is unknown"):
-        done.chart(tmp_path / "s.svg", "heat")
 
 
 @pytest.fixture(scope="module")

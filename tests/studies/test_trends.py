@@ -50,8 +50,6 @@ def test_runs_with_other_surfaces_make_no_pairs(done, small, tmp_path):
     other = rs.run(replace(small, ensemble=replace(small.ensemble, seed=5)), tmp_path / "other")
     with pytest.raises(ValueError, match="their rows are no pairs"):
         paired_ratio(run, other, "flash_temperature")
-    with pytest.raises(ValueError, match="observable = 'heat' is unknown"):
-        paired_ratio(run, run, "heat")
 
 
 def test_the_paired_error_of_a_ratio_is_that_of_the_jackknife(quick, tmp_path):
