@@ -205,6 +205,7 @@ def script(stem):
     return module
 
 
+@pytest.mark.slow
 def test_the_picture_and_the_table_of_the_modules_are_those_of_the_imports():
     flow = script("flow")
     graph = flow.imports()

@@ -140,6 +140,7 @@ def test_references_share_the_heat_of_like_bodies_evenly_at_rest_and_of_unlike_o
     assert found["steel-1.2GPa"]["contact_fraction"][0][0] == pytest.approx(90e6 / 1.2e9, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_drawn_scenes_have_ladders_that_double_in_cells_with_many_hot_spots(script):
     coverage = script("experiments/coverage.py")
     cases, most = coverage.drawn_cases(36), coverage.make_deep.DRAWN_SIDE

@@ -141,6 +141,7 @@ def test_the_command_line_draws_and_complains_in_one_line(capped_run, tmp_path, 
     assert complaint.startswith("roughsim: quantity = 'gap'")
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_zoom_and_side_by_side(capped_run, tmp_path, capsys):
     words = [
         "plot",

@@ -131,6 +131,7 @@ def test_the_mean_is_the_map_and_the_scatter_that_of_its_quadrants(scene_file, t
     assert "doubling cells" not in said  # of drawn surfaces
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_pictures")
 def test_the_command_warns_as_run_does_but_not_of_the_error_of_a_spectrum(
     scene_file, tmp_path, capsys

@@ -61,8 +61,9 @@ def reference(run, heights, lengths):
 
 
 CASES = itertools.product([0.3, 0.5, 0.8], ["0.6 GPa", "2 GPa", "elastic"], ["tile", "mirror"])
-QUICK = {  # each value once or more; the others are slow
-    *((0.3, "2 GPa", "tile"), (0.5, "elastic", "mirror"), (0.8, "0.6 GPa", "tile")),
+QUICK = {  # the others are slow
+    (0.3, "elastic", "mirror"),
+    (0.8, "0.6 GPa", "tile"),
 }
 
 

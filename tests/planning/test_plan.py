@@ -1,9 +1,6 @@
 """Plans: what a scene overrides, what is computed in its place, what is expected to be spent, and what is refused."""
 
 import re
-import subprocess
-import sys
-import textwrap
 from dataclasses import replace
 
 import pytest
@@ -30,18 +27,6 @@ def test_a_bundled_scene_is_planned_with_a_reason_for_each_choice(name):
     assert {"cell", "CPU time", "workers", "memory", "moments", *DEFAULT_REASONS} <= {*choices}
     for column in numerics.columns:
         assert choices.count(column) == len(numerics.of_column(column))
-
-
-def test_a_plan_solves_nothing_and_loads_no_compiler():
-    code = """
-        import sys, roughsim as rs
-        assert rs.plan(rs.load_scene("steel-0.5GPa"), 0.013).levels
-        print(sorted({"numba", "roughsim.contact.solver"} & set(sys.modules)))
-    """
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True
-    )
-    assert done.stdout == "[]\n"
 
 
 def test_what_the_scene_fixes_is_taken_as_it_is(capped_scene):

@@ -236,7 +236,8 @@ def test_the_file_is_whole_or_not_there(kept_run, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["folder.h5"]
 
 
-@pytest.mark.parametrize("room", [1_000, pytest.param(99_000, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("room", [1_000, 99_000])
 def test_a_full_disk_is_an_error_and_leaves_what_was_there(kept_run, tmp_path, room):
     (tmp_path / "out.h5").write_text("what was there")
     code = (

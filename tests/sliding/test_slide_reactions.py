@@ -232,6 +232,7 @@ def test_compare_and_exports_have_them_in_the_column_sliding(asked):
     )
 
 
+@pytest.mark.slow
 def test_the_picture_of_reactions_is_also_of_the_column_sliding(asked, tmp_path):
     def drawn(column):
         numbers = tmp_path / f"{column}.csv"

@@ -377,6 +377,7 @@ def test_a_frozen_run_has_no_such_column(capped_run):
     assert "sliding" not in rs.compare(capped_run).to_dict()["rows"][0]
 
 
+@pytest.mark.slow
 def test_the_picture_over_the_distance_has_a_line_for_each_speed(run, tmp_path):
     text = plot_run(run, "sliding", tmp_path / "one.svg").read_text()
     for words in (

@@ -233,6 +233,7 @@ def test_a_chart_without_marks_has_no_hollow_points(known, tmp_path):
     assert "hollow" not in (tmp_path / "s.svg").read_text()
 
 
+@pytest.mark.slow
 def test_the_report_of_a_study_has_the_marks(mixed, tmp_path):
     from roughsim.outputs.study_report import report_study
 

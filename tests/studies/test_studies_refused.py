@@ -22,7 +22,7 @@ VARIED = {
     "must be a list of values": [{SPEED: []}, {SPEED: "3 m/s"}],
     "must be the name of a key": [{3: [1]}],
     r"has the dimension \[temperature\]; a quantity in Pa": [{LOAD: ["1 K"]}],
-    r"vary.\"sliding.nominal_pressure\"\[0\] = -1.0 Pa must be above 0": [{LOAD: [-1.0]}],
+    r"vary.\"sliding.nominal_pressure\"\[0\] = -1.0 Pa must be greater than 0": [{LOAD: [-1.0]}],
     "1000000 is there twice": [{LOAD: ["1 MPa", "1000 kPa"]}],
     "sliding.speed is there twice": [{SPEED: [1.0], "sliding.speed ": [2.0]}],
     "must be a list of 2 values": [{"a, b": [1, 2]}],
@@ -32,7 +32,7 @@ VARIED = {
     "count = .* must be a whole number from 2": [
         {SPEED: {"linspace": [1, 2, count]}} for count in (1, 0, -3, 3.0, "3", True, 10**9)
     ],
-    "1.5 must be a whole number": [{"ensemble.seed": {"linspace": [1, 2, 3]}}],
+    "1.5 must be a valid integer": [{"ensemble.seed": {"linspace": [1, 2, 3]}}],
     "above the limit": [
         {"surface.hurst": {"linspace": [0, 1, 200]}, SPEED: {"linspace": [1, 2, 51]}}
     ],
@@ -64,7 +64,7 @@ STUDIES = {
     "target_error = 0": {"target_error": 0.0},
     "target_error = 1.5": {"target_error": 1.5},
     'target_error = "2 m"': {"target_error": "2 m"},
-    "target_error = true must be a number": {"target_error": True},
+    "target_error = true must be a valid number": {"target_error": True},
 }
 AXES = {  # forged, with a checksum
     "cannot be the name of a folder": [[{"keys": ["../../x"], "values": [[1]]}]],

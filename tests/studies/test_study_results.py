@@ -284,6 +284,7 @@ def test_the_curves_of_a_chart_have_the_estimates_in_their_units(done, drawn):
         )
 
 
+@pytest.mark.slow
 def test_a_chart_over_load_and_speed_has_all_speeds(small, tmp_path):
     vary = {"sliding.nominal_pressure": [1e8, 2e8], "sliding.speed": [1.0, 10.0, 35.0]}
     study = rs.study(small, vary=vary, folder=tmp_path / "study")

@@ -52,11 +52,6 @@ def test_lists_and_tables_are_written_as_a_scene_file_has_them_and_short():
 
 def test_whole_numbers_may_be_spaced_and_lists_have_units_and_names():
     assert read_axes({"ensemble.seed": {"linspace": [1, 5, 3]}})[0].values == ((1,), (3,), (5,))
-<<<<<<< HEAD
-    with pytest.raises(SceneError, match="1.5 must be a valid integer"):
-        read_axes({"ensemble.seed": {"linspace": [1, 2, 3]}})
-=======
->>>>>>> 9fe3018b (Say what studies, runs and the command line refuse in one table a room)
     (axis,) = read_axes({"numerics.lengths": [[1e-3, 9e-4], np.array([2e-3, 1e-3])]})
     assert axis.values == (((1e-3, 9e-4),), ((2e-3, 1e-3),))
     assert [point.name for point in points_of([axis])] == [
@@ -92,51 +87,6 @@ def test_names_of_points_are_folders_that_no_pattern_mistakes():
     assert names[-1] == "nominal_pressure=1234567.89,sliding_speed=3,sliding_heat_partition=0.5"
 
 
-<<<<<<< HEAD
-@pytest.mark.parametrize(
-    ("vary", "message"),
-    [
-        ({}, "must name at least one key"),
-        ([], "must name at least one key"),
-        ({"sliding.speed": []}, "must be a list of values"),
-        ({"sliding.speed": "3 m/s"}, "must be a list of values"),
-        ({3: [1]}, "must be the name of a key"),
-        (
-            {"sliding.nominal_pressure": ["1 K"]},
-            r"has the dimension \[temperature\]; a quantity in Pa",
-        ),
-        (
-            {"sliding.nominal_pressure": [-1.0]},
-            r"vary.\"sliding.nominal_pressure\"\[0\] = -1.0 Pa must be greater than 0",
-        ),
-        ({"sliding.nominal_pressure": ["1 MPa", "1000 kPa"]}, "1000000 is there twice"),
-        ({"sliding.speed": [1.0], "sliding.speed ": [2.0]}, "sliding.speed is there twice"),
-        ({"a, b": [1, 2]}, "must be a list of 2 values"),
-        ({"a, b": {"logspace": [1, 2, 3]}}, "is for one key"),
-        ({"sliding.speed": {"logspace": [1, 2]}}, "first, last and count"),
-        ({"sliding.speed": {"logspace": [0.0, 2.0, 3]}}, "must be a number > 0"),
-        ({"sliding.speed": {"geomspace": [1, 2, 3]}}, "first, last and count"),
-        *(
-            (
-                {"sliding.speed": {"linspace": [1, 2, count]}},
-                "count = .* must be a whole number from 2",
-            )
-            for count in (1, 0, -3, 3.0, "3", True, 10**9)
-        ),
-        (
-            {"surface.hurst": {"linspace": [0, 1, 200]}, "sliding.speed": {"linspace": [1, 2, 51]}},
-            "above the limit",
-        ),
-    ],
-)
-def test_what_cannot_be_varied_is_refused_in_one_line(vary, message):
-    with pytest.raises(SceneError, match=message) as refused:
-        points_of(read_axes(vary))
-    assert "\n" not in str(refused.value)
-
-
-=======
->>>>>>> 9fe3018b (Say what studies, runs and the command line refuse in one table a room)
 def test_long_values_have_names_of_their_own():
     words = ["x" * 70 + "a", "x" * 70 + "b", "größe" * 30]
     names = [point.name for point in points_of(read_axes({"title": words}))]
