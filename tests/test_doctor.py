@@ -59,6 +59,7 @@ def test_a_solver_that_is_off_by_a_percent_is_found_out(monkeypatch, capsys):
     assert out.strip().endswith("something is wrong: see the lines above")
 
 
+@pytest.mark.slow
 def test_what_breaks_altogether_is_told_in_one_line(tmp_path):
     # a package that cannot be imported stands before the sound one
     (tmp_path / "scipy").mkdir()

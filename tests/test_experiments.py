@@ -18,12 +18,12 @@ ROOT = Path(__file__).parents[1]
 SCRIPTS = sorted(
     path for path in (ROOT / "experiments").glob("*.py") if path.stem != "script"
 )  # what they share
-QUICK = ("uncertainty",)  # the toys of the others take seconds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "script",
-    [pytest.param(path, marks=() if path.stem in QUICK else pytest.mark.slow) for path in SCRIPTS],
+    SCRIPTS,
     ids=lambda path: path.stem,
 )
 def test_the_toy_runs(script, tmp_path):

@@ -219,6 +219,7 @@ def test_a_limited_address_space_is_seen():
     assert 1e9 < memory < 2.0e9
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("taskset") is None, reason="no taskset")
 def test_the_plan_of_one_core_has_one_worker():
     words = [

@@ -59,6 +59,7 @@ def both(capped_run, sliding_run):
     return rs.compare(capped_run, sliding_run)
 
 
+@pytest.mark.slow
 def test_runs_side_by_side_have_a_colour_each(both, capped_run, sliding_run, drawn):
     both.chart("a.png")
     axes = drawn[0].axes[2]

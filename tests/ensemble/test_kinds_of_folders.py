@@ -204,6 +204,7 @@ def test_fields_of_a_map_that_were_not_kept_are_not_drawn(place):
         load_fields(run, level, lost)  # drawing it would show another surface
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_pictures")
 def test_the_page_of_a_map_says_how_to_press_it(place, tmp_path):
     page = report_run(rs.open_run(place / "pressed"), tmp_path / "page.html").read_text()

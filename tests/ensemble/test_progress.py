@@ -39,6 +39,7 @@ def run_command(scene, folder):
     assert ended.value.code == 0
 
 
+@pytest.mark.slow
 def test_a_file_gets_a_line_for_each_round_with_errors_and_the_time_left(tmp_path, capsys):
     options = {"until": {"flash_temperature": 0.008}, "max_realizations": 24}
     rs.run(rs.load_scene("demo"), tmp_path / "run", observer=Progress("planning").update, **options)

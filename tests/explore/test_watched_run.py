@@ -126,6 +126,7 @@ def test_a_damaged_file_is_named_and_the_others_are_shown(copied):
     assert run.summary().problems == []
 
 
+@pytest.mark.slow
 def test_a_file_that_is_damaged_when_the_page_comes_to_it_is_named(watched):
     folder, aside, run = watched
     arrive(folder, aside, 3)
@@ -139,6 +140,7 @@ def test_a_file_that_is_damaged_when_the_page_comes_to_it_is_named(watched):
     assert run.summary().sound[2] == [0, 1, 2]
 
 
+@pytest.mark.slow
 def test_what_was_read_stays_when_its_file_is_damaged_and_the_next_page_names_it(watched):
     folder, aside, run = watched
     (folder / "realizations" / "L2-000001.h5").write_bytes(b"no HDF5")

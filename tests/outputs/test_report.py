@@ -358,6 +358,7 @@ def test_control_characters_do_not_reach_the_page():
     assert text("a\x1b[31m\x00b<") == "a?[31m?b&lt;"
 
 
+@pytest.mark.slow
 def test_a_study_is_a_page_with_its_table_and_charts(quick, tmp_path):
     from roughsim.outputs.study_report import report_study
 

@@ -117,6 +117,7 @@ def test_a_press_warns_of_the_map_but_not_of_surfaces_drawn_from_it(tmp_path):
     assert loaded.surface.psd_texture
 
 
+@pytest.mark.slow
 def test_pages_notebooks_and_json_have_them(odd, tmp_path):
     run = rs.run(odd, tmp_path / "run", progress=False)
     vary = {"sliding.friction_coefficient": [0.2, 0.3]}

@@ -135,7 +135,7 @@ def test_a_smooth_body_that_takes_all_heat_feels_the_frozen_contact():
     # one face is smooth, the resting body insulating: as frozen, along another direction
     spectrum = self_affine(1e-23, 1.6e5, q_min=2e4)
     known, error = over_flash(frozen([2.0], spectrum, fields=4, points=256).samples[-1])
-    slid = slides([2.0], spectrum, resting=INSULATING, part=0.0, fields=4)
+    slid = slides([2.0], spectrum, resting=INSULATING, part=0.0, distance=1e-3, fields=4)
     own, own_error = over_flash(slid, prefix="sliding_")
     assert (np.abs(own - known) < 4 * np.hypot(error, own_error) + 0.04)[:6].all()
 

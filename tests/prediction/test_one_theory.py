@@ -71,7 +71,10 @@ def scene_of(name):
     return parse_scene(TWO_FACES) if name == "two faces" else rs.load_scene(name)
 
 
-@pytest.fixture(scope="module", params=TOYS)
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(n, marks=[pytest.mark.slow] if n == "two faces" else []) for n in TOYS],
+)
 def compared(request, tmp_path_factory):
     scene = scene_of(request.param)
     side = 8 * np.pi / scene.spectrum.breaks[0]

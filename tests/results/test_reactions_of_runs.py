@@ -260,6 +260,7 @@ def test_an_export_has_the_rates_over_column_energy_and_speed(asked, tmp_path):
         assert file["temperature_quantile_99"].shape == (len(columns), 2)
 
 
+@pytest.mark.slow
 def test_the_picture_has_the_numbers_of_the_run(asked, tmp_path):
     numbers = tmp_path / "numbers.csv"
     plot_run(asked, "reaction", tmp_path / "reaction.svg", look=Look(csv=numbers))

@@ -188,6 +188,7 @@ def test_the_slides_of_a_study_are_followed_as_far_as_the_longest_needs(tmp_path
     assert len(rs.open_study(tmp_path / "study").points) == 3
 
 
+@pytest.mark.slow
 def test_a_study_with_a_point_that_no_theory_continues_follows_all_slides_to_their_end(tmp_path):
     vary = {"sliding.nominal_pressure": ["1 MPa", "90 MPa", "100 MPa"]}
     study = rs.study(

@@ -2,10 +2,12 @@
 
 import h5py
 import numpy as np
+import pytest
 
 from roughsim.results.export import export_run
 
 
+@pytest.mark.slow
 def test_an_export_has_the_column_sliding_and_the_numbers_of_the_slides(sliding_run, tmp_path):
     run, slide = sliding_run, sliding_run.numerics.slide
     with h5py.File(export_run(run, tmp_path / "sliding.h5")) as file:

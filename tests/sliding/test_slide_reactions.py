@@ -278,6 +278,7 @@ def test_a_scene_that_does_not_ask_stores_nothing_of_it(asked, sliding_run):
     assert sliding_run.reacting_columns == ()
 
 
+@pytest.mark.slow
 def test_slides_of_an_older_version_have_no_reactions(asked, tmp_path):
     folder = tmp_path / "run"
     rs.run(asking(), folder)

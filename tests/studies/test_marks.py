@@ -62,6 +62,7 @@ def test_the_tidy_table_names_the_unknown_parts_of_each_error_and_values_at_q_c(
     assert any(row["unknown"] for row in rows)
 
 
+@pytest.mark.slow
 def test_the_marks_of_a_study_are_those_of_the_comparison_of_each_run(done):
     marks = {
         (row["point"], row["observable"], row["speed"]): (row["unknown"], row["note"])
@@ -184,6 +185,7 @@ def test_files_of_a_study_have_the_marks(mixed, tmp_path):
         )
 
 
+@pytest.mark.slow
 def test_arrays_and_data_frames_of_a_study_have_the_marks(mixed, tmp_path):
     pandas, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")

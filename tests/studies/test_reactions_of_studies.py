@@ -173,6 +173,7 @@ def test_a_chart_has_a_curve_for_each_energy_or_the_energy_along_its_axis(asked,
         ) in path.read_text()
 
 
+@pytest.mark.slow
 def test_a_study_that_does_not_ask_has_none_of_it(asked, tmp_path):
     sliding = replace(asked.scene.sliding, background_temperature=None)
     quiet = replace(asked.scene, reaction=None, observables=None, sliding=sliding)

@@ -62,6 +62,7 @@ def test_a_study_over_skin_heat_depth_and_load_solves_the_contact_of_each_load_o
     )  # as in the test above: 18 members, of which 6 have two levels
 
 
+@pytest.mark.slow
 def test_points_with_junction_growth_share_the_contacts_of_an_equal_friction(
     small, tmp_path, calls
 ):

@@ -93,6 +93,7 @@ def test_every_reader_refuses_a_study_of_which_two_folders_were_exchanged(
         readers[reader]()
 
 
+@pytest.mark.slow
 def test_the_status_of_a_study_names_the_processes_that_compute_it(copy, done, soon):
     assert "being computed" not in str(rs.status(done))
     next(copy.glob("points/*/realizations/L0-000011.h5")).unlink()

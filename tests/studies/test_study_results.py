@@ -63,6 +63,7 @@ def test_files_of_a_study_hold_the_same_numbers(done, tmp_path):
     assert (value, error) == (e.mean[-1], e.total_error[-1])
 
 
+@pytest.mark.slow
 def test_a_study_opens_in_xarray_with_the_varied_keys_as_coordinates(done, tmp_path):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")

@@ -82,6 +82,7 @@ def test_a_file_beyond_memory_is_refused(tmp_path):
         check_measured_file(path)
 
 
+@pytest.mark.slow
 def test_a_reader_that_computes_too_long_is_ended(tmp_path, monkeypatch):
     # 46 kB that unpack to 10 MB of zeros: some reader of the forty computes on them for a quarter of a minute
     pytest.importorskip("SurfaceTopography", exc_type=ImportError)
