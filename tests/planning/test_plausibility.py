@@ -100,6 +100,11 @@ def test_a_slip_of_a_unit_is_told_in_one_line_with_its_value_and_the_limit(slip)
     assert all("check" in line and "\n" not in line and len(line) < 320 for line in lines)
 
 
+def test_diffusivity_is_told_only_if_its_parts_are_usual():
+    lines = warned(changed('"30 W/(m K)"', '"30 kW/(m K)"', even()))
+    assert not any("diffusivity" in line for line in lines)
+
+
 def test_waves_and_C_in_micrometres_without_their_unit_are_told():
     # heights of 1 m in waves of 600 m and less: the slope is that of the same numbers in µm, and raises no doubt
     rows = 'psd = [[0.01, 3e3], [0.1, 0.7], [1.0, 1e-4]]\npsd_convention = "persson"\n'

@@ -296,6 +296,8 @@ OF_STEEL = [
     ("[theory]", '[observables]\ntemperature_distribution = "yes"\n[theory]', "temperature_distribution = "),
     ("[theory]", '[observables]\nheat_above = "900 K"\n[theory]',
      "background_temperature is missing; observables.heat_above needs an absolute"),
+    ('"90 MPa"', '"0.9 GPa"\njunction_growth = 100',
+     "sliding.nominal_pressure = 9e+08 Pa exceeds 8.07207e+08 Pa, the penetration_hardness lowered by junction_growth"),
     ("[theory]", "[observables]\nheat_above = []\n[theory]", "observables.heat_above = [] holds no number"),
 ]  # fmt: skip
 WARM = changed("friction_coefficient =", "background_temperature = 300\nfriction_coefficient =")
@@ -320,6 +322,20 @@ OF_REACTIONS = [
 SLIDING = CAPPED.replace(
     "speed = [0, 0.1, 35]", 'history = "sliding"\nslid_distance = 1\nspeed = [0.1, 35]'
 )
+OF_WARM = [
+    ('"30 W/(m K)"', "{ temperature = [400, 900], value = [30, 20] }",
+     "sliding.background_temperature = 300 K must lie between 400 K and 900 K, the range of the tables over temperature"),
+    ('"30 W/(m K)"', "{ temperature = [100, 250], value = [30, 20] }",
+     "sliding.background_temperature = 300 K must lie between 100 K and 250 K"),
+    ('"30 W/(m K)"', "{ temperature = [100, 250], value = [30] }",
+     "body.conductivity has 2 temperatures and 1 values; give 2 to 100 of each, in pairs"),
+    ('"30 W/(m K)"', "{ temperature = [300, 300], value = [30, 20] }",
+     "body.conductivity[1] has temperature = 300.0 K after 300.0 K; temperature must rise, so sort the rows"),
+    ('"30 W/(m K)"', "{ temperature = [300, 400], value = [30, -20] }",
+     "body.conductivity.value[1] = -20 W/(m K) must be greater than 0 W/(m K)"),
+    ("friction_coefficient = 0.11", "junction_growth = 9\nfriction_coefficient = { temperature = [300, 900], value = [1, 2] }",
+     "sliding.junction_growth = 9 goes with one friction_coefficient: with a table over temperature each speed would"),
+]  # fmt: skip
 OF_SLIDING = [
     ('history = "sliding"', "", "sliding.slid_distance = 1 m goes with history"),
     ("slid_distance = 1", "", "sliding.slid_distance and sliding.duration are both missing; history"),
@@ -357,6 +373,7 @@ TEXTS = [
     for text, rows in (
         (STEEL, OF_STEEL),
         (changed("[theory]", REACTION, WARM), OF_REACTIONS),
+        (WARM, OF_WARM),
         (SLIDING, OF_SLIDING),
         (TABLE, OF_TABLES),
     )
@@ -440,6 +457,9 @@ CALLS = {
     r"levels\[1\] lies in half the cell and corrects levels\[0\], whose 63 × 63 points do not divide by 2": numerics(
         replace(LOW, shape=(63, 63)), Level("capped", (64, 64), 1e5, "half")
     ),
+    r"levels\[1\] lies in half the cell and corrects levels\[0\], whose 64 × 63 points do not divide by 2": numerics(
+        replace(LOW, shape=(64, 63)), Level("capped", (64, 64), 1e5, "half")
+    ),
     r"levels\[1\] lies in a quarter of the cell .* 66 × 66 points do not divide by 4": numerics(
         replace(LOW, shape=(66, 66)), Level("capped", (64, 64), 1e5, "quarter")
     ),
@@ -476,6 +496,19 @@ CALLS = {
 @pytest.mark.parametrize("words", CALLS)
 def test_calls_are_refused(words):
     assert_refused(CALLS[words], words)
+
+
+def test_slides_need_waves_of_both_faces():
+    """Contact of the sum of both needs waves of one, a slide waves of each."""
+    own = 'rms_height = "0.2 um"\nhurst = 0.5\nq_min = 6e4\nq_max = 1e5\n'
+    text = changed(
+        'like = "body"', own + "conductivity = 30\ndensity = 7900\nheat_capacity = 500", SLIDING
+    )
+    assert parse_scene(text).numerics.levels[0].q_max == 5e4
+    slide = '  { column = "sliding", shape = [64, 64], q_max = 5e4 },\n]'
+    assert "levels[3].q_max = 50000 rad/m must be above 60000 rad/m, where C(q) begins" in refusal(
+        changed("1e5 },\n]", f"1e5 }},\n{slide}", text)
+    )
 
 
 def test_replace_checks_again(steel):
