@@ -7,7 +7,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.scene import SceneError, load_scene
-from roughsim.surface.topography import combined, levelled, map_spectrum, read_topography
+from roughsim.surface.topography import combined, levelled, map_spectrum, read_scan
 from roughsim.surface.topography.measured import binned
 
 SIDE = 100e-6
@@ -52,7 +52,7 @@ def test_numbers_alone_are_heights_in_the_unit_given_row_by_row_along_x(
 ):
     without("SurfaceTopography")  # it is not needed
     path = write(tmp_path, name, surface * 1e9 + 5.0, **how)
-    found = read_topography(path, size=GRID.lengths, unit=1e-9)
+    found = read_scan(path, size=GRID.lengths, unit=1e-9)
     assert (found.grid, found.periodic) == (GRID, False)
     np.testing.assert_allclose(found.heights, surface, atol=1e-12 * np.ptp(surface))
 
@@ -65,7 +65,7 @@ def test_the_spectrum_of_a_windowed_map_is_that_of_surfacetopography(library, su
     theirs = library.Topography(surface * 1e9, side, unit="m", periodic=False).detrend("rms-tilt")
     *_, whole = theirs.power_spectrum_from_area(return_map=True)
     path = write(tmp_path, "a.npy", surface * 1e9)
-    found = read_topography(path, size=side, unit=1.0)
+    found = read_scan(path, size=side, unit=1.0)
     # the variance under the window is the sum of their map, and theirs is 4π² of ours
     cell = 4 * math.pi**2 / math.prod(side)
     psd = whole.copy()
@@ -180,7 +180,7 @@ def test_points_that_are_not_finite_are_filled_if_they_are_few(tmp_path, surface
     holes = surface.copy()
     holes[10, 10:14], holes[40, 3] = np.nan, np.inf
     with pytest.warns(RuntimeWarning, match=r"undefined points, 0.16 %, were filled"):
-        found = read_topography(write(tmp_path, "a.npy", holes), size=GRID.lengths, unit=1.0)
+        found = read_scan(write(tmp_path, "a.npy", holes), size=GRID.lengths, unit=1.0)
     np.testing.assert_allclose(found.heights, surface, atol=0.2 * np.ptp(surface))
     assert np.isfinite(found.heights).all()
 

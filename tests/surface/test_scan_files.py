@@ -12,7 +12,7 @@ from scipy.io import netcdf_file
 
 import roughsim as rs
 from roughsim.scene.scans import read_scans
-from roughsim.surface.topography import Profile, encoded, read_scan, read_topography
+from roughsim.surface.topography import Profile, encoded, read_scan
 
 SHAPE, SIZE = (40, 24), (80e-6, 48e-6)  # square pixels of 2 µm
 X, Y = (2.0 * np.arange(n) for n in SHAPE)  # µm
@@ -155,16 +155,16 @@ def gwyddion(heights, unit="m", factor=1e-6):
 @pytest.mark.parametrize("name", ["a.txt", "a.asc", "a.csv", "a.dat", "a.npy", "a"])
 def test_a_header_says_size_unit_and_axes_whatever_the_name(tmp_path, heights, name):
     pytest.importorskip("SurfaceTopography", exc_type=ImportError)
-    assert_is(read_topography(save(tmp_path, name, gwyddion(heights))), heights)
-    assert_is(read_topography(save(tmp_path, name, gwyddion(heights, "nm", 1e3))), heights)
-    assert_is(read_topography(save(tmp_path, name, gwyddion(heights).encode("utf-16"))), heights)
+    assert_is(read_scan(save(tmp_path, name, gwyddion(heights))), heights)
+    assert_is(read_scan(save(tmp_path, name, gwyddion(heights, "nm", 1e3))), heights)
+    assert_is(read_scan(save(tmp_path, name, gwyddion(heights).encode("utf-16"))), heights)
     decimal_commas = gwyddion(heights).replace(".", ",")
-    assert_is(read_topography(save(tmp_path, name, decimal_commas)), heights)
+    assert_is(read_scan(save(tmp_path, name, decimal_commas)), heights)
     with pytest.raises(
         rs.RecordError,
         match="contains its size and unit; remove topography_size and topography_unit",
     ):
-        read_topography(save(tmp_path, name, gwyddion(heights)), **GIVEN)
+        read_scan(save(tmp_path, name, gwyddion(heights)), **GIVEN)
 
 
 def test_a_header_of_points_alone_asks_for_size_and_unit(tmp_path, heights):
@@ -173,8 +173,8 @@ def test_a_header_of_points_alone_asks_for_size_and_unit(tmp_path, heights):
     with pytest.raises(
         rs.RecordError, match="lacks its size and unit; give topography_size and topography_u"
     ):
-        read_topography(path)
-    assert_is(read_topography(path, **GIVEN), heights)
+        read_scan(path)
+    assert_is(read_scan(path, **GIVEN), heights)
 
 
 @pytest.mark.parametrize("name", ["a.txt", "a.csv", "a.asc", "a.xyz", "a"])
@@ -186,11 +186,11 @@ def test_numbers_alone_are_the_same_map_whatever_the_name_and_the_divider(tmp_pa
         text(heights, ";", comma=True), text(heights, "\t", comma=True), text(heights, "  ", comma=True), quoted,
         text(heights, ",").replace("\n", ",\n"),
     ):  # fmt: skip
-        assert_is(read_topography(save(tmp_path, name, content), **GIVEN), heights)
+        assert_is(read_scan(save(tmp_path, name, content), **GIVEN), heights)
     with pytest.warns(
         RuntimeWarning, match="two sides of topography_size exchanged its pixels would be square"
     ):
-        read_topography(save(tmp_path, name, text(heights)), size=SIZE[::-1], unit=1e-6)
+        read_scan(save(tmp_path, name, text(heights)), size=SIZE[::-1], unit=1e-6)
 
 
 def test_one_length_for_a_map_of_uneven_points_is_told(tmp_path, heights):
@@ -212,7 +212,7 @@ def test_names_of_columns_are_no_heights(tmp_path, heights, heading):
     rows = np.column_stack([x.ravel(), y.ravel(), heights.ravel()])
     path = save(tmp_path, "a.xyz", heading + "\n" + text(rows))
     with pytest.warns(RuntimeWarning, match="left out: its first line, names of columns"):
-        found = read_topography(path, **GIVEN)
+        found = read_scan(path, **GIVEN)
     assert_is(found, heights)
 
 
@@ -228,7 +228,7 @@ def test_a_list_of_x_y_and_height_is_a_map(tmp_path, heights):
         (40e-6, 24e-6)
     )
     assert_is(
-        read_topography(save(tmp_path, "a.xyz", text(half)), **GIVEN), heights
+        read_scan(save(tmp_path, "a.xyz", text(half)), **GIVEN), heights
     )  # a size that is given counts
 
 
@@ -257,8 +257,6 @@ def test_a_line_scan_keeps_its_length_and_heights(tmp_path, kind):
     assert isinstance(found, Profile)
     assert found.length == pytest.approx(50e-6)
     np.testing.assert_allclose(found.heights, 1e-6 * level, atol=1e-14)
-    with pytest.raises(rs.RecordError, match="holds a line scan; a map is needed"):
-        read_topography(path, **given)
     if "size" in given:
         with pytest.raises(rs.RecordError, match="a line scan, which has one length"):
             read_scan(path, size=SIZE, unit=1e-6)
@@ -313,32 +311,30 @@ def hdf5_file(path, order, axes, data, attributes):
 @pytest.mark.parametrize("classic", [True, False], ids=["netCDF-3", "netCDF-4"])
 def test_netcdf_has_its_own_coordinates_and_units(tmp_path, heights, classic):
     how = {"classic": classic}
-    assert_is(read_topography(as_netcdf(tmp_path / "a.nc", heights, **how)), heights)
-    assert_is(read_topography(as_netcdf(tmp_path / "b.nc", heights, order="yx", **how)), heights)
+    assert_is(read_scan(as_netcdf(tmp_path / "a.nc", heights, **how)), heights)
+    assert_is(read_scan(as_netcdf(tmp_path / "b.nc", heights, order="yx", **how)), heights)
     falling = as_netcdf(tmp_path / "c.nc", heights[:, ::-1], y=Y[::-1], **how)
-    assert_is(read_topography(falling), heights)
+    assert_is(read_scan(falling), heights)
     in_mm = as_netcdf(
         tmp_path / "d.nc", heights, x=1e-3 * X, y=1e-3 * Y, units=("mm", "mm", "nanometer"), **how
     )
-    assert_is(read_topography(in_mm), heights)
-    assert_is(
-        read_topography(as_netcdf(tmp_path / "e.nc", 2 * heights, packed=True, **how)), heights
-    )
+    assert_is(read_scan(in_mm), heights)
+    assert_is(read_scan(as_netcdf(tmp_path / "e.nc", 2 * heights, packed=True, **how)), heights)
     _, told = quietly(as_netcdf(tmp_path / "f.nc", heights, fill=-7.0, **how))
     assert "undefined points, 0.31 %" in told
     bare = as_netcdf(tmp_path / "g.nc", heights, units=("", "", ""), **how)
     with pytest.raises(rs.RecordError, match="lacks its unit; give topography_unit"):
-        read_topography(bare)
-    assert_is(read_topography(bare, size=SIZE, unit=1e-9), heights)
+        read_scan(bare)
+    assert_is(read_scan(bare, size=SIZE, unit=1e-9), heights)
     np.testing.assert_allclose(quietly(bare, unit=1e-9)[0].grid.lengths, (80e-9, 48e-9))
     for units, message in (
         (("um", "mm", "nm"), "has x and y in different units"),
         (("um", "um", "K"), "has its z in 'K', which is no unit of length"),
     ):
         with pytest.raises(rs.RecordError, match=message):
-            read_topography(as_netcdf(tmp_path / "h.nc", heights, units=units, **how))
+            read_scan(as_netcdf(tmp_path / "h.nc", heights, units=units, **how))
     with pytest.raises(rs.RecordError, match="has its x at uneven steps"):
-        read_topography(as_netcdf(tmp_path / "i.nc", heights, x=X**2, **how))
+        read_scan(as_netcdf(tmp_path / "i.nc", heights, x=X**2, **how))
 
 
 def test_xarray_writes_what_is_read(tmp_path, heights):
@@ -351,7 +347,7 @@ def test_xarray_writes_what_is_read(tmp_path, heights):
         data[axis].attrs["units"] = "um"
     for engine in ("scipy", "h5netcdf"):
         data.to_netcdf(tmp_path / f"{engine}.nc", engine=engine)
-        assert_is(read_topography(tmp_path / f"{engine}.nc"), heights)
+        assert_is(read_scan(tmp_path / f"{engine}.nc"), heights)
 
 
 def test_units_of_netcdf_4_may_have_letters_beyond_ascii(tmp_path, heights):
@@ -359,7 +355,7 @@ def test_units_of_netcdf_4_may_have_letters_beyond_ascii(tmp_path, heights):
     with h5py.File(path, "r+") as file:  # as netCDF-4 stores them: an array of one string
         for name, unit in (("x", "µm"), ("y", "μm"), ("z", "nm")):
             file[name].attrs["units"] = np.array([unit], dtype=h5py.string_dtype())
-    assert_is(read_topography(path), heights)
+    assert_is(read_scan(path), heights)
 
 
 def test_hdf5_without_a_size_takes_it_from_the_keys(tmp_path, heights):
@@ -367,15 +363,15 @@ def test_hdf5_without_a_size_takes_it_from_the_keys(tmp_path, heights):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["surface"] = heights
     with pytest.raises(rs.RecordError, match="give topography_size and topography_unit"):
-        read_topography(tmp_path / "a.h5")
-    assert_is(read_topography(tmp_path / "a.h5", **GIVEN), heights)
+        read_scan(tmp_path / "a.h5")
+    assert_is(read_scan(tmp_path / "a.h5", **GIVEN), heights)
     with h5py.File(tmp_path / "a.h5", "r+") as file:
         file["amplitude"] = heights
     with pytest.raises(
         rs.RecordError,
         match="several sets of numbers without a unit, .*amplitude.*save the heights alone",
     ):
-        read_topography(tmp_path / "a.h5", **GIVEN)
+        read_scan(tmp_path / "a.h5", **GIVEN)
 
 
 def test_a_packed_file_is_what_it_holds(tmp_path, heights):
@@ -383,11 +379,9 @@ def test_a_packed_file_is_what_it_holds(tmp_path, heights):
     content = encoded(1e-6 * heights, grid, ".nc")
     pytest.importorskip("SurfaceTopography", exc_type=ImportError)
     np.testing.assert_allclose(
-        read_topography(save(tmp_path, "a.nc.gz", gzip.compress(content))).heights, 1e-6 * heights
+        read_scan(save(tmp_path, "a.nc.gz", gzip.compress(content))).heights, 1e-6 * heights
     )
-    assert_is(
-        read_topography(save(tmp_path, "b", gzip.compress(gwyddion(heights).encode()))), heights
-    )
+    assert_is(read_scan(save(tmp_path, "b", gzip.compress(gwyddion(heights).encode()))), heights)
 
 
 @pytest.mark.statistical
@@ -439,4 +433,4 @@ def test_a_damaged_line_of_numbers_is_named_and_not_skipped(tmp_path, heights, l
         with pytest.raises(
             rs.RecordError, match="x.* in a line of numbers; it is damaged|line .* has '.*x"
         ):
-            read_topography(save(tmp_path, "a.txt", "\n".join(lines)), **given)
+            read_scan(save(tmp_path, "a.txt", "\n".join(lines)), **given)

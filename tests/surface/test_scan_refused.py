@@ -12,7 +12,7 @@ from refused_cases import assert_refused
 import roughsim as rs
 from roughsim.results.export import export_surface
 from roughsim.scene import load_scene
-from roughsim.surface.topography import encoded, read_scan, read_topography
+from roughsim.surface.topography import encoded, read_scan
 
 SIDE = 1e-3
 GIVEN = {"size": (SIDE, SIDE), "unit": 1e-6}
@@ -142,7 +142,7 @@ def library():
 
 def assert_no_scan(path, words, **given):
     with pytest.raises(rs.RecordError, match=f"{path.name}:? .*{words}") as refused:
-        read_topography(path, **given)
+        read_scan(path, **given)
     said = str(refused.value)
     assert not {word for word in ("\n", "tried", "codec") if word in said}
     assert len(said) < len(str(path.parent)) + 170

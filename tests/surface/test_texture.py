@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.surface.topography import encoded, levelled, read_topography, texture_of
+from roughsim.surface.topography import encoded, levelled, read_scan, texture_of
 
 SIDE = 1e-3
 
@@ -190,7 +190,7 @@ def test_a_file_with_undefined_points_has_the_texture_of_the_whole_map(tmp_path)
     np.save(tmp_path / "map.npy", holes)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
-        found = read_topography(tmp_path / "map.npy", size=(SIDE, SIDE), unit=1.0).texture
+        found = read_scan(tmp_path / "map.npy", size=(SIDE, SIDE), unit=1.0).texture
     whole = texture_of(levelled(heights), grid, periodic=False)
     assert found.ratio == pytest.approx(whole.ratio, rel=0.1)
     assert found.angle == pytest.approx(whole.angle, abs=0.05)

@@ -11,7 +11,7 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.results.export import export_surface
 from roughsim.scene import SceneError, load_scene
-from roughsim.surface.topography import encoded, radial_average, read_topography
+from roughsim.surface.topography import combined, encoded, radial_average, read_scan
 
 SIDE = 100e-6  # of the scans, m
 GRID = rs.Grid((128, 128), (SIDE, SIDE))
@@ -55,7 +55,7 @@ def periodic(surface, tmp_path):
 
 @pytest.mark.usefixtures("library")
 def test_the_spectrum_of_a_periodic_map_is_that_it_was_drawn_from(periodic, surface):
-    found = read_topography(periodic)
+    found = read_scan(periodic)
     assert found.periodic
     np.testing.assert_allclose(found.heights, surface - surface.mean(), atol=1e-20)
     q = found.spectrum.q
@@ -68,7 +68,7 @@ def test_the_spectrum_of_a_periodic_map_is_that_it_was_drawn_from(periodic, surf
 
 @pytest.mark.usefixtures("library")
 def test_height_and_slope_of_the_map_are_kept(periodic, surface):
-    found = read_topography(periodic).spectrum
+    found = combined([read_scan(periodic).bins]).spectrum
     modes = np.fft.fft2(surface) / surface.size
     q = np.hypot(*np.meshgrid(*[2 * np.pi * np.fft.fftfreq(128, SIDE / 128)] * 2, indexing="ij"))
     assert found.rms_height == pytest.approx(surface.std(), rel=0.004)
@@ -81,7 +81,7 @@ def test_the_height_is_kept_where_the_longest_waves_carry_it(tmp_path):
     steep = rs.SelfAffineSpectrum.from_rms_height(1e-7, hurst=0.8, q_min=UNIT, q_max=50 * UNIT)
     heights = rs.synthesize(steep, GRID, np.random.default_rng(2))
     (tmp_path / "a.nc").write_bytes(encoded(heights, GRID, ".nc"))
-    found = read_topography(tmp_path / "a.nc").spectrum
+    found = combined([read_scan(tmp_path / "a.nc").bins]).spectrum
     assert found.rms_height == pytest.approx(heights.std(), rel=1e-6)
     assert 0.4 * UNIT < found.breaks[0] < UNIT
     assert found(0.99 * UNIT) > found(1.01 * UNIT)  # it goes on rising
@@ -95,7 +95,7 @@ def test_edges_raise_no_spectrum_where_the_surface_has_none(library, tmp_path):
     library.Topography(heights, (SIDE, SIDE), unit="m", periodic=False).to_x3p(
         str(tmp_path / "a.x3p")
     )
-    found = read_topography(tmp_path / "a.x3p").spectrum
+    found = combined([read_scan(tmp_path / "a.x3p").bins]).spectrum
     assert found(25 * UNIT) < 1e-4 * found(14 * UNIT)
 
 
@@ -127,7 +127,7 @@ def test_a_map_with_edges_and_a_tilt_has_the_same_spectrum(library, tmp_path):
         library.Topography(tilted, (SIDE, SIDE), unit="m", periodic=False).to_x3p(
             str(tmp_path / "scan.x3p")
         )
-        found = read_topography(tmp_path / "scan.x3p")
+        found = read_scan(tmp_path / "scan.x3p")
         assert not found.periodic
         parts.append(found.spectrum(UNIT * np.array([9.0, 14, 20, 28, 38])))
         slopes.append(found.spectrum.rms_slope)
@@ -143,11 +143,9 @@ def test_units_become_metres(library, surface, tmp_path, unit, periodic):
     factor = {"um": 1e6, "nm": 1e9}[unit]
     other = library.Topography(surface * factor, (SIDE * factor,) * 2, unit=unit, periodic=True)
     other.to_netcdf(str(tmp_path / "other.nc"))
-    here, there = read_topography(periodic), read_topography(tmp_path / "other.nc")
+    here, there = read_scan(periodic), read_scan(tmp_path / "other.nc")
     assert there.grid.lengths == pytest.approx((SIDE, SIDE))
-    np.testing.assert_allclose(
-        there.spectrum.psd, here.spectrum.psd, rtol=1e-6
-    )  # their sizes are float32
+    np.testing.assert_allclose(there.bins.psd, here.bins.psd, rtol=1e-6)  # their sizes are float32
 
 
 @pytest.mark.usefixtures("library")
@@ -155,7 +153,7 @@ def test_an_oblong_map_keeps_its_axes(tmp_path):
     grid = rs.Grid((96, 160), (SIDE, 1.5 * SIDE))
     heights = rs.synthesize(spectrum(40), grid, np.random.default_rng(1))
     (tmp_path / "a.nc").write_bytes(encoded(heights, grid, ".nc"))
-    found = read_topography(tmp_path / "a.nc")
+    found = read_scan(tmp_path / "a.nc")
     assert found.grid == grid
     np.testing.assert_allclose(found.heights, heights, atol=1e-20)
     q = found.spectrum.q[(found.spectrum.q > 10 * UNIT) & (found.spectrum.q < 35 * UNIT)]
@@ -171,7 +169,7 @@ def test_the_instrument_s_resolution_ends_the_spectrum(library, surface, tmp_pat
     }
     scan = library.Topography(surface * 1e6, (100.0, 100.0), unit="um", periodic=True, info=info)
     scan.to_netcdf(str(tmp_path / "a.nc"))
-    assert read_topography(tmp_path / "a.nc").spectrum.breaks[-1] == pytest.approx(
+    assert combined([read_scan(tmp_path / "a.nc").bins]).spectrum.breaks[-1] == pytest.approx(
         2 * math.pi / 5e-6, rel=0.02
     )
 
@@ -185,12 +183,12 @@ def test_missing_points_are_filled_with_a_warning_or_refused(library, surface, t
     for name, heights in (("few", few), ("many", many)):
         library.Topography(heights, (SIDE, SIDE), unit="m").to_x3p(str(tmp_path / f"{name}.x3p"))
     with pytest.warns(RuntimeWarning, match=r"few.x3p: undefined points, 0.24 %, were filled"):
-        assert np.isfinite(read_topography(tmp_path / "few.x3p").heights).all()
+        assert np.isfinite(read_scan(tmp_path / "few.x3p").heights).all()
     with pytest.raises(
         rs.RecordError,
         match=r"many.x3p: .* % of its points are undefined, above 5 %; write topography_fill",
     ):
-        read_topography(tmp_path / "many.x3p")
+        read_scan(tmp_path / "many.x3p")
 
 
 def test_a_missing_extra_says_what_to_type(without, tmp_path, scene_file, monkeypatch):
@@ -200,7 +198,7 @@ def test_a_missing_extra_says_what_to_type(without, tmp_path, scene_file, monkey
     for name in ("scan.x3p", "scan.nc"):
         (tmp_path / name).write_bytes(b"\x01\x02\x03 of an instrument")
     with pytest.raises(ImportError, match=r"pip install 'roughsim\[topography\]'"):
-        read_topography(tmp_path / "scan.x3p")
+        read_scan(tmp_path / "scan.x3p")
     with pytest.raises(
         SceneError,
         match=r"surface.topography = \"scan.nc\": .*pip install 'roughsim\[topography\]'",
@@ -221,7 +219,7 @@ def scene_file(capped_scene, tmp_path):
 @pytest.mark.usefixtures("library")
 def test_a_scene_takes_its_roughness_from_a_scan_by_content(scene_file, periodic, surface):
     scene = load_scene(scene_file)
-    measured = read_topography(periodic).spectrum
+    measured = combined([read_scan(periodic).bins]).spectrum
     assert scene.surface.psd_convention == "persson"
     assert scene.spectrum.rms_height == pytest.approx(
         math.sqrt(2) * measured.rms_height, rel=1e-12

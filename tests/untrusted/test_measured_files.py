@@ -12,7 +12,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.machine import available_memory
-from roughsim.surface.topography import read_topography
+from roughsim.surface.topography import read_scan
 from roughsim.untrusted import check_measured_file
 
 
@@ -52,7 +52,7 @@ def test_pickles_are_not_unpacked(tmp_path, kind):
         path.write_bytes(pickle.dumps(array))
     plain = {"size": (1e-3, 1e-3), "unit": "m"} if kind == "npy" else {}
     with pytest.raises(rs.RecordError) as refused:
-        read_topography(path, **plain)
+        read_scan(path, **plain)
     assert str(path) in str(refused.value)
     assert ("holds pickled Python objects" in str(refused.value)) == (
         kind != "npz"
@@ -94,5 +94,5 @@ def test_a_reader_that_computes_too_long_is_ended(tmp_path, monkeypatch):
         rs.RecordError,
         match=r"zeros.gz cannot be read: the library did not come back in 1 s of comp",
     ):
-        read_topography(path)
+        read_scan(path)
     assert time.process_time() - began < 0.5

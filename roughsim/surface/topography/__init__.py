@@ -19,7 +19,6 @@ from roughsim.surface.topography.reading import (
     Topography,
     bins_of_lines,
     read_scan,
-    read_topography,
 )
 from roughsim.surface.topography.texture import Texture, texture_of
 from roughsim.surface.topography.writing import ENDINGS, encoded
@@ -37,6 +36,5 @@ __all__ = [
     "map_spectrum",
     "radial_average",
     "read_scan",
-    "read_topography",
     "texture_of",
 ]

@@ -126,11 +126,10 @@ def discs(grid: Grid) -> tuple[list[tuple[slice, slice]], Grid]:
     points = min(max(round(min(grid.lengths) / grid.spacing[along]), 2), whole)
     count = 1 + math.ceil((whole - points) / (0.5 * points))
     starts = np.rint(np.linspace(0, whole - points, count)).astype(int).tolist()
-    places = [slice(start, start + points) for start in starts]
     (nx, ny), (x, y), length = grid.shape, grid.lengths, points * grid.spacing[along]
-    if along == 0:
-        return [(place, slice(None)) for place in places], Grid((points, ny), (length, y))
-    return [(slice(None), place) for place in places], Grid((nx, points), (x, length))
+    part = Grid((nx, points), (x, length)) if along else Grid((points, ny), (length, y))
+    places = [(slice(start, start + points), slice(None)) for start in starts]
+    return [place[::-1] if along else place for place in places], part
 
 
 def window_share(chosen: Mask, grid: Grid) -> float:
@@ -171,10 +170,8 @@ def radial_average(
     """
     q, cell = grid.wavenumbers, 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
     weight = np.broadcast_to(grid.multiplicity, q.shape)
-    inside = q > 0.0
-    return binned(
-        q[inside], psd[inside], weight[inside], cell, q_max, together=together, share=share
-    )
+    q, psd, weight = (values[q > 0.0] for values in (q, psd, weight))
+    return binned(q, psd, weight, cell, q_max, together=together, share=share)
 
 
 def binned(

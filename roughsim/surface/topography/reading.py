@@ -11,7 +11,6 @@ import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array, Grid
-from roughsim.surface.power_laws import TabulatedSpectrum
 from roughsim.surface.topography.contents import Contents, NoHeightsError, check_points
 from roughsim.surface.topography.instruments import (
     TIFF,
@@ -23,8 +22,6 @@ from roughsim.surface.topography.instruments import (
 )
 from roughsim.surface.topography.measured import (
     BinnedSpectrum,
-    MeasuredSpectrum,
-    combined,
     levelled,
     map_spectrum,
     window_share,
@@ -71,16 +68,6 @@ class Topography:
         """The lay of its slopes, and how far its heights are from Gaussian ones."""
         return texture_of(self.heights, self.grid, periodic=self.periodic, reliable=self.reliable)
 
-    @property
-    def measured(self) -> MeasuredSpectrum:
-        """C(q) with its error."""
-        return combined([self.bins])
-
-    @property
-    def spectrum(self) -> TabulatedSpectrum:
-        """C(q) in Persson's convention, m⁴, averaged over directions."""
-        return self.measured.spectrum
-
 
 @dataclass(frozen=True, eq=False)
 class Profile:
@@ -111,25 +98,6 @@ def bins_of_lines(lines: Sequence[Profile]) -> list[BinnedSpectrum]:
         mean = np.mean([along for _, along, _ in group], axis=0)
         bins.append(of_surface(k, mean, together=together, lines=len(group)))
     return bins
-
-
-def read_topography(
-    path: str | Path,
-    *,
-    size: Sequence[float] | None = None,
-    unit: float | None = None,
-    fill: str | None = None,
-    channel: str | int | None = None,
-    cut: float = np.inf,
-) -> Topography:
-    """Read a map of heights, fill undefined points, and subtract mean and tilt; as `read_scan`.
-
-    RecordError if the file holds a line scan.
-    """
-    found = read_scan(path, size=size, unit=unit, fill=fill, channel=channel, cut=cut)
-    if isinstance(found, Profile):
-        raise RecordError(f"{path} holds a line scan; a map is needed here")
-    return found
 
 
 def read_scan(
