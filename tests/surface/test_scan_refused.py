@@ -81,7 +81,6 @@ NO_HEIGHTS = {  # with size and unit
     "narrow.npy": (numpy_file(MAP[:4]), "at least 8 along each side"),
     "nan.txt": (b"nan nan nan nan nan nan nan nan\n" * 8, "100 % of its points are undefined"),
     "stack.npy": (numpy_file(MAP[None]), "holds numbers of shape .*; .* needs a map or a line scan"),
-    "line.npy": (numpy_file(np.tile(MAP[0], 2)), "holds a line scan"),
     "complex.npy": (numpy_file(MAP + 1j), "dtype complex128; heights must be real"),
     "letter.npy": (numpy_file(np.array([["a"]])), "dtype <U1"),
     "object.npy": (numpy_file(np.array([[{}]])), "pickled Python objects"),
