@@ -9,7 +9,7 @@ decimal arithmetic, so that "0.90 um" is exactly 9e-7. Checks raise a ValueError
 import json
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, make_dataclass
 from decimal import Decimal
@@ -71,15 +71,21 @@ def is_list(value: Any) -> bool:
 
 def as_written(value: Any, unit: str = "") -> str:
     """Return a value as the scene file would write it, short and on one line, with its SI unit if it is a number."""
-    if isinstance(value, str):
-        return shortened(json.dumps(value, ensure_ascii=False))
-    if isinstance(value, bool):
-        return str(value).lower()
     try:
-        text = repr(value)
+        text = literal(value)
     except ValueError:  # Python prints no whole number of more than 4300 digits
         return "a number of thousands of digits"
-    return shortened(f"{text} {unit}" if unit and isinstance(value, (int, float)) else text)
+    return shortened(f"{text} {unit}".strip() if type(value) in (int, float) else text)
+
+
+def literal(value: Any) -> str:
+    """Return a value as TOML; a mapping is a table on one line."""
+    if isinstance(value, Mapping):
+        entries = [f"{key} = {literal(entry)}" for key, entry in value.items() if entry is not None]
+        return f"{{ {', '.join(entries)} }}"
+    if is_list(value):
+        return f"[{', '.join(map(literal, value))}]"
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, (str, bool)) else repr(value)
 
 
 def shortened(text: str) -> str:

@@ -1,10 +1,9 @@
 """Keys and values as a scene file writes them, and as a small table for notebooks."""
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
-from roughsim.scene.schema import SECTIONS, is_list, shortened, unit_of
+from roughsim.scene.schema import SECTIONS, literal, shortened, unit_of
 from roughsim.show.table import Column, Row, Table, significant
 
 _TEXTURE = (
@@ -71,13 +70,3 @@ def _unit(section: str, key: str, value: Any) -> str:
     unit = unit_of(SECTIONS[section], key)
     over_temperature = isinstance(value, dict) and key in ("conductivity", "friction_coefficient")
     return f"K, {unit or 1}" if over_temperature else unit
-
-
-def literal(value: Any) -> str:
-    """Return a value as TOML; a mapping is a table on one line."""
-    if isinstance(value, dict):
-        entries = [f"{key} = {literal(entry)}" for key, entry in value.items() if entry is not None]
-        return f"{{ {', '.join(entries)} }}"
-    if is_list(value):
-        return f"[{', '.join(map(literal, value))}]"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, (str, bool)) else repr(value)

@@ -17,8 +17,15 @@ from typing import Any
 import numpy as np
 
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.scene.schema import SECTIONS, Quantity, SceneError, as_written, quantity, shortened
-from roughsim.scene.written import literal
+from roughsim.scene.schema import (
+    SECTIONS,
+    Quantity,
+    SceneError,
+    as_written,
+    literal,
+    quantity,
+    shortened,
+)
 from roughsim.table import AXES
 
 MOST_POINTS = 10_000

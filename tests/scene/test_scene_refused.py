@@ -437,7 +437,7 @@ def steel(**keys):
 
 CALLS = {
     r"^numerics.levels.column = \"plastic\" is not known; did you mean": lambda: Level("plastic", 8, 1.0),
-    r"^numerics.levels.shape = \(8, 8, 8\) must be one number or two": lambda: Level("elastic", (8, 8, 8), 1.0),
+    r"^numerics.levels.shape = \[8, 8, 8\] must be one number or two": lambda: Level("elastic", (8, 8, 8), 1.0),
     "^numerics.levels.q_max = -1 rad/m must be greater than 0 rad/m": lambda: Level("elastic", 8, -1),
     r"^numerics.levels.shape\[0\] = 8.0 must be a valid integer": lambda: Level("elastic", 8.0, 1),
     "^numerics.levels.shape is missing": lambda: Level("elastic"),
@@ -449,7 +449,7 @@ CALLS = {
     '^numerics.precision = "half" is not known': numerics(LOW, precision="half"),
     "^numerics.threads = 0 must be greater than or equal to 1": numerics(LOW, threads=0),
     "^numerics.keep_fields = -1 must be greater than or equal to 0": numerics(LOW, keep_fields=-1),
-    r"levels = \(\) must be a list of at least one level": numerics(),
+    r"levels = \[\] must be a list of at least one level": numerics(),
     'solver = "other" is not known; the choice is active_set': numerics(LOW, solver="other"),
     r'levels\[0\].cell = "half", but no capped level lies below it': numerics(replace(LOW, cell="half")),
     r"levels\[1\] has the q_max and the pixel of levels\[0\], so that neither": numerics(LOW, LOW),

@@ -57,7 +57,7 @@ def test_a_named_spectrum_is_doubled_added_and_written_as_others_are():
             named(name="k_corelation"),
             'surface.spectrum.name = "k_corelation" is no spectrum; did you mean "k_correlat',
         ),
-        (named(name=None), "surface.spectrum = {'rms_height'"),
+        (named(name=None), "surface.spectrum = { rms_height = 4e-07"),
         (
             named(name="../topography"),
             f"is no spectrum; the choice is {', '.join(INSIDE['spectra'])}",
