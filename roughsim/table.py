@@ -335,10 +335,10 @@ def concat(pieces: Mapping[Any, Estimate], coords: Mapping[str, Labels]) -> Esti
     )
 
 
-def _places(labels: Labels, wanted: Iterable[Any]) -> list[int]:
+def _places(labels: Labels, wanted: Iterable[Any]) -> NDArray[np.intp]:
     """Return the places of some labels of an axis; NaN is a label. KeyError if one is not there."""
     places = {_plain(x): k for k, x in enumerate(labels.tolist())}
-    return [places[_plain(x)] for x in wanted]
+    return np.array([places[_plain(x)] for x in wanted], np.intp)
 
 
 def _plain(label: Any) -> Any:

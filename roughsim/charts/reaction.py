@@ -1,7 +1,7 @@
 """What a reaction feels: quantiles of the temperature, activation temperatures over energy, rates over speed."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,23 +31,15 @@ from roughsim.table import Estimate, Results, concat
 
 HOTTER, WARM, RATES = "hotter", ACTIVATION, RATE  # panels
 _LABELS = {"energy": "{:.3g} eV", "temperature": "{:g} K", "speed": "{:g} m/s"}
+Lines = dict[str, Estimate]  # by their labels, over the column and one other axis
 _WIDTH = 4.4  # of a panel, inches
 _POINTS: dict[str, Any] = {"marker": "o", "ms": 3}
 _ERRORS = _POINTS | {"capsize": 2}
 
 
-class ReactionLine(NamedTuple):
-    """A measured line with its total errors, 95 %, and the calibrated theory; None for the column sliding."""
-
-    label: str
-    place: Array  # % of heat or area that is hotter; E, eV; or v, m/s
-    mean: Array  # temperature of the quantile, K; T_act, K; or the observable
-    error: Array
-    theory: Array | None
-
-
-def reaction_lines(run: Run, column: str) -> dict[str, list[ReactionLine]]:
-    """Return the lines of each panel; the run needs two sound realizations.
+def reaction_lines(run: Run, column: str) -> dict[str, Lines]:
+    """Return the lines of each panel: temperatures, K, over the share that is hotter, %, and T_act, K, over E, eV, and
+    rates over v, m/s; the run needs two sound realizations.
 
     There are none if the scene asks for no distribution of the temperature, or has no speed above zero.
     """
@@ -56,17 +48,17 @@ def reaction_lines(run: Run, column: str) -> dict[str, list[ReactionLine]]:
     kinds = {"of the heat": "temperature_quantile_", "of the area": "temperature_quantile_area_"}
     quantiles = [kind + level for kind in kinds.values() for level in LEVELS]
     found = _results(run, [*quantiles, ACTIVATION, RATE], column)
-    hotter, shares = [], 100.0 * (1.0 - np.array([*LEVELS.values()]))
+    hotter, shares = {}, 100.0 * (1.0 - np.array([*LEVELS.values()]))
     for label, kind in kinds.items():
         pieces = {(k,): found[kind + level] for k, level in enumerate(LEVELS)}
-        fastest = _lines(concat(pieces, {"share": shares}), "share", column)[-1]
-        hotter.append(fastest._replace(label=label))
+        joined = concat(pieces, {"share": shares})
+        hotter[label] = joined.sel(speed=joined.coords["speed"].max())
     if run.scene.reaction is None:
         return {HOTTER: hotter}
     return {
         HOTTER: hotter,
-        WARM: _lines(found[ACTIVATION], "energy", column),
-        RATES: _lines(found[RATE], "speed", column),
+        WARM: _lines(found[ACTIVATION], "energy"),
+        RATES: _lines(found[RATE], "speed"),
     }
 
 
@@ -76,22 +68,24 @@ def _results(run: Run, observables: list[str], column: str) -> Results:
     return columns.results_of(run, observables, chosen)
 
 
-def _lines(found: Estimate, along: str, column: str) -> list[ReactionLine]:
+def _lines(found: Estimate, along: str) -> Lines:
     """Return an estimate in motion along one of its axes, ascending: a line for each label of the other axis."""
     speeds = found.coords["speed"]
     found = found.sel(speed=np.sort(speeds[speeds > 0.0]))
     if along == "energy":
         found = found.sel(energy=np.sort(found.coords[along]))
     (other,) = {*found.dims} - {"column", along}
-    lines = []
-    for label in found.coords[other].tolist():
-        at = found.sel(**{other: label})
-        one, theory = at.sel(column=column), None
-        if theories.CALIBRATED in at.coords["column"]:
-            theory = at.sel(column=theories.CALIBRATED).mean
-        words = _LABELS[other].format(label)
-        lines.append(ReactionLine(words, one.coords[along], one.mean, one.total_error, theory))
-    return lines
+    labels = found.coords[other].tolist()
+    return {_LABELS[other].format(label): found.sel(**{other: label}) for label in labels}
+
+
+def points_of(line: Estimate, column: str) -> tuple[Array, Estimate, Array | None]:
+    """Return the places of a line, a column of it, and the calibrated theory; None beside the column sliding."""
+    one, theory = line.sel(column=column), None
+    if theories.CALIBRATED in line.coords["column"]:
+        theory = line.sel(column=theories.CALIBRATED).mean
+    (places,) = one.coords.values()
+    return places, one, theory
 
 
 def reaction_chart(subject: Subject, path: Path) -> None:
@@ -109,8 +103,8 @@ def reaction_chart(subject: Subject, path: Path) -> None:
         panels = row_of_panels(figure, len(lines))
         _draw_hotter(panels[0], subject, lines[HOTTER])
         if WARM in lines:
-            _draw_temperatures(panels[1], lines[WARM])
-            _draw_over_speed(panels[2], RATE, lines[RATES])
+            _draw_temperatures(panels[1], subject.column, lines[WARM])
+            _draw_over_speed(panels[2], subject.column, lines[RATES])
             panels[2].set_title("Rate per nominal area")
 
 
@@ -124,7 +118,7 @@ def over_speed_chart(name: str, subject: Subject, path: Path) -> None:
         raise not_asked(subject.run, name)
     _check_motion(subject)
     with new_figure(path, (_WIDTH, 3.9), _title(subject), subject.look) as figure:
-        _draw_over_speed(figure.subplots(), name, _lines(found[name], "speed", subject.column))
+        _draw_over_speed(figure.subplots(), subject.column, _lines(found[name], "speed"))
 
 
 def _check_motion(subject: Subject) -> None:
@@ -141,15 +135,17 @@ def _title(subject: Subject) -> str:
     return under_title(subject.run.scene.title, words)
 
 
-def _draw_hotter(axes: Axes, subject: Subject, lines: list[ReactionLine]) -> None:
+def _draw_hotter(axes: Axes, subject: Subject, lines: Lines) -> None:
     """Draw the shares of the heat and of the contact area that are hotter than T at the highest speed."""
-    if lines[0].theory is not None:
+    shares, _, theory = points_of(lines["of the heat"], subject.column)
+    if theory is not None:
         label = "of the heat, calibrated theory"
-        axes.plot(lines[0].theory, lines[0].place, color=CALIBRATED, lw=1.0, ls=DASHES, label=label)
+        axes.plot(theory, shares, color=CALIBRATED, lw=1.0, ls=DASHES, label=label)
     colour = COLOURS[subject.column]
-    for line, own in zip(lines, (colour, "0.5"), strict=True):
-        style = _ERRORS | {"color": own, "lw": 1.2, "label": line.label}
-        axes.errorbar(line.mean, line.place, xerr=line.error, **style)
+    for (label, line), own in zip(lines.items(), (colour, "0.5"), strict=True):
+        one = line.sel(column=subject.column)
+        style = _ERRORS | {"color": own, "lw": 1.2, "label": label}
+        axes.errorbar(one.mean, shares, xerr=one.total_error, **style)
     speed = max(subject.run.scene.speeds)
     flash = subject.run.estimate("flash_temperature", subject.column).sel(speed=speed)
     axes.axvline(float(flash.mean), color=colour, lw=1.0, ls="--")
@@ -158,25 +154,28 @@ def _draw_hotter(axes: Axes, subject: Subject, lines: list[ReactionLine]) -> Non
     legend_below(axes)
 
 
-def _draw_temperatures(axes: Axes, lines: list[ReactionLine]) -> None:
+def _draw_temperatures(axes: Axes, column: str, lines: Lines) -> None:
     """Draw activation temperatures over the energy, a line for each speed."""
-    for line, colour in zip(lines, scale_colours(len(lines)), strict=True):
-        style = _ERRORS | {"color": colour, "label": line.label}
-        axes.errorbar(line.place, line.mean, yerr=line.error, **style)
-        if line.theory is not None:
-            axes.plot(line.place, line.theory, color=colour, lw=1.0, ls=DASHES)
+    for (label, line), colour in zip(lines.items(), scale_colours(len(lines)), strict=True):
+        energies, one, theory = points_of(line, column)
+        style = _ERRORS | {"color": colour, "label": label}
+        axes.errorbar(energies, one.mean, yerr=one.total_error, **style)
+        if theory is not None:
+            axes.plot(energies, theory, color=colour, lw=1.0, ls=DASHES)
     axes.set(xlabel="$E$, eV", ylabel=r"$T_\mathrm{act}$, K", title="Activation temperature")
     legend_below(axes, title="$v$", columns=2)
 
 
-def _draw_over_speed(axes: Axes, name: str, lines: list[ReactionLine]) -> None:
+def _draw_over_speed(axes: Axes, column: str, lines: Lines) -> None:
     """Draw estimates of one observable over the speed, a line for each energy or temperature."""
-    for line, colour in zip(lines, scale_colours(len(lines)), strict=True):
-        band(axes, line.place, line.mean, line.error, colour, line.label)
-        axes.lines[-1].set(label=line.label, **_POINTS)
-        if line.theory is not None:
-            gid = f"{line.label}: calibrated theory"
-            axes.plot(line.place, line.theory, color=colour, lw=1.0, ls=DASHES, gid=gid)
+    for (label, line), colour in zip(lines.items(), scale_colours(len(lines)), strict=True):
+        speeds, one, theory = points_of(line, column)
+        band(axes, speeds, one.mean, one.total_error, colour, label)
+        axes.lines[-1].set(label=label, **_POINTS)
+        if theory is not None:
+            gid = f"{label}: calibrated theory"
+            axes.plot(speeds, theory, color=colour, lw=1.0, ls=DASHES, gid=gid)
+    name = one.observable
     axes.set(xscale="log", xlabel="$v$, m/s", ylabel=with_unit(name.replace("_", " "), UNITS[name]))
     if name == RATE:
         axes.set_yscale("log")

@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from roughsim import prediction
-from roughsim.charts.reaction import ReactionLine, reaction_lines
+from roughsim.charts.reaction import Lines, reaction_lines
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
 from roughsim.estimate.errors import half_width, spread_of
@@ -25,6 +25,7 @@ from roughsim.results.run import Run
 from roughsim.results.snapshots import pictured
 from roughsim.scene import Scene, with_short_tables
 from roughsim.show.terminal import table_text
+from roughsim.table import Estimate
 
 CORRELATION = "pressure_correlation"
 OVER_SPEED = ("flash_temperature", "flash_width", "slope_length")
@@ -34,31 +35,21 @@ PREVIEW = 1024  # points per side that the temperature is computed on while the 
 PIXELS = 512  # per side of an image: more cannot be seen, and an image is sent at every move of the slider
 
 
-class Curve(NamedTuple):
-    """A measured curve over speed, m/s, or distance, m: its mean and 95 % error, infinite for one realization.
-
-    The error is the total one; for g_σ it is the statistical one.
-    """
-
-    x: Field
-    mean: Field
-    error: Field
-
-
 class Summary(NamedTuple):
     """A run at one moment: problems, error budget and curves by column, sound and kept realizations by level.
 
+    A curve is over speed, m/s, or distance, m; the error of g_σ is the statistical one.
     `with_snapshots` are the realizations with snapshots of both faces, `reactions` the lines of what a reaction feels,
     by panel.
     """
 
     problems: list[str]
     budget: dict[str, str]
-    measured: dict[str, dict[str, Curve]]
+    measured: dict[str, dict[str, Estimate]]
     sound: dict[int, list[int]]
     kept: dict[int, list[int]]
     with_snapshots: list[int]
-    reactions: dict[str, list[ReactionLine]]
+    reactions: dict[str, Lines]
 
 
 class WatchedRun:
@@ -171,15 +162,15 @@ def theory_curves(run: Run) -> dict[str, tuple[Field, Field]]:
     return {CORRELATION: (r, prediction.correlation(scene, r)), **lines}
 
 
-def measured_curves(run: Run, column: str) -> dict[str, Curve]:
+def measured_curves(run: Run, column: str) -> dict[str, Estimate]:
     """Return the curves of a column by name; the run needs a sound realization."""
-    speeds, r = np.array(run.scene.speeds), _distances(run)
-    moving = speeds > 0.0  # a logarithmic axis has no zero
-    correlation = correlation_of(run.samples(column), r)
-    curves = {CORRELATION: Curve(r, correlation.value, half_width(*spread_of(correlation)))}
+    moving, r = [speed for speed in run.scene.speeds if speed > 0.0], _distances(run)
+    found = correlation_of(run.samples(column), r)
+    scatter = {"statistical": half_width(*spread_of(found))}
+    correlation = Estimate.of(CORRELATION, "Pa^2", found.value, {"distance": r}, scatter)
+    curves = {CORRELATION: correlation}
     for name in OVER_SPEED:
-        estimate = run.estimate(name, column)
-        curves[name] = Curve(speeds[moving], estimate.mean[moving], estimate.total_error[moving])
+        curves[name] = run.estimate(name, column).sel(speed=moving)  # a log axis has no zero
     return curves
 
 

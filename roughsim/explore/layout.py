@@ -13,12 +13,13 @@ from bokeh.themes import Theme
 from roughsim.charts.maps import HARD, palette
 from roughsim.charts.style import COLOURS, MARK, THEORY, scaled
 from roughsim.charts.temperature import COLOUR_OF, densities
-from roughsim.explore.content import CORRELATION, Curve, Field, Image, Line, scene_text, speed_range
+from roughsim.explore.content import CORRELATION, Field, Image, Line, scene_text, speed_range
 from roughsim.explore.skin import SkinControls
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature
 from roughsim.results.run import Run
 from roughsim.show.table import shown
+from roughsim.table import Estimate
 
 _SIDE = 300  # screen pixels along the longer side of a map: one fits on a telephone, three beside each other on a screen
 _ALONG = "xpan,xwheel_zoom,reset"  # tools of a figure over one axis
@@ -269,11 +270,12 @@ class _CurvePanel:
         """Show the curve of the theory; SI."""
         self.sources["theory"].data = {"x": x * self.x_factor, "y": y * self.factor}
 
-    def show(self, name: str, curve: Curve) -> None:
+    def show(self, name: str, curve: Estimate) -> None:
         """Show the measured curve of a column with the band of its error; SI."""
-        values = {"y": curve.mean, **ends_of_errors(curve.mean, curve.error, log=self.over_speed)}
-        data = {key: value * self.factor for key, value in values.items()}
-        self.sources[name].data = data | {"x": curve.x * self.x_factor}
+        (x,) = curve.coords.values()
+        ends = ends_of_errors(curve.mean, curve.total_error, log=self.over_speed)
+        data = {key: value * self.factor for key, value in {"y": curve.mean, **ends}.items()}
+        self.sources[name].data = data | {"x": x * self.x_factor}
 
 
 class Layout:

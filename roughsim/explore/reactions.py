@@ -6,7 +6,7 @@ from bokeh import models
 from bokeh.layouts import row
 from bokeh.plotting import figure
 
-from roughsim.charts.reaction import HOTTER, RATES, WARM, ReactionLine
+from roughsim.charts.reaction import HOTTER, RATES, WARM, Lines, points_of
 from roughsim.charts.style import CALIBRATED, COLOURS, scale_colours
 from roughsim.explore.layout import LEGEND, WRAPPED, empty_source, ends_of_errors
 
@@ -45,18 +45,19 @@ class ReactionView:
         self.figures: dict[str, Any] = {}
         self.root = row(name="reactions", visible=False, styles=WRAPPED)
 
-    def show(self, lines: dict[str, list[ReactionLine]]) -> None:
+    def show(self, lines: dict[str, Lines]) -> None:
         """Show the lines of each panel; nothing before there are any."""
         if lines and not self.figures:
             for panel, of_panel in lines.items():
-                self.figures[panel] = self._figure(panel, [line.label for line in of_panel])
+                self.figures[panel] = self._figure(panel, [*of_panel])
             self.root.children = [*self.figures.values()]
         self.root.visible = bool(lines)
         for panel, of_panel in lines.items():
-            for source, line in zip(self.sources[panel], of_panel, strict=True):
-                ends = ends_of_errors(line.mean, line.error, log=panel == RATES)
-                values, places = ("x", "y") if panel == HOTTER else ("y", "x")
-                source.data = {values: line.mean, places: line.place, "theory": line.theory, **ends}
+            for source, line in zip(self.sources[panel], of_panel.values(), strict=True):
+                places, one, theory = points_of(line, self.column)
+                ends = ends_of_errors(one.mean, one.total_error, log=panel == RATES)
+                x, y = (one.mean, places) if panel == HOTTER else (places, one.mean)
+                source.data = {"x": x, "y": y, "theory": theory, **ends}
 
     def _figure(self, panel: str, names: list[str]) -> Any:
         """Make a figure with a line, its errors and its theory for each name."""

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from roughsim.outputs import run_report, study_report
 from roughsim.outputs.opened import Folder, opened
-from roughsim.outputs.run_report import report_run
-from roughsim.outputs.study_report import report_study
+from roughsim.store.disk import place_bytes
 from roughsim.studies.study import Study
 
 
@@ -31,6 +31,11 @@ def report(run: Folder, path: str | Path | None = None) -> Path:
         If the folder is no run and no study.
     """
     record = opened(run, "skip")
-    if isinstance(record, Study):
-        return report_study(record, path)
-    return report_run(record, path)
+    folder = record.folder.resolve()
+    place = folder.with_name(f"{folder.name}.html") if path is None else Path(path)
+    if place.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"path = {str(place)!r} of a report must end in .html")
+    place.parent.mkdir(parents=True, exist_ok=True)
+    page = study_report.page(record) if isinstance(record, Study) else run_report.page(record)
+    place_bytes(place, page.encode())
+    return place

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from importlib import resources
@@ -28,7 +28,6 @@ from roughsim.show.markup import Html, bullets, digits, html_table, joined, tag,
 from roughsim.show.table import Cell, Column, Number, Table
 from roughsim.show.text import clock
 from roughsim.show.text import note as note_work
-from roughsim.store.disk import place_bytes
 
 # quantity of `plot_run` → format and caption: maps as pixels, curves as lines
 PICTURES = {
@@ -65,31 +64,13 @@ _REACTION_PICTURES = {
 _FEW_FAILURES = 20  # members without numbers that the report names
 
 
-def report_run(run: Run, path: str | Path | None = None) -> Path:
-    """Write a run as one self-contained HTML page, without scripts and requests, and return its path.
+def page(run: Run) -> str:
+    """Return the page of a run as HTML: scene, plan, comparison, errors, figures and provenance.
 
     The run may still be going on, or have no realization yet. Of a run opened with ``damaged="skip"`` the page names
-    the damaged files and shows the rest. `path` ends in .html, ValueError if not; left out: beside the run folder,
-    named after it.
+    the damaged files and shows the rest.
     """
-    place = place_of(run.folder, path)
     note_work(f"comparing {run.folder} with the theory")
-    place_bytes(place, page(run).encode())
-    return place
-
-
-def place_of(folder: Path, path: str | Path | None) -> Path:
-    """Return the path of the page of a folder, and make its parent."""
-    folder = folder.resolve()
-    place = folder.with_name(f"{folder.name}.html") if path is None else Path(path)
-    if place.suffix.lower() not in (".html", ".htm"):
-        raise ValueError(f"path = {str(place)!r} of a report must end in .html")
-    place.parent.mkdir(parents=True, exist_ok=True)
-    return place
-
-
-def page(run: Run) -> str:
-    """Return the page of a run as HTML."""
     try:
         comparison = compare(run)
         result, table = answer(comparison), html_table(comparison.table())
@@ -105,15 +86,19 @@ def page(run: Run) -> str:
         "Scene": scene_section(run.scene, judged),
         "Provenance": _provenance_section(run),
     }
+    title = run.scene.title or run.folder.resolve().name
+    return assembled(title, header(run, judged.warnings), parts)
+
+
+def assembled(title: str, head: Html, parts: Mapping[str, Html]) -> str:
+    """Return a page: its head, links to its parts, and the parts by their names."""
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
     bodies = (
         tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items()
     )
-    body = joined(header(run, judged.warnings), tag("nav", *links), *bodies)
-    template = Template(
-        (resources.files("roughsim.outputs") / "page.html").read_text(encoding="utf-8")
-    )
-    return template.substitute(title=text(run.scene.title or run.folder.resolve().name), body=body)
+    template = (resources.files("roughsim.outputs") / "page.html").read_text(encoding="utf-8")
+    body = joined(head, tag("nav", *links), *bodies)
+    return Template(template).substitute(title=text(title), body=body)
 
 
 def header(run: Run, warnings: list[str]) -> Html:
@@ -170,17 +155,9 @@ def errors_section(run: Run) -> Html:
     """Return each mean at the highest speed with the parts of its error, and notes on the extrapolation."""
     if not run.independent:
         return tag("p", "There is no sound realization yet.", css="warning")
-    parts = [
-        tag(
-            "p",
-            "Means over all sound realizations, at the highest speed, with each source of error by itself:",
-        )
-    ]
-    parts.append(
-        bullets(
-            *(f"{name}: {x}" for name, x in run.sources.items() if name != "scan" or run.scanned)
-        )
-    )
+    words = "Means over all sound realizations, at the highest speed, with each source of error by itself:"
+    sources = (f"{name}: {x}" for name, x in run.sources.items() if name != "scan" or run.scanned)
+    parts = [tag("p", words), bullets(*sources)]
     fastest = int(np.argmax(run.scene.speeds))
     for column in run.numerics.columns:
         # the notes of the estimates, each once, after the names of its observables if not all have it
@@ -248,12 +225,7 @@ def scene_section(scene: Scene, judged: Plausibility) -> Html:
     ]
     titles = [Column("derived quantity"), Column("", number=True), Column("")]
     toml = with_short_tables(scene.to_toml())
-    parts = [
-        html_table(Table(titles, follows)),
-        html_table(judged.table()),
-        tag("pre", toml),
-    ]
-    return joined(*parts)
+    return joined(html_table(Table(titles, follows)), html_table(judged.table()), tag("pre", toml))
 
 
 def diffusivity_text(scene: Scene) -> str:

@@ -1,15 +1,11 @@
 """A study as one HTML page to send: its table, charts, and scene, all in one file."""
 
 from functools import partial
-from importlib import resources
-from pathlib import Path
-from string import Template
 
-from roughsim.outputs.run_report import picture, place_of
+from roughsim.outputs.run_report import assembled, picture
 from roughsim.results.reactions import asked_names
 from roughsim.scene import with_short_tables
-from roughsim.show.markup import Html, html_table, joined, tag, text
-from roughsim.store.disk import place_bytes
+from roughsim.show.markup import Html, html_table, joined, tag
 from roughsim.studies.study import Study
 from roughsim.studies.tables import asked_table, study_table
 
@@ -22,16 +18,6 @@ _CAPTIONS = {
     "heat_share_above": "Share of the heat set free where the contact is hotter.",
 }
 _DRAWN = "flash_temperature", "contact_fraction"  # of every study
-
-
-def report_study(study: Study, path: str | Path | None = None) -> Path:
-    """Write a study as one self-contained HTML page, without scripts and requests, and return its path.
-
-    `path` ends in .html, ValueError if not; left out: beside the folder, named after it.
-    """
-    place = place_of(study.folder, path)
-    place_bytes(place, page(study).encode())
-    return place
 
 
 def page(study: Study) -> str:
@@ -48,17 +34,8 @@ def page(study: Study) -> str:
         "Charts": joined(*(chart(study, name) for name in drawn)),
         "Scene": tag("pre", with_short_tables(study.scene.to_toml())),
     }
-    links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
-    bodies = (
-        tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items()
-    )
-    body = joined(
-        tag("header", tag("h1", title), tag("p", state, css="state")), tag("nav", *links), *bodies
-    )
-    template = Template(
-        (resources.files("roughsim.outputs") / "page.html").read_text(encoding="utf-8")
-    )
-    return template.substitute(title=text(title), body=body)
+    head = tag("header", tag("h1", title), tag("p", state, css="state"))
+    return assembled(title, head, parts)
 
 
 def chart(study: Study, observable: str) -> Html:

@@ -15,7 +15,6 @@ from roughsim.charts import curves as chart
 from roughsim.cli import app
 from roughsim.comparison.tables import theory_dict
 from roughsim.explore.content import theory_curves
-from roughsim.outputs.run_report import report_run
 from roughsim.scene import parse_scene
 from roughsim.show.text import plain
 from roughsim.studies.tables import study_table
@@ -143,7 +142,7 @@ def outputs(run, study, folder):
         ]
     yield "CSV of a run", float(kinds[0]["value"])
     yield "JSON of a run", json.loads((folder / "run.json").read_text())["rows"][0]["value"]
-    page = report_run(run, folder / "run.html").read_text()
+    page = rs.report(run, folder / "run.html").read_text()
     yield (
         "report",
         float(re.search(r'<li class="theory"><span class="value">([\d.]+)', page).group(1)),
@@ -224,7 +223,7 @@ def test_the_ratio_is_to_the_sum_over_the_cells_own_modes_which_has_a_name_of_it
 @pytest.mark.usefixtures("no_pictures")
 def test_no_output_has_a_third_name_for_the_theory(run, tmp_path):
     shown = [printed("compare", run.folder, "--json"), plain(str(rs.compare(run)))]
-    shown.append(report_run(run, tmp_path / "run.html").read_text())
+    shown.append(rs.report(run, tmp_path / "run.html").read_text())
     shown.append(" ".join(rs.compare(run).to_dataframe().columns))
     for text in shown:
         assert "full_spectrum" not in text

@@ -12,7 +12,6 @@ from press_cases import AT_35, drawn_map, write_scene
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.explore.content import load_fields
-from roughsim.outputs.run_report import report_run
 from roughsim.results.folder import open_run
 from roughsim.store.disk import checksum, set_aside
 
@@ -207,6 +206,6 @@ def test_fields_of_a_map_that_were_not_kept_are_not_drawn(place):
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_pictures")
 def test_the_page_of_a_map_says_how_to_press_it(place, tmp_path):
-    page = report_run(rs.open_run(place / "pressed"), tmp_path / "page.html").read_text()
+    page = rs.report(rs.open_run(place / "pressed"), tmp_path / "page.html").read_text()
     assert "roughsim press scene.toml -o pressed" in page
     assert "roughsim run scene.toml" not in page

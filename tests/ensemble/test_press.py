@@ -12,7 +12,6 @@ from press_cases import GRID, SIDE, drawn_map, levelled, on_finer_points, write_
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.ensemble.map_cells import cell_of, quadrants
-from roughsim.outputs.run_report import report_run
 from roughsim.surface.topography import Topography, encoded
 from roughsim.surface.topography.periodic import band_limited, mirrored
 
@@ -144,7 +143,7 @@ def test_the_command_warns_as_run_does_but_not_of_the_error_of_a_spectrum(
     told = capsys.readouterr().out  # below the table
     assert "warning: rms slope = " in told
     assert "C(q) was measured on a scan" not in told
-    page = report_run(rs.open_run(tmp_path / "run"), tmp_path / "page.html").read_text()
+    page = rs.report(rs.open_run(tmp_path / "run"), tmp_path / "page.html").read_text()
     assert "rms slope = " in page
     assert "press the map" not in page
 
@@ -168,7 +167,7 @@ def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(
     again = rs.press(scene_file, folder, changes={"sliding.speed": 35})
     name = "flash_temperature"
     np.testing.assert_array_equal(again.estimate(name).mean, first.estimate(name).mean)
-    assert report_run(again, tmp_path / "page.html").exists()
+    assert rs.report(again, tmp_path / "page.html").exists()
     rs.compare(again).chart(tmp_path / "chart.png")
     for quantity, words in (
         ("spectrum", "measured, one realization"),

@@ -16,7 +16,6 @@ from roughsim.cli import main
 from roughsim.contact import Contact
 from roughsim.errors import RecordError
 from roughsim.observables.directions import flash_temperature_along
-from roughsim.outputs.run_report import report_run
 from roughsim.planning.realization import level_problem
 from roughsim.results.export import export_run
 from roughsim.surface.topography import encoded
@@ -209,7 +208,7 @@ def test_table_json_and_report_have_directions_and_twin_and_compute_nothing(
         run.in_direction("along").mean[1]
     )
     assert found["map_over_gaussian_twin", 0.2] == pytest.approx(run.over_twin[0])
-    page = report_run(run, tmp_path / "page.html").read_text()
+    page = rs.report(run, tmp_path / "page.html").read_text()
     assert "map_over_gaussian_twin" in page
     assert "texture" in page
     assert solved == []

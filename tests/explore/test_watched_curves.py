@@ -17,11 +17,12 @@ def test_measured_curves_are_the_estimates(capped_run):
         for name in curves.OVER_SPEED:
             estimate = capped_run.estimate(name, column)
             np.testing.assert_array_equal(
-                found[name].x, [0.1, 35.0]
+                found[name].coords["speed"], [0.1, 35.0]
             )  # rest has no place on a log axis
             np.testing.assert_array_equal(found[name].mean, estimate.mean[1:])
-            np.testing.assert_array_equal(found[name].error, estimate.total_error[1:])
+            np.testing.assert_array_equal(found[name].total_error, estimate.total_error[1:])
         curve = found[curves.CORRELATION]
+        r = curve.coords["distance"]
         lowest, *steps = capped_run.samples(column)
         terms = [
             (1.0, lowest),
@@ -29,16 +30,16 @@ def test_measured_curves_are_the_estimates(capped_run):
             *((-1.0, step.below) for step in steps),
         ]
         exact = sum(
-            sign * sample.spectrum.mean(0) @ j0(np.outer(sample.wavenumber, curve.x[[0, 40, -1]]))
+            sign * sample.spectrum.mean(0) @ j0(np.outer(sample.wavenumber, r[[0, 40, -1]]))
             for sign, sample in terms
         )
         np.testing.assert_allclose(curve.mean[[0, 40, -1]], exact, rtol=1e-9, atol=1e-9 * exact[0])
         narrow, wide = (
             quantile(freedom) for freedom in (5.0 * len(steps) + 5.0, 5.0)
         )  # six of each level
-        standard = capped_run.correlation(curve.x, column)[1]
-        assert np.all(curve.error >= narrow * standard * (1 - 1e-9))
-        assert np.all(curve.error <= wide * standard * (1 + 1e-9))
+        standard = capped_run.correlation(r, column)[1]
+        assert np.all(curve.total_error >= narrow * standard * (1 - 1e-9))
+        assert np.all(curve.total_error <= wide * standard * (1 + 1e-9))
 
 
 def test_theory_curves_pass_through_the_predictions_with_the_share(capped_run):

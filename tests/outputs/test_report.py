@@ -13,7 +13,7 @@ import pytest
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.outputs import run_report as report
-from roughsim.outputs.run_report import page, report_run
+from roughsim.outputs.run_report import page
 from roughsim.scene import parse_scene
 from roughsim.show.markup import digits, html_table, text
 from roughsim.show.table import Column, Number, Table
@@ -70,7 +70,7 @@ def written(kept_run, tmp_path_factory):
         patch.setattr(
             report, "PICTURES", {name: report.PICTURES[name] for name in ("pressure", "profile")}
         )
-        return report_run(kept_run, tmp_path_factory.mktemp("page") / "new" / "report.html")
+        return rs.report(kept_run, tmp_path_factory.mktemp("page") / "new" / "report.html")
 
 
 @pytest.fixture
@@ -113,7 +113,7 @@ def test_all_pictures_are_drawn(kept_run):
 
 @pytest.mark.slow
 def test_the_page_of_a_run_that_slides_shows_its_slide_too(sliding_run, tmp_path):
-    page = report_run(sliding_run, tmp_path / "one.html").read_text()
+    page = rs.report(sliding_run, tmp_path / "one.html").read_text()
     for caption in (
         "turnover of the contact over the slid distance",
         "at four slid distances of one member",
@@ -360,15 +360,13 @@ def test_control_characters_do_not_reach_the_page():
 
 @pytest.mark.slow
 def test_a_study_is_a_page_with_its_table_and_charts(quick, tmp_path):
-    from roughsim.outputs.study_report import report_study
-
     scene = replace(
         quick, ensemble=replace(quick.ensemble, until={}, max_realizations=4), title="<b>steel</b>"
     )
     study = rs.study(
         scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path / "study"
     )
-    page = report_study(study)
+    page = rs.report(study)
     assert page == tmp_path / "study.html"
     text = page.read_text()
     assert "2 of 2 points finished" in text
@@ -376,4 +374,4 @@ def test_a_study_is_a_page_with_its_table_and_charts(quick, tmp_path):
     assert "<b>steel" not in text
     assert text.count("<img") == 2
     with pytest.raises(ValueError, match=r"must end in \.html"):
-        report_study(study, tmp_path / "page.txt")
+        rs.report(study, tmp_path / "page.txt")

@@ -11,7 +11,6 @@ from typer.testing import CliRunner
 import roughsim as rs
 from roughsim import prediction
 from roughsim.cli import app
-from roughsim.outputs.run_report import report_run
 from roughsim.planning.limits import judge
 from roughsim.planning.realization import slide_problem
 from roughsim.prediction.statements import cautions, statements
@@ -172,7 +171,7 @@ def test_plan_theory_compare_and_report_print_the_same_statements(tmp_path):
         CliRunner().invoke(app, [verb, str(path), "--all"]).output for verb in ("plan", "theory")
     ]
     outputs.append(CliRunner().invoke(app, ["compare", str(tmp_path / "run")]).stdout)
-    outputs.append(report_run(rs.open_run(tmp_path / "run"), tmp_path / "run.html").read_text())
+    outputs.append(rs.report(rs.open_run(tmp_path / "run"), tmp_path / "run.html").read_text())
     for text in outputs:
         flat = re.sub(r"<[^>]*>", " ", text)
         assert re.search(r"roughness:?\s+on the resting face", flat)

@@ -237,8 +237,6 @@ def test_a_chart_without_marks_has_no_hollow_points(known, tmp_path):
 
 @pytest.mark.slow
 def test_the_report_of_a_study_has_the_marks(mixed, tmp_path):
-    from roughsim.outputs.study_report import report_study
-
-    text = report_study(mixed, tmp_path / "s.html").read_text()
+    text = rs.report(mixed, tmp_path / "s.html").read_text()
     assert "± ≥" in text
     assert "at q_c" in text

@@ -74,9 +74,7 @@ def test_every_reader_refuses_a_study_of_which_two_folders_were_exchanged(
         page_of(copy)(__import__("bokeh.document").document.Document())
 
     def report():
-        from roughsim.outputs.study_report import report_study
-
-        report_study(rs.open_study(copy), tmp_path / "s.html")
+        rs.report(rs.open_study(copy), tmp_path / "s.html")
 
     readers = {
         "rows": lambda: list(rs.open_study(copy).rows()),
