@@ -20,7 +20,6 @@ from roughsim.charts.style import (
 )
 from roughsim.estimate.asked import ABOUT, ACTIVATION, RATE
 from roughsim.grid import Array
-from roughsim.observables.catalogue import UNITS
 from roughsim.observables.distribution import LEVELS
 from roughsim.results import columns, theories
 from roughsim.results.reactions import not_asked
@@ -176,7 +175,7 @@ def _draw_over_speed(axes: Axes, column: str, lines: Lines) -> None:
             gid = f"{label}: calibrated theory"
             axes.plot(speeds, theory, color=colour, lw=1.0, ls=DASHES, gid=gid)
     name = one.observable
-    axes.set(xscale="log", xlabel="$v$, m/s", ylabel=with_unit(name.replace("_", " "), UNITS[name]))
+    axes.set(xscale="log", xlabel="$v$, m/s", ylabel=with_unit(name.replace("_", " "), one.unit))
     if name == RATE:
         axes.set_yscale("log")
     legend_below(axes, title="$E$" if ABOUT[name] == "energy" else "$T$", columns=2)

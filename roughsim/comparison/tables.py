@@ -10,11 +10,10 @@ import numpy as np
 from roughsim import prediction
 from roughsim.comparison.trust import Trust
 from roughsim.estimate import fields
-from roughsim.estimate.asked import ABOUT
+from roughsim.estimate.asked import ABOUT, asked_names
 from roughsim.estimate.errors import SOURCES
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
-from roughsim.results.reactions import asked_names
 from roughsim.results.run import Run
 from roughsim.results.theories import (
     CALIBRATED,

@@ -7,6 +7,7 @@ warmed after the `duration` of the scene, and T is the distribution about T_flas
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,12 +39,43 @@ RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = (
     "conversion",
     "heat_share_above",
 )
-ABOUT = {  # axis of each
-    RATE: "energy",
-    ACTIVATION: "energy",
-    CONVERSION: "energy",
-    HEAT_ABOVE: "temperature",
+
+
+class Asked(NamedTuple):
+    """An observable that a scene may ask for."""
+
+    axis: str  # "energy", eV, or "temperature", absolute, K
+    unit: str  # SI
+    key: str  # of the scene that asks for it
+    lines: str  # of the scene, in words
+
+
+_REACTION = "[reaction] with activation_energy and prefactor"
+# a new one is a row here, and an estimate that `of_reaction` or `asked_of` makes
+ASKED = {
+    RATE: Asked("energy", "1/s", "reaction.activation_energy", _REACTION),
+    ACTIVATION: Asked("energy", "K", "reaction.activation_energy", _REACTION),
+    CONVERSION: Asked(
+        "energy",
+        "1",
+        "reaction.contact_length",
+        "[reaction] with activation_energy, prefactor and contact_length",
+    ),
+    HEAT_ABOVE: Asked(
+        "temperature", "1", "observables.heat_above", "[observables] with heat_above"
+    ),
 }
+ABOUT = {name: one.axis for name, one in ASKED.items()}
+
+
+def asked_names(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the estimates that [reaction] and `heat_above` of a scene ask for."""
+    names = []
+    for name, one in ASKED.items():
+        section, _, key = one.key.partition(".")
+        if getattr(getattr(scene, section), key, None) is not None:
+            names.append(name)
+    return tuple(names)
 
 
 def asked_of(scene: Scene, contacts: Contacts) -> dict[str, Estimate]:
@@ -121,7 +153,8 @@ def _heat_above(contacts: Contacts, temperature: float) -> Estimate:
 def _estimate(contacts: Contacts, observable: str, mean: Mean, members: Array) -> Estimate:
     """Return an estimate; the scatter of a mean that few effective members carry is unknown."""
     note = f"T₀ + T of the contact, with {np.round(members, 1).tolist()} effective members over the speeds"
-    found = estimate(observable, mean, (note,), contacts.speeds)
+    unit = ASKED[observable].unit
+    found = estimate(observable, mean, (note,), contacts.speeds, unit)
     statistical = np.where(members < LEAST_MEMBERS, np.nan, found.budget["statistical"])
     budget = {**found.budget, "statistical": statistical}
     cut = np.isnan(budget.get("bandwidth", np.zeros_like(found.mean)))

@@ -30,9 +30,16 @@ SOURCES = {
 
 
 def estimate(
-    observable: str, mean: Mean, notes: tuple[str, ...] = (), speeds: Sequence[float] = ()
+    observable: str,
+    mean: Mean,
+    notes: tuple[str, ...] = (),
+    speeds: Sequence[float] = (),
+    unit: str | None = None,
 ) -> Estimate:
-    """Return the estimate of an observable with its errors and bias; without `speeds` their labels are NaN."""
+    """Return the estimate of an observable with its errors and bias; without `speeds` their labels are NaN.
+
+    `unit` is that of an observable that is not in the catalogue.
+    """
     error, freedom = spread_of(mean)
     with np.errstate(
         invalid="ignore"
@@ -42,7 +49,7 @@ def estimate(
     n = len(next(iter(mean.influence.values())))
     axis = speed_axis(mean.value, speeds)
     return replace(
-        Estimate.of(observable, UNITS[observable], mean.value, axis, budget),
+        Estimate.of(observable, unit or UNITS[observable], mean.value, axis, budget),
         standard_error=error,
         bias=bias,
         n=n,

@@ -9,11 +9,10 @@ from bokeh.document import Document
 from bokeh.layouts import column, row
 
 from roughsim.charts.style import data_url
-from roughsim.estimate.asked import ABOUT
+from roughsim.estimate.asked import ABOUT, asked_names
 from roughsim.explore.layout import THEME, WRAPPED, plain_text
 from roughsim.explore.page import HEAD, LatestTask
 from roughsim.observables.catalogue import observables_of
-from roughsim.results.reactions import asked_names
 from roughsim.show.text import plain
 from roughsim.studies.figure import NONE, Choice, draw_study, usual_choice
 from roughsim.studies.results import SPEED

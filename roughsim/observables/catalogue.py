@@ -285,13 +285,7 @@ CURVES = {
         "1", False, "share of the contact spots that live for longer than that"
     ),
 }
-UNITS = {name: record.unit for name, record in OBSERVABLES.items()} | {
-    # of [reaction] and heat_above, a row for each energy or temperature (`roughsim.results.reactions`)
-    "reaction_rate": "1/s",
-    "activation_temperature": "K",
-    "conversion": "1",
-    "heat_share_above": "1",
-}
+UNITS = {name: record.unit for name, record in OBSERVABLES.items()}
 
 
 def stored_numbers(measured: Measured) -> dict[str, Array]:

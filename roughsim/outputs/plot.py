@@ -6,10 +6,10 @@ from pathlib import Path
 from roughsim.charts.curves import OVER_SPEED, PSD, Entry, curves_chart
 from roughsim.charts.plot import QUANTITIES, plot_run
 from roughsim.charts.style import Look, as_path, beside, check_ending
-from roughsim.estimate.asked import ABOUT
+from roughsim.estimate.asked import ABOUT, asked_names
 from roughsim.outputs.opened import Folder, opened
 from roughsim.results.columns import results_of
-from roughsim.results.reactions import asked_names, not_asked
+from roughsim.results.reactions import not_asked
 from roughsim.results.run import Run
 from roughsim.studies.study import Study
 

@@ -2,8 +2,8 @@
 
 from functools import partial
 
+from roughsim.estimate.asked import asked_names
 from roughsim.outputs.run_report import assembled, picture
-from roughsim.results.reactions import asked_names
 from roughsim.scene import with_short_tables
 from roughsim.show.markup import Html, html_table, joined, tag
 from roughsim.studies.study import Study

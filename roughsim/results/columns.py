@@ -12,7 +12,7 @@ from functools import cache, partial
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.asked import ABOUT
+from roughsim.estimate.asked import ABOUT, asked_names
 from roughsim.estimate.errors import quotient, speed_axis
 from roughsim.estimate.levels import FLASH
 from roughsim.estimate.mean import Mean
@@ -20,7 +20,6 @@ from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.values import Predicted
 from roughsim.results.arrays import attributes_of
-from roughsim.results.reactions import asked_names
 from roughsim.results.run import Run
 from roughsim.results.theories import (
     CALIBRATED,

@@ -9,13 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.asked import (
-    ACTIVATION,
-    CONVERSION,
-    HEAT_ABOVE,
-    RATE,
-    asked_of,
-)
+from roughsim.estimate.asked import ASKED, asked_of
 from roughsim.estimate.levels import FLASH, PIXEL_FALL
 from roughsim.estimate.mean import Mean
 from roughsim.estimate.reactions import Contacts, law_of_flash
@@ -23,17 +17,9 @@ from roughsim.estimate.sliding import stretched, warmed
 from roughsim.grid import Array
 from roughsim.results.means import Means
 from roughsim.results.share import has_own_share
-from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.table import Estimate
 
-# lines of a scene that ask for them; without a name: for the distribution of the temperature alone
-_ASKS = {
-    RATE: "[reaction] with activation_energy and prefactor",
-    ACTIVATION: "[reaction] with activation_energy and prefactor",
-    CONVERSION: "[reaction] with activation_energy, prefactor and contact_length",
-    HEAT_ABOVE: "[observables] with heat_above",
-}
 _SOLVER_SHARE = 2.0  # of the tolerance, of temperatures: as of observables that were not measured
 
 
@@ -82,24 +68,13 @@ def _with_errors_of_background(run: Means, column: str) -> Mean:
 
 def not_asked(run: Means, name: str) -> ValueError:
     """Return the error that the scene of a run does not ask for an observable, or for the distribution itself."""
-    lines = _ASKS.get(name, "[observables] with temperature_distribution = true")
+    asked = ASKED.get(name)
+    lines = asked.lines if asked else "[observables] with temperature_distribution = true"
     # members that have stored the distribution need not be computed again
     where = "again" if run.scene.distribution else "in another folder"
     return ValueError(
         f"{run.folder} has no {name}: its scene does not ask for it; add {lines} and run it {where}"
     )
-
-
-def asked_names(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the estimates that [reaction] and `heat_above` of a scene ask for."""
-    names: list[str] = []
-    if scene.reaction is not None:
-        names += [RATE, ACTIVATION]
-        if scene.reaction.contact_length is not None:
-            names.append(CONVERSION)
-    if scene.observables is not None and scene.observables.heat_above is not None:
-        names.append(HEAT_ABOVE)
-    return tuple(names)
 
 
 def asked_estimates(run: Means, column: str | None = None) -> dict[str, Estimate]:

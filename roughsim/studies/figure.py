@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughsim.observables.catalogue import UNITS
+from roughsim.results.columns import observables_of
 from roughsim.studies.results import SPEED, StudyResults
 from roughsim.studies.tables import value_text, words_of
 from roughsim.table import AXES, Estimate
@@ -45,6 +45,7 @@ def usual_choice(study: StudyResults, observable: str, over: str | None = None) 
     own = {
         dim
         for point, run in study.results
+        if observable in observables_of(run)
         for one in study.results_at(point, run, [observable]).values()
         for dim, labels in one.coords.items()
         if dim not in ("column", SPEED) and len(labels) > 1
@@ -99,12 +100,13 @@ def draw_study(study: StudyResults, choice: Choice, path: Path, look: "Look | No
     from roughsim.charts.study import Along, study_chart
     from roughsim.charts.style import USUAL  # matplotlib is slow to import
 
-    if choice.observable not in UNITS:
-        raise ValueError(
-            f"observable = {choice.observable!r} is unknown; choose one of {', '.join(UNITS)}"
-        )
     curves = curves_of(study, choice)
     if not curves:
+        known = dict.fromkeys(name for _, run in study.results for name in observables_of(run))
+        if known and choice.observable not in known:
+            raise ValueError(
+                f"observable = {choice.observable!r} is unknown; choose one of {', '.join(known)}"
+            )
         raise ValueError(
             f"there is nothing to draw: no point has {choice.observable} with these values yet"
         )

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.observables.catalogue import UNITS
 from roughsim.results.columns import estimated_columns, observables_of, results_of
 from roughsim.results.description import folder_state
 from roughsim.results.folder import open_run
@@ -159,7 +158,7 @@ class StudyResults:
             tables[point.place] = _at_speed(self.results_at(point, run, names), speed)
         coords, about, along = self._labels()
         joined = {}
-        for name in UNITS:
+        for name in dict.fromkeys(name for table in tables.values() for name in table):
             pieces = {place: table[name] for place, table in tables.items() if name in table}
             if pieces and (observables is not None or len(pieces) == len(tables)):
                 joined[name] = concat(pieces, coords)
@@ -174,12 +173,13 @@ class StudyResults:
         It is NaN at all other points. Of an axis of its own that is neither fixed nor in `free`, each point has one
         label: the highest speed, or else the first label.
         """
-        pieces, names = {}, self.keys
+        pieces, keys = {}, self.keys
         for point, run in self.results:
-            values = {names[key]: value for key, value in point.values.items()}
+            values = {keys[key]: value for key, value in point.values.items()}
             if any(values.get(name, value) != value for name, value in fixed.items()):
                 continue
-            for found in self.results_at(point, run, [observable]).values():
+            names = [observable] if observable in observables_of(run) else []
+            for found in self.results_at(point, run, names).values():
                 one, chosen = found.without_no_speed(), {}
                 for dim in {*one.dims} - {"column", *free}:
                     labels = one.known(dim)

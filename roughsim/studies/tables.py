@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.estimate.asked import ABOUT
+from roughsim.estimate.asked import ABOUT, ASKED
 from roughsim.estimate.reactions import ELECTRONVOLT
 from roughsim.observables.catalogue import UNITS
 from roughsim.results.theories import THEORIES
@@ -69,12 +69,13 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     trends = _trends_at_highest_speed(study, observable)
     sources = [*THEORIES, study.column, *([SLIDING] if SLIDING in by_column else [])]
     shown = [by_column[source] for source in sources if source in by_column]
+    unit = shown[0].unit if shown else UNITS[observable]
     marks = {str(mark) for one in shown for mark in one.note[~np.isnan(one.mean)] if mark}
     paired = [name for name in study.keys.values() if any(name == key for _, key in trends)]
     titles = [
         *(words_of(key)[0] for key in study.keys),
         "n",
-        *(with_unit(source, UNITS[observable]) for source in sources),
+        *(with_unit(source, unit) for source in sources),
         *(f"∂ln/∂ln {name.replace('_', ' ')}" for name in paired),
     ]
     columns = [Column(title, number=True) for title in titles]
@@ -98,7 +99,7 @@ def asked_table(study: StudyResults) -> Table | None:
         by_column = _at_highest_speed(study, name)
         numbers = [x for one in by_column.values() for x in one.coords[about].tolist()]
         for number in dict.fromkeys(numbers):
-            title = with_unit(f"{name}, {number:.4g} {AXES[about]}", UNITS[name])
+            title = with_unit(f"{name}, {number:.4g} {AXES[about]}", ASKED[name].unit)
             found[title] = {source: one.sel(**{about: number}) for source, one in by_column.items()}
     if not found:
         return None

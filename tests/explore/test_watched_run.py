@@ -95,13 +95,13 @@ def test_a_growing_run_is_followed(empty, soon):
     assert one is not before
     assert one.kept[2] == [0]
     assert np.isinf(
-        one.measured["capped"]["flash_temperature"].error
+        one.measured["capped"]["flash_temperature"].total_error
     ).all()  # one realization has no scatter
     with Claims(folder):
         assert f"being computed by process {os.getpid()}" in run.state()
     arrive(folder, aside, 1)
     assert run.summary().sound[2] == [0, 1]
-    assert np.isfinite(run.summary().measured["capped"]["flash_temperature"].error).all()
+    assert np.isfinite(run.summary().measured["capped"]["flash_temperature"].total_error).all()
     assert sorted(path.name for path in folder.iterdir()) == [
         "realizations",
         "run.json",

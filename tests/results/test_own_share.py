@@ -295,7 +295,8 @@ def outputs(run, column, folder):
     )
     frame = comparison.to_dataframe().loc["flash_temperature"]
     yield "data frame", float(frame[frame.speed == 1.0][column].iloc[0])
-    yield "explore", float(np.interp(1.0, *measured_curves(run, column)["flash_temperature"][:2]))
+    curve = measured_curves(run, column)["flash_temperature"]
+    yield "explore", float(curve.sel(speed=1.0).mean)
     with h5py.File(rs.results.export.export_run(run, folder / "run.h5")) as whole:
         file = whole["results"]
         place = [text.decode() for text in file["column"]].index(column)
