@@ -118,7 +118,7 @@ def draw_study(study: StudyResults, choice: Choice, path: Path, look: "Look | No
         study.column,
         legend="" if choice.family == NONE else words_of(family)[0],
         title=_title(study, choice),
-        subtitle=_subtitle(study, choice, curves),
+        subtitle=_subtitle(choice, curves),
         y=Along(choice.family, *words_of(family)) if _over_two(study, choice, curves) else None,
         look=look or USUAL,
     )
@@ -152,7 +152,7 @@ def _title(study: StudyResults, choice: Choice) -> str:
     return title
 
 
-def _subtitle(study: StudyResults, choice: Choice, curves: Mapping[str, Estimate]) -> str:
+def _subtitle(choice: Choice, curves: Mapping[str, Estimate]) -> str:
     """Return speed, energy and temperature that all curves have and that are neither axis nor differ between curves."""
     parts = []
     for name in reversed(AXES):
