@@ -98,7 +98,7 @@ def plot_run(
     speed: float | None = None,
     column: str | None = None,
     zoom: Zoom | None = None,
-    side_by_side: bool = False,
+    side_by_side: bool | None = None,
     look: Look = USUAL,
 ) -> Path:
     """Draw one quantity of a run, and return the path of the picture.

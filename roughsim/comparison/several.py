@@ -39,11 +39,16 @@ class Comparisons:
     def __iter__(self) -> Any:
         return iter(self.comparisons)
 
+    @property
+    def _labelled(self) -> list[tuple[str, Comparison]]:
+        """Each comparison with its label."""
+        return list(zip(self.labels, self.comparisons, strict=True))
+
     def to_dict(self) -> dict[str, Any]:
         """Return the comparison of each run as JSON values, with its label and folder."""
         runs = [
             {"run": label, "folder": str(one.run.folder)} | one.to_dict()
-            for label, one in zip(self.labels, self.comparisons, strict=True)
+            for label, one in self._labelled
         ]
         return {"runs": runs}
 
@@ -53,9 +58,7 @@ class Comparisons:
         ImportError without pandas.
         """
         rows = [
-            {"run": label} | row.to_flat_dict()
-            for label, one in zip(self.labels, self.comparisons, strict=True)
-            for row in one.rows
+            {"run": label} | row.to_flat_dict() for label, one in self._labelled for row in one.rows
         ]
         return data_frame(rows, "observable")
 
@@ -73,7 +76,7 @@ class Comparisons:
         rows = []
         for name in chosen:
             for speed in self._speeds(name):
-                for label, one in zip(self.labels, self.comparisons, strict=True):
+                for label, one in self._labelled:
                     row = _row_at(one, name, speed)
                     if row is not None:
                         head = [with_unit(name, row.unit)] if len(chosen) > 1 else []
@@ -94,12 +97,10 @@ class Comparisons:
             "± total error, 95 %; each with the heat share of its run.",
             *marks_in_words(list(unknown), set()),
         ]
-        for label, one in zip(self.labels, self.comparisons, strict=True):
+        for label, one in self._labelled:
             notes += [f"{label}: {line}" for line in left_out(one.run)]
-        runs = (one.run for one in self.comparisons)
-        return notes + marked(
-            of_several({label: run.remarks for label, run in zip(self.labels, runs, strict=True)})
-        )
+        remarks = {label: one.run.remarks for label, one in self._labelled}
+        return notes + marked(of_several(remarks))
 
     def __str__(self) -> str:
         from roughsim.show.terminal import table_text  # rich is slow to import
@@ -117,8 +118,9 @@ class Comparisons:
         from roughsim.charts.curves import Entry, curves_chart  # matplotlib is slow to import
         from roughsim.charts.style import Look, as_path
 
-        pairs = zip(self.labels, self.comparisons, strict=True)
-        entries = [Entry(label, one.run.scene, one.run, one.results) for label, one in pairs]
+        entries = [
+            Entry(label, one.run.scene, one.run, one.results) for label, one in self._labelled
+        ]
         curves_chart(as_path(path), entries, look=Look(csv=as_path(csv)))
 
 

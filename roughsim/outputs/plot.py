@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from roughsim.charts.curves import OVER_SPEED, PSD, Entry, curves_chart
 from roughsim.charts.plot import QUANTITIES, plot_run
@@ -61,12 +62,12 @@ def plot(  # noqa: PLR0913  (each is an option)
     """
     look = Look(title, size, dpi, as_path(csv))
     record = opened(run, "skip")
-    options = {
+    options: dict[str, Any] = {
         "realization": realization,
         "speed": speed,
         "column": column,
         "zoom": zoom,
-        "side_by_side": side_by_side or None,
+        "side_by_side": side_by_side or None,  # None is left out
     }
     if isinstance(record, Study):
         _refuse(options, f"{record.folder} is a study")
@@ -90,17 +91,7 @@ def plot(  # noqa: PLR0913  (each is an option)
             (*QUANTITIES, PSD, *(name for name in OVER_SPEED if name in record.observables))
         )
         raise ValueError(f"quantity = {quantity!r} cannot be drawn; choose one of {known}")
-    return plot_run(
-        record,
-        quantity,
-        path,
-        realization=realization,
-        speed=speed,
-        column=column,
-        zoom=zoom,
-        side_by_side=side_by_side,
-        look=look,
-    )
+    return plot_run(record, quantity, path, look=look, **options)
 
 
 def _refuse(options: Mapping[str, object], reason: str) -> None:

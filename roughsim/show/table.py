@@ -6,7 +6,7 @@ Every ± is a total error that holds with 95 %. Value and error both end at the 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import floor, isfinite, log10
-from typing import Any, NamedTuple
+from typing import Any
 
 # SI unit → unit that people read, and the factor between them; a unit that is not here is shown as it is
 SHOWN = {
@@ -30,14 +30,6 @@ def with_unit(name: str, unit: str) -> str:
     return f"{name}, {text}" if (text := shown(unit)[0]) else name
 
 
-class _Written(NamedTuple):
-    """The digits of a value and its error, both in units of 10^power; `error` is empty without one."""
-
-    value: str
-    error: str
-    power: int
-
-
 @dataclass(frozen=True, slots=True)
 class Number:
     """A number of a table, in SI; printed in the unit of `shown`, which is in the title of its column or row."""
@@ -50,18 +42,21 @@ class Number:
     ] = ()  # unknown parts of the error: the rest is a lower bound, "208.33 ± ≥0.38"
     digits: int = 4  # significant, of a number without an error
 
-    def written(self) -> _Written:
-        """Return value and error in the shown unit, both to the second digit of the error."""
+    def written(self) -> tuple[str, str, int]:
+        """Return value and error in the shown unit, both to the second digit of the error, and their power of ten.
+
+        The error is empty without one.
+        """
         factor = shown(self.unit)[1]
         value, error = self.value * factor, self.error * factor
         if not isfinite(value):
-            return _Written("–", "", 0)
+            return "–", "", 0
         if error == 0.0 or not isfinite(error):
             known = error == 0.0 and not (self.unknown and value)
-            return _Written(significant(value, self.digits), "" if known else "unknown", 0)
+            return significant(value, self.digits), "" if known else "unknown", 0
         at_least = "≥" if self.unknown else ""
         if abs(value) > 10**_MOST_DIGITS * error:
-            return _Written(f"{value:.{_MOST_DIGITS}g}", f"{at_least}{error:.1e}", 0)
+            return f"{value:.{_MOST_DIGITS}g}", f"{at_least}{error:.1e}", 0
         # very large and very small numbers share one power of ten with their error: (1.6328 ± 0.0081)e-4
         large = floor(log10(max(abs(value), error)))
         power = large if not -3 <= large < 5 else 0
@@ -70,9 +65,8 @@ class Number:
             f"{error:.1e}".partition("e")[2]
         )  # of the error's second digit, once it is rounded
         value, error = round(value, places), round(error, places)
-        return _Written(
-            f"{value:.{max(places, 0)}f}", f"{at_least}{error:.{max(places, 0)}f}", power
-        )
+        shown_places = max(places, 0)
+        return f"{value:.{shown_places}f}", f"{at_least}{error:.{shown_places}f}", power
 
     def __str__(self) -> str:
         value, error, power = self.written()
