@@ -36,12 +36,15 @@ def test_the_help_never_imports_bokeh():
     assert done.stdout.endswith("set()\n")
 
 
-def test_a_missing_extra_says_the_pip_line(capped_run, capsys, without):
-    without("bokeh")
-    assert "pip install 'roughsim[explore]'" in refused([str(capped_run.folder)], capsys)
+REFUSED = {
+    "is no run": "{tmp}",
+    "does not exist": "{tmp}/none",
+    "pip install 'roughsim[explore]'": "{run}",  # without bokeh
+}
 
 
-def test_a_folder_that_is_no_run_is_refused(tmp_path, capsys):
-    pytest.importorskip("bokeh")
-    assert f"{tmp_path} is no run" in refused([str(tmp_path), "--no-browser"], capsys)
-    assert "does not exist" in refused([str(tmp_path / "none"), "--no-browser"], capsys)
+@pytest.mark.parametrize("words", REFUSED)
+def test_explore_is_refused_in_one_line(words, capped_run, tmp_path, capsys, without):
+    without("bokeh") if "pip" in words else pytest.importorskip("bokeh")
+    folder = REFUSED[words].format(tmp=tmp_path, run=capped_run.folder)
+    assert words in refused([folder, "--no-browser"], capsys)
