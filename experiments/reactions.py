@@ -5,7 +5,7 @@
 The contacts were drawn by chance, and their list was committed before any was solved; nothing in the form of the theory
 was fitted to them. `--draw` writes the list again. They are of four kinds: light load, where all has yielded (kind L),
 yielded in part (P), nearly elastic (N), and without a hardness (E). The part "first" was there when the theory got its
-form. "band" was solved to set `fields.form_uncertainty`, "judge" to test it and for nothing else.
+form. "band" was solved to set `contacts.form_uncertainty`, "judge" to test it and for nothing else.
 
 `--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces, with four longest waves a
 side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are over T_flash. Rates
@@ -33,8 +33,9 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.estimate import fields
 from roughsim.estimate.asked import of_reaction
+from roughsim.estimate.contacts import Contacts, form_uncertainty
 from roughsim.estimate.errors import estimate
-from roughsim.estimate.fields import by_law, drawn_frozen, form_uncertainty
+from roughsim.estimate.fields import by_law, drawn_frozen
 from roughsim.estimate.reactions import BOLTZMANN, ELECTRONVOLT
 from roughsim.observables.distribution import LEVELS
 from roughsim.observables.moments import HeatSource
@@ -171,10 +172,10 @@ class Found(NamedTuple):
 
     flash_temperature: np.ndarray
     contact_fraction: float
-    drawn: fields.Drawn
+    drawn: Contacts
 
 
-def column_of(found: FrozenFields, spectrum: rs.SelfAffineSpectrum, doubt: Any) -> fields.Drawn:
+def column_of(found: FrozenFields, spectrum: rs.SelfAffineSpectrum, doubt: Any) -> Contacts:
     """Return contacts with a T_flash of `FLASH` at all speeds, without an error of the law."""
     flash = by_law(np.full(found.flash.shape[1:], FLASH), 0.0)
     return drawn_frozen(found, spectrum.breaks[-1], flash, doubt)
@@ -236,7 +237,7 @@ def _speeds_of(name: str, solved: Row) -> dict[str, float]:
 def row_of(found: Found, speeds: Iterable[str]) -> Row:
     """Return T_flash, quantiles over T_flash, and rates over that of the nominal area at T_flash, with errors."""
     row: Row = {"contact_fraction": found.contact_fraction}
-    drawn = found.drawn.contacts
+    drawn = found.drawn
     background = np.full(len(drawn.flash.value), BACKGROUND)
     area = by_law(np.full(1, found.contact_fraction), 0.0)
     contacts = drawn._replace(speeds=(0.0,) * len(background), area=area, background=background)
@@ -244,7 +245,7 @@ def row_of(found: Found, speeds: Iterable[str]) -> Row:
     for kind, names in ("quantile", LEVELS), ("area", [f"area_{name}" for name in LEVELS]):
         for name, share in zip(names, SHARES, strict=True):
             quantile = f"temperature_quantile_{name}"
-            value = estimate(quantile, found.drawn.quantile(quantile))
+            value = estimate(quantile, fields.quantile_of(found.drawn, quantile))
             estimates[kind, share] = value, FLASH
     for energy in ENERGIES:
         barrier = energy * ELECTRONVOLT

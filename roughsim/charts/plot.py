@@ -40,7 +40,8 @@ def _choose_subject(
     """Return the data that a quantity is drawn from; ValueError without kept fields, or if an argument does not fit."""
     if quantity == "sliding" and column is not None:
         raise ValueError(f"column = {column!r}: sliding has a column of its own; leave it out")
-    slides = quantity in _OF_REACTIONS and column == SLIDING and SLIDING in run.reacting_columns
+    slid = column == SLIDING and SLIDING in run.simulated_columns
+    slides = quantity in _OF_REACTIONS and slid and run.simulated(SLIDING).reacts
     name = SLIDING if slides else run.column(column)
     level = run.picture(None if slides else name)
     if quantity not in _OF_ALL:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from roughsim.estimate.contacts import Contacts, bins_of, factor_of
 from roughsim.estimate.errors import estimate
 from roughsim.estimate.mean import Mean
 from roughsim.estimate.reactions import (
@@ -18,9 +19,6 @@ from roughsim.estimate.reactions import (
     LEAST_MEMBERS,
     Activation,
     ContactMean,
-    Contacts,
-    bins_of,
-    factor_of,
     heat_above,
     log_scale,
     mean_over_contact,

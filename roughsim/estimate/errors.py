@@ -8,7 +8,7 @@ import scipy
 
 from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
-from roughsim.observables.catalogue import UNITS
+from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.table import Estimate
 
 SOURCES = {
@@ -47,7 +47,7 @@ def estimate(
         bias = mean.finest - mean.value
     budget = _budget(half_width(error, freedom), mean.errors)
     n = len(next(iter(mean.influence.values())))
-    axis = speed_axis(mean.value, speeds)
+    axis = speed_axis(observable, mean.value, speeds)
     return replace(
         Estimate.of(observable, unit or UNITS[observable], mean.value, axis, budget),
         standard_error=error,
@@ -59,9 +59,11 @@ def estimate(
     )
 
 
-def speed_axis(values: Array, speeds: Sequence[float] = ()) -> dict[str, Array]:
-    """Return the axis of values over speed; NaN for one value that does not depend on it, or without `speeds`."""
-    known = len(speeds) == len(values) and len(speeds) > 0
+def speed_axis(observable: str, values: Array, speeds: Sequence[float] = ()) -> dict[str, Array]:
+    """Return the axis of an observable over speed; NaN if it does not depend on it, or without `speeds`."""
+    record = OBSERVABLES.get(observable)
+    per_speed = record is None or record.per_speed
+    known = per_speed and len(speeds) == len(values) and len(speeds) > 0
     return {"speed": np.array(speeds, float) if known else np.full(len(values), np.nan)}
 
 
@@ -106,7 +108,7 @@ def quotient(
         budget = _budget(half_width(error, freedom), errors)
     if scanned:  # both columns use the one C(q), but nothing shows that its error cancels
         budget["scan"] = np.full(value.shape, np.nan)
-    ratio_of_means = Estimate.of("ratio", "1", value, speed_axis(value, speeds), budget)
+    ratio_of_means = Estimate.of("ratio", "1", value, speed_axis("ratio", value, speeds), budget)
     return replace(ratio_of_means, standard_error=error)
 
 

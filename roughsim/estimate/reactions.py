@@ -6,19 +6,19 @@ until its mean T_flash is the continued one, and the levels show the little that
 its slope over ln T_flash.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.errors import SOURCES
+from roughsim.estimate.contacts import SETTLED, Contacts, bins_of, factor_of
 from roughsim.estimate.levels import FLASH
 from roughsim.estimate.limit import by_steps
 from roughsim.estimate.mean import Mean, exact, mean_of
 from roughsim.estimate.sliding import UNCERTAINTY_OF_DISTRIBUTION
-from roughsim.estimate.telescoping import LevelMean, change_by_pixel, telescoped
+from roughsim.estimate.telescoping import LevelMean, change_by_pixel, is_refined, telescoped
 from roughsim.grid import Array
 from roughsim.observables.distribution import BIN_AREAS, Bins, two_pressures
 from roughsim.observables.record import Sample
@@ -33,7 +33,6 @@ _COLDEST = 1e-3  # K, absolute: colder bins, of a field below its mean, do not r
 _ROUNDING = 1e-6  # of the temperature, relative, of bins within one pixel
 _STEP = 1e-3  # of ln T_flash, for slopes
 _ITERATIONS = 50  # of Newton's method for a uniform temperature; a few suffice
-LawOfFlash = Callable[[tuple[float, ...]], Array | None]
 OverBins = Callable[
     [Bins, Array], Array
 ]  # bins and the factor of their temperatures → values of bins
@@ -51,30 +50,6 @@ class Activation(NamedTuple):
     energy: float  # E, J
     volume: float  # V, m³
     base: Array  # K, (speeds,)
-
-
-class Contacts(NamedTuple):
-    """The contacts of a column, whose temperatures are scaled to its T_flash."""
-
-    # of its levels, lowest first; or of slides alone, continued to the end of C(q), which have themselves as they were
-    # followed as the level below
-    samples: Sequence[Sample]
-    flash: Mean  # reported T_flash, K
-    area: Mean  # A/A₀
-    background: Array  # T₀, absolute, K
-    speeds: tuple[float, ...]  # m/s
-    # of levels: T_flash over the cut-offs, by the upper ones up to their `end`, rad/m; None where it is unknown
-    law: LawOfFlash | None = None
-    end: float = 0.0
-    fall: float | None = None  # as `PIXEL_FALL`; None where no pixel changes the levels
-    by_form: ByForm | None = None  # of drawn contacts
-    sources: Mapping[str, str] = SOURCES  # the parts of an error, in words
-
-    @property
-    def all_samples(self) -> list[Sample]:
-        """The samples of the levels and of those below."""
-        both = (each for sample in self.samples for each in (sample.below, sample))
-        return [each for each in both if each is not None]
 
 
 def energies_of(bins: Bins, activation: Activation) -> tuple[Array, Array]:
@@ -250,16 +225,16 @@ def mean_over_contact(contacts: Contacts, of_level: ContactMean) -> Mean:
     top, flash = contacts.samples[-1], of_level.flash
     derivative = of_level.derivative(top)
     slope = derivative * of_level.slope(top)
-    if contacts.law is None:
+    if contacts.stretch is not None:
         mean = mean_of(top.stream, of_level.influence(top))
         narrow = mean_of(top.stream, of_level.influence(top.below or top)).value
         mean = replace(mean, finest=narrow)
         own = {"slide": np.hypot(UNCERTAINTY_OF_DISTRIBUTION * slope, mean.value - narrow)}
     else:
         levels = telescoped(of_level.influence, contacts.samples)
-        rest, unknown = rest_of(levels, contacts.end, contacts.law)
+        rest = rest_of(levels, contacts.law)
         mean = replace(levels[-1].mean + rest, finest=levels[-1].mean.value)
-        own = {"bandwidth": np.where(unknown, np.nan, np.abs(rest.value))}
+        own = {**rest.errors}
         if contacts.fall is not None:
             change = change_by_pixel(levels, np.nan, contacts.fall, contacts.end)
             mean = replace(mean * (change + 1.0), finest=mean.finest)
@@ -272,43 +247,24 @@ def mean_over_contact(contacts: Contacts, of_level: ContactMean) -> Mean:
     tail = of_level.tail(top)
     of_tail = np.abs(derivative) * tail * of_level.mean(top).mean(axis=0)
     errors["tail"] = np.where(tail > _MOST_OF_TAIL, np.nan, of_tail)
-    if contacts.by_form is not None:
+    if contacts.form is not None:
         errors["form"] = contacts.by_form(of_level.value)
     return replace(found, errors=errors, way=flash.way)
 
 
-def bins_of(sample: Sample) -> Bins:
-    """Return the bins of a sample; ValueError if its members have none."""
-    if sample.bins is None:
-        raise ValueError(
-            "the members of this run have not stored the distribution of the temperature; run it again"
-        )
-    return sample.bins
+def law_of_flash(scene: Scene, column: str, samples: Sequence[Sample], end: float) -> Array | None:
+    """Return the law that T_flash of a simulated column follows up to the cut-off `end`, rad/m, as of `Contacts`."""
+    q = tuple(sample.q_max for sample in samples if not is_refined(sample))
+    if len(q) < 2 or q[-1] >= end * (1.0 - SAME):  # the rest of one level is that of T_flash
+        return SETTLED
+    rises = prediction.continuation(scene, column, q, FLASH)
+    return prediction.yielded_fall(scene, q[-2:]) if rises is None else rises
 
 
-def factor_of(sample: Sample, flash: Mean) -> Array:
-    """Return the continued T_flash over the mean of a level, (speeds,)."""
-    factor: Array = flash.value / sample.numbers[FLASH].mean(axis=0)
-    return factor
-
-
-def law_of_flash(scene: Scene, column: str) -> LawOfFlash:
-    """Return the law that T_flash of a simulated column follows over the cut-off."""
-
-    def law(q: tuple[float, ...]) -> Array | None:
-        rises = prediction.continuation(scene, column, q, FLASH)
-        return prediction.yielded_fall(scene, q[-2:]) if rises is None else rises
-
-    return law
-
-
-def rest_of(levels: list[LevelMean], end: float, law: LawOfFlash) -> tuple[Mean, bool]:
-    """Return the rest beyond the highest cut-off, and whether it is unknown: with one level it is that of T_flash."""
-    nothing = exact(np.zeros_like(levels[-1].mean.value))
-    q = tuple(level.q_max for level in levels)
-    if len(levels) < 2 or q[-1] >= end * (1.0 - SAME):
-        return nothing, False
-    flash = law(q)
-    if flash is None or not np.isfinite(flash).all():
-        return nothing, True
-    return by_steps(levels, flash), False
+def rest_of(levels: list[LevelMean], law: Array | None) -> Mean:
+    """Return the rest beyond the highest cut-off by steps of a law, and all of it as its error; NaN without a law."""
+    if law is None or not np.isfinite(law).all():
+        nothing = np.zeros_like(levels[-1].mean.value)
+        return replace(exact(nothing), errors={"bandwidth": np.full_like(nothing, np.nan)})
+    rest = by_steps(levels, law)
+    return replace(rest, errors={"bandwidth": np.abs(rest.value)})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import nan
 from typing import Any, NamedTuple
 
@@ -77,6 +78,7 @@ WHOLE = SlidingContinuation(
 )  # slides that are followed to their end
 
 
+@lru_cache(maxsize=16)  # .1 s to .5 s, for each observable of the column sliding
 def sliding_continuation(scene: Scene, followed: float | None) -> SlidingContinuation:
     """Return how the theory continues slides that are followed over a distance, m; None: over all.
 

@@ -85,12 +85,9 @@ def heat_shares(run: Run) -> Array:
     """Return the share of the heat in the temperatures of each column, (columns, speeds); NaN where it has none."""
     shares = dict.fromkeys((THEORY, SAME_MODES, UP_TO_CUT_OFF), run.heat_partition)
     shares[CALIBRATED] = prediction.calibrated_share(run.scene)
-    shares |= {column: run.share(column) for column in run.numerics.columns}
-    columns = columns_of(run)
-    if SLIDING in columns:
-        shares[SLIDING] = run.estimate("heat_partition", SLIDING).mean
+    shares |= {column: run.simulated(column).share for column in run.simulated_columns}
     nothing = np.full(len(run.scene.speeds), np.nan)
-    return np.array([shares.get(column, nothing) for column in columns])
+    return np.array([shares.get(column, nothing) for column in columns_of(run)])
 
 
 def results_of(
@@ -134,13 +131,9 @@ def columns_of(run: Run) -> dict[str, ColumnOf]:
     for name in (SAME_MODES, UP_TO_CUT_OFF):
         columns[name] = partial(of_theory, run.scene, partial(theory, name), share)
     columns |= {name: theories[name] for name in THEORIES}
-    for name in run.numerics.columns:
+    for name in run.simulated_columns:
         columns[name] = partial(_simulated, run, name, cache(partial(run.reactions, name)))
-    slide = run.numerics.slide
-    if slide is not None:
-        if run.members.sound(slide):
-            asked = cache(partial(run.reactions, SLIDING))
-            columns[SLIDING] = partial(_simulated, run, SLIDING, asked)
+    if run.numerics.slide is not None:
         columns[SLIDING_CALIBRATED] = theories[SLIDING_CALIBRATED]
     columns[f"{first}_over_theory"] = partial(_over_theory, run, first, theory)
     for name in others:
@@ -175,16 +168,14 @@ def _simulated(
     run: Run, column: str, asked: Callable[[], Mapping[str, Estimate]], observable: str
 ) -> Estimate | None:
     """Return an observable of a simulated column; None for one that it has not stored."""
-    if observable in ABOUT:
-        return asked().get(observable) if column in run.reacting_columns else None
     if observable == CONTACT_TEMPERATURE:
-        found = run.contact_temperature(column, prediction.background(run.scene))
-        return replace(found, observable=observable)
+        return replace(run.contact_temperature(column), observable=observable)
     if observable in (BY_DIRECTION, OVER_TWIN):
         return _of_map(run, observable, column)
-    if column == SLIDING and observable not in run.slid_observables:
-        return None
-    return run.estimate(observable, column)
+    stored = run.simulated(column)
+    if observable in ABOUT:
+        return asked().get(observable) if stored.reacts else None
+    return run.estimate(observable, column) if observable in stored.observables else None
 
 
 def _of_map(run: Run, observable: str, column: str) -> Estimate | None:
@@ -194,7 +185,7 @@ def _of_map(run: Run, observable: str, column: str) -> Estimate | None:
         return (
             None
             if twin is None
-            else Estimate.of(observable, "1", twin, speed_axis(twin, run.scene.speeds))
+            else Estimate.of(observable, "1", twin, speed_axis(observable, twin, run.scene.speeds))
         )
     pieces = {(k,): run.in_direction(name, column) for k, name in enumerate(run.angles)}
     if not pieces:

@@ -19,9 +19,8 @@ from roughsim.prediction.statements import ByMean, takes_all
 from roughsim.results import pressed
 from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
 from roughsim.results.description import RunDescription
-from roughsim.results.means import Means
 from roughsim.results.members import Damaged, Members
-from roughsim.results.reactions import asked_estimates
+from roughsim.results.simulated import Estimates
 from roughsim.scene import Scene
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import Remark
@@ -40,7 +39,7 @@ DERIVED_UNITS = {
 }  # of fields that follow from the pressure and the speed
 
 
-class Run(Means):
+class Run(Estimates):
     """State of a run folder at the time of opening; `refresh` reads members written since.
 
     The reference of functions lists the attributes and methods for users. The others may change.
@@ -121,7 +120,7 @@ class Run(Means):
         self.count(counts)
 
         def totals(observable: str, column: str, _: Counts) -> tuple[Mean, Estimate]:
-            return self.reported(observable, column), self.single(observable, column)
+            return self.reported(observable, column), self.simulated(column).estimate(observable)
 
         if self.independent:
             verdict = judge(self.numerics, self.until, self.max_realizations, counts, totals)
@@ -353,14 +352,6 @@ class Run(Means):
         )
         temperature *= np.float32(self.heat_share(speed, column, scene))
         return temperature
-
-    def reactions(self, column: str | None = None) -> dict[str, Estimate]:
-        """Return rates, activation temperatures and conversions of [reaction], and the heat above each temperature.
-
-        By name, over (energy, speed), eV, or (temperature, speed), absolute, K. ValueError if there is no such column,
-        or no realization yet; empty if the scene asks for nothing.
-        """
-        return asked_estimates(self, column)
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error for fields of a level that were not kept, with advice: of realization `index`, or of all."""

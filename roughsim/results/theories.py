@@ -64,11 +64,8 @@ def exact(
     scene: Scene, observable: str, mean: Array, budget: Mapping[str, Array] | None = None
 ) -> Estimate:
     """Return values over the speed, or one value, without realizations."""
-    record = OBSERVABLES.get(observable)
-    unit = _UNITS[observable] if record is None else record.unit
-    per_speed = record is None or record.per_speed
-    axis = speed_axis(mean, scene.speeds if per_speed else ())
-    return Estimate.of(observable, unit, mean, axis, budget)
+    axis = speed_axis(observable, mean, scene.speeds)
+    return Estimate.of(observable, _UNITS[observable], mean, axis, budget)
 
 
 def with_share(scene: Scene, predicted: Predicted, observable: str, share: Array) -> Array | None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from roughsim.estimate import fields
+from roughsim.estimate import contacts, fields
 from roughsim.estimate.reactions import (
     BOLTZMANN,
     ELECTRONVOLT,
@@ -14,6 +14,7 @@ from roughsim.estimate.reactions import (
     mean_over_contact,
 )
 from roughsim.observables.distribution import (
+    BIN_AREAS,
     LEVELS,
     Bins,
     area_quantiles,
@@ -71,24 +72,28 @@ def test_temperatures_go_on_in_proportion_to_the_flash_temperature():
     plain = column((0.2, 0.4), (100.0, 80.0, 80.0))  # no step is known: as the finer fields
     coarse = column((0.2,), (100.0, 100.0))
     for name in (*NAMES[""], *NAMES["area_"]):
-        below, high = (one.quantile(name).value / 100.0 for one in (coarse, plain))
+        below, high = (fields.quantile_of(one, name).value / 100.0 for one in (coarse, plain))
         kelvin = 80.0 * high + 0.5 * (80.0 * high - 100.0 * below)
-        assert found.quantile(name).value == pytest.approx(kelvin, rel=2e-3)
-        rest = np.abs(found.quantile(name).value - 70.0 * high)
-        assert found.quantile(name).errors["bandwidth"] == pytest.approx(rest, abs=1e-9)
+        assert fields.quantile_of(found, name).value == pytest.approx(kelvin, rel=2e-3)
+        rest = np.abs(fields.quantile_of(found, name).value - 70.0 * high)
+        assert fields.quantile_of(found, name).errors["bandwidth"] == pytest.approx(rest, abs=1e-9)
     furthest, limit = (column((0.2, 0.4), (100.0, 80.0, end), reported=1.0) for end in (10.0, 40.0))
     back = column((0.2, 0.4), (100.0, 80.0, 90.0))
     name = NAMES[""][5]
-    assert furthest.quantile(name).value == pytest.approx(limit.quantile(name).value, rel=1e-12)
-    assert back.quantile(name).value == pytest.approx(plain.quantile(name).value, rel=1e-12)
+    assert fields.quantile_of(furthest, name).value == pytest.approx(
+        fields.quantile_of(limit, name).value, rel=1e-12
+    )
+    assert fields.quantile_of(back, name).value == pytest.approx(
+        fields.quantile_of(plain, name).value, rel=1e-12
+    )
 
 
 def test_a_share_of_hot_heat_goes_on_as_the_temperatures():
     found = column((0.2, 0.4), (100.0, 80.0, 70.0))
     of_bins = lambda bins, factor: heat_above(bins, factor, np.array([120.0]))  # noqa: E731
-    of_level = ContactMean(of_bins, found.contacts.flash, by_contact=True)
-    values = mean_over_contact(found.contacts, of_level)
-    plain = mean_over_contact(column((0.4,), (1.0, 1.0)).contacts, of_level)
+    of_level = ContactMean(of_bins, found.flash, by_contact=True)
+    values = mean_over_contact(found, of_level)
+    plain = mean_over_contact(column((0.4,), (1.0, 1.0)), of_level)
     assert values.value > plain.value
     assert values.errors["bandwidth"] > 0.0
     assert set(values.errors) == {"bandwidth", "form", "law", "tail"}
@@ -96,15 +101,15 @@ def test_a_share_of_hot_heat_goes_on_as_the_temperatures():
 
 def test_the_drawing_is_the_scatter_of_equal_fields():
     name = NAMES[""][5]
-    found = column((0.2,), (1.0, 1.0)).quantile(name)
-    one = column((0.2,), (1.0, 1.0)).contacts.samples[0].numbers
+    found = fields.quantile_of(column((0.2,), (1.0, 1.0)), name)
+    one = column((0.2,), (1.0, 1.0)).samples[0].numbers
     ratio = one[name] / one["flash_temperature"]
     assert found.influence[0].std(ddof=1) * 6 == pytest.approx(100.0 * ratio.std(ddof=1), rel=0.02)
 
 
 def test_the_law_and_the_form_are_parts_of_the_error():
     name = NAMES[""][5]
-    found = column((0.2,), (1.0, 1.0), uncertainty=0.1, band=0.07).quantile(name)
+    found = fields.quantile_of(column((0.2,), (1.0, 1.0), uncertainty=0.1, band=0.07), name)
     assert found.errors["law"] == pytest.approx(0.07 * found.value, rel=1e-12)
     x = found.value / 100.0 - 1.0
     # warmer by 1.4 · .1; the hotter side evener, the colder not; both with their mean restored
@@ -112,19 +117,19 @@ def test_the_law_and_the_form_are_parts_of_the_error():
     assert found.errors["form"] == pytest.approx(
         np.hypot(0.14 * found.value, 0.1 * x**1.5 * 100.0), rel=0.1
     )
-    assert column((0.2,), (1.0, 1.0)).quantile(name).errors["form"] == 0.0
+    assert fields.quantile_of(column((0.2,), (1.0, 1.0)), name).errors["form"] == 0.0
 
 
 def test_the_doubt_of_fields_falls_with_the_speed():
     # from .24 of a slow source by .02 for each factor e, to .06
-    found = fields.form_uncertainty([0.0, 1e-3, 1.0, np.e, np.e**2, 1e6])
+    found = contacts.form_uncertainty([0.0, 1e-3, 1.0, np.e, np.e**2, 1e6])
     np.testing.assert_allclose(found, [0.24, 0.24, 0.17, 0.15, 0.13, 0.06], rtol=1e-12)
 
 
 def test_doubted_contacts_are_evener_on_one_side_or_hotter():
     plain = sample(1.0, [(np.array([0.36, 0.75, 1.0, 1.4, 1.49]), np.ones(5))])
     numbers = plain.numbers | {"temperature_quantile_50": np.array([[1.2]])}
-    hot, cold, warm = fields._displaced(replace(plain, numbers=numbers), 0.2)
+    hot, cold, warm = contacts._displaced(replace(plain, numbers=numbers), 0.2)
     over = plain.bins.temperature[0, 0]
     x = over - 1.0
     nearer = np.sign(x) * (np.abs(x) - 0.2 * np.abs(x) ** 1.5)
@@ -132,14 +137,14 @@ def test_doubted_contacts_are_evener_on_one_side_or_hotter():
         shape = 1.0 + np.where(side, nearer, x)
         scale = one.bins.temperature[0, 0] / shape
         assert scale == pytest.approx(scale[0], rel=1e-12)
-        heat = fields.BIN_AREAS * plain.bins.pressure[0, 0]
+        heat = BIN_AREAS * plain.bins.pressure[0, 0]
         assert one.bins.temperature[0, 0] @ heat == pytest.approx(over @ heat, rel=1e-12)
     found = hot.numbers["temperature_quantile_50"] / hot.bins.temperature[0, 0, 0] * over[0]
     assert found == pytest.approx(1.0 + 0.2 - 0.2 * 0.2**1.5, rel=1e-12)
     np.testing.assert_allclose(warm.bins.temperature[0, 0], 1.28 * over, rtol=1e-12)
     np.testing.assert_allclose(warm.numbers["temperature_quantile_50"], 1.28 * 1.2, rtol=1e-12)
     # further from T_flash than 4/9/doubt² all points come to the same place
-    far = fields._evened(np.array([41.0, 61.0]), np.array(0.5), 1.0)
+    far = contacts._evened(np.array([41.0, 61.0]), np.array(0.5), 1.0)
     np.testing.assert_allclose(far, 1.0 + 16 / 9 - 0.5 * (16 / 9) ** 1.5, rtol=1e-12)
 
 
@@ -153,10 +158,10 @@ def test_an_even_contact_reacts_at_its_own_temperature(energy):
         FrozenFields((even,), np.ones((2, 1))), 1.0, fields.by_law(np.array([100.0]), 0.0), 0.0
     )
     area = fields.by_law(np.array([0.25]), 0.13)
-    contacts = drawn.contacts._replace(speeds=(1.0,), area=area, background=np.array([300.0]))
+    even_contact = drawn._replace(speeds=(1.0,), area=area, background=np.array([300.0]))
     barrier = energy * ELECTRONVOLT
     section = ReactionSection(activation_energy=(barrier,), prefactor=1e13)
-    rate, kelvin = of_reaction(contacts, section, barrier)
+    rate, kelvin = of_reaction(even_contact, section, barrier)
     assert kelvin.mean == pytest.approx(400.0, rel=1e-9)
     expected = 0.25 * 1e13 * np.exp(-barrier / (BOLTZMANN * 400.0))
     assert rate.mean == pytest.approx(expected, rel=1e-9)

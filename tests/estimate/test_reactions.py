@@ -8,6 +8,7 @@ import pytest
 import scipy
 from ladder_cases import NAME, ladder, lowest, part_of
 
+from roughsim.estimate.contacts import Contacts, bins_of, factor_of
 from roughsim.estimate.errors import spread
 from roughsim.estimate.levels import PIXEL_FALL
 from roughsim.estimate.mean import Mean
@@ -15,9 +16,6 @@ from roughsim.estimate.reactions import (
     BOLTZMANN,
     Activation,
     ContactMean,
-    Contacts,
-    bins_of,
-    factor_of,
     heat_above,
     law_of_flash,
     log_scale,
@@ -33,7 +31,7 @@ SCENE = SimpleNamespace()  # the predictions of `foretold` read no scene
 
 
 def over(column, pairs, of_level, end):
-    law, flash = law_of_flash(SCENE, column), of_level.flash
+    law, flash = law_of_flash(SCENE, column, pairs, end), of_level.flash
     contacts = Contacts(pairs, flash, flash, np.zeros(1), (1.0,), law, end, PIXEL_FALL[column])
     return mean_over_contact(contacts, of_level)
 

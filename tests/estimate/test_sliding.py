@@ -8,13 +8,13 @@ import pytest
 from ladder_cases import lowest
 from scipy import stats
 
+from roughsim.estimate.contacts import Contacts
 from roughsim.estimate.errors import spread_of
 from roughsim.estimate.mean import Mean
 from roughsim.estimate.reactions import (
     BOLTZMANN,
     Activation,
     ContactMean,
-    Contacts,
     log_scale,
     mean_over_contact,
     rates,
@@ -261,7 +261,8 @@ def contacts(temperature, flash=100.0, members=6):
 def mean_over_slides(slides, stretch, of_level):
     """The mean over these slides, whose temperatures about T_flash grow by a factor."""
     samples = [stretched(slides, np.array([stretch]))]
-    column = Contacts(samples, of_level.flash, of_level.flash, np.zeros(1), (1.0,))
+    flash, stretch = of_level.flash, np.array([stretch])
+    column = Contacts(samples, flash, flash, np.zeros(1), (1.0,), stretch=stretch)
     return mean_over_contact(column, of_level)
 
 

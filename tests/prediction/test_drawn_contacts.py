@@ -96,7 +96,7 @@ def test_the_hottest_of_all_steel_is_that_of_a_ladder_of_solved_contacts():
     # boundary-element contacts have 99 % quantiles of 2.43 and 2.72 T_flash at 8e5 1/m, and they rise by .06 more
     drawn = frozen([1.0, 35.0], ROUGH)
     column = fields.drawn_frozen(drawn, 4.15e7, fields.by_law(np.ones(2), 0.0), 0.0)
-    hottest = column.quantile("temperature_quantile_99")
+    hottest = fields.quantile_of(column, "temperature_quantile_99")
     assert hottest.value == pytest.approx([2.49, 2.77], abs=0.1)
     assert (hottest.errors["bandwidth"] < 0.3).all()
 
@@ -169,8 +169,8 @@ def test_hot_places_of_waves_that_are_not_drawn_are_those_of_frozen_contact():
     sample = slides([3.0], self_affine(1e-23, 2e5), distance=3e-4, fields=2)
     drawn, whole = (fields.drawn_slides(sample, flat, np.array([x])) for x in (1.0, 1.3))
     for name in fields.QUANTILES:
-        above = drawn.quantile(name).value - 100.0
-        assert whole.quantile(name).value - 100.0 == pytest.approx(1.3 * above, rel=1e-9)
+        above = fields.quantile_of(drawn, name).value - 100.0
+        assert fields.quantile_of(whole, name).value - 100.0 == pytest.approx(1.3 * above, rel=1e-9)
 
 
 def test_short_slides_have_finer_steps_and_still_shorter_ones_are_refused():

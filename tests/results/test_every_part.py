@@ -9,7 +9,6 @@ from press_cases import drawn_map, write_scene
 from slide_cases import SLIDING as TEXT
 
 import roughsim as rs
-from roughsim import prediction
 from roughsim.estimate.errors import SOURCES
 from roughsim.estimate.mean import Mean
 from roughsim.results import means
@@ -79,8 +78,7 @@ def numbers_of(run):
             for one in along_labels(asked):
                 yield name, column, one
         if run.scene.sliding.duration is not None:
-            warming = prediction.background(run.scene)
-            yield "contact_temperature", column, run.contact_temperature(column, warming)
+            yield "contact_temperature", column, run.contact_temperature(column)
     functions = {name: of for name, of in columns_of(run).items() if is_ratio(name)}
     for name in run.observables:
         for ratio, found in functions.items():

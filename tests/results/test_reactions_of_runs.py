@@ -18,7 +18,7 @@ from roughsim.errors import RecordError
 from roughsim.observables.catalogue import observables_of
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
 from roughsim.results.export import export_run
-from roughsim.results.reactions import background_temperature
+from roughsim.results.simulated import Single
 from roughsim.show.terminal import table_text
 from roughsim.store.member_files import BINS, member_path, read_member, write_member
 
@@ -213,8 +213,8 @@ def test_the_background_is_absolute_and_warms_with_the_share_of_the_heat():
         2.0 * 0.11 * 90e6 * np.array([2.0, 5.0]) * np.sqrt(1e-3 / (np.pi * 30.0 * 7900.0 * 500.0))
     )
     for share in (1.0, 0.25):
-        run = SimpleNamespace(scene=scene, share=lambda column, share=share: np.full(2, share))
-        warm = background_temperature(run)
+        column = SimpleNamespace(scene=scene, share=np.full(2, share))
+        warm = Single.background.fget(column)
         np.testing.assert_allclose(warm, 400.0 + share * warming, rtol=1e-12)
 
 

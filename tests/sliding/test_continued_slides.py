@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from slide_cases import sliding_scene
 
@@ -52,9 +51,7 @@ def test_a_run_multiplies_what_it_followed_by_the_theory(tmp_path):
         short, whole = (one.estimate(name, "sliding") for one in (followed, run))
         assert whole.mean == pytest.approx(short.mean * factor, rel=1e-12)
         assert (whole.budget["slide"] / whole.mean > short.budget["slide"] / short.mean).all()
-    before, after = (
-        one.contact_temperature("sliding", np.zeros(2)).mean for one in (followed, run)
-    )
+    before, after = (one.contact_temperature("sliding").mean for one in (followed, run))
     short = followed.estimate("flash_temperature", "sliding").mean
     expected = short * factors.flash_temperature + (before - short) * factors.background
     assert after == pytest.approx(expected, rel=1e-12)
