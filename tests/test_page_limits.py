@@ -118,7 +118,7 @@ STATED = [
     (
         "how-to/topography",
         "{} times the scatter of the four quadrants",
-        ["roughsim.results.pressed:_SHARED"],
+        ["roughsim.results.pressed:SHARED"],
     ),
     ("limits", "rms slope of both faces above {};", ["roughsim.prediction.facts:STEEP"]),
     ("limits", "above {} E*;", ["roughsim.planning.limits:_STRAIN"]),

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.cell_size import size_error
-from roughsim.estimate.errors import SOURCES, spread_of
+from roughsim.estimate.errors import spread_of
 from roughsim.estimate.levels import values_of
 from roughsim.estimate.mean import Mean
 from roughsim.estimate.rounds import Counts
@@ -16,8 +16,9 @@ from roughsim.grid import Array
 from roughsim.observables.catalogue import AXIS, OBSERVABLES, observables_of
 from roughsim.observables.record import Observable, Sample
 from roughsim.prediction.scans import scan_error
-from roughsim.results import pressed, share
+from roughsim.results import share
 from roughsim.results.members import Members
+from roughsim.results.surfaces import Drawn, Map
 from roughsim.scene import Scene
 from roughsim.scene.numerics import QUADRANTS, SLIDING
 from roughsim.store.member_files import member_path, read_member
@@ -30,12 +31,10 @@ class Means:
         self.folder, self.numerics = members.folder, members.numerics
         self.scene, self.members = scene, members
         self.heat_partition = prediction.heat_partition(scene)
-        # whether the surfaces are drawn from C(q), or are a map without shorter waves
-        self.drawn = not self.numerics.of_column(QUADRANTS)
-        # the parts of an error, in words
-        self.sources: Mapping[str, str] = SOURCES if self.drawn else pressed.SOURCES
-        columns = self.numerics.columns if self.drawn else (*self.numerics.columns, QUADRANTS)
-        self._lowest = [self.numerics.of_column(column)[0] for column in columns]
+        kind = Map if self.numerics.of_column(QUADRANTS) else Drawn
+        self.surfaces = kind(scene, members)
+        self.drawn = self.surfaces.drawn  # whether they are drawn from C(q)
+        self.sources: Mapping[str, str] = self.surfaces.sources  # the parts of an error, in words
         # of the members that count; all observables follow from them, and most values are asked for repeatedly
         self._samples: dict[str, list[Sample]] = {}
         self._values: dict[tuple[str, str, bool], Mean] = {}
@@ -65,8 +64,7 @@ class Means:
     @property
     def independent(self) -> int:
         """Number of sound members of the lowest level, smallest over the columns; of a map its sound quadrants."""
-        sound = [len(self.members.sound(level)) for level in self._lowest]
-        return min(sound) if self.drawn or 0 in sound else sound[-1]
+        return min(self.surfaces.independent())
 
     def column(self, column: str | None) -> str:
         """Return the name of a column; None: capped, else elastic. ValueError if it is missing."""
@@ -96,19 +94,14 @@ class Means:
 
         `extrapolated`, or at the highest cut-off, with all parts of their errors. Errors raised as `estimate`.
         """
-        values, name = (
-            self.of_levels(observable, column, extrapolated=extrapolated),
-            self.column(column),
-        )
+        of_levels = partial(self.of_levels, observable, extrapolated=extrapolated)
+        values, name = of_levels(column), self.column(column)
         parts = {
             "size": self.size_error(observable, name),
             "solver": OBSERVABLES[observable].solver_share * self.numerics.tolerance,
         }
         values = values.with_errors(**parts, **self.scan_part(observable))
-        if self.drawn or name == QUADRANTS:
-            return values
-        quadrants = self.of_levels(observable, QUADRANTS, extrapolated=extrapolated)
-        return pressed.with_scatter(values, quadrants, self.members)
+        return self.surfaces.scattered(values, name, of_levels)
 
     def scan_part(self, observable: str) -> dict[str, Array]:
         """Return the relative error of an observable by the scans that C(q) was measured on; empty without them."""
@@ -190,12 +183,7 @@ class Means:
 
     def size_error(self, observable: str, column: str) -> Array | float:
         """Return the relative error by the finite cell; of a map by the difference of its quadrants."""
-        if not self.drawn:
-            whole, parts = (self.of_levels(observable, name) for name in (column, QUADRANTS))
-            return pressed.size_error(whole, parts, self.members)
-        return size_error(
-            self.scene, self.numerics.lengths, observable, column, self.numerics.parts(column)
-        )
+        return self.surfaces.size_error(observable, column, partial(self.of_levels, observable))
 
     @property
     def followed(self) -> float | None:

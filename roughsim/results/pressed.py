@@ -1,4 +1,4 @@
-"""Additions of a pressed map to the means of a run: scatter by its quadrants, and T_flash by direction."""
+"""What a pressed map stores beside its means: T_flash by direction, and load on waves that overshoot."""
 
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -6,9 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughsim.errors import RecordError
-from roughsim.estimate import errors
 from roughsim.estimate.errors import widened
-from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 from roughsim.results.members import Members
 from roughsim.scene.numerics import QUADRANTS
@@ -17,24 +15,13 @@ from roughsim.store.member_files import member_path
 from roughsim.table import Estimate
 
 PARTS = 4  # quadrants of a map
-NOTE = (
-    "value of the map itself, without waves shorter than its pixels resolve; n counts its four quadrants, which give "
-    "the scatter"
-)
 # factor on the scatter of quadrants, which share the longest waves of their map: by `experiments/pressed_maps.py` maps
 # of 2 and 4 longest waves scatter 0.8 to 1.8 times as much as independent quadrants; the interval also has √(1 + 2/3)
-_SHARED = 1.2
+SHARED = 1.2
 _IN_DIRECTION = (
     "the mean over all directions, times the ratio to it at the highest cut-off, half the length of the map after the "
     "start from rest"
 )
-SOURCES = {
-    **errors.SOURCES,
-    "statistical": "95 % error of the mean over many maps of this size from the same surface, by the scatter of the "
-    f"four quadrants, {_SHARED:g} times as they share the longest waves; Student t of three degrees of freedom",
-    "size": "difference of the mean of the four quadrants from the map: they have no wave longer than themselves, and "
-    "twice the edge per area",
-}
 DIRECTIONS = "directions"  # key in the provenance of members of the last level
 OVERSHOOT = "overshoot"  # key beside it: share of the load on waves far above all points around
 SOME_LOAD = 0.01  # beyond it the bandwidth error is unknown; without spikes the share is below 1e-4
@@ -53,31 +40,6 @@ def whole(members: Members) -> bool:
     """Return whether all members of the four quadrants are there, and sound."""
     levels = members.numerics.of_column(QUADRANTS)
     return all(len(members.sound(level)) == PARTS for level in levels)
-
-
-def with_scatter(of_map: Mean, quadrants: Mean, members: Members) -> Mean:
-    """Return the values of the map with `_SHARED` times the scatter of its quadrants about their mean.
-
-    Its deviation from the mean over many such maps is the statistical error.
-    """
-    if overshoot(members) > SOME_LOAD:
-        of_map = of_map.with_errors(bandwidth=np.nan)
-    (rows,) = quadrants.influence.values()  # all levels see the same surfaces
-    with np.errstate(all="ignore"):  # 0/0 at rest, and without yielding
-        rows = np.nan_to_num(rows * (_SHARED * of_map.value / quadrants.value))
-    return replace(of_map, influence=dict.fromkeys(of_map.influence, rows))
-
-
-def size_error(of_map: Mean, quadrants: Mean, members: Members) -> Array:
-    """Return the relative difference of the mean of the quadrants from the map; unknown unless all are there.
-
-    It is the error of the size of the map and of its edges: quadrants have twice the edge per area.
-    """
-    if not whole(members):
-        return np.array(np.nan)
-    with np.errstate(all="ignore"):  # 0/0 at rest
-        difference = np.abs(quadrants.value / of_map.value - 1.0)
-    return np.asarray(np.nan_to_num(difference, posinf=0.0))
 
 
 def remarks(members: Members) -> list[Remark]:
@@ -153,7 +115,7 @@ def in_direction(mean: Estimate, found: list[Directions], name: str) -> Estimate
         budget={**directed.budget, "size": size},
         notes=(*mean.notes, _IN_DIRECTION),
     )
-    scatter = 1.0 + _SHARED * (rows / rows.mean(axis=0) - 1.0)
+    scatter = 1.0 + SHARED * (rows / rows.mean(axis=0) - 1.0)
     return widened(directed, scatter, directed.mean)
 
 

@@ -150,8 +150,6 @@ class Run(Estimates):
             )
             measured = ByMean(self.column(None), flash, share, share * flash)
         judged = limits.judge(self.scene, self.numerics, drawn=self.drawn, measured=measured)
-        if self.drawn:
-            return judged
         return replace(judged, remarks=judged.remarks + pressed.remarks(self.members))
 
     @property

@@ -31,7 +31,7 @@ from roughsim.estimate.sliding import (
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.sliding import SlidingContinuation
-from roughsim.results import pressed, share
+from roughsim.results import share
 from roughsim.results.means import Means
 from roughsim.scene.numerics import SLIDING
 from roughsim.sliding.path import coarser_grid
@@ -212,7 +212,7 @@ class Estimates(Means):
         column_of = self.simulated(column)
         found = column_of.estimate(observable)
         note = self._note(found, column_of.plastic and not self.scene.elastic)
-        notes = found.notes if self.drawn else (*found.notes, pressed.NOTE)
+        notes = *found.notes, *self.surfaces.notes
         return replace(found, note=note, sources=self.sources, notes=notes)
 
     def _note(self, found: Estimate, plastic: bool) -> Labels:

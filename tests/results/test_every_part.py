@@ -11,7 +11,7 @@ from slide_cases import SLIDING as TEXT
 import roughsim as rs
 from roughsim.estimate.errors import SOURCES
 from roughsim.estimate.mean import Mean
-from roughsim.results import means
+from roughsim.results import means, surfaces
 from roughsim.results.columns import columns_of, is_ratio
 from roughsim.results.pressed import OVERSHOOT
 from roughsim.scene import parse_scene
@@ -97,7 +97,7 @@ def inject(monkeypatch, part, relative):
     if part in OF_LEVELS:
         monkeypatch.setattr(means, "values_of", values_of)
     elif part == "size":
-        monkeypatch.setattr(means, "size_error", lambda *args: relative)
+        monkeypatch.setattr(surfaces, "size_error", lambda *args: relative)
     elif part == "scan":
         monkeypatch.setattr(
             means, "scan_error", lambda scene: dict.fromkeys(means.OBSERVABLES, relative)
