@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import roughsim as rs
 from roughsim.estimate import contacts, fields
 from roughsim.estimate.reactions import (
     BOLTZMANN,
@@ -126,8 +127,11 @@ def test_the_doubt_of_fields_falls_with_the_speed():
     np.testing.assert_allclose(found, [0.24, 0.24, 0.17, 0.15, 0.13, 0.06], rtol=1e-12)
 
 
-def test_doubted_contacts_are_evener_on_one_side_or_hotter():
-    plain = sample(1.0, [(np.array([0.36, 0.75, 1.0, 1.4, 1.49]), np.ones(5))])
+@pytest.mark.parametrize("pressure", [[1.0] * 5, [3.0, 0.5, 1.0, 0.2, 2.0]])
+def test_doubted_contacts_are_evener_on_one_side_or_hotter(pressure):
+    temperature, pressure = np.array([0.36, 0.75, 1.0, 1.4, 1.49]), np.array(pressure)
+    temperature = temperature / np.average(temperature, weights=pressure)  # T_flash is 1
+    plain = sample(1.0, [(temperature, pressure)])
     numbers = plain.numbers | {"temperature_quantile_50": np.array([[1.2]])}
     hot, cold, warm = contacts._displaced(replace(plain, numbers=numbers), 0.2)
     over = plain.bins.temperature[0, 0]
@@ -146,6 +150,66 @@ def test_doubted_contacts_are_evener_on_one_side_or_hotter():
     # further from T_flash than 4/9/doubt² all points come to the same place
     far = contacts._evened(np.array([41.0, 61.0]), np.array(0.5), 1.0)
     np.testing.assert_allclose(far, 1.0 + 16 / 9 - 0.5 * (16 / 9) ** 1.5, rtol=1e-12)
+
+
+STRETCH = np.array([1.5])
+DOUBT = 0.15  # of slides by their form
+
+
+def slid():
+    """Slides whose contacts are alike, as drawn with T_flash 100 K, and what the form of the fields may be instead.
+
+    That is their temperatures in the bins, and a function of a single temperature, all over T_flash.
+    """
+    contact = spread(0.3)
+    one = sample(1.0, [contact] * 3)
+    slides = {f"sliding_{name}": values for name, values in one.numbers.items()}
+    one = replace(one, numbers=one.numbers | slides)
+    flash = one.numbers["flash_temperature"][0, 0]
+    over = one.bins.temperature[0, 0] / flash
+    heat = BIN_AREAS * one.bins.pressure[0, 0]
+
+    def nearer(x, side):
+        return np.where(side * x > 0.0, np.sign(x) * (np.abs(x) - DOUBT * np.abs(x) ** 1.5), x)
+
+    others = [lambda t: (1.0 + 1.4 * DOUBT) * t]
+    for side in (1.0, -1.0):
+        unit = (heat @ over) / (heat @ (1.0 + nearer(over - 1.0, side)))
+        others.append(lambda t, side=side, unit=unit: unit * (1.0 + nearer(t - 1.0, side)))
+    return one, over, others
+
+
+def test_a_quantile_of_slides_errs_by_the_form_as_far_as_it_is_stretched():
+    slides, _, others = slid()
+    name = NAMES[""][5]
+    found = fields.quantile_of(
+        fields.drawn_slides(slides, fields.by_law(np.array([100.0]), 0.0, "slide"), STRETCH), name
+    )
+    over = slides.numbers[name][0, 0] / slides.numbers["flash_temperature"][0, 0]
+    changes = [1.5 * 100.0 * (other(over) - over) for other in others]
+    assert found.errors["form"] == pytest.approx(np.linalg.norm(changes), rel=1e-9)
+
+
+def test_a_mean_over_slides_errs_by_the_form_as_far_as_it_is_stretched():
+    slides, over, others = slid()
+    column = fields.drawn_slides(slides, fields.by_law(np.array([100.0]), 0.0, "slide"), STRETCH)
+    of_level = ContactMean(lambda bins, factor: bins.temperature * factor[:, None], column.flash)
+    found = mean_over_contact(column, of_level)
+    assert found.value == pytest.approx(100.0 * (BIN_AREAS @ (1.0 + 1.5 * (over - 1.0))))
+    changes = [1.5 * 100.0 * (BIN_AREAS @ (other(over) - over)) for other in others]
+    assert found.errors["form"] == pytest.approx(np.linalg.norm(changes), rel=1e-9)
+
+
+def test_the_form_is_in_doubt_by_the_speed_over_the_length_of_the_heights():
+    changes = {"sliding.speed": [1.0, 35.0], "observables.temperature_distribution": True}
+    scene = rs.load_scene("steel-1.2GPa", changes)
+    breaks = np.log(scene.spectrum.breaks)
+    q = np.exp(np.linspace(breaks[0], breaks[-1], 200_001))
+    height, slope = (np.trapezoid(q**k * scene.spectrum(q), np.log(q)) for k in (2, 4))
+    diffusivity = 30.0 / (7900.0 * 500.0)
+    numbers = np.array([1.0, 35.0]) * np.sqrt(height / slope) / diffusivity
+    expected = 0.17 - 0.02 * np.log(numbers)
+    np.testing.assert_allclose(fields._frozen(scene).form, expected, rtol=1e-4)
 
 
 @pytest.mark.parametrize("energy", [0.6, 1.0, 1.5])
