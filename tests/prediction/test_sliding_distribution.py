@@ -1,6 +1,7 @@
 """The theory of the temperature over two faces that slide, for a scene: rows beside the column sliding."""
 
 import json
+from itertools import product
 
 import numpy as np
 import pytest
@@ -69,6 +70,9 @@ def test_quantiles_are_those_of_drawn_faces_over_the_last_half_of_the_slide(scen
         ratio = drawn.mean(axis=0) / numbers["sliding_flash_temperature"].mean(axis=0)
         assert found[name].mean == pytest.approx(ratio * flash, rel=1e-3)
         assert found[name].n == len(drawn) == 6
+        of_law = prediction.sliding_error(scene) * found[name].mean
+        assert found[name].budget["law"] == pytest.approx(of_law, rel=1e-9)
+    assert prediction.sliding_error(scene) > 0.0
     assert set(found[name].budget) == {"statistical", "slide", "form", "law"}
 
 
@@ -91,13 +95,26 @@ def test_reactions_are_those_of_the_moving_body_with_its_own_share_of_the_heat(s
 
 def test_with_a_duration_the_background_of_the_slide_is_added_and_each_speed_slides_its_own_way():
     scene = asking(
-        'history = "sliding"\nduration = "10 us"', ("speed = [1, 35]", "speed = [10, 35]")
+        'history = "sliding"\nduration = "10 us"',
+        ("speed = [1, 35]", "speed = [10, 35]"),
+        ('heat_above = "700 K"', 'heat_above = ["650 K", "750 K", "1000 K"]'),
     )
     slid = prediction.sliding_prediction(scene)
     warm = slid.contact_temperature - slid.flash_temperature
     assert (warm > 3.0).all()
-    kelvin = reactions(scene)["activation_temperature", 1.0, None].mean
+    found, hot = reactions(scene), quantiles(scene)
+    kelvin = found["activation_temperature", 1.0, None].mean
     assert (kelvin > 600.0 + slid.contact_temperature).all()
+    # the heat above a temperature is that above the quantile with the background added
+    levels, within = np.array([*LEVELS.values()]), 0
+    for k, above in product(range(2), (650.0, 750.0, 1000.0)):
+        heat = [hot[f"temperature_quantile_{name}"].mean[k] for name in LEVELS]
+        excess = above - 600.0 - warm[k]
+        if heat[0] < excess < heat[-1]:
+            share = found["heat_share_above", None, above].mean[k]
+            assert share == pytest.approx(1.0 - np.interp(excess, heat, levels), abs=0.03)
+            within += 1
+    assert within > 1
     numbers = prediction.slid_fields(scene).numbers
     alone = asking('history = "sliding"\nduration = "10 us"', ("speed = [1, 35]", "speed = 35"))
     other = prediction.slid_fields(alone).numbers
