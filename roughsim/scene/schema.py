@@ -28,8 +28,7 @@ from pydantic.dataclasses import dataclass as pydantic_dataclass
 from pydantic_core import core_schema
 
 from roughsim.errors import RoughsimError
-from roughsim.scene.other_names import OTHER_NAMES
-from roughsim.scene.spellings import nearest, suggestion, with_decimal_point
+from roughsim.scene.spellings import OTHER_NAMES, nearest, suggestion, with_decimal_point
 from roughsim.show.text import plain
 
 _SMALLEST, _LARGEST = (
@@ -332,7 +331,7 @@ def _one_line(detail: Any, record: type[Record]) -> str:
         # of our own checks: its text goes on after the key of a value, or begins with a key
         text = str(detail["ctx"]["error"])
         return f"{key}.{text}" if key and text[0] not in " .[" else key + text
-    if kind == "missing" and isinstance(path[-1], str):
+    if kind == "missing":
         return _missing(key, holder, inner)
     name = names[-1] if names else ""
     hints = {

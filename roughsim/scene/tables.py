@@ -75,8 +75,12 @@ def _check_psd_error(rows: Numbers) -> Numbers:
     return rows
 
 
-def _check_psd_texture(textures: tuple[Texture, ...]) -> tuple[Texture, ...]:
-    """Return the textures of maps."""
+def _read_textures(value: Any) -> tuple[Texture, ...]:
+    """Read a row of numbers for each map."""
+    try:
+        textures = tuple(Texture(*map(float, row)) for row in value)
+    except (TypeError, ValueError):
+        raise ValueError(" must have a row of numbers for each map; load the scan again") from None
     for one in textures:
         sizes = one.ratio, one.band_ratio, one.band_low, one.band_high
         if min(sizes) <= 0.0 or not np.isfinite(one).all():
@@ -85,7 +89,7 @@ def _check_psd_texture(textures: tuple[Texture, ...]) -> tuple[Texture, ...]:
 
 
 PsdError = Annotated[Numbers, AfterValidator(_check_psd_error)]
-PsdTexture = Annotated[tuple[Texture, ...], AfterValidator(_check_psd_texture)]
+PsdTexture = Annotated[tuple[Texture, ...], BeforeValidator(_read_textures)]
 
 
 def _number_or_table(number: Quantity) -> BeforeValidator:

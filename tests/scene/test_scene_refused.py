@@ -348,6 +348,13 @@ OF_SLIDING = [
 ]  # fmt: skip
 ROWS = "psd = [[1e4, 3e-23], [1e5, 7e-27]]"
 TABLE = table_scene(ROWS)
+TEXTURES = [
+    ("3", "surface.psd_texture must have a row of numbers for each map"),
+    ("[[1, 2, 3]]", "surface.psd_texture must have a row of numbers for each map"),
+    ("[{ ratio = 1 }]", "surface.psd_texture must have a row of numbers for each map"),
+    ("[[0, 0.3, 1.2, 0.4, 1e4, 2e4, 0, 3, 0, 1]]", "must have ratios and wavenumbers above 0"),
+    ("[[nan, 0.3, 1.2, 0.4, 1e4, 2e4, 0, 3, 0, 1]]", "must have ratios and wavenumbers above 0"),
+]
 OF_TABLES = [
     (", [1e5, 7e-27]]", "]", "surface.psd = 1 rows"),
     (ROWS, "psd = []", "surface.psd = 0 rows"),
@@ -364,6 +371,7 @@ OF_TABLES = [
     ('"persson"', '"person"', 'surface.psd_convention = "person" is not known; did you mean "persson"?'),
     (ROWS, ROWS + "\nhurst = 0.8", "surface.hurst = 0.8 does not go with psd_file"),
     (ROWS, ROWS + "\nrms_height = 1e-6", "surface.rms_height and psd_file are both given"),
+    *((ROWS, f'{ROWS}\npsd_source = "scan"\npsd_texture = {value}', words) for value, words in TEXTURES),
     (ROWS, 'psd_file = "psd.txt"', 'surface.psd_file = "psd.txt" needs a scene file to lie beside'),
     (ROWS, "psd_file = 3", "surface.psd_file = 3 must be the path of a file"),
     (ROWS, ROWS + '\npsd_file = "a"', "surface.psd does not go with surface.psd_file"),
