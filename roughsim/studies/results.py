@@ -160,7 +160,7 @@ class StudyResults:
         joined = {}
         for name in dict.fromkeys(name for table in tables.values() for name in table):
             pieces = {place: table[name] for place, table in tables.items() if name in table}
-            if pieces and (observables is not None or len(pieces) == len(tables)):
+            if observables is not None or len(pieces) == len(tables):
                 joined[name] = concat(pieces, coords)
         known = {name: one for name, one in joined.items() if not np.isnan(one.mean).all()}
         return Results(known, {}, about, along)
@@ -181,6 +181,8 @@ class StudyResults:
             names = [observable] if observable in observables_of(run) else []
             for found in self.results_at(point, run, names).values():
                 one, chosen = found.without_no_speed(), {}
+                if np.isnan(one.mean).all():
+                    continue
                 for dim in {*one.dims} - {"column", *free}:
                     labels = one.known(dim)
                     at = max(labels) if dim == SPEED else labels[0]

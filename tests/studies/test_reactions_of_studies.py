@@ -181,3 +181,11 @@ def test_a_study_that_does_not_ask_has_none_of_it(asked, tmp_path):
     assert asked_table(study) is None
     assert not {"energy", "temperature"} & {key for row in study.rows() for key in row}
     assert "Rate of reaction" not in page(study)
+
+
+def test_without_a_barrier_there_is_no_activation_temperature_to_draw(tmp_path):
+    asks = ASKS | {"reaction.activation_energy": ["0 eV"], "ensemble.max_realizations": 2}
+    vary = {"sliding.nominal_pressure": [1e8]}
+    study = rs.study(rs.load_scene("steel-1.2GPa", asks), vary=vary, folder=tmp_path / "study")
+    with pytest.raises(ValueError, match="nothing to draw: no point has activation_temperature"):
+        rs.plot(study, "activation_temperature", tmp_path / "a.svg")
