@@ -79,7 +79,7 @@ class Entry(NamedTuple):
 
 
 def curves_chart(
-    path: Path | None,
+    path: str | Path | None,
     entries: Sequence[Entry],
     quantities: Sequence[str] = ALL,
     title: str = "",

@@ -75,7 +75,7 @@ class Look:
     title: bool = True
     size: tuple[float, float] | None = None
     dpi: int = 160  # of .png
-    csv: Path | None = None
+    csv: str | Path | None = None
 
     def __post_init__(self) -> None:
         if self.size is not None and not all(_SMALLEST <= side <= _LARGEST for side in self.size):
@@ -85,7 +85,7 @@ class Look:
             )
         if not _FEWEST <= self.dpi <= _MOST:
             raise ValueError(f"dpi = {self.dpi} must be {_FEWEST} to {_MOST} pixels per inch")
-        if self.csv is not None and self.csv.suffix.lower() != ".csv":
+        if self.csv is not None and Path(self.csv).suffix.lower() != ".csv":
             raise ValueError(f"csv = {str(self.csv)!r} must end in .csv")
 
 
@@ -147,11 +147,6 @@ def scale_colours(count: int) -> list[str]:
     return [to_hex(colour) for colour in mpl.colormaps["viridis"](np.linspace(0.0, 0.85, count))]
 
 
-def as_path(path: str | Path | None) -> Path | None:
-    """Return a path; None for None."""
-    return None if path is None else Path(path)
-
-
 def beside(folder: Path, *words: str) -> Path:
     """Return a .png beside a folder, named after it and after words."""
     folder = folder.resolve()
@@ -166,10 +161,11 @@ def check_ending(path: Path) -> None:
 
 @contextmanager
 def new_figure(
-    path: Path | None, size: tuple[float, float], title: str = "", look: Look = USUAL
+    path: str | Path | None, size: tuple[float, float], title: str = "", look: Look = USUAL
 ) -> Iterator[Figure]:
     """Yield an empty figure of a size in inches, in the common style; at the end it is written to `path`, if any."""
     if path is not None:
+        path = Path(path)
         check_ending(path)
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=look.size or size, dpi=look.dpi, layout="constrained")
@@ -179,7 +175,7 @@ def new_figure(
         if path is not None:
             save(figure, path)
         if look.csv is not None:
-            write_numbers(figure, look.csv)
+            write_numbers(figure, Path(look.csv))
 
 
 def row_of_panels(figure: Figure, count: int) -> list[Axes]:

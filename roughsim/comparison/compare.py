@@ -200,10 +200,10 @@ class Comparison:
         `csv` is a file for the numbers drawn, .csv. ValueError for another ending of `path` or `csv`.
         """
         from roughsim.charts.curves import Entry, curves_chart
-        from roughsim.charts.style import Look, as_path
+        from roughsim.charts.style import Look
 
         entry = Entry("run", self.run.scene, self.run, self.results)
-        curves_chart(as_path(path), [entry], look=Look(csv=as_path(csv)))
+        curves_chart(path, [entry], look=Look(csv=csv))
 
 
 def compare(run: Run | str | Path) -> Comparison:

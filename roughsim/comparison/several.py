@@ -116,12 +116,12 @@ class Comparisons:
         `path` ends in .png, .pdf or .svg, `csv`, a file for the numbers drawn, in .csv. ValueError if not.
         """
         from roughsim.charts.curves import Entry, curves_chart  # matplotlib is slow to import
-        from roughsim.charts.style import Look, as_path
+        from roughsim.charts.style import Look
 
         entries = [
             Entry(label, one.run.scene, one.run, one.results) for label, one in self._labelled
         ]
-        curves_chart(as_path(path), entries, look=Look(csv=as_path(csv)))
+        curves_chart(path, entries, look=Look(csv=csv))
 
 
 def _row_at(comparison: Comparison, title: str, speed: float | None) -> Row | None:

@@ -155,8 +155,8 @@ def theory_chart(
 ) -> None:
     """Draw one or several theories, by their labels, into one figure; other arguments as of `Theory.chart`."""
     from roughsim.charts.curves import Entry, curves_chart  # matplotlib is slow to import
-    from roughsim.charts.style import Look, as_path
+    from roughsim.charts.style import Look
 
     entries = [Entry(label, one.scene) for label, one in theories.items()]
     title = entries[0].scene.title if len(entries) == 1 else ""
-    curves_chart(as_path(path), entries, title=title, look=Look(csv=as_path(csv)))
+    curves_chart(path, entries, title=title, look=Look(csv=csv))

@@ -6,7 +6,7 @@ from typing import Any
 
 from roughsim.charts.curves import OVER_SPEED, PSD, Entry, curves_chart
 from roughsim.charts.plot import QUANTITIES, plot_run
-from roughsim.charts.style import Look, as_path, beside, check_ending
+from roughsim.charts.style import Look, beside, check_ending
 from roughsim.estimate.asked import ABOUT, asked_names
 from roughsim.outputs.opened import Folder, opened
 from roughsim.results.columns import results_of
@@ -60,7 +60,7 @@ def plot(  # noqa: PLR0913  (each is an option)
     RecordError
         If the folder is no run and no study.
     """
-    look = Look(title, size, dpi, as_path(csv))
+    look = Look(title, size, dpi, csv)
     record = opened(run, "skip")
     options: dict[str, Any] = {
         "realization": realization,

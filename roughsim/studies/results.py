@@ -1,7 +1,6 @@
 """The results of a study: the runs of its points, and their values with errors as rows."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -141,21 +140,25 @@ class StudyResults:
         return Results({name: known[name] for name in observables if name in known})
 
     def table(
-        self, observables: Sequence[str] | None = None, speed: float | None = None
+        self, observables: Sequence[str] | None = None, *, highest_speed: bool = False
     ) -> Results:
         """Return observables, by default those of all points, over the column, the varied keys, and the speed.
 
-        `speed`, m/s, leaves the points that have it, and inf the highest of each point; they have no axis of the speed,
-        as have points with a single speed, each its own. An axis of several keys has the first as its coordinate, and
-        the others beside it. Entries in a column are in the order of `points`; those without a result are NaN.
+        With `highest_speed` each point has its highest speed alone, and there is no axis of the speed; so it is if each
+        has a single speed of its own. An axis of several keys has the first as its coordinate, and the others beside it.
+        Entries in a column are in the order of `points`; those without a result are NaN.
         """
         speeds = {run.scene.speeds for _, run in self.results}
-        if speed is None and len(speeds) > 1 and all(len(each) == 1 for each in speeds):
-            speed = inf
+        highest_speed |= len(speeds) > 1 and all(len(each) == 1 for each in speeds)
         tables = {}
         for point, run in self.results:
             names = observables_of(run) if observables is None else observables
-            tables[point.place] = _at_speed(self.results_at(point, run, names), speed)
+            found = dict(self.results_at(point, run, names))
+            if highest_speed:
+                found = {
+                    name: one.sel(speed=max(one.coords["speed"])) for name, one in found.items()
+                }
+            tables[point.place] = found
         coords, about, along = self._labels()
         joined = {}
         for name in dict.fromkeys(name for table in tables.values() for name in table):
@@ -226,16 +229,3 @@ class StudyResults:
             head |= {self.keys[key]: value for key, value in point.values.items()}
             for row in self.results_at(point, run, names).rows():
                 yield head | row | {"realizations": run.realizations}
-
-
-def _at_speed(table: Results, speed: float | None) -> Results:
-    """Return the observables that have a speed, without its axis; inf is the highest, None leaves all as they are."""
-    if speed is None:
-        return table
-    chosen = {}
-    for name, one in table.items():
-        labels = one.coords["speed"]
-        at = labels.max() if speed == inf or np.isnan(labels).all() else speed
-        if at in labels or np.isnan(at):
-            chosen[name] = one.sel(speed=at)
-    return replace(table, estimates=chosen)

@@ -1,7 +1,6 @@
 """A study as a table for people, and the words for varied keys and their values."""
 
 from collections.abc import Collection, Iterable, Mapping
-from math import inf
 from typing import Any
 
 import numpy as np
@@ -132,7 +131,7 @@ def asked_table(study: StudyResults) -> Table | None:
 
 def _at_highest_speed(study: StudyResults, observable: str) -> dict[str, Estimate]:
     """Return an observable at the highest speed of each point by the columns that have values."""
-    found = study.table([observable], inf).values()
+    found = study.table([observable], highest_speed=True).values()
     return {name: one.sel(column=name) for one in found for name in one.known("column").tolist()}
 
 
