@@ -26,10 +26,7 @@ def complete_scene(incomplete: str) -> list[str]:
 
 def complete_form(incomplete: str) -> list[str]:
     """Return the bundled scenes and the blank form that a word may become, for completion in the shell."""
-    return [
-        *complete_scene(incomplete),
-        *(name for name in ("blank",) if name.startswith(incomplete)),
-    ]
+    return complete_scene(incomplete) + ["blank"] * "blank".startswith(incomplete)
 
 
 SceneName = Annotated[

@@ -1,8 +1,6 @@
 """`export`: the results of a run or a study in one file for other programs."""
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from roughsim.outputs.opened import Folder, opened
 from roughsim.results.columns import estimated_columns, results_of
@@ -63,19 +61,17 @@ def export(
     return _save_table(record, path) if table else export_run(record, path, bits)
 
 
-def tidy_rows(run: Run) -> Iterator[dict[str, Any]]:
-    """Yield a row for each observable, column and speed of a run, in SI, as `Study.rows`."""
-    for row in results_of(run, columns=estimated_columns(run)).rows():
-        yield row | {"realizations": run.realizations}
-
-
 def _save_table(run: Run, path: Path) -> Path:
-    """Write the tidy table of a run, whole or not at all; ImportError for .parquet without pandas or pyarrow."""
-    rows = list(tidy_rows(run))
+    """Write a row for each observable, column and speed of a run, in SI, as `Study.rows`, whole or not at all.
+
+    ImportError for .parquet without pandas or pyarrow.
+    """
+    results, count = results_of(run, columns=estimated_columns(run)), run.realizations
+    rows = [row | {"realizations": count} for row in results.rows()]
     values = {
         "title": run.scene.title,
         "folder": str(run.folder),
-        "realizations": run.realizations,
+        "realizations": count,
         "failed": run.failed,
         "rows": [json_value(row) for row in rows],
     }

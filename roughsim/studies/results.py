@@ -145,7 +145,7 @@ class StudyResults:
         """Return observables, by default those of all points, over the column, the varied keys, and the speed.
 
         With `highest_speed` each point has its highest speed alone, and there is no axis of the speed; so it is if each
-        has a single speed of its own. An axis of several keys has the first as its coordinate, and the others beside it.
+        has a single speed of its own. An axis of several keys has the first as its coordinate, the others beside it.
         Entries in a column are in the order of `points`; those without a result are NaN.
         """
         speeds = {run.scene.speeds for _, run in self.results}
