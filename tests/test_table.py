@@ -1,6 +1,7 @@
 """`Estimate` and `Results`: labels stay at their values, through selecting, joining and writing."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -135,3 +136,55 @@ def test_the_dataset_of_a_comparison_is_its_json(capped_run):
             assert found == value or (not np.isfinite(found) and value is None), (row, column)
             checked += np.isfinite(found)
     assert checked > 100
+
+
+def full():
+    """Two values with an error, a bias, and a mark each, of three realizations."""
+    return replace(
+        over_speed([10.0, -20.0], statistical=[3.0, 6.0], pixel=[1.0, NAN]),
+        standard_error=np.array([1.0, 2.0]),
+        bias=np.array([0.5, -0.25]),
+        n=3,
+        effective_n=np.array([2.0, 3.0]),
+        note=np.array(["identity", "at q_c"], object),
+    )
+
+
+def test_a_multiple_has_the_multiple_of_all_errors_and_none_is_negative():
+    found = full().times(-2.0)
+    np.testing.assert_array_equal(found.mean, [-20.0, 40.0])
+    np.testing.assert_array_equal(found.bias, [-1.0, 0.5])
+    np.testing.assert_array_equal(found.standard_error, [2.0, 4.0])
+    np.testing.assert_array_equal(found.budget["statistical"], [6.0, 12.0])
+    np.testing.assert_array_equal(found.budget["pixel"], [2.0, NAN])
+    np.testing.assert_array_equal(found.effective_n, [2.0, 3.0])
+
+
+def test_each_entry_of_joined_estimates_keeps_what_it_had():
+    other = replace(over_speed([1.0, 2.0], statistical=[0.0, 0.0], bandwidth=[7.0, 8.0]), n=12)
+    joined = concat({(0,): full(), (1,): other}, {"column": np.array(["a", "b"])})
+    assert joined.n == 12
+    assert joined.note.tolist() == [["identity", "at q_c"], ["", ""]]
+    for name in ("mean", "standard_error", "bias", "effective_n"):
+        np.testing.assert_array_equal(getattr(joined.sel(column="a"), name), getattr(full(), name))
+    # parts stand in the order that each piece has
+    third = over_speed([1.0, 2.0], statistical=[1.0, 1.0], bandwidth=[1.0, 1.0], pixel=[1.0, 1.0])
+    joined = concat({(0,): full(), (1,): third}, {"column": np.array(["a", "b"])})
+    assert list(joined.budget) == ["statistical", "bandwidth", "pixel"]
+
+
+def test_arrays_have_scatter_and_bias_under_their_own_names(flash):
+    found = {name: values for name, _, values, _ in Results({"T": full(), "A": flash}).arrays()}
+    np.testing.assert_array_equal(found["T_standard_error"], [1.0, 2.0])
+    np.testing.assert_array_equal(found["T_bias"], [0.5, -0.25])
+    assert found["T_note"].tolist() == ["identity", "at q_c"]
+    # a part that a value lacks is 0, and unknown where no error is stated
+    place = found["part"].tolist().index("bandwidth")
+    np.testing.assert_array_equal(found["T_part"][place], [0.0, 0.0])
+    place = found["part"].tolist().index("pixel")
+    np.testing.assert_array_equal(found["A_part"][place], [[NAN, NAN], [0.0, 0.0]])
+
+
+def test_a_value_without_a_stated_error_is_shown_without_one(flash):
+    assert (flash.number(0, 1).error, flash.number(1, 0).error) == (0.0, 5.0)
+    assert flash.number(1, 1).unknown == ("bandwidth",)
