@@ -85,3 +85,28 @@ def test_noise_on_fewer_points_has_the_same_long_waves(points, fewer):
     for n in range((1 - fewer) // 2 + 1, fewer // 2):
         for m in range((1 - fewer) // 2 + 1, fewer // 2):
             assert waves[n, m] == pytest.approx(expected[n, m], abs=1e-12)
+
+
+@pytest.mark.parametrize("points", [16, 15])
+def test_a_wave_of_noise_becomes_one_with_its_amplitude(points):
+    # white noise on n² points has n²/2 in each of a wave's two modes if it is the cosine: z is n a cos
+    amplitude = np.zeros((points, points))
+    amplitude[2, 3] = amplitude[-2, -3] = 0.25
+    place = np.arange(points)
+    wave = np.cos(2 * np.pi * (2 * place[:, None] + 3 * place) / points)
+    np.testing.assert_allclose(heights(amplitude, wave), points * 0.25 * wave, atol=1e-12)
+
+
+def test_drawn_heights_have_the_variance_of_their_waves():
+    rng = np.random.default_rng(5)
+    amplitude = np.abs(rng.standard_normal((33, 33)))
+    amplitude += amplitude[np.ix_(-np.arange(33) % 33, -np.arange(33) % 33)]
+    amplitude /= np.linalg.norm(amplitude)
+    z = np.stack([heights(amplitude, rng.standard_normal((33, 33))) for _ in range(40)])
+    assert np.mean(z**2) == pytest.approx(1.0, abs=4 * np.sqrt(2 / 40 * np.sum(amplitude**4)))
+
+
+def test_the_pressure_is_highest_where_the_field_is():
+    z = np.array([[0.3, -1.2, 2.0], [0.1, -0.4, 0.9]])
+    pressure = ranked(z, np.array([0.0, 0.0, 1.0, 2.0, 3.0, 5.0]))
+    assert pressure.tolist() == [[2.0, 0.0, 5.0], [1.0, 0.0, 3.0]]
