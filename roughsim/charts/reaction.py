@@ -22,7 +22,6 @@ from roughsim.estimate.asked import ABOUT, ACTIVATION, RATE
 from roughsim.grid import Array
 from roughsim.observables.distribution import LEVELS
 from roughsim.results import columns, theories
-from roughsim.results.reactions import not_asked
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import with_unit
@@ -94,7 +93,7 @@ def reaction_chart(subject: Subject, path: Path) -> None:
     column sliding, is dashed. ValueError if the run has no distribution of the temperature, or no speed above zero.
     """
     if not subject.run.scene.distribution:
-        raise not_asked(subject.run, "distribution of the temperature")
+        raise subject.run.not_asked("distribution of the temperature")
     _check_motion(subject)
     lines = reaction_lines(subject.run, subject.column)
     size = _WIDTH * len(lines), 3.9
@@ -114,7 +113,7 @@ def over_speed_chart(name: str, subject: Subject, path: Path) -> None:
     """
     found = _results(subject.run, [name], subject.column)
     if name not in found:
-        raise not_asked(subject.run, name)
+        raise subject.run.not_asked(name)
     _check_motion(subject)
     with new_figure(path, (_WIDTH, 3.9), _title(subject), subject.look) as figure:
         _draw_over_speed(figure.subplots(), subject.column, _lines(found[name], "speed"))

@@ -10,7 +10,6 @@ from roughsim.charts.style import Look, beside, check_ending
 from roughsim.estimate.asked import ABOUT, asked_names
 from roughsim.outputs.opened import Folder, opened
 from roughsim.results.columns import results_of
-from roughsim.results.reactions import not_asked
 from roughsim.results.run import Run
 from roughsim.studies.study import Study
 
@@ -80,7 +79,7 @@ def plot(  # noqa: PLR0913  (each is an option)
         _refuse(options, f"{quantity} is of all members")
         return _plot_curve(record, quantity, path, look)
     if quantity in ABOUT and quantity not in asked_names(record.scene):
-        raise not_asked(record, quantity)
+        raise record.not_asked(quantity)
     if quantity not in QUANTITIES:
         if quantity in record.observables:
             raise ValueError(
@@ -106,7 +105,7 @@ def _plot_curve(run: Run, quantity: str, path: str | Path | None, look: Look) ->
     place = beside(run.folder, quantity) if path is None else Path(path)
     check_ending(place)
     if quantity != PSD and quantity not in run.observables:
-        raise not_asked(run, quantity)
+        raise run.not_asked(quantity)
     results = results_of(run, [] if quantity == PSD else [quantity])
     entry = Entry(run.folder.resolve().name, run.scene, run, results)
     curves_chart(place, [entry], [quantity], title=f"{run.scene.title}: {run.extent}", look=look)

@@ -11,7 +11,7 @@ from math import isfinite
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.asked import asked_of
+from roughsim.estimate.asked import ASKED, asked_of
 from roughsim.estimate.contacts import Contacts
 from roughsim.estimate.errors import estimate
 from roughsim.estimate.levels import FLASH, PIXEL_FALL, notes_of
@@ -244,3 +244,13 @@ class Estimates(Means):
         if self.scene.reaction is None and self.scene.observables is None:
             return {}
         return asked_of(self.scene, self.simulated(column).contacts())
+
+    def not_asked(self, name: str) -> ValueError:
+        """Return the error that the scene does not ask for an observable, or for the distribution itself."""
+        asked = ASKED.get(name)
+        lines = asked.lines if asked else "[observables] with temperature_distribution = true"
+        # members that have stored the distribution need not be computed again
+        where = "again" if self.scene.distribution else "in another folder"
+        return ValueError(
+            f"{self.folder} has no {name}: its scene does not ask for it; add {lines} and run it {where}"
+        )
