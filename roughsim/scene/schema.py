@@ -18,11 +18,11 @@ from typing import Annotated, Any, ClassVar, TypeVar, dataclass_transform, get_a
 
 import numpy as np
 from pydantic import (
-    BeforeValidator,
     ConfigDict,
     GetCoreSchemaHandler,
     TypeAdapter,
     ValidationError,
+    WrapValidator,
 )
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 from pydantic_core import core_schema
@@ -211,19 +211,22 @@ QRollOff = Annotated[float, Quantity("rad/m", '"9.4e4 1/m"', gt=0)]
 QMax = Annotated[float, Quantity("rad/m", '"4.15e7 1/m"', gt=0)]
 
 
-def one_or_list(count: int = 1) -> BeforeValidator:
-    """Return the annotation of a tuple of `count` equal values, which may be written as one value."""
+def one_or_list(count: int = 1) -> WrapValidator:
+    """Return the annotation of a tuple of `count` equal numbers, which may be written as one number."""
 
-    def read(value: Any) -> Any:
+    def read(value: Any, check: Callable[[Any], Any]) -> Any:
         if not is_list(value):
-            return (value,) * count
+            try:
+                return check((value,) * count)
+            except ValidationError as error:  # without an index, which the file does not have
+                raise ValueError(error.errors()[0]["ctx"]["error"]) from None
         if not value:
             raise ValueError(f" = {as_written(value)} holds no number; write at least one")
         if count not in (1, len(value)):
             raise ValueError(f" = {as_written(value)} must be one number or two, along x and y")
-        return value
+        return check(value)
 
-    return BeforeValidator(read)
+    return WrapValidator(read)
 
 
 class Record:

@@ -198,6 +198,11 @@ OF_STEEL = [
     ("tolerance = 3e-3", "threads = 0", "numerics.threads = 0"),
     (
         "tolerance = 3e-3",
+        'lengths = "5 %"',
+        'numerics.lengths = "5 %" has the dimension dimensionless; a quantity in m is expected',
+    ),
+    (
+        "tolerance = 3e-3",
         "levels = []",
         "numerics.levels = [] must be a list of at least one level",
     ),
@@ -447,7 +452,7 @@ CALLS = {
     r"^numerics.levels.column = \"plastic\" is not known; did you mean": lambda: Level("plastic", 8, 1.0),
     r"^numerics.levels.shape = \[8, 8, 8\] must be one number or two": lambda: Level("elastic", (8, 8, 8), 1.0),
     "^numerics.levels.q_max = -1 rad/m must be greater than 0 rad/m": lambda: Level("elastic", 8, -1),
-    r"^numerics.levels.shape\[0\] = 8.0 must be a valid integer": lambda: Level("elastic", 8.0, 1),
+    r"^numerics.levels.shape = 8.0 must be a valid integer": lambda: Level("elastic", 8.0, 1),
     "^numerics.levels.shape is missing": lambda: Level("elastic"),
     "^numerics.levels.q_max is missing": lambda: Level(column="capped", shape=(3, 3)),
     "^numerics.tolerence = 3 is not a key of a scene; did you mean": numerics(LOW, tolerence=3),

@@ -97,7 +97,7 @@ SIZED = '\ntopography_size = ["100 um", "75 um"]\ntopography_unit = "um"'
 SCENES = {
     "give topography_size and topography_unit": 'topography = "a.npy"',
     "lacks its unit; give topography_unit": 'topography = "a.npy"\ntopography_size = "1 mm"',
-    r"topography_size\[0\]\[0\] = 0 m must be greater than 0 m": SIZED.replace('["100 um", "75 um"]', "0"),
+    r"topography_size\[0\] = 0 m must be greater than 0 m": SIZED.replace('["100 um", "75 um"]', "0"),
     "topography_size.*has the dimension": SIZED.replace('"75 um"', '"1 K"'),
     "one number or two": SIZED.replace('"75 um"', "1e-3, 1e-3"),
     "for 1 files": SIZED.replace('["100 um", "75 um"]', "[[1e-3, 1e-3], [1e-3, 1e-3]]"),
