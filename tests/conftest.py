@@ -122,10 +122,11 @@ def _no_process_outlives_its_test():
 @pytest.fixture
 def no_pictures(monkeypatch):
     """Pages without pictures, which take their time and are looked at in one test."""
-    from roughsim.outputs import run_report as report
+    from roughsim.outputs import run_report, study_report
     from roughsim.show.markup import tag
 
-    monkeypatch.setattr(report, "picture", lambda draw, ending, caption: tag("figure", caption))
+    for report in (run_report, study_report):
+        monkeypatch.setattr(report, "picture", lambda draw, ending, caption: tag("figure", caption))
 
 
 @pytest.fixture
