@@ -115,6 +115,7 @@ def test_plot_refuses_by_name_and_value(capped_run, tmp_path, words):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_command_line_draws_and_complains_in_one_line(capped_run, tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
         main(

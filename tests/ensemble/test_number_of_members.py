@@ -69,6 +69,7 @@ def test_the_scene_and_the_command_give_the_number_too(scene, tmp_path, capsys):
         )
 
 
+@pytest.mark.slow
 def test_each_point_of_a_study_has_the_number(scene, tmp_path):
     fixed = replace(scene, ensemble=replace(scene.ensemble, realizations=3))
     study = rs.study(
@@ -78,6 +79,7 @@ def test_each_point_of_a_study_has_the_number(scene, tmp_path):
     assert study.finished == 2
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:q_min = :RuntimeWarning")
 def test_a_map_is_pressed_once_for_any_number(scene, tmp_path):
     path = write_scene(

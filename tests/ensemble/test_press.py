@@ -208,6 +208,7 @@ def test_a_target_below_the_statistical_error_needs_a_larger_map(scene_file, tmp
         )
 
 
+@pytest.mark.slow
 def test_an_open_run_follows_the_quadrants(scene_file, tmp_path):
     run = rs.press(scene_file, tmp_path / "run", edges="tile", changes={"sliding.speed": 35})
     assert run.estimate("flash_temperature").n == 4
@@ -222,6 +223,7 @@ def test_an_open_run_follows_the_quadrants(scene_file, tmp_path):
     assert shorter.estimate("flash_temperature").n == 4
 
 
+@pytest.mark.slow
 def test_another_map_of_the_same_spectrum_is_another_run(scene_file, tmp_path, surface):
     rs.press(scene_file, tmp_path / "run", edges="tile", changes={"sliding.speed": 35})
     np.save(
@@ -231,6 +233,7 @@ def test_another_map_of_the_same_spectrum_is_another_run(scene_file, tmp_path, s
         rs.press(scene_file, tmp_path / "run", edges="tile", changes={"sliding.speed": 35})
 
 
+@pytest.mark.slow
 def test_a_file_that_says_that_its_map_is_periodic_is_tiled(scene_file, tmp_path, surface):
     pytest.importorskip("SurfaceTopography", exc_type=ImportError)
     (tmp_path / "map.nc").write_bytes(encoded(surface, GRID, ".nc"))

@@ -164,6 +164,7 @@ def test_json_and_table_have_what_the_scene_asks_for(scene):
     )
 
 
+@pytest.mark.slow
 def test_a_comparison_has_the_theory_beside_its_rows(tmp_path):
     small = {
         "surface.q_roll_off": 3e4,

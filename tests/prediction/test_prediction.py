@@ -169,7 +169,7 @@ def wide():
     )
 
 
-@pytest.mark.parametrize("sides", [(1.0, 1.0), (2.0, 1.0)])
+@pytest.mark.parametrize("sides", [pytest.param((1.0, 1.0), marks=pytest.mark.slow), (2.0, 1.0)])
 def test_rings_of_dense_modes_sum_as_the_modes_in_them(wide, sides, monkeypatch):
     lengths = tuple(side * 1e-3 for side in sides)
     grid = rs.Grid(tuple(int(820 * side) for side in sides), lengths)

@@ -133,6 +133,7 @@ def test_waves_that_are_missing_add_to_the_scatter(steel):
     assert abs(found[1] / found[0] - 1.0) > 0.01
 
 
+@pytest.mark.slow
 def test_waves_longer_than_the_scan_count_where_c_rises_to_them(steel):
     # T_flash ∝ ∫ q² C/q^k dq: ∝ ∫ q C dq in fast, ∫ q² C dq in slow sliding, so that C ∝ q^−1 has a limit in both
     rows = tuple((q, 1e-32 * (q / 1e4) ** -1.0) for q in (1e4, 3e4, 1e5))

@@ -257,6 +257,7 @@ def test_the_calibrated_law_has_the_share_of_its_own_temperatures(run, tmp_path)
         assert value == pytest.approx(flash[2], rel=1e-5), where
 
 
+@pytest.mark.slow
 def test_what_reacts_by_the_calibrated_law_has_its_share():
     asks = {"sliding.background_temperature": 1.0, "observables.heat_above": [50.0]}
     scene = rs.load_scene(tomllib.loads(scene_with("mean").to_toml()), asks)

@@ -286,7 +286,7 @@ def test_the_picture_has_the_numbers_of_the_run(asked, tmp_path):
         "reaction_rate",
         pytest.param("activation_temperature", marks=pytest.mark.slow),
         pytest.param("conversion", marks=pytest.mark.slow),
-        "heat_share_above",
+        pytest.param("heat_share_above", marks=pytest.mark.slow),
     ],
 )
 def test_each_row_that_is_asked_is_drawn_over_the_speed_with_its_errors(asked, tmp_path, name):

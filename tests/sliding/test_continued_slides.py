@@ -160,6 +160,7 @@ def test_too_short_a_distance_is_that_of_the_level():
 FEW = ("max_realizations = 4", "max_realizations = 1")
 
 
+@pytest.mark.slow
 def test_the_slides_of_a_study_are_followed_as_far_as_the_longest_needs(tmp_path):
     vary = {"sliding.slid_distance": ["2 mm", "8 mm", "48 mm"]}
     study = rs.study(

@@ -295,6 +295,7 @@ def test_with_a_duration_each_speed_is_read_at_its_own_distance(tmp_path):
     assert plot_run(run, "sliding", tmp_path / "one.svg").exists()
 
 
+@pytest.mark.slow
 def test_after_a_duration_the_column_has_the_background_of_the_slide(tmp_path):
     history = f'history = "sliding"\nduration = {1e-3 / 35}'
     scene = sliding_scene(history, ("speed = [1, 35]", "speed = [14, 35]"))

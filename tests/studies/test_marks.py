@@ -230,6 +230,7 @@ def test_a_chart_has_hollow_markers_without_a_line_where_a_value_is_marked(mixed
     assert "hollow: at" in axes.get_legend().get_texts()[-1].get_text()
 
 
+@pytest.mark.slow
 def test_a_chart_without_marks_has_no_hollow_points(known, tmp_path):
     known.chart(tmp_path / "s.svg")
     assert "hollow" not in (tmp_path / "s.svg").read_text()

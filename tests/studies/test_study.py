@@ -94,6 +94,7 @@ def test_a_resumed_study_computes_only_what_is_missing_and_may_grow(small, done,
     assert len(same) == 1
 
 
+@pytest.mark.slow
 def test_speeds_may_be_varied_one_by_one(small, tmp_path):
     study = rs.study(small, vary={"sliding.speed": [1.0, 35.0]}, folder=tmp_path / "speeds")
     value = study.to_dict()["rows"]

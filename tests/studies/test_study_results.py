@@ -180,6 +180,7 @@ def odd(small, tmp_path_factory):
     return rs.study(small, vary=vary, folder=tmp_path_factory.mktemp("studies") / "odd")
 
 
+@pytest.mark.slow
 def test_a_varied_key_and_an_observable_of_one_name_are_two_things_in_a_file(odd, tmp_path):
     xarray = pytest.importorskip("xarray")
     with xarray.open_dataset(odd.save(tmp_path / "odd.h5"), engine="h5netcdf") as data:
@@ -338,6 +339,7 @@ def test_a_point_goes_on_until_its_total_error_meets_the_target(small, tmp_path)
     assert point().counts == run.counts  # the same command finds it finished
 
 
+@pytest.mark.slow
 def test_a_later_point_has_the_target_and_the_levels_of_the_others(quick, tmp_path):
     scene, folder = (
         replace(quick, ensemble=replace(quick.ensemble, max_realizations=24)),

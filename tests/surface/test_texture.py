@@ -215,6 +215,7 @@ def scene_of(tmp_path, heights):
     }
 
 
+@pytest.mark.slow
 def test_plan_and_theory_name_the_texture_and_warn_and_the_error_of_the_scan_is_unknown(tmp_path):
     from roughsim.planning.limits import judge
     from roughsim.prediction.scans import scan_of_hottest

@@ -238,6 +238,7 @@ def test_a_scene_takes_its_roughness_from_a_scan_by_content(scene_file, periodic
     assert load_scene(scene_file).identity() != scene.identity()  # the content does
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("library", "periodic")
 def test_a_run_holds_the_measured_spectrum_and_goes_on_without_the_scan(scene_file, tmp_path):
     scene = load_scene(scene_file)
