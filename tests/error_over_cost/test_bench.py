@@ -179,7 +179,7 @@ def test_levels_far_above_the_lowest_are_not_solved():
     scene, _ = small()
     levels = tuple(rs.Level("capped", (n, n), 640.0 * n) for n in (32, 64, 128, 256))
     ways = measurements.ways_of(scene, rs.Numerics(levels, (4e-3, 4e-3)), 4)
-    assert [len(way.pairs) for way in ways] == [
+    assert [len(way.samples) for way in ways] == [
         1,
         1,
         1,

@@ -294,7 +294,7 @@ def test_the_same_scene_is_written_read_and_told_apart(quick):
         (
             {"temperature": [300, 300], "value": [1, 2]},
             300.0,
-            r"temperature\[1\] = 300.0 K after 300.0 K",
+            r"\[1\] has temperature = 300.0 K after 300.0 K",
         ),
         (
             {"temperature": ["300 K", "9 m"], "value": [1, 2]},
@@ -304,12 +304,12 @@ def test_the_same_scene_is_written_read_and_told_apart(quick):
         (
             {"temperature": [300, 900], "value": [1, 0]},
             300.0,
-            r"value\[1\] = 0 W/\(m K\) must be above 0",
+            r"value\[1\] = 0 W/\(m K\) must be greater than 0",
         ),
         (
             {"temperature": [-3, 900], "value": [1, 2]},
             300.0,
-            r"temperature\[0\] = -3 K must be above 0 K",
+            r"temperature\[0\] = -3 K must be greater than 0 K",
         ),
         (
             {"temperature": [300, 900], "values": [1]},
@@ -321,7 +321,7 @@ def test_the_same_scene_is_written_read_and_told_apart(quick):
             300.0,
             "temperature = 300 must be a list; a table is written as",
         ),
-        ([[300, 1], [900, 2]], 300.0, "must be a number in"),
+        ([[300, 1], [900, 2]], 300.0, "must be a valid number in"),
     ],
 )
 def test_a_table_without_meaning_is_refused_in_one_line(quick, conductivity, start, words):
