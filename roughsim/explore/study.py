@@ -29,6 +29,7 @@ class StudyPage:
 
     def __init__(self, folder: Path, document: Document):
         self.study = open_study(folder)
+        self.study.table()  # its theories take a while: now, and no control is slow later
         self._tasks = LatestTask(document, self.show_problem)
         self.state = plain_text("state")
         self.problems = plain_text("problems", color="#b00020")

@@ -35,7 +35,9 @@ def test_the_page_has_the_temperatures_and_rates_of_the_comparison(opened, asked
     page = opened(asked.folder)
     assert page.reactions.root in page.layout.root.children
     assert page.reactions.root.visible
-    rows = {(row.observable, row.energy, row.speed): row for row in rs.compare(asked).rows}
+    rows = {
+        (row.observable, row.about.get("energy"), row.speed): row for row in rs.compare(asked).rows
+    }
     for number, of in enumerate(("", "area_")):
         shown = data(page, "hotter", number)
         np.testing.assert_allclose(shown["y"], 100.0 * (1.0 - np.array([*LEVELS.values()])))
