@@ -28,7 +28,6 @@ THEORIES = {
     "compared with simulations",
 }
 CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
-_UNITS = UNITS | {CONTACT_TEMPERATURE: "K"}
 ColumnOf = Callable[[str], Estimate | None]  # of an observable; None where the column lacks it
 
 
@@ -65,7 +64,8 @@ def exact(
 ) -> Estimate:
     """Return values over the speed, or one value, without realizations."""
     axis = speed_axis(observable, mean, scene.speeds)
-    return Estimate.of(observable, _UNITS[observable], mean, axis, budget)
+    unit = "K" if observable == CONTACT_TEMPERATURE else UNITS[observable]
+    return Estimate.of(observable, unit, mean, axis, budget)
 
 
 def with_share(scene: Scene, predicted: Predicted, observable: str, share: Array) -> Array | None:
