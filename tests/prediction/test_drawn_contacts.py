@@ -206,3 +206,32 @@ def test_each_position_of_a_slide_has_the_area_of_the_field():
     moved = [contact.pressure for contact in _along(offsets, 0.0 * still, riding, ascending)]
     for offset, pressure in zip(offsets, moved, strict=True):
         assert (np.roll(pressure, offset, axis=(0, 1)) == moved[0]).all()
+
+
+def test_both_cut_offs_see_the_same_long_waves():
+    (low, high), _ = frozen([3.0], self_affine(1e-23, 1e6), fields=24, points=128, seed=2)
+    rows = [sample.numbers["flash_temperature"][:, 0] for sample in (low, high)]
+    assert np.corrcoef(*rows)[0, 1] > 0.5  # of unrelated fields below .4, at 95 %
+
+
+def test_roughness_at_rest_is_a_moving_source_and_that_of_the_moving_body_one_that_stays():
+    spectrum, speed = self_affine(1e-23, 1e5), 3.0
+    stress = plasticity.stress_spectrum(spectrum, **STEEL)
+    law = flash.flash_temperature(
+        speed,
+        stress_spectrum=stress,
+        nominal_pressure=9e7,
+        friction_coefficient=0.1,
+        conductivity=30.0,
+        diffusivity=DIFFUSIVITY,
+    )
+    still, riding = (
+        slides(
+            [speed], spectrum, resting=INSULATING, part=part, distance=3e-4, fields=4, points=64
+        ).numbers["flash_temperature"]
+        for part in (0.0, 1.0)
+    )
+    # all heat is in the moving body, and the contact that stays with the resting face is frozen
+    error = still.std(ddof=1) / 2.0
+    assert still.mean() == pytest.approx(law, abs=4 * error)
+    assert riding.mean() > 1.5 * law  # the same points are heated all the way
