@@ -232,6 +232,6 @@ def test_roughness_at_rest_is_a_moving_source_and_that_of_the_moving_body_one_th
         for part in (0.0, 1.0)
     )
     # all heat is in the moving body, and the contact that stays with the resting face is frozen
-    error = still.std(ddof=1) / 2.0
+    error = float(still.std(ddof=1)) / 2.0
     assert still.mean() == pytest.approx(law, abs=4 * error)
     assert riding.mean() > 1.5 * law  # the same points are heated all the way
