@@ -145,6 +145,14 @@ def soon(monkeypatch):
 
 
 @pytest.fixture
+def one_by_one(monkeypatch):
+    """Each member is a batch, and is saved at once."""
+    monkeypatch.setattr("roughsim.ensemble.tasks.BATCH", 0.0)
+    monkeypatch.setattr("roughsim.ensemble.tasks.INTERVAL", 0.0)
+    monkeypatch.setattr("roughsim.ensemble.tasks.SHARE", 1e9)
+
+
+@pytest.fixture
 def failing(monkeypatch):
     """Contact solves that do not converge: `failing(which)` chooses them by their problem."""
     from roughsim.ensemble import sources

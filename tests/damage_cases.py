@@ -71,3 +71,13 @@ def with_header(path, **changes):
     """Forge the header of a member."""
     with forged(path) as file:
         file.attrs["header"] = json.dumps(json.loads(file.attrs["header"]) | changes)
+
+
+@contextmanager
+def level_of(path):
+    """Change what the header of a part has on its only level."""
+    with forged(path) as file:
+        header = json.loads(file.attrs["header"])
+        (level,) = header["levels"]
+        yield level
+        file.attrs["header"] = json.dumps(header)

@@ -142,7 +142,7 @@ STATED = [
         ["roughsim.estimate.sliding:_UNCERTAINTY_OF_CUT_OFF * 100"],
     ),
     ("sliding", "{} % counts as error", ["roughsim.prediction.sliding:CONTINUED * 100"]),
-    ("stability", "the number of its format, {} (maps: 7)", ["roughsim.store.member_files:FORMAT"]),
+    ("stability", "the number of its format, {},", ["roughsim.store.member_files:FORMAT"]),
     ("yielding", "ANSWER is 1; {} is fitted", ["theory.scattering:ANSWER"]),
     ("yielding", "ONSET = {} is fitted", ["theory.yielding:ONSET"]),
     ("yielding", "The share EDGE = {} of the sidebands", ["theory.yielding:EDGE"]),

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from roughsim import prediction
 from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.sources import Source
-from roughsim.ensemble.tasks import Tasks, remove_unfinished, source_of
+from roughsim.ensemble.tasks import Tasks, source_of
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
 from roughsim.planning.limits import judge
@@ -30,6 +30,7 @@ from roughsim.scene.ensemble import TARGET
 from roughsim.scene.numerics import Numerics
 from roughsim.show.remarks import warn_of
 from roughsim.store.claims import Claims
+from roughsim.store.saving import merge, remove_unfinished
 
 if TYPE_CHECKING:
     from roughsim.ensemble.progress import Progress
@@ -85,7 +86,7 @@ def run(  # noqa: PLR0913  (each is an option)
     executor : concurrent.futures.Executor, optional
         Used in place of own processes; twice `workers` members are submitted at a time. Their memory is not checked.
     observer : callable, optional
-        Called with the run after each stored member, in place of `progress`.
+        Called with the run after new members, in place of `progress`.
     progress : bool
         Show the progress on the standard error: a bar on a terminal, else a line for each round, and after 2 s, 4 s …
         60 s without one. A run without a second round that takes less than 2 s writes nothing.
@@ -98,9 +99,9 @@ def run(  # noqa: PLR0913  (each is an option)
     Raises
     ------
     RecordError
-        If the folder holds another scene, naming the first key that differs, or workers do not see the folder.
+        If the folder holds another scene, naming the first key that differs.
     OSError
-        If the disk refuses, or a stored member cannot be read now; stored members stay.
+        If the disk refuses, or a file of members cannot be read now; stored members stay.
     RuntimeError
         If workers or the scheduler of an executor die again and again, or the script of the call lacks
         ``if __name__ == "__main__":``.
@@ -164,15 +165,18 @@ def complete(
     runs = []
     with Claims(claimed_in or begun[0][2].absolute()) as claims:
         for scene, numerics, folder in begun:
-            remove_unfinished(folder, claims)
+            remove_unfinished(folder)
             run = unread_run(folder, "redo", scene_of(scene, numerics))
             run.until = scene.ensemble.ends  # scene.toml may have the targets of another process
             run.max_realizations = scene.ensemble.most
             run.refresh()
             runs.append(run)
         Tasks(runs, claims, observer, source).complete(workers)
-        for run in runs:
-            remove_unfinished(run.folder, claims)
+    for run in runs:
+        remove_unfinished(run.folder)
+        if not (run.folder / "claims").exists():  # else the last process to leave does it
+            with suppress(OSError):  # on a full disk the parts stay
+                merge(run.folder, claims.name, run.members.all_read)
     return runs
 
 

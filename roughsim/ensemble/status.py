@@ -69,15 +69,14 @@ def seconds_left(run: Run) -> float | None:
     """
     if run.rounds.verdict is None:
         return None
-    levels = range(len(run.numerics.levels))
-    seconds = [run.members.seconds(level) for level in levels]
-    works = [work(run.numerics, level) for level in levels]
-    done = sum(len(seconds[level]) * works[level] for level in levels)
-    pace = sum(float(times.sum()) for times in seconds) / done
+    spent = run.members.spent
+    works = [work(run.numerics, level) for level in range(len(spent))]
+    done = sum(count * each for (count, _), each in zip(spent, works, strict=True))
+    pace = sum(seconds for _, seconds in spent) / done
     left = 0.0
-    for level, count in enumerate(run.needed):
-        mean = float(seconds[level].mean()) if len(seconds[level]) else works[level] * pace
-        left += max(count - run.members.available[level], 0) * mean
+    for level, (count, seconds) in enumerate(spent):
+        mean = seconds / count if count else works[level] * pace
+        left += max(run.needed[level] - run.members.available[level], 0) * mean
     return left
 
 

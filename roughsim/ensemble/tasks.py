@@ -1,12 +1,14 @@
 """Hand out the members of a run, round by round, until it has ended.
 
+A task is a batch of realizations of a level, which takes some 50 ms by the model of `work`; so is a claim. The borders
+of batches follow from run.json alone. A claim is held until the members are saved.
+
 Several runs with the same levels and seed may be computed together, as the points of a study are. One call of a worker
 then computes a member of each run that needs it, so that surfaces and contacts which they share are computed once.
 """
 
-import re
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -16,14 +18,16 @@ from concurrent.futures import (
     wait,
 )
 from dataclasses import dataclass, field
-from pathlib import Path
+from math import inf
 from typing import Any
 
 from roughsim.ensemble.executors import SUITABLE, Workers
 from roughsim.ensemble.sources import DrawnSurfaces, Slides, Source
 from roughsim.ensemble.status import expected_seconds
-from roughsim.ensemble.workers import Job, store_members
-from roughsim.errors import RecordError, ResolutionError
+from roughsim.ensemble.workers import Job, Wanted, computed_members
+from roughsim.errors import ResolutionError
+from roughsim.estimate.rounds import WORK_SECONDS, work
+from roughsim.observables.member import Member
 from roughsim.planning.realization import (
     below_problem,
     largest_member,
@@ -32,26 +36,24 @@ from roughsim.planning.realization import (
 )
 from roughsim.results.run import Run
 from roughsim.store.claims import Claims
-from roughsim.store.member_files import MEMBER_NAME, member_name, member_path
+from roughsim.store.member_files import member_name
+from roughsim.store.saving import MOST, Saver
 
 RETRIES = 3  # times that a pool with a dead worker is replaced before a new member is stored
 PAUSE = 0.5  # s between two looks at the members of other processes
-LATE = 10.0  # s that a network file system may take to show a new file
-_UNFINISHED = re.compile(rf"\.(?:({MEMBER_NAME.pattern})\.h5|run\.json|scene\.toml)\.[\w-]+\.tmp")
+INTERVAL = 1.0  # s between two times that members are saved, at least
+SHARE = 0.02  # of the time, at most, that saving takes
+BATCH = 0.05  # s of computing that a task takes, by the model of `work`
+Found = list[tuple[int, Member]]  # number of the run in the assignment, and its member
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignment:
-    """A member, and the runs that need it."""
+    """Members of a batch."""
 
+    claim: str
     level: int
-    index: int
-    runs: list[Run]
-
-    def missing(self) -> list[Path]:
-        """Return the files of the member that this process does not see."""
-        paths = [member_path(run.folder, self.level, self.index) for run in self.runs]
-        return [path for path in paths if not path.exists()]
+    wanted: Wanted  # by the numbers of the runs
 
 
 def source_of(run: Run, level: int) -> Source:
@@ -69,8 +71,6 @@ def job_of(run: Run, level: int, source: Callable[[Run, int], Source] = source_o
         source(run, level),
         run.scene.speeds,
         run.numerics.keep_fields,
-        {"scene": run.scene.identity(), "numerics": run.numerics.to_dict()},
-        run.folder.absolute(),  # workers may have started in another directory
     )
 
 
@@ -83,9 +83,23 @@ class Tasks:
     observer: Callable[[Run], None] | None = None
     source: Callable[[Run, int], Source] = source_of  # of a level
     _fitted: frozenset[int] = frozenset()  # levels for which the workers have the memory
-    _jobs: dict[tuple[Path, int], Job] = field(
+    _jobs: dict[tuple[int, int], Job] = field(
         default_factory=dict
     )  # by run and level: 1 ms each, a tenth of a member
+    _savers: list[Saver] = field(init=False)  # of the runs
+    _seconds: list[float] = field(init=False)  # modelled, of a member of each level
+    _unsaved: set[str] = field(default_factory=set)  # claims of members that are not saved
+    _saved: float = field(default_factory=time.monotonic)  # time of the last save
+    _pause: float = INTERVAL  # s until the next one
+
+    def __post_init__(self) -> None:
+        self._savers = [saver_of(run, self.claims.name) for run in self.runs]
+        numerics = self.runs[0].numerics
+        self._seconds = [
+            WORK_SECONDS * work(numerics, level) for level in range(len(numerics.levels))
+        ]
+        if numerics.slide is not None:
+            self._seconds[numerics.slide] = inf  # of many steps
 
     @property
     def unfinished(self) -> list[Run]:
@@ -101,7 +115,7 @@ class Tasks:
                 self._work(workers)
             except (BrokenExecutor, CancelledError) as error:
                 workers.replace_broken(error)
-                self._refresh(self.runs)
+                self._refresh()
                 stored = sum(len(run.members) for run in self.runs) > before
                 failures = 1 if stored else failures + 1
                 if failures > RETRIES:
@@ -112,41 +126,50 @@ class Tasks:
 
     def _work(self, workers: Workers) -> None:
         """Keep an executor busy until all runs have ended."""
-        pending: dict[Future[str], Assignment] = {}
+        pending: dict[Future[Found], Assignment] = {}
         try:
             while self.unfinished:
                 if (
                     workers.interrupted
                 ):  # Python has dropped the exception, as in the callback of a weak reference
                     raise KeyboardInterrupt
-                fits = self._fit(workers, busy=bool(pending))
-                executor = workers.executor(
-                    lambda: sum(expected_seconds(run) for run in self.unfinished)
-                )
-                while fits and len(pending) < workers.in_flight:
-                    assignment = self._next(idle=len(pending) < workers.count)
-                    if assignment is None:
-                        break
-                    jobs = [self._job(run, assignment.level) for run in assignment.runs]
-                    pending[_submit(executor, jobs, assignment.index)] = assignment
+                self._hand_out(workers, pending)
                 wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
                 done = [
                     future for future in pending if future.done()
                 ]  # `wait` may omit cancelled ones
                 for future in done:
-                    host = future.result()
-                    self._count(pending.pop(future), host)
+                    found = future.result()
+                    self._take(pending.pop(future), found)
+                self._save_if_due()
+                if not done and not pending:  # other processes compute what is left
+                    self._save()
+                    time.sleep(PAUSE)
                 if not done:
-                    time.sleep(0.0 if pending else PAUSE)
-                    self._refresh(self.runs)  # members of other processes
-            if workers.given is None:
-                wait(
-                    [future for future in pending if not future.cancel()]
-                )  # members ahead that have begun
+                    self._refresh()
+            if workers.given is None:  # members ahead that have begun
+                for future in [future for future in pending if not future.cancel()]:
+                    found = future.result()
+                    self._take(pending.pop(future), found)
         finally:
             for future in pending:
                 future.cancel()
-            self.claims.release_all()
+            try:
+                self._save()
+            finally:
+                self.claims.release_all()
+
+    def _hand_out(self, workers: Workers, pending: dict[Future[Found], Assignment]) -> None:
+        """Submit as many batches as the workers take."""
+        fits = self._fit(workers, busy=bool(pending))
+        executor = workers.executor(lambda: sum(expected_seconds(run) for run in self.unfinished))
+        while fits and len(pending) < workers.in_flight:
+            assignment = self._next(idle=len(pending) < workers.count)
+            if assignment is None:
+                break
+            self._save_if_due(self._seconds[assignment.level] * len(assignment.wanted))
+            future = _submit(executor, self._jobs_of(assignment), assignment.wanted)
+            pending[future] = assignment
 
     def _fit(self, workers: Workers, *, busy: bool) -> bool:
         """Fit the workers into memory with the levels of the round; False if `busy` ones must end first.
@@ -177,80 +200,124 @@ class Tasks:
         return fits
 
     def _next(self, *, idle: bool) -> Assignment | None:
-        """Claim a member of the round, or, for an idle worker, of a later one; None if all are taken."""
+        """Claim a batch of the round, or, for an idle worker, of a later one; None if all are taken."""
         for ahead in (False, True) if idle else (False,):
-            for assignment in self._lacking(ahead):
-                if not self.claims.take(member_name(assignment.level, assignment.index)):
+            for claim, level, wanted in self._lacking(ahead):
+                if claim in self._unsaved:  # of the same batch in an earlier round
+                    self._unsaved.remove(claim)
+                    return Assignment(claim, level, wanted)
+                if not self.claims.take(claim):
                     continue
-                if assignment.missing():
-                    return assignment
-                self._count(assignment, "another host")  # stored by another process meanwhile
+                self._refresh()  # another process may have saved it meanwhile
+                left = [
+                    (index, [number for number in numbers if self._lacks(number, level, index)])
+                    for index, numbers in wanted
+                ]
+                if any(numbers for _, numbers in left):
+                    return Assignment(claim, level, left)
+                self.claims.release(claim)
         return None
 
-    def _lacking(self, ahead: bool) -> Iterator[Assignment]:
-        """Yield the members of the round that some runs lack.
+    def _lacks(self, number: int, level: int, index: int) -> bool:
+        run = self.runs[number]
+        return not run.finished and (level, index) not in run.members
+
+    def _lacking(self, ahead: bool) -> Iterator[tuple[str, int, Wanted]]:
+        """Yield claim, level and members of the batches of the round that some runs lack.
 
         The levels are those that the workers fit. The largest grids come first, so that the round ends evenly. With
         `ahead`, the members to the end of the runs, the level that grows most first.
         """
-        wanted = [(run, run.needed if ahead else run.rounds.wanted) for run in self.unfinished]
+        runs = [
+            (number, run, run.needed if ahead else run.rounds.wanted)
+            for number, run in enumerate(self.runs)
+            if not run.finished
+        ]
         spans = {}
         sizes = {}
         for level, about in enumerate(self.runs[0].numerics.levels):
-            first = min((run.members.available[level] for run, _ in wanted), default=0)
-            last = max((counts[level] for _, counts in wanted), default=0)
+            first = min((run.members.available[level] for _, run, _ in runs), default=0)
+            last = max((counts[level] for *_, counts in runs), default=0)
             spans[level] = range(first, last)
             sizes[level] = len(spans[level]) if ahead else about.shape[0] * about.shape[1]
         for level in sorted(self._fitted & spans.keys(), key=sizes.__getitem__, reverse=True):
-            for index in spans[level]:
-                runs = [
-                    run
-                    for run, counts in wanted
-                    if index < counts[level] and (level, index) not in run.members
+            batch = min(max(int(BATCH / self._seconds[level]), 1), MOST)
+            for start in range(spans[level].start // batch * batch, spans[level].stop, batch):
+                numbers = [
+                    (
+                        index,
+                        [
+                            number
+                            for number, run, counts in runs
+                            if index < counts[level] and (level, index) not in run.members
+                        ],
+                    )
+                    for index in range(start, start + batch)
                 ]
-                if runs:
-                    yield Assignment(level, index, runs)
+                if wanted := [each for each in numbers if each[1]]:
+                    yield member_name(level, start), level, wanted
 
-    def _job(self, run: Run, level: int) -> Job:
-        """Return the job of a level of a run."""
-        key = run.folder, level
-        if key not in self._jobs:
-            self._jobs[key] = job_of(run, level, self.source)
-        return self._jobs[key]
+    def _jobs_of(self, assignment: Assignment) -> dict[int, Job]:
+        """Return the jobs of the runs that need members of an assignment, by the numbers of the runs."""
+        level = assignment.level
+        numbers = {number for _, of_index in assignment.wanted for number in of_index}
+        for number in numbers:
+            if (number, level) not in self._jobs:
+                self._jobs[number, level] = job_of(self.runs[number], level, self.source)
+        return {number: self._jobs[number, level] for number in numbers}
 
-    def _count(self, assignment: Assignment, host: str) -> None:
-        """Read the files of a computed member, and release its claim; a file system may show them late."""
-        end = time.monotonic() + LATE
-        while missing := assignment.missing():
-            if time.monotonic() > end:
-                raise RecordError(
-                    f"a worker on {host} wrote {missing[0]}, but this process does not see it: the file system is not "
-                    "shared; name a run folder that all workers see"
-                )
-            list(missing[0].parent.iterdir())  # lets a network file system update
-            time.sleep(0.1)
-        self._refresh(assignment.runs, assignment)
-        self.claims.release(member_name(assignment.level, assignment.index))
+    def _take(self, assignment: Assignment, found: Found) -> None:
+        """Take computed members; OSError if the disk refuses their fields."""
+        for number, member in found:
+            run = self.runs[number]
+            if (member.level, member.index) not in run.members:
+                run.members.check_computed(member)
+                run.members.add(self._savers[number].add(member))
+        self._unsaved.add(assignment.claim)
+        for number in sorted({number for number, _ in found}):
+            self.runs[number].recount()
+            if self.observer is not None:
+                self.observer(self.runs[number])
 
-    def _refresh(self, runs: Sequence[Run], assignment: Assignment | None = None) -> None:
-        """Read new members, or the assigned one, also beyond a gap, and call the observer if there are any."""
-        for run in runs:
+    def _save_if_due(self, ahead: float = 0.0) -> None:
+        """Save new members if it is time, or will be after some seconds."""
+        if self._unsaved and time.monotonic() + ahead >= self._saved + self._pause:
+            self._save()
+
+    def _save(self) -> None:
+        """Save new members, and release their claims; OSError if the disk refuses: what was saved before stays."""
+        began = time.monotonic()
+        for saver in self._savers:
+            saver.save()
+        while self._unsaved:
+            self.claims.release(self._unsaved.pop())
+        self._saved = time.monotonic()
+        self._pause = max(INTERVAL, (self._saved - began) / SHARE)
+
+    def _refresh(self) -> None:
+        """Read the members of other processes, and call the observer if there are any."""
+        for run in self.runs:
             before = len(run.members)
-            if assignment is None:
-                run.refresh()
-            else:
-                run.add(assignment.level, assignment.index)
-            if self.observer is not None and len(run.members) != before:
-                self.observer(run)
+            run.members.read()
+            if len(run.members) != before:
+                run.recount()
+                if self.observer is not None:
+                    self.observer(run)
 
 
-def _submit(executor: Executor, jobs: list[Job], index: int) -> Future[str]:
-    """Hand a member to an executor; BrokenExecutor if it takes none, whatever its own class of error.
+def saver_of(run: Run, owner: str) -> Saver:
+    """Return the saver of the members that a process computes for a run, and does not read."""
+    run.members.owner = owner
+    return Saver(run.folder.absolute(), owner, run.members.of_run)
+
+
+def _submit(executor: Executor, jobs: dict[int, Job], wanted: Wanted) -> Future[Found]:
+    """Hand a batch to an executor; BrokenExecutor if it takes none, whatever its own class of error.
 
     TypeError if the executor returns no future of concurrent.futures, as a client of dask.
     """
     try:
-        future: Any = executor.submit(store_members, jobs, index)
+        future: Any = executor.submit(computed_members, jobs, wanted)
     except BrokenExecutor:
         raise
     except Exception as error:
@@ -261,13 +328,3 @@ def _submit(executor: Executor, jobs: list[Job], index: int) -> Future[str]:
             f"executor.submit returned a {kind}, not a concurrent.futures.Future; {SUITABLE}"
         )
     return future
-
-
-def remove_unfinished(folder: Path, claims: Claims) -> None:
-    """Remove the unfinished files of killed processes, except of claimed members."""
-    for path in (*folder.iterdir(), *(folder / "realizations").iterdir()):
-        unfinished = _UNFINISHED.fullmatch(path.name)
-        if unfinished and not (unfinished[1] and claims.claimed(unfinished[1])):
-            path.unlink(
-                missing_ok=True
-            )  # a process without a claim, if there is one, writes it again

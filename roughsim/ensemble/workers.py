@@ -1,18 +1,16 @@
-"""Workers compute members and store their files, in any process."""
+"""Workers compute members and return them, in any process."""
 
-import socket
 import time
 import warnings
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
 
 from roughsim import fourier
 from roughsim.ensemble.sources import Source
-from roughsim.errors import ConvergenceError, RecordError
+from roughsim.errors import ConvergenceError
 from roughsim.observables.member import Member
 from roughsim.pipeline import Solved, versions
-from roughsim.store.member_files import write_member
+
+Wanted = list[tuple[int, list[int]]]  # index of a realization, and numbers of the jobs that need it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,27 +20,20 @@ class Job:
     source: Source
     speeds: tuple[float, ...]  # m/s, of the scene: a problem has a tiny speed in place of zero
     keep_fields: int  # number of realizations with stored fields
-    provenance: dict[str, Any]  # scene and numerics of the run
-    folder: Path  # of the run
 
 
-def store_members(jobs: list[Job], index: int) -> str:
-    """Compute one member of each run, write their files, and return the name of this host.
+def computed_members(jobs: dict[int, Job], wanted: Wanted) -> list[tuple[int, Member]]:
+    """Return members with the numbers of their jobs.
 
-    Neighbours in the list with an equal surface or contact share it. RecordError if a run folder does not exist for
-    this process; OSError with the path if the disk refuses.
+    Of one realization, neighbours in the list with an equal surface or contact share it.
     """
-    host = socket.gethostname()
-    solved: list[Solved] = []
-    for job in jobs:
-        if not (job.folder / "run.json").exists():
-            raise RecordError(
-                f"a worker on {host} does not see {job.folder}: it was moved, or the file system is not shared; name a "
-                f"run folder that all workers see"
-            )
-        member, solved = computed(job, index, solved)
-        write_member(job.folder, member)
-    return host
+    members = []
+    for index, numbers in wanted:
+        solved: list[Solved] = []
+        for number in numbers:
+            member, solved = computed(jobs[number], index, solved)
+            members.append((number, member))
+    return members
 
 
 def computed(job: Job, index: int, before: list[Solved]) -> tuple[Member, list[Solved]]:
@@ -60,7 +51,6 @@ def computed(job: Job, index: int, before: list[Solved]) -> tuple[Member, list[S
         member = Member(source.level, index, failure=str(error), provenance=provenance)
     provenance = {
         **member.provenance,
-        **job.provenance,
         "seed": problem.seed,
         "stream": problem.stream,
         "threads": problem.threads,

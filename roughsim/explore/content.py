@@ -232,7 +232,7 @@ def load_fields(run: Run, level: int, index: int, preview: int = PREVIEW) -> Mem
     grid = run.numerics.grid(level)
     if index in run.kept(level):
         heights, pressure = (run.field(level, index, name) for name in ("heights", "pressure"))
-    elif (level, index) in run.damaged or not run.drawn:
+    elif (level, index) in run.members.lost or not run.drawn:
         raise run.not_kept(level, index)  # `realize` draws a surface: a map would be another one
     else:
         solved = realize(run.scene, run.numerics, seed=run.seed, level=level, index=index)

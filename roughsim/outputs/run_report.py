@@ -247,7 +247,7 @@ def _provenance_section(run: Run) -> Html:
     failures = [
         f"level {member.level}, realization {member.index}: {member.failure}"
         for key, member in run.members.items()
-        if member.failure and key not in run.damaged
+        if member.failure and key not in run.members.lost
     ]
     if failures:
         parts += [tag("p", "Left out of all means:"), bullets(*failures[:_FEW_FAILURES])]

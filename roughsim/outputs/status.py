@@ -9,7 +9,6 @@ from roughsim.results.run import Run
 from roughsim.show.table import json_value
 from roughsim.show.text import plain_lines
 from roughsim.store.claims import writer
-from roughsim.store.member_files import member_name
 from roughsim.studies.study import Study
 
 
@@ -87,7 +86,7 @@ def _values(run: Run) -> dict[str, Any]:
         "failed": run.failed,
         "missing": missing,
         "lost": [] if process else missing,  # no process computes them now
-        "damaged": [member_name(*key) for key in run.damaged],
+        "damaged": [*run.damaged],
         "round": rounds.number + 1,
         "members": list(run.counts),
         "wanted": list(rounds.wanted),

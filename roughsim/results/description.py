@@ -13,10 +13,9 @@ from roughsim.show.remarks import Remark
 from roughsim.store.disk import checksum, is_temporary, make_folder, place_bytes, read_bytes
 from roughsim.store.member_files import FORMAT, check_format
 
-# kinds of runs: content in words, and format of run.json
-_KINDS = {"run": ("a run of drawn surfaces", FORMAT), "map": ("a pressed map", 7)}
+_KINDS = {"run": "a run of drawn surfaces", "map": "a pressed map"}
 MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
-_BEGUN = {"claims", "realizations"}  # names that a start may have made before run.json
+_BEGUN = {"claims", "members"}  # names that a start may have made before run.json
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +38,9 @@ class RunDescription:
 
         RecordError if the folder is a link that leads nowhere.
         """
-        make_folder(folder / "realizations")
+        make_folder(folder / "members")
         values = {
-            "format_version": _KINDS[self.kind][1],
+            "format_version": FORMAT,
             "scene": self.scene,
             "numerics": self.numerics.to_dict(),
             "reasons": [list(reason.row) for reason in self.numerics.reasons],
@@ -65,7 +64,7 @@ class RunDescription:
         """Refuse a folder with another kind of run, scene, map or numerics: RecordError with the first such key."""
         if stored.kind != self.kind:
             raise RecordError(
-                f"{folder} holds {_KINDS[stored.kind][0]}, not {_KINDS[self.kind][0]}; name another folder"
+                f"{folder} holds {_KINDS[stored.kind]}, not {_KINDS[self.kind]}; name another folder"
             )
         there, here = ({**of.press, **of.scene, **of.numerics.to_dict()} for of in (stored, self))
         for key in dict.fromkeys((*there, *here)):
@@ -128,11 +127,11 @@ def read_description(folder: Path) -> RunDescription:
 def _check_format(path: Path, version: int, content: Mapping[str, Any]) -> None:
     """Refuse another format than the one of a kind of run: RecordError with advice."""
     kind = content.get("kind")
-    if version <= FORMAT and kind in ("map", "quarters"):
+    if version < FORMAT and kind in ("map", "quarters"):
         raise RecordError(
             f"{path} is of a pressed map in the older format {version}; press the map again, into a new folder"
         )
-    check_format(path, version, content, _KINDS["map" if kind == "map" else "run"][1])
+    check_format(path, version, content)
 
 
 def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
@@ -146,9 +145,9 @@ def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
     if not folder.is_dir():
         return "foreign"
     names = {path.name for path in folder.iterdir() if not is_temporary(path.name)}
-    # a scene.toml alone may be a user's own file: `write` makes the folder for the realizations before it
-    begun = _BEGUN | {"scene.toml"} if "realizations" in names else _BEGUN
-    inside = folder / "realizations"
+    # a scene.toml alone may be a user's own file: `write` makes the folder for the members before it
+    begun = _BEGUN | {"scene.toml"} if "members" in names else _BEGUN
+    inside = folder / "members"
     empty = (
         all(is_temporary(path.name) for path in inside.iterdir())
         if inside.is_dir()

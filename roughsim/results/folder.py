@@ -13,7 +13,7 @@ from roughsim.results.run import Run
 from roughsim.scene import Scene, parse_scene
 from roughsim.store.claims import writer
 from roughsim.store.disk import read_bytes
-from roughsim.store.member_files import AGAIN, member_name
+from roughsim.store.member_files import AGAIN
 
 _NAMED = 5  # members that a line names; of others it gives the number
 
@@ -27,8 +27,8 @@ def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
         The folder of a run.
     damaged : {"refuse", "skip", "redo"}, optional
         Treatment of a damaged file: "refuse" raises RecordError with the name of the file. "skip" opens the run, counts
-        the realization as failed, and adds the reason to `Run.damaged`. "redo", for runs that recompute it, moves the
-        file into the folder "damaged" with a warning.
+        the members that are lost as failed, and adds the reason to `Run.damaged`. "redo", for runs that compute them
+        again, also moves the file into the folder "damaged" with a warning.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def gap(run: Run) -> list[str]:
 
 def left_out(run: Run) -> list[str]:
     """Return a line each on missing and on damaged members, with the consequence; empty for a complete run."""
-    names = _listed([member_name(*key) for key in run.damaged])
+    names = _listed([*run.damaged])
     damaged = [f"damaged and left out of the means: {names}; {AGAIN} to have them"] if names else []
     return gap(run) + damaged
 

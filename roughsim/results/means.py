@@ -21,7 +21,6 @@ from roughsim.results.members import Members
 from roughsim.results.surfaces import Drawn, Map
 from roughsim.scene import Scene
 from roughsim.scene.numerics import QUADRANTS, SLIDING
-from roughsim.store.member_files import member_path, read_member
 
 
 class Means:
@@ -217,8 +216,8 @@ class Means:
         Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
         """
         slides = self.members.slides()
-        paths = [member_path(self.folder, slides.level, index) for index in slides.rows.tolist()]
-        rows = [read_member(path).curves for path in paths]
+        indices = slides.rows.tolist()
+        rows = [self.members[slides.level, index].curves for index in indices]
         return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {
             AXIS: rows[0][AXIS]
         }

@@ -1,6 +1,6 @@
-"""The members of a run: their files, each read once, up to the first gap of each level, as a table per level."""
+"""The members of a run: its files, each read once while it stays the same, as a table per level."""
 
-import os
+import errno
 import warnings
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -19,16 +19,17 @@ from roughsim.observables.member import Member, StoredMoments
 from roughsim.observables.record import Sample
 from roughsim.results.description import RunDescription
 from roughsim.sliding.snapshots import snapshot_shape
-from roughsim.store.disk import DamagedError, not_readable, set_aside
+from roughsim.store.disk import DamagedError, set_aside
 from roughsim.store.member_files import (
     FIELDS,
     KEPT_FIELDS,
-    MEMBER_NAME,
     damaged,
+    fields_path,
     member_name,
-    member_path,
-    read_member,
+    read_fields,
 )
+from roughsim.store.parts import Part, read_part
+from roughsim.store.saving import Stamp, listed, replace_damaged, sound_part
 
 _KNOWN = {
     "residual",
@@ -37,7 +38,7 @@ _KNOWN = {
     "versions",
     "written",
 }  # in the provenance of every member
-_OF_RUN = {"scene", "numerics"}  # in the provenance of every member, too, and the same in all
+_GONE = errno.ENOENT, errno.ESTALE  # errors of a file that another process has moved or replaced
 Key = tuple[int, int]  # level and index
 Damaged = Literal["refuse", "skip", "redo"]
 
@@ -45,8 +46,8 @@ Damaged = Literal["refuse", "skip", "redo"]
 class Members(dict[Key, Member]):
     """The members of a run folder by level and index, without their fields.
 
-    The treatment of a file that cannot be used: "refuse" raises the error, "skip" counts the member as failed, "redo"
-    moves the file aside with a warning, and the member is missing.
+    The treatment of a damaged file: "refuse" raises the error; "skip" lets the lost members count as failed; "redo"
+    moves the file aside with a warning, stores its sound members again, and the others are missing.
     """
 
     def __init__(
@@ -58,73 +59,97 @@ class Members(dict[Key, Member]):
     ):
         super().__init__()
         self.folder, self.numerics, self.speeds = folder, description.numerics, speeds
-        self.damaged: dict[Key, str] = {}  # reasons of files that cannot be used
-        self.available = [0] * len(
-            self.numerics.levels
-        )  # members of each level before the first missing one
-        self.counts: Counts = tuple(
-            self.available
-        )  # members of each level that count, for the methods
+        self.damaged: dict[str, str] = {}  # reasons by the names of files that cannot be used
+        levels = len(self.numerics.levels)
+        self.available = [0] * levels  # members of each level before the first missing one
+        self.counts: Counts = (0,) * levels  # members of each level that count, for the methods
+        self.spent = [(0, 0.0)] * levels  # number and computing time of all members, s
+        self.lost: set[Key] = set()  # members that count as failed, as their file is damaged
+        self.owner = ""  # name of this process, if it writes members: it does not read them
         self._treatment = treatment
-        self._identity = _identity_of(
-            {"scene": description.scene, "numerics": self.numerics.to_dict()}
-        )
+        self._read: set[Stamp] = set()  # of files that have been read
+        self._gone: set[tuple[Path, Stamp]] = set()  # files that were gone when they were opened
+        self.of_run = {"scene": description.scene, "numerics": self.numerics.to_dict()}
+        self._identity = _identity_of(self.of_run)
         self._modes: dict[
             int, list[tuple[int, ...]]
         ] = {}  # shapes of the stress spectra of each level
 
-    def read(self, wanted: Iterable[int]) -> None:
-        """Read new members, up to the first gap of each level and to the wanted number; errors as `take`."""
-        for level, count in enumerate(wanted):
-            while self.available[level] < count and self.take(level, self.available[level]):
-                self.available[level] += 1
+    def read(self) -> None:
+        """Read the files that are new since the last call.
 
-    def take(self, level: int, index: int) -> bool:
-        """Read one member unless it was read before; False if its file is missing.
-
-        RecordError if it is damaged or of another run, OSError if it cannot be read now, which is no damage.
+        RecordError if one is damaged or of another run, OSError if it cannot be read now, which is no damage.
         """
-        key = level, index
-        if key in self:
-            return True
-        path = member_path(self.folder, level, index)
+        while not all(
+            self._take(path, stamp)
+            for path, stamp in listed(self.folder).items()
+            if stamp not in self._read and not self._is_own(path)
+        ):
+            pass  # another process has moved a file meanwhile, or a damaged one was moved aside
+        if self.damaged:
+            self._fill_gaps()
+
+    def _is_own(self, path: Path) -> bool:
+        return bool(self.owner) and path.name.startswith(f"{self.owner}-")
+
+    def _take(self, path: Path, stamp: Stamp) -> bool:
+        """Read a file; False if it is not there any more. Errors as `read`."""
         try:
-            member = self._checked(path)
-        except FileNotFoundError:
+            part = self._part(path)
+        except OSError as error:
+            if error.errno not in _GONE or (path, stamp) in self._gone:
+                raise
+            self._gone.add((path, stamp))
             return False
         except RecordError as error:
-            redo, in_vain = (
-                self._treatment == "redo",
-                key in self.damaged,
-            )  # as by workers of another version
-            if self._treatment == "refuse" or (
-                redo and (in_vain or not isinstance(error, DamagedError))
-            ):
-                raise
-            self.damaged[key] = str(error)
-            if redo:
-                with suppress(FileNotFoundError):  # another process has moved it
-                    kept = set_aside(path, self.folder / "damaged")
-                    moved = (
-                        f"{str(error).partition(';')[0]}; it was moved to {kept} and is done again"
-                    )
-                    warnings.warn(moved, RuntimeWarning, stacklevel=5)
-                return False
-            self[key] = Member(level, index, failure=str(error), provenance={"seconds": {}})
-            return True
-        self.damaged.pop(key, None)
-        own = {name: value for name, value in member.provenance.items() if name not in _OF_RUN}
-        self[key] = replace(member, curves={}, fields={}, provenance=own)
+            return self._damaged(path, stamp, error)
+        for member in part.members:
+            if self._treatment != "redo" or self._has_fields(member):
+                self.add(member)
+        self._read.add(stamp)
         return True
 
-    def _checked(self, path: Path) -> Member:
-        """Read a file and check that it belongs to this run; errors as `take`."""
-        member = read_member(path, FIELDS if self._treatment == "redo" else ())
-        provenance, grid = member.provenance, self.numerics.grid(member.level)
-        if not {*provenance} >= _KNOWN or _identity_of(provenance) != self._identity:
+    def _part(self, path: Path) -> Part:
+        """Read a file and check that its members belong to this run; errors as `read`."""
+        part = read_part(path, self.keys() - self.lost)
+        self._check(path, part)
+        return part
+
+    def _damaged(self, path: Path, stamp: Stamp, error: RecordError) -> bool:
+        """Treat a damaged file, or one of another run: True if it is not to be read again."""
+        redo = self._treatment == "redo"
+        if self._treatment == "refuse" or (redo and not isinstance(error, DamagedError)):
+            raise error
+        sound = sound_part(path) if isinstance(error, DamagedError) else Part({}, [])
+        try:
+            self._check(path, sound)
+        except RecordError:
+            sound = Part({}, [])
+        if redo:
+            with suppress(FileNotFoundError):  # another process has moved it
+                _warn_moved(error, replace_damaged(path, self.folder, sound))
+            return False
+        self.damaged[path.name] = str(error)
+        for member in sound.members:
+            self.add(member)
+        self._read.add(stamp)
+        return True
+
+    def _check(self, path: Path, part: Part) -> None:
+        """Check that the members of a file belong to this run: RecordError."""
+        if part.members and _identity_of(part.header) != self._identity:
             raise damaged(path, "is of another run: its scene, seed or numerics differ")
+        for member in part.members:
+            self._check_member(path, member)
+
+    def _check_member(self, path: Path, member: Member) -> None:
+        """Check that a member has the levels, speeds and points of this run: RecordError, naming its file."""
+        fits = 0 <= member.level < len(self.numerics.levels) and member.index >= 0
+        if not fits or not {*member.provenance} >= _KNOWN:
+            raise damaged(path, "is of another run: its levels differ")
         if member.failure:
-            return member
+            return
+        grid = self.numerics.grid(member.level)
         modes = [part.wavenumber.shape for part in member.moments]
         levels = 1 if self.numerics.below(member.level) is None else 2
         points = {
@@ -141,33 +166,70 @@ class Members(dict[Key, Member]):
                 f"{path} or the members of its level read before are of another run: their wavenumbers differ; "
                 f"move files of other runs out of the folder"
             )
-        return member
+
+    def _has_fields(self, member: Member) -> bool:
+        """Whether the kept fields of a member are there and sound; damaged ones are moved aside with a warning."""
+        if not member.kept:
+            return True
+        path = fields_path(self.folder, member.level, member.index)
+        try:
+            header, fields = read_fields(path)
+            shapes = {name: values.shape for name, values in fields.items()}
+            if _identity_of(header) != self._identity or shapes != member.kept:
+                raise damaged(path, "is of another run: its scene, seed or numerics differ")
+        except FileNotFoundError:
+            return False
+        except DamagedError as error:
+            with suppress(FileNotFoundError):
+                _warn_moved(error, set_aside(path, self.folder / "damaged"))
+            return False
+        return True
+
+    def add(self, member: Member) -> None:
+        """Take a new member of this run."""
+        key = level, _ = member.level, member.index
+        if key in self and key not in self.lost:
+            return
+        self[key] = member
+        self.lost.discard(key)
+        while (level, self.available[level]) in self:
+            self.available[level] += 1
+        count, spent = self.spent[level]
+        self.spent[level] = count + 1, spent + sum(member.provenance["seconds"].values())
+
+    def _fill_gaps(self) -> None:
+        """Let members before others, which damaged files may have had, count as failed: the others count, too."""
+        for level, last in dict(sorted(self)).items():
+            for index in range(self.available[level], last):
+                if (level, index) not in self:
+                    failure = f"lost with {', '.join(self.damaged)}"
+                    self.add(Member(level, index, failure, provenance={"seconds": {}}))
+                    self.lost.add((level, index))
+
+    def all_read(self) -> Part:
+        """Return all members, after those of new files were read; errors as `read`."""
+        self.read()
+        return Part(self.of_run, [*self.values()])
+
+    def check_computed(self, member: Member) -> None:
+        """Refuse a member that a worker of another version computed otherwise: RecordError."""
+        self._check_member(self.folder / member_name(member.level, member.index), member)
 
     def missing(self, wanted: Iterable[int]) -> list[str]:
         """Return the names of members missing from a round although later ones of their level are there."""
-        try:
-            names = os.listdir(self.folder / "realizations")
-        except OSError as error:
-            raise not_readable(self.folder / "realizations", error) from error
-        found = [
-            MEMBER_NAME.fullmatch(name.removesuffix(".h5"))
-            for name in names
-            if name.endswith(".h5")
-        ]
-        stored = {(int(match[1]), int(match[2])) for match in found if match}
-        last = dict(sorted(stored))  # the highest index of each level
+        last = dict(sorted(self))  # the highest index of each level
         keys = (
             (level, i)
             for level, count in enumerate(wanted)
             for i in range(min(count, last.get(level, 0)))
         )
-        return [member_name(*key) for key in keys if key not in stored]
+        return [member_name(*key) for key in keys if key not in self]
 
     def failed(self, level: int) -> list[int]:
         """Return the indices of members of a level whose contact did not converge; damaged ones are left out."""
         read = ((i, self.get((level, i))) for i in range(self.counts[level]))
         failures = [i for i, member in read if member is not None and member.failure]
-        return [i for i in failures if (level, i) not in self.damaged]
+        return [i for i in failures if (level, i) not in self.lost]
 
     def sound(self, level: int) -> list[int]:
         """Return the indices at which a level has numbers, and no counted member of the same surface failed."""
@@ -257,6 +319,11 @@ class Members(dict[Key, Member]):
         """Return the computing time of each member of a level, s, also of those that do not count."""
         members = [member for (of_level, _), member in self.items() if of_level == level]
         return np.array([sum(member.provenance["seconds"].values()) for member in members])
+
+
+def _warn_moved(error: RecordError, kept: Path) -> None:
+    words = f"{str(error).partition(';')[0]}; it was moved to {kept}"
+    warnings.warn(f"{words} and is done again", RuntimeWarning, stacklevel=6)
 
 
 def _identity_of(description: Mapping[str, Any]) -> list[Any]:

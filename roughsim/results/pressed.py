@@ -11,7 +11,7 @@ from roughsim.grid import Array
 from roughsim.results.members import Members
 from roughsim.scene.numerics import QUADRANTS
 from roughsim.show.remarks import Remark
-from roughsim.store.member_files import member_path
+from roughsim.store.member_files import member_name
 from roughsim.table import Estimate
 
 PARTS = 4  # quadrants of a map
@@ -138,8 +138,8 @@ def _read_directions(members: Members, column: str, index: int, stored: Any) -> 
         over_mean = {name: over_speed(stored["over_mean"][name]) for name in angles}
         twin = over_speed(stored["over_twin"]) if "over_twin" in stored else None
     except (TypeError, ValueError, LookupError, AttributeError) as error:
-        path = member_path(members.folder, max(members.numerics.of_column(column)), index)
+        name = member_name(max(members.numerics.of_column(column)), index)
         raise RecordError(
-            f"{path} has directions that no press writes ({error}); press into a new folder"
+            f"{name} of {members.folder} has directions that no press writes ({error}); press into a new folder"
         ) from error
     return Directions(angles, over_mean, twin)

@@ -1,6 +1,6 @@
 """`Run`: an opened run folder, with its rounds, means, fields and arrays."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +14,7 @@ from roughsim.errors import RecordError, number
 from roughsim.estimate.mean import Mean
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
 from roughsim.grid import Array, Grid
+from roughsim.observables.member import Member
 from roughsim.planning import limits
 from roughsim.prediction.statements import ByMean, takes_all
 from roughsim.results import pressed
@@ -26,7 +27,7 @@ from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import Remark
 from roughsim.show.table import Column, Row, Table
 from roughsim.show.text import marked, plain
-from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
+from roughsim.store.member_files import KEPT_FIELDS, fields_path, read_fields
 from roughsim.table import Estimate
 
 if TYPE_CHECKING:  # not among the packages that roughsim needs
@@ -65,8 +66,8 @@ class Run(Estimates):
         Choices of the plan, each with its value and reason; empty if the numerics were given.
     members : Members
         The members that were read, by level and index, without fields.
-    damaged : dict of (int, int) to str
-        Reasons for unusable files by level and index; empty unless opened with ``damaged="skip"``.
+    damaged : dict of str to str
+        Reasons by the names of unusable files; empty unless opened with ``damaged="skip"``.
     rounds : Rounds
         Progress of the run. The members of the last complete round count.
     """
@@ -87,23 +88,21 @@ class Run(Estimates):
         self.rounds = self._replayed()
 
     def refresh(self) -> None:
-        """Read the members written since the last call, up to the first gap of each level.
+        """Read the members written since the last call.
 
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
-        self.members.read([self.max_realizations] * len(self.members.available))
-        self._recount()
+        self.members.read()
+        self.recount()
 
-    def add(self, level: int, index: int) -> None:
-        """Read the new member `index` of a level, and all others if it completes the round; errors as `refresh`."""
-        wanted = self.rounds.wanted
-        self.members.take(level, index)
-        self.members.read(wanted)
-        self._recount()
-        if self.rounds.wanted != wanted:
-            self.refresh()
+    def add(self, members: Iterable[Member]) -> None:
+        """Take members that this process has computed; RecordError if they are of another version."""
+        for member in members:
+            self.members.check_computed(member)
+            self.members.add(member)
+        self.recount()
 
-    def _recount(self) -> None:
+    def recount(self) -> None:
         """Let the members of the last complete round count."""
         self.rounds = self._replayed()
         self.count(self.rounds.counts)
@@ -309,14 +308,15 @@ class Run(Estimates):
     ) -> Field:
         """Return one field of the kept realization `index` of a level; name, speed and direction as in `fields`."""
         _check_field(name, speed, direction)
-        path = member_path(self.folder, level, index)
+        path = fields_path(self.folder, level, index)
+        stored = name if speed is None else "pressure"
+        field = read_fields(path, (stored,))[1][stored]
         if speed is None:
-            return read_field(path, name)
-        pressure = read_field(path, "pressure")
+            return field
         if name == "heat_flux":
-            return pressure * np.float32(prediction.heat_per_pressure(self.scene, speed))
+            return field * np.float32(prediction.heat_per_pressure(self.scene, speed))
         column = self.numerics.levels[level].column
-        return self.temperature(pressure, self.numerics.grid(level), speed, direction, column)
+        return self.temperature(field, self.numerics.grid(level), speed, direction, column)
 
     def temperature(
         self,
@@ -353,8 +353,8 @@ class Run(Estimates):
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error for fields of a level that were not kept, with advice: of realization `index`, or of all."""
-        if index is not None and (level, index) in self.damaged:
-            return RecordError(self.damaged[level, index])
+        if (level, index) in self.members.lost:
+            return RecordError("; ".join(self.damaged.values()))
         missing = (
             "has kept no fields"
             if index is None

@@ -14,7 +14,7 @@ from roughsim.results.run import Run
 from roughsim.sliding import snapshots
 from roughsim.sliding.member import faces
 from roughsim.sliding.path import oblique_path
-from roughsim.store.member_files import member_path, read_member
+from roughsim.store.member_files import fields_path, read_fields
 
 _SUMMITS = 60  # the highest of each face
 
@@ -57,13 +57,8 @@ def read_snapshots(run: Run, index: int) -> MemberSnapshots:
     level = run.numerics.slide
     if level is None or index not in pictured(run):
         raise no_snapshots(run, index)
-    path = member_path(run.folder, level, index)
-    member = read_member(path, snapshots.FIELDS)
-    if missing := [name for name in snapshots.FIELDS if name not in member.fields]:
-        raise RecordError(
-            f"{path} holds snapshots without {missing[0]}: it is damaged; move it out of the folder"
-        )
-    maps = snapshots.Snapshots(*(member.fields[name] for name in snapshots.FIELDS))
+    path = fields_path(run.folder, level, index)
+    maps = snapshots.Snapshots(*read_fields(path, snapshots.FIELDS)[1].values())
     problem = replace(slide_problem(run.scene, run.numerics), seed=run.seed, index=index)
     way = oblique_path(problem.grid, max(problem.distances))
     steps = np.rint(maps.distance / way.distance[1]).astype(np.intp)
@@ -93,7 +88,8 @@ def read_snapshots(run: Run, index: int) -> MemberSnapshots:
 
     grid = Grid(shape, problem.grid.lengths)
     riding = moving - way.offsets[steps][:, None, :]
-    return MemberSnapshots(grid, maps, member.curves, in_metres(resting), in_metres(riding))
+    curves = run.members[level, index].curves
+    return MemberSnapshots(grid, maps, curves, in_metres(resting), in_metres(riding))
 
 
 def highest(heights: Array | None) -> NDArray[np.intp]:

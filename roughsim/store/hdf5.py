@@ -86,12 +86,28 @@ def opened_array(file: Any, name: str, axes: int) -> Any:
     shape = dataset.shape
     if dataset.get_create_plist().get_layout() != h5d.CHUNKED or len(shape) != axes:
         raise ValueError(f"{name} is stored as no writer of this format does it")
-    if exceeds(float(prod(shape)) * 8.0, 0.5):
+    if exceeds(float(prod(shape)) * float(dataset.get_type().get_size()), 0.5):
         raise MemoryError(f"{name} declares the shape {shape}, above half of the available memory")
     return dataset
 
 
-def read_array(dataset: Any, kind: type[np.floating[Any]]) -> NDArray[Any]:
+def opened_group(file: Any, name: str) -> Any:
+    """Return a group of an open, untrusted file; ValueError if it leads elsewhere."""
+    if file.id.links.get_info(name.encode()).type != h5l.TYPE_HARD:
+        raise ValueError(f"{name} is a link that leads elsewhere")
+    return file[name]
+
+
+def read_text(dataset: Any) -> NDArray[Any]:
+    """Read texts of `opened_array`, as bytes; TypeError or OSError if it holds something else."""
+    if dataset.dtype.kind != "S":
+        raise TypeError("an array of texts holds something else")
+    values = np.empty(dataset.shape, dataset.dtype)
+    dataset.read(h5s.ALL, h5s.ALL, values)
+    return values
+
+
+def read_array(dataset: Any, kind: type[np.number[Any]]) -> NDArray[Any]:
     """Read an array of `opened_array`; TypeError or OSError if it holds no plain numbers."""
     values = np.empty(dataset.shape, kind)
     dataset.read(h5s.ALL, h5s.ALL, values, h5t.py_create(np.dtype(kind)))

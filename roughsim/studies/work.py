@@ -31,6 +31,7 @@ from roughsim.scene.sections import ROUGHNESS_KEYS
 from roughsim.show.remarks import Remark, of_several, warn_of
 from roughsim.store.claims import PLAN, Claims
 from roughsim.store.disk import make_folder
+from roughsim.store.saving import listed
 from roughsim.studies.folder import base_scene, describe, refuse_exchanged, refuse_other, write
 from roughsim.studies.results import LATER
 from roughsim.studies.study import Study
@@ -247,7 +248,7 @@ def _begin_points(
         numerics = plans.get(key)
         if numerics is None:
             numerics = begin(members[there[0]], paths[there[0]])
-            at_work = any(any((paths[name] / "realizations").iterdir()) for name in there)
+            at_work = any(listed(paths[name]) for name in there)
             if (
                 at_work and not members[there[0]].numerics.levels
             ):  # else an interrupted start, or levels of the scene

@@ -2,12 +2,12 @@
 
     python tests/ensemble/storms.py [--kills 60] [-o FOLDER]
 
-Each storm kills a random process, a moment after a member was stored, and starts the same command again. Each run that
-has ended is compared with an undisturbed one, and the next run begins in a new folder.
+Members are saved every 0.03 s, in parts of 24. Each storm kills a random process, a moment after a member was stored,
+and starts the same command again. Each run that has ended is compared with an undisturbed one, and the next run begins
+in a new folder.
 """
 
 import argparse
-import hashlib
 import os
 import random
 import time
@@ -19,7 +19,10 @@ from pathlib import Path
 import numpy as np
 
 import roughsim as rs
-from roughsim.store.member_files import read_member
+from roughsim.ensemble import tasks
+from roughsim.store import saving
+from roughsim.store.member_files import fields_path, read_fields
+from roughsim.store.parts import read_part
 
 MOST = 60  # members of the lowest level
 PATIENCE = 100.0  # s to wait for a member
@@ -100,6 +103,7 @@ def write_scene(folder, verb):
 def compute(verb, scene, home, workers):
     """Compute or resume a run or a press."""
     warnings.simplefilter("ignore")
+    tasks.INTERVAL, tasks.SHARE, saving.MOST = 0.03, 1.0, 24
     if verb == "press":
         rs.press(scene, home, workers=workers)
     else:
@@ -107,14 +111,13 @@ def compute(verb, scene, home, workers):
 
 
 def stored(folder):
-    """Return the files of all members below a folder; other folders in it may vanish meanwhile."""
-    found = [
-        Path(home) / name
-        for home, _, names in os.walk(folder)
-        if home.endswith("realizations")
-        for name in names
-    ]
-    return sorted(path for path in found if path.match("L*.h5"))
+    """Return the members in the files of a run, as they are at one moment; none of a folder without a run."""
+    while True:
+        try:
+            members = [one for path in saving.listed(folder) for one in read_part(path).members]
+            return {(one.level, one.index): one for one in members}
+        except OSError:
+            continue  # another process has moved a file
 
 
 def children(pid):
@@ -133,24 +136,30 @@ def children(pid):
 
 def assert_same_bits(folder, undisturbed):
     """Check all members of a run against those of an undisturbed one, and that nothing else is left."""
-    names = {path.relative_to(folder) for path in stored(folder)}
-    wanted = [path.relative_to(undisturbed) for path in stored(undisturbed)]
-    assert names >= set(wanted)
-    for name in wanted:
-        mine, theirs = read_member(folder / name), read_member(undisturbed / name)
+    found, wanted = stored(folder), stored(undisturbed)
+    assert found.keys() >= wanted.keys()
+    for key, theirs in wanted.items():
+        mine = found[key]
         assert len(mine.moments) == len(theirs.moments) > 0
         for one, other in zip(mine.moments, theirs.moments, strict=True):
             np.testing.assert_array_equal(one.spectrum, other.spectrum)
             for number, values in other.numbers.items():
                 np.testing.assert_array_equal(one.numbers[number], values)
         assert mine.provenance.get("directions") == theirs.provenance.get("directions")
+        if theirs.kept:
+            own, others = (
+                read_fields(fields_path(home, *key))[1] for home in (folder, undisturbed)
+            )
+            assert all((own[name] == values).all() for name, values in others.items())
     found, expected = (
         rs.open_run(home).estimate("flash_temperature") for home in (folder, undisturbed)
     )
     np.testing.assert_array_equal(found.mean, expected.mean)
     np.testing.assert_array_equal(found.total_error, expected.total_error)
-    left = [path for path in folder.glob("**/*") if path.suffix == ".tmp" or path.name == "claims"]
-    assert not left, left
+    names = {"fields", "members", "members.h5", "run.json", "scene.toml"}
+    assert {path.name for path in folder.iterdir()} <= names
+    assert not list((folder / "members").iterdir())
+    assert not list(folder.glob("**/.*"))
 
 
 class Storm:
@@ -217,22 +226,25 @@ class Storm:
                 processes[victim] = self.start(home)
             else:
                 self.tally.of_workers += 1
-            now = {path: hashlib.sha256(path.read_bytes()).digest() for path in stored(home)}
-            lost = [path for path in before if path not in now]
+            now = stored(home)
+            lost = [key for key in before if key not in now]
             assert not lost, lost
             if self.mode == "one writer":
-                assert all(now[path] == digest for path, digest in before.items())
+                about = {key: member.provenance["written"] for key, member in now.items()}
+                assert all(
+                    about[key] == member.provenance["written"] for key, member in before.items()
+                )
             self.tally.between.append(len(now) - len(before))
             before = now
 
     def wait_for_member(self, home, number, processes):
         """Wait until more members than this number are stored; None if a process has ended."""
         patience = time.monotonic() + PATIENCE
-        while len(stored(home)) <= number and time.monotonic() < patience:
+        while (count := len(stored(home))) <= number and time.monotonic() < patience:
             if not all(process.is_alive() for process in processes):
                 return None
             time.sleep(0.005)
-        return len(stored(home))
+        return count
 
 
 def main():

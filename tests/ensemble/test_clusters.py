@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from process_cases import begin_process
+from stored_cases import count_members, read_member
 from storms import Storm
 
 import roughsim as rs
-from roughsim.store.member_files import member_path, read_member
 
 ROOT = Path(__file__).parents[2]
 ARRAY = """
@@ -28,7 +28,7 @@ import roughsim as rs
 from roughsim.ensemble import sources, tasks
 from roughsim.store import claims
 
-claims.LEASE, claims.RENEWAL, tasks.PAUSE = 3.0, 0.2, 0.05
+claims.LEASE, claims.RENEWAL, tasks.PAUSE, tasks.BATCH, tasks.INTERVAL = 3.0, 0.2, 0.05, 0.0, 0.0
 genuine = sources.solve_problem
 sources.solve_problem = lambda *rest: (time.sleep(0.1), genuine(*rest))[1]  # so that kills come in the middle
 rs.run(rs.load_scene(sys.argv[1]), sys.argv[2], max_realizations=int(sys.argv[3]), until={})
@@ -72,15 +72,15 @@ def assert_same_bits(folder, scene, alone, count):
     assert found.realizations == count
     assert set(found.members) >= set(expected.members)  # some may have been computed ahead
     for key in expected.members:
-        read_member(member_path(folder, *key))
-        mine, theirs = (read_member(member_path(place, *key)) for place in (folder, alone))
+        mine, theirs = (read_member(place, *key) for place in (folder, alone))
         for one, other in zip(mine.moments, theirs.moments, strict=True):
             for name in other.numbers:
                 np.testing.assert_array_equal(one.numbers[name], other.numbers[name])
             np.testing.assert_array_equal(one.spectrum, other.spectrum)
     there = {path.name for path in folder.iterdir()}
-    assert there == {"realizations", "run.json", "scene.toml"}  # no claim, nothing half done
-    assert not list((folder / "realizations").glob(".*"))
+    # no claim, nothing half done
+    assert there == {"fields", "members", "members.h5", "run.json", "scene.toml"}
+    assert list((folder / "members").iterdir()) == []
 
 
 @pytest.mark.slow
@@ -120,9 +120,9 @@ def test_levels_in_half_the_cell_have_the_same_bits_after_a_kill_in_the_middle(
     array = [script(tmp_path / "scene.toml", ARRAY, folder, count) for _ in range(3)]
 
     def stored():
-        return {path.name for path in folder.glob("realizations/L*.h5")}
+        return count_members(folder)
 
-    while len(stored()) < 8:
+    while stored() < 8:
         assert any(one.poll() is None for one in array), array[0].communicate()[1]
         time.sleep(0.01)
     # one that computes a member now
@@ -134,7 +134,7 @@ def test_levels_in_half_the_cell_have_the_same_bits_after_a_kill_in_the_middle(
     victim.kill()
     victim.communicate()
     before = stored()
-    assert 8 <= len(before) < 25
+    assert 8 <= before < 25
     array[array.index(victim)] = script(tmp_path / "scene.toml", ARRAY, folder, count)
     for process in array:
         _, said = process.communicate(timeout=200)
@@ -167,7 +167,7 @@ def test_a_script_without_a_guard_ends_at_once_with_one_error(scene_file, tmp_pa
 def test_a_full_or_closed_terminal_stops_no_run(scene_file, tmp_path, reader):
     folder = tmp_path / "run"
     rs.run(rs.load_scene(scene_file), folder, max_realizations=1)
-    path = member_path(folder, 0, 0)
+    path = folder / "members.h5"
     path.write_bytes(path.read_bytes()[:-1])  # worth a warning
     words = [
         sys.executable,

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from process_cases import begin_process, end_processes, slowness
+from stored_cases import count_members, members_of, read_member, with_fields
 
 import roughsim as rs
-from roughsim.store.member_files import FIELDS, member_path, read_member
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = """
@@ -55,7 +55,7 @@ def hear_interrupts():
 
 def wait_for_members(folder, count, seconds=60):
     end = time.monotonic() + seconds
-    while len(list((folder / "realizations").glob("L*.h5"))) < count:
+    while count_members(folder) < count:
         assert time.monotonic() < end, "no members came"
         time.sleep(0.01)
 
@@ -73,15 +73,13 @@ def children(pid):
 
 
 def assert_all_sound(folder):
-    paths = sorted((folder / "realizations").glob("L*.h5"))
-    for path in paths:
-        read_member(path, FIELDS)
-    return {path.name: path.read_bytes() for path in paths}
+    for member in members_of(folder).values():
+        with_fields(folder, member)
 
 
 def assert_same_numbers(folder, other, count):
     for index in range(count):
-        a, b = (read_member(member_path(place, 0, index)) for place in (folder, other))
+        a, b = (read_member(place, 0, index) for place in (folder, other))
         for name in a.numbers:
             np.testing.assert_array_equal(a.numbers[name], b.numbers[name])
         np.testing.assert_array_equal(a.moments[0].spectrum, b.moments[0].spectrum)
@@ -214,16 +212,18 @@ def test_a_dying_worker_costs_a_retry_not_the_run(quick, scene_file, tmp_path):
     assert_same_numbers(folder, undisturbed.folder, 10)
 
 
-def test_a_file_size_limit_stops_with_the_path_and_can_be_resumed(quick, tmp_path):
+@pytest.mark.parametrize(("kept", "name"), [(1, "L0-000000.h5"), (0, "members.*-000.h5")])
+def test_a_file_size_limit_stops_with_the_path_and_can_be_resumed(quick, tmp_path, kept, name):
     folder = tmp_path / "run"
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (8000, hard))  # room for run.json, not for a member
     try:
-        with pytest.raises(OSError, match=r"cannot write .*L0-000000.h5"):
-            rs.run(quick, folder, max_realizations=3, until={})
+        with pytest.raises(OSError, match=rf"cannot write .*{name}"):
+            rs.run(quick.with_("numerics.keep_fields", kept), folder, max_realizations=3, until={})
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert list((folder / "realizations").iterdir()) == []
+    assert list((folder / "members").iterdir()) == []
+    assert list(folder.glob("fields/*")) == []
     assert not (folder / "claims").exists()
     assert rs.run(quick, folder, max_realizations=3, until={}).realizations == 3
 
@@ -242,15 +242,6 @@ def test_a_run_can_be_read_while_it_is_written(scene_file, tmp_path):
     assert process.returncode == 0
     assert seen == sorted(seen)  # a prefix that only grows
     assert rs.open_run(folder).realizations == 24
-
-
-def test_a_copy_under_another_index_is_refused(quick, tmp_path):
-    run = rs.run(quick, tmp_path / "run", max_realizations=3, until={})
-    member_path(run.folder, 0, 2).write_bytes(member_path(run.folder, 0, 1).read_bytes())
-    with pytest.raises(
-        rs.RecordError, match=r"L0-000002.h5 is damaged \(it holds level 0, index 1"
-    ):
-        rs.open_run(run.folder)
 
 
 def test_a_finished_run_on_a_disk_for_reading_only_is_opened(quick, tmp_path, monkeypatch):

@@ -13,7 +13,7 @@ from roughsim.ensemble import executors
 from roughsim.ensemble.executors import SerialExecutor, Workers
 from roughsim.ensemble.run import begin
 from roughsim.ensemble.status import expected_seconds
-from roughsim.ensemble.workers import store_members
+from roughsim.ensemble.workers import computed_members
 from roughsim.estimate.rounds import first_counts, work
 from roughsim.machine import Available
 from roughsim.planning import reasons
@@ -132,7 +132,7 @@ def kill_first(marker, *arguments):
         if marker is not None:
             marker.touch()
         signal.raise_signal(signal.SIGKILL)
-    return store_members(*arguments)
+    return computed_members(*arguments)
 
 
 class Killing(Workers):

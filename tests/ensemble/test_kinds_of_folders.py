@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from press_cases import AT_35, drawn_map, write_scene
+from stored_cases import split_members
 
 import roughsim as rs
 from roughsim.cli import main
@@ -28,6 +29,7 @@ def pressed(capped_scene, tmp_path_factory):
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
         rs.press(scene, folder / "pressed", changes=AT_35)
+    split_members(folder / "pressed")
     return folder
 
 
@@ -98,7 +100,7 @@ def test_lost_quadrants_are_pressed_again(place):
     folder = place / "pressed"
     first = rs.open_run(folder).estimate(NAME)
     for level in (2, 3):
-        for path in (folder / "realizations").glob(f"L{level}-*"):
+        for path in (folder / "members").glob(f"L{level}-*"):
             path.unlink()
     assert not rs.open_run(folder).finished
     again = rs.press(place / "scene.toml", folder, changes=AT_35).estimate(NAME)
@@ -143,7 +145,7 @@ def test_a_map_is_not_pressed_into_a_study(pressed, tmp_path):
 def test_a_damaged_member_of_a_map_is_moved_aside_and_pressed_again(place, name):
     folder = place / "pressed"
     first = rs.open_run(folder).estimate(NAME)
-    member = folder / "realizations" / f"{name}.h5"
+    member = folder / "members" / f"{name}.h5"
     column = "capped" if name == LAST[0] else "quadrants"
     whole = rs.open_run(folder).values(NAME, column, extrapolated=False).finest.copy()
     flip_byte(member)
@@ -167,7 +169,7 @@ def test_an_error_by_fewer_quadrants_is_not_stated_as_known(place, member, damag
     whole = rs.open_run(place / "pressed")
     assert np.isfinite(whole.estimate(NAME).budget["size"]).all()
     assert not [line for line in whole.warnings if "lost or damaged" in line]
-    path = place / "pressed" / "realizations" / f"{member}.h5"
+    path = place / "pressed" / "members" / f"{member}.h5"
     flip_byte(path) if damaged else path.unlink()
     run = open_run(place / "pressed", damaged="skip")
     assert np.isnan(run.estimate(NAME).budget["size"]).all()
@@ -181,11 +183,11 @@ def test_an_error_by_fewer_quadrants_is_not_stated_as_known(place, member, damag
 
 def test_advice_on_a_damaged_or_missing_member_fits_a_press(place, capsys):
     folder = place / "pressed"
-    flip_byte(folder / "realizations" / "L2-000001.h5")
+    flip_byte(folder / "members" / "L2-000001.h5")
     with pytest.raises(SystemExit):
         main(["status", str(folder)])
     assert ADVICE in " ".join(" ".join(capsys.readouterr()).split())
-    (folder / "realizations" / "L2-000001.h5").unlink()
+    (folder / "members" / "L2-000001.h5").unlink()
     with pytest.raises(SystemExit):
         main(["status", str(folder)])
     words = " ".join(" ".join(capsys.readouterr()).split())

@@ -8,9 +8,9 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 import pytest
 from slide_cases import sliding_scene
+from stored_cases import members_of, read_member
 
 import roughsim as rs
-from roughsim.store.member_files import member_path, read_member
 
 SLIDE = 1  # its level
 
@@ -43,7 +43,7 @@ class Dying(ProcessPoolExecutor):
 
 def assert_same(run, other):
     for index in (0, 1):
-        mine, his = (read_member(member_path(one.folder, SLIDE, index)) for one in (run, other))
+        mine, his = (read_member(one.folder, SLIDE, index) for one in (run, other))
         for name, values in his.numbers.items():
             np.testing.assert_array_equal(mine.numbers[name], values)
         for name, values in his.curves.items():
@@ -61,7 +61,8 @@ def test_a_worker_that_dies_in_a_slide_ends_the_run_with_a_sentence_and_the_next
         ),
     ):
         rs.run(sliding_scene(), tmp_path / "run", executor=pool)
-    assert not list((tmp_path / "run").glob(f"realizations/*L{SLIDE}*"))  # nothing half done
+    assert SLIDE not in {level for level, _ in members_of(tmp_path / "run")}  # nothing half done
+    assert not list((tmp_path / "run").glob("**/.*"))
     assert not (tmp_path / "run" / "claims").exists()
     again = rs.run(sliding_scene(), tmp_path / "run")
     assert again.realizations == 4

@@ -6,6 +6,7 @@ from itertools import pairwise
 from math import inf
 
 import pytest
+from stored_cases import member_path, split_members
 
 import roughsim as rs
 from roughsim.ensemble import tasks
@@ -92,7 +93,7 @@ def test_a_round_of_small_members_has_room_whatever_is_stored_of_large_ones(
 ):
     rounds(SECOND)
     rs.run(scene, tmp_path / "run", until=TARGET)
-    (tmp_path / "run" / "realizations" / "L0-000003.h5").unlink()
+    member_path(split_members(tmp_path / "run"), 0, 3).unlink()
     memory(BETWEEN)
     assert rs.run(scene, tmp_path / "run", until=TARGET).counts == SECOND
 

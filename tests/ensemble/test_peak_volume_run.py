@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 from small_scene import CAPPED
+from stored_cases import read_member
 
 import roughsim as rs
 from roughsim.scene import parse_scene
-from roughsim.store.member_files import member_path, read_member
 
 COUNT = 13  # more than the regression needs
 SHARE = 0.09  # of the area: nominal pressure over hardness
@@ -49,14 +49,14 @@ def test_a_run_reports_the_mean_at_the_mean_peak_volume(scene, tmp_path):
     run = rs.run(scene, tmp_path / "run")
     solved = [rs.realize(scene, run.numerics, seed=3, level=0, index=i) for i in range(COUNT)]
     volumes = np.array([volume_of(one.heights) for one in solved])
-    members = [read_member(member_path(run.folder, 0, i)).numbers for i in range(COUNT)]
+    members = [read_member(run.folder, 0, i).numbers for i in range(COUNT)]
     stored = np.array([x["peak_volume"][0] for x in members])
     np.testing.assert_allclose(
         stored, volumes, atol=0.02 * volumes.std() + abs(stored.mean() - volumes.mean())
     )
     assert np.corrcoef(stored, volumes)[0, 1] > 0.999
     hot = np.array([one.observables.flash_temperature[2] for one in solved])
-    fine = [read_member(member_path(run.folder, 1, i)) for i in range(run.counts[1])]
+    fine = [read_member(run.folder, 1, i) for i in range(run.counts[1])]
     above = sum(one.numbers["flash_temperature"][2] for one in fine)
     below = sum(one.moments[1].numbers["flash_temperature"][2] for one in fine)
     found = run.values("flash_temperature", extrapolated=False)

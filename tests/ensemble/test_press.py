@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 from press_cases import GRID, SIDE, drawn_map, levelled, on_finer_points, write_scene
+from stored_cases import member_path, split_members
 
 import roughsim as rs
 from roughsim.cli import main
@@ -163,7 +164,7 @@ def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(
     )
     assert "q_min" not in printed.err  # the cell has all that the map shows
     first = rs.open_run(folder)
-    (folder / "realizations" / "L1-000000.h5").unlink()
+    member_path(split_members(folder), 1, 0).unlink()
     again = rs.press(scene_file, folder, changes={"sliding.speed": 35})
     name = "flash_temperature"
     np.testing.assert_array_equal(again.estimate(name).mean, first.estimate(name).mean)
@@ -213,7 +214,7 @@ def test_an_open_run_follows_the_quadrants(scene_file, tmp_path):
     run = rs.press(scene_file, tmp_path / "run", edges="tile", changes={"sliding.speed": 35})
     assert run.estimate("flash_temperature").n == 4
     for level in run.numerics.of_column("quadrants"):
-        (run.folder / "realizations" / f"L{level}-000003.h5").unlink()
+        member_path(split_members(run.folder), level, 3).unlink()
     shorter = rs.open_run(run.folder)
     assert shorter.independent == 3
     assert shorter.estimate("flash_temperature").n == 3

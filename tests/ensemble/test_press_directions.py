@@ -327,12 +327,12 @@ def test_a_run_that_draws_from_a_map_with_spikes_does_not_know_its_error(tmp_pat
 @pytest.mark.parametrize(
     "forged", [{}, {"angles": 3}, {"angles": {"along": 0.1}, "over_mean": {"along": [1.0]}}]
 )
-def test_forged_directions_are_refused_by_the_name_of_their_file(monkeypatch, tmp_path, forged):
+def test_forged_directions_are_refused_by_the_name_of_their_member(monkeypatch, tmp_path, forged):
     monkeypatch.setattr(
         press_module.MapCells, "about", lambda *_: {"directions": forged, "overshoot": 0.0}
     )
     found = pressed(tmp_path / "forged", grooved(seed=2))
     with pytest.raises(
-        RecordError, match=r"L1-000000.h5 has directions .*; press into a new folder"
+        RecordError, match=r"L1-000000 of .* has directions .*; press into a new folder"
     ):
         _ = found.angles

@@ -8,7 +8,6 @@ from contextlib import redirect_stderr
 from dataclasses import replace
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 import roughsim as rs
@@ -55,7 +54,7 @@ def long_run(tmp_path_factory):
     """A stand-in with the longest numbers of a run of days, and three targets."""
     members = SimpleNamespace(
         available=(1234, 56),
-        seconds=lambda level: np.full((1234, 56)[level], 90.0),
+        spent=[(1234, 1234 * 90.0), (56, 56 * 90.0)],
         __len__=lambda: 1290,
     )
     return SimpleNamespace(

@@ -6,13 +6,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from stored_cases import read_member, write_member
 
 import roughsim as rs
 from roughsim.ensemble.run import begin
 from roughsim.estimate.rounds import Verdict
 from roughsim.results import run as run_module
 from roughsim.store.claims import Claims
-from roughsim.store.member_files import member_name, member_path, read_member
+from roughsim.store.member_files import member_name
 
 LEVELS = (
     {"column": "capped", "shape": [32, 32], "q_max": 4e4},
@@ -27,7 +28,7 @@ def two_levels(quick):
 
 
 @pytest.fixture
-def by_hand(monkeypatch):
+def by_hand(monkeypatch, one_by_one):
     """A judge that goes through these rounds, whatever the members say."""
     monkeypatch.setattr(run_module, "judge", judge)
     monkeypatch.setattr("roughsim.estimate.rounds.first_counts", lambda numerics, most: ROUNDS[0])
@@ -45,13 +46,14 @@ class Recording(Executor):
     def __init__(self, *held):
         self.given, self.held = [], dict.fromkeys(held)
 
-    def submit(self, function, jobs, index):
+    def submit(self, function, jobs, wanted):
+        ((index, _),) = wanted
         task, future = (jobs[0].source.level, index), Future()
         self.given.append(task)
         if task in self.held:
-            self.held[task] = lambda: future.set_result(function(jobs, index))
+            self.held[task] = lambda: future.set_result(function(jobs, wanted))
         else:
-            future.set_result(function(jobs, index))
+            future.set_result(function(jobs, wanted))
         return future
 
 
@@ -117,8 +119,7 @@ def test_a_process_whose_round_others_complete_computes_ahead(two_levels, tmp_pa
                 other.take(member_name(0, index))
         if (0, 7) in pool.given:  # the other process has done its part
             for index in (4, 5):
-                path = member_path(folder, 0, index)
-                path.write_bytes(member_path(whole.folder, 0, index).read_bytes())
+                write_member(folder, read_member(whole.folder, 0, index))
 
     begin(two_levels, folder)
     with Claims(folder) as other:
@@ -127,5 +128,5 @@ def test_a_process_whose_round_others_complete_computes_ahead(two_levels, tmp_pa
     assert {(0, 4), (0, 5)}.isdisjoint(pool.given)
     assert {(0, 6), (0, 7)} <= set(pool.given)
     for key in ((0, 5), (1, 3)):
-        mine, theirs = (read_member(member_path(one.folder, *key)).numbers for one in (run, whole))
+        mine, theirs = (read_member(one.folder, *key).numbers for one in (run, whole))
         assert all((mine[name] == theirs[name]).all() for name in theirs)

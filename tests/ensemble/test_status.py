@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stored_cases import member_path, split_members
 
 import roughsim as rs
 from roughsim.ensemble import status
@@ -16,7 +17,6 @@ from roughsim.results.description import read_description
 from roughsim.results.run import Run
 from roughsim.show.text import clock
 from roughsim.store.claims import Claims
-from roughsim.store.member_files import member_path
 
 NEAR = ", flash_temperature total error 2.5 % (target 1 %)"
 ERRORS = {"flash_temperature": 0.0251}
@@ -84,7 +84,7 @@ def test_the_time_left_is_the_members_still_needed_times_the_mean_time_of_their_
 def test_the_time_of_a_level_without_members_follows_from_its_work(running):
     for index in range(6):
         del running.members[2, index]
-    running.members.available[2] = 0
+    running.members.available[2], running.members.spent[2] = 0, (0, 0.0)
     means = [running.members.seconds(level).mean() for level in range(2)]
     works = [status.work(running.numerics, level) for level in range(3)]
     expected = 8 * works[2] * (means[0] + means[1]) / (works[0] + works[1])
@@ -95,7 +95,7 @@ def test_before_the_first_round_is_complete_neither_errors_nor_the_time_left_are
     quick, tmp_path
 ):
     run = rs.run(quick, tmp_path / "run", max_realizations=14, until={"flash_temperature": 0.01})
-    member_path(run.folder, 0, 11).unlink()
+    member_path(split_members(run.folder), 0, 11).unlink()
     run = rs.open_run(run.folder)
     assert status.seconds_left(run) is None
     assert run.total_errors == {}

@@ -3,21 +3,17 @@
 import contextlib
 import multiprocessing
 import os
-import re
 import signal
-import socket
-import threading
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future
-from dataclasses import replace
 
 import pytest
 from pool_cases import GivenPools, to_do
+from stored_cases import members_of
 
 import roughsim as rs
 from roughsim.ensemble import tasks
 from roughsim.ensemble.executors import SerialExecutor, Workers
-from roughsim.store.member_files import member_path
 
 
 class Broken(Executor):
@@ -165,18 +161,16 @@ def fail_while_a_worker_sleeps():
 
 
 class Elsewhere(Executor):
-    """A worker that was started in another folder, or, with another root, on a machine that shares no disk."""
+    """A worker that was started in another folder, as on a machine that shares no disk."""
 
-    def __init__(self, root, other=None):
-        self.root, self.other = root, other
+    def __init__(self, root):
+        self.root = root
 
-    def submit(self, function, jobs, index):
+    def submit(self, function, jobs, wanted):
         here, future = os.getcwd(), Future()
         os.chdir(self.root)
         try:
-            future.set_result(
-                function([replace(job, folder=self.other or job.folder) for job in jobs], index)
-            )
+            future.set_result(function(jobs, wanted))
         except Exception as error:
             future.set_exception(error)
         finally:
@@ -184,48 +178,14 @@ class Elsewhere(Executor):
         return future
 
 
-def test_workers_that_started_elsewhere_write_into_the_run_folder(quick, tmp_path):
+def test_workers_that_started_elsewhere_need_no_run_folder(quick, tmp_path):
     (tmp_path / "here").mkdir()
     (tmp_path / "there").mkdir()
     with contextlib.chdir(tmp_path / "here"):
         run = rs.run(quick, "run", max_realizations=3, executor=Elsewhere(tmp_path / "there"))
     assert run.realizations == 3
-    assert len(list((tmp_path / "here" / "run" / "realizations").iterdir())) == 3
+    assert len(members_of(tmp_path / "here" / "run")) == 3
     assert list((tmp_path / "there").iterdir()) == []
-
-
-def test_a_file_system_that_is_not_shared_is_named_and_no_member_counts(
-    quick, tmp_path, monkeypatch
-):
-    monkeypatch.setattr(tasks, "LATE", 0.05)
-    host = re.escape(socket.gethostname())
-    unseen = (
-        rf"a worker on {host} does not see .*none: it was moved, or the file system is not shared"
-    )
-    with pytest.raises(rs.RecordError, match=unseen):
-        rs.run(quick, tmp_path / "run", executor=Elsewhere(tmp_path, tmp_path / "none"))
-    rs.run(
-        quick, tmp_path / "other", max_realizations=1
-    )  # a folder of the same name on the disk of the worker
-    with pytest.raises(
-        rs.RecordError, match=rf"a worker on {host} wrote .*run.realizations.L0-00000..h5, but this"
-    ):
-        rs.run(quick, tmp_path / "run", executor=Elsewhere(tmp_path, tmp_path / "other"))
-    assert rs.open_run(tmp_path / "run").realizations == 0
-
-
-def test_a_member_that_a_slow_file_system_shows_late_counts(quick, tmp_path):
-    class Late(SerialExecutor):
-        """Names each file as it should be only some time after the member has come back."""
-
-        def submit(self, function, jobs, index):
-            future = super().submit(function, jobs, index)
-            path = member_path(jobs[0].folder, jobs[0].source.level, index)
-            path.rename(path.with_suffix(".late"))
-            threading.Timer(0.3, path.with_suffix(".late").rename, [path]).start()
-            return future
-
-    assert rs.run(quick, tmp_path / "run", max_realizations=1, executor=Late()).realizations == 1
 
 
 def test_an_executor_that_drops_its_calls_ends_the_run_with_a_sentence(quick, tmp_path):

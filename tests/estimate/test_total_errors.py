@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stored_cases import split_members
 
 import roughsim as rs
 from roughsim import prediction
@@ -24,7 +25,7 @@ UNITS = {"K/m": 1e-3, "K/m^2": 1e-12, "m": 1e6, "Pa^2": 1e-18}
 def partial(capped_run, tmp_path_factory):
     """The first four of six realizations."""
     folder = shutil.copytree(capped_run.folder, tmp_path_factory.mktemp("partial") / "run")
-    for path in (folder / "realizations").glob("*-00000[45].h5"):
+    for path in (split_members(folder) / "members").glob("*-00000[45].h5"):
         path.unlink()
     return rs.open_run(folder)
 
@@ -145,7 +146,7 @@ def test_status_and_the_budget_of_explore_print_total_errors(partial):
 
 def test_one_realization_has_an_unknown_error_and_no_infinite_one(partial, tmp_path):
     folder = shutil.copytree(partial.folder, tmp_path / "run")
-    for path in (folder / "realizations").glob("*-00000[123].h5"):
+    for path in (folder / "members").glob("*-00000[123].h5"):
         path.unlink()
     told = str(rs.status(rs.open_run(folder)))
     assert "± unknown K" in told

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from page_cases import image, pixels, temperature
+from stored_cases import split_members
 from tasks_at_once import Now
 
 import roughsim as rs
@@ -130,10 +131,10 @@ def test_curves_show_bands_of_the_total_error_over_the_theory(page, capped_run):
 
 @pytest.mark.slow
 def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_path):
-    folder = Path(shutil.copytree(capped_run.folder, tmp_path / "copy"))
+    folder = split_members(Path(shutil.copytree(capped_run.folder, tmp_path / "copy")))
     aside = folder.with_name("aside")
-    (folder / "realizations").rename(aside)
-    (folder / "realizations").mkdir()
+    (folder / "members").rename(aside)
+    (folder / "members").mkdir()
     page = opened(folder)
     assert page.layout.state.text.startswith("0 realizations")
     assert page.layout.controls.member.disabled
@@ -141,14 +142,14 @@ def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_pa
     page.layout.controls.slider.value = 0.0  # nothing to show yet, and no error
     for index in (0, 1):
         for path in aside.glob(f"L?-{index:06d}.h5"):
-            shutil.copy(path, folder / "realizations")
+            shutil.copy(path, folder / "members")
         page.look_for_news()
     assert page.layout.controls.member.value == "0"
     assert len(image(page)["image"]) == 1
     assert page.layout.state.text.startswith("2 realizations")
     assert len(page.layout.curves["flash_temperature"].sources["capped"].data["y"]) == 2
     assert page.temperature.speed == 1.0
-    (folder / "realizations" / "L2-000001.h5").write_bytes(b"")
+    (folder / "members" / "L2-000001.h5").write_bytes(b"")
     page.watched.run = WatchedRun(folder).run
     page.look_for_news()
     assert "L2-000001.h5 is damaged" in page.layout.problems.text

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from slide_cases import sliding_scene
+from stored_cases import member_path, split_members
 from tasks_at_once import Now
 
 import roughsim as rs
@@ -135,7 +136,8 @@ def test_a_run_that_kept_no_maps_says_how_to_keep_them(tmp_path):
 
 def test_snapshots_come_up_when_their_slide_is_there(sliding_run, tmp_path):
     shutil.copytree(sliding_run.folder, tmp_path / "run")
-    late = [tmp_path / "run" / "realizations" / f"L{level}-000000.h5" for level in (0, 1)]
+    split_members(tmp_path / "run")
+    late = [member_path(tmp_path / "run", level, 0) for level in (0, 1)]
     for path in late:
         path.rename(tmp_path / path.name)
     page = Page(WatchedRun(tmp_path / "run"), Document(), Now)

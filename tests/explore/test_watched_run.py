@@ -5,6 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
+from stored_cases import split_members
 
 import roughsim as rs
 from roughsim.explore.content import WatchedRun, load_fields
@@ -15,7 +16,7 @@ from roughsim.store.claims import Claims
 @pytest.fixture
 def copied(capped_run, tmp_path):
     """A run folder of one's own, to be damaged."""
-    return shutil.copytree(capped_run.folder, tmp_path / "copy")
+    return split_members(shutil.copytree(capped_run.folder, tmp_path / "copy"))
 
 
 def test_the_budget_names_every_observable_with_the_numbers_of_the_estimate(capped_run):
@@ -43,14 +44,14 @@ def test_the_state_counts_and_says_that_the_run_is_finished(capped_run):
 def empty(copied):
     """The folder of a run of which nothing is there yet, and its members beside it."""
     aside = copied.with_name("aside")
-    (copied / "realizations").rename(aside)
-    (copied / "realizations").mkdir()
+    (copied / "members").rename(aside)
+    (copied / "members").mkdir()
     return copied, aside
 
 
 def arrive(folder, aside, index):
     for path in sorted(aside.glob(f"L?-{index:06d}.h5")):
-        shutil.copy(path, folder / "realizations")
+        shutil.copy(path, folder / "members")
 
 
 @pytest.fixture
@@ -79,7 +80,7 @@ def test_an_empty_run_shows_its_scene_and_theory(empty):
 def test_a_run_of_which_one_column_has_members_yet_shows_that_column(empty):
     folder, aside = empty
     for path in aside.glob("L1-*.h5"):
-        shutil.copy(path, folder / "realizations")
+        shutil.copy(path, folder / "members")
     summary = WatchedRun(folder).summary()
     assert list(summary.measured) == ["capped"]
     assert summary.budget["smoothed"].startswith("No realization yet")
@@ -103,14 +104,15 @@ def test_a_growing_run_is_followed(empty, soon):
     assert run.summary().sound[2] == [0, 1]
     assert np.isfinite(run.summary().measured["capped"]["flash_temperature"].total_error).all()
     assert sorted(path.name for path in folder.iterdir()) == [
-        "realizations",
+        "fields",
+        "members",
         "run.json",
         "scene.toml",
     ]
 
 
 def test_a_damaged_file_is_named_and_the_others_are_shown(copied):
-    path = copied / "realizations" / "L2-000003.h5"
+    path = copied / "members" / "L2-000003.h5"
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
     with pytest.raises(rs.RecordError, match="L2-000003"):
@@ -130,11 +132,11 @@ def test_a_damaged_file_is_named_and_the_others_are_shown(copied):
 def test_a_file_that_is_damaged_when_the_page_comes_to_it_is_named(watched):
     folder, aside, run = watched
     arrive(folder, aside, 3)
-    (folder / "realizations" / "L2-000003.h5").write_bytes(b"no HDF5")
+    (folder / "members" / "L2-000003.h5").write_bytes(b"no HDF5")
     assert "L2-000003.h5 is damaged" in run.summary().problems[0]
     assert run.summary().sound[2] == [0, 1, 2]
     arrive(folder, aside, 4)
-    path = folder / "realizations" / "L2-000004.h5"
+    path = folder / "members" / "L2-000004.h5"
     path.write_bytes(path.read_bytes()[::-1])  # of the same size
     assert any("L2-000004.h5 is damaged" in problem for problem in run.summary().problems)
     assert run.summary().sound[2] == [0, 1, 2]
@@ -143,7 +145,7 @@ def test_a_file_that_is_damaged_when_the_page_comes_to_it_is_named(watched):
 @pytest.mark.slow
 def test_what_was_read_stays_when_its_file_is_damaged_and_the_next_page_names_it(watched):
     folder, aside, run = watched
-    (folder / "realizations" / "L2-000001.h5").write_bytes(b"no HDF5")
+    (folder / "members" / "L2-000001.h5").write_bytes(b"no HDF5")
     arrive(folder, aside, 3)
     assert run.summary().sound[2] == [0, 1, 2, 3]
     again = WatchedRun(folder)
@@ -173,7 +175,7 @@ def test_a_folder_deleted_before_the_first_look_is_said_too(copied):
 
 
 def test_damaged_fields_are_named(copied):
-    path = copied / "realizations" / "L2-000000.h5"
+    path = copied / "fields" / "L2-000000.h5"
     content = bytearray(path.read_bytes())
     content[-5000] ^= 0xFF
     path.write_bytes(bytes(content))

@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from stored_cases import member_path, split_members
 
 import roughsim as rs
 from roughsim.cli import main
@@ -17,7 +18,6 @@ from roughsim.outputs.run_report import page
 from roughsim.scene import parse_scene
 from roughsim.show.markup import digits, html_table, text
 from roughsim.show.table import Column, Number, Table
-from roughsim.store.member_files import member_path
 
 EMPTY = {"meta", "img", "br", "hr", "link", "input"}
 
@@ -76,7 +76,7 @@ def written(kept_run, tmp_path_factory):
 @pytest.fixture
 def copy(kept_run, tmp_path):
     """A run of its own, to be spoilt."""
-    return shutil.copytree(kept_run.folder, tmp_path / "copy")
+    return split_members(shutil.copytree(kept_run.folder, tmp_path / "copy"))
 
 
 def test_the_page_needs_nothing_else(written):
@@ -222,8 +222,8 @@ def test_no_text_of_a_scene_becomes_html(quick, tmp_path):
 
 @pytest.mark.usefixtures("no_pictures")
 def test_a_run_that_has_just_begun_has_a_page(copy):
-    for path in sorted((copy / "realizations").glob("*-000002.h5")) + sorted(
-        (copy / "realizations").glob("*-000001.h5")
+    for path in sorted((copy / "members").glob("*-000002.h5")) + sorted(
+        (copy / "members").glob("*-000001.h5")
     ):
         path.unlink()
     one = Reader(page(rs.open_run(copy))).words
@@ -231,7 +231,7 @@ def test_a_run_that_has_just_begun_has_a_page(copy):
     assert re.search(
         r"State when this was written: 1 realizations, .*; not being computed now", one
     )
-    for path in (copy / "realizations").glob("*.h5"):
+    for path in (copy / "members").glob("*.h5"):
         path.unlink()
     none = Reader(page(rs.open_run(copy))).words
     assert re.search(
@@ -242,7 +242,7 @@ def test_a_run_that_has_just_begun_has_a_page(copy):
 
 @pytest.mark.usefixtures("no_pictures")
 def test_a_run_of_which_one_column_has_members_yet_has_a_page(copy):
-    for path in (copy / "realizations").glob("L0-*.h5"):
+    for path in (copy / "members").glob("L0-*.h5"):
         path.unlink()
     run = rs.open_run(copy)
     assert run.realizations == 3
@@ -257,7 +257,7 @@ def test_a_damaged_file_is_named_and_the_others_are_shown(copy, kept_run):
     with pytest.raises(rs.RecordError, match="L1-000001.h5 is damaged"):
         rs.open_run(copy)
     run = rs.open_run(copy, damaged="skip")
-    assert list(run.damaged) == [(1, 1)]
+    assert list(run.damaged) == ["L1-000001.h5"]
     assert (run.realizations, run.failed, run.members.sound(0)) == (
         3,
         0,

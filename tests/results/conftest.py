@@ -4,6 +4,7 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from stored_cases import split_members
 from summary_cases import COUNT
 
 import roughsim as rs
@@ -32,7 +33,9 @@ def whole(capped_scene, tmp_path_factory):
     scene = replace(
         capped_scene, numerics=replace(capped_scene.numerics, levels=levels, keep_fields=1)
     )
-    return rs.run(scene, tmp_path_factory.mktemp("whole") / "run", max_realizations=COUNT)
+    run = rs.run(scene, tmp_path_factory.mktemp("whole") / "run", max_realizations=COUNT)
+    split_members(run.folder)
+    return run
 
 
 @pytest.fixture

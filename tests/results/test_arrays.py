@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from export_cases import BOTH, FLAT_UNITS
+from stored_cases import read_member
 
 import roughsim as rs
-from roughsim.store.member_files import member_path, read_member
 
 
 def test_xarray_says_how_to_install_it(kept_run, without):
@@ -37,7 +37,7 @@ def test_xarray_reads_fields_when_they_are_used(kept_run, calls):
     pytest.importorskip("xarray")
     from roughsim.results import run
 
-    read = calls(run, "read_field")
+    read = calls(run, "read_fields")
     data = kept_run.to_xarray()
     assert read == []
     corner = data.pressure_L2.sel(kept_realization_L2=1)[3:9, ::7].values
@@ -54,7 +54,7 @@ def test_stress_spectra_are_those_of_the_files(kept_run):
     pytest.importorskip("xarray")
     data = kept_run.to_xarray()
     for level, index in ((0, 0), (1, 2), (2, 1)):
-        member = read_member(member_path(kept_run.folder, level, index))
+        member = read_member(kept_run.folder, level, index)
         np.testing.assert_array_equal(
             data[f"stress_spectrum_L{level}"][index], member.moments[0].spectrum
         )
@@ -98,7 +98,7 @@ def test_numbers_of_the_level_below_stand_beside_those_of_the_level(whole):
     data = whole.to_xarray()
     assert np.isnan(data.flash_temperature_below[0]).all()  # nothing lies below the lowest level
     for index in range(whole.counts[1]):
-        member = read_member(member_path(whole.folder, 1, index))
+        member = read_member(whole.folder, 1, index)
         for name, share in (("flash_temperature", 0.9), ("contact_fraction", 1.0)):
             values = data[f"{name}_below"][1, index]
             np.testing.assert_allclose(

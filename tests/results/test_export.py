@@ -10,11 +10,11 @@ import h5py
 import numpy as np
 import pytest
 from export_cases import UNITS
+from stored_cases import read_member
 
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.results.export import export_run, rounded
-from roughsim.store.member_files import member_path, read_member
 
 
 def test_each_level_holds_every_number_of_every_member(kept_run, file):
@@ -22,7 +22,7 @@ def test_each_level_holds_every_number_of_every_member(kept_run, file):
         group = stored["members"]
         for level in range(3):
             for index in range(3):
-                member = read_member(member_path(kept_run.folder, level, index))
+                member = read_member(kept_run.folder, level, index)
                 for name, values in member.numbers.items():
                     share = 0.9 if "flash" in name else 1.0
                     np.testing.assert_allclose(

@@ -5,6 +5,7 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from stored_cases import split_members
 
 import roughsim as rs
 from roughsim.errors import RecordError
@@ -31,18 +32,18 @@ def folder(finished, tmp_path):
 MADE = (
     [],
     ["claims/"],
-    ["realizations/"],
-    ["realizations/", ".scene.toml.node7-123-0a1b2c3d.tmp"],
-    ["realizations/", "scene.toml"],
-    ["realizations/", "scene.toml", ".run.json.4711.tmp"],
+    ["members/"],
+    ["members/", ".scene.toml.node7-123-0a1b2c3d.tmp"],
+    ["members/", "scene.toml"],
+    ["members/", "scene.toml", ".run.json.4711.tmp"],
 )
 OTHERS = (
     ["scene.toml"],
     ["notes.txt"],
-    ["realizations/", "scene.toml", "notes.txt"],
-    ["realizations/", "realizations/L0-000000.h5"],
-    ["realizations/", "realizations/mine.dat"],
-    ["realizations"],
+    ["members/", "scene.toml", "notes.txt"],
+    ["members/", "members/L0-000000.h5"],
+    ["members/", "members/mine.dat"],
+    ["members"],
 )
 
 
@@ -153,7 +154,7 @@ def test_a_run_of_an_older_version_is_refused_in_one_sentence(folder):
     path.write_text(
         json.dumps(description | {"format_version": 4, "versions": {"roughsim": "0.1.0"}})
     )
-    words = r"run\.json has the older format 4, and this roughsim reads 6; read .* that wrote it \(0\.1\.0\)$"
+    words = r"run\.json has the older format 4, and this roughsim reads 8; read .* that wrote it \(0\.1\.0\)$"
     for call in (rs.open_run, lambda place: rs.run(rs.load_scene("demo"), place)):
         with pytest.raises(rs.RecordError, match=words):
             call(folder)
@@ -189,7 +190,7 @@ def test_five_missing_members_are_named_and_of_others_the_number(count, more, qu
     names = [f"L0-00000{index}" for index in range(1, count + 1)]
     run = rs.run(quick, tmp_path / "run", max_realizations=count + 2, until={})
     for name in names:
-        (run.folder / "realizations" / f"{name}.h5").unlink()
+        (split_members(run.folder) / "members" / f"{name}.h5").unlink()
     (line,) = folder_module.left_out(rs.open_run(run.folder))
     assert line.startswith(f"lost: {', '.join(names[:5])}{more}; only the 1")
 

@@ -3,6 +3,7 @@
 import os
 
 import pytest
+from stored_cases import member_path
 
 import roughsim as rs
 from roughsim.cli import main
@@ -10,14 +11,13 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.explore.content import WatchedRun
 from roughsim.results import folder as folder_module
 from roughsim.store.claims import Claims
-from roughsim.store.member_files import member_path
 
 
 def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder):
     for name in ("L0-000003.h5", "L0-000005.h5", "L1-000002.h5"):
-        (folder / "realizations" / name).unlink()
-    (folder / "realizations" / "mine").mkdir()  # what is somebody's own is left alone
-    (folder / "realizations" / "L0-000099.h5.bak").write_text("mine")
+        (folder / "members" / name).unlink()
+    (folder / "members" / "mine").mkdir()  # what is somebody's own is left alone
+    (folder / "members" / "L0-000099.h5.bak").write_text("mine")
     run = rs.open_run(folder)
     assert (run.realizations, run.missing) == (3, ["L0-000003", "L0-000005", "L1-000002"])
     said = "lost: L0-000003, L0-000005, L1-000002; only the 3 realizations before count; repeat the command"
@@ -30,7 +30,7 @@ def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder
 
 def test_members_beyond_a_lowered_maximum_are_not_lost(folder):
     for name in ("L0-000003.h5", "L0-000005.h5"):
-        (folder / "realizations" / name).unlink()
+        (folder / "members" / name).unlink()
     run = rs.run(rs.open_run(folder).scene, folder, max_realizations=2)
     assert (run.realizations, run.missing, rs.status(run).to_dict()["lost"]) == (2, [], [])
     assert not any("lost" in line for line in str(rs.status(run)).splitlines())
@@ -38,7 +38,7 @@ def test_members_beyond_a_lowered_maximum_are_not_lost(folder):
 
 @pytest.mark.parametrize("study", [False, True])
 def test_what_a_run_lacks_while_a_process_computes_it_is_not_lost(folder, tmp_path, soon, study):
-    (folder / "realizations" / "L0-000003.h5").unlink()
+    (folder / "members" / "L0-000003.h5").unlink()
     if study:  # its processes sign in the folder of the study
         (tmp_path / "study/points").mkdir(parents=True)
         folder = folder.rename(tmp_path / "study/points/a=1")
@@ -56,7 +56,7 @@ def test_what_a_run_lacks_while_a_process_computes_it_is_not_lost(folder, tmp_pa
 
 
 def test_what_is_stored_while_the_last_process_ends_is_not_lost(folder, monkeypatch):
-    path = folder / "realizations" / "L0-000003.h5"
+    path = folder / "members" / "L0-000003.h5"
     content, whole = path.read_bytes(), rs.open_run(folder)
     path.unlink()
     run = rs.open_run(folder)
@@ -78,7 +78,7 @@ def test_what_is_stored_while_the_last_process_ends_is_not_lost(folder, monkeypa
 def test_files_and_pages_of_a_run_with_a_gap_are_not_shorter_without_a_word(
     folder, tmp_path, capsys
 ):
-    (folder / "realizations" / "L0-000003.h5").unlink()
+    (folder / "members" / "L0-000003.h5").unlink()
     for words in (
         ["export", str(folder), "-o", str(tmp_path / "a.h5")],
         ["plot", str(folder), "spectrum"],
@@ -93,25 +93,25 @@ def test_files_and_pages_of_a_run_with_a_gap_are_not_shorter_without_a_word(
 def test_a_whole_run_and_one_that_met_its_target_miss_nothing(folder):
     run = rs.open_run(folder)
     assert run.missing == []
-    (folder / "realizations" / "L0-000007.h5").unlink()
+    (folder / "members" / "L0-000007.h5").unlink()
     assert rs.open_run(folder).missing == ["L0-000007"]
     (
-        folder / "realizations" / "L0-000008.h5"
+        folder / "members" / "L0-000008.h5"
     ).unlink()  # the last of its level: as if it had not been computed yet
     assert rs.open_run(folder).missing == []
 
 
 def test_damaged_members_are_named_and_not_said_to_have_not_converged(folder):
     path = member_path(folder, 0, 2)
-    path.write_bytes(path.read_bytes()[:-300])
+    path.write_bytes(path.read_bytes()[:1000])
     run = rs.open_run(folder, damaged="skip")
     lines = str(rs.status(run)).splitlines()
     assert any(
-        line.startswith("damaged and left out of the means: L0-000002; repeat the command")
+        line.startswith("damaged and left out of the means: L0-000002.h5; repeat the command")
         for line in lines
     )
     assert not any("did not converge" in line for line in lines)
     assert (rs.status(run).to_dict()["damaged"], rs.status(run).to_dict()["failed"]) == (
-        ["L0-000002"],
+        ["L0-000002.h5"],
         0,
     )

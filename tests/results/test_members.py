@@ -43,7 +43,7 @@ def members():
 
 def test_members_that_failed_are_named_by_their_level(members):
     assert [members.failed(level) for level in range(4)] == [[1], [], [2], []]
-    members.damaged[2, 2] = "is damaged"  # its contact converged
+    members.lost.add((2, 2))  # its contact converged
     assert members.failed(2) == []
     members.counts = (1,) * 4
     assert members.failed(0) == []

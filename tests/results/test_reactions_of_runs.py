@@ -4,11 +4,14 @@ import json
 import re
 import shutil
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
+from damage_cases import forged
+from stored_cases import member_path, read_member, split_members, write_member
 
 import roughsim as rs
 from roughsim import prediction
@@ -20,7 +23,8 @@ from roughsim.observables.distribution import BIN_AREAS, LEVELS
 from roughsim.results.export import export_run
 from roughsim.results.simulated import Single
 from roughsim.show.terminal import table_text
-from roughsim.store.member_files import BINS, member_path, read_member, write_member
+from roughsim.store.member_files import BINS
+from roughsim.store.parts import read_part
 
 ASKS = {
     "sliding.background_temperature": 500.0,
@@ -49,8 +53,7 @@ def asked(tmp_path_factory):
 
 
 def test_members_store_quantiles_and_bins_of_both_levels(asked):
-    path = member_path(asked.folder, 1, 0)
-    member = read_member(path)
+    member = read_member(asked.folder, 1, 0)
     for moments in member.moments:
         assert {*NAMES} < {*moments.numbers}
         assert moments.bins.temperature.shape == (2, BIN_AREAS.size)
@@ -64,8 +67,9 @@ def test_members_store_quantiles_and_bins_of_both_levels(asked):
             moments.numbers["temperature_quantile_area_50"]
             < moments.numbers["temperature_quantile_50"]
         )
-    with h5py.File(path, "r") as file:
-        assert file["bin_temperature"].dims[2].keys() == ["contact_area"]
+    with h5py.File(asked.folder / "members.h5", "r") as whole:
+        file = whole["L1"]
+        assert file["bin_temperature"].dims[3].keys() == ["contact_area"]
         np.testing.assert_array_equal(file["contact_area"], BIN_AREAS)
         assert [file[name].attrs["units"] for name in BINS] == ["K", "Pa", "Pa", "1"]
 
@@ -78,7 +82,7 @@ def test_a_scene_that_does_not_ask_stores_and_estimates_nothing_of_it(tmp_path, 
     }
     del quiet["sliding.background_temperature"]
     run = rs.run(rs.load_scene("steel-1.2GPa", quiet), tmp_path / "run", max_realizations=2)
-    member, loud = (read_member(member_path(one.folder, 1, 0)) for one in (run, asked))
+    member, loud = (read_member(one.folder, 1, 0) for one in (run, asked))
     assert member.moments[0].bins is None
     assert not {*NAMES} & {*member.numbers}
     assert {*loud.numbers} == {*member.numbers} | {*NAMES}
@@ -315,20 +319,20 @@ def test_a_rate_that_the_scene_does_not_ask_for_is_not_drawn(asked):
 
 
 def test_bins_of_another_size_are_damage(tmp_path, asked):
-    member = read_member(member_path(asked.folder, 0, 0))
-    (tmp_path / "realizations").mkdir()
-    (own,) = member.moments
-    forged = own._replace(bins=own.bins._replace(pressure=np.ones((2, 7))))
-    write_member(tmp_path, replace(member, moments=(forged,)))
+    path = Path(shutil.copy(asked.folder / "members.h5", tmp_path))
+    with forged(path) as file:
+        bins = file["L0/bin_pressure"][..., :7]
+        del file["L0/bin_pressure"]
+        file["L0"].create_dataset("bin_pressure", data=bins, chunks=bins.shape)
     with pytest.raises(RecordError, match="is damaged"):
-        read_member(member_path(tmp_path, 0, 0))
+        read_part(path)
 
 
 @pytest.fixture(scope="module")
 def unlike(asked, tmp_path_factory):
     """A run in which T_flash of the field of one member, at the second speed, is another one than in all directions."""
     folder = shutil.copytree(asked.folder, tmp_path_factory.mktemp("unlike") / "run")
-    member = read_member(member_path(folder, 0, 2))
+    member = read_member(folder, 0, 2)
     (own,) = member.moments
     numbers = {name: values.copy() for name, values in own.numbers.items()}
     for name in NAMES:
@@ -336,7 +340,7 @@ def unlike(asked, tmp_path_factory):
     temperature = own.bins.temperature.copy()
     temperature[1] = np.nan
     moments = own._replace(numbers=numbers, bins=own.bins._replace(temperature=temperature))
-    member_path(folder, 0, 2).unlink()
+    member_path(split_members(folder), 0, 2).unlink()
     write_member(folder, replace(member, moments=(moments,)))
     return rs.open_run(folder)
 

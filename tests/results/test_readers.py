@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stored_cases import member_path, write_member
 
 import roughsim as rs
 from roughsim.results.export import export_run
-from roughsim.store.member_files import member_path
+from roughsim.store.member_files import fields_path
 
 # warnings are errors in all tests, so each of these also says that the reader has nothing to complain about
 UNITS = {
@@ -19,15 +20,14 @@ UNITS = {
     "contact_fraction": "1",
     "pressure_variance": "Pa^2",
 }
-MEMBER = {
-    "speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2", "x": "m", "y": "m", "heights": "m", "pressure": "Pa"
-}  # fmt: skip
+FIELDS = {"x": "m", "y": "m", "heights": "m", "pressure": "Pa"}
+MEMBERS = {"L2/speed": "m/s", "L2/wavenumber": "1/m", "L2/stress_spectrum": "Pa^2"}
 EXPORT = {f"results/{name}": unit for name, unit in UNITS.items()} | {
     "results/speed": "m/s", "members/x_L2": "m", "members/pressure_L2": "Pa"
 }  # fmt: skip
 AXES = {
-    "numbers": ("below", "number", "speed"), "unit": ("number",), "stress_spectrum": ("below", "wavenumber"),
-    "pressure": ("x", "y"),
+    "L2/numbers": ("realization", "below", "number", "speed"), "L2/unit": ("number",),
+    "L2/stress_spectrum": ("realization", "below", "wavenumber"), "L2/about": ("realization",),
 }  # fmt: skip
 EXPORT_AXES = {
     "results/flash_temperature": ("column", "speed"), "results/contact_fraction_total_error": ("column",),
@@ -37,9 +37,15 @@ EXPORT_AXES = {
     "members/pressure_L2": ("kept_realization_L2", "x_L2", "y_L2"),
     "members/temperature_L2": ("kept_realization_L2", "x_L2", "y_L2"),
 }  # fmt: skip
+WANTED = {
+    "fields": (FIELDS, {"pressure": ("x", "y")}),
+    "members": (MEMBERS, AXES),
+    "failed": ({}, {"L0/about": ("realization",)}),
+    "export": (EXPORT, EXPORT_AXES),
+}
 ROOT = Path(__file__).parents[2]
-DRAWN = ("member", "export", "export without fields")  # what viewers draw something of
-CASES = (*DRAWN, "member without fields", "failed member")
+DRAWN = ("fields", "export", "export without fields")  # what viewers draw something of
+CASES = (*DRAWN, "members", "failed member")
 
 
 @pytest.fixture(scope="module")
@@ -53,16 +59,15 @@ def kept_run(capped_scene, tmp_path_factory):
 def files(kept_run, capped_scene, tmp_path_factory):
     """One file of each kind."""
     from roughsim.observables.member import Member
-    from roughsim.store.member_files import write_member
 
     place = tmp_path_factory.mktemp("files")
     bare = replace(capped_scene, numerics=replace(capped_scene.numerics, keep_fields=0))
-    (place / "realizations").mkdir()
+    (place / "members").mkdir()
     write_member(place, Member(0, 0, failure="stalled"))
     other = rs.run(bare, place / "bare", max_realizations=1)
     return {
-        "member": member_path(kept_run.folder, 2, 0),
-        "member without fields": member_path(kept_run.folder, 2, 1),
+        "fields": fields_path(kept_run.folder, 2, 0),
+        "members": kept_run.folder / "members.h5",
         "export": export_run(kept_run, place / "kept.h5"),
         "export without fields": export_run(other, place / "bare.nc"),
         "failed member": member_path(place, 0, 0),
@@ -80,9 +85,7 @@ def nothing_logged(caplog):
 
 def expected(case):
     """Units and axes that a reader has to find in a file."""
-    units, axes = (EXPORT, EXPORT_AXES) if case.startswith("export") else (MEMBER, AXES)
-    if case == "failed member":
-        return {}, {}
+    units, axes = WANTED[case.split()[0]]
     if "without fields" in case:
         gone = re.compile(r"(members/)?(x|y|heights|pressure|temperature)(_L2)?")
         units, axes = ({k: v for k, v in d.items() if not gone.fullmatch(k)} for d in (units, axes))
@@ -145,13 +148,13 @@ def test_nexusformat_finds_the_default_plot(files, case):
 
 # signal, its axes, and how silx labels them
 DEFAULTS = {
-    "member": ("pressure (Pa)", ("x", "y"), ("x (m)", "y (m)")),
+    "fields": ("pressure (Pa)", ("x", "y"), ("x (m)", "y (m)")),
     "export": ("capped (K)", ("speed",), ("speed (m/s)",)),
     "export without fields": ("capped (K)", ("speed",), ("speed (m/s)",)),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", ["member", "export"])
+@pytest.mark.parametrize("case", ["fields", "export"])
 def test_every_group_that_viewers_draw_is_a_valid_one(files, case):
     silx = pytest.importorskip("silx.io")
     nxdata = pytest.importorskip("silx.io.nxdata")
@@ -166,14 +169,17 @@ def test_every_group_that_viewers_draw_is_a_valid_one(files, case):
 def test_stored_numbers_are_found_by_their_names(kept_run, files, engine, as_text):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf" if engine == "h5netcdf" else "netCDF4")
-    with xarray.open_dataset(files["member"], engine=engine) as data:
-        one = kept_run.members[2, 0]
-        for name, unit in UNITS.items():
-            assert data.unit.sel(number=as_text(name)) == as_text(unit)
-            for below, numbers in enumerate(part.numbers for part in one.moments):
-                found = data.numbers.sel(number=as_text(name), below=below)
-                np.testing.assert_array_equal(found[: len(numbers[name])], numbers[name])
+    with xarray.open_dataset(files["members"], engine=engine, group="L2") as data:
+        for index in (0, 1):
+            one = kept_run.members[2, index]
+            for name, unit in UNITS.items():
+                assert data.unit.sel(number=as_text(name)) == as_text(unit)
+                for below, numbers in enumerate(part.numbers for part in one.moments):
+                    place = {"number": as_text(name), "below": below, "realization": index}
+                    found = data.numbers.sel(place)
+                    np.testing.assert_array_equal(found[: len(numbers[name])], numbers[name])
         np.testing.assert_array_equal(data.speed, kept_run.scene.speeds)
+    with xarray.open_dataset(files["fields"], engine=engine) as data:
         assert float(data.pressure.mean()) == pytest.approx(
             90e6, rel=1e-4
         )  # force balance, solver tolerance 1e-4

@@ -6,10 +6,11 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+from stored_cases import read_file, split_members, write_member
 
 import roughsim as rs
 from roughsim.results.export import export_run
-from roughsim.store.member_files import FIELDS, member_path, read_member, write_member
+from roughsim.store.member_files import fields_path
 
 
 def test_fields_stream_what_is_stored(kept_run):
@@ -18,7 +19,7 @@ def test_fields_stream_what_is_stored(kept_run):
             rows = list(kept_run.fields(name, column))
             assert [index for index, _ in rows] == [0, 1]
             for index, field in rows:
-                with h5py.File(member_path(kept_run.folder, level, index)) as stored:
+                with h5py.File(fields_path(kept_run.folder, level, index)) as stored:
                     np.testing.assert_array_equal(field, stored[f"entry/fields/{name}"][()])
                 assert field.dtype == np.float32
 
@@ -77,7 +78,7 @@ def test_a_stated_share_is_that_of_all_speeds(kept_run):
 def test_one_field_is_in_memory_at_a_time(kept_run, calls):
     from roughsim.results import run
 
-    read = calls(run, "read_field")
+    read = calls(run, "read_fields")
     stream = kept_run.fields("pressure")
     assert read == []
     next(stream)
@@ -120,7 +121,7 @@ def test_fields_that_were_not_kept_can_be_had_as_the_error_says(quick, tmp_path)
 
 def test_a_damaged_field_is_never_shown(quick, tmp_path):
     run = rs.run(quick, tmp_path / "run", max_realizations=1)
-    path = member_path(run.folder, 0, 0)
+    path = fields_path(run.folder, 0, 0)
     content = bytearray(path.read_bytes())
     with h5py.File(path) as stored:
         chunk = stored["entry/fields/pressure"].id.get_chunk_info(0)
@@ -135,8 +136,8 @@ def test_a_damaged_field_is_never_shown(quick, tmp_path):
 
 def test_a_run_whose_files_lack_a_field_has_the_others(kept_run, tmp_path):
     shutil.copytree(kept_run.folder, tmp_path / "run")
-    for path in (tmp_path / "run" / "realizations").glob("L*-000001.h5"):
-        member = read_member(path, FIELDS)
+    for path in (split_members(tmp_path / "run") / "members").glob("L*-000001.h5"):
+        member = read_file(path)
         write_member(
             tmp_path / "run", replace(member, fields={"pressure": member.fields["pressure"]})
         )

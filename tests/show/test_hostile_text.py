@@ -152,7 +152,7 @@ def test_a_folder_may_have_any_name(told, runs, tmp_path, name):
     told("plot", folder, "pressure")
     told("export", folder, "-o", folder / "file.h5")
     told("run", folder / "scene.toml", "-o", folder, "--max", 2, "--workers", 1)
-    (folder / "realizations" / "L0-000001.h5").write_bytes(b"damaged")
+    (folder / "members.h5").write_bytes(b"damaged")
     assert squeezed(plain(name)) in squeezed(told("status", folder))
     for verb in ("compare", *PAGE):
         assert squeezed(plain(name)) in squeezed(told(verb, folder / "missing", expect=1))

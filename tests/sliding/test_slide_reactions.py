@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from slide_cases import SLIDING
+from stored_cases import read_member, write_member
 
 import roughsim as rs
 from roughsim import fourier
@@ -19,7 +20,6 @@ from roughsim.results.snapshots import read_snapshots
 from roughsim.scene import parse_scene
 from roughsim.sliding.distribution import POSITIONS, Sampler, positions
 from roughsim.sliding.member import faces, solve_slide
-from roughsim.store.member_files import FIELDS, member_path, read_member, write_member
 
 pytestmark = pytest.mark.usefixtures("few_fields")
 SLIDE = 1  # its level
@@ -197,7 +197,7 @@ def test_reactions_of_the_column_sliding(asked):
         found(asked, "reaction_rate", energy=1.0),
         found(asked, "activation_temperature", energy=1.0),
     )
-    bins = [read_member(member_path(asked.folder, SLIDE, i)).moments[0].bins for i in (0, 1)]
+    bins = [read_member(asked.folder, SLIDE, i).moments[0].bins for i in (0, 1)]
     slid = np.mean(
         [asked.members[SLIDE, i].numbers["sliding_flash_temperature"] for i in (0, 1)], axis=0
     )
@@ -257,7 +257,7 @@ def test_with_a_duration_the_contact_reacts_above_the_background_of_the_slide(tm
         run.members[SLIDE, 0].numbers,
         run.estimate("flash_temperature", "sliding").mean,
     )
-    bins = read_member(member_path(run.folder, SLIDE, 0)).moments[0].bins
+    bins = read_member(run.folder, SLIDE, 0).moments[0].bins
     scaled = bins.temperature * (flash / numbers["sliding_flash_temperature"])[:, None]
     kelvin = 600.0 + numbers["sliding_background"][:, None] + scaled
     mean = np.exp(-1.602176634e-19 / (1.380649e-23 * kelvin)) @ BIN_AREAS
@@ -283,7 +283,7 @@ def test_slides_of_an_older_version_have_no_reactions(asked, tmp_path):
     folder = tmp_path / "run"
     rs.run(asking(), folder)
     for index in (0, 1):
-        member = read_member(member_path(folder, SLIDE, index), FIELDS)
+        member = read_member(folder, SLIDE, index)
         numbers = {
             name: values for name, values in member.numbers.items() if "quantile" not in name
         }

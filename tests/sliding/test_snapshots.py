@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 from slide_cases import sliding_scene
+from stored_cases import read_member, write_member
 
 import roughsim as rs
 from roughsim.charts.plot import plot_run
@@ -15,7 +16,7 @@ from roughsim.sliding import snapshots as snapshots_module
 from roughsim.sliding.member import FRAMES, snapshot_steps
 from roughsim.sliding.path import oblique_path
 from roughsim.sliding.snapshots import in_blocks, snapshot_shape
-from roughsim.store.member_files import FIELDS, member_path, read_member, write_member
+from roughsim.store.member_files import fields_path, read_fields
 from roughsim.surface.synthesis import synthesize
 
 SLIDE = 1  # its level
@@ -107,9 +108,7 @@ def test_snapshots_change_no_number_and_go_with_the_fields_that_are_kept(sliding
     scene = sliding_scene()
     none = replace(scene, numerics=replace(scene.numerics, keep_fields=0))
     run = rs.run(none, tmp_path / "run", max_realizations=1)
-    with_snapshots, without = (
-        read_member(member_path(one.folder, SLIDE, 0)) for one in (sliding_run, run)
-    )
+    with_snapshots, without = (read_member(one.folder, SLIDE, 0) for one in (sliding_run, run))
     for name, values in with_snapshots.numbers.items():
         assert (without.numbers[name] == values).all()
     assert without.kept == {}
@@ -128,13 +127,13 @@ def test_a_frozen_run_has_no_snapshots(capped_run):
 
 
 def test_a_changed_byte_of_snapshots_is_noticed(sliding_run, tmp_path):
-    path = member_path(sliding_run.folder, SLIDE, 0)
+    path = fields_path(sliding_run.folder, SLIDE, 0)
     content = bytearray(path.read_bytes())
     with h5py.File(path) as file:
         content[file["film_temperature"].id.get_chunk_info(3).byte_offset + 20] ^= 1
     (tmp_path / path.name).write_bytes(content)
     with pytest.raises(rs.RecordError, match="SHA-256 does not match"):
-        read_member(tmp_path / path.name)
+        read_fields(tmp_path / path.name)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +141,7 @@ def test_a_changed_byte_of_snapshots_is_noticed(sliding_run, tmp_path):
     [
         (
             lambda f: {name: f[name] for name in ("film_distance", "film_pressure")},
-            "holds snapshots without film_temperature",
+            r"is damaged \(it has no film_temperature\)",
         ),
         (
             lambda f: f | {"film_distance": 3 * f["film_distance"]},
@@ -160,14 +159,14 @@ def test_a_changed_byte_of_snapshots_is_noticed(sliding_run, tmp_path):
 )
 def test_forged_snapshots_are_refused_by_name(sliding_run, tmp_path, change, told):
     shutil.copytree(sliding_run.folder, tmp_path / "run")
-    member = read_member(member_path(sliding_run.folder, SLIDE, 0), FIELDS)
+    member = read_member(sliding_run.folder, SLIDE, 0)
     write_member(tmp_path / "run", replace(member, fields=change(member.fields)))
     with pytest.raises(rs.RecordError, match=f"L1-000000.h5 {told}"):
         read_snapshots(rs.open_run(tmp_path / "run"), 0)
 
 
 def test_the_file_of_a_member_says_what_its_maps_are(sliding_run):
-    with h5py.File(member_path(sliding_run.folder, SLIDE, 0)) as file:
+    with h5py.File(fields_path(sliding_run.folder, SLIDE, 0)) as file:
         temperature = file["film_temperature"]
         assert [axis[0] for axis in temperature.dims] == [
             file[name] for name in ("speed", "film_distance", "x", "y")

@@ -1,7 +1,6 @@
 """Damaged, not to be read now, or sound: told apart by the bytes alone, and nothing is ever deleted."""
 
 import errno
-import json
 import os
 import sys
 from pathlib import Path
@@ -10,17 +9,20 @@ import h5py
 import numpy as np
 import pytest
 from damage_cases import PASSING, forged, member, sealed, with_header, without_seal
+from stored_cases import OF_RUN, member_path, write_member
 
 import roughsim as rs
 from roughsim.store import disk
 from roughsim.store.disk import is_temporary, set_aside
-from roughsim.store.member_files import member_path, read_member, write_member
+from roughsim.store.member_files import fields_path, read_fields
+from roughsim.store.parts import read_part, write_part
+from roughsim.store.saving import sound_part
 
 
 @pytest.fixture
 def path(tmp_path):
-    """The file of a member with fields."""
-    (tmp_path / "realizations").mkdir()
+    """The part of a member."""
+    (tmp_path / "members").mkdir()
     write_member(tmp_path, member())
     return member_path(tmp_path, 1, 42)
 
@@ -44,7 +46,7 @@ def test_no_damaged_byte_goes_unseen_wherever_it_lies(path, kind):
         with pytest.raises(
             rs.RecordError, match=r"L1-000042.h5 is damaged \(.*moves the file into 'damaged'"
         ):
-            read_member(path)
+            read_part(path)
 
 
 def test_a_cut_off_file_is_damaged_at_every_length(path):
@@ -53,10 +55,10 @@ def test_a_cut_off_file_is_damaged_at_every_length(path):
     for length in (0, 7, 47, 48, 1000, whole - 1, *range(whole, len(sound))):
         path.write_bytes(sound[:length])
         with pytest.raises(rs.RecordError, match="is damaged"):
-            read_member(path)
+            read_part(path)
     path.write_bytes(sound + b"\0")
     with pytest.raises(rs.RecordError, match="is damaged"):
-        read_member(path)
+        read_part(path)
 
 
 def test_the_file_or_the_digest_of_another_member_is_refused(path, tmp_path):
@@ -64,20 +66,45 @@ def test_the_file_or_the_digest_of_another_member_is_refused(path, tmp_path):
     mine, theirs = path.read_bytes(), member_path(tmp_path, 1, 43).read_bytes()
     path.write_bytes(without_seal(mine) + theirs[len(without_seal(theirs)) :])
     with pytest.raises(rs.RecordError, match="its SHA-256 does not match"):
-        read_member(path)
-    path.write_bytes(theirs)
+        read_part(path)
+    kept, other = (fields_path(tmp_path, 1, index) for index in (42, 43))
+    kept.write_bytes(other.read_bytes())
     with pytest.raises(rs.RecordError, match="it holds level 1, index 43, unlike its name"):
-        read_member(path)
-    sealed(path, without_seal(theirs))
+        read_fields(kept)
+    sealed(kept, without_seal(other.read_bytes()))
     with pytest.raises(rs.RecordError, match="it holds level 1, index 43, unlike its name"):
-        read_member(path)
+        read_fields(kept)
+
+
+@pytest.mark.parametrize("index", [42, 43, 44])
+def test_members_of_a_damaged_part_are_kept_but_those_that_are_damaged(path, index):
+    members = [member(number, fields=False) for number in (42, 43, 44)]
+    write_part(path, OF_RUN, members)
+    spectrum = next(one for one in members if one.index == index).moments[0].spectrum
+    content = path.read_bytes()
+    place = content.index(spectrum.tobytes())
+    path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
+    with pytest.raises(rs.RecordError, match="its SHA-256 does not match"):
+        read_part(path)
+    sound = sound_part(path)
+    assert [one.index for one in sound.members] == [i for i in (42, 43, 44) if i != index]
+    for one in sound.members:
+        np.testing.assert_array_equal(
+            one.moments[0].spectrum, members[one.index - 42].moments[0].spectrum
+        )
+
+
+@pytest.mark.parametrize("length", [0, 100, 1000])
+def test_of_a_part_that_hdf5_cannot_open_nothing_is_kept(path, length):
+    path.write_bytes(path.read_bytes()[:length])
+    assert sound_part(path).members == []
 
 
 @pytest.mark.parametrize("number", PASSING)
 def test_what_cannot_be_read_now_is_an_error_that_says_why_and_no_damage(path, number, unreadable):
     said = rf"L1-000042.h5 cannot be read now \({os.strerror(number)}\); nothing"
     with unreadable("*.h5", number), pytest.raises(OSError, match=said) as told:
-        read_member(path)
+        read_part(path)
     assert told.value.errno == number
     assert not isinstance(told.value, rs.RecordError)
 
@@ -87,16 +114,16 @@ def test_an_error_in_the_middle_of_a_file_is_no_damage(path):
     path.unlink()
     path.symlink_to("/proc/self/mem")  # its first page is never mapped
     with pytest.raises(OSError, match=r"cannot be read now \(Input/output error\)"):
-        read_member(path)
+        read_part(path)
 
 
 def test_a_missing_file_and_a_folder_in_its_place_are_no_damage(path):
     path.unlink()
     with pytest.raises(FileNotFoundError, match="L1-000042.h5 cannot be read now"):
-        read_member(path)
+        read_part(path)
     path.mkdir()
     with pytest.raises(rs.RecordError, match="is a folder, a pipe or a device") as told:
-        read_member(path)
+        read_part(path)
     assert not isinstance(told.value, disk.DamagedError)
 
 
@@ -104,7 +131,7 @@ def test_a_file_of_another_format_is_no_damage(path):
     for version in (4, 99):
         with_header(path, format_version=version)
         with pytest.raises(rs.RecordError, match=f"format.* {version}") as told:
-            read_member(path)
+            read_part(path)
         assert not isinstance(told.value, disk.DamagedError)
 
 
@@ -114,27 +141,7 @@ def test_a_header_that_is_not_one_text_is_refused_before_it_is_read(path, header
         del file.attrs["header"]
         file.attrs["header"] = header
     with pytest.raises(disk.DamagedError, match="is damaged"):
-        read_member(path)
-
-
-@pytest.mark.parametrize("changes", [{"level": "1"}, {"level": None}, {"index": 43}])
-def test_a_level_or_index_that_is_not_that_of_the_name_is_refused(path, changes):
-    with_header(path, **changes)
-    with pytest.raises(disk.DamagedError, match="unlike its name"):
-        read_member(path)
-
-
-def test_a_member_of_a_format_whose_headers_have_no_version_is_an_older_one_and_no_damage(path):
-    with forged(path) as file:
-        file.attrs["header"] = json.dumps(
-            {"level": 1, "index": 42, "provenance": {"versions": {"roughsim": "0.1"}}}
-        )
-    with pytest.raises(
-        rs.RecordError,
-        match=r"older format 4, and this roughsim reads 6; read or export it with .* \(0\.1\)",
-    ) as told:
-        read_member(path)
-    assert not isinstance(told.value, disk.DamagedError)
+        read_part(path)
 
 
 def test_damaged_files_are_kept_under_free_names(path, tmp_path):

@@ -6,26 +6,28 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from damage_cases import forged, member, with_header
+from damage_cases import forged, level_of, member, with_header
+from stored_cases import OF_RUN, member_path, read_file, write_member
 
 import roughsim as rs
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.member import Member, StoredMoments
-from roughsim.store.member_files import (
-    FIELDS,
-    member_path,
-    read_field,
-    read_member,
-    write_member,
-)
+from roughsim.store.member_files import fields_path, read_fields
+from roughsim.store.parts import read_part, write_part
 
 
 @pytest.fixture
 def path(tmp_path):
-    """The file of a member with fields and the level below."""
-    (tmp_path / "realizations").mkdir()
+    """The part of a member with the level below."""
+    (tmp_path / "members").mkdir()
     write_member(tmp_path, member())
     return member_path(tmp_path, 1, 42)
+
+
+@pytest.fixture
+def kept(path):
+    """The file with the fields of the member."""
+    return fields_path(path.parents[1], 1, 42)
 
 
 def assert_the_same(one, other):
@@ -65,34 +67,48 @@ KINDS = {
 def test_what_is_written_is_read(path, tmp_path, kind):
     one = KINDS[kind]
     write_member(tmp_path, one)
-    back = read_member(path, FIELDS)
+    back = read_file(path)
     assert_the_same(one, back)
     assert back.kept == {name: values.shape for name, values in one.fields.items()}
     for name, values in one.fields.items():
         np.testing.assert_array_equal(back.fields[name], values)
-        np.testing.assert_array_equal(read_field(path, name), values)
-    assert read_member(path).fields == {}
+    assert read_part(path).members[0].fields == {}
     assert [p.name for p in path.parent.iterdir()] == [path.name]  # nothing temporary stays
+
+
+def test_members_of_a_part_are_read_in_order_but_those_known(path):
+    others = [
+        replace(member(index, fields=False), level=level) for level, index in ((2, 7), (1, 43))
+    ]
+    failed = replace(KINDS["failed"], index=44)
+    write_part(path, OF_RUN, [failed, *others, member(fields=False)])
+    header, back = read_part(path)
+    assert {key: header[key] for key in OF_RUN} == OF_RUN
+    assert [(one.level, one.index) for one in back] == [(1, 42), (1, 43), (1, 44), (2, 7)]
+    for one, stored in zip((member(), others[1], failed, others[0]), back, strict=True):
+        assert_the_same(replace(one, lengths=stored.lengths), stored)
+    assert [one.index for one in read_part(path, {(1, 42), (2, 7)}).members] == [43, 44]
 
 
 def test_a_number_of_either_level_lies_where_its_axes_say(path):
     one = member()
-    with h5py.File(path) as file:
+    with h5py.File(path) as whole:
+        file = whole["L1"]
         names = [name.decode() for name in file["number"]]
         for name, values in one.numbers.items():
             place = names.index(name)
             assert file["unit"][place].decode() == NUMBERS[name].unit
             for below, numbers in enumerate(part.numbers for part in one.moments):
-                row = file["numbers"][below, place]
+                row = file["numbers"][0, below, place]
                 np.testing.assert_array_equal(row[: len(values)], numbers[name])
                 assert np.isnan(row[len(values) :]).all()
-        np.testing.assert_array_equal(file["stress_spectrum"][0], one.moments[0].spectrum)
+        np.testing.assert_array_equal(file["stress_spectrum"][0, 0], one.moments[0].spectrum)
         np.testing.assert_array_equal(
-            file["stress_spectrum"][1], [*one.moments[1].spectrum, *[np.nan] * 3]
+            file["stress_spectrum"][0, 1], [*one.moments[1].spectrum, *[np.nan] * 3]
         )
         for name, axes in {
-            "numbers": ("below", "number", "speed"),
-            "stress_spectrum": ("below", "wavenumber"),
+            "numbers": ("realization", "below", "number", "speed"),
+            "stress_spectrum": ("realization", "below", "wavenumber"),
         }.items():
             assert [file[name].dims[axis][0] for axis in range(len(axes))] == [
                 file[axis] for axis in axes
@@ -110,14 +126,14 @@ def test_levels_with_wavenumbers_of_their_own_are_told_apart(path, tmp_path):
     )
     below = below._replace(wavenumber=np.array([1.0, 3.0]), spectrum=np.array([7.0, 8.0]))
     write_member(tmp_path, replace(member(), moments=(own, below)))
-    assert_the_same(replace(member(), moments=(own, below)), read_member(path))
+    assert_the_same(replace(member(), moments=(own, below)), read_file(path))
     with h5py.File(path) as file:
-        np.testing.assert_array_equal(file["wavenumber"], [1.0, 2.0, 3.0, 4.0])
-        np.testing.assert_array_equal(file["stress_spectrum"][1], [7.0, np.nan, 8.0, np.nan])
+        np.testing.assert_array_equal(file["L1/wavenumber"], [1.0, 2.0, 3.0, 4.0])
+        np.testing.assert_array_equal(file["L1/stress_spectrum"][0, 1], [7.0, np.nan, 8.0, np.nan])
 
 
-def test_other_tools_find_names_axes_and_units(path):
-    with h5py.File(path) as file:
+def test_other_tools_find_names_axes_and_units(kept):
+    with h5py.File(kept) as file:
         place = file
         while "default" in place.attrs:  # the chain that viewers follow
             place = place[place.attrs["default"]]
@@ -139,49 +155,72 @@ def test_other_tools_find_names_axes_and_units(path):
             assert scale.name.endswith(name)
 
 
-def test_a_field_that_is_not_there_is_refused_by_name(path, tmp_path):
-    write_member(tmp_path, member(fields=False))
+def test_a_field_that_is_not_there_is_refused_by_name(kept):
+    with forged(kept) as file:
+        file.attrs["header"] = json.dumps(json.loads(file.attrs["header"]) | {"fields": []})
     with pytest.raises(rs.RecordError, match=r"L1-000042.h5 is damaged \(it has no pressure\)"):
-        read_field(path, "pressure")
+        read_fields(kept, ("pressure",))
+    kept.unlink()
+    with pytest.raises(FileNotFoundError, match=r"L1-000042.h5 is lost; repeat the command"):
+        read_fields(kept, ("pressure",))
 
 
 @pytest.mark.parametrize(
     "changes",
     [
         {"level": 2},
-        {"index": 43},
-        {"failure": "stalled"},
-        {"failure": 7},
+        {"level": "one"},
         {"numbers": []},
         {"numbers": ["speed"]},
         {"numbers": ["flash_temperature"]},
         {"numbers": 5},
-        {"format_version": "five"},
         {"speeds": [0.0, 0.5]},
         {"speeds": ["fast", 0.5, 1.0]},
         {"curves": ["slide_background"]},
-        {"fields": ["film_pressure"]},
+        {"bins": True},
         {"lengths": [1.0]},
         {"provenance": []},
     ],
     ids=str,
 )
 def test_a_header_that_no_writer_makes_is_refused(path, changes):
-    with_header(path, **changes)
+    with level_of(path) as level:
+        level.update(changes)
     with pytest.raises(rs.RecordError, match="L1-000042.h5 is damaged"):
-        read_member(path, FIELDS)
+        read_part(path)
 
 
-def test_what_another_package_has_stored_is_left_out_where_it_is_not_installed(path):
-    with_header(
-        path,
-        numbers=["flash_temperature", "gap"],
-        fields=["displacement", "pressure"],
-        curves=["wear"],
-    )
-    back = read_member(path, FIELDS)
-    assert list(back.numbers) == ["flash_temperature"]
-    assert list(back.fields) == list(back.kept) == ["pressure"]
+@pytest.mark.parametrize(
+    "about",
+    [{"failure": 7}, {"provenance": []}, {"kept": 5}, {"kept": {"pressure": ["x"]}}],
+    ids=str,
+)
+def test_data_of_a_member_that_no_writer_makes_are_refused(path, about):
+    with forged(path) as file:
+        stored = json.loads(file["L1/about"][0]) | about
+        del file["L1/about"]
+        file["L1"].create_dataset("about", data=[json.dumps(stored).encode()], chunks=(1,))
+    with pytest.raises(rs.RecordError, match="L1-000042.h5 is damaged"):
+        read_part(path)
+
+
+@pytest.mark.parametrize("changes", [{"level": 2}, {"index": 43}, {"fields": ["film_pressure"]}])
+def test_a_header_of_other_fields_is_refused(kept, changes):
+    with_header(kept, **changes)
+    with pytest.raises(rs.RecordError, match="L1-000042.h5 is damaged"):
+        read_fields(kept)
+
+
+def test_what_another_package_has_stored_is_kept_where_it_is_not_installed(path, kept):
+    with level_of(path) as level:
+        level.update(numbers=["flash_temperature", "gap"], curves=["wear"])
+    with_header(kept, fields=["displacement", "pressure"])
+    (back,) = read_part(path).members
+    assert list(back.numbers) == ["flash_temperature", "gap"]
+    assert back.curves == {}
+    assert list(read_fields(kept)[1]) == ["pressure"]
+    write_part(path, OF_RUN, [back])
+    np.testing.assert_array_equal(read_part(path).members[0].numbers["gap"], back.numbers["gap"])
 
 
 def test_text_that_is_no_header_is_refused(path):
@@ -189,37 +228,44 @@ def test_text_that_is_no_header_is_refused(path):
         with forged(path) as file:
             file.attrs["header"] = text
         with pytest.raises(rs.RecordError, match="L1-000042.h5 is damaged"):
-            read_member(path)
+            read_part(path)
 
 
-@pytest.mark.parametrize("name", ["numbers", "wavenumber", "stress_spectrum", "pressure"])
+@pytest.mark.parametrize("name", ["numbers", "wavenumber", "stress_spectrum", "about"])
 def test_a_file_without_an_array_that_its_header_names_is_damaged(path, name):
     with forged(path) as file:
-        del file[name]
+        del file[f"L1/{name}"]
     with pytest.raises(rs.RecordError, match="L1-000042.h5 is damaged"):
-        read_member(path, FIELDS)
+        read_part(path)
+
+
+def test_fields_without_an_array_that_their_header_names_are_damaged(kept):
+    with forged(kept) as file:
+        del file["pressure"]
+    with pytest.raises(rs.RecordError, match="L1-000042.h5 is damaged"):
+        read_fields(kept)
 
 
 def test_a_newer_format_is_refused(path):
     with_header(path, format_version=99)
     with pytest.raises(
-        rs.RecordError, match=r"format version 99; this roughsim reads 6: update it"
+        rs.RecordError, match=r"format version 99; this roughsim reads 8: update it"
     ):
-        read_member(path)
+        read_part(path)
 
 
 @pytest.mark.parametrize(("version", "words"), [("0.9.1", r" \(0\.9\.1\)$"), (None, "$")])
-def test_an_older_format_is_refused_in_one_sentence(tmp_path, path, version, words):
-    about = {"versions": {"roughsim": version}} if version else {"versions": "unknown"}
-    with_header(path, format_version=4, provenance=about)
-    said = "has the older format 4, and this roughsim reads 6; read or export it with the roughsim that wrote it"
+def test_an_older_format_is_refused_in_one_sentence(path, version, words):
+    versions = {"roughsim": version} if version else "unknown"
+    with_header(path, format_version=4, versions=versions)
+    said = "has the older format 4, and this roughsim reads 8; read or export it with the roughsim that wrote it"
     with pytest.raises(rs.RecordError, match=said + words):
-        read_member(path)
+        read_part(path)
 
 
 def test_a_missing_folder_is_an_error_that_names_the_path_and_leaves_nothing(tmp_path):
     with pytest.raises(OSError, match="cannot write .*L1-000042.h5"):
-        write_member(tmp_path / "none", member())
+        write_part(member_path(tmp_path / "none", 1, 42), OF_RUN, [member()])
     assert list(tmp_path.iterdir()) == []
 
 
@@ -233,7 +279,7 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path):
         rs.open_run(tmp_path)
     for version, words in (
         (99, "format version 99"),
-        (4, r"older format 4, and .* reads 6; .* wrote it \(1.2\)"),
+        (4, r"older format 4, and .* reads 8; .* wrote it \(1.2\)"),
     ):
         (tmp_path / "run.json").write_text(
             json.dumps({"format_version": version, "versions": {"roughsim": "1.2"}})

@@ -10,6 +10,7 @@ from dataclasses import replace
 from multiprocessing import get_context
 
 import pytest
+from stored_cases import member_path, split_members
 from study_cases import VARY, description_of
 
 import roughsim as rs
@@ -94,7 +95,8 @@ def test_every_reader_refuses_a_study_of_which_two_folders_were_exchanged(
 @pytest.mark.slow
 def test_the_status_of_a_study_names_the_processes_that_compute_it(copy, done, soon):
     assert "being computed" not in str(rs.status(done))
-    next(copy.glob("points/*/realizations/L0-000011.h5")).unlink()
+    (point, *_) = copy.glob("points/*")
+    member_path(split_members(point), 0, 11).unlink()
     assert str(rs.status(copy)).endswith("\nnot being computed now; repeat its command to go on")
     with Claims(copy):
         assert f"\nbeing computed by process {os.getpid()} on " in str(rs.status(copy))
@@ -234,7 +236,8 @@ def test_a_study_with_damaged_or_lost_files_goes_on_with_all_that_is_computed(
         "no scene": "study.json",
         "scene cut": "scene.toml",
     }
-    times = {path: path.stat().st_mtime_ns for path in copy.glob("points/*/realizations/*.h5")}
+    times = {path: path.stat().st_mtime_ns for path in copy.glob("points/*/members.h5")}
+    assert len(times) == len(two_points.points)
     name = moved.get(damage)
     says = (
         pytest.warns(RuntimeWarning, match=f"{name} was damaged: it was moved to .*damaged")

@@ -10,13 +10,14 @@ import h5py
 import numpy as np
 import pytest
 from damage_cases import forged
+from stored_cases import member_path, read_file, split_members
 
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.results.export import export_run
 from roughsim.store import claims
 from roughsim.store.disk import checksum
-from roughsim.store.member_files import FIELDS, member_path, read_field, read_member
+from roughsim.store.member_files import fields_path, read_fields
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +37,7 @@ def whole(capped_scene, tmp_path_factory):
 
 @pytest.fixture
 def folder(whole, tmp_path):
-    return shutil.copytree(whole.folder, tmp_path / "run")
+    return split_members(shutil.copytree(whole.folder, tmp_path / "run"))
 
 
 def external_link(file, secret):
@@ -106,10 +107,10 @@ CRAFTED = {
 
 @pytest.mark.parametrize("craft", CRAFTED, ids=lambda f: f.__name__)
 def test_a_crafted_field_is_refused_by_name_before_anything_is_read(folder, secret, craft):
-    path = member_path(folder, 0, 0)
+    path = fields_path(folder, 0, 0)
     with forged(path) as file:
         craft(file, secret)
-    for look in (lambda: read_member(path, FIELDS), lambda: read_field(path, "pressure")):
+    for look in (lambda: read_fields(path), lambda: read_fields(path, ("pressure",))):
         with pytest.raises(rs.RecordError, match=CRAFTED[craft]) as refused:
             look()
         assert "\n" not in str(refused.value)
@@ -120,21 +121,21 @@ def test_what_belongs_to_no_member_is_not_looked_at(folder, secret):
     with forged(path) as file:
         file["more/deep"] = h5py.ExternalLink(str(secret), "/pressure")
         file["\x1b]0;owned\x07"] = file["/"]  # a cycle
-    assert read_member(path).index == 0
+    assert read_file(path).index == 0
     assert rs.open_run(folder).members.sound(0) == [0, 1]
 
 
 def test_what_is_refused_stays_where_it_is(folder, secret):
     path = member_path(folder, 0, 0)
     with forged(path) as file:
-        del file["numbers"]
-        file["numbers"] = h5py.ExternalLink(str(secret), "/pressure")
+        del file["L0/numbers"]
+        file["L0/numbers"] = h5py.ExternalLink(str(secret), "/pressure")
     before = path.read_bytes(), secret.read_bytes()
     with pytest.raises(rs.RecordError, match=r"L0-000000.h5 is damaged \(numbers is a link"):
         rs.open_run(folder)
     run = rs.open_run(folder, damaged="skip")
     assert (path.read_bytes(), secret.read_bytes()) == before
-    assert list(run.damaged) == [(0, 0)]
+    assert list(run.damaged) == ["L0-000000.h5"]
     assert run.members.sound(0) == [1]
     with pytest.raises(ValueError, match="has kept no fields"):
         run.fields("pressure")

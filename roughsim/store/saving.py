@@ -1,0 +1,147 @@
+"""The folder of a run on disk: which files hold its members, how a process saves its own, and how all become one file.
+
+``RUN/members/OWNER-000.h5`` … are parts of at most 128 members. OWNER is the name of the process that wrote them, and
+only this process writes its last part again, with more members. ``RUN/members.h5`` has all members of a finished run.
+No process takes a lock. A file is removed only after another with all its members is on disk.
+"""
+
+import os
+import re
+import secrets
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from roughsim.observables.member import Member
+from roughsim.store.disk import link, not_readable, set_aside
+from roughsim.store.member_files import write_fields
+from roughsim.store.parts import Part, of_run, read_sound, write_part
+from roughsim.untrusted import ChildEndedError, call_in_child
+
+MOST = 128  # members of a part
+WHOLE = "members.h5"
+_PART = re.compile(r"\w[\w.-]*-\d{3,}\.h5")
+_UNFINISHED = re.compile(r"\.(?:run\.json|scene\.toml|\w[\w.-]*\.h5)\.[\w-]+\.tmp")
+_TRIES = 3  # to merge parts while other processes do
+Stamp = tuple[int, int, int]  # of the content of a file: inode, time of writing, bytes
+
+
+def part_path(folder: Path, owner: str, number: int) -> Path:
+    """Return the place of a part in a run folder."""
+    return folder / "members" / f"{owner}-{number:03d}.h5"
+
+
+def listed(folder: Path) -> dict[Path, Stamp]:
+    """Return the files with members of a run, with their stamps, as they are at one moment."""
+    before, now = None, _stamps(folder)
+    while now != before:  # else a file that is renamed meanwhile might be seen at neither place
+        before, now = now, _stamps(folder)
+    return {Path(path): now[path] for path in sorted(now)}
+
+
+def _stamps(folder: Path) -> dict[str, Stamp]:
+    paths = [str(folder / WHOLE)]
+    with suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder / "members") as entries:
+        paths += [entry.path for entry in entries if _PART.fullmatch(entry.name)]
+    found = {}
+    for path in paths:
+        try:
+            about = os.stat(path)
+        except FileNotFoundError:
+            continue
+        except OSError as error:
+            raise not_readable(Path(path), error) from error
+        found[path] = about.st_ino, about.st_mtime_ns, about.st_size
+    return found
+
+
+class Saver:
+    """The members that this process computes for a run, and the parts in which it saves them."""
+
+    def __init__(self, folder: Path, owner: str, run: Mapping[str, Any]):
+        self.folder, self.owner, self.run = folder, owner, run
+        self._unsaved: list[Member] = []
+        self._last: list[Member] = []  # members of the last part
+        self._number = 0  # of the last part
+
+    def add(self, member: Member) -> Member:
+        """Take a member, and return it without its fields, which are on disk from now on; errors as `save`."""
+        write_fields(self.folder, self.run, member)  # before the part that names them
+        shapes = {name: values.shape for name, values in member.fields.items()}
+        member = replace(member, fields={}, kept=shapes)
+        self._unsaved.append(member)
+        return member
+
+    def save(self) -> None:
+        """Save all members; OSError, naming the file, if the disk refuses: what was saved before stays."""
+        while self._unsaved:
+            room = MOST - len(self._last)
+            members = self._last + self._unsaved[:room]
+            write_part(part_path(self.folder, self.owner, self._number), self.run, members)
+            self._last, self._unsaved = members, self._unsaved[room:]
+            if len(members) == MOST:
+                self._last, self._number = [], self._number + 1
+
+
+def merge(folder: Path, owner: str, read: Callable[[], Part]) -> None:
+    """Put all members of a finished run into one file.
+
+    `read` reads the files that are new, and returns all members. `owner` is the name of this process. Any number of
+    processes may merge at once: files of others are renamed first, so that what is read, and then removed, has no other
+    name, and no other process writes it.
+    """
+    whole = folder / WHOLE
+    for _ in range(_TRIES):
+        found = listed(folder)
+        if not found.keys() - {whole}:
+            return
+        with suppress(FileNotFoundError, FileExistsError):  # another process merges, too
+            own = [_own(folder, path, owner) for path in found]
+            if len(own) == 1:
+                link(own[0], whole)
+            else:
+                part = read()
+                write_part(whole, of_run(part.header), part.members, first=True)
+            for path in own:
+                path.unlink(missing_ok=True)
+
+
+def _own(folder: Path, path: Path, owner: str) -> Path:
+    """Give a file with members a name of this process, whatever the file holds at this moment; return its path."""
+    if path.name.startswith((f"{owner}-", f"{owner}.")):
+        return path
+    # not a name of the `Saver`, which does not read its own files
+    own = part_path(folder, f"{owner}.{secrets.token_hex(4)}", 0)
+    os.rename(path, own)
+    return own
+
+
+def sound_part(path: Path) -> Part:
+    """Return the members of a damaged file whose own digests match, read in a process of its own; or none."""
+    try:
+        part: Part = call_in_child(read_sound, path, seconds=5.0 + path.stat().st_size / 1e7)
+    except (ChildEndedError, OSError):
+        return Part({}, [])
+    return part
+
+
+def replace_damaged(path: Path, folder: Path, sound: Part) -> Path:
+    """Move a damaged file of a run aside, after its sound members are in a new part; return its new path.
+
+    FileNotFoundError if another process has moved it.
+    """
+    if sound.members:
+        owner = f"{path.stem}.{secrets.token_hex(4)}"
+        write_part(part_path(folder, owner, 0), of_run(sound.header), sound.members)
+    return set_aside(path, folder / "damaged")
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove the unfinished files of killed processes; a process that is at work on one writes it again."""
+    for home in (folder, folder / "members", folder / "fields"):
+        with suppress(FileNotFoundError):
+            for path in home.iterdir():
+                if _UNFINISHED.fullmatch(path.name):
+                    path.unlink(missing_ok=True)
