@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 from slide_cases import sliding_scene
-from stored_cases import read_member, write_member
+from stored_cases import read_member, split_members, write_member
 
 import roughsim as rs
 from roughsim.charts.plot import plot_run
@@ -158,7 +158,7 @@ def test_a_changed_byte_of_snapshots_is_noticed(sliding_run, tmp_path):
     ],
 )
 def test_forged_snapshots_are_refused_by_name(sliding_run, tmp_path, change, told):
-    shutil.copytree(sliding_run.folder, tmp_path / "run")
+    split_members(shutil.copytree(sliding_run.folder, tmp_path / "run"))
     member = read_member(sliding_run.folder, SLIDE, 0)
     write_member(tmp_path / "run", replace(member, fields=change(member.fields)))
     with pytest.raises(rs.RecordError, match=f"L1-000000.h5 {told}"):
