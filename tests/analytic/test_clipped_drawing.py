@@ -110,3 +110,10 @@ def test_the_pressure_is_highest_where_the_field_is():
     z = np.array([[0.3, -1.2, 2.0], [0.1, -0.4, 0.9]])
     pressure = ranked(z, np.array([0.0, 0.0, 1.0, 2.0, 3.0, 5.0]))
     assert pressure.tolist() == [[2.0, 0.0, 5.0], [1.0, 0.0, 3.0]]
+
+
+def test_equal_shares_of_the_area_have_the_pressure_of_their_middles():
+    steps = np.array([-0.02, 0.02]), np.array([1.0, 2.0])
+    field = clipped.ClippedField(*steps, np.ones(1), np.ones(1), 1.0, clipped.products(*steps))
+    assert field.ascending(1).tolist() == [1.0]  # z = 0
+    assert field.ascending(3).tolist() == [0.0, 1.0, 3.0]
