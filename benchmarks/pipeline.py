@@ -29,18 +29,19 @@ ERROR = 1e-3  # relative pressure error that the plain pipeline allows itself
 
 
 def ours(scene: rs.Scene, target: float) -> tuple[rs.Numerics, list[int], float, float, float]:
-    """Numerics, the two highest rungs, CPU seconds, total and lowest scatter of T_flash at 35 m/s, relative."""
+    """Numerics, the two highest levels, CPU seconds, total and lowest scatter of T_flash at 35 m/s, relative."""
     start = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         run = rs.run(scene, Path(folder) / "run", until={"flash_temperature": target})
         found = run.estimate("flash_temperature")
         seconds = time.process_time() - start
         k = run.scene.speeds.index(35.0)
-        rows = run.pairs("capped")[0].sample.numbers["flash_temperature"][:, k]
-        rungs = [pair.level for pair in run.pairs("capped") if not pair.is_refined]
+        samples = run.samples("capped")
+        rows = samples[0].numbers["flash_temperature"][:, k]
+        levels = [sample.level for sample in samples if not run.numerics.is_refined(sample.level)]
         print(found.explain().splitlines()[1 + k])
     error, scatter = found.total_error[k] / found.mean[k], rows.std(ddof=1) / rows.mean()
-    return run.numerics, rungs[-2:], seconds, float(error), float(scatter)
+    return run.numerics, levels[-2:], seconds, float(error), float(scatter)
 
 
 def tamaas_seconds(scene: rs.Scene, numerics: rs.Numerics, level: int) -> float:

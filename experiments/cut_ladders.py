@@ -106,9 +106,9 @@ def continuations(name: str, sections: dict[str, Any], run: rs.Run) -> Iterator[
                         UNKNOWN,
                     ),
                     "steps": min(k - 1, 3),
-                    "off": (difference.value / end.mean).tolist(),
-                    "told": (found.errors["bandwidth"] / end.mean).tolist(),
-                    "scatter": (scatter * stats.t.ppf(0.975, freedom) / end.mean).tolist(),
+                    "off": (difference.value / end.value).tolist(),
+                    "told": (found.errors["bandwidth"] / end.value).tolist(),
+                    "scatter": (scatter * stats.t.ppf(0.975, freedom) / end.value).tolist(),
                 }
 
 

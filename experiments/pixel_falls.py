@@ -25,7 +25,7 @@ from script import Command, Rows, write_evidence
 
 import roughsim as rs
 from roughsim.estimate.levels import PIXEL_FALL
-from roughsim.estimate.mean import Mean
+from roughsim.estimate.mean import exact
 from roughsim.estimate.telescoping import LevelMean, change_by_pixel
 from roughsim.observables.catalogue import OBSERVABLES
 
@@ -98,22 +98,22 @@ def carries(name: str, scene: rs.Scene, found: list[dict[str, Any]]) -> Iterator
         record = OBSERVABLES[SHOWN.get(shown, SHOWN["T_flash"])]
         order, fall = record.pixel_orders[column == "capped"], PIXEL_FALL[column]
         slow = [rung(low, slice(-speeds, None))] if record.per_speed else None
-        there, _ = change_by_pixel([rung(high, place)], order, fall)
-        value, error = change_by_pixel([rung(low, place)], order, fall, high["q"], slow)
+        there = change_by_pixel([rung(high, place)], order, fall)
+        value = change_by_pixel([rung(low, place)], order, fall, high["q"], slow)
         carried = (low["q"] / high["q"]) ** fall * np.array(low["error"][place])
         yield {
             "scene": name,
             "observable": f"{shown}, {column}",
             "steps": min(round(log2(high["q"] / low["q"])), 3),
             "off": np.abs(value.value - there.value).tolist(),
-            "told": error.tolist(),
+            "told": value.errors["pixel"].tolist(),
             "scatter": (np.hypot(carried, high["error"][place]) / (1.0 - 2.0**-order)).tolist(),
         }
 
 
 def rung(row: dict[str, Any], of: slice) -> LevelMean:
     """Return a rung with the change of some numbers by half the pixel."""
-    values = Mean(np.array(row["change"][of]), {})
+    values = exact(np.array(row["change"][of]))
     return LevelMean(row["q"], values, values, values, PIXELS[1] / PIXELS[0])
 
 

@@ -1,7 +1,7 @@
 """Warnings of numbers that are most likely a slip: of a unit, a factor of 2π, or a temperature scale."""
 
 from collections.abc import Iterator, Mapping
-from math import inf, isinf, pi, sqrt
+from math import inf, isinf, nextafter, pi, sqrt
 from typing import NamedTuple
 
 from roughsim.scene.sections import BodySection, CounterfaceSection, SlidingSection
@@ -71,7 +71,7 @@ _USUAL = {
         "",
         "and in the model contact forms at once; check the units of speed, youngs_modulus and density",
     ),
-    "friction": _Usual(1e-3, 5.0, "", "the range of dry solids; check it"),
+    "friction": _Usual(nextafter(1e-3, 1.0), 5.0, "", "the range of dry solids; check it"),
 }
 
 

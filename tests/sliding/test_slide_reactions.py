@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from slide_cases import SLIDING
-from stored_cases import read_member, write_member
+from stored_cases import read_member, split_members, write_member
 
 import roughsim as rs
 from roughsim import fourier
@@ -282,6 +282,7 @@ def test_a_scene_that_does_not_ask_stores_nothing_of_it(asked, sliding_run):
 def test_slides_of_an_older_version_have_no_reactions(asked, tmp_path):
     folder = tmp_path / "run"
     rs.run(asking(), folder)
+    split_members(folder)
     for index in (0, 1):
         member = read_member(folder, SLIDE, index)
         numbers = {
