@@ -2,17 +2,15 @@
 
     python benchmarks/engines.py [--engines NAME ...] [--workers N ...] [--seconds S ...]
 
-Nothing is solved: a member sleeps, and writes a file with random numbers. So many workers share few cores. The folder
-is a temporary one: with TMPDIR on a disk, 64 workers wait for each other there. Each row has:
+Nothing is solved: a member sleeps, and returns random numbers. So many workers share few cores. The folder is a
+temporary one. Each row has:
 
 - alone: CPU time of the leading process for each member that the engine hands out and takes back without roughsim. The
-  calls sleep as long as those of the run, write the same files, and take a folder and a number;
-- run: the same with a run: job, claim, file read, rounds judged. The difference to "alone" is what roughsim adds. Files
-  that threads of this process write are taken off both;
+  calls sleep as long as those of the run, and return the same;
+- run: the same with a run: job, claim, part, rounds judged. The difference to "alone" is what roughsim adds;
 - thread adds: the part of it in the thread that calls `run`. The other threads are those of the engine: what differs
   there is noise, or what the engine needs for the larger arguments;
-- of the ideal: the wall time of the run over that of workers that never wait. Where the cores are full, writing counts;
-- a file: CPU time to write the file of a member, measured apart.
+- of the ideal: the wall time of the run over that of workers that never wait.
 
 An engine that is not installed is named and skipped. MPI needs `mpiexec` on the path.
 """
@@ -24,7 +22,6 @@ import importlib.util
 import json
 import random
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
@@ -48,17 +45,16 @@ from typing import Any
 import numpy as np
 
 import roughsim as rs
-from roughsim.ensemble.workers import Job
+from roughsim.ensemble.workers import Job, Wanted
 from roughsim.observables.catalogue import NUMBERS
+from roughsim.observables.member import Member, StoredMoments
 from roughsim.pipeline import versions
-from roughsim.store.member_files import Member, Moments, write_member
 
 MODES = 509  # wavenumbers of the stress spectrum of a grid of 1024²
 LASTS = 3.0  # s that a measurement takes, if the engine keeps up
 LEAST, MOST = 4, 1000  # members for each worker, and in all
 NEEDS = {"dask threads": "distributed", "dask processes": "distributed", "mpi": "mpi4py"}
 ENGINES = ("threads", "processes", "dask threads", "dask processes", "mpi")
-writing = [0.0]  # s of CPU time that threads of this process spent on files
 
 
 def scene() -> rs.Scene:
@@ -68,30 +64,25 @@ def scene() -> rs.Scene:
     return replace(steel, numerics=replace(steel.numerics, levels=(level,), keep_fields=0))
 
 
-def simulated_member(
-    level: int, index: int, speeds: tuple[float, ...], provenance: dict[str, Any]
-) -> Member:
-    """Return a member with random numbers; its file is as long as that of a real one."""
-    rng = np.random.default_rng((level, index))
+def simulated_member(index: int, speeds: tuple[float, ...], seconds: float) -> Member:
+    """Return a member with random numbers, as long as a real one, after a sleep."""
+    time.sleep(lasting(index, seconds))
+    rng = np.random.default_rng(index)
     numbers = {
         name: 1.0 + 0.1 * rng.random(len(speeds) if one.per_speed else 1)
         for name, one in NUMBERS.items()
     }
+    stages = ("surface", "contact", "observables")
     return Member(
-        level,
+        0,
         index,
-        moments=(Moments(numbers, np.arange(1.0, MODES + 1.0), rng.random(MODES)),),
+        moments=(StoredMoments(numbers, np.arange(1.0, MODES + 1.0), rng.random(MODES)),),
         lengths=(1e-3, 1e-3),
         speeds=speeds,
-        provenance=provenance
-        | {
+        provenance={
             "residual": float(rng.random()),
             "iterations": 20,
-            "seconds": {
-                stage: float(rng.random()) for stage in ("surface", "contact", "observables")
-            },
-        }
-        | {
+            "seconds": {stage: float(rng.random()) for stage in stages},
             "seed": 1,
             "stream": 0,
             "threads": 1,
@@ -111,30 +102,13 @@ def lasting(index: int, seconds: float) -> float:
     return seconds * random.Random(index).uniform(0.75, 1.25)
 
 
-def simulate(jobs: list[Job], index: int, seconds: float) -> str:
+def simulate(jobs: dict[int, Job], wanted: Wanted, seconds: float) -> list[tuple[int, Member]]:
     """What a worker does in place of a solve."""
-    (job,) = jobs
-    time.sleep(lasting(index, seconds))
-    began = time.thread_time()
-    write_member(job.folder, simulated_member(job.level, index, job.speeds, job.provenance))
-    writing[0] += time.thread_time() - began
-    return socket.gethostname()
-
-
-def simulate_alone(folder: str, index: int, seconds: float) -> str:
-    """The same without roughsim: the worker knows the scene."""
-    time.sleep(lasting(index, seconds))
-    began = time.thread_time()
-    write_member(Path(folder), simulated_member(0, index, *known_scene()))
-    writing[0] += time.thread_time() - began
-    return socket.gethostname()
-
-
-@cache
-def known_scene() -> tuple[tuple[float, ...], dict[str, Any]]:
-    """Return what the file of a member tells of the scene."""
-    chosen = scene()
-    return chosen.speeds, {"scene": chosen.identity(), "numerics": rs.plan(chosen).to_dict()}
+    return [
+        (number, simulated_member(index, jobs[number].speeds, seconds))
+        for index, numbers in wanted
+        for number in numbers
+    ]
 
 
 class Simulated(Executor):
@@ -144,7 +118,7 @@ class Simulated(Executor):
         self.inner, self.seconds = inner, seconds
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **_: Any) -> Future[Any]:
-        """Hand out a sleep and a file."""
+        """Hand out a sleep."""
         return self.inner.submit(simulate, *arguments, self.seconds)
 
 
@@ -178,18 +152,19 @@ def started(engine: str, workers: int) -> Iterator[Executor]:
 
 
 def now() -> tuple[float, float, float]:
-    """Return CPU time of this process without the files that it writes, that of this thread, and the time, s."""
-    return time.process_time() - writing[0], time.thread_time(), time.perf_counter()
+    """Return CPU time of this process, that of this thread, and the time, s."""
+    return time.process_time(), time.thread_time(), time.perf_counter()
 
 
-def alone(pool: Executor, folder: Path, workers: int, seconds: float, count: int) -> list[float]:
+def alone(pool: Executor, workers: int, seconds: float, count: int) -> list[float]:
     """CPU seconds of this process, and of this thread, for each of `count` calls without roughsim."""
+    speeds = scene().speeds
     pending: set[Future[Any]] = set()
     began = now()
     for index in range(count):
         if len(pending) >= 2 * workers:
             pending = set(wait(pending, return_when=FIRST_COMPLETED).not_done)
-        pending.add(pool.submit(simulate_alone, str(folder), index, seconds))
+        pending.add(pool.submit(simulated_member, index, speeds, seconds))
     wait(pending)
     return [(end - begin) / count for begin, end in zip(began, now(), strict=True)][:2]
 
@@ -222,12 +197,12 @@ def measure(engine: str, workers: int, durations: list[float]) -> list[dict[str,
     with tempfile.TemporaryDirectory() as folder, started(engine, workers) as pool:
         warm = Path(folder) / "warm"
         rs.run(scene(), warm, until={}, max_realizations=2, executor=Simulated(pool, 0.0))
-        alone(pool, warm, workers, 0.5, 2 * workers)  # until all workers have started
+        alone(pool, workers, 0.5, 2 * workers)  # until all workers have started
         for seconds in durations:
             count = int(
                 min(max(LEAST * workers, LASTS * workers / seconds), max(MOST, LEAST * workers))
             )
-            handing, thread = alone(pool, warm, workers, seconds, count)
+            handing, thread = alone(pool, workers, seconds, count)
             whole, of_thread, ideal = of_run(
                 pool, workers, seconds, count, Path(folder) / f"{seconds}"
             )
@@ -240,22 +215,6 @@ def measure(engine: str, workers: int, durations: list[float]) -> list[dict[str,
             }
             rows.append(row | {"run": whole, "thread": of_thread - thread, "ideal": ideal})
     return rows
-
-
-def cost_of_a_file(count: int = 300) -> float:
-    """CPU seconds to write the file of a member."""
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "realizations").mkdir()
-        chosen = scene()
-        provenance = {"scene": chosen.identity(), "numerics": rs.plan(chosen).to_dict()}
-        members = [
-            simulated_member(0, index, chosen.speeds, provenance) for index in range(count + 1)
-        ]
-        write_member(Path(folder), members.pop())
-        began = time.process_time()
-        for member in members:
-            write_member(Path(folder), member)
-        return (time.process_time() - began) / count
 
 
 def missing(engine: str) -> str:
@@ -282,7 +241,6 @@ def main() -> None:
     if given.inside:
         print(json.dumps(measure(given.engines[0], given.workers[0], given.seconds)))
         return
-    print(f"a file: {1e3 * cost_of_a_file():.2f} ms of CPU time\n")
     print(
         "| engine | workers | a member, s | members | alone, ms | run, ms | roughsim adds, ms | thread adds, ms | "
         "of the ideal |"
