@@ -99,7 +99,7 @@ def _number_or_table(number: Quantity) -> BeforeValidator:
     """
 
     @record()
-    class Table(Record):
+    class OverTemperature(Record):
         temperature: tuple[Annotated[float, KELVIN], ...]
         value: tuple[Annotated[float, number], ...]
 
@@ -111,7 +111,7 @@ def _number_or_table(number: Quantity) -> BeforeValidator:
         if not isinstance(value, Mapping):
             return float(number(value))
         try:
-            table = Table(**value)
+            table = OverTemperature(**value)
         except SceneError as error:
             example = f'{{ temperature = ["300 K", "900 K"], value = [{number.example}, ...] }}'
             raise ValueError(f".{error}; a table is written as {example}") from None
