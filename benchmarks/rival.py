@@ -1,4 +1,4 @@
-"""A contact solver as an able user would write it in a day: the strongest peer of `benchmarks/contact.py`.
+"""A contact solver as an able user would write it in a day: a peer of `benchmarks/contact.py`.
 
 Conjugate gradients of Polonsky & Keer (Wear 231, 1999, 206), elastic, with FFTW plans that are measured and loops that
 are compiled and fused. One thread, float64.
