@@ -7,12 +7,11 @@ that are compiled and fused. One thread, float64.
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import numba
 import numpy as np
-import pyfftw
+from rival import plans
 
 COARSEST = 64
 
@@ -91,30 +90,12 @@ def advance(p: Any, gap: Any, step: Any, length: float, stiffness: float, load: 
     return change + abs(factor - 1.0) * total, joined
 
 
-@lru_cache(maxsize=8)
-def plans(points: int) -> tuple[Any, ...]:
-    """Buffers, measured plans of both directions, and the compliance 2/|q| of the unit cell, E* = 1."""
-    field = pyfftw.empty_aligned((points, points), "float64")
-    spectrum = pyfftw.empty_aligned((points, points // 2 + 1), "complex128")
-    there = pyfftw.FFTW(field, spectrum, axes=(0, 1), flags=("FFTW_MEASURE", "FFTW_DESTROY_INPUT"))
-    back = pyfftw.FFTW(
-        spectrum,
-        field,
-        axes=(0, 1),
-        direction="FFTW_BACKWARD",
-        flags=("FFTW_MEASURE", "FFTW_DESTROY_INPUT"),
-    )
-    fx, fy = np.fft.fftfreq(points, 1 / points)[:, None], np.arange(points // 2 + 1)
-    q = 2 * np.pi * np.hypot(fx, fy)
-    stiffness = 0.5 * q / points**2
-    q[0, 0] = np.inf
-    return field, spectrum, there, back, 2.0 / q / points**2, stiffness
-
-
 def on_grid(h: np.ndarray, p: np.ndarray, load: float, tolerance: float, most: int) -> np.ndarray:
     """Return the pressure on one grid from a guess."""
     points = h.shape[0]
-    field, spectrum, there, back, compliance, stiffness = plans(points)
+    field, spectrum, there, back, compliance = plans(points)
+    stiffness = np.zeros_like(compliance)  # |q|/2 by the same scale; 0 of the mean
+    np.divide(1.0 / points**4, compliance, out=stiffness, where=compliance > 0.0)
     buffer, heights, p = field.ravel(), h.ravel(), p.ravel().copy()
     gap, step, old = np.empty(p.size), np.zeros(p.size), np.zeros(p.size)
     at_pixel = 0.25 * np.pi * points  # stiffness of waves of four pixels

@@ -90,7 +90,7 @@ def rescale(p: Any, factor: float, buffer: Any) -> float:
     return change
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)  # also of the nested grids of `preconditioned`
 def plans(points: int) -> tuple[Any, ...]:
     """Buffers, measured plans of both directions, and the compliance 2/|q| of the unit cell, E* = 1."""
     field = pyfftw.empty_aligned((points, points), "float64")

@@ -40,11 +40,14 @@ def theory_columns(scene: Scene) -> dict[str, ColumnOf]:
     by_law = cache(partial(prediction.calibrated_predictions, scene))
     columns: dict[str, ColumnOf] = {
         THEORY: partial(of_theory, scene, partial(prediction.predictions, scene), share),
-        CALIBRATED: partial(_calibrated, scene, by_law, cache(partial(_of_fields, scene))),
+        CALIBRATED: partial(
+            _by_law, cache(partial(_of_fields, scene)), partial(_calibrated, scene, by_law)
+        ),
     }
     if scene.sliding.history == SLIDING:
         of_fields = cache(partial(_of_fields, scene, sliding=True))
-        columns[SLIDING_CALIBRATED] = partial(_sliding_theory, scene, by_law, of_fields)
+        sliding = partial(_sliding_theory, scene, by_law)
+        columns[SLIDING_CALIBRATED] = partial(_by_law, of_fields, sliding)
     return columns
 
 
@@ -86,15 +89,17 @@ def of_theory(
     return None if mean is None else exact(scene, observable, mean)
 
 
-def _calibrated(
-    scene: Scene,
-    by_law: Callable[[], Predicted],
-    of_fields: Callable[[], Mapping[str, Estimate]],
-    observable: str,
+def _by_law(
+    of_fields: Callable[[], Mapping[str, Estimate]], of_means: ColumnOf, observable: str
 ) -> Estimate | None:
-    """Return an observable by the calibrated law with the error of the law, where that was measured."""
+    """Return what the distribution of the temperature in drawn contacts gives, or an observable by its mean."""
     if observable in (*fields.QUANTILES, *ABOUT):
         return of_fields().get(observable)
+    return of_means(observable)
+
+
+def _calibrated(scene: Scene, by_law: Callable[[], Predicted], observable: str) -> Estimate | None:
+    """Return an observable by the calibrated law with the error of the law, where that was measured."""
     mean = with_share(scene, by_law(), observable, prediction.calibrated_share(scene))
     if mean is None:
         return None
@@ -112,14 +117,9 @@ def _of_fields(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
 
 
 def _sliding_theory(
-    scene: Scene,
-    by_law: Callable[[], Predicted],
-    of_fields: Callable[[], Mapping[str, Estimate]],
-    observable: str,
+    scene: Scene, by_law: Callable[[], Predicted], observable: str
 ) -> Estimate | None:
     """Return an observable by the calibrated theory of two bodies that slide."""
-    if observable in (*fields.QUANTILES, *ABOUT):
-        return of_fields().get(observable)
     slid = prediction.sliding_prediction(scene)
     if slid is None:
         return None
