@@ -1,7 +1,7 @@
 """Hand out the members of a run, round by round, until it has ended.
 
-A task is a batch of realizations of a level, which takes some 50 ms by the model of `work`; so is a claim. The borders
-of batches follow from run.json alone. A claim is held until the members are saved.
+A task is a batch of realizations of a level, which takes some 50 ms by the model of `work`. A claim is on those of one
+task or more: its borders follow from run.json alone. It is held until the members that it has at that time are saved.
 
 Several runs with the same levels and seed may be computed together, as the points of a study are. One call of a worker
 then computes a member of each run that needs it, so that surfaces and contacts which they share are computed once.
@@ -41,8 +41,8 @@ from roughsim.store.saving import MOST, Saver
 
 RETRIES = 3  # times that a pool with a dead worker is replaced before a new member is stored
 PAUSE = 0.5  # s between two looks at the members of other processes
-INTERVAL = 1.0  # s between two times that members are saved, at least
-SHARE = 0.02  # of the time, at most, that saving takes
+INTERVAL = 1.0  # s between two times that members are saved, at least; and s of computing of a claim, at most
+SHARE = 0.02  # of the time, at most, that writing last parts again takes
 BATCH = 0.05  # s of computing that a task takes, by the model of `work`
 Found = list[tuple[int, Member]]  # number of the run in the assignment, and its member
 
@@ -51,7 +51,6 @@ Found = list[tuple[int, Member]]  # number of the run in the assignment, and its
 class Assignment:
     """Members of a batch."""
 
-    claim: str
     level: int
     wanted: Wanted  # by the numbers of the runs
 
@@ -88,7 +87,8 @@ class Tasks:
     )  # by run and level: 1 ms each, a tenth of a member
     _savers: list[Saver] = field(init=False)  # of the runs
     _seconds: list[float] = field(init=False)  # modelled, of a member of each level
-    _unsaved: set[str] = field(default_factory=set)  # claims of members that are not saved
+    _held: set[str] = field(default_factory=set)  # claims
+    _handed: dict[tuple[int, int], str] = field(default_factory=dict)  # members in work → claims
     _saved: float = field(default_factory=time.monotonic)  # time of the last save
     _pause: float = INTERVAL  # s until the next one
 
@@ -154,9 +154,11 @@ class Tasks:
         finally:
             for future in pending:
                 future.cancel()
+            self._handed.clear()
             try:
                 self._save()
             finally:
+                self._held.clear()
                 self.claims.release_all()
 
     def _hand_out(self, workers: Workers, pending: dict[Future[Found], Assignment]) -> None:
@@ -200,22 +202,22 @@ class Tasks:
         return fits
 
     def _next(self, *, idle: bool) -> Assignment | None:
-        """Claim a batch of the round, or, for an idle worker, of a later one; None if all are taken."""
+        """Take a batch of the round, or, for an idle worker, of a later one; None if all are taken."""
         for ahead in (False, True) if idle else (False,):
             for claim, level, wanted in self._lacking(ahead):
-                if claim in self._unsaved:  # of the same batch in an earlier round
-                    self._unsaved.remove(claim)
-                    return Assignment(claim, level, wanted)
-                if not self.claims.take(claim):
-                    continue
-                self._refresh()  # another process may have saved it meanwhile
+                if claim not in self._held:
+                    if not self.claims.take(claim):
+                        continue
+                    self._held.add(claim)
+                    self._refresh()  # another process may have saved it meanwhile
                 left = [
                     (index, [number for number in numbers if self._lacks(number, level, index)])
                     for index, numbers in wanted
                 ]
-                if any(numbers for _, numbers in left):
-                    return Assignment(claim, level, left)
-                self.claims.release(claim)
+                most = max(int(BATCH / self._seconds[level]), 1)
+                if batch := [each for each in left if each[1]][:most]:
+                    self._handed |= {(level, index): claim for index, _ in batch}
+                    return Assignment(level, batch)
         return None
 
     def _lacks(self, number: int, level: int, index: int) -> bool:
@@ -223,7 +225,7 @@ class Tasks:
         return not run.finished and (level, index) not in run.members
 
     def _lacking(self, ahead: bool) -> Iterator[tuple[str, int, Wanted]]:
-        """Yield claim, level and members of the batches of the round that some runs lack.
+        """Yield claims with the level and the members of the round that some runs lack, and no worker computes.
 
         The levels are those that the workers fit. The largest grids come first, so that the round ends evenly. With
         `ahead`, the members to the end of the runs, the level that grows most first.
@@ -241,21 +243,24 @@ class Tasks:
             spans[level] = range(first, last)
             sizes[level] = len(spans[level]) if ahead else about.shape[0] * about.shape[1]
         for level in sorted(self._fitted & spans.keys(), key=sizes.__getitem__, reverse=True):
-            batch = min(max(int(BATCH / self._seconds[level]), 1), MOST)
-            for start in range(spans[level].start // batch * batch, spans[level].stop, batch):
+            index, last = spans[level].start, spans[level].stop
+            while index < last:
+                claim = claim_on(index, self._seconds[level])
                 numbers = [
                     (
-                        index,
+                        each,
                         [
                             number
                             for number, run, counts in runs
-                            if index < counts[level] and (level, index) not in run.members
+                            if each < counts[level] and (level, each) not in run.members
                         ],
                     )
-                    for index in range(start, start + batch)
+                    for each in claim
+                    if (level, each) not in self._handed
                 ]
                 if wanted := [each for each in numbers if each[1]]:
-                    yield member_name(level, start), level, wanted
+                    yield member_name(level, claim.start), level, wanted
+                index = claim.stop
 
     def _jobs_of(self, assignment: Assignment) -> dict[int, Job]:
         """Return the jobs of the runs that need members of an assignment, by the numbers of the runs."""
@@ -273,7 +278,8 @@ class Tasks:
             if (member.level, member.index) not in run.members:
                 run.members.check_computed(member)
                 run.members.add(self._savers[number].add(member))
-        self._unsaved.add(assignment.claim)
+        for index, _ in assignment.wanted:
+            del self._handed[assignment.level, index]
         for number in sorted({number for number, _ in found}):
             self.runs[number].recount()
             if self.observer is not None:
@@ -281,18 +287,22 @@ class Tasks:
 
     def _save_if_due(self, ahead: float = 0.0) -> None:
         """Save new members if it is time, or will be after some seconds."""
-        if self._unsaved and time.monotonic() + ahead >= self._saved + self._pause:
+        if time.monotonic() + ahead >= self._saved + self._pause:
             self._save()
 
     def _save(self) -> None:
         """Save new members, and release their claims; OSError if the disk refuses: what was saved before stays."""
         began = time.monotonic()
-        for saver in self._savers:
-            saver.save()
-        while self._unsaved:
-            self.claims.release(self._unsaved.pop())
+        written = [saver.save() for saver in self._savers]
+        for claim in self._held - set(self._handed.values()):
+            self.claims.release(claim)
+            self._held.remove(claim)
+        if not any(written):
+            return
         self._saved = time.monotonic()
-        self._pause = max(INTERVAL, (self._saved - began) / SHARE)
+        # what fewer saves spare is the last part of each run, written again: other parts are written once
+        again = (self._saved - began) * sum(map(bool, written)) / sum(written)
+        self._pause = max(INTERVAL, again / SHARE)
 
     def _refresh(self) -> None:
         """Read the members of other processes, and call the observer if there are any."""
@@ -303,6 +313,21 @@ class Tasks:
                 run.recount()
                 if self.observer is not None:
                     self.observer(run)
+
+
+def claim_on(index: int, seconds: float) -> range:
+    """Return the members of a level that are claimed together with one, where a member takes so many seconds.
+
+    One claim for each task would be a file for 50 ms of computing, hundreds until they are saved. So a claim grows with
+    the number of members before it, of which it is at most an eighth: processes that share a round still end it
+    together. It takes no longer than the interval in which members are saved, and others wait for a save anyway. Its
+    size is a power of two, so that no two claims overlap.
+    """
+    least, most = (max(int(limit / seconds), 1) for limit in (BATCH, INTERVAL))
+    size = min(max(index // 8, least), max(least, most), MOST)
+    size = 1 << (size.bit_length() - 1)
+    start = index // size * size
+    return range(start, start + size)
 
 
 def saver_of(run: Run, owner: str) -> Saver:

@@ -1,7 +1,7 @@
 """Claims on members, so that several processes on one run folder do not compute the same member.
 
-``RUN/claims/L0-000003`` holds the name of the process that computes the batch of members from this one on, until they
-are saved. ``RUN/claims/process-NAME`` holds a number that this process raises every few seconds, its sign of life. A
+``RUN/claims/L0-000003`` holds the name of the process that computes some members from this one on, until they are
+saved. ``RUN/claims/process-NAME`` holds a number that this process raises every few seconds, its sign of life. A
 process counts as ended when its number stays the same for a lease on the reader's own clock: clocks of different
 machines are never compared. Members are saved whole and have the same bits whoever computes them. So a claim that is
 taken over too early costs time and nothing else.

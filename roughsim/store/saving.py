@@ -74,8 +74,12 @@ class Saver:
         self._unsaved.append(member)
         return member
 
-    def save(self) -> None:
-        """Save all members; OSError, naming the file, if the disk refuses: what was saved before stays."""
+    def save(self) -> int:
+        """Save all members, and return the number of parts that were written.
+
+        OSError, naming the file, if the disk refuses: what was saved before stays.
+        """
+        parts = 0
         while self._unsaved:
             room = MOST - len(self._last)
             members = self._last + self._unsaved[:room]
@@ -83,6 +87,8 @@ class Saver:
             self._last, self._unsaved = members, self._unsaved[room:]
             if len(members) == MOST:
                 self._last, self._number = [], self._number + 1
+            parts += 1
+        return parts
 
 
 def merge(folder: Path, owner: str, read: Callable[[], Part]) -> None:

@@ -6,6 +6,7 @@ import os
 import signal
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future
+from math import inf
 
 import pytest
 from pool_cases import GivenPools, to_do
@@ -201,3 +202,53 @@ def test_an_executor_that_drops_its_calls_ends_the_run_with_a_sentence(quick, tm
     ):
         rs.run(quick, tmp_path / "run", executor=Dropping())
     assert not (tmp_path / "run" / "claims").exists()
+
+
+@pytest.mark.parametrize("seconds", [0.0025, 0.0078, 0.05, 0.3, 1.5, inf])
+def test_claims_of_a_level_are_few_short_and_never_overlap(seconds):
+    claims, index = [], 0
+    while index < 10_000:
+        claim = tasks.claim_on(index, seconds)
+        assert claim.start == index
+        assert all(tasks.claim_on(each, seconds) == claim for each in claim)
+        assert len(claim) == 1 or len(claim) * seconds <= tasks.INTERVAL
+        assert len(claim) <= max(index // 8, 1, tasks.BATCH / seconds)
+        claims.append(claim)
+        index = claim.stop
+    if seconds < 0.01:
+        assert len(claims) < 130
+
+
+def test_a_run_has_few_files_at_any_moment(quick, tmp_path):
+    most = 0
+
+    def count(run):
+        nonlocal most
+        files = sum(path.is_file() for path in run.folder.rglob("*"))
+        most = max(most, files)
+
+    run = rs.run(quick, tmp_path / "run", max_realizations=300, until={}, observer=count)
+    assert run.realizations == 300
+    assert 5 < most < 45
+    assert sum(path.is_file() for path in run.folder.rglob("*")) == 4  # with the kept fields
+
+
+def test_many_new_members_do_not_delay_the_next_save(quick, tmp_path, monkeypatch):
+    # parts that are full are written once, whenever that is: only the last one is written again
+    now = [0.0]
+
+    class Saver:
+        parts = 1
+
+        def save(self):
+            now[0] += 0.03 * self.parts
+            return self.parts
+
+    work = to_do(quick, tmp_path / "run")
+    work._savers = [Saver()]
+    monkeypatch.setattr(tasks.time, "monotonic", lambda: now[0])
+    pauses = []
+    for Saver.parts in (1, 10):
+        work._save()
+        pauses.append(work._pause)
+    assert pauses == pytest.approx([1.5, 1.5])
