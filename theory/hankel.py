@@ -25,6 +25,7 @@ from theory.quadrature import (
     QuadratureError,
     together,
 )
+from theory.roots import root
 
 _SLOW, _FAST = (
     8.0,
@@ -94,7 +95,7 @@ def first_crossing(panels: Panels, values: Array, fraction: float) -> float:
         trail = [*trail[-2:], (r, excess(r))]
         bracket = _bracket(excess, trail)
         if bracket is not None:
-            return scipy.optimize.brentq(excess, *bracket, xtol=1e-16 * r, rtol=1e-13)
+            return root(excess, *bracket, accuracy=1e-16 * r, relative=1e-13)
     raise ValueError(f"the correlation stays above fraction = {fraction:.6g} of its value at r = 0")
 
 

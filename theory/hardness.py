@@ -3,10 +3,10 @@
 from collections.abc import Callable
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, real_array
+from theory.roots import root
 
 
 def self_consistent(
@@ -60,9 +60,7 @@ def self_consistent(
             "the table"
         )
     accuracy = 1e-12 * max(abs(start), 1.0)
-    contact = scipy.optimize.brentq(
-        excess, start, float(temperatures[-1]), xtol=accuracy, rtol=1e-14
-    )
+    contact = root(excess, start, float(temperatures[-1]), accuracy=accuracy, relative=1e-14)
     return float(np.interp(contact, temperatures, hardness)), contact - start
 
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 from numpy.polynomial import legendre
 
 from theory.arguments import Array, Which
+from theory.roots import root
 
 NODES = 16
 TOLERANCE = 1e-11
@@ -260,7 +260,7 @@ class Primitive:
 
         fraction = 1.0
         if excess(1.0) > 0.0:
-            fraction = scipy.optimize.brentq(excess, 0.0, 1.0, xtol=1e-15, rtol=1e-15)
+            fraction = root(excess, 0.0, 1.0, accuracy=1e-15, relative=1e-15)
         return float(
             self.panels.take(index).at((start + fraction * (stop - start))[:, None])[0][0, 0]
         )

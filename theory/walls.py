@@ -17,7 +17,6 @@ from __future__ import annotations
 from math import exp, log, pi
 
 import numpy as np
-import scipy
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 from scipy.special import erfcx
@@ -32,6 +31,7 @@ from theory.arguments import (
     real_array,
 )
 from theory.full_contact import half_variance_table, probability
+from theory.roots import root
 
 SWITCH = 0.2  # g: below, images; above, modes: four of the former and five of the latter reach rounding on either side
 IMAGES, MODES = 7, 6
@@ -107,7 +107,7 @@ def yield_wavenumber(
         elastic, plastic = float(between(min(s, rest), g)[0]), float(reached(s, rest, g)[0])
         return elastic / (elastic + plastic) - share
 
-    g_yield = exp(scipy.optimize.brentq(excess, log(1e-30), log(70.0), xtol=1e-14))
+    g_yield = exp(root(excess, log(1e-30), log(70.0), accuracy=1e-14))
     return half_variance_table(spectrum).inverse(g_yield * (hardness / modulus) ** 2 * 4 / pi)
 
 

@@ -12,7 +12,6 @@ from math import inf, nan
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
 import theory
@@ -20,6 +19,7 @@ from roughsim.grid import Array
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.model import Conduction
 from roughsim.surface.spectrum import Spectrum
+from theory.roots import root
 
 _STEPS = 64  # from the background to the end of the tables, in which the temperature of the contact is looked for
 
@@ -185,10 +185,8 @@ def _solutions(scene: Scene, speed: float) -> Iterator[tuple[Heating, float]]:
     for low, high in pairwise([marks[0], *marks]):
         if (excess(high) > 0.0) != hotter:
             hotter = not hotter
-            root = low
-            if excess(low) != 0.0:
-                root = scipy.optimize.brentq(excess, low, high, xtol=1e-11 * high, rtol=1e-13)
-            constants, _, contact = _contact_with(scene, speed, root)
+            solution = root(excess, low, high, accuracy=1e-11 * high, relative=1e-13)
+            constants, _, contact = _contact_with(scene, speed, solution)
             if contact > friction_end:
                 return
             yield constants, contact

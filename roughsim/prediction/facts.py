@@ -5,7 +5,6 @@ from math import exp, inf, isfinite, isinf, log, nan, pi
 from typing import Any
 
 import numpy as np
-import scipy
 
 from roughsim.grid import Array
 from roughsim.prediction.areas import yield_wavenumber
@@ -16,6 +15,7 @@ from roughsim.scene.slips import STEEP
 from roughsim.show.remarks import Remark
 from roughsim.show.table import json_value
 from roughsim.surface.topography import Texture
+from theory.roots import root
 
 _ROOM = 293.0  # K, the background temperature where none is given
 YIELDED = 32.0  # q_y: shorter waves touch at the hardness alone, and their slope changes nothing
@@ -150,4 +150,4 @@ def gentle_end(scene: Scene) -> float:
     first, last = log(1.01 * scene.spectrum.breaks[0]), log(scene.spectrum.breaks[-1])
     if excess(first) > 0.0:
         return nan
-    return exp(scipy.optimize.brentq(excess, first, last, xtol=1e-9))
+    return exp(root(excess, first, last, accuracy=1e-9))

@@ -14,8 +14,8 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
+import roughsim as rs
 from roughsim.errors import RecordError
-from roughsim.pipeline import versions
 from roughsim.results.description import content_of, folder_state, read_description
 from roughsim.scene import Scene, SceneError, SceneLike, parse_scene
 from roughsim.scene.files import errors_named, read_text, scene_content, toml_content
@@ -112,7 +112,7 @@ def write(folder: Path, description: Description) -> None:
     path, scene = folder / _DESCRIPTION, description.scene.to_toml()
     content: dict[str, Any] = {
         "format_version": FORMAT,
-        "versions": {"roughsim": versions()["roughsim"]},
+        "versions": {"roughsim": rs.__version__},
         "target_error": description.target_error,
         "axes": [asdict(axis) for axis in description.axes],
         "scene": scene,
