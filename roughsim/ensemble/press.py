@@ -17,7 +17,8 @@ from roughsim.ensemble.run import begin, complete, shown
 from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Grid
 from roughsim.machine import exceeds
-from roughsim.planning.realization import below_problem, largest_member, level_problem
+from roughsim.planning.plan import largest_member
+from roughsim.planning.realization import below_problem, level_problem
 from roughsim.results.folder import open_run
 from roughsim.results.pressed import PARTS
 from roughsim.results.run import Run

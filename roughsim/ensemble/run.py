@@ -19,8 +19,8 @@ from roughsim.ensemble.tasks import Tasks, source_of
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
 from roughsim.planning.limits import judge
-from roughsim.planning.plan import numerics_of
-from roughsim.planning.realization import largest_member, scene_of
+from roughsim.planning.plan import largest_member, numerics_of
+from roughsim.planning.realization import scene_of
 from roughsim.results.description import RunDescription, content_of, folder_state, read_description
 from roughsim.results.folder import unread_run
 from roughsim.results.run import Run

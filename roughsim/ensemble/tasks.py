@@ -28,9 +28,9 @@ from roughsim.ensemble.workers import Job, Wanted, computed_members
 from roughsim.errors import ResolutionError
 from roughsim.estimate.rounds import WORK_SECONDS, work
 from roughsim.observables.member import Member
+from roughsim.planning.plan import largest_member
 from roughsim.planning.realization import (
     below_problem,
-    largest_member,
     level_problem,
     slide_problem,
 )

@@ -4,17 +4,16 @@ Nothing is solved: the cell, the levels and the cost follow from C(q), the load 
 level gets is decided by the run itself, round by round. Numerics that the scene states are taken as they are.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from math import inf, isnan, pi, sqrt
+from math import inf, isnan, pi, prod, sqrt
 from typing import Any
 
 from roughsim import prediction
 from roughsim.estimate.rounds import FIRST_STEP, WORK_SECONDS, first_counts, work
-from roughsim.machine import PROCESS
+from roughsim.machine import BYTES_PER_POINT, PROCESS
 from roughsim.planning.levels import cell_of, levels_of, target_of
 from roughsim.planning.limits import judge
-from roughsim.planning.realization import largest_member
 from roughsim.planning.reasons import at_speeds, level_text, span, workers_reason
 from roughsim.planning.sliding import slide_reasons, with_slide
 from roughsim.prediction.scans import scan_of_hottest
@@ -126,6 +125,27 @@ def numerics_of(scene: Scene) -> Numerics:
             ),
         ),
     )
+
+
+def largest_member(
+    scene: Scene, numerics: Numerics, levels: Collection[int] | None = None
+) -> tuple[float, str]:
+    """Return the memory of the largest member of some levels, by default of the first round, bytes, and its name."""
+    if levels is None:
+        levels = [level for level, count in enumerate(first_counts(numerics, 1)) if count]
+    memory = (
+        BYTES_PER_POINT * max(prod(numerics.levels[level].shape) for level in levels),
+        "largest grid",
+    )
+    if numerics.slide not in levels:
+        return memory
+    from roughsim.planning.realization import slide_problem  # slow to import; most have no slide
+
+    slide = (
+        slide_problem(scene, numerics).memory,
+        "the slide: both bodies remember their heat, at each speed",
+    )
+    return max(memory, slide)
 
 
 def _heat_reasons(scene: Scene) -> Iterator[Remark]:

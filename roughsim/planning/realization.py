@@ -1,18 +1,14 @@
 """From scene and numerics to the contact problem of each member."""
 
-from collections.abc import Collection
 from dataclasses import replace
-from math import prod
 
 import numpy as np
 
 from roughsim import prediction
 from roughsim.contact import Solid
 from roughsim.errors import ResolutionError
-from roughsim.estimate.rounds import first_counts
 from roughsim.grid import Grid
 from roughsim.heat.partition import Body
-from roughsim.machine import BYTES_PER_POINT
 from roughsim.observables.temperatures import SlideFromRest
 from roughsim.pipeline import Problem, Solution, linear_algebra, solve_problem
 from roughsim.scene import Scene, SceneLike, as_scene
@@ -85,25 +81,6 @@ def realize(
 def scene_of(scene: Scene, numerics: Numerics) -> Scene:
     """Return the scene that is computed: without a hardness that is never reached, unless a column needs it."""
     return scene if {"smoothed", "capped"} & {*numerics.columns} else prediction.computed(scene)
-
-
-def largest_member(
-    scene: Scene, numerics: Numerics, levels: Collection[int] | None = None
-) -> tuple[float, str]:
-    """Return the memory of the largest member of some levels, by default of the first round, bytes, and its name."""
-    if levels is None:
-        levels = [level for level, count in enumerate(first_counts(numerics, 1)) if count]
-    memory = (
-        BYTES_PER_POINT * max(prod(numerics.levels[level].shape) for level in levels),
-        "largest grid",
-    )
-    if numerics.slide not in levels:
-        return memory
-    slide = (
-        slide_problem(scene, numerics).memory,
-        "the slide: both bodies remember their heat, at each speed",
-    )
-    return max(memory, slide)
 
 
 def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:

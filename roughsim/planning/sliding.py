@@ -3,20 +3,22 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import pi
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roughsim import prediction
 from roughsim.planning.levels import BASE_SIDE, fast_size
-from roughsim.planning.realization import slide_problem
 from roughsim.prediction.sliding import CONTINUED, FURTHEST, continuation_fault
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics
 from roughsim.show.remarks import Remark
 from roughsim.show.text import clock
-from roughsim.sliding.member import SlideProblem, snapshot_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 from roughsim.sliding.snapshots import snapshot_shape
+
+if TYPE_CHECKING:
+    from roughsim.sliding.member import SlideProblem
 
 _SIDE = 256  # points of the cell
 _PIXELS = 4  # per shortest wave: a slide shows its error of the pixel by a coarser grid alone, of 3
@@ -98,6 +100,10 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Remark]:
         if len(scene.faces) == 2 and scene.counterface_conducts:
             yield Remark("choice", "history", _OF_FROZEN, "frozen")
         return
+    # slow to import, and most scenes have no slide
+    from roughsim.planning.realization import slide_problem
+    from roughsim.sliding.member import snapshot_steps
+
     level, problem = numerics.levels[numerics.slide], slide_problem(scene, numerics)
     x, y = level.shape
     why = "a low cut-off: the ratio of sliding to frozen contact hardly depends on q_c, and carries over to all of C(q)"
@@ -132,7 +138,7 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Remark]:
         yield Remark("choice", "snapshots", why, f"{positions} positions, up to {most:.2g} MB")
 
 
-def seconds_of_slide(problem: SlideProblem) -> float:
+def seconds_of_slide(problem: "SlideProblem") -> float:
     """Return the approximate CPU time of a slide, s; each speed is computed over its own distance."""
     contact, heat = STEP_SECONDS
     followed = sum(problem.distances) / max(problem.distances)
