@@ -1,18 +1,19 @@
 """Executors that compute the members of a run: this process, a pool of worker processes, or one of the caller."""
 
-import os
 import signal
 import threading
 import warnings
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from math import inf
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from types import FrameType
 from typing import Any, Self
 
 from roughsim.contact.active_set import note_compilation
+from roughsim.ensemble.workers import computed_members
 from roughsim.machine import (
     PROCESS,
     SHARE,
@@ -23,9 +24,11 @@ from roughsim.machine import (
 )
 from roughsim.show.text import note, notes_are_shown, show_notes
 
-# s of computing above which processes are started, if their number is not given: each takes 1.3 s of CPU time to
-# start, so two of them end earlier than one from 2.6 s on
+# s of computing above which processes are started, if their number is not given: each takes 1.6 s of CPU time to
+# start, so two of them, of which one is this process, end earlier than one from 1.6 s on
 _WORTH_PROCESSES = 3.0
+# s of a member above which this process computes none beside others: members that these return wait for it to be saved
+_LONGEST = 2.0
 SUITABLE = "give a concurrent.futures.Executor; that of a client of dask is client.get_executor(pure=False)"
 
 
@@ -47,9 +50,11 @@ class SerialExecutor(Executor):
 class Workers:
     """The executor of a run, and the number of members that it computes at the same time.
 
-    A context manager: own processes end with it. After an error or an interrupt they are ended at once, since a member
-    that is not stored can be computed again. An executor of the caller is never shut down. Without a given number of
-    workers (`count` None), this process computes alone as long as processes would take longer to start than to compute.
+    Where members are short, this process is one of the workers, and computes while the others start; elsewhere it hands
+    members out and saves them. Without a given number of workers (`count` None) it computes alone as long as processes
+    would take longer to start than to compute. A context manager: own processes end with it. After an error or an
+    interrupt they are ended at once, since a member that is not stored can be computed again. An executor of the caller
+    is never shut down.
     Inside it SIGTERM, SIGHUP of a closed terminal and SIGXCPU of a limit of CPU time are a KeyboardInterrupt as Ctrl-C
     (SIGINT) is. Handlers that a program has set itself, or that `nohup` has, are kept.
     """
@@ -66,27 +71,58 @@ class Workers:
         self._asked = count
         self._memory = available_memory()  # before there are workers, which take some of it
         self._member = 0.0  # bytes of a member
+        self._short = True  # members of `_LONGEST` at most
         self._pool: ProcessPoolExecutor | None = None
+        self._starting: list[Future[Any]] = []  # first calls of workers, until all have started
+        self._processes: set[BaseProcess] = set()  # of the pool
         self._lifeline: Connection | None = None  # when it closes, the workers end
         self._handlers: dict[int, Any] = {}  # of signals before
 
     @property
-    def in_flight(self) -> int:
-        """Number of members submitted at a time: one more than each worker computes, so that none waits."""
-        return 1 if self.given is None and self._pool is None else 2 * self.count
+    def helps(self) -> bool:
+        """Whether this process computes members while others do: it has started them, and members are short.
 
-    def fit(self, member: float, source: str, threads: int, *, busy: bool = False) -> bool:
+        A member that is killed would end the run: after the death of a worker it computes none.
+        """
+        return self._has_started and self._pool_size < self.count
+
+    @property
+    def _pool_size(self) -> int:
+        return self.count - (self._short and not self._died)
+
+    @property
+    def _has_started(self) -> bool:
+        return self._pool is not None and not self._starting
+
+    @property
+    def others(self) -> int:
+        """Number of members that `executor` computes at the same time."""
+        if self.given is not None:
+            return self.count
+        return self._pool_size if self._has_started else 1
+
+    @property
+    def in_flight(self) -> int:
+        """Number of tasks that `executor` has at a time: one more than each worker computes, so that none waits."""
+        return 1 if self.given is None and not self._has_started else 2 * self.others
+
+    def fit(
+        self, member: float, source: str, threads: int, *, seconds: float = 0.0, busy: bool = False
+    ) -> bool:
         """Choose the number of workers that fit into memory, each with a member of this size in bytes.
 
         A number that was asked for is lowered with a RuntimeWarning. ResolutionError if one member does not fit;
-        `source` is the part of the member that takes its memory. Executors of the caller are left as they are.
-        False, and nothing is done, if the number is another one but workers are still `busy`.
+        `source` is the part of the member that takes its memory, `seconds` the modelled time of the longest member.
+        Executors of the caller are left as they are. False, and nothing is done, if the workers are to be others but
+        some are still `busy`.
         """
         if self.given is not None:
             return True
         wanted = self._asked or max(int(usable_cores().amount) // threads, 1)
         count = workers_that_fit(wanted, member, source, self._memory)
-        if busy and count != self.count:
+        short = seconds <= _LONGEST
+        changed = (count, short) != (self.count, self._short)
+        if busy and changed:
             return False
         if count < wanted:
             words = (
@@ -97,49 +133,55 @@ class Workers:
                 note(words)
             else:
                 warnings.warn(words, RuntimeWarning, stacklevel=2)
-        if count != self.count:
+        if changed:
             self._close()
-        self.count = count
+        self.count, self._short = count, short
         self._member = member
         return True
 
     def executor(self, seconds_left: Callable[[], float] = lambda: inf) -> Executor:
-        """Return the executor for the computing that is left, s in one process; RuntimeError if no worker can start.
+        """Return the executor for the computing that is left, s in one process.
 
-        It is the same one until it breaks, but for a short computation that becomes a long one: `_WORTH_PROCESSES`.
+        It is this process until the pool has started; from then on the pool, until it breaks. RuntimeError if workers
+        fail while they start; BrokenExecutor if one is killed.
         """
         if self.given is not None:
             return self.given
-        if self._pool is not None:
-            return self._pool
-        alone = self.count == 1 and not self._died  # a member that is killed would end the run
-        if alone or (self._asked is None and seconds_left() < _WORTH_PROCESSES):
+        alone = self.count == 1 and not self._died
+        if self._pool is None and (
+            alone or (self._asked is None and seconds_left() < _WORTH_PROCESSES)
+        ):
             return SerialExecutor()
+        pool = self._pool or self._start()
+        if self._pool_size < self.count and not all(call.done() for call in self._starting):
+            return SerialExecutor()
+        try:
+            for call in self._starting:
+                call.result()
+        except BrokenExecutor as error:
+            self._close()
+            if all((process.exitcode or 0) <= 0 for process in self._processes):
+                raise  # killed
+            raise RuntimeError(
+                f"no worker could start ({error}): each worker imports the script, which must be a file with "
+                '`if __name__ == "__main__":` above the call; or compute with workers=1'
+            ) from None
+        self._starting = []
+        return pool
+
+    def _start(self) -> ProcessPoolExecutor:
+        """Start a pool of processes; a script without a guard calls `run` again in each, which fails here."""
         note_compilation()  # here, as one line: all workers compile the same kernels
         context = get_context("spawn")  # a fork after threaded transforms hangs
-        for tries_left in (
-            1,
-            0,
-        ):  # a worker may be killed while it starts; a script without a guard fails again
-            receiver, self._lifeline = context.Pipe(duplex=False)
-            pool = self._pool = ProcessPoolExecutor(
-                self.count, context, _begin_worker, (receiver, notes_are_shown())
-            )
-            # A script without a guard calls `run` again in each worker, which would wait for the claims of this
-            # process. So no member is claimed before all workers have imported the script.
-            starting = [pool.submit(os.getpid) for _ in range(self.count)]
-            try:
-                for started in starting:
-                    started.result()
-                break
-            except BrokenExecutor as error:
-                self._close()
-                if not tries_left:
-                    raise RuntimeError(
-                        f"no worker could start ({error}): each worker imports the script, which must be a file with "
-                        '`if __name__ == "__main__":` above the call; or compute with workers=1'
-                    ) from None
-        return pool
+        receiver, self._lifeline = context.Pipe(duplex=False)
+        size, before = self._pool_size, {*active_children()}
+        self._pool = ProcessPoolExecutor(
+            size, context, _begin_worker, (receiver, notes_are_shown())
+        )
+        # a call without members imports what they need
+        self._starting = [self._pool.submit(computed_members, {}, []) for _ in range(size)]
+        self._processes = {*active_children()} - before
+        return self._pool
 
     def replace_broken(self, error: Exception) -> None:
         """Prepare a new pool with one worker fewer after a worker has died; RuntimeError for one of the caller."""
@@ -193,7 +235,7 @@ class Workers:
         if self._pool is not None and self._lifeline is not None:
             self._pool.shutdown(wait=True, cancel_futures=True)
             self._lifeline.close()
-            self._pool = None
+            self._pool, self._starting = None, []
 
 
 def _begin_worker(lifeline: Connection, notes: bool) -> None:

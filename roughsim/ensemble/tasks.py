@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
-from roughsim.ensemble.executors import SUITABLE, Workers
+from roughsim.ensemble.executors import SUITABLE, SerialExecutor, Workers
 from roughsim.ensemble.sources import DrawnSurfaces, Slides, Source
 from roughsim.ensemble.status import expected_seconds
 from roughsim.ensemble.workers import Job, Wanted, computed_members
@@ -162,16 +162,27 @@ class Tasks:
                 self.claims.release_all()
 
     def _hand_out(self, workers: Workers, pending: dict[Future[Found], Assignment]) -> None:
-        """Submit as many batches as the workers take."""
-        fits = self._fit(workers, busy=bool(pending))
+        """Submit as many batches as the workers take; then compute one here, if this process helps them."""
+        if not self._fit(workers, busy=bool(pending)):
+            return
         executor = workers.executor(lambda: sum(expected_seconds(run) for run in self.unfinished))
-        while fits and len(pending) < workers.in_flight:
-            assignment = self._next(idle=len(pending) < workers.count)
-            if assignment is None:
+        while len(pending) < workers.in_flight:
+            if not self._submit(executor, pending, idle=len(pending) < workers.others):
                 break
-            self._save_if_due(self._seconds[assignment.level] * len(assignment.wanted))
-            future = _submit(executor, self._jobs_of(assignment), assignment.wanted)
-            pending[future] = assignment
+        if workers.helps:
+            self._submit(SerialExecutor(), pending, idle=True)
+
+    def _submit(
+        self, executor: Executor, pending: dict[Future[Found], Assignment], *, idle: bool
+    ) -> bool:
+        """Submit a batch, if there is one."""
+        assignment = self._next(idle=idle)
+        if assignment is None:
+            return False
+        self._save_if_due(self._seconds[assignment.level] * len(assignment.wanted))
+        future = _submitted(executor, self._jobs_of(assignment), assignment.wanted)
+        pending[future] = assignment
+        return True
 
     def _fit(self, workers: Workers, *, busy: bool) -> bool:
         """Fit the workers into memory with the levels of the round; False if `busy` ones must end first.
@@ -192,7 +203,11 @@ class Tasks:
         )
         try:
             fits = workers.fit(
-                member, part, max(run.numerics.threads for run in self.unfinished), busy=busy
+                member,
+                part,
+                max(run.numerics.threads for run in self.unfinished),
+                seconds=max(self._seconds[level] for level in levels),
+                busy=busy,
             )
         except ResolutionError as error:
             raise ResolutionError(
@@ -336,7 +351,7 @@ def saver_of(run: Run, owner: str) -> Saver:
     return Saver(run.folder.absolute(), owner, run.members.of_run)
 
 
-def _submit(executor: Executor, jobs: dict[int, Job], wanted: Wanted) -> Future[Found]:
+def _submitted(executor: Executor, jobs: dict[int, Job], wanted: Wanted) -> Future[Found]:
     """Hand a batch to an executor; BrokenExecutor if it takes none, whatever its own class of error.
 
     TypeError if the executor returns no future of concurrent.futures, as a client of dask.

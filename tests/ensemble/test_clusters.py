@@ -37,7 +37,7 @@ UNGUARDED = """
 import sys
 import roughsim as rs
 
-rs.run(rs.load_scene(sys.argv[1]), sys.argv[2], max_realizations=4, until={}, workers=2)
+rs.run(rs.load_scene(sys.argv[1]), sys.argv[2], max_realizations=20_000, until={}, workers=2)
 """
 MPI = """
 import sys

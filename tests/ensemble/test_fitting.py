@@ -1,6 +1,8 @@
 """As many workers as memory and cores allow, which the run says; a worker that the system kills ends in a sentence."""
 
 import signal
+import threading
+import time
 from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 
@@ -18,6 +20,13 @@ from roughsim.estimate.rounds import first_counts, work
 from roughsim.machine import Available
 from roughsim.planning import reasons
 from roughsim.scene.numerics import Level, Numerics
+
+
+def started(workers, seconds_left=60.0):
+    """The pool of some workers, when they have started."""
+    while isinstance(pool := workers.executor(lambda: seconds_left), SerialExecutor):
+        time.sleep(0.01)
+    return pool
 
 
 @pytest.fixture
@@ -87,12 +96,45 @@ def test_a_short_computation_starts_no_processes_unless_their_number_is_given(jo
     with Workers(None) as workers:
         assert isinstance(workers.executor(lambda: 0.5), SerialExecutor)
         assert workers.in_flight == 1
-        pool = workers.executor(lambda: 60.0)
+        pool = started(workers)
         assert isinstance(pool, ThreadPoolExecutor)
-        assert workers.in_flight == 4
+        assert (workers.helps, workers.in_flight) == (True, 2)  # one process beside this one
         assert workers.executor(lambda: 0.5) is pool
     with Workers(2) as workers:
-        assert isinstance(workers.executor(lambda: 0.5), ThreadPoolExecutor)
+        assert isinstance(started(workers, 0.5), ThreadPoolExecutor)
+
+
+def test_the_process_of_a_run_computes_until_others_have_started(job, monkeypatch):
+    begun, go = [], threading.Event()
+    monkeypatch.setattr(executors, "computed_members", lambda *_: begun.append(go.wait()))
+    monkeypatch.setattr(
+        executors, "ProcessPoolExecutor", lambda count, *_: ThreadPoolExecutor(count)
+    )
+    job(8, 25.3)
+    with Workers(3) as workers:
+        for _ in range(2):
+            assert isinstance(workers.executor(), SerialExecutor)
+            assert (workers.helps, workers.in_flight) == (False, 1)
+        go.set()
+        pool = started(workers)
+        assert begun == [True, True]
+        assert (workers.helps, workers.others, workers.in_flight) == (True, 2, 4)
+        assert workers.fit(1e6, "largest grid", 1, seconds=1.9, busy=True)
+        assert workers.executor() is pool
+
+
+def test_the_process_of_a_run_computes_no_long_members_beside_others(job, monkeypatch):
+    # they would delay the saving of members that others return
+    monkeypatch.setattr(
+        executors, "ProcessPoolExecutor", lambda count, *_: ThreadPoolExecutor(count)
+    )
+    job(8, 25.3)
+    with Workers(2) as workers:
+        pool = started(workers)
+        assert not workers.fit(1e6, "largest grid", 1, seconds=10.0, busy=True)
+        assert workers.fit(1e6, "largest grid", 1, seconds=10.0)
+        assert workers.executor() is not pool
+        assert (workers.helps, workers.others, workers.in_flight) == (False, 2, 4)
 
 
 def test_the_expected_time_is_the_planned_one_in_the_first_round_and_the_measured_one_later(
@@ -143,6 +185,7 @@ class Killing(Workers):
         self.marker = marker
 
     def executor(self, seconds_left=lambda: np.inf):
+        self.fit(1.0, "largest grid", 1, seconds=np.inf)  # only workers compute
         pool, marker = super().executor(seconds_left), self.marker
 
         class Handing(SerialExecutor):

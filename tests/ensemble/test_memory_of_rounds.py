@@ -101,15 +101,15 @@ def test_a_round_of_small_members_has_room_whatever_is_stored_of_large_ones(
 class Late(Workers):
     """Two workers whose members are computed when the run waits for them; notes each `fit` that changes the number."""
 
-    in_flight = 2
+    others = in_flight = 2
 
     def __init__(self):
         super().__init__(2)
         self.waiting, self.fits = [], []
 
-    def fit(self, *arguments, busy):
+    def fit(self, *arguments, busy, **options):
         before, waiting = self.count, len(self.waiting)
-        fits = super().fit(*arguments, busy=busy)
+        fits = super().fit(*arguments, busy=busy, **options)
         self.fits += [(waiting, fits, self.count)] if (waiting, self.count) != (0, before) else []
         return fits
 

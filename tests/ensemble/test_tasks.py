@@ -142,7 +142,7 @@ def test_a_given_executor_is_left_alone_and_a_broken_pool_leaves_no_process():
         assert workers.in_flight == 1
     others = multiprocessing.active_children()
     with pytest.raises(BrokenExecutor), Workers(2) as workers:
-        workers.executor().submit(signal.raise_signal, signal.SIGKILL).result()
+        pool_of(workers).submit(signal.raise_signal, signal.SIGKILL).result()
     assert multiprocessing.active_children() == others
 
 
@@ -154,10 +154,16 @@ def test_an_error_ends_a_busy_worker_at_once():
     assert multiprocessing.active_children() == others
 
 
+def pool_of(workers):
+    """Two processes beside this one, as for long members."""
+    workers.fit(1.0, "largest grid", 1, seconds=inf)
+    return workers.executor()
+
+
 def fail_while_a_worker_sleeps():
     with Workers(2) as workers:
-        workers.executor().submit(time.sleep, 1000.0)
-        workers.executor().submit(os.getpid).result()  # by a worker that has begun
+        pool_of(workers).submit(time.sleep, 1000.0)
+        pool_of(workers).submit(os.getpid).result()  # by a worker that has begun
         raise KeyError
 
 
