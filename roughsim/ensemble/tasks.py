@@ -220,15 +220,16 @@ class Tasks:
         """Take a batch of the round, or, for an idle worker, of a later one; None if all are taken."""
         for ahead in (False, True) if idle else (False,):
             for claim, level, wanted in self._lacking(ahead):
+                left = wanted
                 if claim not in self._held:
                     if not self.claims.take(claim):
                         continue
                     self._held.add(claim)
                     self._refresh()  # another process may have saved it meanwhile
-                left = [
-                    (index, [number for number in numbers if self._lacks(number, level, index)])
-                    for index, numbers in wanted
-                ]
+                    left = [
+                        (index, [number for number in numbers if self._lacks(number, level, index)])
+                        for index, numbers in wanted
+                    ]
                 most = max(int(BATCH / self._seconds[level]), 1)
                 if batch := [each for each in left if each[1]][:most]:
                     self._handed |= {(level, index): claim for index, _ in batch}

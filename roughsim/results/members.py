@@ -149,13 +149,15 @@ class Members(dict[Key, Member]):
             raise damaged(path, "is of another run: its levels differ")
         if member.failure:
             return
-        grid = self.numerics.grid(member.level)
         modes = [part.wavenumber.shape for part in member.moments]
         levels = 1 if self.numerics.below(member.level) is None else 2
-        points = {
-            name: grid.shape if name in KEPT_FIELDS else snapshot_shape(grid.shape)
-            for name in member.kept
-        }
+        points = {}
+        if member.kept:
+            shape = self.numerics.grid(member.level).shape
+            points = {
+                name: shape if name in KEPT_FIELDS else snapshot_shape(shape)
+                for name in member.kept
+            }
         fits = all(
             len(shape) < 2 or shape[-2:] == points[name] for name, shape in member.kept.items()
         )
