@@ -13,10 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, expm1, inf, isinf, log, pi, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
 from theory.arguments import (
@@ -32,15 +31,12 @@ from theory.full_contact import half_variance
 from theory.interface import STEP, UNREACHED, diffuse
 from theory.quadrature import WEIGHTS, panels_between
 from theory.scattering import ScatteringTable, scatter
+from theory.splines import Spline, nearest_spline
 from theory.walls import area_fractions, half_variance_of, shares, yield_wavenumber
-
-if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
 
 _DEPTH = 1e3  # sidebands are followed down to q_min over this, constant at the end
 _REACH = 1e3  # times q_max to which the tail is followed
 _STEPS = (0.01, 0.5)  # e-folds: finer ones take long, coarser ones leave splines without points
-_DEGREE = 5  # of the splines, whose knots are an e-fold apart
 
 # the range of the contacts that the law was compared with
 _SHARE = (0.005, 0.6)  # σ₀/σ_P
@@ -292,8 +288,8 @@ class _Law(NamedTuple):
 
     mean: float  # σ₀, Pa, in elastic contact up to full contact
     highest: float  # σ_P, or a pressure that no point reaches, Pa
-    coherent: BSpline  # of ln q: the logarithms of `Scattering`
-    sidebands: BSpline
+    coherent: Spline  # of ln q: the logarithms of `Scattering`
+    sidebands: Spline
 
 
 class _Balance(NamedTuple):
@@ -325,7 +321,7 @@ class YieldingSpectrum:
     def breaks(self) -> tuple[float, ...]:
         """Ends, kinks and jumps, rad/m, ascending."""
         ends = breaks_of(self.spectrum)
-        knots = np.exp(self._law.coherent.t), np.exp(self._law.sidebands.t)
+        knots = np.exp(self._law.coherent.knots), np.exp(self._law.sidebands.knots)
         beyond = ends[-1:] * np.array([ONSET, 4.0, _REACH])
         rising = np.sort(np.concatenate([ends[:1] / _DEPTH, ends, *knots, beyond]))
         distinct = np.append(True, np.diff(rising) > 1e-9 * rising[1:])
@@ -393,11 +389,11 @@ class YieldingSpectrum:
         """Return |σ_q|² without the tail of the edges, nor the limit of force balance."""
         ends = breaks_of(self.spectrum)
         result = np.zeros(q.shape)
-        beside = (q >= self.breaks[0]) & (q <= np.exp(self._law.sidebands.t[-1]))
-        result[beside] = _value(self._law.sidebands, q[beside])
+        beside = (q >= self.breaks[0]) & (q <= np.exp(self._law.sidebands.knots[-1]))
+        result[beside] = np.exp(self._law.sidebands(np.log(q[beside])))
         inside = (q >= ends[0]) & (q <= ends[-1])
         full = (self.effective_modulus * q[inside] / 2) ** 2 * density(self.spectrum, q[inside])
-        result[inside] += full * _value(self._law.coherent, q[inside])
+        result[inside] += full * np.exp(self._law.coherent(np.log(q[inside])))
         result[(q > ends[-1]) & (q <= self.breaks[-1])] *= 1 - EDGE
         return result
 
@@ -407,14 +403,9 @@ def edges(x: Array, rim: float) -> Array:
     return x**-3 / (1 + (ONSET / x) ** 8) * (1 + rim) / (x + rim)
 
 
-def _value(spline: BSpline, q: Array) -> Array:
-    return np.exp(spline(np.clip(np.log(q), spline.t[0], spline.t[-1])))
-
-
-def _smooth(table: ScatteringTable, first: float) -> BSpline:
-    """Return the spline of degree 5 nearest to a table, its knots whole e-folds from `first`."""
+def _smooth(table: ScatteringTable, first: float) -> Spline:
+    """Return the spline nearest to a table, its knots whole e-folds from `first`."""
     x = table.place
-    inner = np.arange(ceil(x[0] - first), ceil(x[-1] - first)) + first
-    inner = inner[(inner > x[0] + 0.3) & (inner < x[-1] - 0.3)]
-    knots = np.concatenate([np.full(_DEGREE + 1, x[0]), inner, np.full(_DEGREE + 1, x[-1])])
-    return scipy.interpolate.make_lsq_spline(x, table.value, knots, k=_DEGREE, w=table.weight)
+    knots = np.arange(ceil(x[0] - first), ceil(x[-1] - first)) + first
+    inner = knots[(knots > x[0] + 0.3) & (knots < x[-1] - 0.3)]
+    return nearest_spline(x, table.value, table.weight, inner)
