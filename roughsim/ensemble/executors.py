@@ -29,6 +29,8 @@ from roughsim.show.text import note, notes_are_shown, show_notes
 _WORTH_PROCESSES = 3.0
 # s of a member above which this process computes none beside others: members that these return wait for it to be saved
 _LONGEST = 2.0
+# processes above which this one computes none beside others: it takes members that they return, .3 ms each
+_FEW = 8
 SUITABLE = "give a concurrent.futures.Executor; that of a client of dask is client.get_executor(pure=False)"
 
 
@@ -50,11 +52,11 @@ class SerialExecutor(Executor):
 class Workers:
     """The executor of a run, and the number of members that it computes at the same time.
 
-    Where members are short, this process is one of the workers, and computes while the others start; elsewhere it hands
-    members out and saves them. Without a given number of workers (`count` None) it computes alone as long as processes
-    would take longer to start than to compute. A context manager: own processes end with it. After an error or an
-    interrupt they are ended at once, since a member that is not stored can be computed again. An executor of the caller
-    is never shut down.
+    Where members are short, this process computes while the others start, and is one of the workers if they are few;
+    elsewhere it hands members out and saves them. Without a given number of workers (`count` None) it computes alone as
+    long as processes would take longer to start than to compute. A context manager: own processes end with it. After an
+    error or an interrupt they are ended at once, since a member that is not stored can be computed again. An executor
+    of the caller is never shut down.
     Inside it SIGTERM, SIGHUP of a closed terminal and SIGXCPU of a limit of CPU time are a KeyboardInterrupt as Ctrl-C
     (SIGINT) is. Handlers that a program has set itself, or that `nohup` has, are kept.
     """
@@ -80,15 +82,17 @@ class Workers:
 
     @property
     def helps(self) -> bool:
-        """Whether this process computes members while others do: it has started them, and members are short.
-
-        A member that is killed would end the run: after the death of a worker it computes none.
-        """
+        """Whether this process computes members beside the executor: the few others have started."""
         return self._has_started and self._pool_size < self.count
 
     @property
     def _pool_size(self) -> int:
-        return self.count - (self._short and not self._died)
+        return self.count - (self._computes and self.count <= _FEW)
+
+    @property
+    def _computes(self) -> bool:
+        """Whether this process may compute: a member that is killed would end the run."""
+        return self._short and not self._died
 
     @property
     def _has_started(self) -> bool:
@@ -153,7 +157,7 @@ class Workers:
         ):
             return SerialExecutor()
         pool = self._pool or self._start()
-        if self._pool_size < self.count and not all(call.done() for call in self._starting):
+        if self._computes and not all(call.done() for call in self._starting):
             return SerialExecutor()
         try:
             for call in self._starting:

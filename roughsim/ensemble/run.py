@@ -80,7 +80,7 @@ def run(  # noqa: PLR0913  (each is an option)
         Members of each lowest level, in place of `until` and `max_realizations`; default: from the scene. Higher levels
         have as many members as go best with them. A larger number later continues the run.
     workers : int, optional
-        Processes, with this one where members take up to 2 s. None: as many as it has cores, once more than 3 s are
+        Processes, with this one where members are short. None: as many as it has cores, once more than 3 s are
         left. The number is reduced, with a warning, to use at most 80 % of the available memory. A script with several
         workers needs ``if __name__ == "__main__":``; a notebook does not.
     executor : concurrent.futures.Executor, optional

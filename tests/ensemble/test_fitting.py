@@ -1,5 +1,6 @@
 """As many workers as memory and cores allow, which the run says; a worker that the system kills ends in a sentence."""
 
+import multiprocessing
 import signal
 import threading
 import time
@@ -121,6 +122,9 @@ def test_the_process_of_a_run_computes_until_others_have_started(job, monkeypatc
         assert (workers.helps, workers.others, workers.in_flight) == (True, 2, 4)
         assert workers.fit(1e6, "largest grid", 1, seconds=1.9, busy=True)
         assert workers.executor() is pool
+    with Workers(16) as workers:
+        started(workers)
+        assert (workers.helps, workers.others, workers.in_flight) == (False, 16, 32)
 
 
 def test_the_process_of_a_run_computes_no_long_members_beside_others(job, monkeypatch):
@@ -208,6 +212,16 @@ def test_a_killed_worker_is_named_with_numbers_and_the_run_continues_with_one_fe
     assert words.startswith("a worker has died (")
     assert "2 workers need about 2 × 0.25 GB, and " in words
     assert words.endswith("ask for more memory, or for fewer workers; the run continues with 1")
+
+
+def test_a_worker_that_is_killed_while_it_starts_has_died_and_no_script_is_blamed():
+    others = multiprocessing.active_children()
+    with Workers(2) as workers:
+        workers.executor()
+        (worker,) = [each for each in multiprocessing.active_children() if each not in others]
+        worker.kill()
+        with pytest.raises(BrokenExecutor):
+            started(workers)
 
 
 @pytest.mark.filterwarnings("ignore:a worker has died")
