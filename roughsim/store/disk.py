@@ -36,7 +36,7 @@ def place_bytes(path: Path, *content: bytes, first: bool = False) -> None:
     file stays.
     """
     host = re.sub("[^A-Za-z0-9]", "", socket.gethostname())[:24]
-    place = link if first else os.replace
+    place = _link if first else os.replace
     for tries_left in reversed(range(_TRIES)):
         # a name for this process and this try alone, which is_temporary() recognizes
         temporary = path.with_name(f".{path.name}.{host}-{os.getpid()}-{secrets.token_hex(4)}.tmp")
@@ -59,7 +59,7 @@ def place_bytes(path: Path, *content: bytes, first: bool = False) -> None:
                 temporary.unlink(missing_ok=True)
 
 
-def link(temporary: Path, path: Path) -> None:
+def _link(temporary: Path, path: Path) -> None:
     """Give a file its place; FileExistsError if another process was quicker."""
     try:
         os.link(temporary, path)  # the one way to place a whole file that refuses an existing one

@@ -159,12 +159,12 @@ def check_format(path: Path, version: int, provenance: Any, known: int = FORMAT)
         raise RecordError(f"{path} {reads}; read or export it with {writer}")
 
 
-def write_sealed(path: Path, fill: Callable[[Any], None], *, first: bool = False) -> None:
+def write_sealed(path: Path, fill: Callable[[Any], None]) -> None:
     """Write an HDF5 file with its seal."""
     from roughsim.store.hdf5 import hdf5_bytes
 
     content = hdf5_bytes(fill)
-    place_bytes(path, content, seal(path.name, hashlib.sha256(content)), first=first)
+    place_bytes(path, content, seal(path.name, hashlib.sha256(content)))
 
 
 def read_sealed(path: Path, reader: Callable[[Any], Content]) -> Content:

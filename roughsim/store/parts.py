@@ -50,13 +50,10 @@ def of_run(header: Mapping[str, Any]) -> dict[str, Any]:
     return {key: header.get(key) for key in ("scene", "numerics")}
 
 
-def write_part(
-    path: Path, run: Mapping[str, Any], members: Iterable[Member], *, first: bool = False
-) -> None:
+def write_part(path: Path, run: Mapping[str, Any], members: Iterable[Member]) -> None:
     """Write members into a file, whole or not at all, without their fields.
 
-    `run` has the scene and the numerics of their run. OSError, naming the path, if the disk refuses; FileExistsError
-    with `first` if there is one.
+    `run` has the scene and the numerics of their run. OSError, naming the path, if the disk refuses.
     """
     from roughsim.store.hdf5 import write_arrays  # loads h5py
 
@@ -72,7 +69,7 @@ def write_part(
             write_arrays(file.create_group(f"L{level}"), labelled(arrays))
         file.attrs["header"] = json.dumps({"format_version": FORMAT, **run, "levels": about})
 
-    write_sealed(path, fill, first=first)
+    write_sealed(path, fill)
 
 
 def read_part(path: Path, known: Collection[tuple[int, int]] = ()) -> Part:

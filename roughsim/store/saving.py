@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.observables.member import Member
-from roughsim.store.disk import link, not_readable, set_aside
+from roughsim.store.disk import not_readable, set_aside
 from roughsim.store.member_files import write_fields
 from roughsim.store.parts import Part, of_run, read_sound, write_part
 from roughsim.untrusted import ChildEndedError, call_in_child
@@ -96,7 +96,8 @@ def merge(folder: Path, owner: str, read: Callable[[], Part]) -> None:
 
     `read` reads the files that are new, and returns all members. `owner` is the name of this process. Any number of
     processes may merge at once: files of others are renamed first, so that what is read, and then removed, has no other
-    name, and no other process writes it.
+    name, and no other process writes it. On a file system without hard links the one file stays among the parts: no
+    other way to place it refuses the file of another process.
     """
     whole = folder / WHOLE
     for _ in range(_TRIES):
@@ -105,12 +106,18 @@ def merge(folder: Path, owner: str, read: Callable[[], Part]) -> None:
             return
         with suppress(FileNotFoundError, FileExistsError):  # another process merges, too
             own = [_own(folder, path, owner) for path in found]
-            if len(own) == 1:
-                link(own[0], whole)
-            else:
-                part = read()
-                write_part(whole, of_run(part.header), part.members, first=True)
-            for path in own:
+            merged = own[0]
+            if len(own) > 1:
+                part, merged = read(), _new_part(folder, owner)
+                write_part(merged, of_run(part.header), part.members)
+            kept = None
+            try:
+                os.link(merged, whole)
+            except (FileNotFoundError, FileExistsError):
+                raise
+            except OSError:
+                kept = merged
+            for path in {*own, merged} - {kept}:
                 path.unlink(missing_ok=True)
 
 
@@ -118,10 +125,14 @@ def _own(folder: Path, path: Path, owner: str) -> Path:
     """Give a file with members a name of this process, whatever the file holds at this moment; return its path."""
     if path.name.startswith((f"{owner}-", f"{owner}.")):
         return path
-    # not a name of the `Saver`, which does not read its own files
-    own = part_path(folder, f"{owner}.{secrets.token_hex(4)}", 0)
+    own = _new_part(folder, owner)
     os.rename(path, own)
     return own
+
+
+def _new_part(folder: Path, owner: str) -> Path:
+    """Return a new name of a part of a process, none of its `Saver`, which does not read its own files."""
+    return part_path(folder, f"{owner}.{secrets.token_hex(4)}", 0)
 
 
 def sound_part(path: Path) -> Part:
@@ -139,8 +150,7 @@ def replace_damaged(path: Path, folder: Path, sound: Part) -> Path:
     FileNotFoundError if another process has moved it.
     """
     if sound.members:
-        owner = f"{path.stem}.{secrets.token_hex(4)}"
-        write_part(part_path(folder, owner, 0), of_run(sound.header), sound.members)
+        write_part(_new_part(folder, path.stem), of_run(sound.header), sound.members)
     return set_aside(path, folder / "damaged")
 
 

@@ -119,6 +119,20 @@ def test_one_part_is_renamed_and_several_become_one_file(folder):
     assert list((folder / "members").iterdir()) == []
 
 
+@pytest.mark.parametrize("parts", [1, 3])
+def test_without_hard_links_the_one_file_stays_a_part_and_replaces_none(folder, monkeypatch, parts):
+    def refuse(*_):
+        raise OSError(95, "Operation not supported")
+
+    monkeypatch.setattr(os, "link", refuse)
+    for index in range(parts):
+        saved(folder, f"here-{index}-ab", index)
+    for owner in ("here-0-ab", "there-1-ab", "there-2-cd"):
+        merge(folder, owner, all_of(folder))
+        assert len(names(folder)) == 1
+        assert indices(folder) == [*range(parts)]
+
+
 CALLS = ("rename", "link", "unlink", "fsync")
 
 
