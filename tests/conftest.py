@@ -8,6 +8,7 @@ from dataclasses import replace
 from fnmatch import fnmatch
 from functools import partial
 
+import numpy as np
 import pytest
 from process_cases import end_processes
 from slide_cases import sliding_scene
@@ -48,6 +49,15 @@ lengths = [2e-3, 2e-3]
 tolerance = 1e-12
 levels = [{ column = "elastic", shape = [96, 96], q_max = 1e5 }]
 """
+
+
+@pytest.hookimpl(optionalhook=True)  # of xdist
+def pytest_xdist_setupnodes():
+    """Compiles the solver once, where each process of tests would compile it at the same time."""
+    heights = np.random.default_rng(0).standard_normal((32, 32))
+    solid, grid = rs.Solid(1.0, 0.1), rs.Grid((32, 32), (100.0, 100.0))
+    for precision in ("double", "single"):
+        rs.solve_contact(heights, grid, solid, nominal_pressure=0.01, precision=precision)
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,7 @@
 """Contact area in theory, its yielded share, and the wavenumber at which the contact has yielded."""
 
 from dataclasses import replace
+from functools import lru_cache
 from math import inf
 
 import theory
@@ -10,6 +11,7 @@ from roughsim.scene import Scene
 _NEVER = 1e-6  # share of the theory's contact: if less yields, the hardness changes no number
 
 
+@lru_cache(maxsize=256)  # 3 ms for each observable at each level of a comparison
 def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
     """Return the contact and the plastic fraction of the area with all roughness, or with waves up to q_max, rad/m."""
     spectrum, load = scene.spectrum, load_arguments(scene)

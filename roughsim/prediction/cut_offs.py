@@ -64,6 +64,7 @@ def follows_theory(
     return False if yielded_share(scene, min(cut_offs[-2:])) >= yielded else None
 
 
+@lru_cache(maxsize=256)  # 4 ms for each observable in each round
 def yielded_fall(scene: Scene, cut_offs: tuple[float, ...]) -> Array | None:
     """Return T_flash, K, by the law for contact that yields up to each cut-off, rad/m, and over all of C(q).
 
@@ -78,7 +79,9 @@ def yielded_fall(scene: Scene, cut_offs: tuple[float, ...]) -> Array | None:
             rows.append(over_speed(scene, speeds, stress_spectrum=law, names=(name,))[name])
     except theory.quadrature.QuadratureError:
         return None
-    return np.stack(rows)
+    values = np.stack(rows)
+    values.flags.writeable = False
+    return values
 
 
 @lru_cache(maxsize=64)  # .04 s each: the same for both bodies, and in each round

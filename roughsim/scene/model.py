@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import asdict
+from functools import cached_property
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
@@ -105,7 +106,7 @@ class Scene(Record):
         _check_derived(self)
         return self
 
-    @property
+    @cached_property
     def spectrum(self) -> Face | SumSpectrum:
         """Composite C(q) = C₁(q) + C₂(q) of the two uncorrelated faces, m⁴, Persson's convention."""
         faces = self.faces
@@ -113,7 +114,7 @@ class Scene(Record):
             return faces[0]
         return faces[0].scaled(2.0) if faces[0] is faces[1] else faces[0] + faces[1]
 
-    @property
+    @cached_property
     def faces(self) -> tuple[Face, ...]:
         """C(q) of each rough face, m⁴: one or two."""
         face, other = _face_spectrum(self.surface), self.counterface

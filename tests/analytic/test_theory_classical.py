@@ -55,6 +55,7 @@ def test_greenwoods_rule_adds_inverse_squares():
     assert classical.greenwood(-7.0) ** -2 == pytest.approx(slow**-2 + fast**-2, rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("source", "low", "high"),
     [("hertz", -0.0113, 0.0024), ("disc", -0.0072, 0.0232), ("square", -0.0264, 0.0085)],

@@ -136,7 +136,7 @@ def integral_of_smoothing(s):
 @pytest.mark.parametrize(
     ("hurst", "modulus", "width"),
     [
-        (0.05, 1e2, 1e-4),
+        pytest.param(0.05, 1e2, 1e-4, marks=pytest.mark.slow),
         (1.0, 1e8, 1e-15),
         *(
             pytest.param(*case, marks=pytest.mark.slow)

@@ -138,7 +138,7 @@ def test_a_speed_on_the_command_line_may_have_a_unit(
     ("quantity", "count"),
     [
         pytest.param("correlation", 2, marks=pytest.mark.slow),
-        ("spectrum", 2),
+        pytest.param("spectrum", 2, marks=pytest.mark.slow),
         ("distribution", 3),
     ],
 )

@@ -304,9 +304,8 @@ def test_one_realization_is_not_compared(quick, tmp_path):
         rs.compare(run)
 
 
-@pytest.mark.parametrize(
-    "ending", [".png", *(pytest.param(e, marks=pytest.mark.slow) for e in (".pdf", ".svg"))]
-)
+@pytest.mark.parametrize("ending", [".png", ".pdf", ".svg"])
+@pytest.mark.slow
 def test_the_chart_is_drawn(table, tmp_path, ending):
     path = tmp_path / f"chart{ending}"
     table.chart(path)

@@ -110,6 +110,7 @@ def test_each_column_begins_where_fftw_may_take_it(dtype):
         assert all(column.ctypes.data % fourier.plans.ALIGNMENT == 0 for column in spectrum)
 
 
+@pytest.mark.slow
 def test_without_fftw_in_reach_of_compiled_code_the_fields_are_the_same_and_it_is_told():
     code = """
         import sys, warnings

@@ -212,6 +212,7 @@ def test_the_area_of_a_hertz_contact_errs_by_a_pixel_less_after_correction():
     assert (np.abs(corrected) < 0.5 * np.array(raw)).all()
 
 
+@pytest.mark.slow
 def test_a_wave_turned_on_the_grid_has_its_exact_area_on_average_over_all_directions():
     # Westergaard's wave touches on A = (2/π) arcsin √(σ₀/p*), p* = πE*h/λ, whatever its direction. Of all lattice
     # vectors of 8 to 13 waves in an eighth of the plane, each counts for its share of the angles and for the sides of
@@ -328,6 +329,7 @@ def test_a_yielding_wave_is_too_narrow_by_as_much_as_a_touching_one_is_too_wide(
     np.testing.assert_allclose(narrow, wide, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.statistical
 def test_the_area_grows_with_the_load_at_the_known_slope():
     # A E*h′/σ₀ between √(8/π) (Persson) and √(2π) (Bush, Gibson & Thomas), by four standard errors of 16 surfaces; at 8

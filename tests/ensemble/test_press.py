@@ -149,6 +149,7 @@ def test_the_command_warns_as_run_does_but_not_of_the_error_of_a_spectrum(
     assert "press the map" not in page
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_pictures")
 def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(
     scene_file, tmp_path, capsys, drawn
@@ -244,6 +245,7 @@ def test_a_file_that_says_that_its_map_is_periodic_is_tiled(scene_file, tmp_path
     assert run.numerics.lengths == pytest.approx(GRID.lengths)
 
 
+@pytest.mark.slow
 @pytest.mark.statistical
 def test_the_stated_error_of_mirrored_edges_holds_the_periodic_map(scene_file, tmp_path, surface):
     # tiled the periodic surface is exact; its mirror images have edges that it does not have

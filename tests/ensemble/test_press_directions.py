@@ -265,6 +265,7 @@ def test_the_periodic_part_lacks_a_surface_that_is_harmonic_inside():
     assert np.abs(periodic_part(wave) - wave).max() < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edges", ["tile", pytest.param("mirror", marks=pytest.mark.slow)])
 def test_the_press_of_a_map_whose_waves_overshoot_beside_spikes_has_an_unknown_error(
     tmp_path, edges

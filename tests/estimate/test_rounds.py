@@ -228,6 +228,7 @@ def elastic_levels(cut_offs):
     return Numerics((*levels, Level("elastic", (128, 128), cut_offs[0])), (2e-3, 2e-3))
 
 
+@pytest.mark.slow
 @pytest.mark.statistical
 def test_runs_that_stop_themselves_hold_the_truth_where_scatter_is_all(sliding_scene):
     # three levels that reach the end of C(q), and a pixel that changes nothing

@@ -205,6 +205,7 @@ def test_single_precision_errs_by_less_than_a_hundred_thousandth_of_the_flash_te
         )
 
 
+@pytest.mark.slow
 def test_fields_of_many_points_are_those_of_each_speed_alone():
     # the responses of 1024² points are kept for two speeds, not for three
     grid = rs.Grid((1024, 1024), (1e-3, 1e-3))

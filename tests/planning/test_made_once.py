@@ -93,6 +93,7 @@ def test_facts_and_statements_are_computed_once(made, file, tmp_path):
     assert found == {words: (2 if words == run else 1, 1) for words in found}
 
 
+@pytest.mark.slow
 def test_error_of_a_scan_is_computed_once(made, tmp_path):
     """T_flash alone for a plan, all observables for a run: each once."""
     grid = rs.Grid((96, 96), (1e-3, 1e-3))

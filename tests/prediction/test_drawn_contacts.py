@@ -131,6 +131,7 @@ def test_speeds_keep_their_order_and_seeds_their_fields():
     assert near[5] < far[5]
 
 
+@pytest.mark.slow
 def test_a_smooth_body_that_takes_all_heat_feels_the_frozen_contact():
     # one face is smooth, the resting body insulating: as frozen, along another direction
     spectrum = self_affine(1e-23, 1.6e5, q_min=2e4)

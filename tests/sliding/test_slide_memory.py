@@ -38,7 +38,7 @@ def slide_of(moving, resting, speeds, pixels, points=POINTS):
     ("moving", "resting", "speeds", "pixels"),
     [
         pytest.param(None, None, [10.0], 20, marks=pytest.mark.slow),
-        (SKIN, None, [10.0], 20),
+        (SKIN, None, [10.0], 12),
         pytest.param(SKIN, SKIN, [10.0, 35.0], 20, marks=pytest.mark.slow),
     ],
 )
