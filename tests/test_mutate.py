@@ -17,6 +17,7 @@ EVERY = [
 ]
 
 
+@pytest.mark.slow
 def test_every_module_of_both_packages_is_drawn_from_or_named():
     left_out = set(EVERY) - set(modules())
     assert all(

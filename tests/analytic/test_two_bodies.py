@@ -86,7 +86,7 @@ def test_the_bodies_exchanged_with_their_roughness_exchange_their_temperatures(p
     assert other.moving_share == pytest.approx(1 - slid.moving_share, rel=1e-9)
 
 
-@pytest.mark.parametrize("bodies", [{}, GLASS])
+@pytest.mark.parametrize("bodies", [pytest.param({}, marks=pytest.mark.slow), GLASS])
 def test_over_a_smooth_face_the_share_is_nearly_that_of_equal_totals_and_spots_are_hotter(bodies):
     stress, _, _ = law()
     heat = {"stress_spectrum": stress, "nominal_pressure": SOLID["nominal_pressure"], **STEEL}

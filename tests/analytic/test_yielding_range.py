@@ -161,7 +161,7 @@ class Flat(SelfAffine):
         return np.where(q < 1e5, self.level * (1e5 / q) ** self.power * rounding, whole)
 
 
-@pytest.mark.parametrize("power", [2.0, 2.05])
+@pytest.mark.parametrize("power", [2.0, pytest.param(2.05, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("longest", "is_inside"), [(15.8, True), (16.2, False)])
 def test_rounding_decides_no_flat_spectrum(longest, is_inside, power):
     solid = {

@@ -54,7 +54,9 @@ def test_blocks_that_do_not_divide_the_cell_keep_their_places():
     )  # the last block reaches beyond the cell: no block is squeezed
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize(
+    "seed", [*range(8), *(pytest.param(k, marks=pytest.mark.slow) for k in range(8, 30))]
+)
 def test_an_image_covers_its_view_with_few_pixels_on_a_fixed_raster(seed):
     rng = np.random.default_rng(seed)
     shape = tuple(int(n) for n in rng.integers(1, 5000, 2))

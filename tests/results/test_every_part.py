@@ -44,7 +44,7 @@ def asking(rule):
     return parse_scene(text.replace("levels = [\n", f"levels = [\n{smoothed}") + ASKS)
 
 
-@pytest.fixture(scope="module", params=["0.9", '"mean"'])
+@pytest.fixture(scope="module", params=["0.9", pytest.param('"mean"', marks=pytest.mark.slow)])
 def slid(request, tmp_path_factory):
     return rs.run(asking(request.param), tmp_path_factory.mktemp("every") / "run", workers=1)
 

@@ -118,7 +118,7 @@ def test_a_tilt_that_is_taken_off_and_oblong_pixels_make_no_lay():
 
 @pytest.mark.statistical
 @pytest.mark.parametrize("side", [128, pytest.param(256, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("hurst", [0.3, 0.8, 1.0])
+@pytest.mark.parametrize("hurst", [0.3, pytest.param(0.8, marks=pytest.mark.slow), 1.0])
 @pytest.mark.parametrize("roll_off", [1.0, 4.0])
 def test_parts_of_isotropic_gaussian_surfaces_are_hardly_ever_taken_for_others(
     side, hurst, roll_off
