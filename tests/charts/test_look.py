@@ -17,6 +17,7 @@ from roughsim.estimate.asked import ABOUT
 from roughsim.estimate.errors import quantile
 
 
+@pytest.mark.slow
 def test_the_size_and_the_pixels_are_those_asked_for(capped_run, tmp_path):
     path = plot_run(capped_run, "pressure", tmp_path / "a.png", look=Look(size=(3.4, 2.6), dpi=300))
     assert matplotlib.image.imread(path).shape[:2] == (780, 1020)

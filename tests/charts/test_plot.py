@@ -41,7 +41,7 @@ def test_every_picture_says_what_it_is_of(capped_run, drawn, quantity):
     [
         (".png", b"\x89PNG"),
         pytest.param(".pdf", b"%PDF", marks=pytest.mark.slow),  # below, too
-        (".SVG", b"<?xml"),
+        pytest.param(".SVG", b"<?xml", marks=pytest.mark.slow),
     ],
 )
 def test_the_ending_says_the_format(capped_run, tmp_path, ending, start):

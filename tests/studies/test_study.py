@@ -45,6 +45,7 @@ def test_surfaces_are_drawn_and_contacts_solved_once_for_all_points_that_share_t
     assert len(solved) == 24 * len(LOADS)  # points with another friction share them
 
 
+@pytest.mark.slow
 def test_a_study_over_skin_heat_depth_and_load_solves_the_contact_of_each_load_once(
     small, tmp_path, calls
 ):
