@@ -53,7 +53,11 @@ levels = [{ column = "elastic", shape = [96, 96], q_max = 1e5 }]
 
 @pytest.hookimpl(optionalhook=True)  # of xdist
 def pytest_xdist_setupnodes():
-    """Compiles the solver once, where each process of tests would compile it at the same time."""
+    """Compiles the solver once, where each process of tests would compile it at the same time.
+
+    BLAS has one thread in each: several would wait for one another in a loop, as the cores are taken.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     heights = np.random.default_rng(0).standard_normal((32, 32))
     solid, grid = rs.Solid(1.0, 0.1), rs.Grid((32, 32), (100.0, 100.0))
     rs.solve_contact(heights, grid, solid, nominal_pressure=0.01)
