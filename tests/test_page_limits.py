@@ -27,7 +27,7 @@ STATED = [
     ("errors", "with {} pixels per shortest wave", ["roughsim.planning.levels:PIXELS"]),
     (
         "errors",
-        "has about {} points per side (384 to 768, or fewer if its C(q) ends there). The largest has {},",
+        "has about {} points per side (within √2) for 1 %, fewer for a looser target: 266 for 3 %. The largest has {},",
         ["roughsim.planning.levels:BASE_SIDE", "roughsim.planning.levels:SIDE"],
     ),
     (
@@ -35,15 +35,7 @@ STATED = [
         "has {} realizations of the lowest level of each column, and {} of",
         ["roughsim.estimate.rounds:FIRST", "roughsim.estimate.rounds:FIRST_STEP"],
     ),
-    (
-        "errors",
-        "from {} to {} realizations, where V_l is taken as {} times",
-        [
-            "roughsim.estimate.rounds:_LEAST",
-            "roughsim.estimate.rounds:FIRST_STEP",
-            "roughsim.estimate.rounds:_FALL",
-        ],
-    ),
+    ("errors", "It begins with {} realizations.", ["roughsim.estimate.rounds:FIRST_ADDED"]),
     (
         "errors",
         "the usual value: 1, and {} + {} H below H = 2/3",

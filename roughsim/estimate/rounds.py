@@ -5,8 +5,8 @@ from these members alone. So the rounds replayed from the files of a run have th
 members and any number of processes.
 """
 
-from collections.abc import Callable, Collection, Sequence
-from math import ceil, sqrt
+from collections.abc import Callable, Sequence
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -18,12 +18,9 @@ from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
 from roughsim.table import Estimate
 
-# members of the lowest level in the first round, and of others; fewer show too little scatter
-FIRST, FIRST_STEP = 12, 6
-_LEAST = 2  # of a level that is added later: the correction below it predicts its scatter
-# variance of a correction over that of the one below it in the same cell, as predicted: .12, .22, .49 are its 10, 50
-# and 90 % quantiles in 18 drawn scenes with up to five steps
-_FALL = 0.5
+# members in the first round, of the lowest level and of others: fewer show too little scatter. A level that is added
+# later begins with the fewest that show any: six took 1.4 and 1.5 times as long on steels with four levels and more
+FIRST, FIRST_STEP, FIRST_ADDED = 12, 6, 2
 _OF_LEVELS = "bandwidth", "last step", "pixel"  # errors that a higher level lowers
 WORK_SECONDS = 5e-9  # s of CPU time over the `work` of a member, on one core of a server of 2020
 MEMBER = 1.5e6  # `work` of a member on any grid, 8 ms: handing out, file, reading, and what a small solve takes
@@ -142,7 +139,7 @@ def judge(
                 needed[level] = max(needed[level], min(count, most))
                 following[level] = max(following[level], min(needed[level], 2 * counts[level]))
             if added is not None:
-                first = min(_first_members(numerics, column, wanted, added), most)
+                first = min(FIRST_ADDED, most)
                 needed[added] = following[added] = max(following[added], first)
     lowest_of_main = numerics.coarse_levels(main)[0]
     for column in numerics.columns[
@@ -256,13 +253,6 @@ def _allocation(
             levels[stream]: part * len(values.influence[stream]) / values.value**2
             for stream, part in values.variance.items()
         }
-        for level, variance in variances.items():
-            lower = _below_of_kind(numerics, column, level, variances)
-            # by chance the scatter of few members may vanish: it counts as at least half of what is predicted
-            if lower is not None and counts[level] < FIRST_STEP:
-                variances[level] = np.maximum(
-                    variance, 0.5 * _fall(numerics, lower, level) * variances[lower]
-                )
         growth = (
             np.maximum(np.nan_to_num(np.abs(found.half_width / found.mean) / goal, posinf=1.0), 1.0)
             ** 2
@@ -281,31 +271,6 @@ def _allocation(
         if any(result[level] > counts[level] for level in result):
             break
     return result
-
-
-def _first_members(numerics: Numerics, column: str, wanted: dict[int, int], added: int) -> int:
-    """Return the first members of an added level: its share by the variance that is predicted, else `FIRST_STEP`."""
-    lower = _below_of_kind(numerics, column, added, wanted)
-    if lower is None:
-        return FIRST_STEP
-    share = wanted[lower] * sqrt(
-        _fall(numerics, lower, added) * work(numerics, lower) / work(numerics, added)
-    )
-    return min(max(ceil(share), _LEAST), FIRST_STEP)
-
-
-def _below_of_kind(
-    numerics: Numerics, column: str, level: int, known: Collection[int]
-) -> int | None:
-    """Return the next of the known levels below one that corrects the same, the cut-off or the pixel."""
-    order, kind = numerics.of_column(column), numerics.is_refined(level)
-    lower = order[1 : order.index(level)]
-    return next((i for i in reversed(lower) if i in known and numerics.is_refined(i) == kind), None)
-
-
-def _fall(numerics: Numerics, lower: int, level: int) -> float:
-    """Return the variance of a correction over that of a lower one, as predicted: in a smaller cell it is larger."""
-    return _FALL * (numerics.levels[level].parts / numerics.levels[lower].parts) ** 2
 
 
 def work(numerics: Numerics, level: int) -> float:

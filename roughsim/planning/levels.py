@@ -33,9 +33,9 @@ Lengths = tuple[float, float]  # of the cell, m
 # scenes
 PIXELS = 3
 SIDE = 4096  # points per side of the largest grid
-# points per side of the lowest level, within a factor of √2: on seven scenes 512 took least time, or next to least;
-# a level in a part of the cell has at least half as many
-BASE_SIDE = 512
+# points per side of the lowest level, within a factor of √2, for a target of 1 % or less, and the power of a looser one
+# with which they fall: of 128 to 724 points these took least time, or next to least, on fourteen scenes
+BASE_SIDE, _BASE_POWER = 384, 1 / 3
 # bandwidth error over the change beyond the highest cut-off by theory: .26 to .46 in eight runs of five elastic scenes
 _LEFT = 0.3
 _SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
@@ -56,6 +56,7 @@ class _Grids(NamedTuple):
     lengths: Lengths
     parts: int
     side: int  # the most points per side
+    base: float  # about the points per side of the lowest level
 
     def points(self, q_max: float) -> float:
         """Return the points along the longer side of the cell at a cut-off, rad/m."""
@@ -69,13 +70,14 @@ class _Grids(NamedTuple):
     def level(self, q_max: float, *, pixels: int = PIXELS, lowest: bool = False) -> Level | None:
         """Return the level of a cut-off, the lowest in the whole cell; None if its grid is too large.
 
-        Its points divide by the parts of all levels, as those above it are solved with its pixel, too.
+        Its points divide by the parts of all levels, as those above it are solved with its pixel, too. In a part of
+        the cell are at least half of those of the lowest level.
         """
         x, y = (
             self.parts * fast_size(pixels * q_max * side / (2 * pi) / self.parts)
             for side in self.lengths
         )
-        small = (n for n in (4, 2) if n <= self.parts and max(x, y) >= n * BASE_SIDE // 2)
+        small = (n for n in (4, 2) if n <= self.parts and max(x, y) >= n * self.base / 2)
         parts = 1 if lowest else next(small, 1)
         too_large = max(x, y) > parts * self.side
         return (
@@ -107,7 +109,8 @@ def elastic_error(scene: Scene, lengths: Lengths, parts: int) -> float:
     Corrections are in a cell of 1/`parts` of the sides, m. Beyond the cut-off of the largest grid, which falls as the
     cell grows, contact follows the theory. The fastest speed counts: there short waves add most.
     """
-    top = min(_Grids("elastic", lengths, parts, SIDE).highest, scene.spectrum.breaks[-1])
+    grids = _Grids("elastic", lengths, parts, SIDE, BASE_SIDE)
+    top = min(grids.highest, scene.spectrum.breaks[-1])
     name, up_to_top = "flash_temperature", scene.spectrum.truncated(q_max=top)
     below = prediction.over_speed(scene, np.array(scene.speeds), up_to_top, names=(name,))[
         name
@@ -120,20 +123,21 @@ def elastic_error(scene: Scene, lengths: Lengths, parts: int) -> float:
 def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[PlannedLevel]:
     """Return the levels of a scene in a cell of these sides, m, for a relative error, the smoothed column first."""
     end = scene.spectrum.breaks[-1]
+    base = BASE_SIDE * min(TARGET["flash_temperature"] / target, 1.0) ** _BASE_POWER
     if scene.elastic:
         parts = first_within(
             sqrt(SYSTEMATIC) * target, {n: elastic_error(scene, lengths, n) for n in (4, 2, 1)}
         )
-        return _cut_offs_up_to(_Grids("elastic", lengths, parts, SIDE), end, end)
+        return _cut_offs_up_to(_Grids("elastic", lengths, parts, SIDE, base), end, end)
     q_yield = prediction.yield_wavenumber(scene)
-    smoothed = _Grids("smoothed", lengths, 1, SIDE // 2)
+    smoothed = _Grids("smoothed", lengths, 1, SIDE // 2, base)
     if q_yield > smoothed.highest:  # contact at the cut-offs of all grids is next to elastic
         return [
             *_cut_offs_up_to(smoothed, end, end),
             *_cut_offs_up_to(smoothed._replace(column="capped"), end, end),
         ]
     smoothed = smoothed._replace(parts=parts_of(scene, lengths, target, "smoothed"))
-    capped = _Grids("capped", lengths, parts_of(scene, lengths), SIDE)
+    capped = _Grids("capped", lengths, parts_of(scene, lengths), SIDE, base)
     return [
         *_cut_offs_up_to(smoothed, min(_SMOOTHED_TOP * q_yield, end), end, q_yield),
         *_cut_offs_up_to(capped, end, end, q_yield),
@@ -148,7 +152,7 @@ def _cut_offs_up_to(
     Cut-offs are in rad/m. `q_max` is the end of C(q), `q_yield` is q_y for a scene with a hardness.
     """
     top = min(end, grids.highest)
-    doublings = max(round(log2(grids.points(top) / BASE_SIDE)), 0)
+    doublings = max(round(log2(grids.points(top) / grids.base)), 0)
     cuts = [top / 2 ** (doublings - k) for k in range(doublings + 1)]
     planned = []
     for k, cut in enumerate(cuts):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roughsim import prediction
-from roughsim.planning.levels import BASE_SIDE, fast_size
+from roughsim.planning.levels import fast_size
 from roughsim.prediction.sliding import CONTINUED, FURTHEST, continuation_fault
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics
@@ -20,7 +20,7 @@ from roughsim.sliding.snapshots import snapshot_shape
 if TYPE_CHECKING:
     from roughsim.sliding.member import SlideProblem
 
-_SIDE = 256  # points of the cell
+_SIDE, _MOST_SIDE = 256, 512  # points of the cell: usual, and at most
 _PIXELS = 4  # per shortest wave: a slide shows its error of the pixel by a coarser grid alone, of 3
 _LEAST_CUT_OFF = 4.0  # q_y
 _LEAST_CONTINUED = 1.5  # whole slid distance over the followed one: less saves little
@@ -50,13 +50,15 @@ def slide_level(scene: Scene, numerics: Numerics) -> Level:
     """Return the level of a slide: `_SIDE` points along the longer side of the cell, `_PIXELS` per shortest wave.
 
     The cut-off of yielding contact is at least `_LEAST_CUT_OFF`, beyond which the ratio of sliding to frozen hardly
-    depends on it, as far as `BASE_SIDE` points hold it; it is at most that of the lowest level. In elastic contact the
+    depends on it, as far as `_MOST_SIDE` points hold it, and at most that of the highest level. In elastic contact the
     ratio changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8 % from 256 to 512.
     """
-    lowest = numerics.levels[numerics.coarse_levels(numerics.columns[-1])[0]]
+    highest = numerics.levels[numerics.coarse_levels(numerics.columns[-1])[-1]]
     least = 0.0 if scene.elastic else _LEAST_CUT_OFF * prediction.yield_wavenumber(scene)
-    usual, most = (2 * pi * side / (_PIXELS * max(numerics.lengths)) for side in (_SIDE, BASE_SIDE))
-    q_max = min(lowest.q_max, max(usual, min(least, most)))
+    usual, most = (
+        2 * pi * side / (_PIXELS * max(numerics.lengths)) for side in (_SIDE, _MOST_SIDE)
+    )
+    q_max = min(highest.q_max, max(usual, min(least, most)))
     x, y = (fast_size(_PIXELS * q_max * side / (2 * pi)) for side in numerics.lengths)
     return Level(
         SLIDING, (x, y), q_max, first=_MEMBERS, followed=_followed([scene], numerics.lengths[0])

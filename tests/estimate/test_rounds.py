@@ -132,7 +132,7 @@ def test_without_a_target_rounds_double_at_most_and_add_levels_for_one_percent()
         seen.append(counts)
         counts = judge(ONE, {}, 100, counts, totals_of(ONE, SCATTER, bandwidth=0.011)).next
     assert [c[0] for c in seen] == [12, 24, 48, 96, 100]
-    assert seen[1][2] == 6
+    assert seen[1][2] == 2
     assert run(ONE, {}, 100, totals_of(ONE, SCATTER, bandwidth=0.007)).counts[2] == 0
 
 

@@ -102,10 +102,22 @@ def test_where_a_grid_holds_all_of_C_the_cut_offs_double_exactly_to_its_end(monk
     assert np.diff(np.log2(rungs)).tolist() == pytest.approx([1.0] * (len(rungs) - 1), abs=1e-12)
     assert rungs[-1] == pytest.approx(end, rel=1e-12)
     lowest = numerics.levels[numerics.coarse_levels("capped")[0]].shape[0]
-    assert 512 / 2**0.5 <= lowest <= 768  # √2 · 512, on the next fast grid
+    assert 384 / 2**0.5 <= lowest <= 640  # √2 · 384, on the next fast grid
     assert (
         numerics.refined(numerics.coarse_levels("capped")[-1]) is not None
     )  # the end of C(q) has one
+
+
+@pytest.mark.parametrize("name", ["demo", "steel-1.2GPa", "granite"])
+def test_the_lowest_grid_follows_the_target(name):
+    targets = 0.003, 0.01, 0.02, 0.03, 0.05, 0.1
+    elastic = {"body.penetration_hardness": None} if name == "granite" else {}
+    plans = [rs.plan(rs.load_scene(name, elastic), target) for target in targets]
+    sides = [plan.levels[plan.of_column(plan.columns[-1])[0]].shape[0] for plan in plans]
+    for target, side in zip(targets, sides, strict=True):
+        middle = 384 * min(0.01 / target, 1) ** (1 / 3)
+        assert middle / 2**0.5 * 0.98 <= side <= middle * 2**0.5 * 4 / 3
+    assert sides[1:] == sorted(sides[1:], reverse=True)
 
 
 def test_contact_that_yields_far_up_begins_on_a_cheap_grid(monkeypatch):
@@ -143,7 +155,7 @@ def test_elastic_contact_begins_coarse_and_ends_with_C_or_the_largest_grid(steel
     short = planned(replace(elastic, surface=replace(elastic.surface, q_max=3e5)))
     rungs = cut_offs(short, "elastic")
     assert rungs == pytest.approx([3e5 / 2**k for k in reversed(range(len(rungs)))])
-    assert 512 / 2**0.5 <= short.levels[0].shape[0] <= 768
+    assert 384 / 2**0.5 <= short.levels[0].shape[0] <= 640
     assert short.refined(short.coarse_levels("elastic")[-1]) is not None
 
 
