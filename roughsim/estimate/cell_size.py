@@ -21,9 +21,9 @@ from roughsim.scene import Scene
 # relative error × number of asperities, by the same experiment: times A if few asperities carry load, and if all do
 _FEW_ASPERITIES, _ALL_ASPERITIES = 0.03, 0.2
 _ELASTIC = 0.4  # of A: elastic contact errs as if on fewer asperities, by the same experiment
-# relative error of T_flash of capped contact in a part of the cell, at most. Corrections err by its square, which is
-# neglected; but in smaller cells they scatter so much that the uncertainty of the last step adds levels
-_PART_ERROR = 0.05
+# of a target error, for the squared error of T_flash of capped contact in a part of the cell. Corrections err by it,
+# which is neglected, and scatter so much in small cells that the uncertainty of the last step adds levels
+_PART_SHARE = 0.25
 # of a squared target error, for the size of the cell: it always lowers T_flash, so a larger share costs coverage; of 35
 # scenes with .2, six took 1.2 to 3.4 times as long, and one 0.6 times
 SIZE_SHARE = 0.1
@@ -77,14 +77,13 @@ def first_within(most: float, errors: dict[int, float]) -> int:
     return next((choice for choice, error in errors.items() if error <= most), least)
 
 
-def parts_of(
-    scene: Scene, lengths: tuple[float, float], target: float = inf, column: str = ""
-) -> int:
+def parts_of(scene: Scene, lengths: tuple[float, float], target: float, column: str = "") -> int:
     """Return the ratio of these sides, m, to the sides of a smaller cell for corrections: 4, 2, or 1 for no such cell.
 
-    The relative error of T_flash in the smaller cell is at most `target` in smoothed contact, else `_PART_ERROR`.
+    The relative error of T_flash in the smaller cell is at most `target` in smoothed contact; in capped contact its
+    square is at most `_PART_SHARE` of the target.
     """
-    most = target if column == "smoothed" else _PART_ERROR
+    most = target if column == "smoothed" else sqrt(_PART_SHARE * target)
     asperity = _effective_asperity(scene, min(lengths), column)
     return next(
         (parts for parts in (4, 2) if _relative(asperity * (parts / min(lengths)) ** 2) <= most), 1

@@ -137,7 +137,7 @@ def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[PlannedLeve
             *_cut_offs_up_to(smoothed._replace(column="capped"), end, end),
         ]
     smoothed = smoothed._replace(parts=parts_of(scene, lengths, target, "smoothed"))
-    capped = _Grids("capped", lengths, parts_of(scene, lengths), SIDE, base)
+    capped = _Grids("capped", lengths, parts_of(scene, lengths, target), SIDE, base)
     return [
         *_cut_offs_up_to(smoothed, min(_SMOOTHED_TOP * q_yield, end), end, q_yield),
         *_cut_offs_up_to(capped, end, end, q_yield),

@@ -26,12 +26,16 @@ def cell(waves):
     return (waves * WAVE, waves * WAVE)
 
 
-def test_a_part_of_the_cell_has_an_error_of_a_twentieth_at_most(steel):
-    assert cell_size.parts_of(steel, cell(4)) == 4
+@pytest.mark.parametrize(("target", "most"), [(0.01, 0.05), (0.04, 0.1)])
+def test_the_squared_error_in_a_part_of_the_cell_is_a_quarter_of_the_target_at_most(
+    steel, target, most
+):
+    assert cell_size.parts_of(steel, cell(4), target) == 4
     # the error over 1 less the error is as (waves)^(−2)
     light = loaded(steel, 1e6)
     error = size_error(light, cell(4))
-    waves = 4 * sqrt(19 * error / (1 - error))  # per side of the cell whose error is a twentieth
+    # per side of the cell with this error
+    waves = 4 * sqrt((1 / most - 1) * error / (1 - error))
     for times, parts in (
         (0.99, 1),
         (1.01, 1),
@@ -42,7 +46,7 @@ def test_a_part_of_the_cell_has_an_error_of_a_twentieth_at_most(steel):
         (9.0, 4),
     ):
         lengths = (times * waves * WAVE, 20 * waves * WAVE)
-        assert cell_size.parts_of(light, lengths, 0.01) == parts
+        assert cell_size.parts_of(light, lengths, target) == parts
 
 
 @pytest.mark.parametrize("target", [0.005, 0.01])
