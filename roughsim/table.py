@@ -302,13 +302,16 @@ def concat(pieces: Mapping[Any, Estimate], coords: Mapping[str, Labels]) -> Esti
         united[dim] = np.array([*found.values()])
     dims = sorted(united, key=lambda dim: _PLACES.get(dim, 1))
     order = [[*united].index(dim) for dim in dims]
+    inside = {
+        place: np.ix_(*(_places(united[dim], one.coords[dim]) for dim in first.dims))
+        for place, one in pieces.items()
+    }
 
     def joined(values: Callable[[Estimate], Any], missing: Any) -> Any:
         shape = [len(labels) for labels in united.values()]
         whole = np.full(shape, missing, np.asarray(missing).dtype if missing != "" else object)
         for place, one in pieces.items():
-            inside = (_places(united[dim], one.coords[dim]) for dim in first.dims)
-            whole[place][np.ix_(*inside)] = values(one)
+            whole[place][inside[place]] = values(one)
         return whole.transpose(order)
 
     names: list[str] = []  # of the parts, in the order that each piece has: the total rounds alike

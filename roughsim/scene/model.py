@@ -106,7 +106,7 @@ class Scene(Record):
         _check_derived(self)
         return self
 
-    @cached_property
+    @cached_property  # .2 ms, a hundred times in a comparison
     def spectrum(self) -> Face | SumSpectrum:
         """Composite C(q) = C₁(q) + C₂(q) of the two uncorrelated faces, m⁴, Persson's convention."""
         faces = self.faces
