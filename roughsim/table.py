@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from math import isnan
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -168,7 +169,8 @@ class Estimate:
             coords = {**result.coords, dim: result.coords[dim][places]}
             if not several:
                 del coords[dim]
-            result = result._mapped(lambda values: np.take(values, taken, axis), coords)  # noqa: B023
+            at = (slice(None),) * axis + (taken,)
+            result = result._mapped(itemgetter(at), coords)
         return result
 
     def without_no_speed(self) -> "Estimate":

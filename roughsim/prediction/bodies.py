@@ -136,20 +136,15 @@ def groups(scene: Scene, speeds: Array) -> Iterator[tuple[list[int], Heating]]:
     return ((several, constants) for constants, several in indices.items())
 
 
-def heating(scene: Scene, speed: float) -> Heating:
-    """Return μ, and κ and D of both bodies, at a speed, m/s."""
-    if not scene.tables:
-        return Heating(scene.friction_coefficient(), scene.conduction())
-    return _heating_of_contact(scene, speed)
-
-
 @lru_cache(maxsize=1024)  # 6 ms for each number at a speed, with tables of μ or κ over temperature
-def _heating_of_contact(scene: Scene, speed: float) -> Heating:
-    """Return μ, κ and D from their tables, at the temperature that the contact reaches with them.
+def heating(scene: Scene, speed: float) -> Heating:
+    """Return μ, and κ and D of both bodies, at a speed, m/s; from tables at the temperature that the contact reaches.
 
     If there are several such temperatures it is the lowest, because a cold contact reaches it first. SceneError if
     there is none.
     """
+    if not scene.tables:
+        return Heating(scene.friction_coefficient(), scene.conduction())
     for constants, _ in _solutions(scene, speed):
         return constants
     ends = {key: min(rows[-1][0] for rows in tables) for key, tables in scene.tables.items()}
