@@ -1,15 +1,17 @@
 """CPU time of the whole command to the total error that was asked for, here and in other copies: table and chart.
 
-    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/chain.py [before=DIRECTORY] now=. [--scenes NAME ...]
-        [--drawn SEED] [--targets TARGET ...] [--limit SECONDS] [-o FOLDER] [--evidence]
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/chain.py [before=DIRECTORY] [plain] now=. [--times 3]
+        [--scenes NAME ...] [--drawn SEED] [--targets TARGET ...] [--limit SECONDS] [-o FOLDER] [--evidence]
 
-Each copy is a name and a directory; another commit comes from `git worktree add --detach DIRECTORY COMMIT`. A point is
-plan, run, reading and comparison of a scene by one process, for a total 95 % error of T_flash at its worst speed. The
-copies take turns, so that others on the machine slow them alike. Scenes are the three steels, the demo, the four others
-with a deep reference (experiments/reference/make_deep.py), and the ten of drawn.py, or of another seed of it, which
-needs another FOLDER. With --evidence the drawn ones are left out, and the last copy makes docs/evidence/chain.json.
-Each process is warm: other contacts go ahead, uncounted. FOLDER holds chain.json, whose points are not measured again,
-and chain.png. A point that takes more than the limit is ended, and its time is a lower bound.
+Each copy is a name and a directory; another commit comes from `git worktree add --detach DIRECTORY COMMIT`. "plain" is
+the script of benchmarks/plain.py in this one. A point is plan, run, reading and comparison of a scene by one process,
+or the script, for a total 95 % error of T_flash at its worst speed. The copies take turns, so that others on the
+machine slow them alike; the median of --times counts. At the end each copy before the last is compared with the last.
+Scenes are the three steels, the demo, the four others with a deep reference (experiments/reference/make_deep.py), and
+the ten of drawn.py, or of another seed of it, which needs another FOLDER. With --evidence the drawn ones are left out,
+and the last copy and the script make docs/evidence/chain.json. Each process is warm: other contacts go ahead,
+uncounted. FOLDER holds chain.json, whose points are not measured again, and chain.png. A point that takes more than the
+limit is ended, and its time is a lower bound.
 """
 
 from __future__ import annotations
@@ -35,6 +37,7 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from drawn import SEED, drawn_scenes
+from plain import plain
 
 import roughsim as rs
 
@@ -44,8 +47,9 @@ from script import write_evidence
 
 HERE = Path(__file__).resolve().parent.parent
 BUNDLED = "demo", "steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"
-TARGETS = 0.05, 0.02, 0.01, 0.005, 0.0035
+TARGETS = 0.03, 0.02, 0.01, 0.005, 0.0035
 NAME = "flash_temperature"
+SCRIPT = "plain"  # the copy that is a script
 ENOUGH = 100_000  # realizations: none of these runs ends for their number
 CostPoint = dict[str, Any]
 Points = dict[str, dict[str, dict[str, CostPoint]]]  # by copy, scene and target
@@ -117,6 +121,28 @@ def measure(scene: rs.Scene, target: float) -> CostPoint:
     }
 
 
+def measure_script(scene: rs.Scene, target: float) -> CostPoint:
+    """Return CPU seconds of the plain script, and mean and total error of T_flash by speed."""
+    begun = cpu_seconds()
+    found = plain(scene, target)
+    seconds = cpu_seconds() - begun
+    return {
+        "plan": 0.0,
+        "run": seconds,
+        "compare": 0.0,
+        "seconds": seconds,
+        "mean": found.mean.tolist(),
+        "error": found.error.tolist(),
+        "parts": {
+            "statistical": float(found.statistical.max()),
+            "bandwidth": float(found.rest.max()),
+        },
+        "realizations": sum(found.members),
+        "lowest": found.members[0],
+        "met": bool(found.error.max() <= target),
+    }
+
+
 def lowest_members(run: rs.Run) -> int:
     """Return the members of the lowest level of the capped or elastic column; earlier versions have one count."""
     numerics = run.numerics
@@ -131,21 +157,24 @@ def warm_up(chosen: str) -> None:
     measure(free("demo", **{"body.penetration_hardness": None}), 0.05)
 
 
-def child(name: str, seed: int, target: float, limit: float) -> None:
+def child(copy: str, name: str, seed: int, target: float, limit: float) -> None:
     """Print a point as JSON, or what went wrong."""
     warm_up(name)
+    work = measure_script if copy == SCRIPT else measure
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (int(cpu_seconds() + limit) + 1, hard))
     try:
-        point = measure(scenes(seed)[name], target)
+        point = work(scenes(seed)[name], target)
     except (rs.RoughsimError, ValueError, MemoryError) as error:
         point = {"failure": f"{type(error).__name__}: {error}"}
     print(json.dumps(point))
 
 
-def in_process(tree: Path, name: str, seed: int, target: float, limit: float) -> CostPoint:
-    """Return `measure` of the package in a directory, by a process of its own."""
-    command = [sys.executable, __file__, "--child", name, "--drawn", str(seed)]
+def in_process(
+    copy: str, tree: Path, name: str, seed: int, target: float, limit: float
+) -> CostPoint:
+    """Return a point of the package in a directory, or of the script, by a process of its own."""
+    command = [sys.executable, __file__, "--child", copy, "--scenes", name, "--drawn", str(seed)]
     command += ["--targets", str(target), "--limit", str(limit)]
     environment = os.environ | {"PYTHONPATH": str(tree)}
     done = subprocess.run(command, check=False, env=environment, capture_output=True, text=True)
@@ -161,6 +190,23 @@ def in_process(tree: Path, name: str, seed: int, target: float, limit: float) ->
     return result
 
 
+def in_turns(
+    points: Points, trees: dict[str, Path], name: str, target: float, given: argparse.Namespace
+) -> bool:
+    """Measure the missing points of a scene and target, the copies in turns; return whether there were any."""
+    key = f"{target:g}"
+    missing = [c for c in trees if key not in points.setdefault(c, {}).setdefault(name, {})]
+    found: dict[str, list[CostPoint]] = {copy: [] for copy in missing}
+    for _ in range(given.times):
+        for copy in missing:
+            point = in_process(copy, trees[copy], name, given.drawn, target, given.limit)
+            found[copy].append(point)
+    for copy, of_copy in found.items():
+        of_copy.sort(key=lambda point: point.get("seconds", 0.0))
+        points[copy][name][key] = of_copy[len(of_copy) // 2]
+    return bool(missing)
+
+
 def row(copy: str, name: str, target: float, point: CostPoint) -> str:
     """Return a line of the table."""
     if "failure" in point:
@@ -174,51 +220,60 @@ def row(copy: str, name: str, target: float, point: CostPoint) -> str:
     return f"| {name} | {100 * target:g} | {copy} | {seconds} | {error:.2f} | {worst}, n = {point['realizations']} |"
 
 
-def ratios(points: Points) -> None:
-    """Print the CPU time of the last copy over that of the first, by scene and target."""
-    first, *_, last = points
+def ratios(points: Points, first: str, last: str) -> None:
+    """Print the CPU time of the last copy over that of another, by scene and target, and how far their means lie apart.
+
+    That is over both total errors, added as squares, at the worst speed.
+    """
     targets = sorted(
-        {target for table in points.values() for of in table.values() for target in of}, key=float
+        {target for table in points.values() for of in table.values() for target in of},
+        key=float,
+        reverse=True,
     )
-    print(
-        f"\nCPU time of {last} over {first} (< where {first} was ended), stated total errors, %, in brackets:"
-    )
-    print(
-        "| scene | "
-        + " | ".join(f"{100 * float(target):g} %" for target in reversed(targets))
-        + " |"
-    )
+    print(f"\nCPU time of {last} over {first} (< where {first} was ended); stated total errors, %;")
+    print("distance of the means over both errors:")
+    print("| scene | " + " | ".join(f"{100 * float(target):g} %" for target in targets) + " |")
     print("|---" * (len(targets) + 1) + "|")
     found: dict[str, list[float]] = {target: [] for target in targets}
     for name in points[last]:
         cells = []
-        for target in reversed(targets):
-            both = [points[copy].get(name, {}).get(target, {}) for copy in (last, first)]
-            if not all("seconds" in point for point in both) or "failure" in both[0]:
+        for target in targets:
+            own, other = (points[copy].get(name, {}).get(target, {}) for copy in (last, first))
+            if "error" not in own or "seconds" not in other:
                 cells.append("–")
                 continue
-            ratio = both[0]["seconds"] / both[1]["seconds"]
-            if name not in BUNDLED:
-                found[target].append(ratio)
-            errors = "/".join(
-                f"{100 * np.nanmax(p['error']):.2f}" if "error" in p else "–" for p in both
-            )
-            cells.append(f"{'< ' * ('failure' in both[1])}{ratio:.2f} ({errors})")
+            ratio = own["seconds"] / other["seconds"]
+            found[target].append(ratio)
+            cell = f"{'< ' * ('failure' in other)}{ratio:.2f}"
+            if "error" in other:
+                errors = "/".join(f"{100 * np.nanmax(p['error']):.2f}" for p in (own, other))
+                cell += f"; {errors}; {distance(own, other):.1f}"
+            cells.append(cell)
         print(f"| {name} | " + " | ".join(cells) + " |")
-    medians = (
-        f"{median(found[target]):.2f}" if found[target] else "–" for target in reversed(targets)
-    )
-    print("| median of the drawn | " + " | ".join(medians) + " |")
+    for words, kind in (("median", median), ("largest", max)):
+        cells = [f"{kind(found[target]):.2f}" if found[target] else "–" for target in targets]
+        print(f"| {words} | " + " | ".join(cells) + " |")
 
 
-def evidence(table: dict[str, dict[str, CostPoint]]) -> None:
-    """Write docs/evidence/chain.json: all points, and the CPU seconds of the bundled scenes and members as a table."""
+def distance(own: CostPoint, other: CostPoint) -> float:
+    """Return how far the means of two points lie apart over both total errors, at the worst speed."""
+    means, errors = (np.array([point[key] for point in (own, other)]) for key in ("mean", "error"))
+    apart = np.abs(means[0] - means[1]) / np.hypot(*(means * errors))
+    return float(np.nanmax(apart))
+
+
+def evidence(points: Points, last: str) -> None:
+    """Write docs/evidence/chain.json: all points, the CPU seconds of runs and members as a table, and over the script.
+
+    `last` is the copy whose runs are shown.
+    """
+    table = points[last]
     targets = [f"{target:g}" for target in TARGETS[1:]]
     cells = [["scene", *(f"{100 * float(target):g} %" for target in targets)]]
-    for name, points in table.items():
+    for name, of_scene in table.items():
         row = [name]
         for target in targets:
-            point = points.get(target, {"failure": "not measured"})
+            point = of_scene.get(target, {"failure": "not measured"})
             cell = "–"
             if "failure" not in point:
                 seconds = np.format_float_positional(
@@ -230,13 +285,23 @@ def evidence(table: dict[str, dict[str, CostPoint]]) -> None:
             row.append(cell)
         cells.append(row)
     rows = [
-        {"scene": name, "target": float(target), **point}
-        for name, of in table.items()
-        for target, point in of.items()
+        {"scene": name, "way": way, "target": float(target), **point}
+        for way, copy in (("roughsim", last), ("plain script", SCRIPT))
+        for name, of_scene in points.get(copy, {}).items()
+        for target, point in of_scene.items()
     ]
-    write_evidence(
-        "chain", "python benchmarks/chain.py --evidence", rows=rows, tables={"seconds": cells}
-    )
+    numbers = {}
+    for target in ("0.03", "0.01"):
+        pairs = [
+            [points[copy].get(name, {}).get(target, {}) for copy in (last, SCRIPT)]
+            for name in table
+            if SCRIPT in points
+        ]
+        over = [own["seconds"] / other["seconds"] for own, other in pairs if "error" in own]
+        if over:
+            numbers[f"over_script_{target}"] = median(over)
+    command = f"python benchmarks/chain.py {SCRIPT} now=. --evidence"
+    write_evidence("chain", command, rows=rows, tables={"seconds": cells}, numbers=numbers)
 
 
 def chart(points: Points, path: Path) -> None:
@@ -282,6 +347,7 @@ def main() -> None:
     )
     options.add_argument("copies", nargs="*", default=["now=."], metavar="NAME=DIRECTORY")
     options.add_argument("--scenes", nargs="+", help="names; all if left out")
+    options.add_argument("--times", type=int, default=1, help="times of each point")
     options.add_argument("--drawn", type=int, default=SEED, help="seed of the drawn scenes")
     options.add_argument("--targets", type=float, nargs="+", default=TARGETS)
     options.add_argument("--limit", type=float, default=200.0, help="CPU seconds of a point")
@@ -290,17 +356,17 @@ def main() -> None:
     options.add_argument("--child", help=argparse.SUPPRESS)
     given = options.parse_args()
     if given.child is not None:
-        child(given.child, given.drawn, given.targets[0], given.limit)
+        child(given.child, given.scenes[0], given.drawn, given.targets[0], given.limit)
         return
     trees = {
-        name: Path(path).resolve()
+        name: Path(path or HERE).resolve()
         for name, _, path in (copy.partition("=") for copy in given.copies)
     }
     given.output.mkdir(parents=True, exist_ok=True)
     kept = given.output / "chain.json"
     points: Points = json.loads(kept.read_text()) if kept.exists() else {}
-    for tree in trees.values():
-        in_process(tree, "demo", given.drawn, 0.05, given.limit)  # compiles
+    for copy, tree in trees.items():
+        in_process(copy, tree, "demo", given.drawn, 0.05, given.limit)  # compiles
     print(
         "| scene | target, % | copy | CPU s | plan | run | compare | total error, % | largest part |"
     )
@@ -309,17 +375,16 @@ def main() -> None:
         [*BUNDLED, *deep_scenes()] if given.evidence else scenes(given.drawn)
     ):
         for target in given.targets:
-            for copy, tree in trees.items():
-                table = points.setdefault(copy, {}).setdefault(name, {})
-                if f"{target:g}" not in table:
-                    table[f"{target:g}"] = in_process(tree, name, given.drawn, target, given.limit)
-                    kept.write_text(json.dumps(points, indent=1))
-                print(row(copy, name, target, table[f"{target:g}"]), flush=True)
-    if len(points) > 1:
-        ratios(points)
+            if in_turns(points, trees, name, target, given):
+                kept.write_text(json.dumps(points, indent=1))
+            for copy in trees:
+                print(row(copy, name, target, points[copy][name][f"{target:g}"]), flush=True)
+    *others, last = trees
+    for other in others:
+        ratios(points, other, last)
     chart(points, given.output / "chain.png")
     if given.evidence:
-        evidence(points[list(trees)[-1]])
+        evidence(points, last)
 
 
 if __name__ == "__main__":
